@@ -1,0 +1,1 @@
+//! The OrchardBench benchmark: tasks, metrics, zones, statistics and records.

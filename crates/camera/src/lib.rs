@@ -1,0 +1,1 @@
+//! Depth and label images of a scene, rendered on the CPU.

@@ -1,0 +1,1 @@
+//! Reset, step, observe and act over many worlds.

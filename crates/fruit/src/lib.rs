@@ -1,0 +1,1 @@
+//! Apples: placement, stems, detachment and loose fruit.

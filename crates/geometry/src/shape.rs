@@ -1,0 +1,75 @@
+//! Collision and drawing shapes.
+
+use crate::{Pose, Vec3};
+
+/// A convex solid in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A ball about the origin.
+    Sphere {
+        /// Radius [m].
+        radius: f64,
+    },
+    /// A capsule whose axis runs from the origin to (0, 0, length).
+    Capsule {
+        /// Radius [m].
+        radius: f64,
+        /// Length of the axis [m].
+        length: f64,
+    },
+    /// A box about the origin.
+    Box {
+        /// Half-extents [m].
+        half: Vec3,
+    },
+    /// Everything with z <= 0: the ground.
+    HalfSpace,
+}
+
+/// An axis-aligned bounding box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aabb {
+    /// Lowest corner [m].
+    pub min: Vec3,
+    /// Highest corner [m].
+    pub max: Vec3,
+}
+
+impl Aabb {
+    /// Whether two boxes share a point.
+    pub fn overlaps(&self, other: &Aabb) -> bool {
+        (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
+    }
+
+    /// Grown on all sides.
+    pub fn grown(&self, by: f64) -> Aabb {
+        let d = Vec3::repeat(by);
+        Aabb { min: self.min - d, max: self.max + d }
+    }
+
+    /// The smallest box about two.
+    pub fn union(&self, other: &Aabb) -> Aabb {
+        Aabb { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
+    }
+}
+
+impl Shape {
+    /// Bounding box of the shape placed at a pose.
+    pub fn aabb(&self, pose: &Pose) -> Aabb {
+        let p = pose.translation.vector;
+        match *self {
+            Shape::Sphere { radius } => Aabb { min: p, max: p }.grown(radius),
+            Shape::Capsule { radius, length } => {
+                let tip = p + pose.rotation * Vec3::new(0.0, 0.0, length);
+                Aabb { min: p.inf(&tip), max: p.sup(&tip) }.grown(radius)
+            }
+            Shape::Box { half } => {
+                let d = pose.rotation.to_rotation_matrix().matrix().abs() * half;
+                Aabb { min: p - d, max: p + d }
+            }
+            Shape::HalfSpace => {
+                Aabb { min: Vec3::repeat(f64::NEG_INFINITY), max: Vec3::repeat(f64::INFINITY) }
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The constant part of a world: bodies, joints, tethered point bodies, couplings, colliders.
+
+use nalgebra::Unit;
+use orchard_geometry::{Mat3, Pose, Shape, Vec3};
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// As an index into the arrays of `Model` and `Data`.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+id!(
+    /// A link of the articulation.
+    BodyId
+);
+id!(
+    /// A point body (a mass with three translations).
+    PointId
+);
+id!(
+    /// A collision shape.
+    ColliderId
+);
+
+/// What a joint lets its body do. Axes are in the joint frame, which is the body frame at q = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointKind {
+    /// Nothing.
+    Weld,
+    /// Rotation about an axis. q: [rad].
+    Hinge(Unit<Vec3>),
+    /// Translation along an axis. q: [m].
+    Slide(Unit<Vec3>),
+    /// Rotation about x, then about the turned y: a bending joint. q: [rad, rad].
+    Universal,
+    /// x, y, then yaw about z. q: [m, m, rad].
+    Planar,
+    /// Free in space. q: position [m] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
+    /// origin [m/s] (3) and angular velocity [rad/s] (3), both in the parent's axes.
+    Free,
+}
+
+/// Mass, centre of mass and rotational inertia of a link, in its body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpatialInertia {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Centre of mass [m], body frame.
+    pub p_com: Vec3,
+    /// Inertia about the centre of mass [kg m^2], body axes.
+    pub i_com: Mat3,
+}
+
+/// A link and the joint that holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Parent link; `None` is the world.
+    pub parent: Option<BodyId>,
+    /// The joint.
+    pub joint: JointKind,
+    /// Pose of the joint frame in the parent's body frame.
+    pub x_parent_joint: Pose,
+    /// Inertia.
+    pub inertia: SpatialInertia,
+}
+
+/// A mass with three translational degrees of freedom in world axes: a fruit. It never spins.
+///
+/// While tethered, a spring-damper pulls it to its hang point; the pull loads the anchor's link within the
+/// same linear solve (the point is eliminated as a leaf). Untethered it is a free mass, with no model edit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointBody {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Its tether, if it can have one.
+    pub tether: Option<Tether>,
+}
+
+/// Spring-damper between a point body and a point of a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tether {
+    /// Link that carries the anchor.
+    pub body: BodyId,
+    /// Anchor in the link's body frame [m].
+    pub p_body: Vec3,
+    /// Hang point minus anchor, in world axes [m].
+    pub offset_world: Vec3,
+    /// Stiffness [N/m].
+    pub stiffness: f64,
+    /// Damping [N s/m].
+    pub damping: f64,
+    /// Constant force added on the anchor while tethered [N], world (the paper takes the fruit's weight off).
+    pub anchor_bias_world: Vec3,
+    /// Largest net reaction on the anchor [N]; the excess is carried by nothing. Infinite: no cap.
+    pub reaction_cap: f64,
+}
+
+/// A linear relation held by a stiff spring-damper: `q[dof_a] = ratio * q[dof_b]` (coupled gripper fingers).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coupling {
+    /// First degree of freedom (index into v).
+    pub dof_a: usize,
+    /// Second degree of freedom.
+    pub dof_b: usize,
+    /// Ratio.
+    pub ratio: f64,
+    /// Stiffness [N/m or N m/rad].
+    pub stiffness: f64,
+    /// Damping [N s/m or N m s/rad].
+    pub damping: f64,
+}
+
+/// What a collider is fixed to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// The world.
+    World,
+    /// A link.
+    Body(BodyId),
+    /// A point body.
+    Point(PointId),
+}
+
+/// Collision groups as bit masks: a pair may touch if each one's `filter` holds a bit of the other's `member`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Groups {
+    /// Groups it belongs to.
+    pub member: u32,
+    /// Groups it may touch.
+    pub filter: u32,
+}
+
+impl Groups {
+    /// Touches nothing.
+    pub const NONE: Groups = Groups { member: 0, filter: 0 };
+
+    /// Whether two colliders may touch.
+    pub fn may_touch(self, other: Groups) -> bool {
+        self.filter & other.member != 0 && other.filter & self.member != 0
+    }
+}
+
+/// A collision shape. Its groups may change at run time in `Data::groups`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Collider {
+    /// What it moves with.
+    pub owner: Owner,
+    /// Shape.
+    pub shape: Shape,
+    /// Pose of the shape in its owner's frame.
+    pub x_owner_shape: Pose,
+    /// Groups at reset.
+    pub groups: Groups,
+    /// Coulomb coefficient; a pair takes the geometric mean of its two.
+    pub friction: f64,
+}
+
+/// The constant part of a world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) points: Vec<PointBody>,
+    pub(crate) couplings: Vec<Coupling>,
+    pub(crate) colliders: Vec<Collider>,
+}
+
+/// Collects bodies, then builds a [`Model`].
+#[derive(Debug, Clone, Default)]
+pub struct ModelBuilder {
+    bodies: Vec<Body>,
+    points: Vec<PointBody>,
+    couplings: Vec<Coupling>,
+    colliders: Vec<Collider>,
+}

@@ -1,0 +1,1 @@
+//! Finds fruit-sized spheres in depth images, simulated or real.

@@ -1,0 +1,1 @@
+//! Harvest controllers: observations in, commands out.

@@ -1,0 +1,195 @@
+//! Configuration values that carry their range, unit and source.
+//!
+//! Every physical or protocol constant of the project is written in a config file as
+//!
+//! ```toml
+//! density = { value = 850.0, range = [780.0, 1000.0], unit = "kg/m3", source = "fpl2010woodhandbook" }
+//! crotch_angle = { low = 42.0, high = 65.0, range = [0.0, 90.0], unit = "deg", source = "orchardbench" }
+//! ```
+//!
+//! and read into a [`Quantity`] or a [`Span`]. A value outside its range is refused when the file is read.
+//! [`Quantity::si`] and [`Span::si`] give SI numbers, so that millimetres or degrees never reach the physics.
+//! `source` is a key of `docs/references.bib`; `cargo xtask tidy` checks that it resolves.
+
+mod parse;
+mod unit;
+
+pub use parse::{ConfigError, from_toml};
+pub use unit::Unit;
+
+use serde::{Deserialize, Serialize};
+
+/// A scalar constant with its allowed range, unit and source key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawQuantity")]
+pub struct Quantity {
+    value: f64,
+    range: [f64; 2],
+    unit: Unit,
+    source: String,
+}
+
+/// An interval from which a quantity is drawn, with the range that both ends must keep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawSpan")]
+pub struct Span {
+    low: f64,
+    high: f64,
+    range: [f64; 2],
+    unit: Unit,
+    source: String,
+}
+
+/// A whole number with its allowed range, unit (what is counted) and source key.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "RawCount")]
+pub struct Count {
+    value: u32,
+    range: [u32; 2],
+    unit: String,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawQuantity {
+    value: f64,
+    range: [f64; 2],
+    unit: Unit,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSpan {
+    low: f64,
+    high: f64,
+    range: [f64; 2],
+    unit: Unit,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCount {
+    value: u32,
+    range: [u32; 2],
+    unit: String,
+    source: String,
+}
+
+fn check<T: PartialOrd + std::fmt::Display>(value: T, range: &[T; 2], unit: &str) -> Result<(), String> {
+    if value >= range[0] && value <= range[1] {
+        Ok(())
+    } else {
+        Err(format!("{value} is outside the allowed range [{}, {}] {unit}", range[0], range[1]))
+    }
+}
+
+impl TryFrom<RawQuantity> for Quantity {
+    type Error = String;
+
+    fn try_from(raw: RawQuantity) -> Result<Self, String> {
+        check(raw.value, &raw.range, raw.unit.symbol())?;
+        Ok(Self { value: raw.value, range: raw.range, unit: raw.unit, source: raw.source })
+    }
+}
+
+impl TryFrom<RawSpan> for Span {
+    type Error = String;
+
+    fn try_from(raw: RawSpan) -> Result<Self, String> {
+        check(raw.low, &raw.range, raw.unit.symbol())?;
+        check(raw.high, &raw.range, raw.unit.symbol())?;
+        if raw.low > raw.high {
+            return Err(format!("low {} is above high {}", raw.low, raw.high));
+        }
+        Ok(Self { low: raw.low, high: raw.high, range: raw.range, unit: raw.unit, source: raw.source })
+    }
+}
+
+impl TryFrom<RawCount> for Count {
+    type Error = String;
+
+    fn try_from(raw: RawCount) -> Result<Self, String> {
+        check(raw.value, &raw.range, &raw.unit)?;
+        Ok(Self { value: raw.value, range: raw.range, unit: raw.unit, source: raw.source })
+    }
+}
+
+impl Quantity {
+    /// The value in SI units (radians for angles).
+    pub fn si(&self) -> f64 {
+        self.value * self.unit.to_si()
+    }
+
+    /// The value as written, in [`Quantity::unit`].
+    pub fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// The unit that the file states.
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// Key of the source in `docs/references.bib`.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// The same quantity with another value, in the same unit.
+    ///
+    /// # Errors
+    /// The value is outside the allowed range or not a number.
+    pub fn with_value(&self, value: f64) -> Result<Self, String> {
+        check(value, &self.range, self.unit.symbol())?;
+        Ok(Self { value, ..self.clone() })
+    }
+}
+
+impl Span {
+    /// Both ends in SI units (radians for angles).
+    pub fn si(&self) -> (f64, f64) {
+        let k = self.unit.to_si();
+        (self.low * k, self.high * k)
+    }
+
+    /// The middle of the interval in SI units.
+    pub fn mid_si(&self) -> f64 {
+        let (low, high) = self.si();
+        0.5 * (low + high)
+    }
+
+    /// Whether an SI value lies in the closed interval.
+    pub fn contains_si(&self, value: f64) -> bool {
+        let (low, high) = self.si();
+        (low..=high).contains(&value)
+    }
+
+    /// Key of the source in `docs/references.bib`.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+}
+
+impl Count {
+    /// The number.
+    pub fn get(&self) -> u32 {
+        self.value
+    }
+
+    /// Key of the source in `docs/references.bib`.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// The same count with another value.
+    ///
+    /// # Errors
+    /// The value is outside the allowed range.
+    pub fn with_value(&self, value: u32) -> Result<Self, String> {
+        check(value, &self.range, &self.unit)?;
+        Ok(Self { value, ..self.clone() })
+    }
+}

@@ -1,0 +1,46 @@
+//! What a controller sees and what it may do. Nothing here can carry a pose or a label of the world.
+
+use orchard_geometry::{DepthImage, Intrinsics};
+
+/// Arm joints.
+pub const ARM_DOF: usize = 7;
+
+/// Joint sensors, wheel odometry and the depth camera at one control frame.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// Time since the episode began [s].
+    pub time: f64,
+    /// Arm joint positions [rad].
+    pub arm_q: [f64; ARM_DOF],
+    /// Arm joint velocities [rad/s].
+    pub arm_v: [f64; ARM_DOF],
+    /// Torques that the arm servos exert [N m].
+    pub arm_torque: [f64; ARM_DOF],
+    /// Finger positions [m], 0 closed.
+    pub finger_q: [f64; 2],
+    /// Forces that the finger drives exert [N], positive opening.
+    pub finger_force: [f64; 2],
+    /// Base pose in the odom frame: x [m], y [m], yaw [rad].
+    pub base_pose: [f64; 3],
+    /// Base height over its rest on flat ground [m].
+    pub base_height: f64,
+    /// Base velocity in the odom frame [m/s, m/s, rad/s].
+    pub base_velocity: [f64; 3],
+    /// A depth image, on the frames in which the camera delivers one.
+    pub depth: Option<DepthImage>,
+    /// Intrinsics of the depth image.
+    pub intrinsics: Intrinsics,
+}
+
+/// What a controller asks of the robot until its next command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Command {
+    /// Arm joint targets [rad].
+    pub arm_q: [f64; ARM_DOF],
+    /// Base velocity in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
+    pub base_velocity: [f64; 3],
+    /// Opening of each finger [m], 0 closed to 0.04 open.
+    pub finger_q: f64,
+    /// Largest force of each finger drive [N].
+    pub finger_force: f64,
+}

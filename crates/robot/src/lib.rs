@@ -1,0 +1,3 @@
+//! Mobile manipulators from URDF: servos, kinematics, observations and commands.
+
+pub mod io;

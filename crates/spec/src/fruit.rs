@@ -1,0 +1,54 @@
+//! Apples: number, size, stem and detachment.
+
+use orchard_quantity::{Count, Quantity, Span};
+use serde::{Deserialize, Serialize};
+
+/// Apples and their stems.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FruitSpec {
+    /// Fruit a tree carries (fewer where the tree has fewer sites).
+    pub count: Count,
+    /// Radius, drawn uniformly and then rounded to `radius_step`.
+    pub radius: Span,
+    /// Grid of the radius draw.
+    pub radius_step: Quantity,
+    /// Mass.
+    pub mass: Span,
+    /// Hanging distance from the spur to the skin of the fruit.
+    pub stem_length: Quantity,
+    /// Stiffness of the stem tether, k_s.
+    pub stem_stiffness: Quantity,
+    /// Damping ratio of the fruit on its tether.
+    pub stem_damping_ratio: Quantity,
+    /// Largest reaction of the tether on the wood.
+    pub reaction_cap: Quantity,
+    /// Whether the static weight of the fruit is taken off the wood (the paper's rule).
+    pub weight_compensated: bool,
+    /// Direct pull that detaches, f_detach.
+    pub detach_force: Span,
+    /// Frames in a row over f_detach on the direct path.
+    pub pull_frames: Count,
+    /// Stem tension that detaches over f_detach.
+    pub tension_factor: Quantity,
+    /// Frames in a row over that tension.
+    pub tension_frames: Count,
+    /// Friction coefficient of the skin.
+    pub friction: Quantity,
+    /// Quadratic drag coefficient of a loose sphere.
+    pub drag_coefficient: Quantity,
+    /// Density of air.
+    pub air_density: Quantity,
+    /// Chance that an eligible spur carries fruit, before the outerness factor.
+    pub placement_probability: Quantity,
+    /// Part of the placement chance that does not depend on outerness.
+    pub placement_base: Quantity,
+    /// Part that grows with outerness (0 at the trunk axis, 1 at the canopy's edge).
+    pub placement_outer: Quantity,
+    /// Thickest spur that carries fruit, radius.
+    pub spur_radius_max: Quantity,
+    /// Lowest branch order that carries fruit.
+    pub min_order: Count,
+    /// Least distance between the centres of two hanging fruit over the sum of their radii.
+    pub spacing: Quantity,
+}

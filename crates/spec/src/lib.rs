@@ -1,0 +1,86 @@
+//! Typed simulation config and named, seeded, portable random streams.
+//!
+//! [`Spec`] is everything that defines a world besides its seed: how trees grow, what wood is, how fruit
+//! hangs, what the camera measures, how time is cut. The preset `paper` ([`Spec::paper`]) holds the figures
+//! of the OrchardBench paper. Robot, detector and picker keep their config in their own crates, so that the
+//! last two need not see this one (it can make seeds, and a seed regrows the tree).
+
+mod streams;
+
+pub mod camera;
+pub mod foliage;
+pub mod fruit;
+pub mod sim;
+pub mod tree;
+pub mod wood;
+
+pub use streams::{Purpose, Stream};
+
+use orchard_quantity::{ConfigError, from_toml};
+use serde::{Deserialize, Serialize};
+
+/// The preset `paper` as TOML text.
+pub const PAPER_TOML: &str = include_str!("../configs/paper/world.toml");
+
+/// Everything that defines a world besides its seed and its robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spec {
+    /// Name of the preset, written into results.
+    pub preset: String,
+    /// Time, gravity and contact.
+    pub sim: sim::SimSpec,
+    /// Growth.
+    pub tree: tree::TreeSpec,
+    /// Material and rupture.
+    pub wood: wood::WoodSpec,
+    /// Apples and stems.
+    pub fruit: fruit::FruitSpec,
+    /// Leaves.
+    pub foliage: foliage::FoliageSpec,
+    /// The depth camera.
+    pub camera: camera::CameraSpec,
+}
+
+impl Spec {
+    /// Reads a spec from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        from_toml(file, text)
+    }
+
+    /// The preset `paper`.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn paper() -> Self {
+        match Self::from_toml("paper/world.toml", PAPER_TOML) {
+            Ok(spec) => spec,
+            Err(e) => unreachable!("embedded preset: {e}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn embedded_preset_reads() {
+        let spec = Spec::from_toml("paper/world.toml", PAPER_TOML).unwrap();
+        assert_eq!(spec.preset, "paper");
+    }
+
+    #[test]
+    fn unknown_field_and_value_out_of_range_are_named() {
+        let text = PAPER_TOML.replacen("density = {", "densty = {", 1);
+        let e = Spec::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: wood") && e.contains("densty"), "{e}");
+
+        let text = PAPER_TOML.replacen("density = { value = 850.0", "density = { value = 8.5", 1);
+        let e = Spec::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert!(e.contains("wood.density") && e.contains("8.5") && e.contains("[780, 1000]"), "{e}");
+    }
+}

@@ -1,0 +1,42 @@
+//! Time, gravity and contact.
+
+use orchard_quantity::{Count, Quantity};
+use serde::{Deserialize, Serialize};
+
+/// Time stepping, gravity and the compliance of contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimSpec {
+    /// Magnitude of gravity, along world -z.
+    pub gravity: Quantity,
+    /// Control rate; a frame is one period of it.
+    pub frame_rate: Quantity,
+    /// Physics substeps a frame.
+    pub substeps: Count,
+    /// Normal stiffness of every contact.
+    pub contact_stiffness: Quantity,
+    /// Time constant of linear dissipation in contact (Castro et al. 2022).
+    pub contact_dissipation_time: Quantity,
+    /// Gap below which a pair of shapes becomes a contact candidate.
+    pub contact_margin: Quantity,
+    /// Coulomb friction coefficient of the ground.
+    pub ground_friction: Quantity,
+    /// Speed below which loose fruit and debris that touch something fall asleep.
+    pub sleep_speed: Quantity,
+    /// How long they must stay that slow.
+    pub sleep_time: Quantity,
+    /// Radius of the box around the trunk base that no part of a sane world leaves.
+    pub plausible_extent: Quantity,
+}
+
+impl SimSpec {
+    /// Frame length [s].
+    pub fn frame(&self) -> f64 {
+        1.0 / self.frame_rate.si()
+    }
+
+    /// Substep length [s].
+    pub fn substep(&self) -> f64 {
+        self.frame() / f64::from(self.substeps.get())
+    }
+}

@@ -1,0 +1,89 @@
+//! The grown tree as a plain value.
+
+use orchard_geometry::{Pose, Rotation, Vec3};
+
+/// A tree: internode segments in parent-before-child order, and the places where fruit and leaves may sit.
+///
+/// World frame: the trunk base is the origin, z up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Skeleton {
+    /// Internodes; a parent always stands before its children.
+    pub segments: Vec<Segment>,
+    /// Places on outer spurs where a fruit may hang, in segment order.
+    pub fruit_sites: Vec<FruitSite>,
+    /// Leaves.
+    pub leaves: Vec<LeafSite>,
+}
+
+/// One internode: a straight piece of wood of constant radius that starts at its parent's tip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Index of the parent; `None` for the trunk's first.
+    pub parent: Option<usize>,
+    /// Base point [m], world.
+    pub p_base_world: Vec3,
+    /// Rotation of the segment's frame in the world; local +z is the heading.
+    pub r_world_segment: Rotation,
+    /// Length [m].
+    pub length: f64,
+    /// Radius [m].
+    pub radius: f64,
+    /// Branch order: 0 trunk and leader, 1 scaffold, 2 lateral, ...
+    pub order: u8,
+}
+
+/// A place where a fruit's stem may be attached.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FruitSite {
+    /// Segment that carries it.
+    pub segment: usize,
+    /// Attachment point in the segment's frame [m].
+    pub p_segment: Vec3,
+    /// 0 at the trunk axis, 1 at the canopy's edge.
+    pub outerness: f64,
+}
+
+/// One leaf blade, rigid to its segment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeafSite {
+    /// Segment that carries it.
+    pub segment: usize,
+    /// Pose of the blade in the segment's frame: origin at the petiole, +x along the midrib, +z the upper face.
+    pub x_segment_leaf: Pose,
+    /// Length of the blade along the midrib [m].
+    pub length: f64,
+    /// Full width of the blade [m].
+    pub width: f64,
+    /// Size class: 0 small, 1 medium, 2 large.
+    pub size_class: u8,
+}
+
+impl Segment {
+    /// Tip point [m], world.
+    pub fn p_tip_world(&self) -> Vec3 {
+        self.p_base_world + self.heading() * self.length
+    }
+
+    /// Unit heading, world.
+    pub fn heading(&self) -> Vec3 {
+        self.r_world_segment * Vec3::z()
+    }
+
+    /// Pose of the segment's frame in the world.
+    pub fn x_world_segment(&self) -> Pose {
+        Pose::from_parts(self.p_base_world.into(), self.r_world_segment)
+    }
+}
+
+impl Skeleton {
+    /// Children of every segment, in index order.
+    pub fn children(&self) -> Vec<Vec<usize>> {
+        let mut children = vec![Vec::new(); self.segments.len()];
+        for (i, segment) in self.segments.iter().enumerate() {
+            if let Some(parent) = segment.parent {
+                children[parent].push(i);
+            }
+        }
+        children
+    }
+}

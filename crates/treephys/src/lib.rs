@@ -1,0 +1,1 @@
+//! A grown tree as a compliant, breakable articulation.

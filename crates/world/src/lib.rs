@@ -1,0 +1,1 @@
+//! One simulated orchard world: tree, fruit, leaves, ground, robot and camera.
