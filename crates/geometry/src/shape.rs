@@ -72,4 +72,42 @@ impl Shape {
             }
         }
     }
+
+    /// Distance from a point in the shape's frame to its surface [m], negative inside.
+    pub fn signed_distance(&self, p: &Vec3) -> f64 {
+        match *self {
+            Shape::Sphere { radius } => p.norm() - radius,
+            Shape::Capsule { radius, length } => {
+                let on_axis = Vec3::new(0.0, 0.0, p.z.max(0.0).min(length));
+                (p - on_axis).norm() - radius
+            }
+            Shape::Box { half } => {
+                let d = p.abs() - half;
+                d.sup(&Vec3::zeros()).norm() + d.max().min(0.0)
+            }
+            Shape::HalfSpace => p.z,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signed_distances() {
+        let cases = [
+            (Shape::Sphere { radius: 2.0 }, [0.0, 0.0, 0.5], -1.5),
+            (Shape::Sphere { radius: 2.0 }, [0.0, 3.0, 4.0], 3.0),
+            (Shape::Capsule { radius: 1.0, length: 2.0 }, [3.0, 0.0, 1.0], 2.0),
+            (Shape::Capsule { radius: 1.0, length: 2.0 }, [0.0, 3.0, 6.0], 4.0),
+            (Shape::Capsule { radius: 1.0, length: 2.0 }, [0.25, 0.0, 1.5], -0.75),
+            (Shape::Box { half: Vec3::new(1.0, 2.0, 3.0) }, [0.5, 0.0, 0.0], -0.5),
+            (Shape::Box { half: Vec3::new(1.0, 2.0, 3.0) }, [4.0, 6.0, 0.0], 5.0),
+            (Shape::HalfSpace, [7.0, 7.0, -0.25], -0.25),
+        ];
+        for (shape, p, expected) in cases {
+            assert!((shape.signed_distance(&Vec3::from(p)) - expected).abs() < 1e-15, "{shape:?}");
+        }
+    }
 }

@@ -1,0 +1,1 @@
+//! The leaf blade: a folded, curled ellipse as a small triangle mesh.

@@ -1,0 +1,71 @@
+//! What the camera can see: labelled primitives with poses.
+
+use orchard_geometry::{Pose, Shape};
+
+/// What a pixel shows. Truth for metrics and tests; no controller receives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Label {
+    /// No valid measurement.
+    #[default]
+    None,
+    /// An apple.
+    Fruit,
+    /// A leaf.
+    Leaf,
+    /// A branch or the trunk.
+    Wood,
+    /// The robot's own body.
+    Robot,
+    /// The ground.
+    Ground,
+}
+
+/// Instance of a pixel that shows nothing.
+pub const NO_INSTANCE: u32 = u32::MAX;
+
+/// Linear-light colour, each channel 0 to 1.
+pub type Rgb = [f32; 3];
+
+/// The form of an item, in the item's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Geometry {
+    /// An analytic solid.
+    Shape(Shape),
+    /// A folded, curled leaf blade (see [`crate::blade`]): petiole at the origin, +x along the midrib, +z the
+    /// upper face.
+    Blade {
+        /// Length along the midrib [m].
+        length: f64,
+        /// Full width [m].
+        width: f64,
+    },
+}
+
+/// One visible thing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Item {
+    /// Its form.
+    pub geometry: Geometry,
+    /// Pose of the item in the world.
+    pub x_world_item: Pose,
+    /// What it is.
+    pub label: Label,
+    /// Which one of its label: fruit index, segment index, ...
+    pub instance: u32,
+    /// Colour in pictures; `None` takes the label's palette.
+    pub color: Option<Rgb>,
+}
+
+/// Everything the camera can see.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scene {
+    /// The items, in any order.
+    pub items: Vec<Item>,
+}
+
+impl Scene {
+    /// Adds an item in the palette's colour.
+    pub fn push(&mut self, geometry: Geometry, x_world_item: Pose, label: Label, instance: u32) {
+        self.items.push(Item { geometry, x_world_item, label, instance, color: None });
+    }
+}

@@ -1,0 +1,136 @@
+//! The detector's thresholds.
+
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_toml};
+use serde::{Deserialize, Serialize};
+
+/// The preset `paper` as TOML text.
+pub const PAPER_TOML: &str = include_str!("../configs/paper/perception.toml");
+
+/// Every threshold of detector, masks and tracker; read from `perception.toml`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectorConfig {
+    /// Which pixels count and how they are joined.
+    pub segmentation: Segmentation,
+    /// How a sphere is found in a patch.
+    pub fit: Fit,
+    /// What a sphere must satisfy.
+    pub gates: Gates,
+    /// Robot and ground masks.
+    pub mask: Mask,
+    /// Persistence over images.
+    pub tracking: Tracking,
+}
+
+/// Depth-continuous patches.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Segmentation {
+    /// Working range of the detector, depth.
+    pub range: Span,
+    /// Largest depth step between neighbouring pixels of one patch.
+    pub depth_jump: Quantity,
+    /// Fewest pixels of a patch and of a detection.
+    pub min_pixels: Count,
+}
+
+/// Sphere search within a patch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fit {
+    /// Whether a patch that is no sphere as a whole is searched for one that touches other things.
+    pub refine: bool,
+    /// Rounds of trimming and fitting again.
+    pub rounds: Count,
+    /// A pixel farther from the sphere than this many RMS is trimmed.
+    pub trim: Quantity,
+    /// Residual below which a pixel is never trimmed: the sensor's noise.
+    pub noise: Quantity,
+}
+
+/// Gates. Each has a switch, so that an ablation can take it out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gates {
+    /// Radius of an apple.
+    pub radius: SpanGate,
+    /// Largest RMS of the radial residual.
+    pub residual: Gate,
+    /// The surface must bulge towards the camera.
+    pub convexity: Gate,
+    /// Part of the silhouette border behind which the scene must recede.
+    pub isolation: Gate,
+    /// Pixels over those that the sphere's disc covers, pi (R f / z)^2.
+    pub pixel_ratio: SpanGate,
+    /// Largest ratio of the footprint's second moments (elongation squared).
+    pub elongation: Gate,
+    /// A cylinder may not fit this much better than the sphere.
+    pub cylinder: Gate,
+}
+
+/// A gate with one limit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gate {
+    /// Whether the gate is applied.
+    pub on: bool,
+    /// Its limit.
+    pub limit: Quantity,
+}
+
+/// A gate with an allowed interval.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpanGate {
+    /// Whether the gate is applied.
+    pub on: bool,
+    /// The allowed interval.
+    pub limit: Span,
+}
+
+/// Masks from kinematics.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mask {
+    /// By how much the robot's shapes are grown.
+    pub robot_margin: Quantity,
+    /// Height over the ground below which a pixel is ground.
+    pub ground_margin: Quantity,
+}
+
+/// The tracker.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tracking {
+    /// Largest distance between a track and a sighting of it.
+    pub merge_distance: Quantity,
+    /// Sightings that confirm a track.
+    pub hits: Count,
+    /// Sightings over which the position is averaged.
+    pub memory: Count,
+    /// Time after which an unconfirmed track that is not seen again is dropped.
+    pub tentative_life: Quantity,
+    /// Time after which a confirmed track that is not seen again is dropped.
+    pub confirmed_life: Quantity,
+}
+
+impl DetectorConfig {
+    /// Reads a config from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        from_toml(file, text)
+    }
+
+    /// The preset `paper`.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn paper() -> Self {
+        match Self::from_toml("paper/perception.toml", PAPER_TOML) {
+            Ok(config) => config,
+            Err(e) => unreachable!("embedded preset: {e}"),
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What can be wrong with an input.
+
+/// An input that no detection can be made from.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PerceptionError {
+    /// The image has no pixel.
+    #[error("depth image is empty ({width} x {height})")]
+    Empty {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// Two inputs disagree in size.
+    #[error("{what} is {width} x {height}, the depth image {depth_width} x {depth_height}")]
+    SizeMismatch {
+        /// The input that disagrees with the depth image.
+        what: &'static str,
+        /// Its columns.
+        width: usize,
+        /// Its rows.
+        height: usize,
+        /// Columns of the depth image.
+        depth_width: usize,
+        /// Rows of the depth image.
+        depth_height: usize,
+    },
+    /// The intrinsics are not those of a pinhole camera.
+    #[error(
+        "focal lengths and axis must be finite, focal lengths positive: fx {fx}, fy {fy}, cx {cx}, cy {cy}"
+    )]
+    Intrinsics {
+        /// Horizontal focal length [px].
+        fx: f64,
+        /// Vertical focal length [px].
+        fy: f64,
+        /// Column of the axis [px].
+        cx: f64,
+        /// Row of the axis [px].
+        cy: f64,
+    },
+}

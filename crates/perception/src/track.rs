@@ -1,0 +1,129 @@
+//! Temporal persistence: one sighting is a hypothesis, several are a fruit.
+
+use crate::DetectorConfig;
+use orchard_geometry::Vec3;
+
+/// A detection brought into a fixed frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sighting {
+    /// Centre in the fixed (odom) frame [m].
+    pub p_odom: Vec3,
+    /// Radius [m].
+    pub radius: f64,
+}
+
+/// A fruit hypothesis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Track {
+    /// Number that never changes and is never used again.
+    pub id: u32,
+    /// Centre in the fixed frame, averaged over its sightings [m].
+    pub p_odom: Vec3,
+    /// Radius, averaged [m].
+    pub radius: f64,
+    /// Images that showed it.
+    pub hits: u32,
+    /// Time of the last sighting [s].
+    pub last_seen: f64,
+    /// Whether it has had enough hits to act on.
+    pub confirmed: bool,
+}
+
+/// Merges sightings over images into tracks.
+#[derive(Debug, Clone)]
+pub struct Tracker {
+    config: TrackerLimits,
+    tracks: Vec<Track>,
+    next_id: u32,
+}
+
+/// The tracker's config in SI units.
+#[derive(Debug, Clone, Copy)]
+struct TrackerLimits {
+    merge_distance: f64,
+    hits: u32,
+    memory: u32,
+    tentative_life: f64,
+    confirmed_life: f64,
+}
+
+impl Tracker {
+    /// A tracker without tracks.
+    pub fn new(config: &DetectorConfig) -> Self {
+        let c = &config.tracking;
+        let config = TrackerLimits {
+            merge_distance: c.merge_distance.si(),
+            hits: c.hits.get(),
+            memory: c.memory.get(),
+            tentative_life: c.tentative_life.si(),
+            confirmed_life: c.confirmed_life.si(),
+        };
+        Self { config, tracks: Vec::new(), next_id: 0 }
+    }
+
+    /// Takes the sightings of one image at a time [s]. Pairs are made nearest first, one to one.
+    pub fn update(&mut self, time: f64, sightings: &[Sighting]) {
+        let mut pairs = Vec::new();
+        for (t, track) in self.tracks.iter().enumerate() {
+            for (s, sighting) in sightings.iter().enumerate() {
+                let distance = (track.p_odom - sighting.p_odom).norm();
+                if distance <= self.config.merge_distance {
+                    pairs.push((distance, t, s));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let mut track_taken = vec![false; self.tracks.len()];
+        let mut sighting_taken = vec![false; sightings.len()];
+        for (_, t, s) in pairs {
+            if !track_taken[t] && !sighting_taken[s] {
+                track_taken[t] = true;
+                sighting_taken[s] = true;
+                self.tracks[t].absorb(&sightings[s], time, &self.config);
+            }
+        }
+        for (sighting, _) in sightings.iter().zip(&sighting_taken).filter(|(_, taken)| !**taken) {
+            self.tracks.push(Track {
+                id: self.next_id,
+                p_odom: sighting.p_odom,
+                radius: sighting.radius,
+                hits: 1,
+                last_seen: time,
+                confirmed: self.config.hits <= 1,
+            });
+            self.next_id = self.next_id.wrapping_add(1);
+        }
+        let limits = self.config;
+        self.tracks.retain(|t| {
+            let life = if t.confirmed { limits.confirmed_life } else { limits.tentative_life };
+            time - t.last_seen <= life
+        });
+    }
+
+    /// All tracks, oldest first.
+    pub fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// Tracks with enough hits to act on, oldest first.
+    pub fn confirmed(&self) -> impl Iterator<Item = &Track> {
+        self.tracks.iter().filter(|t| t.confirmed)
+    }
+
+    /// Forgets one track, as when its fruit has been picked or shown to be absent.
+    pub fn forget(&mut self, id: u32) {
+        self.tracks.retain(|t| t.id != id);
+    }
+}
+
+impl Track {
+    /// Running mean that forgets: over the first `memory` hits a plain mean, then exponential with that weight.
+    fn absorb(&mut self, sighting: &Sighting, time: f64, limits: &TrackerLimits) {
+        self.hits = self.hits.saturating_add(1);
+        let weight = 1.0 / f64::from(self.hits.min(limits.memory.max(1)));
+        self.p_odom += (sighting.p_odom - self.p_odom) * weight;
+        self.radius += (sighting.radius - self.radius) * weight;
+        self.last_seen = time;
+        self.confirmed |= self.hits >= limits.hits;
+    }
+}
