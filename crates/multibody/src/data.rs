@@ -1,5 +1,160 @@
 //! State, inputs and scratch of one world.
 
-/// State, the inputs of the next step, and scratch of one world.
+use orchard_geometry::{Pose, Vec3};
+
+use crate::aba::{Change, Factor, Impulse};
+use crate::contact::ContactScratch;
+use crate::kinematics::Kinematics;
+use crate::model::{BodyId, Groups, JointKind, Model, PointId};
+use crate::spatial::Twist;
+
+/// State, the inputs of the next step, and scratch of one world. A clone is a snapshot: a step from it gives
+/// the same bits.
+///
+/// Per-joint arrays are indexed by [`Model::dofs`] (`q` by [`Model::qs`]), the others by id.
 #[derive(Debug, Clone)]
-pub struct Data {}
+pub struct Data {
+    // State.
+    /// Joint coordinates [rad, m]; see [`JointKind`] for the layout.
+    pub q: Vec<f64>,
+    /// Joint velocities [rad/s, m/s].
+    pub v: Vec<f64>,
+    /// Positions of the point bodies [m], world.
+    pub point_p_world: Vec<Vec3>,
+    /// Velocities of the point bodies [m/s], world.
+    pub point_v_world: Vec<Vec3>,
+    /// Whether each point body still hangs on its tether. Without effect where the model gives none.
+    pub tethered: Vec<bool>,
+
+    // Inputs of the next step; they keep their values until changed.
+    /// Spring stiffness of each degree of freedom [N m/rad, N/m]. Ignored on free joints.
+    pub stiffness: Vec<f64>,
+    /// Damping of each degree of freedom [N m s/rad, N s/m].
+    pub damping: Vec<f64>,
+    /// Where each spring is at rest [rad, m]. Ignored on free joints.
+    pub rest: Vec<f64>,
+    /// Torque or force fed forward on each degree of freedom [N m, N].
+    pub torque: Vec<f64>,
+    /// Drag of each link in translation [1/s]: the force `-linear_drag * mass * v_com` at its centre of mass.
+    pub linear_drag: Vec<f64>,
+    /// Drag of each link in rotation [1/s]: the torque `-angular_drag * I_com * omega`.
+    pub angular_drag: Vec<f64>,
+    /// External force on each link [N], at its centre of mass, world axes.
+    pub body_force_world: Vec<Vec3>,
+    /// External torque on each link [N m], about its centre of mass, world axes.
+    pub body_torque_world: Vec<Vec3>,
+    /// External force on each point body [N], world.
+    pub point_force_world: Vec<Vec3>,
+    /// Quadratic drag of each point body [N s^2/m^2]: the force `-coefficient * |v| v`.
+    pub point_quadratic_drag: Vec<f64>,
+    /// Collision groups of each collider.
+    pub groups: Vec<Groups>,
+
+    // Derived and scratch.
+    pub(crate) kinematics: Kinematics,
+    pub(crate) factor: Factor,
+    pub(crate) impulse: Impulse,
+    pub(crate) change: Change,
+    pub(crate) correction: Change,
+    pub(crate) contact: ContactScratch,
+}
+
+impl Data {
+    /// The zero pose at rest, every spring at rest there with no stiffness, every tether holding its point
+    /// body at its hang point; kinematics are valid.
+    pub fn new(model: &Model) -> Data {
+        let (nv, bodies, points) = (model.nv(), model.bodies.len(), model.points.len());
+        let mut q = vec![0.0; model.nq()];
+        for id in model.body_ids() {
+            if model.body(id).joint == JointKind::Free {
+                q[model.qs(id).end - 1] = 1.0;
+            }
+        }
+        let mut data = Data {
+            q,
+            v: vec![0.0; nv],
+            point_p_world: vec![Vec3::zeros(); points],
+            point_v_world: vec![Vec3::zeros(); points],
+            tethered: model.points.iter().map(|point| point.tether.is_some()).collect(),
+            stiffness: vec![0.0; nv],
+            damping: vec![0.0; nv],
+            rest: vec![0.0; nv],
+            torque: vec![0.0; nv],
+            linear_drag: vec![0.0; bodies],
+            angular_drag: vec![0.0; bodies],
+            body_force_world: vec![Vec3::zeros(); bodies],
+            body_torque_world: vec![Vec3::zeros(); bodies],
+            point_force_world: vec![Vec3::zeros(); points],
+            point_quadratic_drag: vec![0.0; points],
+            groups: model.colliders.iter().map(|collider| collider.groups).collect(),
+            kinematics: Kinematics::new(model),
+            factor: Factor::new(model),
+            impulse: Impulse::new(model),
+            change: Change::new(model),
+            correction: Change::new(model),
+            contact: ContactScratch::default(),
+        };
+        crate::forward_kinematics(model, &mut data);
+        for index in 0..points {
+            if let Some(p_world) = data.hang_p_world(model, PointId(index as u32)) {
+                data.point_p_world[index] = p_world;
+            }
+        }
+        data
+    }
+
+    /// Pose of a link in the world, as of the last [`crate::forward_kinematics`] or [`crate::step`].
+    pub fn x_world_body(&self, id: BodyId) -> &Pose {
+        &self.kinematics.links[id.index()].x_world_body
+    }
+
+    /// Velocity of a link at its origin, world axes, as of the last kinematics.
+    pub fn velocity(&self, id: BodyId) -> Twist {
+        self.kinematics.links[id.index()].velocity
+    }
+
+    /// Velocity of the material point of a link that is now at `p_world` [m/s].
+    pub fn point_velocity_world(&self, id: BodyId, p_world: &Vec3) -> Vec3 {
+        let link = &self.kinematics.links[id.index()];
+        link.velocity.linear_at(&(p_world - link.origin()))
+    }
+
+    /// Centre of mass of a link [m].
+    pub fn com_p_world(&self, id: BodyId) -> Vec3 {
+        let link = &self.kinematics.links[id.index()];
+        link.origin() + link.r_com
+    }
+
+    /// Axis of a degree of freedom, world, unit: the direction in which it slides or about which it turns.
+    pub fn dof_axis_world(&self, dof: usize) -> Vec3 {
+        self.kinematics.axes[dof]
+    }
+
+    /// Where the tether of a point body is fixed to the wood [m]; `None` without a tether in the model.
+    pub fn anchor_p_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
+        let tether = model.point(id).tether.as_ref()?;
+        Some(orchard_geometry::transform(self.x_world_body(tether.body), &tether.p_body))
+    }
+
+    /// Velocity of the anchor [m/s].
+    pub fn anchor_v_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
+        let tether = model.point(id).tether.as_ref()?;
+        Some(self.point_velocity_world(tether.body, &self.anchor_p_world(model, id)?))
+    }
+
+    /// Where the point body hangs with its spring at rest [m].
+    pub fn hang_p_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
+        let tether = model.point(id).tether.as_ref()?;
+        Some(self.anchor_p_world(model, id)? + tether.offset_world)
+    }
+
+    /// Elastic force of its tether on a point body [N]; zero while untethered.
+    pub fn tether_spring_force(&self, model: &Model, id: PointId) -> Vec3 {
+        match (&model.point(id).tether, self.hang_p_world(model, id)) {
+            (Some(tether), Some(hang)) if self.tethered[id.index()] => {
+                (hang - self.point_p_world[id.index()]) * tether.stiffness
+            }
+            _ => Vec3::zeros(),
+        }
+    }
+}

@@ -5,13 +5,61 @@
 //!
 //! `(M + h (D + C) + h^2 K) dv = h (tau - c(q, v) - K (q - q0 + h v) - (D + C) v)` plus contact impulses,
 //!
-//! exactly in O(n) by the articulated-body algorithm, with K and D as implicit armature.
+//! exactly in O(n) by the articulated-body algorithm, with K and D as implicit armature. Every equation is
+//! derived, in the order in which a step solves them, in `docs/computation/dynamics.md`.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use orchard_geometry::{Mat3, Pose};
+//! use orchard_multibody::*;
+//!
+//! let mut builder = ModelBuilder::new();
+//! let rod = SpatialInertia { mass: 1.0, p_com: Vector3::new(0.5, 0.0, 0.0), i_com: Mat3::identity() * 0.08 };
+//! let pendulum = builder.add_body(Body {
+//!     parent: None,
+//!     joint: JointKind::Hinge(Vector3::y_axis()),
+//!     x_parent_joint: Pose::identity(),
+//!     inertia: rod,
+//! });
+//! let model = builder.build()?;
+//! let mut data = Data::new(&model);
+//! let mut report = StepReport::default();
+//! let settings = StepSettings {
+//!     h: 1.0 / 180.0,
+//!     gravity: Vector3::new(0.0, 0.0, -9.81),
+//!     contact_stiffness: 5e4,
+//!     contact_dissipation_time: 0.01,
+//!     contact_margin: 0.01,
+//! };
+//! step(&model, &mut data, &settings, &mut report);
+//! assert!(data.velocity(pendulum).angular.y > 0.0);
+//! # Ok::<(), ModelError>(())
+//! ```
 
+pub mod aba;
+pub mod builder;
+pub mod contact;
 pub mod data;
+pub mod energy;
+pub mod jacobian;
+pub mod kinematics;
 pub mod model;
+pub mod rnea;
+pub mod spatial;
+pub mod statics;
+pub mod step;
 
+pub use builder::{ModelBuilder, ModelError};
+pub use contact::ContactReport;
 pub use data::Data;
+pub use energy::{Energy, energy};
+pub use jacobian::geometric_jacobian;
+pub use kinematics::forward_kinematics;
 pub use model::{
-    Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, ModelBuilder, Owner, PointBody,
-    PointId, SpatialInertia, Tether,
+    Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, Owner, PointBody, PointId,
+    SpatialInertia, Tether,
 };
+pub use rnea::{gravity_torque, inverse_dynamics};
+pub use spatial::{Twist, Wrench};
+pub use statics::{StaticsError, equilibrium};
+pub use step::{StepReport, StepSettings, step};

@@ -1,5 +1,7 @@
 //! The constant part of a world: bodies, joints, tethered point bodies, couplings, colliders.
 
+use std::ops::Range;
+
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Shape, Vec3};
 
@@ -45,8 +47,44 @@ pub enum JointKind {
     /// x, y, then yaw about z. q: [m, m, rad].
     Planar,
     /// Free in space. q: position [m] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
-    /// origin [m/s] (3) and angular velocity [rad/s] (3), both in the parent's axes.
+    /// origin [m/s] (3) and angular velocity [rad/s] (3), both relative to the parent and in the axes of
+    /// the joint frame (world axes where the parent is the world and the placement does not turn).
     Free,
+}
+
+impl JointKind {
+    /// Degrees of freedom: entries of v.
+    pub fn nv(&self) -> usize {
+        self.translations() + self.rotations()
+    }
+
+    /// Coordinates: entries of q.
+    pub fn nq(&self) -> usize {
+        match self {
+            JointKind::Free => 7,
+            _ => self.nv(),
+        }
+    }
+
+    /// Degrees of freedom that are translations; they come before the rotations.
+    pub fn translations(&self) -> usize {
+        match self {
+            JointKind::Weld | JointKind::Hinge(_) | JointKind::Universal => 0,
+            JointKind::Slide(_) => 1,
+            JointKind::Planar => 2,
+            JointKind::Free => 3,
+        }
+    }
+
+    /// Degrees of freedom that are rotations.
+    pub fn rotations(&self) -> usize {
+        match self {
+            JointKind::Weld | JointKind::Slide(_) => 0,
+            JointKind::Hinge(_) | JointKind::Planar => 1,
+            JointKind::Universal => 2,
+            JointKind::Free => 3,
+        }
+    }
 }
 
 /// Mass, centre of mass and rotational inertia of a link, in its body frame.
@@ -164,20 +202,89 @@ pub struct Collider {
     pub friction: f64,
 }
 
-/// The constant part of a world.
+/// The constant part of a world. Made by [`crate::ModelBuilder`]; bodies stand parents first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     pub(crate) bodies: Vec<Body>,
     pub(crate) points: Vec<PointBody>,
     pub(crate) couplings: Vec<Coupling>,
     pub(crate) colliders: Vec<Collider>,
+    /// First coordinate of each body's joint, and nq at the end.
+    pub(crate) q_start: Vec<usize>,
+    /// First degree of freedom of each body's joint, and nv at the end.
+    pub(crate) v_start: Vec<usize>,
+    /// Whether a force can move the body: some joint between it and the world has a degree of freedom.
+    pub(crate) movable: Vec<bool>,
 }
 
-/// Collects bodies, then builds a [`Model`].
-#[derive(Debug, Clone, Default)]
-pub struct ModelBuilder {
-    bodies: Vec<Body>,
-    points: Vec<PointBody>,
-    couplings: Vec<Coupling>,
-    colliders: Vec<Collider>,
+impl Model {
+    /// Coordinates of all joints: length of `Data::q`.
+    pub fn nq(&self) -> usize {
+        self.q_start[self.bodies.len()]
+    }
+
+    /// Degrees of freedom of all joints: length of `Data::v`. Point bodies are apart.
+    pub fn nv(&self) -> usize {
+        self.v_start[self.bodies.len()]
+    }
+
+    /// The links, parents first; `BodyId` is the index.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The point bodies; `PointId` is the index.
+    pub fn points(&self) -> &[PointBody] {
+        &self.points
+    }
+
+    /// The couplings.
+    pub fn couplings(&self) -> &[Coupling] {
+        &self.couplings
+    }
+
+    /// The colliders; `ColliderId` is the index.
+    pub fn colliders(&self) -> &[Collider] {
+        &self.colliders
+    }
+
+    /// A link.
+    pub fn body(&self, id: BodyId) -> &Body {
+        &self.bodies[id.index()]
+    }
+
+    /// A point body.
+    pub fn point(&self, id: PointId) -> &PointBody {
+        &self.points[id.index()]
+    }
+
+    /// A collider.
+    pub fn collider(&self, id: ColliderId) -> &Collider {
+        &self.colliders[id.index()]
+    }
+
+    /// Ids of all links, parents first.
+    pub fn body_ids(&self) -> impl DoubleEndedIterator<Item = BodyId> + use<> {
+        (0..self.bodies.len() as u32).map(BodyId)
+    }
+
+    /// Where the joint of a link stands in v.
+    pub fn dofs(&self, id: BodyId) -> Range<usize> {
+        self.v_start[id.index()]..self.v_start[id.index() + 1]
+    }
+
+    /// Where the joint of a link stands in q.
+    pub fn qs(&self, id: BodyId) -> Range<usize> {
+        self.q_start[id.index()]..self.q_start[id.index() + 1]
+    }
+
+    /// Whether some joint between a link and the world can move.
+    pub fn is_movable(&self, id: BodyId) -> bool {
+        self.movable[id.index()]
+    }
+
+    /// The link whose joint has a degree of freedom.
+    pub fn body_of_dof(&self, dof: usize) -> BodyId {
+        BodyId(self.v_start.partition_point(|&start| start <= dof) as u32 - 1)
+    }
 }
