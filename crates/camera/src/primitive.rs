@@ -1,1 +1,303 @@
+//! Ray-primitive intersections in the camera frame: the ray of a pixel is t (x, y, 1), so t is the depth.
+//!
+//! A hit is the nearest crossing of a surface in front of the camera; from inside a solid that is the way out.
 
+use crate::bounds::Bounds;
+use crate::{Geometry, Item, blade};
+use orchard_geometry::{Mat3, Pose, Shape, Vec3};
+
+/// A form that a ray can meet, in the camera frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Primitive {
+    Sphere(Sphere),
+    Capsule(Capsule),
+    Box(Cuboid),
+    Plane(Plane),
+    Triangle(Triangle),
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sphere {
+    center: Vec3,
+    radius: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Capsule {
+    base: Sphere,
+    tip: Sphere,
+    axis: Vec3,
+    length: f64,
+    /// base x axis
+    moment: Vec3,
+    /// base . axis
+    base_axial: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cuboid {
+    /// Rotation from the camera frame to the box frame.
+    to_local: Mat3,
+    /// The camera in the box frame.
+    origin: Vec3,
+    center: Vec3,
+    half: Vec3,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plane {
+    normal: Vec3,
+    offset: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Triangle {
+    vertices: [Vec3; 3],
+    /// Cross products of the vertex pairs opposite to each vertex: normals of the planes through the camera
+    /// and an edge (homogeneous edge functions, Olano and Greer 1997: right for any vertex behind the camera).
+    edges: [Vec3; 3],
+    /// v0 . (v1 x v2)
+    det: f64,
+}
+
+/// What a ray can meet.
+pub(crate) trait Hit {
+    /// Depth at which the ray t `d` (`d.z` = 1) meets the surface first, t > 0.
+    fn hit(&self, d: &Vec3) -> Option<f64>;
+    /// A normal of the surface at a point on it, camera frame, not normalised.
+    fn normal(&self, p: &Vec3) -> Vec3;
+    /// The rectangle of the image that the primitive can cover.
+    fn bounds(&self) -> Bounds;
+}
+
+/// Calls `f` with every primitive of an item.
+pub(crate) fn for_each_primitive(item: &Item, x_camera_world: &Pose, mut f: impl FnMut(&Primitive)) {
+    let x = x_camera_world * item.x_world_item;
+    let p = x.translation.vector;
+    match item.geometry {
+        Geometry::Shape(Shape::Sphere { radius }) => f(&Primitive::Sphere(Sphere { center: p, radius })),
+        Geometry::Shape(Shape::Capsule { radius, length }) => {
+            f(&Primitive::Capsule(Capsule::new(p, x.rotation * Vec3::z(), length, radius)));
+        }
+        Geometry::Shape(Shape::Box { half }) => {
+            let to_local = x.rotation.to_rotation_matrix().matrix().transpose();
+            f(&Primitive::Box(Cuboid { to_local, origin: -(to_local * p), center: p, half }));
+        }
+        Geometry::Shape(Shape::HalfSpace) => {
+            let normal = x.rotation * Vec3::z();
+            f(&Primitive::Plane(Plane { normal, offset: normal.dot(&p) }));
+        }
+        Geometry::Blade { length, width } => {
+            let r = x.rotation.to_rotation_matrix();
+            let v = blade::vertices(length, width).map(|v| r * v + p);
+            const FACES: [[usize; 3]; blade::TRIANGLES] = blade::triangles();
+            for [a, b, c] in FACES {
+                f(&Primitive::Triangle(Triangle::new([v[a], v[b], v[c]])));
+            }
+        }
+    }
+}
+
+impl Hit for Sphere {
+    #[inline]
+    fn hit(&self, d: &Vec3) -> Option<f64> {
+        self.crossings(d).and_then(|(near, far)| first_positive(near, far))
+    }
+
+    fn normal(&self, p: &Vec3) -> Vec3 {
+        p - self.center
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::of_capsule(&self.center, &self.center, self.radius)
+    }
+}
+
+impl Sphere {
+    /// Both roots of |t d - c|^2 = r^2. The discriminant is |d|^2 r^2 - |d x c|^2: no cancellation far away.
+    #[inline]
+    fn crossings(&self, d: &Vec3) -> Option<(f64, f64)> {
+        let dd = d.norm_squared();
+        let disc = dd * self.radius * self.radius - d.cross(&self.center).norm_squared();
+        (disc >= 0.0).then(|| {
+            let (mid, half) = (d.dot(&self.center) / dd, disc.sqrt() / dd);
+            (mid - half, mid + half)
+        })
+    }
+}
+
+impl Capsule {
+    fn new(base: Vec3, axis: Vec3, length: f64, radius: f64) -> Self {
+        Self {
+            base: Sphere { center: base, radius },
+            tip: Sphere { center: base + axis * length, radius },
+            axis,
+            length,
+            moment: base.cross(&axis),
+            base_axial: base.dot(&axis),
+        }
+    }
+
+    /// The crossing of the capsule that goes with a crossing `t` of its infinite cylinder: that one if it lies
+    /// along the axis, else the same side of the end ball beyond which it lies.
+    #[inline]
+    fn on_capsule(&self, d: &Vec3, t: f64, axial_rate: f64, entering: bool) -> Option<f64> {
+        let axial = t * axial_rate - self.base_axial;
+        let ball = if axial < 0.0 {
+            &self.base
+        } else if axial > self.length {
+            &self.tip
+        } else {
+            return Some(t);
+        };
+        ball.crossings(d).map(|(near, far)| if entering { near } else { far })
+    }
+}
+
+impl Hit for Capsule {
+    #[inline]
+    fn hit(&self, d: &Vec3) -> Option<f64> {
+        // Distance to the axis: |t d x a - base x a| = r, two vectors in the plane across the axis.
+        let across = d.cross(&self.axis);
+        let a = across.norm_squared();
+        let radius = self.base.radius;
+        let off = across.cross(&self.moment).dot(&self.axis);
+        let disc = a * radius * radius - off * off;
+        if disc < 0.0 {
+            return None;
+        }
+        let axial_rate = d.dot(&self.axis);
+        let (near, far) = if a > 0.0 {
+            let (mid, half) = (across.dot(&self.moment) / a, disc.sqrt() / a);
+            (mid - half, mid + half)
+        } else if self.moment.norm_squared() <= radius * radius {
+            // Along the axis, inside the infinite cylinder: always between the end balls' outer crossings.
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            return None;
+        };
+        let near = self.on_capsule(d, near, axial_rate, true)?;
+        if near > 0.0 {
+            return Some(near);
+        }
+        self.on_capsule(d, far, axial_rate, false).filter(|&t| t > 0.0)
+    }
+
+    fn normal(&self, p: &Vec3) -> Vec3 {
+        let axial = (p.dot(&self.axis) - self.base_axial).max(0.0).min(self.length);
+        p - self.base.center - self.axis * axial
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::of_capsule(&self.base.center, &self.tip.center, self.base.radius)
+    }
+}
+
+impl Hit for Cuboid {
+    #[inline]
+    fn hit(&self, d: &Vec3) -> Option<f64> {
+        let d = self.to_local * d;
+        let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
+        for k in 0..3 {
+            if d[k] == 0.0 {
+                if self.origin[k].abs() > self.half[k] {
+                    return None;
+                }
+            } else {
+                let mid = -self.origin[k] / d[k];
+                let half = (self.half[k] / d[k]).abs();
+                near = near.max(mid - half);
+                far = far.min(mid + half);
+            }
+        }
+        if near > far { None } else { first_positive(near, far) }
+    }
+
+    fn normal(&self, p: &Vec3) -> Vec3 {
+        let local = (self.to_local * p + self.origin).component_div(&self.half);
+        let k = local.iamax();
+        self.to_local.row(k).transpose() * local[k].signum()
+    }
+
+    fn bounds(&self) -> Bounds {
+        let axes = self.to_local.transpose();
+        let corner = |i: usize| {
+            let sign = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+            self.center + axes * Vec3::new(sign(1), sign(2), sign(4)).component_mul(&self.half)
+        };
+        let corners: [Vec3; 8] = std::array::from_fn(corner);
+        const EDGES: [(usize, usize); 12] =
+            [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
+        Bounds::of_polyhedron(&corners, &EDGES)
+    }
+}
+
+impl Hit for Plane {
+    #[inline]
+    fn hit(&self, d: &Vec3) -> Option<f64> {
+        // Parallel to the plane: infinite or not a number, both refused by the comparison.
+        let t = self.offset / self.normal.dot(d);
+        (t > 0.0 && t < f64::INFINITY).then_some(t)
+    }
+
+    fn normal(&self, _p: &Vec3) -> Vec3 {
+        self.normal
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::EVERYWHERE
+    }
+}
+
+impl Triangle {
+    fn new(vertices: [Vec3; 3]) -> Self {
+        let [a, b, c] = vertices;
+        let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
+        Self { vertices, edges, det: a.dot(&edges[0]) }
+    }
+}
+
+impl Hit for Triangle {
+    #[inline]
+    fn hit(&self, d: &Vec3) -> Option<f64> {
+        // t d = sum of w_i v_i with w_i = t (d . e_i) / det: inside where no w_i is negative.
+        let [w0, w1, w2] = [d.dot(&self.edges[0]), d.dot(&self.edges[1]), d.dot(&self.edges[2])];
+        let inside = if self.det > 0.0 {
+            w0 >= 0.0 && w1 >= 0.0 && w2 >= 0.0
+        } else {
+            self.det < 0.0 && w0 <= 0.0 && w1 <= 0.0 && w2 <= 0.0
+        };
+        let sum = w0 + w1 + w2;
+        (inside && sum != 0.0).then(|| self.det / sum)
+    }
+
+    fn normal(&self, _p: &Vec3) -> Vec3 {
+        let [a, b, c] = self.vertices;
+        (b - a).cross(&(c - a))
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::of_polyhedron(&self.vertices, &[(0, 1), (1, 2), (2, 0)])
+    }
+}
+
+#[inline]
+fn first_positive(near: f64, far: f64) -> Option<f64> {
+    if near > 0.0 { Some(near) } else { (far > 0.0).then_some(far) }
+}
+
+impl Primitive {
+    /// Depth and normal (not normalised) where a ray meets the primitive.
+    pub(crate) fn hit_with_normal(&self, d: &Vec3) -> Option<(f64, Vec3)> {
+        fn of(hit: &impl Hit, d: &Vec3) -> Option<(f64, Vec3)> {
+            hit.hit(d).map(|t| (t, hit.normal(&(d * t))))
+        }
+        match self {
+            Primitive::Sphere(p) => of(p, d),
+            Primitive::Capsule(p) => of(p, d),
+            Primitive::Box(p) => of(p, d),
+            Primitive::Plane(p) => of(p, d),
+            Primitive::Triangle(p) => of(p, d),
+        }
+    }
+}
