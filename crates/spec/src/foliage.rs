@@ -1,12 +1,63 @@
 //! Leaves.
 
-use orchard_quantity::Quantity;
+use orchard_quantity::{Count, Quantity, Span};
 use serde::{Deserialize, Serialize};
 
-/// Leaf density and shape.
+/// Leaf density and shape. The blade's size follows the foliage dial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoliageSpec {
     /// The foliage dial: 0 is no leaf, 1 the reference density.
     pub density: Quantity,
+    /// Leaves on a twig internode as the dial goes to 0.
+    pub leaves_base: Quantity,
+    /// Further leaves on a twig internode for each unit of the dial.
+    pub leaves_slope: Quantity,
+    /// Lowest branch order that bears leaves.
+    pub min_order: Count,
+    /// Lowest branch order that bears leaves where the dial is above `dense_above`.
+    pub dense_min_order: Count,
+    /// Dial above which lower orders bear leaves too.
+    pub dense_above: Quantity,
+    /// Blade length as the dial goes to 0.
+    pub blade_length_base: Quantity,
+    /// Further blade length for each unit of the dial.
+    pub blade_length_slope: Quantity,
+    /// Blade width as the dial goes to 0.
+    pub blade_width_base: Quantity,
+    /// Further blade width for each unit of the dial.
+    pub blade_width_slope: Quantity,
+    /// Relative difference in blade size from one of the three size classes to the next.
+    pub size_step: Quantity,
+    /// Roll from one leaf of an internode to the next.
+    pub divergence: Span,
+    /// Length of the petiole.
+    pub petiole_length: Quantity,
+    /// Angle between the twig and the petiole.
+    pub petiole_angle: Span,
+    /// Downward bend from the petiole to the blade.
+    pub blade_droop: Span,
+}
+
+impl FoliageSpec {
+    /// Leaves on one internode that bears leaves at all.
+    pub fn leaves_per_internode(&self) -> u32 {
+        let dial = self.density.si();
+        if dial == 0.0 { 0 } else { (self.leaves_base.si() + self.leaves_slope.si() * dial).round() as u32 }
+    }
+
+    /// Lowest branch order that bears leaves at this dial.
+    pub fn lowest_order(&self) -> u32 {
+        let dense = self.density.si() > self.dense_above.si();
+        if dense { self.dense_min_order.get() } else { self.min_order.get() }
+    }
+
+    /// Length and width of a blade of the middle size class [m].
+    pub fn blade_size(&self) -> (f64, f64) {
+        let dial = self.density.si();
+        (
+            self.blade_length_base.si() + self.blade_length_slope.si() * dial,
+            self.blade_width_base.si() + self.blade_width_slope.si() * dial,
+        )
+    }
 }

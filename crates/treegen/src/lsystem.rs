@@ -1,0 +1,94 @@
+//! Parametric L-systems: strings of modules and their parallel rewriting.
+//!
+//! Prusinkiewicz and Lindenmayer, "The Algorithmic Beauty of Plants", chapter 1.
+
+/// A module that the turtle obeys. Lengths in metres, angles in radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Command {
+    /// `F(l)`: draw an internode of length l along the heading.
+    Forward(f64),
+    /// `!(w)`: set the width of internodes drawn from here on.
+    Width(f64),
+    /// `&(a)`: turn the heading away from the up axis, about the left axis.
+    Pitch(f64),
+    /// `/(d)`: roll about the heading.
+    Roll(f64),
+    /// Bend the heading towards the ground (away from it where negative), never past the vertical.
+    Droop(f64),
+    /// `[`: remember the turtle's state; what follows is one branch order higher.
+    Push,
+    /// `]`: return to the state last remembered.
+    Pop,
+}
+
+/// One letter of the string: a turtle command, or an apex that the grammar rewrites.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Module<A> {
+    /// Drawn by the turtle.
+    Turtle(Command),
+    /// A growing point with the grammar's own parameters; the turtle passes over it.
+    Apex(A),
+}
+
+/// Axiom and productions of one L-system. Context-free; a stochastic grammar owns its random stream.
+pub trait Grammar {
+    /// The growing points and their parameters.
+    type Apex: Copy;
+
+    /// The string before the first derivation.
+    fn axiom(&mut self) -> Vec<Module<Self::Apex>>;
+
+    /// Production of an apex: appends its successor to `successor`.
+    fn grow(&mut self, apex: Self::Apex, successor: &mut Vec<Module<Self::Apex>>);
+
+    /// Production of a turtle command; most stay as they are.
+    fn mature(&self, command: Command) -> Command {
+        command
+    }
+}
+
+/// Derives the axiom `derivations` times. Every module of a string is rewritten in one derivation, left to
+/// right, which fixes the order of a stochastic grammar's draws.
+pub fn derive<G: Grammar>(grammar: &mut G, derivations: u32) -> Vec<Module<G::Apex>> {
+    let mut string = grammar.axiom();
+    for _ in 0..derivations {
+        let mut next = Vec::with_capacity(2 * string.len());
+        for module in string {
+            match module {
+                Module::Turtle(command) => next.push(Module::Turtle(grammar.mature(command))),
+                Module::Apex(apex) => grammar.grow(apex, &mut next),
+            }
+        }
+        string = next;
+    }
+    string
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lindenmayer's algae, a -> ab, b -> a: its string lengths are the Fibonacci numbers.
+    struct Algae;
+
+    impl Grammar for Algae {
+        type Apex = char;
+
+        fn axiom(&mut self) -> Vec<Module<char>> {
+            vec![Module::Apex('a')]
+        }
+
+        fn grow(&mut self, apex: char, successor: &mut Vec<Module<char>>) {
+            successor.push(Module::Apex('a'));
+            if apex == 'a' {
+                successor.push(Module::Apex('b'));
+            }
+        }
+    }
+
+    #[test]
+    fn rewriting_is_parallel() {
+        let lengths: Vec<usize> = (0..8).map(|n| derive(&mut Algae, n).len()).collect();
+        assert_eq!(lengths, [1, 2, 3, 5, 8, 13, 21, 34]);
+    }
+}
