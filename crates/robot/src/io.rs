@@ -14,7 +14,7 @@ pub struct Observation {
     pub arm_q: [f64; ARM_DOF],
     /// Arm joint velocities [rad/s].
     pub arm_v: [f64; ARM_DOF],
-    /// Torques that the arm servos exert [N m].
+    /// Torques that the arm servos exert [N m], gravity compensation included.
     pub arm_torque: [f64; ARM_DOF],
     /// Finger positions [m], 0 closed.
     pub finger_q: [f64; 2],

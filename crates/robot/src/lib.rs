@@ -1,3 +1,30 @@
 //! Mobile manipulators from URDF: servos, kinematics, observations and commands.
+//!
+//! [`Articulation`] reads any URDF tree; [`RobotModel`] adds the parts that a harvester needs (base, height,
+//! arm, fingers, bucket, wrist camera) and puts them into a world's model. [`Servos`] turns a [`Command`] into
+//! implicit springs, dampers and torques each substep; [`observe`] reads the sensors. [`ArmKinematics`] is the
+//! arm alone, for controllers: it knows nothing of a world. Equations: `docs/computation/robot.md`.
 
+mod arm;
+mod articulation;
+mod chain;
+mod config;
+mod error;
+mod handle;
+mod ik;
 pub mod io;
+mod model;
+mod observe;
+mod roles;
+mod servo;
+
+pub use arm::{ArmKinematics, Jacobian, JointVector};
+pub use articulation::{Articulation, Frame, Limit, Link, LinkShape, Mimic};
+pub use config::{PAPER_TOML, PAPER_URDF, RobotConfig};
+pub use error::RobotError;
+pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
+pub use ik::{IkFailure, IkTarget};
+pub use io::{ARM_DOF, Command, Observation};
+pub use model::RobotModel;
+pub use observe::observe;
+pub use servo::Servos;

@@ -1,0 +1,217 @@
+//! The arm alone, in the base frame: what a controller may know without a world.
+
+use crate::RobotError;
+use crate::articulation::{Articulation, Limit};
+use crate::chain::{Chain, Hinge};
+use crate::config::{CameraMount, RobotConfig};
+use crate::io::ARM_DOF;
+use crate::roles::Roles;
+use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3};
+
+pub use crate::chain::{Jacobian, JointVector};
+
+/// Forward kinematics, Jacobian, inverse kinematics, gravity torque and shapes of the arm on its base.
+///
+/// All poses are in the `base` frame: on the ground under the chassis, x forward, y left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmKinematics {
+    pub(crate) chain: Chain,
+    /// Limits of the arm joints.
+    pub(crate) limits: [Limit; ARM_DOF],
+    pub(crate) home: JointVector,
+    pub(crate) ik: crate::ik::IkParameters,
+    mounts: WristMounts,
+    finger_stroke: f64,
+    finger_speed: f64,
+    finger_force: f64,
+    shapes: Vec<MountedShape>,
+}
+
+/// What is fixed to the last link of the arm, in that link's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct WristMounts {
+    pub x_wrist_hand: Pose,
+    pub x_wrist_tcp: Pose,
+    pub x_wrist_camera: Pose,
+}
+
+/// A shape on the base, on an arm link or on a finger.
+#[derive(Debug, Clone, PartialEq)]
+struct MountedShape {
+    shape: Shape,
+    mount: Mount,
+    x_mount_shape: Pose,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Mount {
+    Base,
+    Arm(usize),
+    /// A finger's joint frame in the wrist's frame, and its direction of opening.
+    Finger(usize, Pose, Vec3),
+}
+
+impl ArmKinematics {
+    pub(crate) fn new(
+        articulation: &Articulation,
+        roles: &Roles,
+        config: &RobotConfig,
+    ) -> Result<Self, RobotError> {
+        let links = &articulation.links;
+        let x_link_base = roles.x_link_base;
+        let opening = config.start.finger_opening.si();
+        let wrist = roles.arm[ARM_DOF - 1];
+        let mut shapes = Vec::new();
+        let mut mount = |link: usize, mount: &Mount, x: &Pose| {
+            for s in &links[link].shapes {
+                let x_mount_shape = x * s.x_link_shape;
+                shapes.push(MountedShape { shape: s.shape, mount: mount.clone(), x_mount_shape });
+            }
+        };
+        mount(roles.base, &Mount::Base, &x_link_base.inverse());
+        for (i, &link) in roles.arm.iter().enumerate() {
+            mount(link, &Mount::Arm(i), &Pose::identity());
+        }
+        let mut hinges = Vec::with_capacity(ARM_DOF);
+        for (i, &link) in roles.arm.iter().enumerate() {
+            let mut x_parent_joint = links[link].x_parent_joint;
+            if i == 0 {
+                x_parent_joint = x_link_base.inverse() * x_parent_joint;
+            }
+            hinges.push(Hinge { x_parent_joint, axis: roles.arm_axes[i], inertia: links[link].inertia });
+        }
+        for (i, &link) in roles.fingers.iter().enumerate() {
+            let x_joint = links[link].x_parent_joint;
+            let axis = roles.finger_axes[i].into_inner();
+            mount(link, &Mount::Finger(i, x_joint, axis), &Pose::identity());
+            let x_open = x_joint * Pose::from_parts((axis * opening).into(), Rotation::identity());
+            hinges[ARM_DOF - 1].carry(&links[link].inertia, &x_open);
+        }
+        let frame = |name: &str| roles.frame_on(articulation, name, wrist);
+        let x_wrist_hand = frame(&config.parts.hand_link)?;
+        let hinges = match <[Hinge; ARM_DOF]>::try_from(hinges) {
+            Ok(hinges) => hinges,
+            Err(_) => unreachable!("one hinge for each arm joint"),
+        };
+        let finger = roles.finger_limits[0];
+        Ok(Self {
+            chain: Chain { hinges },
+            limits: roles.arm_limits,
+            home: JointVector::from_fn(|i, _| config.start.arm_home[i].si()),
+            ik: crate::ik::IkParameters::new(&config.ik),
+            mounts: WristMounts {
+                x_wrist_hand,
+                x_wrist_tcp: frame(&config.parts.tcp_link)?,
+                x_wrist_camera: x_wrist_hand * camera_mount(&config.camera),
+            },
+            finger_stroke: finger.upper,
+            finger_speed: config.finger.speed_max.si().min(finger.velocity),
+            finger_force: config.finger.force_max.si().min(finger.effort),
+            shapes,
+        })
+    }
+
+    /// Limits of the arm joints.
+    pub fn limits(&self) -> &[Limit; ARM_DOF] {
+        &self.limits
+    }
+
+    /// Joint positions at the start of an episode.
+    pub fn home(&self) -> JointVector {
+        self.home
+    }
+
+    /// Largest opening of each finger [m].
+    pub fn finger_stroke(&self) -> f64 {
+        self.finger_stroke
+    }
+
+    /// Largest speed of each finger [m/s].
+    pub fn finger_speed(&self) -> f64 {
+        self.finger_speed
+    }
+
+    /// Largest force of each finger drive [N].
+    pub fn finger_force(&self) -> f64 {
+        self.finger_force
+    }
+
+    /// Positions brought into the joint limits.
+    pub fn clamped(&self, q: &JointVector) -> JointVector {
+        JointVector::from_fn(|i, _| q[i].clamp(self.limits[i].lower, self.limits[i].upper))
+    }
+
+    fn wrist(&self, q: &JointVector) -> Pose {
+        self.chain.link_poses(q)[ARM_DOF - 1]
+    }
+
+    /// Pose of the point between the finger pads (z the approach axis, y the fingers' direction).
+    pub fn tcp(&self, q: &JointVector) -> Pose {
+        self.wrist(q) * self.mounts.x_wrist_tcp
+    }
+
+    /// Pose of the camera's optical frame.
+    pub fn camera(&self, q: &JointVector) -> Pose {
+        self.wrist(q) * self.mounts.x_wrist_camera
+    }
+
+    /// Pose of the optical frame in the TCP's frame.
+    pub fn x_tcp_camera(&self) -> Pose {
+        self.mounts.x_wrist_tcp.inverse() * self.mounts.x_wrist_camera
+    }
+
+    pub(crate) fn mounts(&self) -> WristMounts {
+        self.mounts
+    }
+
+    /// TCP pose and its Jacobian: angular rows first, linear rows second, base axes.
+    pub fn tcp_and_jacobian(&self, q: &JointVector) -> (Pose, Jacobian) {
+        let links = self.chain.link_poses(q);
+        let x_tcp = links[ARM_DOF - 1] * self.mounts.x_wrist_tcp;
+        (x_tcp, self.chain.jacobian(&links, &x_tcp.translation.vector))
+    }
+
+    /// Jacobian of the TCP: angular rows first, linear rows second, base axes.
+    pub fn jacobian(&self, q: &JointVector) -> Jacobian {
+        self.tcp_and_jacobian(q).1
+    }
+
+    /// Joint torques that hold the arm still under `gravity` [m/s2], base axes.
+    pub fn gravity_torque(&self, q: &JointVector, gravity: &Vec3) -> JointVector {
+        self.chain.gravity_torque(q, gravity)
+    }
+
+    /// Inertia that each joint moves with all others locked [kg m^2].
+    pub fn reflected_inertia(&self, q: &JointVector) -> JointVector {
+        self.chain.reflected_inertia(q)
+    }
+
+    /// All collision shapes of the robot with their poses, fingers opened by `finger_q` [m].
+    pub fn link_shapes(&self, q: &JointVector, finger_q: &[f64; 2]) -> Vec<(Shape, Pose)> {
+        let links = self.chain.link_poses(q);
+        let place = |s: &MountedShape| {
+            let x_base_mount = match &s.mount {
+                Mount::Base => Pose::identity(),
+                Mount::Arm(i) => links[*i],
+                Mount::Finger(i, x_joint, axis) => {
+                    let opened = Pose::from_parts((axis * finger_q[*i]).into(), Rotation::identity());
+                    links[ARM_DOF - 1] * x_joint * opened
+                }
+            };
+            (s.shape, x_base_mount * s.x_mount_shape)
+        };
+        self.shapes.iter().map(place).collect()
+    }
+}
+
+/// Optical frame in the hand frame: the image's upper side points along the offset from the approach axis,
+/// the optical axis is turned back towards that axis by the toe-in.
+fn camera_mount(mount: &CameraMount) -> Pose {
+    let p = Vec3::new(mount.x.si(), mount.y.si(), mount.z.si());
+    let up = Vec3::new(p.x, p.y, 0.0).try_normalize(1e-9).unwrap_or(Vec3::x());
+    let (sin, cos) = orchard_geometry::math::sin_cos(mount.toe_in.si());
+    let z = Vec3::z() * cos - up * sin;
+    let y = -(up * cos + Vec3::z() * sin);
+    let r = nalgebra::Rotation3::from_matrix_unchecked(Mat3::from_columns(&[y.cross(&z), y, z]));
+    Pose::from_parts(p.into(), Rotation::from_rotation_matrix(&r))
+}

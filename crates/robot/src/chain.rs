@@ -1,0 +1,107 @@
+//! A serial chain of hinges: positions, Jacobian, gravity torque, reflected inertia.
+//!
+//! Positions are products of the joint transforms; the Jacobian's columns are (axis; axis x lever), Lynch and
+//! Park, Modern Robotics, eq. 5.4 in world axes.
+
+use crate::articulation::{combined, moved, point_inertia};
+use crate::io::ARM_DOF;
+use nalgebra::{SMatrix, Unit};
+use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
+use orchard_multibody::SpatialInertia;
+
+/// Positions of the arm's joints [rad].
+pub type JointVector = nalgebra::SVector<f64, ARM_DOF>;
+
+/// Angular rows first, linear rows second, in the axes of the chain's root frame.
+pub type Jacobian = SMatrix<f64, 6, ARM_DOF>;
+
+/// One hinge and the link that it carries.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Hinge {
+    /// Joint frame in the previous link's frame.
+    pub x_parent_joint: Pose,
+    /// Axis in the joint frame.
+    pub axis: Unit<Vec3>,
+    /// Inertia of the link in its own frame; the last one carries hand and fingers.
+    pub inertia: SpatialInertia,
+}
+
+impl Hinge {
+    /// Adds something rigid that sits on the link at a pose.
+    pub fn carry(&mut self, load: &SpatialInertia, x_link_load: &Pose) {
+        self.inertia = combined(&self.inertia, &moved(load, x_link_load));
+    }
+}
+
+/// The arm's hinges from the base out.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Chain {
+    pub hinges: [Hinge; ARM_DOF],
+}
+
+impl Chain {
+    /// Poses of the links in the root frame.
+    pub fn link_poses(&self, q: &JointVector) -> [Pose; ARM_DOF] {
+        let mut x = Pose::identity();
+        std::array::from_fn(|i| {
+            let hinge = &self.hinges[i];
+            let turn = Pose::from_parts(Vec3::zeros().into(), Rotation::from_axis_angle(&hinge.axis, q[i]));
+            x = x * hinge.x_parent_joint * turn;
+            x
+        })
+    }
+
+    fn axis(&self, i: usize, x: &Pose) -> Vec3 {
+        x.rotation * self.hinges[i].axis.into_inner()
+    }
+
+    /// Jacobian of a point `p` (root frame) that moves with the last link.
+    pub fn jacobian(&self, links: &[Pose; ARM_DOF], p: &Vec3) -> Jacobian {
+        let mut jacobian = Jacobian::zeros();
+        for (i, x) in links.iter().enumerate() {
+            let axis = self.axis(i, x);
+            jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&axis);
+            jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(&axis.cross(&(p - x.translation.vector)));
+        }
+        jacobian
+    }
+
+    /// Joint torques that hold the arm still against gravity (a vector in the root frame, [m/s2]).
+    pub fn gravity_torque(&self, q: &JointVector, gravity: &Vec3) -> JointVector {
+        let links = self.link_poses(q);
+        let mut torque = JointVector::zeros();
+        let (mut mass, mut moment) = (0.0, Vec3::zeros());
+        for i in (0..ARM_DOF).rev() {
+            let inertia = &self.hinges[i].inertia;
+            mass += inertia.mass;
+            moment += (links[i] * nalgebra::Point3::from(inertia.p_com)).coords * inertia.mass;
+            let lever = moment - links[i].translation.vector * mass;
+            torque[i] = -self.axis(i, &links[i]).dot(&lever.cross(gravity));
+        }
+        torque
+    }
+
+    /// Inertia that each joint would move were all others locked [kg m^2]: the diagonal of the mass matrix.
+    pub fn reflected_inertia(&self, q: &JointVector) -> JointVector {
+        let links = self.link_poses(q);
+        let mut reflected = JointVector::zeros();
+        // Second moment about the root's origin, first moment and mass of everything further out.
+        let (mut mass, mut moment, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
+        for i in (0..ARM_DOF).rev() {
+            let inertia = &self.hinges[i].inertia;
+            let r = links[i].rotation.to_rotation_matrix().into_inner();
+            let com = (links[i] * nalgebra::Point3::from(inertia.p_com)).coords;
+            mass += inertia.mass;
+            moment += com * inertia.mass;
+            second += r * inertia.i_com * r.transpose() + point_inertia(inertia.mass, &com);
+            let p = links[i].translation.vector;
+            // Steiner: about p, with c = moment / mass the centre of mass of the outer part.
+            let cross = p * moment.transpose();
+            let shift = Mat3::identity() * (2.0 * p.dot(&moment)) - cross - cross.transpose();
+            let about_p = second - shift + point_inertia(mass, &p);
+            let axis = self.axis(i, &links[i]);
+            reflected[i] = axis.dot(&(about_p * axis));
+        }
+        reflected
+    }
+}

@@ -1,0 +1,100 @@
+//! Where a robot's parts are in a world's model.
+
+use crate::io::ARM_DOF;
+use orchard_geometry::{Pose, Vec3};
+use orchard_multibody::{BodyId, ColliderId, Data, Groups};
+
+/// Collision groups of the robot's parts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PartGroups {
+    /// Chassis.
+    pub base: Groups,
+    /// Arm and hand.
+    pub arm: Groups,
+    /// Fingers.
+    pub finger: Groups,
+    /// Bucket.
+    pub bucket: Groups,
+}
+
+/// The robot's colliders by part.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RobotColliders {
+    /// Chassis.
+    pub base: Vec<ColliderId>,
+    /// Arm and hand.
+    pub arm: Vec<ColliderId>,
+    /// Left finger, right finger.
+    pub fingers: [Vec<ColliderId>; 2],
+    /// Bucket floor and walls.
+    pub bucket: Vec<ColliderId>,
+}
+
+/// Interior of the bucket: a box in the base frame, open at the top.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bucket {
+    /// Centre [m], base frame.
+    pub p_base: Vec3,
+    /// Half-extents of the interior [m].
+    pub half: Vec3,
+}
+
+impl Bucket {
+    /// Whether a point of the base frame lies in the bucket.
+    pub fn contains(&self, p_base: &Vec3) -> bool {
+        let d = (p_base - self.p_base).abs();
+        (0..3).all(|k| d[k] <= self.half[k])
+    }
+}
+
+/// Where a robot's parts are in a world's model. The joint of a body stands at `model.qs(body)` in q and at
+/// `model.dofs(body)` in v.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotHandle {
+    /// Bodies in the order of the articulation's links.
+    pub bodies: Vec<BodyId>,
+    /// Body of the planar joint: its q is the base pose in the odom frame.
+    pub planar: BodyId,
+    /// Body of the height joint.
+    pub height: BodyId,
+    /// Body that carries the `base` frame.
+    pub base: BodyId,
+    /// The `base` frame in the frame of body `base`.
+    pub x_body_base: Pose,
+    /// Bodies of the arm joints; the last one carries hand and camera.
+    pub arm: [BodyId; ARM_DOF],
+    /// Bodies of the finger joints.
+    pub fingers: [BodyId; 2],
+    /// Optical frame of the camera in the frame of the last arm body.
+    pub x_wrist_camera: Pose,
+    /// Hand frame in the frame of the last arm body.
+    pub x_wrist_hand: Pose,
+    /// Point between the finger pads in the frame of the last arm body.
+    pub x_wrist_tcp: Pose,
+    /// Colliders.
+    pub colliders: RobotColliders,
+    /// Bucket interior.
+    pub bucket: Bucket,
+}
+
+impl RobotHandle {
+    /// Body that carries hand and camera.
+    pub fn wrist(&self) -> BodyId {
+        self.arm[ARM_DOF - 1]
+    }
+
+    /// Pose of the camera's optical frame in the world.
+    pub fn x_world_camera(&self, data: &Data) -> Pose {
+        data.x_world_body(self.wrist()) * self.x_wrist_camera
+    }
+
+    /// Pose of the `base` frame in the world.
+    pub fn x_world_base(&self, data: &Data) -> Pose {
+        data.x_world_body(self.base) * self.x_body_base
+    }
+
+    /// Pose of the point between the finger pads in the world.
+    pub fn x_world_tcp(&self, data: &Data) -> Pose {
+        data.x_world_body(self.wrist()) * self.x_wrist_tcp
+    }
+}

@@ -1,0 +1,254 @@
+//! Servos: commands to implicit springs, dampers and torques of a world's model, once a substep.
+//!
+//! A servo with position gain k, velocity gain d and feed-forward f exerts `k (target - q') - d v' + f` with the
+//! state (q', v') at the end of the substep: the step takes k and d implicitly. Where that would pass the
+//! effort limit, the servo exerts the limit itself, with no gains. The effort to come is predicted from the
+//! inertia J that the joint moves, `(k (target - q - h v) - d v) / (1 + h (d + h k) / J)`, so that a stiff
+//! servo does not flip between the two.
+
+use crate::handle::RobotHandle;
+use crate::io::{ARM_DOF, Command};
+use crate::model::RobotModel;
+use nalgebra::Vector2;
+use orchard_geometry::{Vec3, math};
+use orchard_multibody::{Data, Model};
+
+/// Drives of one robot. Holds the set points, which move no faster than the hardware allows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Servos {
+    robot: Parameters,
+    /// Base velocity set point: forward, left, yaw rate, in the base frame.
+    base_velocity: [f64; 3],
+    arm_target: [f64; ARM_DOF],
+    finger_target: [f64; 2],
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Parameters {
+    base: Drive,
+    turn: Drive,
+    height: Gains,
+    arm: Gains,
+    finger: Gains,
+    finger_speed: f64,
+    finger_force: f64,
+    finger_range: [(f64, f64); 2],
+    kinematics: crate::ArmKinematics,
+    mass: f64,
+    yaw_inertia: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Drive {
+    damping: f64,
+    effort_max: f64,
+    speed_max: f64,
+    acceleration_max: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gains {
+    stiffness: f64,
+    damping: f64,
+}
+
+/// What the step takes for one degree of freedom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Input {
+    stiffness: f64,
+    damping: f64,
+    rest: f64,
+    torque: f64,
+}
+
+impl Gains {
+    fn new(gains: &crate::config::Gains) -> Self {
+        Self { stiffness: gains.stiffness.si(), damping: gains.damping.si() }
+    }
+
+    /// The law of this module for one joint at (q, v) that moves `inertia`.
+    fn input(&self, joint: &Joint, target: f64, feed_forward: f64, limit: f64, h: f64) -> Input {
+        let Gains { stiffness, damping } = *self;
+        let demand = stiffness * (target - joint.q - h * joint.v) - damping * joint.v;
+        let predicted = feed_forward + demand / (1.0 + h * (damping + h * stiffness) / joint.inertia);
+        if predicted.abs() <= limit {
+            Input { stiffness, damping, rest: target, torque: feed_forward }
+        } else {
+            Input { stiffness: 0.0, damping: 0.0, rest: joint.q, torque: limit.copysign(predicted) }
+        }
+    }
+}
+
+struct Joint {
+    q: f64,
+    v: f64,
+    inertia: f64,
+}
+
+fn write(data: &mut Data, dof: usize, input: Input) {
+    data.stiffness[dof] = input.stiffness;
+    data.damping[dof] = input.damping;
+    data.rest[dof] = input.rest;
+    data.torque[dof] = input.torque;
+}
+
+fn toward(from: f64, to: f64, step: f64) -> f64 {
+    from + (to - from).clamp(-step, step)
+}
+
+impl Servos {
+    /// Servos that hold the start posture.
+    pub fn new(robot: &RobotModel) -> Self {
+        let c = robot.config();
+        let start = robot.start_command();
+        let kinematics = robot.kinematics().clone();
+        Self {
+            base_velocity: [0.0; 3],
+            arm_target: start.arm_q,
+            finger_target: [start.finger_q; 2],
+            robot: Parameters {
+                base: Drive {
+                    damping: c.base.damping.si(),
+                    effort_max: c.base.force_max.si(),
+                    speed_max: c.base.speed_max.si(),
+                    acceleration_max: c.base.acceleration_max.si(),
+                },
+                turn: Drive {
+                    damping: c.base.turn_damping.si(),
+                    effort_max: c.base.torque_max.si(),
+                    speed_max: c.base.turn_speed_max.si(),
+                    acceleration_max: c.base.turn_acceleration_max.si(),
+                },
+                height: Gains::new(&c.height),
+                arm: Gains::new(&c.arm),
+                finger: Gains { stiffness: c.finger.stiffness.si(), damping: c.finger.damping.si() },
+                finger_speed: kinematics.finger_speed(),
+                finger_force: kinematics.finger_force(),
+                finger_range: robot.roles.finger_limits.map(|l| (l.lower, l.upper)),
+                kinematics,
+                mass: robot.mass(),
+                yaw_inertia: robot.yaw_inertia(),
+            },
+        }
+    }
+
+    /// Sets the inputs of the next substep of length `h` [s]. `height` is the set point of the chassis height
+    /// over its rest on flat ground [m], `gravity` [m/s2] points down with its z. What is not finite in a
+    /// command leaves the set point where it is.
+    pub fn apply(
+        &mut self,
+        model: &Model,
+        data: &mut Data,
+        handle: &RobotHandle,
+        command: &Command,
+        height: f64,
+        gravity: &Vec3,
+        h: f64,
+    ) {
+        self.drive_base(model, data, handle, command, h);
+        let dof = model.dofs(handle.height).start;
+        let gains = self.robot.height;
+        let weight = -self.robot.mass * gravity.z;
+        let (stiffness, damping) = (gains.stiffness, gains.damping);
+        write(data, dof, Input { stiffness, damping, rest: height, torque: weight });
+        self.drive_arm(model, data, handle, command, gravity, h);
+        self.drive_fingers(model, data, handle, command, h);
+    }
+
+    fn drive_base(
+        &mut self,
+        model: &Model,
+        data: &mut Data,
+        handle: &RobotHandle,
+        command: &Command,
+        h: f64,
+    ) {
+        let (base, turn) = (self.robot.base, self.robot.turn);
+        if command.base_velocity.iter().all(|v| v.is_finite()) {
+            let [x, y, yaw] = command.base_velocity;
+            let step = base.acceleration_max * h;
+            let wanted = Vector2::new(x, y).map(|v| v.clamp(-base.speed_max, base.speed_max));
+            let now = Vector2::new(self.base_velocity[0], self.base_velocity[1]);
+            let next = now + (wanted - now).cap_magnitude(step);
+            let yaw = yaw.clamp(-turn.speed_max, turn.speed_max);
+            let yaw_rate = toward(self.base_velocity[2], yaw, turn.acceleration_max * h);
+            self.base_velocity = [next.x, next.y, yaw_rate];
+        }
+        let (dof, yaw) = (model.dofs(handle.planar).start, data.q[model.qs(handle.planar).start + 2]);
+        let (sin, cos) = math::sin_cos(yaw);
+        let [forward, left, yaw_rate] = self.base_velocity;
+        // The planar joint's x and y are axes of odom; the set point is in the base's.
+        let set = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
+        let now = Vector2::new(data.v[dof], data.v[dof + 1]);
+        let force = (set - now) * (base.damping / (1.0 + h * base.damping / self.robot.mass));
+        let (damping, force) = if force.norm() <= base.effort_max {
+            (base.damping, set * base.damping)
+        } else {
+            (0.0, force.normalize() * base.effort_max)
+        };
+        let free = |damping, torque| Input { stiffness: 0.0, damping, rest: 0.0, torque };
+        write(data, dof, free(damping, force.x));
+        write(data, dof + 1, free(damping, force.y));
+        let factor = turn.damping / (1.0 + h * turn.damping / self.robot.yaw_inertia);
+        let torque = (yaw_rate - data.v[dof + 2]) * factor;
+        let input = if torque.abs() <= turn.effort_max {
+            free(turn.damping, yaw_rate * turn.damping)
+        } else {
+            free(0.0, turn.effort_max.copysign(torque))
+        };
+        write(data, dof + 2, input);
+    }
+
+    fn drive_arm(
+        &mut self,
+        model: &Model,
+        data: &mut Data,
+        handle: &RobotHandle,
+        command: &Command,
+        gravity: &Vec3,
+        h: f64,
+    ) {
+        let arm = &self.robot.kinematics;
+        let q = crate::JointVector::from_fn(|i, _| data.q[model.qs(handle.arm[i]).start]);
+        let holding = arm.gravity_torque(&q, gravity);
+        let inertia = arm.reflected_inertia(&q);
+        for i in 0..ARM_DOF {
+            let limit = arm.limits()[i];
+            let target = &mut self.arm_target[i];
+            if command.arm_q[i].is_finite() {
+                let wanted = command.arm_q[i].clamp(limit.lower, limit.upper);
+                *target = toward(*target, wanted, limit.velocity * h);
+            }
+            let dof = model.dofs(handle.arm[i]).start;
+            let joint = Joint { q: q[i], v: data.v[dof], inertia: inertia[i] };
+            write(data, dof, self.robot.arm.input(&joint, *target, holding[i], limit.effort, h));
+        }
+    }
+
+    fn drive_fingers(
+        &mut self,
+        model: &Model,
+        data: &mut Data,
+        handle: &RobotHandle,
+        command: &Command,
+        h: f64,
+    ) {
+        let gains = self.robot.finger;
+        let asked = if command.finger_force.is_finite() { command.finger_force.max(0.0) } else { 0.0 };
+        let limit = asked.min(self.robot.finger_force);
+        for (i, body) in handle.fingers.into_iter().enumerate() {
+            let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
+            let (lower, upper) = self.robot.finger_range[i];
+            if command.finger_q.is_finite() {
+                let wanted = command.finger_q.clamp(lower, upper);
+                let next = toward(self.finger_target[i], wanted, self.robot.finger_speed * h);
+                // Against an object the set point waits where it exerts the limit, so that opening is prompt.
+                let reach = limit / gains.stiffness;
+                self.finger_target[i] = next.clamp(q - reach, q + reach).clamp(lower, upper);
+            }
+            let inertia = model.body(body).inertia.mass;
+            let joint = Joint { q, v: data.v[dof], inertia };
+            write(data, dof, gains.input(&joint, self.finger_target[i], 0.0, limit, h));
+        }
+    }
+}
