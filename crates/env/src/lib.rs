@@ -1,1 +1,119 @@
 //! Reset, step, observe and act over many worlds.
+//!
+//! An [`Env`] is N worlds of one seed, each with its own tree. Worlds share nothing, so the result of a world
+//! does not depend on how many others run or on how many threads run them.
+//!
+//! ```no_run
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use orchard_env::{Backend, Env};
+//! use std::sync::Arc;
+//! let spec = Arc::new(orchard_spec::Spec::paper());
+//! let robot = Arc::new(orchard_robot::RobotModel::paper()?);
+//! let mut env = Env::new(spec, robot, 1, 0..8, Backend::Cpu)?;
+//! let observations = env.observe();
+//! let commands: Vec<_> = observations.iter().map(orchard_robot::Command::hold).collect();
+//! let events = env.step(&commands)?;
+//! assert_eq!(events.len(), 8);
+//! # Ok(())
+//! # }
+//! ```
+
+use orchard_robot::{Command, Observation, RobotModel};
+use orchard_spec::Spec;
+use orchard_world::{World, WorldError, WorldEvent};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// What computes the physics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Backend {
+    /// f64 on the CPU, worlds in parallel on the current rayon pool. The reference.
+    #[default]
+    Cpu,
+}
+
+/// An environment that cannot be built or stepped.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvError {
+    /// One of its worlds cannot be built.
+    #[error("world {world}: {source}")]
+    World {
+        /// Index of the world.
+        world: u32,
+        /// Why.
+        source: WorldError,
+    },
+    /// There is not one command a world.
+    #[error("{given} commands for {worlds} worlds")]
+    CommandCount {
+        /// Commands given.
+        given: usize,
+        /// Worlds.
+        worlds: usize,
+    },
+}
+
+/// Many worlds of one seed.
+#[derive(Debug, Clone)]
+pub struct Env {
+    worlds: Vec<World>,
+}
+
+impl Env {
+    /// Builds the worlds of a range of indices of one seed.
+    ///
+    /// # Errors
+    /// A world cannot be built; the lowest index that fails is named.
+    pub fn new(
+        spec: Arc<Spec>,
+        robot: Arc<RobotModel>,
+        seed: u64,
+        worlds: Range<u32>,
+        backend: Backend,
+    ) -> Result<Self, EnvError> {
+        let Backend::Cpu = backend;
+        let built: Vec<Result<World, EnvError>> = worlds
+            .into_par_iter()
+            .map(|world| {
+                World::new(spec.clone(), robot.clone(), seed, world)
+                    .map_err(|source| EnvError::World { world, source })
+            })
+            .collect();
+        Ok(Self { worlds: built.into_iter().collect::<Result<_, _>>()? })
+    }
+
+    /// The worlds, for truth and scoring.
+    pub fn worlds(&self) -> &[World] {
+        &self.worlds
+    }
+
+    /// Brings every world back to its start.
+    pub fn reset(&mut self) {
+        self.worlds.par_iter_mut().for_each(World::reset);
+    }
+
+    /// What every robot senses now.
+    pub fn observe(&mut self) -> Vec<Observation> {
+        self.worlds.par_iter_mut().map(World::observe).collect()
+    }
+
+    /// Advances every world one frame under its command; returns each world's events.
+    ///
+    /// # Errors
+    /// There is not one command a world.
+    pub fn step(&mut self, commands: &[Command]) -> Result<Vec<Vec<WorldEvent>>, EnvError> {
+        if commands.len() != self.worlds.len() {
+            return Err(EnvError::CommandCount { given: commands.len(), worlds: self.worlds.len() });
+        }
+        Ok(self
+            .worlds
+            .par_iter_mut()
+            .zip(commands)
+            .map(|(world, command)| {
+                world.step(command);
+                world.drain_events()
+            })
+            .collect())
+    }
+}

@@ -8,6 +8,7 @@
 mod streams;
 
 pub mod camera;
+pub mod episode;
 pub mod foliage;
 pub mod fruit;
 pub mod sim;
@@ -40,6 +41,8 @@ pub struct Spec {
     pub foliage: foliage::FoliageSpec,
     /// The depth camera.
     pub camera: camera::CameraSpec,
+    /// Reach.
+    pub episode: episode::EpisodeSpec,
 }
 
 impl Spec {

@@ -1,1 +1,12 @@
 //! A grown tree as a compliant, breakable articulation.
+//!
+//! [`TreeBody`] turns a [`Skeleton`](orchard_treegen::Skeleton) into links of a multibody model: every
+//! segment a capsule link, every joint a bending spring-damper whose stiffness follows beam theory.
+//! [`Rupture`] watches the bending moments, breaks joints in place and lets the sub-tree fall.
+
+mod body;
+mod rupture;
+pub mod section;
+
+pub use body::{TreeBody, TreeGroups};
+pub use rupture::{Break, Rupture};

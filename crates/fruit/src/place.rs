@@ -1,0 +1,112 @@
+//! Which spurs carry fruit, and what each fruit is.
+
+use orchard_geometry::Vec3;
+use orchard_spec::fruit::FruitSpec;
+use orchard_spec::{Purpose, Stream};
+use orchard_treegen::{FruitSite, Skeleton};
+
+/// One apple as it grew.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fruit {
+    /// Segment that carries it.
+    pub segment: usize,
+    /// Where the stem is attached, segment frame [m].
+    pub p_segment: Vec3,
+    /// Centre of the hang point on the unloaded tree [m], world.
+    pub p_hang_world: Vec3,
+    /// Radius [m].
+    pub radius: f64,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Direct pull that takes it off, f_detach [N].
+    pub detach_force: f64,
+}
+
+/// Chooses the spurs that carry fruit and draws each fruit's size, mass and stem strength.
+///
+/// The sites are visited in random order, as often as needed, each accepted with the placement probability
+/// times (base + outer * outerness), until the tree carries `spec.count` fruit or no free site is left.
+/// A site is free if its fruit would hang clear of wood, ground and every fruit already placed.
+pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Vec<Fruit> {
+    let mut sizes = Stream::new(seed, world, Purpose::FruitSize);
+    let mut stems = Stream::new(seed, world, Purpose::Stem);
+    let mut draws = Stream::new(seed, world, Purpose::FruitPlacement);
+
+    // Every site draws its fruit whether or not it is used, so that the count never shifts a fruit's size.
+    let mut free: Vec<(Fruit, f64)> = skeleton
+        .fruit_sites
+        .iter()
+        .filter(|site| eligible(spec, skeleton, site))
+        .map(|site| {
+            let segment = &skeleton.segments[site.segment];
+            let radius = draw_radius(spec, &mut sizes);
+            let p_anchor = segment.p_base_world + segment.r_world_segment * site.p_segment;
+            let fruit = Fruit {
+                segment: site.segment,
+                p_segment: site.p_segment,
+                p_hang_world: p_anchor - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius),
+                radius,
+                mass: sizes.within(spec.mass.si()),
+                detach_force: stems.within(spec.detach_force.si()),
+            };
+            let chance = spec.placement_probability.si()
+                * (spec.placement_base.si() + spec.placement_outer.si() * site.outerness);
+            (fruit, chance)
+        })
+        .filter(|(fruit, _)| clear_of_wood_and_ground(skeleton, fruit))
+        .collect();
+    draws.shuffle(&mut free);
+
+    let count = spec.count.get() as usize;
+    let spacing = spec.spacing.si();
+    let mut placed: Vec<Fruit> = Vec::with_capacity(count);
+    while placed.len() < count && !free.is_empty() {
+        let before = free.len();
+        free.retain(|(fruit, chance)| {
+            if placed.len() == count {
+                return true;
+            }
+            let crowded = placed.iter().any(|other| {
+                (other.p_hang_world - fruit.p_hang_world).norm() < spacing * (other.radius + fruit.radius)
+            });
+            if crowded {
+                return false;
+            }
+            if draws.chance(*chance) {
+                placed.push(fruit.clone());
+                return false;
+            }
+            true
+        });
+        let no_chance_left = free.iter().all(|(_, chance)| *chance <= 0.0);
+        if free.len() == before && no_chance_left {
+            break;
+        }
+    }
+    placed.sort_by_key(|fruit| fruit.segment);
+    placed
+}
+
+fn eligible(spec: &FruitSpec, skeleton: &Skeleton, site: &FruitSite) -> bool {
+    let segment = &skeleton.segments[site.segment];
+    u32::from(segment.order) >= spec.min_order.get() && segment.radius < spec.spur_radius_max.si()
+}
+
+/// Uniform radius on the grid of `radius_step` that starts at the smallest radius.
+fn draw_radius(spec: &FruitSpec, stream: &mut Stream) -> f64 {
+    let (low, high) = spec.radius.si();
+    let step = spec.radius_step.si();
+    let drawn = stream.uniform(low, high);
+    if step > 0.0 { (low + ((drawn - low) / step).round() * step).min(high) } else { drawn }
+}
+
+fn clear_of_wood_and_ground(skeleton: &Skeleton, fruit: &Fruit) -> bool {
+    if fruit.p_hang_world.z < 2.0 * fruit.radius {
+        return false;
+    }
+    skeleton.segments.iter().all(|s| {
+        let along = (fruit.p_hang_world - s.p_base_world).dot(&s.heading()).clamp(0.0, s.length);
+        let nearest = s.p_base_world + s.heading() * along;
+        (fruit.p_hang_world - nearest).norm() > fruit.radius + s.radius
+    })
+}

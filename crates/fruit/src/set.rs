@@ -1,0 +1,104 @@
+//! The fruit of one tree in a multibody model.
+
+use crate::Fruit;
+use orchard_geometry::{Pose, Shape, Vec3};
+use orchard_multibody::{
+    BodyId, Collider, ColliderId, Data, Groups, ModelBuilder, Owner, PointBody, PointId, Tether,
+};
+use orchard_spec::fruit::FruitSpec;
+use std::f64::consts::PI;
+
+/// Collision groups of hanging and of loose fruit.
+#[derive(Debug, Clone, Copy)]
+pub struct FruitGroups {
+    /// On the stem.
+    pub hanging: Groups,
+    /// Off the stem and moving.
+    pub loose: Groups,
+    /// At rest in the bucket or on the ground.
+    pub asleep: Groups,
+}
+
+/// The fruit of one tree: what grew, and its point bodies and colliders. Arrays are per fruit.
+#[derive(Debug, Clone)]
+pub struct FruitSet {
+    /// What grew.
+    pub fruit: Vec<Fruit>,
+    /// Point bodies.
+    pub points: Vec<PointId>,
+    /// Colliders.
+    pub colliders: Vec<ColliderId>,
+    /// Collision groups.
+    pub groups: FruitGroups,
+    quadratic_drag: Vec<f64>,
+}
+
+impl FruitSet {
+    /// Adds one tethered point body a fruit; `segments` are the links of the tree's segments.
+    pub fn add_to(
+        builder: &mut ModelBuilder,
+        fruit: Vec<Fruit>,
+        segments: &[BodyId],
+        spec: &FruitSpec,
+        gravity: f64,
+        groups: FruitGroups,
+    ) -> Self {
+        let stiffness = spec.stem_stiffness.si();
+        let (mut points, mut colliders, mut quadratic_drag) = (Vec::new(), Vec::new(), Vec::new());
+        for f in &fruit {
+            let weight = if spec.weight_compensated { f.mass * gravity } else { 0.0 };
+            let point = builder.add_point(PointBody {
+                mass: f.mass,
+                tether: Some(Tether {
+                    body: segments[f.segment],
+                    p_body: f.p_segment,
+                    offset_world: Vec3::new(0.0, 0.0, -(spec.stem_length.si() + f.radius)),
+                    stiffness,
+                    damping: 2.0 * spec.stem_damping_ratio.si() * (stiffness * f.mass).sqrt(),
+                    anchor_bias_world: Vec3::new(0.0, 0.0, weight),
+                    reaction_cap: spec.reaction_cap.si(),
+                }),
+            });
+            points.push(point);
+            colliders.push(builder.add_collider(Collider {
+                owner: Owner::Point(point),
+                shape: Shape::Sphere { radius: f.radius },
+                x_owner_shape: Pose::identity(),
+                groups: groups.hanging,
+                friction: spec.friction.si(),
+            }));
+            // F = 1/2 rho C_d A |v| v.
+            let area = PI * f.radius * f.radius;
+            quadratic_drag.push(0.5 * spec.air_density.si() * spec.drag_coefficient.si() * area);
+        }
+        Self { fruit, points, colliders, groups, quadratic_drag }
+    }
+
+    /// Number of fruit.
+    pub fn len(&self) -> usize {
+        self.fruit.len()
+    }
+
+    /// Whether the tree bears no fruit.
+    pub fn is_empty(&self) -> bool {
+        self.fruit.is_empty()
+    }
+
+    /// Hangs every fruit on its stem, without drag (the wood's drag surrogate and the stem damp it there).
+    pub fn reset(&self, data: &mut Data) {
+        for i in 0..self.len() {
+            let point = self.points[i].index();
+            data.tethered[point] = true;
+            data.point_quadratic_drag[point] = 0.0;
+            data.groups[self.colliders[i].index()] = self.groups.hanging;
+        }
+    }
+
+    /// Takes a fruit off its stem: one flag, no model edit. Position and momentum stay.
+    pub(crate) fn detach(&self, data: &mut Data, i: usize) {
+        let point = self.points[i].index();
+        data.tethered[point] = false;
+        data.point_quadratic_drag[point] = self.quadratic_drag[i];
+        data.groups[self.colliders[i].index()] = self.groups.loose;
+    }
+}

@@ -1,0 +1,15 @@
+//! What counts as reachable.
+
+use orchard_quantity::{Quantity, Span};
+use serde::{Deserialize, Serialize};
+
+/// The paper's rule: a fruit is reachable if its centre lies within the arm's reach sphere from an admissible
+/// stand-off.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EpisodeSpec {
+    /// Radius of the arm's reach sphere about its shoulder.
+    pub reach_radius: Quantity,
+    /// Admissible horizontal distance from the shoulder to the fruit.
+    pub stand_off: Span,
+}

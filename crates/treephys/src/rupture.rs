@@ -1,0 +1,142 @@
+//! Breaking: hysteresis on the bending moment, a free hinge in place, friction that ramps up until it seizes.
+
+use crate::TreeBody;
+use orchard_geometry::transform;
+use orchard_multibody::{Data, Model};
+use orchard_spec::wood::WoodSpec;
+
+/// A joint that has broken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Break {
+    /// Segment whose base joint broke.
+    pub segment: usize,
+    /// Time since it broke [s].
+    pub age: f64,
+    /// Friction moment at the break before the ramp [N m].
+    pub friction: f64,
+    /// Residual viscous damping [N m s/rad].
+    pub residual_damping: f64,
+}
+
+/// Rupture state of one tree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rupture {
+    frames_over: Vec<u32>,
+    debris: Vec<bool>,
+    breaks: Vec<Break>,
+    peak_ratio: f64,
+}
+
+impl Rupture {
+    /// An unbroken tree.
+    pub fn new(tree: &TreeBody) -> Self {
+        Self {
+            frames_over: vec![0; tree.len()],
+            debris: vec![false; tree.len()],
+            breaks: Vec::new(),
+            peak_ratio: 0.0,
+        }
+    }
+
+    /// The joints that broke, in the order in which they did.
+    pub fn breaks(&self) -> &[Break] {
+        &self.breaks
+    }
+
+    /// Whether a segment belongs to a broken sub-tree.
+    pub fn is_debris(&self, segment: usize) -> bool {
+        self.debris[segment]
+    }
+
+    /// Largest |M| / M_max of any live joint so far.
+    pub fn peak_ratio(&self) -> f64 {
+        self.peak_ratio
+    }
+
+    /// Sets the dampers of broken joints for the next substep: Coulomb friction as the secant damper
+    /// tau / max(|omega|, omega_eps), plus the residual damper. The secant damper dissipates at any rate.
+    pub fn begin_substep(
+        &mut self,
+        tree: &TreeBody,
+        model: &Model,
+        data: &mut Data,
+        wood: &WoodSpec,
+        substep: f64,
+    ) {
+        let ramp_time = wood.broken_friction_ramp_time.si();
+        for b in &mut self.breaks {
+            let ramp = if ramp_time > 0.0 { (b.age / ramp_time).min(1.0) } else { 1.0 };
+            let moment = b.friction * (1.0 + (wood.broken_friction_ramp.si() - 1.0) * ramp);
+            let dofs = model.dofs(tree.bodies[b.segment]);
+            let rate = data.v[dofs.clone()].iter().map(|v| v * v).sum::<f64>().sqrt();
+            let secant = moment / rate.max(wood.friction_regularisation.si());
+            for dof in dofs {
+                data.damping[dof] = b.residual_damping + secant;
+            }
+            b.age += substep;
+        }
+    }
+
+    /// Tests every live joint once a frame and breaks those that were over their rupture moment for the
+    /// configured number of frames in a row. The moment is the quasi-static one, Kp |theta|: the damper's
+    /// share of a whip is left out. Returns the segments whose base joint broke.
+    pub fn end_frame(
+        &mut self,
+        tree: &TreeBody,
+        model: &Model,
+        data: &mut Data,
+        wood: &WoodSpec,
+        gravity: f64,
+    ) -> Vec<usize> {
+        let mut broken = Vec::new();
+        for i in 0..tree.len() {
+            if self.debris[i] {
+                continue;
+            }
+            let ratio = tree.stiffness[i] * tree.bending_angle(model, data, i) / tree.rupture_moment[i];
+            self.peak_ratio = self.peak_ratio.max(ratio);
+            self.frames_over[i] = if ratio > 1.0 { self.frames_over[i] + 1 } else { 0 };
+            if self.frames_over[i] >= wood.rupture_frames.get() {
+                self.break_joint(tree, model, data, wood, gravity, i);
+                broken.push(i);
+            }
+        }
+        broken
+    }
+
+    /// Breaks a joint in place: spring and damper go, the sub-tree becomes debris with less drag.
+    pub fn break_joint(
+        &mut self,
+        tree: &TreeBody,
+        model: &Model,
+        data: &mut Data,
+        wood: &WoodSpec,
+        gravity: f64,
+        segment: usize,
+    ) {
+        let members = tree.subtree(segment);
+        let p_joint = data.x_world_body(tree.bodies[segment]).translation.vector;
+        let (mut first_moment, mut inertia) = (orchard_geometry::Vec3::zeros(), 0.0);
+        for &i in &members {
+            let body = tree.bodies[i];
+            let link = &model.body(body).inertia;
+            let arm = transform(data.x_world_body(body), &link.p_com) - p_joint;
+            first_moment += arm * link.mass;
+            inertia += link.mass * arm.norm_squared() + link.i_com.trace() / 3.0;
+            self.debris[i] = true;
+            data.linear_drag[body.index()] = wood.linear_drag.si() * wood.broken_linear_drag_scale.si();
+            data.angular_drag[body.index()] = wood.angular_drag.si() * wood.broken_angular_drag_scale.si();
+            data.groups[tree.colliders[i].index()] = tree.groups.debris;
+        }
+        for dof in model.dofs(tree.bodies[segment]) {
+            data.stiffness[dof] = 0.0;
+        }
+        self.breaks.push(Break {
+            segment,
+            age: 0.0,
+            friction: wood.broken_friction_ratio.si() * gravity * first_moment.norm(),
+            residual_damping: (wood.broken_residual_damping.si() * inertia)
+                .min(wood.broken_residual_damping_max.si()),
+        });
+    }
+}

@@ -1,0 +1,39 @@
+//! What the camera can see of a world's present state.
+
+use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
+use orchard_geometry::{Pose, Shape};
+use orchard_multibody::Data;
+use orchard_treegen::LeafSite;
+use orchard_treephys::TreeBody;
+
+/// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, ground.
+pub(crate) struct Visible<'a> {
+    pub tree: &'a TreeBody,
+    pub shapes: &'a [Shape],
+    pub leaves: &'a [LeafSite],
+    pub fruit_radius: &'a [f64],
+    pub robot: Vec<(Shape, Pose)>,
+}
+
+/// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index.
+pub(crate) fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[orchard_multibody::PointId]) -> Scene {
+    let mut scene = Scene::default();
+    scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
+    for (i, (&body, &shape)) in visible.tree.bodies.iter().zip(visible.shapes).enumerate() {
+        scene.push(Geometry::Shape(shape), *data.x_world_body(body), Label::Wood, i as u32);
+    }
+    for (i, leaf) in visible.leaves.iter().enumerate() {
+        let x_world_segment = data.x_world_body(visible.tree.bodies[leaf.segment]);
+        let geometry = Geometry::Blade { length: leaf.length, width: leaf.width };
+        scene.push(geometry, x_world_segment * leaf.x_segment_leaf, Label::Leaf, i as u32);
+    }
+    for (i, (point, &radius)) in fruit_points.iter().zip(visible.fruit_radius).enumerate() {
+        let p_world = data.point_p_world[point.index()];
+        let pose = Pose::from_parts(p_world.into(), orchard_geometry::Rotation::identity());
+        scene.push(Geometry::Shape(Shape::Sphere { radius }), pose, Label::Fruit, i as u32);
+    }
+    for (i, (shape, pose)) in visible.robot.iter().enumerate() {
+        scene.push(Geometry::Shape(*shape), *pose, Label::Robot, i as u32);
+    }
+    scene
+}

@@ -1,0 +1,63 @@
+//! Who touches whom, read from the contacts of a substep.
+
+use orchard_multibody::{ColliderId, Model, StepReport};
+use orchard_robot::RobotHandle;
+
+/// What a collider is part of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    Ground,
+    Wood,
+    Fruit(usize),
+    Finger(usize),
+    Robot,
+}
+
+/// Part of every collider of a model.
+pub(crate) fn parts(
+    model: &Model,
+    wood: &[ColliderId],
+    fruit: &[ColliderId],
+    ground: ColliderId,
+    handle: &RobotHandle,
+) -> Vec<Part> {
+    let mut parts = vec![Part::Robot; model.colliders().len()];
+    parts[ground.index()] = Part::Ground;
+    for c in wood {
+        parts[c.index()] = Part::Wood;
+    }
+    for (i, c) in fruit.iter().enumerate() {
+        parts[c.index()] = Part::Fruit(i);
+    }
+    for (side, finger) in handle.colliders.fingers.iter().enumerate() {
+        for c in finger {
+            parts[c.index()] = Part::Finger(side);
+        }
+    }
+    parts
+}
+
+/// What presses on one fruit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct FruitTouch {
+    pub ground: bool,
+    pub fingers: [bool; 2],
+}
+
+/// Contacts with a pressing force, per fruit.
+pub(crate) fn fruit_touches(parts: &[Part], report: &StepReport, touches: &mut [FruitTouch]) {
+    touches.fill(FruitTouch::default());
+    for contact in &report.contacts {
+        if contact.force_world.dot(&contact.n_world) == 0.0 {
+            continue;
+        }
+        let (a, b) = (parts[contact.a.index()], parts[contact.b.index()]);
+        for (one, other) in [(a, b), (b, a)] {
+            match (one, other) {
+                (Part::Fruit(i), Part::Ground) => touches[i].ground = true,
+                (Part::Fruit(i), Part::Finger(side)) => touches[i].fingers[side] = true,
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! The world: state, step order, observation.
+
+use crate::build::{Parts, WorldError, build};
+use crate::camera::{self, CameraTruth};
+use crate::event::{Status, WorldEvent};
+use crate::scene;
+use crate::touch::{FruitTouch, fruit_touches};
+use orchard_camera::Scene;
+use orchard_fruit::{FruitEvent, FruitSet, FruitState, RestRule, Touch};
+use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
+use orchard_multibody::{Data, Model, StepReport, equilibrium, step};
+use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
+use orchard_spec::Spec;
+use orchard_treegen::Skeleton;
+use orchard_treephys::{Rupture, TreeBody};
+use std::sync::Arc;
+
+/// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
+const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
+
+/// One orchard world. Cloning it is a snapshot.
+#[derive(Debug, Clone)]
+pub struct World {
+    spec: Arc<Spec>,
+    robot: Arc<RobotModel>,
+    parts: Arc<Parts>,
+    intrinsics: Intrinsics,
+    start: Arc<Data>,
+    state: State,
+}
+
+/// Everything that a frame changes.
+#[derive(Debug, Clone)]
+struct State {
+    data: Data,
+    rupture: Rupture,
+    fruit: FruitState,
+    servos: Servos,
+    frame: u32,
+    status: Status,
+    events: Vec<WorldEvent>,
+    gripped: Vec<bool>,
+    touches: Vec<FruitTouch>,
+    report: StepReport,
+    image: Option<CameraTruth>,
+}
+
+impl World {
+    /// Builds the world of one index of one seed, at rest under gravity, the robot at its start.
+    ///
+    /// # Errors
+    /// The tree does not grow, the robot lacks a part, or the loaded tree finds no rest.
+    pub fn new(
+        spec: Arc<Spec>,
+        robot: Arc<RobotModel>,
+        seed: u64,
+        world: u32,
+    ) -> Result<Self, WorldError> {
+        let parts = build(&spec, &robot, seed, world)?;
+        let mut data = Data::new(&parts.model);
+        parts.tree.reset(&parts.model, &mut data, &spec.wood);
+        parts.fruit.reset(&mut data);
+        robot.place_at_start(&parts.handle, &mut data);
+        equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
+        let intrinsics = camera::intrinsics(&spec.camera);
+        let state = State::new(&parts, &robot, data.clone());
+        Ok(Self { spec, robot, parts: Arc::new(parts), intrinsics, start: Arc::new(data), state })
+    }
+
+    /// Brings the world back to its start.
+    pub fn reset(&mut self) {
+        self.state = State::new(&self.parts, &self.robot, Data::clone(&self.start));
+    }
+
+    /// Advances one frame under a command: servos, broken joints' friction and physics each substep, then
+    /// rupture, stems and rest once. A quarantined world stands still.
+    pub fn step(&mut self, command: &Command) {
+        if self.state.status != Status::Running {
+            return;
+        }
+        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        for _ in 0..spec.sim.substeps.get() {
+            let h = parts.settings.h;
+            state.servos.apply(&parts.model, &mut state.data, &parts.handle, command, h);
+            state.rupture.begin_substep(&parts.tree, &parts.model, &mut state.data, &spec.wood, h);
+            step(&parts.model, &mut state.data, &parts.settings, &mut state.report);
+            let x_world_base = *state.data.x_world_body(parts.handle.base);
+            state.fruit.hold_sleepers(&parts.fruit, &mut state.data, &x_world_base);
+        }
+        state.frame += 1;
+        state.end_frame(spec, parts);
+        if let Some(reason) = state.implausible(spec.sim.plausible_extent.si()) {
+            state.status = Status::Quarantined { frame: state.frame, reason };
+        }
+    }
+
+    /// What the robot senses now; on the camera's frames with a depth image.
+    pub fn observe(&mut self) -> Observation {
+        let period = (self.spec.sim.frame_rate.si() / self.spec.camera.rate.si()).round().max(1.0) as u32;
+        let depth = self.state.frame.is_multiple_of(period).then(|| {
+            let truth = camera::shoot(
+                &self.spec.camera,
+                &self.intrinsics,
+                self.scene(),
+                self.x_world_camera(),
+                self.state.frame,
+                self.parts.fruit.len(),
+            );
+            let depth = truth.image.depth.clone();
+            self.state.image = Some(truth);
+            depth
+        });
+        let time = f64::from(self.state.frame) * self.spec.sim.frame();
+        observe(&self.state.data, &self.parts.handle, &self.state.servos, time, depth, self.intrinsics)
+    }
+
+    /// The visible scene of the present state.
+    pub fn scene(&self) -> Scene {
+        let data = &self.state.data;
+        let shapes: Vec<Shape> = self
+            .parts
+            .skeleton
+            .segments
+            .iter()
+            .map(|s| Shape::Capsule { radius: s.radius, length: s.length })
+            .collect();
+        let fruit_radius: Vec<f64> = self.parts.fruit.fruit.iter().map(|f| f.radius).collect();
+        let visible = scene::Visible {
+            tree: &self.parts.tree,
+            shapes: &shapes,
+            leaves: &self.parts.skeleton.leaves,
+            fruit_radius: &fruit_radius,
+            robot: self.robot.world_shapes(&self.parts.handle, data),
+        };
+        scene::build(&visible, data, &self.parts.fruit.points)
+    }
+
+    /// Pose of the wrist camera's optical frame.
+    pub fn x_world_camera(&self) -> Pose {
+        let handle = &self.parts.handle;
+        self.state.data.x_world_body(handle.wrist) * handle.x_wrist_camera
+    }
+
+    /// Takes the events since the last call.
+    pub fn drain_events(&mut self) -> Vec<WorldEvent> {
+        std::mem::take(&mut self.state.events)
+    }
+
+    /// Frames so far.
+    pub fn frame(&self) -> u32 {
+        self.state.frame
+    }
+
+    /// Whether it runs.
+    pub fn status(&self) -> &Status {
+        &self.state.status
+    }
+
+    /// The spec.
+    pub fn spec(&self) -> &Spec {
+        &self.spec
+    }
+
+    /// The grown tree.
+    pub fn skeleton(&self) -> &Skeleton {
+        &self.parts.skeleton
+    }
+
+    /// The multibody model.
+    pub fn model(&self) -> &Model {
+        &self.parts.model
+    }
+
+    /// The multibody state.
+    pub fn data(&self) -> &Data {
+        &self.state.data
+    }
+
+    /// The multibody state, for tests that push.
+    pub fn data_mut(&mut self) -> &mut Data {
+        &mut self.state.data
+    }
+
+    /// The tree's links.
+    pub fn tree(&self) -> &TreeBody {
+        &self.parts.tree
+    }
+
+    /// What is broken.
+    pub fn rupture(&self) -> &Rupture {
+        &self.state.rupture
+    }
+
+    /// The fruit that grew.
+    pub fn fruit(&self) -> &FruitSet {
+        &self.parts.fruit
+    }
+
+    /// The fruit's state.
+    pub fn fruit_state(&self) -> &FruitState {
+        &self.state.fruit
+    }
+
+    /// Where the robot's parts are in the model.
+    pub fn handle(&self) -> &RobotHandle {
+        &self.parts.handle
+    }
+
+    /// Pose of the odom frame: the robot's base at the start.
+    pub fn x_world_odom(&self) -> Pose {
+        self.parts.x_world_odom
+    }
+
+    /// Contacts of the latest substep.
+    pub fn report(&self) -> &StepReport {
+        &self.state.report
+    }
+
+    /// The truth behind the latest depth image.
+    pub fn camera_truth(&self) -> Option<&CameraTruth> {
+        self.state.image.as_ref()
+    }
+
+    /// Height of the arm's shoulder over the ground [m]: the origin of its second joint.
+    pub(crate) fn shoulder_height(&self) -> f64 {
+        let dof = self.parts.handle.arm_v[1];
+        let body = self.parts.model.body_of_dof(dof);
+        self.start.x_world_body(body).translation.vector.z
+    }
+}
+
+impl State {
+    fn new(parts: &Parts, robot: &RobotModel, data: Data) -> Self {
+        let n = parts.fruit.len();
+        Self {
+            rupture: Rupture::new(&parts.tree),
+            fruit: FruitState::new(&parts.fruit),
+            servos: Servos::new(robot, &parts.handle, &data),
+            data,
+            frame: 0,
+            status: Status::Running,
+            events: Vec::new(),
+            gripped: vec![false; n],
+            touches: vec![FruitTouch::default(); n],
+            report: StepReport::default(),
+            image: None,
+        }
+    }
+
+    fn end_frame(&mut self, spec: &Spec, parts: &Parts) {
+        let frame = self.frame;
+        let gravity = spec.sim.gravity.si();
+        for segment in
+            self.rupture.end_frame(&parts.tree, &parts.model, &mut self.data, &spec.wood, gravity)
+        {
+            self.events.push(WorldEvent::BranchSnapped { segment, frame });
+        }
+
+        fruit_touches(&parts.colliders, &self.report, &mut self.touches);
+        let x_world_base = *self.data.x_world_body(parts.handle.base);
+        let mut touch = vec![Touch::default(); parts.fruit.len()];
+        for (i, t) in self.touches.iter().enumerate() {
+            let p_base = inverse_transform(&x_world_base, &self.data.point_p_world[parts.fruit.points[i].index()]);
+            touch[i] = Touch {
+                ground: t.ground,
+                finger: t.fingers[0] || t.fingers[1],
+                in_bucket: parts.handle.bucket.contains(&p_base),
+            };
+            let gripped = t.fingers[0] && t.fingers[1];
+            if gripped && !self.gripped[i] {
+                self.events.push(WorldEvent::FruitGripped { fruit: i, frame });
+            }
+            self.gripped[i] = gripped || (self.gripped[i] && touch[i].finger);
+        }
+        let rest = RestRule {
+            speed: spec.sim.sleep_speed.si(),
+            frames: (spec.sim.sleep_time.si() * spec.sim.frame_rate.si()).round() as u32,
+        };
+        let base_twist = self.data.velocity(parts.handle.base);
+        let p_base_world = x_world_base.translation.vector;
+        let bucket_velocity =
+            |p: &Vec3| base_twist.linear + base_twist.angular.cross(&(p - p_base_world));
+        let events = self.fruit.end_frame(
+            &parts.fruit,
+            &parts.model,
+            &mut self.data,
+            &spec.fruit,
+            &touch,
+            rest,
+            &x_world_base,
+            bucket_velocity,
+        );
+        self.events.extend(events.into_iter().map(|e| match e {
+            FruitEvent::Detached { fruit, tension } => WorldEvent::FruitDetached { fruit, frame, tension },
+            FruitEvent::Deposited { fruit } => WorldEvent::FruitDeposited { fruit, frame },
+            FruitEvent::Dropped { fruit, speed } => WorldEvent::FruitDropped { fruit, frame, speed },
+        }));
+    }
+
+    /// What, if anything, is non-finite or out of the plausible box.
+    fn implausible(&self, extent: f64) -> Option<String> {
+        let data = &self.data;
+        let state = data.q.iter().chain(&data.v);
+        if let Some(i) = state.clone().position(|x| !x.is_finite()) {
+            return Some(format!("joint state {i} is not finite"));
+        }
+        let far = |p: &Vec3| !p.iter().all(|x| x.abs() <= extent);
+        if let Some(i) = data.point_p_world.iter().position(far) {
+            return Some(format!("fruit {i} left the plausible box of {extent} m"));
+        }
+        let bodies = data.x_world_bodies();
+        bodies
+            .iter()
+            .position(|x| far(&x.translation.vector))
+            .map(|i| format!("body {i} left the plausible box of {extent} m"))
+    }
+}
