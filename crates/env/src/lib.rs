@@ -8,10 +8,11 @@
 //! use orchard_env::{Backend, Env};
 //! use std::sync::Arc;
 //! let spec = Arc::new(orchard_spec::Spec::paper());
-//! let robot = Arc::new(orchard_robot::RobotModel::paper()?);
+//! let robot = Arc::new(orchard_robot::RobotModel::paper());
+//! let hold = robot.start_command();
 //! let mut env = Env::new(spec, robot, 1, 0..8, Backend::Cpu)?;
 //! let observations = env.observe();
-//! let commands: Vec<_> = observations.iter().map(orchard_robot::Command::hold).collect();
+//! let commands = vec![hold; observations.len()];
 //! let events = env.step(&commands)?;
 //! assert_eq!(events.len(), 8);
 //! # Ok(())

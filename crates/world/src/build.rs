@@ -5,7 +5,7 @@ use crate::touch::{Part, parts};
 use orchard_fruit::{FruitGroups, FruitSet, place};
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
-use orchard_robot::{PartGroups, RobotError, RobotHandle, RobotModel};
+use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Skeleton, TreegenError, grow};
 use orchard_treephys::{TreeBody, TreeGroups};
@@ -16,9 +16,6 @@ pub enum WorldError {
     /// The tree does not grow.
     #[error("the tree does not grow: {0}")]
     Growth(#[from] TreegenError),
-    /// The robot does not fit into a world.
-    #[error("the robot does not fit into a world: {0}")]
-    Robot(#[from] RobotError),
     /// The parts make no valid model.
     #[error("the world makes no valid model: {0}")]
     Model(#[from] ModelError),
@@ -70,17 +67,17 @@ pub(crate) fn build(spec: &Spec, robot: &RobotModel, seed: u64, world: u32) -> R
             asleep: groups::ASLEEP_GROUPS,
         },
     );
-    let x_world_odom = start_pose(robot.start_distance(), seed, world);
+    let x_world_odom = start_pose(robot.config().start.distance.si(), seed, world);
     let handle = robot.add_to(
         &mut builder,
-        x_world_odom,
-        PartGroups {
+        &x_world_odom,
+        &PartGroups {
             base: groups::BASE_GROUPS,
             arm: groups::ROBOT_GROUPS,
             finger: groups::ROBOT_GROUPS,
             bucket: groups::BASE_GROUPS,
         },
-    )?;
+    );
     let model = builder.build()?;
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground, &handle);
     let settings = StepSettings {

@@ -18,6 +18,9 @@ use std::sync::Arc;
 /// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
 
+/// Set point of the chassis height on flat ground [m].
+const FLAT_GROUND: f64 = 0.0;
+
 /// One orchard world. Cloning it is a snapshot.
 #[derive(Debug, Clone)]
 pub struct World {
@@ -60,7 +63,7 @@ impl World {
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
         parts.fruit.reset(&mut data);
-        robot.place_at_start(&parts.handle, &mut data);
+        robot.set_start(&parts.model, &mut data, &parts.handle);
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let intrinsics = camera::intrinsics(&spec.camera);
         let state = State::new(&parts, &robot, data.clone());
@@ -81,15 +84,24 @@ impl World {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         for _ in 0..spec.sim.substeps.get() {
             let h = parts.settings.h;
-            state.servos.apply(&parts.model, &mut state.data, &parts.handle, command, h);
+            let gravity = &parts.settings.gravity;
+            state.servos.apply(
+                &parts.model,
+                &mut state.data,
+                &parts.handle,
+                command,
+                FLAT_GROUND,
+                gravity,
+                h,
+            );
             state.rupture.begin_substep(&parts.tree, &parts.model, &mut state.data, &spec.wood, h);
             step(&parts.model, &mut state.data, &parts.settings, &mut state.report);
-            let x_world_base = *state.data.x_world_body(parts.handle.base);
+            let x_world_base = parts.handle.x_world_base(&state.data);
             state.fruit.hold_sleepers(&parts.fruit, &mut state.data, &x_world_base);
         }
         state.frame += 1;
         state.end_frame(spec, parts);
-        if let Some(reason) = state.implausible(spec.sim.plausible_extent.si()) {
+        if let Some(reason) = state.implausible(&parts.model, spec.sim.plausible_extent.si()) {
             state.status = Status::Quarantined { frame: state.frame, reason };
         }
     }
@@ -111,7 +123,9 @@ impl World {
             depth
         });
         let time = f64::from(self.state.frame) * self.spec.sim.frame();
-        observe(&self.state.data, &self.parts.handle, &self.state.servos, time, depth, self.intrinsics)
+        let proprioception =
+            observe(&self.parts.model, &self.state.data, &self.parts.handle, time, self.intrinsics);
+        Observation { depth, ..proprioception }
     }
 
     /// The visible scene of the present state.
@@ -130,15 +144,24 @@ impl World {
             shapes: &shapes,
             leaves: &self.parts.skeleton.leaves,
             fruit_radius: &fruit_radius,
-            robot: self.robot.world_shapes(&self.parts.handle, data),
+            robot: self.robot_shapes(),
         };
         scene::build(&visible, data, &self.parts.fruit.points)
     }
 
+    /// The robot's shapes, posed in the world.
+    fn robot_shapes(&self) -> Vec<(Shape, Pose)> {
+        let links = &self.robot.articulation().links;
+        let posed = links.iter().zip(&self.parts.handle.bodies).flat_map(|(link, &body)| {
+            let x_world_link = *self.state.data.x_world_body(body);
+            link.shapes.iter().map(move |s| (s.shape, x_world_link * s.x_link_shape))
+        });
+        posed.collect()
+    }
+
     /// Pose of the wrist camera's optical frame.
     pub fn x_world_camera(&self) -> Pose {
-        let handle = &self.parts.handle;
-        self.state.data.x_world_body(handle.wrist) * handle.x_wrist_camera
+        self.parts.handle.x_world_camera(&self.state.data)
     }
 
     /// Takes the events since the last call.
@@ -223,9 +246,7 @@ impl World {
 
     /// Height of the arm's shoulder over the ground [m]: the origin of its second joint.
     pub(crate) fn shoulder_height(&self) -> f64 {
-        let dof = self.parts.handle.arm_v[1];
-        let body = self.parts.model.body_of_dof(dof);
-        self.start.x_world_body(body).translation.vector.z
+        self.start.x_world_body(self.parts.handle.arm[1]).translation.vector.z
     }
 }
 
@@ -235,7 +256,7 @@ impl State {
         Self {
             rupture: Rupture::new(&parts.tree),
             fruit: FruitState::new(&parts.fruit),
-            servos: Servos::new(robot, &parts.handle, &data),
+            servos: Servos::new(robot),
             data,
             frame: 0,
             status: Status::Running,
@@ -257,7 +278,7 @@ impl State {
         }
 
         fruit_touches(&parts.colliders, &self.report, &mut self.touches);
-        let x_world_base = *self.data.x_world_body(parts.handle.base);
+        let x_world_base = parts.handle.x_world_base(&self.data);
         let mut touch = vec![Touch::default(); parts.fruit.len()];
         for (i, t) in self.touches.iter().enumerate() {
             let p_base = inverse_transform(&x_world_base, &self.data.point_p_world[parts.fruit.points[i].index()]);
@@ -298,7 +319,7 @@ impl State {
     }
 
     /// What, if anything, is non-finite or out of the plausible box.
-    fn implausible(&self, extent: f64) -> Option<String> {
+    fn implausible(&self, model: &Model, extent: f64) -> Option<String> {
         let data = &self.data;
         let state = data.q.iter().chain(&data.v);
         if let Some(i) = state.clone().position(|x| !x.is_finite()) {
@@ -308,10 +329,9 @@ impl State {
         if let Some(i) = data.point_p_world.iter().position(far) {
             return Some(format!("fruit {i} left the plausible box of {extent} m"));
         }
-        let bodies = data.x_world_bodies();
-        bodies
-            .iter()
-            .position(|x| far(&x.translation.vector))
-            .map(|i| format!("body {i} left the plausible box of {extent} m"))
+        model
+            .body_ids()
+            .find(|&id| far(&data.x_world_body(id).translation.vector))
+            .map(|id| format!("body {} left the plausible box of {extent} m", id.index()))
     }
 }
