@@ -38,14 +38,19 @@ pub struct Segmentation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fit {
-    /// Whether a patch that is no sphere as a whole is searched for one that touches other things.
+    /// Whether spheres are also searched within patches (fruit that touches leaves, wood or other fruit) and
+    /// outliers trimmed. Off: one sphere a patch through all its pixels.
     pub refine: bool,
-    /// Rounds of trimming and fitting again.
-    pub rounds: Count,
-    /// A pixel farther from the sphere than this many RMS is trimmed.
+    /// Half-width of the window of a local fit over the disc of the smallest radius that the gate allows.
+    pub window: Quantity,
+    /// Distance between the pixels from which local fits start.
+    pub stride: Count,
+    /// Distance from the sphere within which a pixel belongs to it: about three sigma of the depth noise.
+    pub band: Quantity,
+    /// First, wider band of a fit, as a multiple of its RMS; it is halved every round.
     pub trim: Quantity,
-    /// Residual below which a pixel is never trimmed: the sensor's noise.
-    pub noise: Quantity,
+    /// Most rounds of collecting pixels and fitting again.
+    pub rounds: Count,
 }
 
 /// Gates. Each has a switch, so that an ablation can take it out.
@@ -112,6 +117,20 @@ pub struct Tracking {
     pub tentative_life: Quantity,
     /// Time after which a confirmed track that is not seen again is dropped.
     pub confirmed_life: Quantity,
+}
+
+impl Gate {
+    /// The limit in SI units; `None` where the gate is off.
+    pub fn si(&self) -> Option<f64> {
+        self.on.then(|| self.limit.si())
+    }
+}
+
+impl SpanGate {
+    /// The interval in SI units; `None` where the gate is off.
+    pub fn si(&self) -> Option<(f64, f64)> {
+        self.on.then(|| self.limit.si())
+    }
 }
 
 impl DetectorConfig {

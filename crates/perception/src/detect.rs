@@ -1,5 +1,9 @@
 //! Depth image to detections.
 
+use crate::cloud::Cloud;
+use crate::gates::{Gate, Limits};
+use crate::search::{Hypothesis, Search, Unexplained};
+use crate::segment::patches;
 use crate::{DetectorConfig, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 
@@ -18,6 +22,15 @@ pub struct Detection {
     pub center_px: (f64, f64),
 }
 
+/// A sphere that was considered, and the first gate that refused it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// What would have been reported.
+    pub detection: Detection,
+    /// `None`: it passed.
+    pub refused_by: Option<Gate>,
+}
+
 /// Finds fruit in a depth image. `mask` is true where a pixel must be ignored (robot, ground).
 ///
 /// Pixels that are not a positive finite number, or outside the working range, count as no measurement.
@@ -25,10 +38,80 @@ pub struct Detection {
 /// # Errors
 /// Empty image, sizes that disagree, intrinsics that are not those of a pinhole.
 pub fn detect(
-    _depth: &DepthImage,
-    _intrinsics: &Intrinsics,
-    _mask: Option<&Image<bool>>,
-    _config: &DetectorConfig,
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
 ) -> Result<Vec<Detection>, PerceptionError> {
-    Ok(Vec::new())
+    let candidates = candidates(depth, intrinsics, mask, config)?;
+    Ok(candidates.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
+}
+
+/// Every sphere that [`detect`] considers, with the gate that refused it: for ablations and tests.
+///
+/// # Errors
+/// As [`detect`].
+pub fn candidates(
+    depth: &DepthImage,
+    intrinsics: &Intrinsics,
+    mask: Option<&Image<bool>>,
+    config: &DetectorConfig,
+) -> Result<Vec<Candidate>, PerceptionError> {
+    let cloud = Cloud::new(depth, intrinsics, mask, config.segmentation.range.si())?;
+    let limits = Limits::new(config);
+    let search = Search::new(config);
+    let mut unexplained = Unexplained::new(&cloud);
+    let mut out = Vec::new();
+    let mut judge = |h: Option<Hypothesis>, unexplained: &mut Unexplained| {
+        let Some(h) = h.filter(|h| h.sphere.center.z > 0.0) else { return };
+        let refused_by = limits.refusal(&cloud, &h.sphere, &h.support);
+        if refused_by.is_none() {
+            unexplained.remove(&h.support);
+        }
+        out.push((h, refused_by));
+    };
+    for patch in patches(&cloud, limits.depth_jump, limits.min_pixels) {
+        let whole = search.whole(&cloud, &patch);
+        if !search.refine {
+            judge(whole, &mut unexplained);
+            continue;
+        }
+        judge(whole.and_then(|h| search.refined(&cloud, h)), &mut unexplained);
+        for seed in search.seeds(&cloud, &patch) {
+            if unexplained.contains(seed) {
+                let local = search.local(&cloud, seed, limits.depth_jump);
+                judge(local.and_then(|h| search.refined(&cloud, h)), &mut unexplained);
+            }
+        }
+    }
+    Ok(without_duplicates(&cloud, out))
+}
+
+/// Of accepted spheres whose centres lie within one radius, keeps the one with the most pixels.
+fn without_duplicates(cloud: &Cloud, mut hypotheses: Vec<(Hypothesis, Option<Gate>)>) -> Vec<Candidate> {
+    // Stable: equal sizes stay in image order.
+    hypotheses.sort_by_key(|(h, _)| std::cmp::Reverse(h.support.len()));
+    let mut out: Vec<Candidate> = Vec::new();
+    for (h, refused_by) in hypotheses {
+        let same = |c: &Candidate| {
+            let d = &c.detection;
+            c.refused_by.is_none() && (d.p_camera - h.sphere.center).norm() < d.radius.max(h.sphere.radius)
+        };
+        if refused_by.is_some() || !out.iter().any(same) {
+            let detection = report(cloud, &h);
+            out.push(Candidate { detection, refused_by });
+        }
+    }
+    out
+}
+
+fn report(cloud: &Cloud, h: &Hypothesis) -> Detection {
+    Detection {
+        p_camera: h.sphere.center,
+        radius: h.sphere.radius,
+        rms: h.sphere.rms(h.support.iter().map(|&i| cloud.points[i])),
+        pixels: h.support.len() as u32,
+        // Callers keep z > 0.
+        center_px: cloud.intrinsics.project(&h.sphere.center).unwrap_or((f64::NAN, f64::NAN)),
+    }
 }

@@ -5,13 +5,21 @@
 //! [`Tracker`] asks for persistence over images. Nothing here knows a simulator: input is a depth image with
 //! intrinsics, see `docs/computation/perception.md`.
 
-mod config;
+mod cloud;
+pub mod config;
+mod cylinder;
 mod detect;
 mod error;
+mod gates;
 pub mod mask;
+mod search;
+mod segment;
+mod sphere;
 mod track;
 
 pub use config::DetectorConfig;
-pub use detect::{Detection, detect};
+pub use detect::{Candidate, Detection, candidates, detect};
 pub use error::PerceptionError;
+pub use gates::Gate;
+pub use sphere::Sphere;
 pub use track::{Sighting, Track, Tracker};

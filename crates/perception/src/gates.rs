@@ -1,0 +1,151 @@
+//! What a candidate sphere must satisfy.
+
+use crate::cloud::{Cloud, Pixel};
+use crate::config::DetectorConfig;
+use crate::cylinder;
+use crate::sphere::Sphere;
+
+/// The gates, in the order in which they are applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Gate {
+    /// Too few pixels.
+    MinPixels,
+    /// Radius.
+    Radius,
+    /// RMS of the fit.
+    Residual,
+    /// Bulges away from the camera.
+    Convexity,
+    /// Pixel count against that of the sphere's disc.
+    PixelRatio,
+    /// Footprint too long.
+    Elongation,
+    /// The surface goes on beyond the silhouette.
+    Isolation,
+    /// A cylinder fits better.
+    Cylinder,
+}
+
+/// The gates' limits in SI units; `None` where a gate is off.
+#[derive(Debug, Clone)]
+pub(crate) struct Limits {
+    pub(crate) min_pixels: usize,
+    pub(crate) depth_jump: f64,
+    pub(crate) radius: Option<(f64, f64)>,
+    residual: Option<f64>,
+    convexity: Option<f64>,
+    pixel_ratio: Option<(f64, f64)>,
+    elongation: Option<f64>,
+    isolation: Option<f64>,
+    cylinder: Option<f64>,
+}
+
+impl Limits {
+    pub(crate) fn new(config: &DetectorConfig) -> Self {
+        let g = &config.gates;
+        Self {
+            min_pixels: config.segmentation.min_pixels.get() as usize,
+            depth_jump: config.segmentation.depth_jump.si(),
+            radius: g.radius.si(),
+            residual: g.residual.si(),
+            convexity: g.convexity.si(),
+            pixel_ratio: g.pixel_ratio.si(),
+            elongation: g.elongation.si(),
+            isolation: g.isolation.si(),
+            cylinder: g.cylinder.si(),
+        }
+    }
+
+    /// The first gate that refuses a sphere supported by some pixels, cheap gates first.
+    pub(crate) fn refusal(&self, cloud: &Cloud, sphere: &Sphere, support: &[usize]) -> Option<Gate> {
+        // Not a number lies in no interval, so it is refused.
+        let outside = |limit: (f64, f64), value: f64| !(limit.0..=limit.1).contains(&value);
+        if support.len() < self.min_pixels {
+            return Some(Gate::MinPixels);
+        }
+        if self.radius.is_some_and(|r| outside(r, sphere.radius)) {
+            return Some(Gate::Radius);
+        }
+        let points = || support.iter().map(|&i| cloud.points[i]);
+        let rms = sphere.rms(points());
+        if self.residual.is_some_and(|most| outside((0.0, most), rms)) {
+            return Some(Gate::Residual);
+        }
+        if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(cloud, sphere, support))) {
+            return Some(Gate::Convexity);
+        }
+        if self.pixel_ratio.is_some_and(|r| outside(r, pixel_ratio(cloud, sphere, support.len()))) {
+            return Some(Gate::PixelRatio);
+        }
+        if self.elongation.is_some_and(|most| outside((0.0, most), elongation(cloud, support))) {
+            return Some(Gate::Elongation);
+        }
+        if self
+            .isolation
+            .is_some_and(|least| outside((least, 1.0), isolation(cloud, support, self.depth_jump)))
+        {
+            return Some(Gate::Isolation);
+        }
+        let cylinder_fits_better = |margin: f64| {
+            let points: Vec<_> = points().collect();
+            rms > margin * cylinder::best_rms(&points)
+        };
+        if self.cylinder.is_some_and(cylinder_fits_better) {
+            return Some(Gate::Cylinder);
+        }
+        None
+    }
+}
+
+/// Mean cosine between the sphere's outward normal and the direction to the camera: 2/3 for the visible half
+/// of a ball, negative for a bowl.
+fn convexity(cloud: &Cloud, sphere: &Sphere, support: &[usize]) -> f64 {
+    let cosine = |&i: &usize| {
+        let p = cloud.points[i];
+        -(p - sphere.center).normalize().dot(&p.normalize())
+    };
+    support.iter().map(cosine).sum::<f64>() / support.len() as f64
+}
+
+/// Pixels over those of the disc that the sphere covers, pi (R f / z)^2.
+fn pixel_ratio(cloud: &Cloud, sphere: &Sphere, pixels: usize) -> f64 {
+    let radius_px = sphere.radius * cloud.focal / sphere.center.z;
+    pixels as f64 / (std::f64::consts::PI * radius_px * radius_px)
+}
+
+/// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc.
+fn elongation(cloud: &Cloud, support: &[usize]) -> f64 {
+    let n = support.len() as f64;
+    let uv = || support.iter().map(|&i| cloud.uv(i)).map(|(u, v)| (u as f64, v as f64));
+    let (su, sv) = uv().fold((0.0, 0.0), |s, (u, v)| (s.0 + u, s.1 + v));
+    let (mu, mv) = (su / n, sv / n);
+    let [mut a, mut b, mut c] = [0.0; 3];
+    for (u, v) in uv() {
+        a += (u - mu) * (u - mu);
+        b += (u - mu) * (v - mv);
+        c += (v - mv) * (v - mv);
+    }
+    let (mid, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
+    // A one-pixel line has no width: infinite, refused.
+    (mid + half) / (mid - half).max(0.0)
+}
+
+/// Part of the support's border beyond which the surface ends: the next pixel measures nothing or differs in
+/// depth by more than `jump`. A masked neighbour says nothing and is left out, as is the image's edge.
+fn isolation(cloud: &Cloud, support: &[usize], jump: f64) -> f64 {
+    let mut sorted = support.to_vec();
+    sorted.sort_unstable();
+    let (mut border, mut free) = (0_usize, 0_usize);
+    for &i in support {
+        for j in cloud.neighbours(i).into_iter().flatten() {
+            if cloud.pixels[j] == Pixel::Masked || sorted.binary_search(&j).is_ok() {
+                continue;
+            }
+            border += 1;
+            let ends =
+                cloud.pixels[j] == Pixel::Empty || (cloud.points[i].z - cloud.points[j].z).abs() > jump;
+            free += usize::from(ends);
+        }
+    }
+    free as f64 / border.max(1) as f64
+}
