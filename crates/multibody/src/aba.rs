@@ -1,17 +1,26 @@
-//! Articulated-body algorithm: factor once, solve for many right-hand sides.
+//! Articulated-body algorithm on the linearly implicit system: factor once, solve for many right-hand sides.
+//!
+//! The system matrix is `A = M + h (D + C) + h^2 K`: drag C scales each link's inertia, and damping D and
+//! stiffness K add a diagonal in joint space, so Featherstone's recursion (Rigid Body Dynamics Algorithms,
+//! 2008, chapter 7) factors it exactly in O(n). Tethered point bodies are eliminated as leaves.
 
 use orchard_geometry::Vec3;
 
 use crate::data::Data;
-use crate::model::{BodyId, Model};
-use crate::spatial::{Twist, Wrench};
+use crate::kinematics::Kinematics;
+use crate::model::{BodyId, JointKind, Model};
+use crate::spatial::{ArticulatedInertia, Twist, Wrench};
+
+/// A pivot below this fraction of the inertia that it is cut from is round-off: its degree of freedom has
+/// neither inertia nor armature and stays still.
+const PIVOT_TOLERANCE: f64 = 1e-14;
 
 /// A right-hand side: impulses.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Impulse {
     /// On each degree of freedom [N m s, N s].
     pub dof: Vec<f64>,
-    /// On each link, at its origin, world axes.
+    /// On each link, at its origin, world axes [N m s, N s].
     pub body: Vec<Wrench>,
     /// On each point body [N s], world.
     pub point: Vec<Vec3>,
@@ -22,7 +31,7 @@ pub struct Impulse {
 pub struct Change {
     /// Of each degree of freedom [rad/s, m/s].
     pub dof: Vec<f64>,
-    /// Of each link, at its origin, world axes.
+    /// Of each link, at its origin, world axes [rad/s, m/s].
     pub body: Vec<Twist>,
     /// Of each point body [m/s], world.
     pub point: Vec<Vec3>,
@@ -57,18 +66,317 @@ impl Change {
     }
 }
 
+/// A point body's share of the factor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PointFactor {
+    /// 1 / (m + h d + kappa) with the linearised air drag d [1/kg].
+    pub inverse_mass: f64,
+    /// What the tether adds to the point's inertia: kappa = h (c + h k) [kg]; 0 untethered.
+    pub kappa: f64,
+    /// Part of an impulse on the point that reaches its anchor, `kappa * inverse_mass`; 0 untethered or
+    /// while the tether's reaction is capped.
+    pub share: f64,
+    /// From the origin of the anchor's link to the anchor [m].
+    pub r_anchor: Vec3,
+}
+
+/// Factor of the system matrix.
 #[derive(Debug, Clone)]
 pub(crate) struct Factor {
+    /// First degree of freedom that has neither inertia nor armature, as its link.
     pub singular: Option<BodyId>,
+    /// Articulated inertia of each link before its own joint is eliminated.
+    inertia: Vec<ArticulatedInertia>,
+    /// Wrench that a unit change of each degree of freedom takes: U = A S.
+    u: Vec<Wrench>,
+    /// Wrench that a unit impulse on each degree of freedom sends to the parent: G = U D^-1.
+    pub g: Vec<Wrench>,
+    /// D^-1 of each joint, row after row.
+    pub d_inverse: Vec<f64>,
+    /// Where each joint's D^-1 begins.
+    pub d_start: Vec<usize>,
+    pub points: Vec<PointFactor>,
 }
 
 impl Factor {
-    pub fn new(_model: &Model) -> Factor {
-        Factor { singular: None }
+    pub fn new(model: &Model) -> Factor {
+        let mut d_start = vec![0];
+        for (index, body) in model.bodies.iter().enumerate() {
+            d_start.push(d_start[index] + body.joint.nv() * body.joint.nv());
+        }
+        let point = PointFactor { inverse_mass: 0.0, kappa: 0.0, share: 0.0, r_anchor: Vec3::zeros() };
+        Factor {
+            singular: None,
+            inertia: vec![ArticulatedInertia::ZERO; model.bodies.len()],
+            u: vec![Wrench::ZERO; model.nv()],
+            g: vec![Wrench::ZERO; model.nv()],
+            d_inverse: vec![0.0; d_start[model.bodies.len()]],
+            d_start,
+            points: vec![point; model.points.len()],
+        }
     }
 }
 
-/// Factors.
-pub fn factor(_model: &Model, _data: &mut Data, _h: f64) {
-    todo!()
+/// Calls a function that is generic over (translations, degrees of freedom) with those of a joint.
+macro_rules! for_joint {
+    ($joint:expr, $function:ident($($argument:expr),* $(,)?)) => {
+        match $joint {
+            JointKind::Weld => $function::<0, 0>($($argument),*),
+            JointKind::Hinge(_) => $function::<0, 1>($($argument),*),
+            JointKind::Slide(_) => $function::<1, 1>($($argument),*),
+            JointKind::Universal => $function::<0, 2>($($argument),*),
+            JointKind::Planar => $function::<2, 3>($($argument),*),
+            JointKind::Free => $function::<3, 6>($($argument),*),
+        }
+    };
+}
+pub(crate) use for_joint;
+
+/// Factors the system matrix for the substep `h` at the last kinematics, with the stiffness, damping, drag and
+/// tethers that `data` holds. [`solve`] then works until the next call.
+pub fn factor(model: &Model, data: &mut Data, h: f64) {
+    let links = &data.kinematics.links;
+    let factor = &mut data.factor;
+    factor.singular = None;
+    for (index, body) in model.bodies.iter().enumerate() {
+        let inertia = &mut factor.inertia[index];
+        *inertia = ArticulatedInertia::ZERO;
+        let link = &links[index];
+        let mass = body.inertia.mass * (1.0 + h * data.linear_drag[index]);
+        inertia.add_rigid(mass, &link.r_com, &(link.i_com * (1.0 + h * data.angular_drag[index])));
+    }
+    for (index, point) in model.points.iter().enumerate() {
+        let drag = data.point_quadratic_drag[index] * data.point_v_world[index].norm();
+        let mass = point.mass + h * drag;
+        let tether = point.tether.as_ref().filter(|_| data.tethered[index]);
+        let kappa = tether.map_or(0.0, |tether| h * (tether.damping + h * tether.stiffness));
+        let inverse_mass = 1.0 / (mass + kappa);
+        let mut entry = PointFactor { inverse_mass, kappa, share: 0.0, r_anchor: Vec3::zeros() };
+        if let Some(tether) = tether {
+            entry.r_anchor = links[tether.body.index()].x_world_body.rotation * tether.p_body;
+            if !data.capped[index] {
+                entry.share = kappa * inverse_mass;
+                factor.inertia[tether.body.index()].add_point_mass(mass * entry.share, &entry.r_anchor);
+            }
+        }
+        factor.points[index] = entry;
+    }
+    for (index, body) in model.bodies.iter().enumerate().rev() {
+        let dofs = model.v_start[index]..model.v_start[index + 1];
+        let mut inertia = factor.inertia[index];
+        let spring = if body.joint == JointKind::Free { 0.0 } else { h * h };
+        let is_regular = for_joint!(
+            body.joint,
+            factor_joint(
+                &mut inertia,
+                &data.kinematics.axes[dofs.clone()],
+                |k| h * data.damping[dofs.start + k] + spring * data.stiffness[dofs.start + k],
+                &mut factor.u[dofs.clone()],
+                &mut factor.g[dofs.clone()],
+                &mut factor.d_inverse[factor.d_start[index]..factor.d_start[index + 1]],
+            )
+        );
+        if !is_regular {
+            factor.singular = Some(BodyId(index as u32));
+        }
+        if let Some(parent) = body.parent {
+            factor.inertia[parent.index()].add_shifted(&inertia, &links[index].r_parent);
+        }
+    }
+}
+
+/// Component of a wrench along a degree of freedom: the first T are translations, the others rotations.
+fn project<const T: usize>(k: usize, axis: &Vec3, wrench: &Wrench) -> f64 {
+    if k < T { axis.dot(&wrench.force) } else { axis.dot(&wrench.torque) }
+}
+
+/// Eliminates one joint from the articulated inertia: `D = S^T A S + armature`, `A - U D^-1 U^T`.
+/// Gives false if a pivot is round-off.
+fn factor_joint<const T: usize, const N: usize>(
+    inertia: &mut ArticulatedInertia,
+    axes: &[Vec3],
+    armature: impl Fn(usize) -> f64,
+    u: &mut [Wrench],
+    g: &mut [Wrench],
+    d_inverse: &mut [f64],
+) -> bool {
+    let mut d = [[0.0; N]; N];
+    let mut floor = [0.0; N];
+    for k in 0..N {
+        let axis = &axes[k];
+        u[k] = if k < T {
+            floor[k] = PIVOT_TOLERANCE * inertia.linear.trace();
+            Wrench { torque: inertia.coupling * axis, force: inertia.linear * axis }
+        } else {
+            floor[k] = PIVOT_TOLERANCE * inertia.angular.trace();
+            Wrench { torque: inertia.angular * axis, force: inertia.coupling.tr_mul(axis) }
+        };
+        for j in 0..=k {
+            d[k][j] = project::<T>(j, &axes[j], &u[k]);
+        }
+        d[k][k] += armature(k);
+    }
+    let (inverse, is_regular) = spd_inverse(d, &floor);
+    for k in 0..N {
+        g[k] = Wrench::ZERO;
+        for j in 0..N {
+            g[k] += u[j].scaled(inverse[j][k]);
+            d_inverse[k * N + j] = inverse[k][j];
+        }
+        inertia.angular -= u[k].torque * g[k].torque.transpose();
+        inertia.coupling -= u[k].torque * g[k].force.transpose();
+        inertia.linear -= u[k].force * g[k].force.transpose();
+    }
+    is_regular
+}
+
+/// Inverse of a symmetric positive definite matrix given by its lower triangle, by `L D L^T`. A pivot at or
+/// under its floor gives a zero row and column, and false.
+fn spd_inverse<const N: usize>(mut a: [[f64; N]; N], floor: &[f64; N]) -> ([[f64; N]; N], bool) {
+    let mut is_regular = true;
+    let mut pivot_inverse = [0.0; N];
+    for k in 0..N {
+        // a[k][j] for j < k becomes l[k][j]; the sum of l d l takes the eliminated part off the pivot.
+        for j in 0..k {
+            for i in 0..j {
+                a[k][j] -= a[k][i] * a[j][i];
+            }
+        }
+        for j in 0..k {
+            let scaled = a[k][j] * pivot_inverse[j];
+            a[k][k] -= a[k][j] * scaled;
+            a[k][j] = scaled;
+        }
+        if a[k][k] > floor[k] {
+            pivot_inverse[k] = 1.0 / a[k][k];
+        } else {
+            is_regular = false;
+        }
+    }
+    // L^-1, then L^-T D^-1 L^-1.
+    let mut l_inverse = [[0.0; N]; N];
+    for k in 0..N {
+        l_inverse[k][k] = 1.0;
+        for j in 0..k {
+            for i in j..k {
+                l_inverse[k][j] -= a[k][i] * l_inverse[i][j];
+            }
+        }
+    }
+    let mut inverse = [[0.0; N]; N];
+    for k in 0..N {
+        for j in 0..=k {
+            for i in k..N {
+                inverse[k][j] += l_inverse[i][k] * pivot_inverse[i] * l_inverse[i][j];
+            }
+            inverse[j][k] = inverse[k][j];
+        }
+    }
+    (inverse, is_regular)
+}
+
+/// Solves `A change = impulse` with the last [`factor`]. The body impulses are used as scratch: afterwards
+/// they are spoilt.
+pub fn solve(model: &Model, data: &Data, impulse: &mut Impulse, change: &mut Change) {
+    solve_with(model, &data.kinematics, &data.factor, impulse, change);
+}
+
+pub(crate) fn solve_with(
+    model: &Model,
+    kinematics: &Kinematics,
+    factor: &Factor,
+    impulse: &mut Impulse,
+    change: &mut Change,
+) {
+    for (index, point) in model.points.iter().enumerate() {
+        let entry = &factor.points[index];
+        if let Some(tether) = &point.tether
+            && entry.share != 0.0
+        {
+            let reaction = Wrench::of_force_at(impulse.point[index] * entry.share, &entry.r_anchor);
+            impulse.body[tether.body.index()] += reaction;
+        }
+    }
+    for (index, body) in model.bodies.iter().enumerate().rev() {
+        let dofs = model.v_start[index]..model.v_start[index + 1];
+        let mut wrench = impulse.body[index];
+        for_joint!(
+            body.joint,
+            solve_joint_up(
+                &mut wrench,
+                &kinematics.axes[dofs.clone()],
+                &factor.g[dofs.clone()],
+                &factor.d_inverse[factor.d_start[index]..factor.d_start[index + 1]],
+                &impulse.dof[dofs.clone()],
+                &mut change.dof[dofs],
+            )
+        );
+        if let Some(parent) = body.parent {
+            impulse.body[parent.index()] += wrench.shifted(&kinematics.links[index].r_parent);
+        }
+    }
+    for (index, body) in model.bodies.iter().enumerate() {
+        let dofs = model.v_start[index]..model.v_start[index + 1];
+        let parent = body.parent.map_or(Twist::ZERO, |parent| change.body[parent.index()]);
+        change.body[index] = for_joint!(
+            body.joint,
+            solve_joint_down(
+                parent.shifted(&kinematics.links[index].r_parent),
+                &kinematics.axes[dofs.clone()],
+                &factor.g[dofs.clone()],
+                &mut change.dof[dofs],
+            )
+        );
+    }
+    for (index, point) in model.points.iter().enumerate() {
+        let entry = &factor.points[index];
+        let mut total = impulse.point[index];
+        if let Some(tether) = &point.tether
+            && entry.share != 0.0
+        {
+            total += change.body[tether.body.index()].linear_at(&entry.r_anchor) * entry.kappa;
+        }
+        change.point[index] = total * entry.inverse_mass;
+    }
+}
+
+/// `y = tau + S^T P`; leaves `D^-1 y` in `x` and what the parent feels, `P - G y`, in `wrench`.
+fn solve_joint_up<const T: usize, const N: usize>(
+    wrench: &mut Wrench,
+    axes: &[Vec3],
+    g: &[Wrench],
+    d_inverse: &[f64],
+    tau: &[f64],
+    x: &mut [f64],
+) {
+    let mut y = [0.0; N];
+    for k in 0..N {
+        y[k] = tau[k] + project::<T>(k, &axes[k], wrench);
+    }
+    for k in 0..N {
+        x[k] = 0.0;
+        for j in 0..N {
+            x[k] += d_inverse[k * N + j] * y[j];
+        }
+        *wrench = *wrench - g[k].scaled(y[k]);
+    }
+}
+
+/// `x = D^-1 y - G^T a` with the parent's change `a` brought to the link's origin; gives the link's change.
+fn solve_joint_down<const T: usize, const N: usize>(
+    parent: Twist,
+    axes: &[Vec3],
+    g: &[Wrench],
+    x: &mut [f64],
+) -> Twist {
+    let mut change = parent;
+    for k in 0..N {
+        x[k] -= g[k].torque.dot(&parent.angular) + g[k].force.dot(&parent.linear);
+        if k < T {
+            change.linear += axes[k] * x[k];
+        } else {
+            change.angular += axes[k] * x[k];
+        }
+    }
+    change
 }

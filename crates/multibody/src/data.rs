@@ -51,6 +51,8 @@ pub struct Data {
     pub groups: Vec<Groups>,
 
     // Derived and scratch.
+    /// Whether each tether's reaction was capped in the last step.
+    pub(crate) capped: Vec<bool>,
     pub(crate) kinematics: Kinematics,
     pub(crate) factor: Factor,
     pub(crate) impulse: Impulse,
@@ -87,6 +89,7 @@ impl Data {
             point_force_world: vec![Vec3::zeros(); points],
             point_quadratic_drag: vec![0.0; points],
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),
+            capped: vec![false; points],
             kinematics: Kinematics::new(model),
             factor: Factor::new(model),
             impulse: Impulse::new(model),

@@ -41,6 +41,7 @@ pub mod builder;
 pub mod contact;
 pub mod data;
 pub mod energy;
+mod impulse;
 pub mod jacobian;
 pub mod kinematics;
 pub mod model;

@@ -1,9 +1,24 @@
-//! Static equilibrium.
+//! Static equilibrium by implicit steps of enormous length.
+//!
+//! With h so large that `h^2 K` swamps the inertia, an implicit step from rest is a Newton step on the statics
+//! that leaves the geometric stiffness out: it converges linearly, at the ratio of the geometric to the elastic
+//! stiffness, to the exact equilibrium, since the right-hand side is the exact unbalanced force.
 
 use orchard_geometry::Vec3;
 
 use crate::data::Data;
-use crate::model::Model;
+use crate::kinematics::forward_kinematics;
+use crate::model::{JointKind, Model};
+use crate::step::{advance, free_change};
+
+/// Length of a step [s]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
+const STEP: f64 = 1e3;
+/// Damping that holds a degree of freedom still [N m s/rad].
+const HOLDING_DAMPING: f64 = 1e30;
+/// A step is shortened so that no joint coordinate moves further [rad or m].
+const LARGEST_MOVE: f64 = 0.3;
+/// Iterations before the search is given up.
+const MAX_ITERATIONS: usize = 500;
 
 /// Why no equilibrium was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -30,6 +45,57 @@ pub fn equilibrium(
     gravity: &Vec3,
     tolerance: f64,
 ) -> Result<usize, StaticsError> {
-    let _ = (model, data, gravity, tolerance);
-    todo!()
+    let damping = data.damping.clone();
+    for id in model.body_ids() {
+        for dof in model.dofs(id) {
+            let is_free = model.body(id).joint == JointKind::Free;
+            let is_sprung = !is_free && data.stiffness[dof] > 0.0;
+            data.damping[dof] = if is_sprung { 0.0 } else { HOLDING_DAMPING };
+        }
+    }
+    let hangs = |index: &usize| {
+        data.tethered[*index] && model.points[*index].tether.as_ref().is_some_and(|t| t.stiffness > 0.0)
+    };
+    let held_points: Vec<usize> = (0..model.points.len()).filter(|index| !hangs(index)).collect();
+    let outcome = iterate(model, data, gravity, tolerance, &held_points);
+    data.damping = damping;
+    stop(data);
+    forward_kinematics(model, data);
+    outcome
+}
+
+/// Sets all velocities to zero.
+fn stop(data: &mut Data) {
+    data.v.fill(0.0);
+    data.point_v_world.fill(Vec3::zeros());
+}
+
+fn iterate(
+    model: &Model,
+    data: &mut Data,
+    gravity: &Vec3,
+    tolerance: f64,
+    held_points: &[usize],
+) -> Result<usize, StaticsError> {
+    let mut moved = f64::INFINITY;
+    for iteration in 1..=MAX_ITERATIONS {
+        stop(data);
+        forward_kinematics(model, data);
+        free_change(model, data, STEP, gravity);
+        for &index in held_points {
+            data.change.point[index] = Vec3::zeros();
+        }
+        let joint_move = STEP * data.change.dof.iter().fold(0.0_f64, |most, dv| most.max(dv.abs()));
+        let point_move = STEP * data.change.point.iter().fold(0.0_f64, |most, dv| most.max(dv.amax()));
+        moved = joint_move.max(point_move);
+        if !moved.is_finite() {
+            return Err(StaticsError::NotConverged { iterations: iteration, step: moved });
+        }
+        let scale = (LARGEST_MOVE / joint_move).min(1.0);
+        advance(model, data, STEP * scale);
+        if moved <= tolerance {
+            return Ok(iteration);
+        }
+    }
+    Err(StaticsError::NotConverged { iterations: MAX_ITERATIONS, step: moved })
 }

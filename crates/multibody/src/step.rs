@@ -1,10 +1,13 @@
 //! One substep: kinematics, free solution, contacts, integration.
 
-use orchard_geometry::Vec3;
+use nalgebra::Quaternion;
+use orchard_geometry::{Rotation, Vec3};
 
-use crate::contact::ContactReport;
+use crate::contact::{self, ContactReport};
 use crate::data::Data;
-use crate::model::Model;
+use crate::kinematics::{forward_kinematics, rotation_by};
+use crate::model::{JointKind, Model};
+use crate::{aba, impulse};
 
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +44,58 @@ pub struct StepReport {
 /// start and at the end, so that the accessors of [`Data`] agree with `q` and `v` after the call; the cost is
 /// paid once, since kinematics of an unchanged state are not computed again.
 pub fn step(model: &Model, data: &mut Data, settings: &StepSettings, report: &mut StepReport) {
-    let _ = (model, data, settings, report);
-    todo!()
+    forward_kinematics(model, data);
+    free_change(model, data, settings.h, &settings.gravity);
+    contact::solve_contacts(model, data, settings, report);
+    advance(model, data, settings.h);
+    forward_kinematics(model, data);
+}
+
+/// Velocity change without contacts, left in `Data::change`; the factor stays for more right-hand sides.
+pub(crate) fn free_change(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
+    impulse::cap_tethers(model, data, h, gravity);
+    aba::factor(model, data, h);
+    impulse::assemble(model, data, h, gravity);
+    let Data { kinematics, factor, impulse, change, capped, .. } = data;
+    aba::solve_with(model, kinematics, factor, impulse, change);
+    // A capped tether pulls its point body towards the moving anchor, but the anchor does not feel it: the
+    // factor leaves the anchor's motion out, and its free motion is added here.
+    for (index, point) in model.points.iter().enumerate() {
+        if let Some(tether) = &point.tether
+            && capped[index]
+        {
+            let entry = &factor.points[index];
+            let anchor = change.body[tether.body.index()].linear_at(&entry.r_anchor);
+            change.point[index] += anchor * (entry.kappa * entry.inverse_mass);
+        }
+    }
+}
+
+/// Adds `Data::change` to the velocities, then moves the positions with the new velocities.
+pub(crate) fn advance(model: &Model, data: &mut Data, h: f64) {
+    for (v, dv) in data.v.iter_mut().zip(&data.change.dof) {
+        *v += dv;
+    }
+    for (index, body) in model.bodies.iter().enumerate() {
+        let (q_start, v_start) = (model.q_start[index], model.v_start[index]);
+        let additive = if body.joint == JointKind::Free { 3 } else { body.joint.nv() };
+        for k in 0..additive {
+            data.q[q_start + k] += h * data.v[v_start + k];
+        }
+        if body.joint == JointKind::Free {
+            let omega = Vec3::from_column_slice(&data.v[v_start + 3..v_start + 6]);
+            turn(&mut data.q[q_start + 3..q_start + 7], &(omega * h));
+        }
+    }
+    for (index, p_world) in data.point_p_world.iter_mut().enumerate() {
+        data.point_v_world[index] += data.change.point[index];
+        *p_world += data.point_v_world[index] * h;
+    }
+}
+
+/// Turns a quaternion (x, y, z, w) by a rotation vector in the frame that it maps to.
+fn turn(quaternion: &mut [f64], by: &Vec3) {
+    let old = Quaternion::new(quaternion[3], quaternion[0], quaternion[1], quaternion[2]);
+    let new = rotation_by(by) * Rotation::new_normalize(old);
+    quaternion.copy_from_slice(new.as_ref().coords.as_slice());
 }
