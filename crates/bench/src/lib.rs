@@ -1,1 +1,30 @@
 //! The OrchardBench benchmark: tasks, metrics, zones, statistics and records.
+//!
+//! plan -> episodes (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md`
+//! states what each figure means.
+
+mod attempts;
+mod bootstrap;
+pub mod compute;
+pub mod episode;
+#[cfg(test)]
+mod fake;
+mod harness;
+#[cfg(test)]
+mod harness_tests;
+pub mod interface;
+mod matching;
+pub mod metrics;
+pub mod plan;
+pub mod protocol;
+mod quantile;
+mod run;
+#[cfg(test)]
+mod run_tests;
+mod stall;
+pub mod store;
+pub mod summary;
+pub mod zones;
+
+pub use harness::run_episode;
+pub use run::{Progress, RunError, RunResult, Silent, WorldFactory, run};

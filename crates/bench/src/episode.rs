@@ -1,0 +1,256 @@
+//! The record of one world's episode, as written to `episodes/*.json`.
+//!
+//! Everything here is a function of (code version, config, seed, world, horizon): no clock, no machine.
+
+use orchard_geometry::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::zones::{Zone, ZoneFrame, ZoneTable};
+
+/// Version of the layout of every result file.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Version of the code that made a result.
+pub const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What an episode is a function of. A stored episode is reused only if all of this is equal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EpisodeKey {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// [`CODE_VERSION`].
+    pub code_version: String,
+    /// SHA-256 of all config texts, hexadecimal.
+    pub config_hash: String,
+    /// Preset of the config.
+    pub preset: String,
+    /// Condition of the benchmark matrix.
+    pub condition: String,
+    /// Seed.
+    pub seed: u64,
+    /// World index under the seed.
+    pub world: u32,
+    /// Budget [frames].
+    pub horizon_frames: u32,
+}
+
+/// How an episode ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "status", rename_all = "snake_case")]
+pub enum Outcome {
+    /// The time budget was used up.
+    BudgetSpent,
+    /// No reachable fruit was left on the tree.
+    AllReachablePicked,
+    /// The robot stood still for too long.
+    Stalled,
+    /// The world left its plausible state; it counts as zero harvest.
+    Quarantined {
+        /// What was wrong.
+        reason: String,
+    },
+}
+
+/// Where a fruit is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FruitState {
+    /// On its stem.
+    OnTree,
+    /// On its stem, on a limb that has broken.
+    OnBrokenLimb,
+    /// Off its stem, between both fingers.
+    Held,
+    /// Off its stem and moving.
+    Loose,
+    /// In the bucket.
+    Deposited,
+    /// On the ground.
+    Dropped,
+}
+
+/// One fruit's truth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FruitRecord {
+    /// Index of the fruit in its world.
+    pub id: u32,
+    /// Centre at the start [m, world].
+    pub p_world: [f64; 3],
+    /// Radius [m].
+    pub radius: f64,
+    /// Whether it lay inside the reach sphere at the start.
+    pub reachable: bool,
+    /// Zone at the start; null where no fruit is reachable.
+    pub zone: Option<Zone>,
+    /// State at the end.
+    pub final_state: FruitState,
+}
+
+/// A state that the controller entered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StateTime {
+    /// Name of the state.
+    pub state: String,
+    /// When it was entered [s].
+    pub time: f64,
+}
+
+/// How an attempt ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AttemptOutcome {
+    /// A fruit that the fingers had held came to rest in the bucket.
+    Placed,
+    /// None did.
+    Failed,
+}
+
+/// One attempt: from the commitment to a target until the controller gave it up or finished it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AttemptRecord {
+    /// Index in the episode.
+    pub id: u32,
+    /// Frame of the commitment.
+    pub start_frame: u32,
+    /// Frame at which the controller ended it, or the episode's last.
+    pub end_frame: u32,
+    /// Time of the commitment [s].
+    pub start_time: f64,
+    /// Time of the end [s].
+    pub end_time: f64,
+    /// Committed target [m, odom].
+    pub p_odom_target: [f64; 3],
+    /// Fruit on the tree within one radius of the target at the commitment; null for a false detection.
+    pub fruit: Option<u32>,
+    /// Zone of that fruit at the start of the episode, or of the target where there is none.
+    pub zone: Option<Zone>,
+    /// Outcome by the world's truth.
+    pub outcome: AttemptOutcome,
+    /// Why it failed; null when placed.
+    pub failure_reason: Option<String>,
+    /// Fruit held between both fingers, in the order of their grips.
+    pub gripped: Vec<u32>,
+    /// Held fruit that came off its stem.
+    pub detached: Vec<u32>,
+    /// Held fruit that landed in the bucket.
+    pub placed: Vec<u32>,
+    /// Time from the commitment to the first deposit [s]; null when failed.
+    pub cycle_time: Option<f64>,
+    /// States that the controller went through.
+    pub states: Vec<StateTime>,
+    /// Largest stem force during the attempt [N].
+    pub max_stem_pull_n: Option<f64>,
+}
+
+/// Something that happened to a fruit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FruitEvent {
+    /// The fruit.
+    pub fruit: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+}
+
+/// A rupture of wood.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SnapEvent {
+    /// Segment whose base joint broke.
+    pub segment: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+}
+
+/// Sums over the depth images of an episode.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DetectionTally {
+    /// Images from which the controller reported detections, be it none.
+    pub images: u32,
+    /// Detections matched to a fruit.
+    pub true_positives: u32,
+    /// Detections matched to none.
+    pub false_positives: u32,
+    /// Visible fruit.
+    pub visible: u32,
+    /// Visible fruit that a detection matched.
+    pub recalled: u32,
+}
+
+/// One world's episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EpisodeRecord {
+    /// What the episode is a function of.
+    #[serde(flatten)]
+    pub key: EpisodeKey,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Frames stepped.
+    pub frames: u32,
+    /// Simulated time [s].
+    pub duration_s: f64,
+    /// Fruit on the tree at the start.
+    pub fruit_total: u32,
+    /// Fruit inside the reach sphere at the start.
+    pub reachable_count: u32,
+    /// Their indices.
+    pub reachable: Vec<u32>,
+    /// Fruit that inverse kinematics confirms; null where not computed.
+    pub reachable_ik_count: Option<u32>,
+    /// Zone frame; null where no fruit is reachable.
+    pub zone_frame: Option<ZoneFrame>,
+    /// Reachable fruit by zone.
+    pub zone_census: ZoneTable<u32>,
+    /// Every fruit.
+    pub fruit: Vec<FruitRecord>,
+    /// Every attempt.
+    pub attempts: Vec<AttemptRecord>,
+    /// Ruptures.
+    pub branches_snapped: Vec<SnapEvent>,
+    /// Fruit that came off its stem.
+    pub fruit_detached: Vec<FruitEvent>,
+    /// Fruit that landed in the bucket.
+    pub fruit_deposited: Vec<FruitEvent>,
+    /// Fruit that reached the ground.
+    pub fruit_dropped: Vec<FruitEvent>,
+    /// Detector against truth.
+    pub detection: DetectionTally,
+    /// Largest stem force of the episode [N]; null if it was not finite.
+    pub max_stem_pull_n: Option<f64>,
+}
+
+impl EpisodeRecord {
+    /// Whether the world was quarantined.
+    pub fn quarantined(&self) -> bool {
+        matches!(self.outcome, Outcome::Quarantined { .. })
+    }
+
+    /// Fruit in the bucket at the end; none in a quarantined world.
+    pub fn deposited(&self) -> impl Iterator<Item = &FruitRecord> {
+        let counts = !self.quarantined();
+        self.fruit.iter().filter(move |f| counts && f.final_state == FruitState::Deposited)
+    }
+
+    /// Fruit off its stem at the end, neither in the bucket nor in the hand.
+    pub fn dropped(&self) -> impl Iterator<Item = &FruitRecord> {
+        self.fruit.iter().filter(|f| matches!(f.final_state, FruitState::Dropped | FruitState::Loose))
+    }
+
+    /// Attempts that count as placed; none in a quarantined world.
+    pub fn placed(&self) -> impl Iterator<Item = &AttemptRecord> {
+        let counts = !self.quarantined();
+        self.attempts.iter().filter(move |a| counts && a.outcome == AttemptOutcome::Placed)
+    }
+}
+
+/// A vector as written in files.
+pub(crate) fn array(v: &Vec3) -> [f64; 3] {
+    [v.x, v.y, v.z]
+}
+
+/// A number if it is one: JSON has no NaN.
+pub(crate) fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}

@@ -1,0 +1,289 @@
+//! Drives one world with one controller for an episode and records what truly happened.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use orchard_geometry::{Pose, Vec3, transform};
+
+use crate::attempts::{ABANDONED, AttemptLog, FruitHistory, Timing, judge};
+use crate::episode::{
+    DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord, FruitState, Outcome, SnapEvent,
+    array, finite,
+};
+use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
+use crate::matching::{Ball, match_detections};
+use crate::protocol::Protocol;
+use crate::stall::StallWatch;
+use crate::zones::{Zone, ZoneFrame, zone_table};
+
+/// Runs an episode; `None` if `stop` was raised before its end. `on_frame` is called after every frame.
+pub fn run_episode<W: BenchWorld, C: BenchController>(
+    key: EpisodeKey,
+    world: &mut W,
+    controller: &mut C,
+    protocol: &Protocol,
+    frame: f64,
+    stop: &AtomicBool,
+    on_frame: &mut dyn FnMut(),
+) -> Option<EpisodeRecord> {
+    let mut log = EpisodeLog::new(world, protocol, frame);
+    let mut stall = StallWatch::new(&protocol.rules, frame);
+    let mut outcome = world.quarantine().map(|reason| Outcome::Quarantined { reason });
+    while outcome.is_none() {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        let observation = world.observe();
+        if stall.stalled(&observation) {
+            outcome = Some(Outcome::Stalled);
+            break;
+        }
+        let command = controller.act(&observation);
+        log.take_controller(controller.drain_log(), world);
+        world.step(&command);
+        log.take_world(world);
+        on_frame();
+        outcome = if let Some(reason) = world.quarantine() {
+            Some(Outcome::Quarantined { reason })
+        } else if log.all_reachable_picked(world) {
+            Some(Outcome::AllReachablePicked)
+        } else if log.frames >= key.horizon_frames {
+            Some(Outcome::BudgetSpent)
+        } else {
+            None
+        };
+    }
+    // The loop ends only with an outcome.
+    let outcome = outcome.unwrap_or(Outcome::BudgetSpent);
+    Some(log.finish(key, outcome, world))
+}
+
+/// The record of a world that could not be built: nothing but the reason.
+pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
+    EpisodeRecord {
+        key,
+        outcome: Outcome::Quarantined { reason },
+        frames: 0,
+        duration_s: 0.0,
+        fruit_total: 0,
+        reachable_count: 0,
+        reachable: Vec::new(),
+        reachable_ik_count: None,
+        zone_frame: None,
+        zone_census: zone_table(0),
+        fruit: Vec::new(),
+        attempts: Vec::new(),
+        branches_snapped: Vec::new(),
+        fruit_detached: Vec::new(),
+        fruit_deposited: Vec::new(),
+        fruit_dropped: Vec::new(),
+        detection: DetectionTally::default(),
+        max_stem_pull_n: None,
+    }
+}
+
+/// What is gathered during an episode.
+struct EpisodeLog {
+    frame: f64,
+    grace: u32,
+    visible_pixels: u32,
+    frames: u32,
+    x_world_odom: Pose,
+    start: Vec<FruitTruth>,
+    reachable: Vec<bool>,
+    reachable_ik_count: Option<u32>,
+    zones: Option<ZoneFrame>,
+    attempts: Vec<AttemptLog>,
+    history: FruitHistory,
+    snapped: Vec<SnapEvent>,
+    detection: DetectionTally,
+    max_stem_pull: f64,
+}
+
+impl EpisodeLog {
+    fn new<W: BenchWorld>(world: &W, protocol: &Protocol, frame: f64) -> Self {
+        let mut start = world.fruit();
+        if start.iter().any(|f| !f.p_world.iter().chain([&f.radius]).all(|x| x.is_finite())) {
+            // A world that is broken before its first frame: no census can be taken of it.
+            start.clear();
+        }
+        let mut reachable = world.reachable();
+        reachable.resize(start.len(), false);
+        let points: Vec<Vec3> =
+            start.iter().zip(&reachable).filter(|(_, r)| **r).map(|(f, _)| f.p_world).collect();
+        Self {
+            frame,
+            grace: (protocol.rules.deposit_grace.si() / frame).round() as u32,
+            visible_pixels: protocol.rules.visible_pixels.get(),
+            frames: 0,
+            x_world_odom: world.x_world_odom(),
+            zones: ZoneFrame::calibrate(&points, &protocol.zones),
+            start,
+            reachable,
+            reachable_ik_count: world.reachable_ik_count(),
+            attempts: Vec::new(),
+            history: FruitHistory::default(),
+            snapped: Vec::new(),
+            detection: DetectionTally::default(),
+            max_stem_pull: 0.0,
+        }
+    }
+
+    fn time(&self) -> f64 {
+        f64::from(self.frames) * self.frame
+    }
+
+    fn take_controller<W: BenchWorld>(&mut self, events: Vec<ControllerEvent>, world: &W) {
+        for event in events {
+            match event {
+                ControllerEvent::AttemptStarted { p_odom_target } => {
+                    self.end_attempt(Some(ABANDONED.to_owned()));
+                    self.start_attempt(&p_odom_target, &world.fruit());
+                }
+                ControllerEvent::StateChanged { state } => {
+                    let frames = self.frames;
+                    if let Some(attempt) = self.running() {
+                        attempt.states.push((frames, state));
+                    }
+                }
+                ControllerEvent::AttemptEnded { failure } => self.end_attempt(failure),
+                ControllerEvent::Detected { p_odom } => {
+                    self.tally(&p_odom, &world.fruit(), &world.visible_fruit());
+                }
+            }
+        }
+    }
+
+    fn running(&mut self) -> Option<&mut AttemptLog> {
+        self.attempts.last_mut().filter(|a| a.end.is_none())
+    }
+
+    fn end_attempt(&mut self, failure: Option<String>) {
+        let frames = self.frames;
+        if let Some(attempt) = self.running() {
+            attempt.end = Some((frames, failure));
+        }
+    }
+
+    fn start_attempt(&mut self, p_odom_target: &Vec3, fruit: &[FruitTruth]) {
+        let p_world = transform(&self.x_world_odom, p_odom_target);
+        let on_tree: Vec<usize> = (0..fruit.len())
+            .filter(|&i| matches!(fruit[i].state, FruitState::OnTree | FruitState::OnBrokenLimb))
+            .collect();
+        let balls: Vec<Ball> = on_tree.iter().map(|&i| ball(&fruit[i])).collect();
+        let target = match_detections(&[p_world], &balls)[0].map(|i| on_tree[i]);
+        let p_zone = target.map_or(p_world, |i| self.start[i].p_world);
+        self.attempts.push(AttemptLog {
+            start_frame: self.frames,
+            p_odom_target: array(p_odom_target),
+            fruit: target.map(|i| i as u32),
+            zone: self.zone(&p_zone),
+            states: Vec::new(),
+            end: None,
+            max_stem_pull: 0.0,
+        });
+    }
+
+    fn zone(&self, p_world: &Vec3) -> Option<Zone> {
+        self.zones.as_ref().map(|frame| frame.zone(p_world))
+    }
+
+    /// Precision counts against every fruit, recall against those that show enough pixels.
+    fn tally(&mut self, p_odom: &[Vec3], fruit: &[FruitTruth], visible: &[VisibleFruit]) {
+        let detections: Vec<Vec3> = p_odom.iter().map(|p| transform(&self.x_world_odom, p)).collect();
+        let balls: Vec<Ball> = fruit.iter().map(ball).collect();
+        let matched = match_detections(&detections, &balls);
+        let hits = matched.iter().flatten().count() as u32;
+        let mut seen: Vec<u32> =
+            visible.iter().filter(|v| v.pixels >= self.visible_pixels).map(|v| v.fruit).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let recalled = matched.iter().flatten().filter(|&&f| seen.binary_search(&(f as u32)).is_ok()).count();
+        self.detection.images += 1;
+        self.detection.true_positives += hits;
+        self.detection.false_positives += detections.len() as u32 - hits;
+        self.detection.visible += seen.len() as u32;
+        self.detection.recalled += recalled as u32;
+    }
+
+    fn take_world<W: BenchWorld>(&mut self, world: &mut W) {
+        self.frames += 1;
+        let (frame, time) = (self.frames, self.time());
+        let of = |fruit| FruitEvent { fruit, frame, time };
+        for event in world.drain_events() {
+            match event {
+                WorldEvent::FruitGripped { fruit } => self.history.gripped.push(of(fruit)),
+                WorldEvent::FruitDetached { fruit } => self.history.detached.push(of(fruit)),
+                WorldEvent::FruitDeposited { fruit } => self.history.deposited.push(of(fruit)),
+                WorldEvent::FruitDropped { fruit } => self.history.dropped.push(of(fruit)),
+                WorldEvent::BranchSnapped { segment } => {
+                    self.snapped.push(SnapEvent { segment, frame, time });
+                }
+            }
+        }
+        let pull = world.peak_stem_pull();
+        // `max` would drop a NaN; keep it, so that it is written as null.
+        let larger = |old: f64| if pull > old || pull.is_nan() { pull } else { old };
+        self.max_stem_pull = larger(self.max_stem_pull);
+        if let Some(attempt) = self.running() {
+            attempt.max_stem_pull = larger(attempt.max_stem_pull);
+        }
+    }
+
+    /// No reachable fruit hangs any more, and none is on its way to the bucket.
+    fn all_reachable_picked<W: BenchWorld>(&self, world: &W) -> bool {
+        let settled = |f: &FruitTruth| matches!(f.state, FruitState::Deposited | FruitState::Dropped);
+        // The truth is asked for only when enough events make the answer possible.
+        let events = self.history.deposited.len() + self.history.dropped.len();
+        let reachable = self.reachable.iter().filter(|r| **r).count();
+        reachable > 0
+            && events >= reachable
+            && world.fruit().iter().zip(&self.reachable).all(|(f, reachable)| !reachable || settled(f))
+    }
+
+    fn finish<W: BenchWorld>(self, key: EpisodeKey, outcome: Outcome, world: &W) -> EpisodeRecord {
+        let end = world.fruit();
+        let fruit: Vec<FruitRecord> = self
+            .start
+            .iter()
+            .enumerate()
+            .map(|(i, f)| FruitRecord {
+                id: i as u32,
+                p_world: array(&f.p_world),
+                radius: f.radius,
+                reachable: self.reachable[i],
+                zone: self.zone(&f.p_world),
+                final_state: end.get(i).map_or(f.state, |e| e.state),
+            })
+            .collect();
+        let mut zone_census = zone_table(0);
+        for zone in fruit.iter().filter(|f| f.reachable).filter_map(|f| f.zone) {
+            *zone_census.entry(zone).or_insert(0) += 1;
+        }
+        let reachable: Vec<u32> = fruit.iter().filter(|f| f.reachable).map(|f| f.id).collect();
+        let timing = Timing { frame: self.frame, grace: self.grace, last: self.frames };
+        EpisodeRecord {
+            key,
+            outcome,
+            frames: self.frames,
+            duration_s: self.time(),
+            fruit_total: fruit.len() as u32,
+            reachable_count: reachable.len() as u32,
+            reachable,
+            reachable_ik_count: self.reachable_ik_count,
+            attempts: judge(&self.attempts, &self.history, timing),
+            zone_frame: self.zones,
+            zone_census,
+            fruit,
+            branches_snapped: self.snapped,
+            fruit_detached: self.history.detached,
+            fruit_deposited: self.history.deposited,
+            fruit_dropped: self.history.dropped,
+            detection: self.detection,
+            max_stem_pull_n: finite(self.max_stem_pull),
+        }
+    }
+}
+
+fn ball(fruit: &FruitTruth) -> Ball {
+    Ball { p_world: fruit.p_world, radius: fruit.radius }
+}

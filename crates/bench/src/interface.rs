@@ -1,0 +1,118 @@
+//! What an episode needs of a world and of a controller.
+//!
+//! The benchmark sees truth ([`BenchWorld`]); the controller sees [`Observation`]s only and reports what it
+//! believes ([`ControllerEvent`]).
+
+use orchard_geometry::{Pose, Vec3};
+use orchard_robot::io::{Command, Observation};
+
+use crate::episode::FruitState;
+
+/// A world, as the benchmark sees it. Indices of fruit and segments never change during an episode.
+pub trait BenchWorld {
+    /// The sensors now. Called once before every step.
+    fn observe(&mut self) -> Observation;
+    /// Advances one frame under a command.
+    fn step(&mut self, command: &Command);
+    /// What happened during the last step, in order.
+    fn drain_events(&mut self) -> Vec<WorldEvent>;
+    /// Every fruit, by index.
+    fn fruit(&self) -> Vec<FruitTruth>;
+    /// Fruit in the last depth image that an observation delivered.
+    fn visible_fruit(&self) -> Vec<VisibleFruit>;
+    /// Pose of the odom frame in the world.
+    fn x_world_odom(&self) -> Pose;
+    /// Whether each fruit lies inside the arm's reach sphere from an admissible stand-off, now.
+    fn reachable(&self) -> Vec<bool>;
+    /// How many fruit inverse kinematics confirms as reachable, where that is computed.
+    fn reachable_ik_count(&self) -> Option<u32> {
+        None
+    }
+    /// Largest stem force over all fruit and all substeps of the last step [N].
+    fn peak_stem_pull(&self) -> f64;
+    /// Why the world is no longer plausible, if so.
+    fn quarantine(&self) -> Option<String>;
+}
+
+/// A fact of the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WorldEvent {
+    /// Both fingers began to press on the same fruit.
+    FruitGripped {
+        /// The fruit.
+        fruit: u32,
+    },
+    /// A stem gave way.
+    FruitDetached {
+        /// The fruit.
+        fruit: u32,
+    },
+    /// A loose fruit landed in the bucket.
+    FruitDeposited {
+        /// The fruit.
+        fruit: u32,
+    },
+    /// A loose fruit reached the ground.
+    FruitDropped {
+        /// The fruit.
+        fruit: u32,
+    },
+    /// A joint of the tree ruptured.
+    BranchSnapped {
+        /// The segment whose base joint broke.
+        segment: u32,
+    },
+}
+
+/// One fruit now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FruitTruth {
+    /// Centre [m, world].
+    pub p_world: Vec3,
+    /// Radius [m].
+    pub radius: f64,
+    /// Where it is.
+    pub state: FruitState,
+}
+
+/// A fruit in a depth image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VisibleFruit {
+    /// The fruit.
+    pub fruit: u32,
+    /// Its pixels with a valid depth.
+    pub pixels: u32,
+}
+
+/// A harvest controller, as the benchmark sees it.
+pub trait BenchController {
+    /// The command for the next frame.
+    fn act(&mut self, observation: &Observation) -> Command;
+    /// What the controller noted during the last call of [`BenchController::act`], in order.
+    fn drain_log(&mut self) -> Vec<ControllerEvent>;
+}
+
+/// What a controller notes about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ControllerEvent {
+    /// It committed to a target.
+    AttemptStarted {
+        /// Believed fruit centre [m, odom].
+        p_odom_target: Vec3,
+    },
+    /// It entered a state.
+    StateChanged {
+        /// The state's name.
+        state: String,
+    },
+    /// It ended the current attempt.
+    AttemptEnded {
+        /// Why it failed; `None` if it believes that the fruit was placed.
+        failure: Option<String>,
+    },
+    /// It evaluated the observation's depth image.
+    Detected {
+        /// Centres of all detections in that image [m, odom].
+        p_odom: Vec<Vec3>,
+    },
+}

@@ -1,0 +1,236 @@
+//! The paper's metrics, each a ratio of sums over trees. `docs/benchmark-v1.md` states the formulas.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::bootstrap::{Resamples, Share, ratio};
+use crate::episode::EpisodeRecord;
+
+/// A metric: its name, its unit and one tree's share of it.
+#[derive(Clone, Copy)]
+pub struct MetricDefinition {
+    /// Name in `summary.json`.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// One tree's numerator and denominator.
+    pub share: fn(&EpisodeRecord) -> Share,
+}
+
+/// A metric's estimate. Without anything to measure, all is null and `n` is 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Metric {
+    /// Ratio of sums.
+    pub mean: Option<f64>,
+    /// 95 % bootstrap interval over trees x seeds.
+    pub ci95: [Option<f64>; 2],
+    /// Sum of the denominators: trees, attempts, detections or visible fruit.
+    pub n: u64,
+}
+
+/// All metrics of the nominal condition.
+pub const METRICS: &[MetricDefinition] = &[
+    MetricDefinition { name: "harvest_completeness", unit: "1", share: completeness },
+    MetricDefinition {
+        name: "place_success_per_attempt",
+        unit: "1",
+        share: |e| per(e.placed().count(), e.attempts.len()),
+    },
+    MetricDefinition {
+        name: "grasp_rate",
+        unit: "1",
+        share: |e| per(e.attempts.iter().filter(|a| !a.gripped.is_empty()).count(), e.attempts.len()),
+    },
+    MetricDefinition {
+        name: "detach_rate",
+        unit: "1",
+        share: |e| per(e.attempts.iter().filter(|a| !a.detached.is_empty()).count(), e.attempts.len()),
+    },
+    MetricDefinition { name: "throughput_fruit_per_min", unit: "fruit/min", share: throughput },
+    MetricDefinition { name: "mean_cycle_time_s", unit: "s", share: cycle_time },
+    MetricDefinition {
+        name: "branches_snapped_per_tree",
+        unit: "branches",
+        share: |e| tree(e.branches_snapped.len() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_dropped_per_tree",
+        unit: "fruit",
+        share: |e| tree(e.dropped().count() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_deposited_per_tree",
+        unit: "fruit",
+        share: |e| tree(e.deposited().count() as f64),
+    },
+    MetricDefinition {
+        name: "max_stem_pull_n",
+        unit: "N",
+        share: |e| e.max_stem_pull_n.map_or_else(Share::default, tree),
+    },
+    MetricDefinition {
+        name: "detection_precision",
+        unit: "1",
+        share: |e| {
+            let hits = e.detection.true_positives;
+            per(hits as usize, (hits + e.detection.false_positives) as usize)
+        },
+    },
+    MetricDefinition {
+        name: "detection_recall_visible",
+        unit: "1",
+        share: |e| per(e.detection.recalled as usize, e.detection.visible as usize),
+    },
+];
+
+/// Every metric of a set of episodes; `resamples` index into them.
+pub fn estimate(episodes: &[EpisodeRecord], resamples: &Resamples) -> BTreeMap<String, Metric> {
+    METRICS
+        .iter()
+        .map(|definition| {
+            let shares: Vec<Share> = episodes.iter().map(definition.share).collect();
+            let [low, high] = match resamples.interval(&shares) {
+                Some([low, high]) => [Some(low), Some(high)],
+                None => [None, None],
+            };
+            let n = shares.iter().map(|s| s.denominator).sum::<f64>() as u64;
+            let mean = ratio(shares.into_iter());
+            (definition.name.to_owned(), Metric { mean, ci95: [low, high], n })
+        })
+        .collect()
+}
+
+fn per(numerator: usize, denominator: usize) -> Share {
+    Share { numerator: numerator as f64, denominator: denominator as f64 }
+}
+
+fn tree(value: f64) -> Share {
+    Share { numerator: value, denominator: 1.0 }
+}
+
+/// Reachable fruit deposited over reachable fruit; a quarantined tree gives 0, others without reachable fruit
+/// say nothing.
+fn completeness(e: &EpisodeRecord) -> Share {
+    if e.quarantined() {
+        tree(0.0)
+    } else if e.reachable_count == 0 {
+        Share::default()
+    } else {
+        tree(e.deposited().filter(|f| f.reachable).count() as f64 / f64::from(e.reachable_count))
+    }
+}
+
+/// Fruit deposited a simulated minute; an episode without a frame was quarantined and gives 0.
+fn throughput(e: &EpisodeRecord) -> Share {
+    tree(if e.frames == 0 { 0.0 } else { 60.0 * e.deposited().count() as f64 / e.duration_s })
+}
+
+/// Seconds from the commitment to the deposit, over placed attempts.
+fn cycle_time(e: &EpisodeRecord) -> Share {
+    Share { numerator: e.placed().filter_map(|a| a.cycle_time).sum(), denominator: e.placed().count() as f64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::episode::{DetectionTally, FruitState, Outcome, SnapEvent};
+    use crate::fake::{attempt, record};
+    use crate::protocol::Protocol;
+
+    fn metrics(episodes: &[EpisodeRecord]) -> BTreeMap<String, Metric> {
+        let groups = vec![(0..episodes.len()).collect::<Vec<_>>()];
+        estimate(episodes, &Resamples::draw(&groups, &Protocol::paper().bootstrap))
+    }
+
+    /// Two trees, worked out by hand.
+    fn two_trees() -> Vec<EpisodeRecord> {
+        use FruitState::{Deposited, Dropped, Held, Loose, OnTree};
+        // Tree A: 4 reachable (2 deposited, 1 dropped), 1 unreachable (deposited); 30 s; 3 attempts, 2 placed.
+        let mut a = record(&[
+            (Deposited, true),
+            (Deposited, true),
+            (Dropped, true),
+            (OnTree, true),
+            (Deposited, false),
+        ]);
+        (a.frames, a.duration_s) = (1800, 30.0);
+        a.attempts = vec![attempt(Some(6.0), 1, 1), attempt(Some(9.0), 2, 1), attempt(None, 1, 0)];
+        a.branches_snapped = vec![SnapEvent { segment: 9, frame: 4, time: 0.1 }];
+        a.detection =
+            DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
+        a.max_stem_pull_n = Some(20.0);
+        // Tree B: 2 reachable (none deposited), one loose and one in the hand at the end; 60 s; 5 attempts.
+        let mut b = record(&[(Loose, true), (Held, true)]);
+        (b.frames, b.duration_s) = (3600, 60.0);
+        b.attempts = (0..5).map(|i| attempt(None, u32::from(i == 0), 0)).collect();
+        b.detection =
+            DetectionTally { images: 1, true_positives: 1, false_positives: 4, visible: 8, recalled: 1 };
+        b.max_stem_pull_n = Some(10.0);
+        vec![a, b]
+    }
+
+    #[test]
+    fn closed_forms() {
+        let metrics = metrics(&two_trees());
+        let expected = [
+            ("harvest_completeness", (2.0 / 4.0 + 0.0) / 2.0, 2),
+            ("place_success_per_attempt", 2.0 / 8.0, 8),
+            ("grasp_rate", 4.0 / 8.0, 8),
+            ("detach_rate", 2.0 / 8.0, 8),
+            ("throughput_fruit_per_min", (6.0 + 0.0) / 2.0, 2),
+            ("mean_cycle_time_s", 7.5, 2),
+            ("branches_snapped_per_tree", 0.5, 2),
+            ("fruit_dropped_per_tree", 1.0, 2),
+            ("fruit_deposited_per_tree", 1.5, 2),
+            ("max_stem_pull_n", 15.0, 2),
+            ("detection_precision", 10.0 / 15.0, 15),
+            ("detection_recall_visible", 7.0 / 20.0, 20),
+        ];
+        assert_eq!(metrics.len(), expected.len());
+        for (name, mean, n) in expected {
+            let m = &metrics[name];
+            assert_eq!((m.mean, m.n), (Some(mean), n), "{name}");
+            let [Some(low), Some(high)] = m.ci95 else { panic!("{name} has no interval") };
+            assert!(low <= mean && mean <= high, "{name}: {low} {mean} {high}");
+        }
+        // Resamples of two trees give A A, A B or B B: the interval spans the two trees' own values.
+        assert_eq!(metrics["max_stem_pull_n"].ci95, [Some(10.0), Some(20.0)]);
+        assert_eq!(metrics["detection_precision"].ci95, [Some(0.2), Some(0.9)]);
+        // B B defines no cycle time: the resample is left out.
+        assert_eq!(metrics["mean_cycle_time_s"].ci95, [Some(7.5), Some(7.5)]);
+    }
+
+    #[test]
+    fn nothing_to_measure_is_null() {
+        let metrics = metrics(&[record(&[(FruitState::OnTree, false)])]);
+        for name in
+            ["harvest_completeness", "place_success_per_attempt", "mean_cycle_time_s", "detection_precision"]
+        {
+            assert_eq!(metrics[name], Metric { mean: None, ci95: [None, None], n: 0 }, "{name}");
+        }
+        assert_eq!(metrics["fruit_dropped_per_tree"].mean, Some(0.0));
+        let json = serde_json::to_string(&metrics["grasp_rate"]).unwrap();
+        assert_eq!(json, r#"{"mean":null,"ci95":[null,null],"n":0}"#);
+    }
+
+    #[test]
+    fn a_quarantined_world_counts_as_zero_harvest() {
+        let mut episodes = two_trees();
+        episodes[0].outcome = Outcome::Quarantined { reason: "not finite".into() };
+        let metrics = metrics(&episodes);
+        for name in ["harvest_completeness", "throughput_fruit_per_min", "fruit_deposited_per_tree"] {
+            assert_eq!((metrics[name].mean, metrics[name].n), (Some(0.0), 2), "{name}");
+        }
+        // Its attempts still count, none of them placed; its damage counts.
+        assert_eq!(
+            (metrics["place_success_per_attempt"].mean, metrics["place_success_per_attempt"].n),
+            (Some(0.0), 8)
+        );
+        assert_eq!(metrics["branches_snapped_per_tree"].mean, Some(0.5));
+        // Even if it broke before the census.
+        let mut unborn = record(&[]);
+        unborn.outcome = Outcome::Quarantined { reason: "no equilibrium".into() };
+        assert_eq!(completeness(&unborn), Share { numerator: 0.0, denominator: 1.0 });
+    }
+}

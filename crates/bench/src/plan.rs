@@ -1,0 +1,166 @@
+//! What a benchmark run consists of.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::episode::{CODE_VERSION, EpisodeKey, SCHEMA_VERSION};
+use crate::protocol::Protocol;
+
+/// The parameters of one condition of the benchmark matrix.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ConditionParams {
+    /// Fruit that a tree is asked to carry.
+    pub fruit_count: u32,
+    /// Foliage density, the paper's dial.
+    pub foliage_density: f64,
+    /// Terrain amplitude [m].
+    pub terrain_amplitude_m: f64,
+    /// Trees a seed.
+    pub trees: u32,
+    /// Budget of an episode [s].
+    pub horizon_s: f64,
+}
+
+/// A run: one condition on every tree of every seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Preset of the config.
+    pub preset: String,
+    /// Profile whose defaults the run took.
+    pub profile: String,
+    /// Name of the condition.
+    pub condition: String,
+    /// Its parameters.
+    pub params: ConditionParams,
+    /// Seeds, in order.
+    pub seeds: Vec<u64>,
+    /// Frame length [s].
+    pub frame: f64,
+    /// SHA-256 of all config texts, from [`config_hash`].
+    pub config_hash: String,
+    /// Protocol constants.
+    pub protocol: Protocol,
+}
+
+/// A plan that cannot be run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// No seed.
+    #[error("no seed given")]
+    NoSeeds,
+    /// A seed given twice.
+    #[error("seed {0} is given twice")]
+    SeedTwice(u64),
+    /// No tree.
+    #[error("0 trees: at least 1 tree a seed is needed")]
+    NoTrees,
+    /// A budget that is not at least a frame or not a sensible number.
+    #[error("a horizon of {horizon} s is not between one frame ({frame:.4} s) and 100 hours")]
+    Horizon {
+        /// The budget [s].
+        horizon: f64,
+        /// Frame length [s].
+        frame: f64,
+    },
+}
+
+/// Longest budget [s]: keeps frame counts far from overflow.
+const LONGEST_HORIZON: f64 = 360_000.0;
+
+impl Plan {
+    /// Checks what a user can get wrong.
+    ///
+    /// # Errors
+    /// No seed, a seed given twice, no tree, a budget shorter than a frame.
+    pub fn check(&self) -> Result<(), PlanError> {
+        if self.seeds.is_empty() {
+            return Err(PlanError::NoSeeds);
+        }
+        for (i, seed) in self.seeds.iter().enumerate() {
+            if self.seeds[..i].contains(seed) {
+                return Err(PlanError::SeedTwice(*seed));
+            }
+        }
+        if self.params.trees == 0 {
+            return Err(PlanError::NoTrees);
+        }
+        if !(self.frame..=LONGEST_HORIZON).contains(&self.params.horizon_s) {
+            return Err(PlanError::Horizon { horizon: self.params.horizon_s, frame: self.frame });
+        }
+        Ok(())
+    }
+
+    /// Budget of an episode [frames].
+    pub fn horizon_frames(&self) -> u32 {
+        (self.params.horizon_s / self.frame).round() as u32
+    }
+
+    /// The keys of all episodes, seed by seed.
+    pub fn episodes(&self) -> Vec<EpisodeKey> {
+        let key = |seed, world| EpisodeKey {
+            schema_version: SCHEMA_VERSION,
+            code_version: CODE_VERSION.to_owned(),
+            config_hash: self.config_hash.clone(),
+            preset: self.preset.clone(),
+            condition: self.condition.clone(),
+            seed,
+            world,
+            horizon_frames: self.horizon_frames(),
+        };
+        self.seeds
+            .iter()
+            .flat_map(|&seed| (0..self.params.trees).map(move |world| (seed, world)))
+            .map(|(seed, world)| key(seed, world))
+            .collect()
+    }
+}
+
+/// SHA-256 over named config texts, hexadecimal. Names and lengths are hashed too, so that text cannot move
+/// from one file to another unnoticed.
+pub fn config_hash(texts: &[(&str, &str)]) -> String {
+    let mut hash = Sha256::new();
+    for (name, text) in texts {
+        for part in [name, text] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part.as_bytes());
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fake::plan;
+
+    #[test]
+    fn what_a_user_can_get_wrong() {
+        let check = |change: fn(&mut Plan)| {
+            let mut plan = plan();
+            change(&mut plan);
+            plan.check().map_err(|e| e.to_string())
+        };
+        assert_eq!(check(|_| ()), Ok(()));
+        assert_eq!(check(|p| p.seeds.clear()), Err("no seed given".into()));
+        assert_eq!(check(|p| p.seeds = vec![4, 5, 4]), Err("seed 4 is given twice".into()));
+        assert_eq!(check(|p| p.params.trees = 0), Err("0 trees: at least 1 tree a seed is needed".into()));
+        for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let mut plan = plan();
+            plan.params.horizon_s = horizon;
+            assert!(matches!(plan.check(), Err(PlanError::Horizon { .. })), "{horizon}");
+        }
+    }
+
+    #[test]
+    fn hash_tells_texts_and_places_apart() {
+        let hashes = [
+            config_hash(&[("a", "xy"), ("b", "z")]),
+            config_hash(&[("a", "x"), ("b", "yz")]),
+            config_hash(&[("b", "xy"), ("a", "z")]),
+        ];
+        assert_ne!(hashes[0], hashes[1]);
+        assert_ne!(hashes[0], hashes[2]);
+        // SHA-256 of nothing.
+        assert!(config_hash(&[]).starts_with("e3b0c44298fc1c14"));
+    }
+}

@@ -1,0 +1,147 @@
+//! The benchmark's protocol constants, read from `configs/paper/bench.toml`.
+
+use std::collections::BTreeMap;
+
+use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use serde::{Deserialize, Serialize};
+
+/// The protocol of preset `paper` as TOML text.
+pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
+
+/// Seeds, horizons and rules of the benchmark.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Protocol {
+    /// Name of the preset.
+    pub preset: String,
+    /// Seeds that anyone may tune on.
+    pub tuning_seeds: Vec<u64>,
+    /// The short profile.
+    pub quick: Profile,
+    /// The official profile.
+    pub full: Profile,
+    /// What counts as what.
+    pub rules: Rules,
+    /// Percentiles of the zone frame.
+    pub zones: ZoneRules,
+    /// Confidence intervals.
+    pub bootstrap: BootstrapRules,
+    /// Figures of the paper's nominal baseline, by metric name.
+    pub published: BTreeMap<String, Published>,
+}
+
+/// How much is run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    /// How many of the tuning seeds, from the first.
+    pub seeds: Count,
+    /// Trees a seed.
+    pub trees: Count,
+    /// Length of an episode.
+    pub horizon: Quantity,
+}
+
+/// What counts as what in an episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rules {
+    /// How long after its end an attempt may still be credited with a deposit.
+    pub deposit_grace: Quantity,
+    /// How long without motion makes an unrecoverable stall.
+    pub stall_time: Quantity,
+    /// Base displacement that counts as motion.
+    pub stall_base: Quantity,
+    /// Turn of an arm joint or of the base that counts as motion.
+    pub stall_joint: Quantity,
+    /// Fewest valid pixels of a visible fruit.
+    pub visible_pixels: Count,
+}
+
+/// Percentiles between which a canopy is cut into vertical thirds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZoneRules {
+    /// Height percentile of the lower end.
+    pub low_percentile: Quantity,
+    /// Height percentile of the upper end.
+    pub high_percentile: Quantity,
+}
+
+/// How confidence intervals are drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BootstrapRules {
+    /// Number of resamples.
+    pub resamples: Count,
+    /// Coverage of the interval.
+    pub confidence: Quantity,
+    /// Seed of the resampling stream.
+    pub seed: Count,
+}
+
+/// A published result, for comparison only.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// The figure as published.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+impl Protocol {
+    /// Reads a protocol from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range, fewer tuning seeds than a profile
+    /// asks for.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        let protocol: Self = from_toml(file, text)?;
+        for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
+            let asked = profile.seeds.get() as usize;
+            if asked > protocol.tuning_seeds.len() {
+                return Err(ConfigError {
+                    file: file.to_owned(),
+                    field: format!("{name}.seeds"),
+                    problem: format!("{asked} seeds, but tuning_seeds lists {}", protocol.tuning_seeds.len()),
+                });
+            }
+        }
+        Ok(protocol)
+    }
+
+    /// The protocol of preset `paper`.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn paper() -> Self {
+        match Self::from_toml("paper/bench.toml", PAPER_TOML) {
+            Ok(protocol) => protocol,
+            Err(e) => unreachable!("embedded preset: {e}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn embedded_preset_reads_and_publishes_known_metrics() {
+        let protocol = Protocol::from_toml("paper/bench.toml", PAPER_TOML).unwrap();
+        assert_eq!(protocol.tuning_seeds, [20250704, 20250705, 20250706]);
+        for name in protocol.published.keys() {
+            assert!(crate::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
+        }
+    }
+
+    #[test]
+    fn more_seeds_than_listed_are_refused() {
+        let text = PAPER_TOML.replacen("seeds = { value = 3", "seeds = { value = 4", 1);
+        let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert_eq!(e, "x.toml: full.seeds: 4 seeds, but tuning_seeds lists 3");
+    }
+}
