@@ -64,7 +64,8 @@ struct Life {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FruitState {
     lives: Vec<Life>,
-    max_tension: f64,
+    frame_peak: f64,
+    peak: f64,
 }
 
 /// What the world tells about one fruit at the end of a frame.
@@ -98,7 +99,7 @@ impl FruitState {
             dropped: false,
             speed_before: 0.0,
         };
-        Self { lives: vec![life; set.len()], max_tension: 0.0 }
+        Self { lives: vec![life; set.len()], frame_peak: 0.0, peak: 0.0 }
     }
 
     /// Phase of a fruit.
@@ -111,21 +112,29 @@ impl FruitState {
         self.lives[fruit].dropped
     }
 
-    /// Largest stem tension of any fruit so far [N].
-    pub fn max_tension(&self) -> f64 {
-        self.max_tension
+    /// Largest stem tension of any fruit in the latest whole frame [N].
+    pub fn peak_tension(&self) -> f64 {
+        self.peak
     }
 
-    /// Holds sleeping fruit where it rests; a bucket carries its fruit along. Call after every substep.
-    pub fn hold_sleepers(&self, set: &FruitSet, data: &mut Data, x_world_bucket: &Pose) {
+    /// Ends a substep: notes stem tensions, and holds sleeping fruit where it rests; a bucket carries its
+    /// fruit along.
+    pub fn end_substep(&mut self, set: &FruitSet, model: &Model, data: &mut Data, x_world_bucket: &Pose) {
         for (i, life) in self.lives.iter().enumerate() {
-            if let Phase::Asleep(resting) = life.phase {
-                let point = set.points[i].index();
-                data.point_p_world[point] = match resting {
-                    Resting::Bucket(p_bucket) => transform(x_world_bucket, &p_bucket),
-                    Resting::Ground(p_world) => p_world,
-                };
-                data.point_v_world[point] = Vec3::zeros();
+            match life.phase {
+                Phase::Hanging => {
+                    let tension = data.tether_spring_force(model, set.points[i]).norm();
+                    self.frame_peak = self.frame_peak.max(tension);
+                }
+                Phase::Loose => {}
+                Phase::Asleep(resting) => {
+                    let point = set.points[i].index();
+                    data.point_p_world[point] = match resting {
+                        Resting::Bucket(p_bucket) => transform(x_world_bucket, &p_bucket),
+                        Resting::Ground(p_world) => p_world,
+                    };
+                    data.point_v_world[point] = Vec3::zeros();
+                }
             }
         }
     }
@@ -147,12 +156,12 @@ impl FruitState {
         bucket_velocity: impl Fn(&Vec3) -> Vec3,
     ) -> Vec<FruitEvent> {
         let mut events = Vec::new();
+        self.peak = std::mem::take(&mut self.frame_peak);
         for (i, life) in self.lives.iter_mut().enumerate() {
             let point = set.points[i].index();
             match life.phase {
                 Phase::Hanging => {
                     let tension = data.tether_spring_force(model, set.points[i]).norm();
-                    self.max_tension = self.max_tension.max(tension);
                     let pull = data.point_force_world[point].norm();
                     let threshold = set.fruit[i].detach_force;
                     let count = |over: bool, frames: u32| if over { frames + 1 } else { 0 };

@@ -11,7 +11,9 @@ pub enum FruitFate {
     OnTree,
     /// On its stem, on a broken limb.
     OnBrokenLimb,
-    /// Off its stem and never on the ground: in the hand or in the air.
+    /// Off its stem, between both fingers.
+    Held,
+    /// Off its stem, in the air or in the bucket but not yet at rest.
     Loose,
     /// In the bucket.
     Deposited,
@@ -51,6 +53,7 @@ impl World {
             }
             Phase::Hanging => FruitFate::OnTree,
             Phase::Asleep(Resting::Bucket(_)) => FruitFate::Deposited,
+            Phase::Loose if self.is_held(i) => FruitFate::Held,
             Phase::Loose if !state.has_dropped(i) => FruitFate::Loose,
             Phase::Loose | Phase::Asleep(Resting::Ground(_)) => FruitFate::Dropped,
         }

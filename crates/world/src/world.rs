@@ -97,7 +97,7 @@ impl World {
             state.rupture.begin_substep(&parts.tree, &parts.model, &mut state.data, &spec.wood, h);
             step(&parts.model, &mut state.data, &parts.settings, &mut state.report);
             let x_world_base = parts.handle.x_world_base(&state.data);
-            state.fruit.hold_sleepers(&parts.fruit, &mut state.data, &x_world_base);
+            state.fruit.end_substep(&parts.fruit, &parts.model, &mut state.data, &x_world_base);
         }
         state.frame += 1;
         state.end_frame(spec, parts);
@@ -242,6 +242,11 @@ impl World {
     /// The truth behind the latest depth image.
     pub fn camera_truth(&self) -> Option<&CameraTruth> {
         self.state.image.as_ref()
+    }
+
+    /// Whether both fingers press on a fruit.
+    pub fn is_held(&self, fruit: usize) -> bool {
+        self.state.touches[fruit].fingers == [true, true]
     }
 
     /// Height of the arm's shoulder over the ground [m]: the origin of its second joint.

@@ -1,0 +1,144 @@
+//! The real world and the real picker behind the benchmark's interface.
+
+use crate::episode::FruitState;
+use crate::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent,
+};
+use orchard_geometry::Pose;
+use orchard_picker::{AttemptEnd, Controller, Event};
+use orchard_robot::io::{Command, Observation};
+use orchard_world::truth::FruitFate;
+use orchard_world::{Status, World};
+
+impl BenchWorld for World {
+    fn observe(&mut self) -> Observation {
+        World::observe(self)
+    }
+
+    fn step(&mut self, command: &Command) {
+        World::step(self, command);
+    }
+
+    fn drain_events(&mut self) -> Vec<WorldEvent> {
+        use orchard_world::WorldEvent as Real;
+        World::drain_events(self)
+            .into_iter()
+            .map(|event| match event {
+                Real::FruitGripped { fruit, .. } => WorldEvent::FruitGripped { fruit: fruit as u32 },
+                Real::FruitDetached { fruit, .. } => WorldEvent::FruitDetached { fruit: fruit as u32 },
+                Real::FruitDeposited { fruit, .. } => WorldEvent::FruitDeposited { fruit: fruit as u32 },
+                Real::FruitDropped { fruit, .. } => WorldEvent::FruitDropped { fruit: fruit as u32 },
+                Real::BranchSnapped { segment, .. } => {
+                    WorldEvent::BranchSnapped { segment: segment as u32 }
+                }
+            })
+            .collect()
+    }
+
+    fn fruit(&self) -> Vec<FruitTruth> {
+        self.fruit_truth()
+            .into_iter()
+            .map(|f| FruitTruth {
+                p_world: f.p_world,
+                radius: f.radius,
+                state: match f.fate {
+                    FruitFate::OnTree => FruitState::OnTree,
+                    FruitFate::OnBrokenLimb => FruitState::OnBrokenLimb,
+                    FruitFate::Held => FruitState::Held,
+                    FruitFate::Loose => FruitState::Loose,
+                    FruitFate::Deposited => FruitState::Deposited,
+                    FruitFate::Dropped => FruitState::Dropped,
+                },
+            })
+            .collect()
+    }
+
+    fn visible_fruit(&self) -> Vec<VisibleFruit> {
+        let pixels = self.camera_truth().map_or(&[][..], |truth| &truth.visible_px);
+        pixels
+            .iter()
+            .enumerate()
+            .filter(|(_, pixels)| **pixels > 0)
+            .map(|(fruit, &pixels)| VisibleFruit { fruit: fruit as u32, pixels })
+            .collect()
+    }
+
+    fn x_world_odom(&self) -> Pose {
+        World::x_world_odom(self)
+    }
+
+    fn reachable(&self) -> Vec<bool> {
+        World::reachable(self)
+    }
+
+    fn peak_stem_pull(&self) -> f64 {
+        self.fruit_state().peak_tension()
+    }
+
+    fn quarantine(&self) -> Option<String> {
+        match self.status() {
+            Status::Running => None,
+            Status::Quarantined { frame, reason } => Some(format!("frame {frame}: {reason}")),
+        }
+    }
+}
+
+/// A controller whose record is read as it grows.
+pub struct Recorded<C> {
+    controller: C,
+    events_read: usize,
+    images_read: usize,
+}
+
+impl<C: Controller> Recorded<C> {
+    /// Wraps a controller at the start of its episode.
+    pub fn new(controller: C) -> Self {
+        Self { controller, events_read: 0, images_read: 0 }
+    }
+}
+
+impl<C: Controller> BenchController for Recorded<C> {
+    fn act(&mut self, observation: &Observation) -> Command {
+        self.controller.act(observation)
+    }
+
+    fn drain_log(&mut self) -> Vec<ControllerEvent> {
+        let record = self.controller.record();
+        let images = record.images[self.images_read..].iter();
+        let mut log: Vec<ControllerEvent> = images
+            .map(|image| ControllerEvent::Detected {
+                p_odom: image.detections.iter().map(|d| d.p_odom).collect(),
+            })
+            .collect();
+        self.images_read = record.images.len();
+        log.extend(record.events[self.events_read..].iter().filter_map(noted));
+        self.events_read = record.events.len();
+        log
+    }
+}
+
+fn noted(event: &Event) -> Option<ControllerEvent> {
+    match event {
+        Event::AttemptStarted { p_odom, .. } => {
+            Some(ControllerEvent::AttemptStarted { p_odom_target: *p_odom })
+        }
+        Event::StateChanged { state, .. } => {
+            Some(ControllerEvent::StateChanged { state: name(state) })
+        }
+        Event::AttemptEnded { end: AttemptEnd::Deposited, .. } => {
+            Some(ControllerEvent::AttemptEnded { failure: None })
+        }
+        Event::AttemptEnded { end: AttemptEnd::Failed(reason), .. } => {
+            Some(ControllerEvent::AttemptEnded { failure: Some(name(reason)) })
+        }
+        Event::Grasped { .. } => None,
+    }
+}
+
+/// The serialised name of a state or reason, so that records and code never disagree.
+fn name(value: &impl serde::Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name,
+        other => unreachable!("a unit variant serialises to its name, not {other:?}"),
+    }
+}
