@@ -14,7 +14,6 @@ use orchard_multibody::JointKind;
 pub(crate) struct Roles {
     pub planar: usize,
     pub height: usize,
-    pub height_axis: Unit<Vec3>,
     /// Link that carries the `base` frame.
     pub base: usize,
     pub x_link_base: Pose,
@@ -63,7 +62,6 @@ impl Roles {
         Ok(Self {
             planar,
             height: height.link,
-            height_axis: height.axis,
             base,
             x_link_base: base_frame.x_link_frame,
             arm: std::array::from_fn(|i| arm[i].link),
