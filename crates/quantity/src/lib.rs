@@ -161,6 +161,15 @@ impl Span {
         0.5 * (low + high)
     }
 
+    /// The same span with other ends, in the same unit.
+    ///
+    /// # Errors
+    /// An end is outside the allowed range, or the ends are in the wrong order.
+    pub fn with_ends(&self, low: f64, high: f64) -> Result<Self, String> {
+        let Self { range, unit, source, .. } = self.clone();
+        RawSpan { low, high, range, unit, source }.try_into()
+    }
+
     /// Whether an SI value lies in the closed interval.
     pub fn contains_si(&self, value: f64) -> bool {
         let (low, high) = self.si();

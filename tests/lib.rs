@@ -1,0 +1,66 @@
+//! Fixtures of the cross-crate suites: an episode of a world under a picker, with what came of it.
+
+use orchard_perception::DetectorConfig;
+use orchard_picker::{BaselinePicker, Controller, PickerConfig};
+use orchard_robot::{Observation, RobotModel};
+use orchard_spec::Spec;
+use orchard_world::truth::FruitFate;
+use orchard_world::{Status, World, WorldEvent};
+use std::sync::Arc;
+
+/// What came of an episode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Story {
+    /// Everything that happened.
+    pub events: Vec<WorldEvent>,
+    /// Where each fruit ended.
+    pub fates: Vec<FruitFate>,
+    /// Largest speed of any robot joint [rad/s or m/s].
+    pub top_speed: f64,
+}
+
+impl Story {
+    /// Fruit in the bucket at the end.
+    pub fn deposited(&self) -> usize {
+        self.fates.iter().filter(|f| **f == FruitFate::Deposited).count()
+    }
+
+    /// Stems that gave way.
+    pub fn detached(&self) -> usize {
+        self.events.iter().filter(|e| matches!(e, WorldEvent::FruitDetached { .. })).count()
+    }
+
+    /// Times that both fingers closed on a fruit.
+    pub fn gripped(&self) -> usize {
+        self.events.iter().filter(|e| matches!(e, WorldEvent::FruitGripped { .. })).count()
+    }
+}
+
+/// Runs the baseline picker; `tamper` may spoil what it senses.
+pub fn harvest(
+    spec: &Spec,
+    robot: &RobotModel,
+    picker: PickerConfig,
+    seed: u64,
+    world: u32,
+    seconds: f64,
+    mut tamper: impl FnMut(&mut Observation),
+) -> Story {
+    let mut world = World::new(Arc::new(spec.clone()), Arc::new(robot.clone()), seed, world)
+        .unwrap_or_else(|e| panic!("seed {seed}, world {world}: {e}"));
+    let mut picker = BaselinePicker::new(robot, DetectorConfig::paper(), picker);
+    let frames = (seconds * spec.sim.frame_rate.si()).round() as u32;
+    let mut story = Story { events: Vec::new(), fates: Vec::new(), top_speed: 0.0 };
+    for _ in 0..frames {
+        let mut observation = world.observe();
+        tamper(&mut observation);
+        let command = picker.act(&observation);
+        world.step(&command);
+        let arm = observation.arm_v.iter().chain(&observation.base_velocity);
+        story.top_speed = arm.fold(story.top_speed, |top, v| top.max(v.abs()));
+        story.events.extend(world.drain_events());
+        assert_eq!(*world.status(), Status::Running);
+    }
+    story.fates = world.fruit_truth().iter().map(|f| f.fate).collect();
+    story
+}

@@ -1,0 +1,110 @@
+//! Invariants of whole worlds.
+
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
+use orchard_world::{Status, World, WorldEvent};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+fn world(seed: u64, index: u32) -> World {
+    World::new(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), seed, index)
+        .unwrap_or_else(|e| panic!("seed {seed}, world {index}: {e}"))
+}
+
+/// A settled default tree stays where it is: every segment's base and every fruit, to 1e-9 m over 10 s.
+#[test]
+fn a_settled_tree_does_not_drift() {
+    let mut world = world(42, 0);
+    let hold = RobotModel::paper().start_command();
+    let places = |w: &World| {
+        let bodies = w.tree().bodies.iter().map(|&b| w.data().x_world_body(b).translation.vector);
+        bodies.chain(w.fruit().points.iter().map(|p| w.data().point_p_world[p.index()])).collect::<Vec<_>>()
+    };
+    let start = places(&world);
+    for _ in 0..600 {
+        world.step(&hold);
+    }
+    let drift = places(&world).iter().zip(&start).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    assert!(drift <= 1e-9, "{drift:e} m");
+    assert!(world.drain_events().is_empty());
+}
+
+/// 300 random seeds grow, settle and step one second: nothing non-finite, nothing out of its box, no event.
+#[test]
+fn three_hundred_seeds_live_for_a_second() {
+    let hold = RobotModel::paper().start_command();
+    (0..300_u64).into_par_iter().for_each(|seed| {
+        let mut world = world(seed * 7919 + 1, 0);
+        let mut events = Vec::new();
+        for _ in 0..60 {
+            world.step(&hold);
+            events.extend(world.drain_events());
+        }
+        assert_eq!(*world.status(), Status::Running, "seed {seed}");
+        assert!(events.is_empty(), "seed {seed}: {events:?}");
+    });
+}
+
+/// A world that turns non-finite is quarantined with the reason; a neighbour does not notice.
+#[test]
+fn a_broken_world_is_quarantined() {
+    let hold = RobotModel::paper().start_command();
+    let (mut sick, mut sound, mut alone) = (world(3, 0), world(3, 1), world(3, 1));
+    sick.data_mut().v[5] = f64::NAN;
+    for _ in 0..3 {
+        sick.step(&hold);
+        sound.step(&hold);
+        alone.step(&hold);
+    }
+    assert!(matches!(sick.status(), Status::Quarantined { frame: 1, reason } if reason.contains("finite")));
+    assert_eq!(sick.frame(), 1);
+    assert_eq!(sound.data().q, alone.data().q);
+}
+
+/// The same world twice, and after a reset, gives the same bits; another index gives another tree.
+#[test]
+fn worlds_repeat_bit_for_bit() {
+    let run = |world: &mut World| {
+        let mut command = RobotModel::paper().start_command();
+        command.base_velocity = [0.6, 0.05, 0.1];
+        let mut depth = Vec::new();
+        for _ in 0..240 {
+            if let Some(image) = world.observe().depth {
+                depth.extend(image.pixels().iter().map(|d| d.to_bits()));
+            }
+            world.step(&command);
+        }
+        (world.data().q.clone(), world.data().point_p_world.clone(), depth)
+    };
+    let mut first = world(11, 2);
+    let result = run(&mut first);
+    assert!(result == run(&mut world(11, 2)), "not repeatable");
+    first.reset();
+    assert!(result == run(&mut first), "not repeatable after a reset");
+    assert_ne!(world(11, 2).skeleton().segments.len(), 0);
+    assert_ne!(world(11, 2).skeleton(), world(11, 3).skeleton());
+}
+
+/// A hard pull on a scaffold breaks wood; the rest of the world stays sane, and broken limbs fall.
+#[test]
+fn breaking_a_limb_keeps_the_world_sane() {
+    let mut world = world(17, 0);
+    let hold = RobotModel::paper().start_command();
+    let lateral = world.skeleton().segments.iter().position(|s| s.order == 2).expect("a lateral");
+    let body = world.tree().bodies[lateral];
+    let mut snapped = Vec::new();
+    for frame in 0..240 {
+        let pull = if frame < 30 { -400.0 } else { 0.0 };
+        world.data_mut().body_force_world[body.index()].z = pull;
+        world.step(&hold);
+        snapped.extend(world.drain_events().into_iter().filter_map(|e| match e {
+            WorldEvent::BranchSnapped { segment, .. } => Some(segment),
+            _ => None,
+        }));
+    }
+    assert!(!snapped.is_empty());
+    assert_eq!(*world.status(), Status::Running);
+    for s in snapped {
+        assert!(world.rupture().is_debris(s));
+    }
+}

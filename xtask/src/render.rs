@@ -1,0 +1,131 @@
+//! `cargo xtask render`: a picture of an episode at one moment, beside what the wrist camera sees.
+
+use anyhow::{Context, Result};
+use orchard_camera::picture::{PictureStyle, depth_picture, look_at, picture};
+use orchard_geometry::{Image, Intrinsics, Vec3, math};
+use orchard_perception::{DetectorConfig, detect};
+use orchard_picker::{BaselinePicker, Controller, PickerConfig};
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
+use orchard_world::World;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Draws tree, leaves, fruit, robot and ground with light and shadow, and beside it the latest wrist depth
+/// image with the detections in it.
+///
+/// The episode runs with the baseline picker up to --time, so that the picture shows the robot at work.
+///
+/// Example: cargo xtask render --seed 20250704 --time 12 --out tree.png
+#[derive(Debug, clap::Args)]
+pub struct RenderArgs {
+    /// Seed of the population.
+    #[arg(long, default_value_t = 20250704)]
+    seed: u64,
+    /// Which of the seed's trees.
+    #[arg(long, default_value_t = 0)]
+    world: u32,
+    /// Moment of the episode [s].
+    #[arg(long, default_value_t = 0.0)]
+    time: f64,
+    /// Height of the picture [px].
+    #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(64..=4096))]
+    height: u32,
+    /// The PNG to write.
+    #[arg(long)]
+    out: PathBuf,
+}
+
+/// Runs the episode up to the moment and writes the picture.
+pub fn run(args: &RenderArgs) -> Result<()> {
+    anyhow::ensure!(
+        (0.0..=600.0).contains(&args.time),
+        "--time {}: the allowed range is 0 to 600 s",
+        args.time
+    );
+    let spec = Arc::new(Spec::paper());
+    let robot = Arc::new(RobotModel::paper());
+    let detector = DetectorConfig::paper();
+    let mut world = World::new(spec.clone(), robot.clone(), args.seed, args.world)?;
+    let mut picker = BaselinePicker::new(&robot, detector.clone(), PickerConfig::paper());
+    let mut latest = None;
+    while f64::from(world.frame()) * spec.sim.frame() <= args.time {
+        let observation = world.observe();
+        let command = picker.act(&observation);
+        if let Some(depth) = observation.depth {
+            latest = Some((depth, observation.intrinsics));
+        }
+        world.step(&command);
+    }
+
+    let outside = outside_view(&world, args.height as usize);
+    let sheet = match latest {
+        Some((depth, intrinsics)) => {
+            let detections = detect(&depth, &intrinsics, None, &detector)?;
+            let circles: Vec<(f64, f64, f64)> = detections
+                .iter()
+                .filter_map(|d| {
+                    let (u, v) = intrinsics.project(&d.p_camera)?;
+                    Some((u, v, intrinsics.fx * d.radius / d.p_camera.z))
+                })
+                .collect();
+            beside(&outside, &enlarged(&depth_picture(&depth, &circles), 3))
+        }
+        None => outside,
+    };
+    write_png(&args.out, &sheet)
+}
+
+/// From a little above head height, at right angles to the robot's way to the trunk.
+fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
+    const VERTICAL_FOV: f64 = 0.75;
+    let intrinsics = Intrinsics::from_vertical_fov(height * 4 / 3, height, VERTICAL_FOV);
+    let x_world_base = world.handle().x_world_base(world.data());
+    let base = x_world_base.translation.vector;
+    let bearing = math::atan2(base.y, base.x) + 1.05;
+    let eye = Vec3::new(4.4 * math::cos(bearing), 4.4 * math::sin(bearing), 1.9);
+    let target = Vec3::new(0.25 * base.x, 0.25 * base.y, 1.1);
+    picture(&world.scene(), &intrinsics, &look_at(&eye, &target), &PictureStyle::default())
+}
+
+/// Every pixel as a block of `factor` by `factor`.
+fn enlarged(image: &Image<[u8; 3]>, factor: usize) -> Image<[u8; 3]> {
+    let mut large = Image::filled(image.width() * factor, image.height() * factor, [0; 3]);
+    for v in 0..large.height() {
+        for u in 0..large.width() {
+            large[(u, v)] = image[(u / factor, v / factor)];
+        }
+    }
+    large
+}
+
+/// Two pictures side by side on a dark sheet, the lower one centred.
+fn beside(left: &Image<[u8; 3]>, right: &Image<[u8; 3]>) -> Image<[u8; 3]> {
+    const SHEET: [u8; 3] = [24, 26, 28];
+    let height = left.height().max(right.height());
+    let mut sheet = Image::filled(left.width() + right.width(), height, SHEET);
+    for (image, left_edge) in [(left, 0), (right, left.width())] {
+        let top = (height - image.height()) / 2;
+        for v in 0..image.height() {
+            for u in 0..image.width() {
+                sheet[(left_edge + u, top + v)] = image[(u, v)];
+            }
+        }
+    }
+    sheet
+}
+
+fn write_png(path: &std::path::Path, image: &Image<[u8; 3]>) -> Result<()> {
+    let name = || format!("cannot write {}", path.display());
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let file = tempfile::NamedTempFile::new_in(directory.unwrap_or(std::path::Path::new(".")))
+        .with_context(name)?;
+    let mut encoder =
+        png::Encoder::new(std::io::BufWriter::new(&file), image.width() as u32, image.height() as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().with_context(name)?;
+    writer.write_image_data(&image.pixels().concat()).with_context(name)?;
+    writer.finish().with_context(name)?;
+    file.persist(path).with_context(name)?;
+    Ok(())
+}
