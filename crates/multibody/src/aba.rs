@@ -130,7 +130,6 @@ macro_rules! for_joint {
         }
     };
 }
-pub(crate) use for_joint;
 
 /// Factors the system matrix for the substep `h` at the last kinematics, with the stiffness, damping, drag and
 /// tethers that `data` holds. [`solve`] then works until the next call.
@@ -256,12 +255,14 @@ fn spd_inverse<const N: usize>(mut a: [[f64; N]; N], floor: &[f64; N]) -> ([[f64
     // L^-1, then L^-T D^-1 L^-1.
     let mut l_inverse = [[0.0; N]; N];
     for k in 0..N {
-        l_inverse[k][k] = 1.0;
-        for j in 0..k {
+        let mut row = [0.0; N];
+        row[k] = 1.0;
+        for (j, entry) in row.iter_mut().enumerate().take(k) {
             for i in j..k {
-                l_inverse[k][j] -= a[k][i] * l_inverse[i][j];
+                *entry -= a[k][i] * l_inverse[i][j];
             }
         }
+        l_inverse[k] = row;
     }
     let mut inverse = [[0.0; N]; N];
     for k in 0..N {
