@@ -16,6 +16,8 @@ pub struct Break {
     pub friction: f64,
     /// Residual viscous damping [N m s/rad].
     pub residual_damping: f64,
+    /// Inertia of the sub-tree about the joint when it broke [kg m^2].
+    pub inertia: f64,
 }
 
 /// Rupture state of one tree.
@@ -53,8 +55,10 @@ impl Rupture {
         self.peak_ratio
     }
 
-    /// Sets the dampers of broken joints for the next substep: Coulomb friction as the secant damper
-    /// tau / max(|omega|, omega_eps), plus the residual damper. The secant damper dissipates at any rate.
+    /// Sets damper and torque of broken joints for the next substep: the residual damper, and Coulomb friction
+    /// of the ramped moment tau. A joint that turns too fast to be stopped within the substep feels the torque
+    /// -tau omega / |omega|; a slower one the secant damper tau / max(|omega|, omega_eps), which the step takes
+    /// implicitly and which therefore cannot turn it back. Either way friction only dissipates.
     pub fn begin_substep(
         &mut self,
         tree: &TreeBody,
@@ -64,13 +68,16 @@ impl Rupture {
         substep: f64,
     ) {
         let ramp_time = wood.broken_friction_ramp_time.si();
+        let slow = wood.friction_regularisation.si();
         for b in &mut self.breaks {
             let ramp = if ramp_time > 0.0 { (b.age / ramp_time).min(1.0) } else { 1.0 };
             let moment = b.friction * (1.0 + (wood.broken_friction_ramp.si() - 1.0) * ramp);
             let dofs = model.dofs(tree.bodies[b.segment]);
             let rate = data.v[dofs.clone()].iter().map(|v| v * v).sum::<f64>().sqrt();
-            let secant = moment / rate.max(wood.friction_regularisation.si());
+            let slides = rate > slow.max(substep * moment / b.inertia);
+            let secant = if slides { 0.0 } else { moment / rate.max(slow) };
             for dof in dofs {
+                data.torque[dof] = if slides { -moment * data.v[dof] / rate } else { 0.0 };
                 data.damping[dof] = b.residual_damping + secant;
             }
             b.age += substep;
@@ -137,6 +144,7 @@ impl Rupture {
             friction: wood.broken_friction_ratio.si() * gravity * first_moment.norm(),
             residual_damping: (wood.broken_residual_damping.si() * inertia)
                 .min(wood.broken_residual_damping_max.si()),
+            inertia,
         });
     }
 }
