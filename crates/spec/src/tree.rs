@@ -66,19 +66,25 @@ pub struct TernarySpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CentralLeaderSpec {
-    /// Scaffold limbs a tree; each ends one tier of the leader.
+    /// Limbs that the leader sets, one at the end of each of its tiers.
+    pub limbs: CountSpan,
+    /// How many of them, from the lowest up, are scaffolds; the others are laterals of the upper leader.
     pub scaffolds: CountSpan,
-    /// Internodes of the leader in one tier.
-    pub leader_internodes: CountSpan,
-    /// Length of the leader's first internode.
+    /// Length of the first tier, the bare trunk below the lowest scaffold.
+    pub trunk_length: Span,
+    /// Length of the second tier.
     pub base_internode: Quantity,
-    /// Factor on the leader's internodes, and on the scaffolds' length, from one tier to the next.
+    /// Factor on a tier's length, and on a limb's, from one tier to the next.
     pub leader_decay: Quantity,
-    /// Length of a scaffold limb over `base_internode`, before `leader_decay`.
+    /// Internodes of the leader in a tier that ends in a scaffold.
+    pub leader_internodes: CountSpan,
+    /// Length over `base_internode` of the tiers above the scaffolds, one internode each.
+    pub upper_internode: Quantity,
+    /// Length of a limb, its outermost twigs included, over `base_internode`, before `leader_decay`.
     pub scaffold_length: Span,
     /// Roll from one branch of an axis to the next, a tree.
     pub divergence: Span,
-    /// Angle between leader and scaffold.
+    /// Angle between leader and limb.
     pub crotch_angle: Span,
     /// Angle between an axis and a lateral.
     pub lateral_angle: Span,
@@ -98,6 +104,8 @@ pub struct CentralLeaderSpec {
     pub bud_abortion: Span,
     /// Largest random bend at a node, a tree.
     pub wobble: Span,
+    /// Shortest internode before rescaling; an axis whose next one would be shorter ends.
+    pub internode_min: Quantity,
     /// Number of branch orders, the leader's order 0 included.
     pub branch_orders: Count,
     /// Most internodes of a tree; buds beyond it stay dormant.

@@ -16,6 +16,7 @@ use crate::lsystem::{Command, Grammar, Module};
 pub struct CentralLeader<'a> {
     spec: &'a CentralLeaderSpec,
     stream: Stream,
+    limbs: u32,
     scaffolds: u32,
     divergence: f64,
     length_decay: f64,
@@ -33,7 +34,7 @@ pub struct CentralLeader<'a> {
 pub enum Apex {
     /// Tip of the leader, about to draw one internode.
     Leader {
-        /// Scaffolds below it.
+        /// Limbs below it.
         tier: u32,
         /// Internodes that the tier still lacks.
         left: u32,
@@ -84,7 +85,8 @@ impl Axis {
 impl<'a> CentralLeader<'a> {
     /// Draws the parameters of one tree.
     pub fn new(spec: &'a CentralLeaderSpec, mut stream: Stream) -> Self {
-        let scaffolds = spec.scaffolds.draw(&mut stream);
+        let limbs = spec.limbs.draw(&mut stream);
+        let scaffolds = spec.scaffolds.draw(&mut stream).min(limbs);
         let divergence = stream.within(spec.divergence.si());
         let length_decay = stream.within(spec.length_decay.si());
         let droop = stream.within(spec.droop.si()) * stream.within(spec.form.si());
@@ -94,6 +96,7 @@ impl<'a> CentralLeader<'a> {
         Self {
             spec,
             stream,
+            limbs,
             scaffolds,
             divergence,
             length_decay,
@@ -109,7 +112,7 @@ impl<'a> CentralLeader<'a> {
     /// one axis an order, each with a last rewriting that removes the spent apex.
     pub fn derivations(&self) -> u32 {
         let axis = self.spec.axis_internodes.high() + 2;
-        self.spec.leader_internodes.high() * (self.scaffolds + 1) + axis * (self.spec.branch_orders.get() + 1)
+        self.spec.leader_internodes.high() * (self.limbs + 1) + axis * (self.spec.branch_orders.get() + 1)
     }
 
     /// Reserves the internodes of a new axis, if the bound on the tree's size allows them.
@@ -158,66 +161,67 @@ impl<'a> CentralLeader<'a> {
         successor.extend([Module::Apex(apex), Module::Turtle(Command::Pop)]);
     }
 
-    /// A scaffold limb whose internodes, each `length_decay` of the one before, add up to the drawn length.
-    fn scaffold(&mut self, tier_scale: f64, successor: &mut Vec<Module<Apex>>) {
+    /// A limb of the leader. Its internodes each have `length_decay` times the length of the one before, from
+    /// axis to lateral too, so that the longest way out tends to the drawn length: the sum of that series.
+    fn limb(&mut self, tier: u32, tier_scale: f64, successor: &mut Vec<Module<Apex>>) {
         let internodes = self.draw_count(|s| &s.axis_internodes);
-        let limb =
+        let reach =
             self.spec.base_internode.si() * tier_scale * self.stream.within(self.spec.scaffold_length.si());
         let angle = self.stream.within(self.spec.crotch_angle.si());
-        let (mut sum, mut relative) = (0.0, 1.0);
-        for _ in 0..internodes {
-            sum += relative;
-            relative *= self.length_decay;
-        }
-        if self.spec.branch_orders.get() > 1 && self.commit(internodes) {
-            let axis = self.axis(1, internodes, limb / sum);
+        let aborted = self.stream.chance(self.bud_abortion) && tier >= self.scaffolds;
+        if !aborted && self.spec.branch_orders.get() > 1 && self.commit(internodes) {
+            let axis = self.axis(1, internodes, reach * (1.0 - self.length_decay));
             self.branch(angle, Apex::Axis(axis), successor);
         }
     }
 
-    /// Production of the leader's tip: an internode; at the end of a tier a scaffold; above the last
-    /// scaffold the leader goes on as an axis of order 0.
+    /// The tip of the leader at the start of a tier. Above the last limb it is a last, bare internode.
+    fn tier(&mut self, tier: u32) -> Option<Apex> {
+        let base = self.spec.base_internode.si();
+        let (internodes, length) = if tier == 0 {
+            (self.draw_count(|s| &s.leader_internodes), self.stream.within(self.spec.trunk_length.si()))
+        } else if tier < self.scaffolds {
+            (self.draw_count(|s| &s.leader_internodes), base * self.tier_scale(tier - 1))
+        } else {
+            (1, base * self.spec.upper_internode.si())
+        };
+        let fits = tier <= self.limbs && self.commit(internodes);
+        fits.then(|| Apex::Leader { tier, left: internodes, length: length / f64::from(internodes) })
+    }
+
+    /// `leader_decay` to the power `tier`.
+    fn tier_scale(&self, tier: u32) -> f64 {
+        (0..tier).fold(1.0, |scale, _| scale * self.spec.leader_decay.si())
+    }
+
+    /// Production of the leader's tip: an internode; at the end of a tier a limb and the next tier.
     fn grow_leader(&mut self, tier: u32, left: u32, length: f64, successor: &mut Vec<Module<Apex>>) {
         self.leader_internode(length, successor);
         if left > 1 {
             successor.push(Module::Apex(Apex::Leader { tier, left: left - 1, length }));
-            return;
-        }
-        self.scaffold(length / self.spec.base_internode.si(), successor);
-        let next_length = length * self.spec.leader_decay.si();
-        if tier + 1 < self.scaffolds {
-            let left = self.draw_count(|s| &s.leader_internodes);
-            if self.commit(left) {
-                successor.push(Module::Apex(Apex::Leader { tier: tier + 1, left, length: next_length }));
-            }
         } else {
-            let internodes = self.draw_count(|s| &s.leader_internodes);
-            if self.commit(internodes) {
-                let axis = self.axis(0, internodes, next_length);
-                successor.push(Module::Apex(Apex::Axis(axis)));
+            if tier < self.limbs {
+                self.limb(tier, self.tier_scale(tier), successor);
             }
+            successor.extend(self.tier(tier + 1).map(Module::Apex));
         }
     }
 
     /// Production of an axis' tip: an internode, the buds at its node, the tip again.
     fn grow_axis(&mut self, axis: Axis, successor: &mut Vec<Module<Apex>>) {
-        if axis.drawn == axis.internodes {
+        if axis.drawn == axis.internodes || axis.length < self.spec.internode_min.si() {
             return;
         }
-        if axis.order == 0 {
-            self.leader_internode(axis.length, successor);
-        } else {
-            let (bend, _) = self.draw_wobble();
-            // The last internode takes back a part of what the others gathered.
-            let last = axis.drawn > 0 && axis.drawn + 1 == axis.internodes;
-            let droop = if last { -self.upturn * self.droop * f64::from(axis.drawn) } else { self.droop };
-            successor.extend(bend.map(Module::Turtle));
-            successor.extend([Command::Droop(droop), Command::Forward(axis.length)].map(Module::Turtle));
-        }
+        let (bend, _) = self.draw_wobble();
+        // The last internode takes back a part of what the others gathered.
+        let last = axis.drawn > 0 && axis.drawn + 1 == axis.internodes;
+        let droop = if last { -self.upturn * self.droop * f64::from(axis.drawn) } else { self.droop };
+        successor.extend(bend.map(Module::Turtle));
+        successor.extend([Command::Droop(droop), Command::Forward(axis.length)].map(Module::Turtle));
         let tip = Axis { drawn: axis.drawn + 1, length: axis.length * self.length_decay, ..axis };
         for _ in 0..axis.buds_at(tip.drawn) {
             let angle = self.stream.within(self.spec.lateral_angle.si());
-            let bud = Apex::Bud { order: axis.order + 1, length: tip.length * self.length_decay };
+            let bud = Apex::Bud { order: axis.order + 1, length: tip.length };
             self.branch(angle, bud, successor);
         }
         successor.push(Module::Apex(Apex::Axis(tip)));
@@ -239,11 +243,8 @@ impl Grammar for CentralLeader<'_> {
     /// `/(phase) Leader`
     fn axiom(&mut self) -> Vec<Module<Apex>> {
         let phase = self.stream.uniform(0.0, std::f64::consts::TAU);
-        // At least one internode, whatever the bound.
-        let left = self.draw_count(|s| &s.leader_internodes).min(self.spec.segments_max.get());
-        self.committed = left;
-        let length = self.spec.base_internode.si();
-        vec![Module::Turtle(Command::Roll(phase)), Module::Apex(Apex::Leader { tier: 0, left, length })]
+        let trunk = self.tier(0);
+        std::iter::once(Module::Turtle(Command::Roll(phase))).chain(trunk.map(Module::Apex)).collect()
     }
 
     fn grow(&mut self, apex: Apex, successor: &mut Vec<Module<Apex>>) {
