@@ -153,3 +153,19 @@ impl DetectorConfig {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_preset_reads_and_a_value_out_of_range_is_named() {
+        assert_eq!(DetectorConfig::from_toml("x.toml", PAPER_TOML).unwrap(), DetectorConfig::paper());
+        let text = PAPER_TOML.replacen("depth_jump = { value = 15.0", "depth_jump = { value = -1.0", 1);
+        let e = DetectorConfig::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert!(e.contains("segmentation.depth_jump") && e.contains("-1"), "{e}");
+        let text = PAPER_TOML.replacen("depth_jump", "depth_jmp", 1);
+        let e = DetectorConfig::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert!(e.contains("depth_jmp"), "{e}");
+    }
+}

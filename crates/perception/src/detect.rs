@@ -4,6 +4,7 @@ use crate::cloud::Cloud;
 use crate::gates::{Gate, Limits};
 use crate::search::{Hypothesis, Search, Unexplained};
 use crate::segment::patches;
+use crate::sphere::Sphere;
 use crate::{DetectorConfig, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 
@@ -65,12 +66,14 @@ pub fn candidates(
     let mut judge = |h: Option<Hypothesis>, unexplained: &mut Unexplained| {
         let Some(h) = h.filter(|h| h.sphere.center.z > 0.0) else { return };
         let refused_by = limits.refusal(&cloud, &h.sphere, &h.support);
-        if refused_by.is_none() {
+        if search.refine {
             unexplained.remove(&h.support);
         }
         out.push((h, refused_by));
     };
-    for patch in patches(&cloud, limits.depth_jump, limits.min_pixels) {
+    // The search joins the pieces of a fruit that a twig cuts, so it looks into small patches too.
+    let least = if search.refine { Sphere::MIN_POINTS } else { limits.min_pixels };
+    for patch in patches(&cloud, limits.depth_jump, least) {
         let whole = search.whole(&cloud, &patch);
         if !search.refine {
             judge(whole, &mut unexplained);

@@ -48,3 +48,35 @@ pub fn add(mask: &mut Image<bool>, other: &Image<bool>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const K: Intrinsics = Intrinsics { width: 3, height: 3, fx: 1.0, fy: 1.0, cx: 1.0, cy: 1.0 };
+
+    #[test]
+    fn robot_pixels_are_those_inside_the_grown_shape() {
+        // Points (u - 1, v - 1, 1); the ball about (1, 1, 1) reaches its two neighbours once grown to 1.
+        let depth = DepthImage::filled(3, 3, 1.0);
+        let ball = (Shape::Sphere { radius: 0.9 }, Pose::translation(1.0, 1.0, 1.0));
+        let masked = |margin| -> Vec<usize> {
+            let mask = self_mask(&depth, &K, &[ball], margin);
+            (0..9).filter(|&i| mask.pixels()[i]).collect()
+        };
+        assert_eq!(masked(0.0), [8]);
+        assert_eq!(masked(0.11), [5, 7, 8]);
+    }
+
+    #[test]
+    fn ground_pixels_are_the_low_ones() {
+        // Camera level, 1 m high: rows at heights 2, 1 and 0.
+        let mut depth = DepthImage::filled(3, 3, 1.0);
+        depth[(1, 2)] = 0.0;
+        let mask = ground_mask(&depth, &K, &Vec3::new(0.0, -1.0, 0.0), 1.0, 0.05);
+        assert_eq!((0..9).filter(|&i| mask.pixels()[i]).collect::<Vec<_>>(), [6, 8]);
+        let mut both = self_mask(&depth, &K, &[], 0.0);
+        add(&mut both, &mask);
+        assert_eq!(both, mask);
+    }
+}

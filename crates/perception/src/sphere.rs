@@ -16,20 +16,23 @@ pub struct Sphere {
 const FLAT: f64 = 1e-11;
 
 impl Sphere {
+    /// Fewest points that determine a sphere.
+    pub const MIN_POINTS: usize = 4;
+
     /// Least-squares solution of 2 p.c + b = |p|^2 with b = R^2 - |c|^2 (paper, eq. "spherefit").
     ///
     /// In coordinates q about the centroid the normal equations decouple: b is the mean of |q|^2, and
     /// 2 (sum q q^T) c = sum q |q|^2. `None` for fewer than four points or points in a plane.
     pub fn fit(points: impl Iterator<Item = Vec3> + Clone) -> Option<Self> {
-        let mut n = 0.0;
-        let mut mean = Vec3::zeros();
+        let (mut count, mut mean) = (0, Vec3::zeros());
         for p in points.clone() {
-            n += 1.0;
+            count += 1;
             mean += p;
         }
-        if n < 4.0 {
+        if count < Self::MIN_POINTS {
             return None;
         }
+        let n = count as f64;
         mean /= n;
         let (mut scatter, mut moment, mut square) = (Mat3::zeros(), Vec3::zeros(), 0.0);
         for p in points {

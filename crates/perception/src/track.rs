@@ -127,3 +127,53 @@ impl Track {
         self.confirmed |= self.hits >= limits.hits;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sighting(x: f64) -> Sighting {
+        Sighting { p_odom: Vec3::new(x, 0.0, 1.0), radius: 0.03 }
+    }
+
+    #[test]
+    fn three_hits_confirm_and_the_position_is_their_mean() {
+        let mut tracker = Tracker::new(&DetectorConfig::paper());
+        for (i, x) in [0.50, 0.53, 0.47].into_iter().enumerate() {
+            assert_eq!(tracker.confirmed().count(), 0);
+            tracker.update(0.2 * i as f64, &[sighting(x)]);
+        }
+        let tracks: Vec<_> = tracker.confirmed().collect();
+        assert_eq!((tracks.len(), tracks[0].hits, tracks[0].id), (1, 3, 0));
+        assert!((tracks[0].p_odom.x - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn neighbours_closer_than_the_merge_distance_stay_apart() {
+        let mut tracker = Tracker::new(&DetectorConfig::paper());
+        for _ in 0..3 {
+            tracker.update(0.0, &[sighting(0.0), sighting(0.06)]);
+        }
+        let xs: Vec<f64> = tracker.confirmed().map(|t| t.p_odom.x).collect();
+        assert_eq!(xs, [0.0, 0.06]);
+    }
+
+    #[test]
+    fn tracks_that_are_not_seen_again_fade() {
+        let config = DetectorConfig::paper();
+        let mut tracker = Tracker::new(&config);
+        for _ in 0..3 {
+            tracker.update(0.0, &[sighting(0.0)]);
+        }
+        tracker.update(1.0, &[sighting(1.0)]);
+        assert_eq!(tracker.tracks().len(), 2);
+        tracker.update(1.0 + config.tracking.tentative_life.si() + 1e-9, &[]);
+        assert_eq!(tracker.tracks().iter().map(|t| t.id).collect::<Vec<_>>(), [0]);
+        tracker.update(config.tracking.confirmed_life.si() + 1e-9, &[]);
+        assert!(tracker.tracks().is_empty());
+        tracker.update(50.0, &[sighting(0.0)]);
+        assert_eq!(tracker.tracks()[0].id, 2, "numbers are never used again");
+        tracker.forget(2);
+        assert!(tracker.tracks().is_empty());
+    }
+}

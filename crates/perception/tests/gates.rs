@@ -1,0 +1,119 @@
+//! Each gate refuses the surface that it is for, and nothing else does: with the gate off it is accepted.
+
+mod common;
+
+use common::*;
+use orchard_geometry::Vec3;
+use orchard_perception::{DetectorConfig, Gate};
+
+/// Asserts that a gate alone stands between the surfaces and a detection.
+fn only_this_gate_refuses(
+    gate: Gate,
+    surfaces: &[Surface],
+    on: &DetectorConfig,
+    switch: impl Fn(&mut DetectorConfig),
+) {
+    let candidates = considered(surfaces, on);
+    assert!(candidates.iter().all(|c| c.refused_by.is_some()), "{candidates:?}");
+    assert!(candidates.iter().any(|c| c.refused_by == Some(gate)), "{candidates:?}");
+    let mut off = on.clone();
+    switch(&mut off);
+    assert_eq!(found(surfaces, &off).len(), 1, "{:?}", considered(surfaces, &off));
+}
+
+#[test]
+fn radius() {
+    let config = one_fit_a_patch();
+    for (z, radius) in [(0.8, 0.08), (0.35, 0.015)] {
+        let ball = ball(Vec3::new(0.05, -0.03, z), radius);
+        only_this_gate_refuses(Gate::Radius, &[&ball], &config, |c| c.gates.radius.on = false);
+    }
+}
+
+#[test]
+fn residual() {
+    // A ball with smooth bumps of 8 mm, 33 mm apart.
+    let center = Vec3::new(0.0, 0.0, 0.5);
+    let smooth = ball(center, 0.055);
+    let bumpy = |d: &Vec3| {
+        let t = smooth(d)?;
+        let p = d * t;
+        let wave = |x: f64| orchard_geometry::math::cos(x * std::f64::consts::TAU / 0.033);
+        Some(t - 0.012 * wave(p.x) * wave(p.y))
+    };
+    let bumpy = part(bumpy, |p| (p.x * p.x + p.y * p.y).sqrt() < 0.04);
+    only_this_gate_refuses(Gate::Residual, &[&bumpy], &one_fit_a_patch(), |c| c.gates.residual.on = false);
+}
+
+#[test]
+fn convexity() {
+    let center = Vec3::new(0.0, 0.02, 0.5);
+    let bowl = part(bowl(center, 0.04), move |p| (p - center).normalize().z > 0.6);
+    only_this_gate_refuses(Gate::Convexity, &[&bowl], &one_fit_a_patch(), |c| c.gates.convexity.on = false);
+}
+
+#[test]
+fn pixel_ratio() {
+    // A cap that shows (15/55)^2 = 7 % of the ball's disc.
+    let cap = part(ball(Vec3::new(0.0, 0.0, 0.5), 0.055), |p| p.x * p.x + p.y * p.y < 0.015 * 0.015);
+    only_this_gate_refuses(Gate::PixelRatio, &[&cap], &one_fit_a_patch(), |c| {
+        c.gates.pixel_ratio.on = false;
+    });
+}
+
+#[test]
+fn elongation() {
+    let strip = part(ball(Vec3::new(0.0, 0.0, 0.5), 0.035), |p| p.y.abs() < 0.008);
+    only_this_gate_refuses(Gate::Elongation, &[&strip], &one_fit_a_patch(), |c| {
+        c.gates.elongation.on = false;
+    });
+}
+
+#[test]
+fn isolation() {
+    // A shallow bump on a wall: the wall goes on where the sphere would turn away.
+    let bump = ball(Vec3::new(0.0, 0.0, 0.525), 0.04);
+    let wall = plane(Vec3::new(0.0, 0.0, 0.5), Vec3::z());
+    only_this_gate_refuses(Gate::Isolation, &[&bump, &wall], &DetectorConfig::paper(), |c| {
+        c.gates.isolation.on = false;
+    });
+}
+
+#[test]
+fn cylinder() {
+    // A foreshortened limb section about as long as thick.
+    let limb = cylinder_along_x(Vec3::new(0.0, 0.01, 0.5), 0.03);
+    let section = part(limb, |p| p.x.abs() < 0.03);
+    only_this_gate_refuses(Gate::Cylinder, &[&section], &one_fit_a_patch(), |c| c.gates.cylinder.on = false);
+}
+
+#[test]
+fn min_pixels() {
+    let mut config = one_fit_a_patch();
+    let far = ball(Vec3::new(0.0, 0.0, 1.3), 0.026);
+    assert!(found(&[&far], &config).is_empty());
+    config.segmentation.min_pixels = config.segmentation.min_pixels.with_value(8).unwrap();
+    assert_eq!(found(&[&far], &config).len(), 1);
+}
+
+#[test]
+fn walls_leaves_and_branches_are_no_fruit() {
+    let config = DetectorConfig::paper();
+    let tilted = Vec3::new(0.3, -0.2, 1.0);
+    let wall = plane(Vec3::new(0.0, 0.0, 0.7), tilted);
+    assert!(found(&[&wall], &config).is_empty());
+    // A blade of 85 x 50 mm folded by 20 degrees along its midrib.
+    let fold = 0.36;
+    let half = |side: f64| {
+        part(plane(Vec3::new(0.0, 0.0, 0.5), Vec3::new(0.1, side * fold, 1.0)), move |p: &Vec3| {
+            let (x, y) = (p.x / 0.0425, p.y / 0.025);
+            side * p.y >= 0.0 && x * x + y * y < 1.0
+        })
+    };
+    let (left, right) = (half(1.0), half(-1.0));
+    assert!(found(&[&left, &right], &config).is_empty());
+    for radius in [0.008, 0.02, 0.035, 0.06] {
+        let limb = cylinder_along_x(Vec3::new(0.0, 0.02, 0.55), radius);
+        assert!(found(&[&limb], &config).is_empty(), "{radius}");
+    }
+}
