@@ -10,6 +10,8 @@ use crate::{Data, aba, kinematics};
 
 /// Asymmetry and negative eigenvalues of an inertia matrix that pass as round-off, relative to its norm.
 const INERTIA_TOLERANCE: f64 = 1e-9;
+/// Error of the length of a unit vector or quaternion that passes as round-off.
+const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -132,6 +134,10 @@ impl ModelBuilder {
             })?;
             for dof in [coupling.dof_a, coupling.dof_b] {
                 check_id("coupling", index, "degree of freedom", dof, nv)?;
+                if self.bodies[v_start.partition_point(|&start| start <= dof) - 1].joint == JointKind::Free {
+                    let problem = "it couples a free joint, which has no coordinate for each velocity";
+                    return Err(ModelError::Value { what: "coupling", index, problem });
+                }
             }
         }
         for (index, collider) in self.colliders.iter().enumerate() {
@@ -178,8 +184,13 @@ fn is_non_negative(x: f64) -> bool {
     x.is_finite() && x >= 0.0
 }
 
+/// Whether a length is 1 to round-off; NaN is not.
+fn is_unit(length: f64) -> bool {
+    (length - 1.0).abs() < UNIT_TOLERANCE
+}
+
 fn check_pose(pose: &Pose) -> Result<(), &'static str> {
-    if is_finite(&pose.translation.vector) && (pose.rotation.as_ref().norm() - 1.0).abs() < 1e-9 {
+    if is_finite(&pose.translation.vector) && is_unit(pose.rotation.as_ref().norm()) {
         Ok(())
     } else {
         Err("its pose is not finite or its quaternion not of unit length")
@@ -188,11 +199,8 @@ fn check_pose(pose: &Pose) -> Result<(), &'static str> {
 
 fn check_axis(joint: &JointKind) -> Result<(), &'static str> {
     match joint {
-        JointKind::Hinge(axis) | JointKind::Slide(axis) if (axis.norm() - 1.0).abs() >= 1e-9 => {
+        JointKind::Hinge(axis) | JointKind::Slide(axis) if !is_unit(axis.norm()) => {
             Err("its joint axis is not of unit length")
-        }
-        JointKind::Hinge(axis) | JointKind::Slide(axis) if !is_finite(axis) => {
-            Err("its joint axis is not finite")
         }
         _ => Ok(()),
     }

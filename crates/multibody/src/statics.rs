@@ -45,19 +45,21 @@ pub fn equilibrium(
     gravity: &Vec3,
     tolerance: f64,
 ) -> Result<usize, StaticsError> {
-    let damping = data.damping.clone();
+    let mut held_dofs = Vec::new();
     for id in model.body_ids() {
-        for dof in model.dofs(id) {
-            let is_free = model.body(id).joint == JointKind::Free;
-            let is_sprung = !is_free && data.stiffness[dof] > 0.0;
-            data.damping[dof] = if is_sprung { 0.0 } else { HOLDING_DAMPING };
-        }
+        let is_free = model.body(id).joint == JointKind::Free;
+        held_dofs.extend(model.dofs(id).filter(|&dof| is_free || data.stiffness[dof] <= 0.0));
     }
     let hangs = |index: &usize| {
         data.tethered[*index] && model.points[*index].tether.as_ref().is_some_and(|t| t.stiffness > 0.0)
     };
     let held_points: Vec<usize> = (0..model.points.len()).filter(|index| !hangs(index)).collect();
-    let outcome = iterate(model, data, gravity, tolerance, &held_points);
+
+    let damping = std::mem::replace(&mut data.damping, vec![0.0; model.nv()]);
+    for &dof in &held_dofs {
+        data.damping[dof] = HOLDING_DAMPING;
+    }
+    let outcome = iterate(model, data, gravity, tolerance, &held_dofs, &held_points);
     data.damping = damping;
     stop(data);
     forward_kinematics(model, data);
@@ -75,6 +77,7 @@ fn iterate(
     data: &mut Data,
     gravity: &Vec3,
     tolerance: f64,
+    held_dofs: &[usize],
     held_points: &[usize],
 ) -> Result<usize, StaticsError> {
     let mut moved = f64::INFINITY;
@@ -82,6 +85,9 @@ fn iterate(
         stop(data);
         forward_kinematics(model, data);
         free_change(model, data, STEP, gravity);
+        for &dof in held_dofs {
+            data.change.dof[dof] = 0.0;
+        }
         for &index in held_points {
             data.change.point[index] = Vec3::zeros();
         }

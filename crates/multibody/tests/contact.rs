@@ -54,16 +54,9 @@ fn a_ball_rests_where_the_spring_carries_its_weight() {
         let mut data = Data::new(&model);
         data.q[2] = 0.06;
         let report = run(&model, &mut data, 3.0);
-        // A ball's block is W = diag(1/m + r^2/I twice, 1/m) = diag(3.5, 3.5, 1) / m.
-        let w = math::pow(3.5_f64 * 3.5 * 2.0 + 1.0, 0.5) / (3.0 * mass);
-        let pi = std::f64::consts::PI;
-        let r_n = (w / (4.0 * pi * pi)).max(1.0 / (H * STIFFNESS * (H + 0.01)));
-        let sink = mass * 9.81 * H * r_n * (H + 0.01);
+        let sink = mass * 9.81 / STIFFNESS;
         let got = radius - data.q[2];
         assert!((got - sink).abs() < 1e-6 * sink, "mass {mass}: sinks {got}, law {sink}");
-        if mass >= 1.0 {
-            assert!((sink - mass * 9.81 / STIFFNESS).abs() < 1e-12);
-        }
         assert_eq!(report.contacts.len(), 1);
         // The half-space is a, and the ball pushes it down.
         assert!((report.contacts[0].force_world - Vec3::new(0.0, 0.0, -9.81 * mass)).norm() < 1e-6 * mass);
@@ -92,8 +85,8 @@ fn a_point_body_sticks_or_slides_on_a_slope_by_coulomb() {
         if factor < 1.0 {
             assert!((speed - expected).abs() < 0.05 * expected, "{factor}: {speed} for {expected}");
         } else {
-            // Creep of the regularised law: sigma w h times the friction force.
-            assert!(speed.abs() < 1e-3 * H * 9.81 * s, "{factor}: slides at {speed}");
+            // Creep of the regularised law: tangential regularisation, 1e-4 / m, times the friction impulse.
+            assert!(speed.abs() < 1e-4 * H * 9.81 * s, "{factor}: slides at {speed}");
         }
     }
 }
@@ -139,7 +132,9 @@ fn a_grip_holds_above_the_friction_limit_and_slips_below() {
             let fallen = start - data.point_p_world[0].z;
             let speed = -data.point_v_world[0].z;
             if holds {
-                assert!(speed < 1e-3 * H * 9.81, "{mass} kg, {factor}: slips at {speed}");
+                // Creep: tangential regularisation, 1e-4 of the inverse masses, times the friction impulse.
+                let creep = 1e-4 * (1.0 / 0.015 + 1.0 / mass) * (0.5 * mass * 9.81 * H);
+                assert!(speed < creep, "{mass} kg, {factor}: slips at {speed}, creep {creep}");
             } else {
                 let expected = 9.81 * (1.0 - factor) * seconds;
                 assert!((speed - expected).abs() < 0.05 * expected, "{mass} kg: {speed} for {expected}");
@@ -176,11 +171,14 @@ fn a_heavy_base_pushes_a_twig_without_sinking_in() {
             i_com: Mat3::identity() * 8.0,
         },
     });
-    // A 1 g twig, 10 cm long, standing up in the way.
+    // A 1 g twig, 10 cm long, hanging down over the top of the base by half its length.
     let twig = builder.add_body(Body {
         parent: None,
         joint: JointKind::Universal,
-        x_parent_joint: Translation3::new(0.6, 0.05, 0.3).into(),
+        x_parent_joint: Pose::from_parts(
+            Translation3::new(0.6, 0.05, 0.75),
+            Rotation::from_scaled_axis(Vec3::x() * std::f64::consts::PI),
+        ),
         inertia: SpatialInertia {
             mass: 1e-3,
             p_com: Vec3::new(0.0, 0.0, 0.05),
@@ -216,8 +214,7 @@ fn a_heavy_base_pushes_a_twig_without_sinking_in() {
     assert!(touched > 10, "{touched}");
     assert!(deepest < 1e-3, "sinks in {deepest}");
     assert!(data.v[0] > 1.09);
-    // The twig's dofs are bent by what drove through them.
-    assert!(data.q[4] > 0.3, "{:?}", &data.q);
+    assert!(data.q[4].abs() > 0.5, "the twig gives way: {:?}", &data.q);
 }
 
 #[test]
@@ -251,7 +248,7 @@ fn shapes_part_along_the_expected_normals() {
             at(0.0, 0.0, 0.0),
             Vec3::y(),
             -0.002,
-            2,
+            3,
         ),
         (cube, at(0.0, 0.0, 0.598), cube, at(0.0, 0.0, 0.0), Vec3::z(), -0.002, 4),
         (cube, at(0.0, 0.0, 0.298), Shape::HalfSpace, at(0.0, 0.0, 0.0), Vec3::z(), -0.002, 4),
@@ -278,7 +275,7 @@ fn shapes_part_along_the_expected_normals() {
             let model = builder.build().unwrap();
             let mut report = StepReport::default();
             step(&model, &mut Data::new(&model), &settings(H, Vec3::zeros()), &mut report);
-            assert_eq!(report.contacts.len(), count, "case {index}");
+            assert_eq!(report.contacts.len(), count, "case {index} {:?}", report.contacts);
             for contact in &report.contacts {
                 let expected = if swap { -normal } else { normal };
                 assert!((contact.n_world - expected).norm() < 1e-9, "case {index}: {contact:?}");

@@ -5,12 +5,14 @@
 
 use orchard_geometry::{Mat3, Vec3};
 
-/// Share of a contact's own inverse inertia that is the least normal regularisation, as beta of the paper:
-/// `beta^2 / (4 pi^2)`. With 1, a contact that is too stiff for the step gets the period of one step.
-const NEAR_RIGID: f64 = 1.0;
+/// Least normal regularisation as a share of the contact's own inverse inertia. The paper takes
+/// `beta^2 / (4 pi^2)` with beta = 1, 0.025, for its solver's conditioning; under light bodies that softens a
+/// contact far below its stiffness, and a direct solve in f64 needs only this.
+const NEAR_RIGID: f64 = 1e-4;
 /// Tangential regularisation as a share of the contact's own inverse inertia (sigma of the paper). A sticking
-/// contact creeps at this times the velocity that its friction impulse would give it if free.
-const TANGENTIAL: f64 = 1e-3;
+/// contact creeps at this times the velocity that its friction impulse would give it if free. Sliding adds
+/// `friction^2` times it to the normal regularisation, so it is no larger than the normal share.
+const TANGENTIAL: f64 = 1e-4;
 
 /// Numbers of contact that all contacts of a step share.
 #[derive(Debug, Clone, Copy)]
@@ -82,11 +84,10 @@ impl Law {
         {
             let &Compliance { h, stiffness, dissipation_time } = compliance;
             let time = if gap > 0.0 { h } else { h + dissipation_time };
-            let near_rigid = NEAR_RIGID * NEAR_RIGID / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
             *self = Law::Contact {
                 friction,
                 r_t: TANGENTIAL * w,
-                r_n: (near_rigid * w).max(1.0 / (h * stiffness * time)),
+                r_n: (NEAR_RIGID * w).max(1.0 / (h * stiffness * time)),
                 v_hat: -gap / time,
             };
         }

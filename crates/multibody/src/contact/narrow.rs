@@ -8,6 +8,9 @@ use parry3d_f64::shape::{Capsule, Cuboid, Shape as ParryShape};
 /// Distance under which two surfaces' directions are taken from the shapes, not from their closest points [m].
 const COINCIDENT: f64 = 1e-9;
 
+/// Contact points of a pair nearer than this are one [m].
+const SAME_POINT: f64 = 1e-6;
+
 /// Two surfaces near each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
@@ -173,9 +176,14 @@ fn polytopes(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: &mut Vec<
     });
     // The manifold's normal points out of a, in a's frame; its points are on the surfaces.
     let n_world = -(a.1.rotation * from_parry(manifold.local_n1));
+    let first = out.len();
     for point in &manifold.points {
         let p_b = transform(b.1, &from_parry(point.local_p2));
-        out.push(Touch::from_b(p_b, n_world, point.dist));
+        let touch = Touch::from_b(p_b, n_world, point.dist);
+        // The manifold may hold a point twice.
+        if out[first..].iter().all(|other| (other.p_world - touch.p_world).norm() > SAME_POINT) {
+            out.push(touch);
+        }
     }
 }
 
