@@ -1,7 +1,20 @@
-//! Pictures of a scene for people.
+//! Pictures of a scene for people: sun with shadow, sky light with ambient occlusion, supersampling.
+//!
+//! Colour here is linear light until the last step; nothing in it is a photometric model.
 
-use crate::Scene;
-use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
+mod false_color;
+mod light;
+mod material;
+mod noise;
+
+pub use false_color::{depth_picture, depth_picture_enlarged};
+
+use crate::depth::rasterise;
+use crate::primitive::{Primitive, for_each_primitive};
+use crate::{NO_INSTANCE, Scene};
+use light::Lighting;
+use material::Palette;
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3, math};
 
 /// Light and image quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,30 +27,119 @@ pub struct PictureStyle {
 
 impl Default for PictureStyle {
     fn default() -> Self {
-        Self { sun_world: Vec3::new(0.42, -0.50, 0.76).normalize(), supersampling: 3 }
+        Self { sun_world: Vec3::new(-0.45, -0.50, 0.74).normalize(), supersampling: 3 }
     }
+}
+
+/// What a ray of the picture meets.
+#[derive(Debug, Clone, Copy)]
+struct Surface {
+    p_world: Vec3,
+    /// Unit normal on the viewer's side.
+    n_world: Vec3,
+    /// Whether that is the side that the geometry calls outer (a blade's upper face).
+    outer_side: bool,
+    /// Unit direction from the viewer.
+    view_world: Vec3,
 }
 
 /// A colour picture of the scene (sRGB), seen through a pinhole camera.
 pub fn picture(
-    _scene: &Scene,
+    scene: &Scene,
     intrinsics: &Intrinsics,
-    _x_world_camera: &Pose,
-    _style: &PictureStyle,
+    x_world_camera: &Pose,
+    style: &PictureStyle,
 ) -> Image<[u8; 3]> {
-    Image::filled(intrinsics.width, intrinsics.height, [0; 3])
+    let side = style.supersampling.max(1);
+    let fine = supersampled(intrinsics, side);
+    let mut depth = DepthImage::filled(fine.width, fine.height, 0.0);
+    let mut index = Image::filled(fine.width, fine.height, NO_INSTANCE);
+    rasterise(scene, &fine, x_world_camera, f64::INFINITY, &mut depth, &mut index);
+    let lighting = Lighting::new(scene, &style.sun_world);
+    let palette = Palette::new();
+    let x_camera_world = x_world_camera.inverse();
+    let primitives_of = |item| {
+        let mut all: Vec<Primitive> = Vec::new();
+        for_each_primitive(item, &x_camera_world, |p| all.push(*p));
+        all
+    };
+    let primitives: Vec<_> = scene.items.iter().map(primitives_of).collect();
+    let samples = side * side;
+    let sample = |u: usize, v: usize, k: usize| -> Vec3 {
+        let ray = fine.ray(u as f64, v as f64);
+        let view_world = (x_world_camera.rotation * ray).normalize();
+        let sky = lighting.sky(&view_world);
+        let item = index[(u, v)];
+        if item == NO_INSTANCE {
+            return sky;
+        }
+        let hits = primitives[item as usize].iter().filter_map(|p| p.hit_with_normal(&ray));
+        let Some((z, normal)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) else { return sky };
+        let outer_side = normal.dot(&ray) < 0.0;
+        let facing = if outer_side { normal } else { -normal };
+        let surface = Surface {
+            p_world: orchard_geometry::transform(x_world_camera, &(ray * z)),
+            n_world: (x_world_camera.rotation * facing).normalize(),
+            outer_side,
+            view_world,
+        };
+        let material = palette.material(&scene.items[item as usize], &surface);
+        let color = lighting.shade(&surface, &material, (k, samples));
+        // Haze: distance blends into the horizon.
+        let clear = math::exp(-z * ray.norm() / HAZE_LENGTH);
+        color * clear + lighting.horizon() * (1.0 - clear)
+    };
+    let pixel = |i: usize| {
+        let (u, v) = (i % intrinsics.width, i / intrinsics.width);
+        let mut sum = Vec3::zeros();
+        for k in 0..samples {
+            // Each sample is brought to display range first, so that edges of bright things stay smooth.
+            sum += sample(u * side + k % side, v * side + k / side, k).map(display);
+        }
+        let mean = sum / samples as f64;
+        [0, 1, 2].map(|k| (255.0 * mean[k]).round() as u8)
+    };
+    let pixels = (0..intrinsics.width * intrinsics.height).map(pixel).collect();
+    Image::from_pixels(intrinsics.width, intrinsics.height, pixels)
+        .unwrap_or_else(|| Image::filled(intrinsics.width, intrinsics.height, [0; 3]))
 }
 
-/// A depth image in false colour, with a circle (u, v, radius [px]) for every detection.
-pub fn depth_picture(depth: &DepthImage, _circles: &[(f64, f64, f64)]) -> Image<[u8; 3]> {
-    Image::filled(depth.width(), depth.height(), [0; 3])
+/// Distance over which haze takes 63 % of the contrast [m].
+const HAZE_LENGTH: f64 = 120.0;
+
+/// The intrinsics of the same view with `side` x `side` samples a pixel.
+fn supersampled(k: &Intrinsics, side: usize) -> Intrinsics {
+    let s = side as f64;
+    Intrinsics {
+        width: k.width * side,
+        height: k.height * side,
+        fx: k.fx * s,
+        fy: k.fy * s,
+        cx: s * (k.cx + 0.5) - 0.5,
+        cy: s * (k.cy + 0.5) - 0.5,
+    }
 }
+
+/// Linear light to an sRGB value, 0 to 1: a filmic curve with a little toe and a soft shoulder.
+fn display(linear: f64) -> f64 {
+    let x = EXPOSURE * linear.max(0.0);
+    // Rational, 0 at 0, slope rising from its toe, 1 at infinity.
+    let y = x * (x + TOE) / (x * (x + SHOULDER) + SHOULDER * TOE);
+    if y <= 0.003_130_8 { 12.92 * y } else { 1.055 * math::pow(y, 1.0 / 2.4) - 0.055 }
+}
+
+/// Brightness of a picture.
+const EXPOSURE: f64 = 1.1;
+/// Shape of the display curve.
+const TOE: f64 = 0.3;
+const SHOULDER: f64 = 0.9;
 
 /// Pose of a camera at `p_world` that looks at `target_world`, image up towards world up.
 pub fn look_at(p_world: &Vec3, target_world: &Vec3) -> Pose {
     let z = (target_world - p_world).try_normalize(0.0).unwrap_or_else(Vec3::x);
+    // Straight up or down has no horizon: then image right is world x.
     let x = z.cross(&Vec3::z()).try_normalize(1e-9).unwrap_or_else(Vec3::x);
-    let rotation =
-        nalgebra::Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[x, z.cross(&x), z]));
+    let axes = nalgebra::Matrix3::from_columns(&[x, z.cross(&x), z]);
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);
     Pose::from_parts((*p_world).into(), nalgebra::UnitQuaternion::from_rotation_matrix(&rotation))
 }

@@ -1,4 +1,5 @@
 //! Scores the detector against the truth of one image.
+#![allow(dead_code)] // each user takes its part
 
 use orchard_camera::{Frame, Geometry, Label, Scene, fruit_visibility, render};
 use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};

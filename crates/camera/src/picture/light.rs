@@ -1,0 +1,160 @@
+//! Sun and sky. Shadow maps are depth images from far away, drawn by the depth camera's rasteriser.
+
+use super::material::Material;
+use super::{Surface, look_at};
+use crate::depth::rasterise;
+use crate::{Geometry, Label, NO_INSTANCE, Scene};
+use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Mat3, Shape, Vec3, math};
+
+/// Distance of a shadow map's camera [m]: far enough for nearly parallel rays, near enough for f32 depth.
+const DISTANCE: f64 = 100.0;
+/// Offset along the normal, and tolerance in depth, against a surface shading itself [m].
+const OFFSET: f64 = 0.004;
+const BIAS: f64 = 0.004;
+/// Pixels a side of the sun's map.
+const SUN_MAP: usize = 2048;
+/// Pixels a side of a sky map: coarse, since sky light is soft.
+const SKY_MAP: usize = 384;
+/// Sky directions.
+const SKY_DIRECTIONS: usize = 36;
+
+/// Everything that lights a picture.
+pub(super) struct Lighting {
+    sun_world: Vec3,
+    sun: ShadowMap,
+    sky: Vec<(Vec3, ShadowMap)>,
+}
+
+impl Lighting {
+    pub(super) fn new(scene: &Scene, sun_world: &Vec3) -> Self {
+        let sun_world = sun_world.try_normalize(0.0).unwrap_or_else(Vec3::z);
+        // The ground is under everything: it receives shadow and throws none.
+        let casters =
+            Scene { items: scene.items.iter().filter(|i| i.label != Label::Ground).copied().collect() };
+        let bounds = ball_about(&casters);
+        let sky = (0..SKY_DIRECTIONS).map(sky_direction);
+        Self {
+            sun_world,
+            sun: ShadowMap::new(&casters, &bounds, &sun_world, SUN_MAP),
+            sky: sky.map(|d| (d, ShadowMap::new(&casters, &bounds, &d, SKY_MAP))).collect(),
+        }
+    }
+
+    /// Sky in a direction.
+    pub(super) fn sky(&self, d: &Vec3) -> Vec3 {
+        let up = d.z.max(0.0);
+        let zenith = Vec3::new(0.18, 0.42, 0.95);
+        let blend = 1.0 - math::exp(-3.5 * up);
+        let glow = math::pow(d.dot(&self.sun_world).max(0.0), 24.0);
+        self.horizon() * (1.0 - blend) + zenith * blend + Vec3::new(0.30, 0.24, 0.15) * glow
+    }
+
+    pub(super) fn horizon(&self) -> Vec3 {
+        Vec3::new(0.95, 1.08, 1.20)
+    }
+
+    /// Light that a surface sends to the viewer. Sample `k` of `n` of a pixel asks its share of the sky's
+    /// directions only; the pixel's mean has asked them all.
+    pub(super) fn shade(&self, s: &Surface, m: &Material, (k, n): (usize, usize)) -> Vec3 {
+        let sun_color = Vec3::new(2.9, 2.6, 2.1);
+        let facing = s.n_world.dot(&self.sun_world);
+        let (front, back) = (facing.max(0.0), (-facing).max(0.0));
+        let lit_side = if facing >= 0.0 { s.n_world } else { -s.n_world };
+        let sun = sun_color * self.sun.light(&(s.p_world + lit_side * OFFSET));
+        let mut out = m.color.component_mul(&sun) * front;
+        out += m.transmitted.component_mul(&sun) * back;
+        out += m.color.component_mul(&self.ambient(s, (k, n)));
+        if front > 0.0 && m.gloss > 0.0 {
+            let half = (self.sun_world - s.view_world).normalize();
+            out += sun * (m.gloss * math::pow(s.n_world.dot(&half).max(0.0), m.shininess));
+        }
+        out
+    }
+
+    /// Sky light, held back where other things stand in its way, and light from the ground.
+    fn ambient(&self, s: &Surface, (k, n): (usize, usize)) -> Vec3 {
+        let p = s.p_world + s.n_world * OFFSET;
+        let (mut open, mut all) = (0.0, 1e-9);
+        let stride = n.min(SKY_DIRECTIONS / 4).max(1);
+        for (d, map) in self.sky.iter().skip(k % stride).step_by(stride) {
+            // A little light comes round corners: no surface is black.
+            let weight = (s.n_world.dot(d) + 0.3).max(0.0);
+            all += weight;
+            open += weight * map.tap(&p);
+        }
+        let up = 0.5 + 0.5 * s.n_world.z;
+        let sky = Vec3::new(0.42, 0.52, 0.68) * up + Vec3::new(0.20, 0.19, 0.12) * (1.0 - up);
+        sky * (0.12 + 0.88 * open / all)
+    }
+}
+
+/// Direction `i` of a cosine-weighted Fibonacci lattice over the sky.
+fn sky_direction(i: usize) -> Vec3 {
+    let r = ((i as f64 + 0.5) / SKY_DIRECTIONS as f64).sqrt();
+    let (sin, cos) = math::sin_cos(std::f64::consts::PI * (3.0 - 5.0_f64.sqrt()) * i as f64);
+    Vec3::new(r * cos, r * sin, (1.0 - r * r).sqrt())
+}
+
+/// Centre and radius of a ball about all bounded items.
+fn ball_about(scene: &Scene) -> (Vec3, f64) {
+    let of = |item: &crate::Item| match item.geometry {
+        Geometry::Shape(shape) => shape.aabb(&item.x_world_item),
+        Geometry::Blade { length, width } => {
+            Shape::Sphere { radius: length.max(width) }.aabb(&item.x_world_item)
+        }
+    };
+    let boxes = scene.items.iter().map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());
+    let all =
+        boxes.reduce(|a: Aabb, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() });
+    (0.5 * (all.min + all.max), 0.5 * (all.max - all.min).norm() + BIAS)
+}
+
+/// Depth of the scene along parallel rays, as seen from a light.
+struct ShadowMap {
+    depth: DepthImage,
+    intrinsics: Intrinsics,
+    /// World to light frame: rotation and offset.
+    r_light_world: Mat3,
+    t_light_world: Vec3,
+}
+
+impl ShadowMap {
+    fn new(casters: &Scene, (center, radius): &(Vec3, f64), towards_light: &Vec3, size: usize) -> Self {
+        let f = 0.5 * size as f64 * DISTANCE / radius;
+        let c = 0.5 * (size as f64 - 1.0);
+        let intrinsics = Intrinsics { width: size, height: size, fx: f, fy: f, cx: c, cy: c };
+        let distance = DISTANCE + radius;
+        let x_world_light = look_at(&(center + towards_light * distance), center);
+        let mut depth = DepthImage::filled(size, size, 0.0);
+        let mut index = Image::filled(size, size, NO_INSTANCE);
+        rasterise(casters, &intrinsics, &x_world_light, f64::INFINITY, &mut depth, &mut index);
+        let x_light_world = x_world_light.inverse();
+        let r_light_world = *x_light_world.rotation.to_rotation_matrix().matrix();
+        Self { depth, intrinsics, r_light_world, t_light_world: x_light_world.translation.vector }
+    }
+
+    /// Part of the light that reaches a point: four pixels about it.
+    fn light(&self, p_world: &Vec3) -> f64 {
+        const TAPS: [(f64, f64); 4] = [(-0.75, -0.25), (0.25, -0.75), (0.75, 0.25), (-0.25, 0.75)];
+        let Some((u, v, z)) = self.place(p_world) else { return 1.0 };
+        0.25 * TAPS.iter().map(|(du, dv)| self.open(u + du, v + dv, z)).sum::<f64>()
+    }
+
+    /// Whether the light reaches a point, by one pixel: 0 or 1.
+    fn tap(&self, p_world: &Vec3) -> f64 {
+        self.place(p_world).map_or(1.0, |(u, v, z)| self.open(u, v, z))
+    }
+
+    fn place(&self, p_world: &Vec3) -> Option<(f64, f64, f64)> {
+        let p = self.r_light_world * p_world + self.t_light_world;
+        self.intrinsics.project(&p).map(|(u, v)| (u, v, p.z))
+    }
+
+    fn open(&self, u: f64, v: f64, z: f64) -> f64 {
+        let (u, v) = (u.round(), v.round());
+        let n = self.intrinsics.width as f64;
+        let inside = (0.0..n).contains(&u) && (0.0..n).contains(&v);
+        let shaded = inside && f64::from(self.depth[(u as usize, v as usize)]) < z - BIAS;
+        if shaded { 0.0 } else { 1.0 }
+    }
+}

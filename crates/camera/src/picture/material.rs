@@ -1,0 +1,113 @@
+//! Colours by label and instance.
+
+use super::Surface;
+use super::noise::Noise;
+use crate::{Item, Label};
+use orchard_geometry::{Vec3, inverse_transform};
+
+/// How a surface answers light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Material {
+    /// Diffuse reflectance.
+    pub(super) color: Vec3,
+    /// Diffuse transmittance: light from the other side of a leaf.
+    pub(super) transmitted: Vec3,
+    /// Strength of the highlight.
+    pub(super) gloss: f64,
+    /// Its sharpness.
+    pub(super) shininess: f64,
+}
+
+impl Material {
+    fn matt(color: Vec3) -> Self {
+        Self { color, transmitted: Vec3::zeros(), gloss: 0.0, shininess: 1.0 }
+    }
+
+    fn glossy(color: Vec3, gloss: f64, shininess: f64) -> Self {
+        Self { gloss, shininess, ..Self::matt(color) }
+    }
+}
+
+/// Colours of an orchard.
+pub(super) struct Palette {
+    noise: Noise,
+}
+
+fn mix(a: Vec3, b: Vec3, t: f64) -> Vec3 {
+    a + (b - a) * t.max(0.0).min(1.0)
+}
+
+impl Palette {
+    pub(super) fn new() -> Self {
+        Self { noise: Noise::new() }
+    }
+
+    pub(super) fn material(&self, item: &Item, s: &Surface) -> Material {
+        let mut material = match item.label {
+            Label::Fruit => self.apple(item, s),
+            Label::Leaf => self.leaf(item, s),
+            Label::Wood => self.bark(item, s),
+            Label::Robot => robot(item),
+            Label::Ground => self.ground(s),
+            Label::None => Material::matt(Vec3::repeat(0.5)),
+        };
+        if let Some([r, g, b]) = item.color {
+            material.color = Vec3::new(r.into(), g.into(), b.into());
+        }
+        material
+    }
+
+    /// Red over yellow-green, streaked from the stem, each apple of its own ripeness.
+    fn apple(&self, item: &Item, s: &Surface) -> Material {
+        let local = inverse_transform(&item.x_world_item, &s.p_world).normalize();
+        let ripeness = self.noise.of(item.instance, 1);
+        let streaks = self.noise.at(&Vec3::new(9.0 * local.x, 9.0 * local.y, 1.5 * local.z + 7.0 * ripeness));
+        let cheek = self.noise.at(&(local * 1.3 + Vec3::repeat(40.0 * ripeness)));
+        let red = mix(Vec3::new(0.50, 0.025, 0.03), Vec3::new(0.62, 0.07, 0.03), streaks);
+        let ground_color = Vec3::new(0.66, 0.47, 0.09);
+        let blush = 0.45 + 0.7 * ripeness + 1.1 * (cheek - 0.45) + 0.5 * (streaks - 0.5);
+        Material::glossy(mix(ground_color, red, blush), 0.22, 60.0)
+    }
+
+    /// Dark and a little glossy above, paler below, light shining through.
+    fn leaf(&self, item: &Item, s: &Surface) -> Material {
+        let age = self.noise.of(item.instance, 2);
+        let upper = mix(Vec3::new(0.045, 0.13, 0.025), Vec3::new(0.12, 0.23, 0.04), age);
+        let color = if s.outer_side { upper } else { upper * 1.2 + Vec3::new(0.05, 0.06, 0.045) };
+        let local = inverse_transform(&item.x_world_item, &s.p_world);
+        let midrib = if local.y.abs() < 0.0012 { 1.35 } else { 1.0 };
+        Material {
+            color: color * midrib,
+            transmitted: Vec3::new(0.13, 0.22, 0.025),
+            gloss: if s.outer_side { 0.06 } else { 0.0 },
+            shininess: 20.0,
+        }
+    }
+
+    /// Grey-brown, cracked along the wood.
+    fn bark(&self, item: &Item, s: &Surface) -> Material {
+        let local = inverse_transform(&item.x_world_item, &s.p_world);
+        let streak = self.noise.rough(&Vec3::new(220.0 * local.x, 220.0 * local.y, 45.0 * local.z));
+        let patch = self.noise.rough(&(s.p_world * 14.0));
+        let brown = mix(Vec3::new(0.105, 0.07, 0.045), Vec3::new(0.25, 0.185, 0.135), 1.6 * streak - 0.3);
+        Material::matt(mix(brown, Vec3::new(0.27, 0.25, 0.20), 1.4 * patch - 0.55))
+    }
+
+    /// Grass, and a bare strip about the trunk.
+    fn ground(&self, s: &Surface) -> Material {
+        let p = Vec3::new(s.p_world.x, s.p_world.y, 0.0);
+        let (broad, fine) = (self.noise.rough(&(p * 1.7)), self.noise.rough(&(p * 26.0)));
+        let grass = mix(Vec3::new(0.075, 0.145, 0.03), Vec3::new(0.20, 0.26, 0.07), 1.5 * broad - 0.25);
+        let grass = grass * (0.55 + 0.9 * fine);
+        let soil = mix(Vec3::new(0.15, 0.10, 0.065), Vec3::new(0.29, 0.215, 0.15), fine);
+        let bare = 1.6 - 1.9 * p.norm() + 1.5 * (broad - 0.5);
+        Material::matt(mix(grass, soil, bare))
+    }
+}
+
+/// Dark machine grey with orange parts.
+fn robot(item: &Item) -> Material {
+    let orange = item.instance % 4 == 1;
+    let color = if orange { Vec3::new(0.75, 0.22, 0.02) } else { Vec3::repeat(0.07) };
+    Material::glossy(color, 0.12, 30.0)
+}
