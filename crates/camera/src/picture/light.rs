@@ -43,14 +43,14 @@ impl Lighting {
     /// Sky in a direction.
     pub(super) fn sky(&self, d: &Vec3) -> Vec3 {
         let up = d.z.max(0.0);
-        let zenith = Vec3::new(0.18, 0.42, 0.95);
-        let blend = 1.0 - math::exp(-3.5 * up);
+        let zenith = Vec3::new(0.16, 0.45, 1.25);
+        let blend = 1.0 - math::exp(-6.0 * up);
         let glow = math::pow(d.dot(&self.sun_world).max(0.0), 24.0);
         self.horizon() * (1.0 - blend) + zenith * blend + Vec3::new(0.30, 0.24, 0.15) * glow
     }
 
     pub(super) fn horizon(&self) -> Vec3 {
-        Vec3::new(0.95, 1.08, 1.20)
+        Vec3::new(1.15, 1.45, 1.75)
     }
 
     /// Light that a surface sends to the viewer. Sample `k` of `n` of a pixel asks its share of the sky's

@@ -96,10 +96,12 @@ impl Palette {
     /// Grass, and a bare strip about the trunk.
     fn ground(&self, s: &Surface) -> Material {
         let p = Vec3::new(s.p_world.x, s.p_world.y, 0.0);
-        let (broad, fine) = (self.noise.rough(&(p * 1.7)), self.noise.rough(&(p * 26.0)));
-        let grass = mix(Vec3::new(0.075, 0.145, 0.03), Vec3::new(0.20, 0.26, 0.07), 1.5 * broad - 0.25);
-        let grass = grass * (0.55 + 0.9 * fine);
-        let soil = mix(Vec3::new(0.15, 0.10, 0.065), Vec3::new(0.29, 0.215, 0.15), fine);
+        let (broad, fine) = (self.noise.rough(&(p * 1.7)), self.noise.rough(&(p * 34.0)));
+        let blades = self.noise.at(&(p * 210.0));
+        let grass = mix(Vec3::new(0.06, 0.125, 0.025), Vec3::new(0.17, 0.23, 0.055), 1.5 * broad - 0.25);
+        let grass = grass * (0.35 + 0.8 * fine + 0.5 * blades);
+        let soil =
+            mix(Vec3::new(0.11, 0.075, 0.045), Vec3::new(0.24, 0.175, 0.11), 0.6 * fine + 0.4 * blades);
         let bare = 1.6 - 1.9 * p.norm() + 1.5 * (broad - 0.5);
         Material::matt(mix(grass, soil, bare))
     }
@@ -108,6 +110,6 @@ impl Palette {
 /// Dark machine grey with orange parts.
 fn robot(item: &Item) -> Material {
     let orange = item.instance % 4 == 1;
-    let color = if orange { Vec3::new(0.75, 0.22, 0.02) } else { Vec3::repeat(0.07) };
+    let color = if orange { Vec3::new(0.70, 0.16, 0.012) } else { Vec3::repeat(0.04) };
     Material::glossy(color, 0.12, 30.0)
 }
