@@ -138,11 +138,10 @@ pub fn factor(model: &Model, data: &mut Data, h: f64) {
     let factor = &mut data.factor;
     factor.singular = None;
     for (index, body) in model.bodies.iter().enumerate() {
-        let inertia = &mut factor.inertia[index];
-        *inertia = ArticulatedInertia::ZERO;
         let link = &links[index];
         let mass = body.inertia.mass * (1.0 + h * data.linear_drag[index]);
-        inertia.add_rigid(mass, &link.r_com, &(link.i_com * (1.0 + h * data.angular_drag[index])));
+        let i_com = link.i_com.scaled(1.0 + h * data.angular_drag[index]);
+        factor.inertia[index] = ArticulatedInertia::of_rigid(mass, &link.r_com, i_com);
     }
     for (index, point) in model.points.iter().enumerate() {
         let drag = data.point_quadratic_drag[index] * data.point_v_world[index].norm();
@@ -205,10 +204,10 @@ fn factor_joint<const T: usize, const N: usize>(
         let axis = &axes[k];
         u[k] = if k < T {
             floor[k] = PIVOT_TOLERANCE * inertia.linear.trace();
-            Wrench { torque: inertia.coupling * axis, force: inertia.linear * axis }
+            Wrench { torque: inertia.coupling * axis, force: inertia.linear * *axis }
         } else {
             floor[k] = PIVOT_TOLERANCE * inertia.angular.trace();
-            Wrench { torque: inertia.angular * axis, force: inertia.coupling.tr_mul(axis) }
+            Wrench { torque: inertia.angular * *axis, force: inertia.coupling.tr_mul(axis) }
         };
         for j in 0..=k {
             d[k][j] = project::<T>(j, &axes[j], &u[k]);
@@ -222,9 +221,9 @@ fn factor_joint<const T: usize, const N: usize>(
             g[k] += u[j].scaled(inverse[j][k]);
             d_inverse[k * N + j] = inverse[k][j];
         }
-        inertia.angular -= u[k].torque * g[k].torque.transpose();
+        inertia.angular.subtract_outer(&u[k].torque, &g[k].torque);
         inertia.coupling -= u[k].torque * g[k].force.transpose();
-        inertia.linear -= u[k].force * g[k].force.transpose();
+        inertia.linear.subtract_outer(&u[k].force, &g[k].force);
     }
     is_regular
 }

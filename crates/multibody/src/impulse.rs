@@ -64,7 +64,7 @@ pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
         let v_com = link.velocity.linear_at(r);
         let a_com = link.bias_acceleration.linear_at(r) + omega.cross(&omega.cross(r));
         let force = (gravity - a_com - v_com * data.linear_drag[index]) * mass + data.body_force_world[index];
-        let spin = link.i_com * omega;
+        let spin = link.i_com * *omega;
         let torque_com = data.body_torque_world[index]
             - link.i_com * link.bias_acceleration.angular
             - omega.cross(&spin)

@@ -1,11 +1,11 @@
 //! Forward kinematics: poses, joint axes, velocities and bias accelerations, root to tips.
 
-use nalgebra::Translation3;
-use orchard_geometry::{Mat3, Pose, Rotation, Vec3, math};
+use orchard_geometry::{Pose, Rotation, Vec3, math};
 
 use crate::data::Data;
 use crate::model::{JointKind, Model};
 use crate::spatial::Twist;
+use crate::symmetric::Symmetric3;
 
 /// What a state implies for one link. World axes, at the link's origin.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub(crate) struct Link {
     /// From the origin to the centre of mass [m].
     pub r_com: Vec3,
     /// Inertia about the centre of mass [kg m^2].
-    pub i_com: Mat3,
+    pub i_com: Symmetric3,
     /// Velocity.
     pub velocity: Twist,
     /// Acceleration of the link at its origin with all joint accelerations zero [rad/s^2, m/s^2].
@@ -46,7 +46,7 @@ impl Kinematics {
             x_world_body: Pose::identity(),
             r_parent: Vec3::zeros(),
             r_com: Vec3::zeros(),
-            i_com: Mat3::zeros(),
+            i_com: Symmetric3::ZERO,
             velocity: Twist::ZERO,
             bias_acceleration: Twist::ZERO,
         };
@@ -59,10 +59,13 @@ impl Kinematics {
     }
 }
 
-/// Motion of a link relative to its parent: pose of the body in the joint frame and velocity in world axes.
+/// Motion of a link relative to its parent.
 struct JointMotion {
-    x_joint_body: Pose,
-    /// Velocity relative to the parent at the link's origin.
+    /// Rotation of the link in the joint frame.
+    rotation: Rotation,
+    /// From the joint frame's origin to the link's origin, world axes.
+    translation: Vec3,
+    /// Velocity relative to the parent at the link's origin, world axes.
     velocity: Twist,
     /// Part of the angular bias acceleration that the joint makes by itself: the second axis of a universal
     /// joint turns with the first.
@@ -87,16 +90,18 @@ pub fn forward_kinematics(model: &Model, data: &mut Data) {
             }
             None => (Pose::identity(), Twist::ZERO, Twist::ZERO),
         };
-        let x_world_joint = x_world_parent * body.x_parent_joint;
+        let joint_arm = x_world_parent.rotation * body.x_parent_joint.translation.vector;
+        let frame = x_world_parent.rotation * body.x_parent_joint.rotation;
         let motion = joint_motion(
             &body.joint,
-            &x_world_joint,
+            &frame,
             &data.q[model.q_start[index]..model.q_start[index + 1]],
             &data.v[model.v_start[index]..model.v_start[index + 1]],
             &mut kinematics.axes[model.v_start[index]..model.v_start[index + 1]],
         );
-        let x_world_body = x_world_joint * motion.x_joint_body;
-        let r_parent = x_world_body.translation.vector - x_world_parent.translation.vector;
+        let rotation = frame * motion.rotation;
+        let r_parent = joint_arm + motion.translation;
+        let origin = x_world_parent.translation.vector + r_parent;
 
         // d/dt of the velocity recursion below with constant joint velocities; the joint's axes turn with
         // the parent, which gives the cross products with the parent's angular velocity.
@@ -106,14 +111,12 @@ pub fn forward_kinematics(model: &Model, data: &mut Data) {
             linear: parent_bias.linear_at(&r_parent)
                 + omega.cross(&(omega.cross(&r_parent) + motion.velocity.linear * 2.0)),
         };
-        let rotation = x_world_body.rotation.to_rotation_matrix();
-        let r_com = rotation * body.inertia.p_com;
-        let i_com = rotation.matrix() * body.inertia.i_com * rotation.matrix().transpose();
+        let turn = rotation.to_rotation_matrix();
         kinematics.links[index] = Link {
-            x_world_body,
+            x_world_body: Pose::from_parts(origin.into(), rotation),
             r_parent,
-            r_com,
-            i_com,
+            r_com: turn * body.inertia.p_com,
+            i_com: Symmetric3::rotated(&body.inertia.i_com, turn.matrix()),
             velocity: parent_velocity.shifted(&r_parent) + motion.velocity,
             bias_acceleration,
         };
@@ -132,58 +135,57 @@ pub(crate) fn rotation_by(vector: &Vec3) -> Rotation {
     if angle == 0.0 { Rotation::identity() } else { rotation_about(&(vector / angle), angle) }
 }
 
-fn joint_motion(
-    joint: &JointKind,
-    x_world_joint: &Pose,
-    q: &[f64],
-    v: &[f64],
-    axes: &mut [Vec3],
-) -> JointMotion {
-    let frame = &x_world_joint.rotation;
-    let mut motion =
-        JointMotion { x_joint_body: Pose::identity(), velocity: Twist::ZERO, bias_angular: Vec3::zeros() };
+/// Motion of a joint whose frame has the rotation `frame` in the world; fills the joint's axes.
+fn joint_motion(joint: &JointKind, frame: &Rotation, q: &[f64], v: &[f64], axes: &mut [Vec3]) -> JointMotion {
+    let mut motion = JointMotion {
+        rotation: Rotation::identity(),
+        translation: Vec3::zeros(),
+        velocity: Twist::ZERO,
+        bias_angular: Vec3::zeros(),
+    };
     match joint {
         JointKind::Weld => {}
         JointKind::Hinge(axis) => {
             axes[0] = frame * axis.into_inner();
-            motion.x_joint_body.rotation = rotation_about(axis, q[0]);
+            motion.rotation = rotation_about(axis, q[0]);
             motion.velocity.angular = axes[0] * v[0];
         }
         JointKind::Slide(axis) => {
             axes[0] = frame * axis.into_inner();
-            motion.x_joint_body.translation.vector = axis.into_inner() * q[0];
+            motion.translation = axes[0] * q[0];
             motion.velocity.linear = axes[0] * v[0];
         }
         JointKind::Universal => {
-            let about_x = rotation_about(&Vec3::x(), q[0]);
-            axes[0] = frame * Vec3::x();
-            axes[1] = frame * (about_x * Vec3::y());
-            motion.x_joint_body.rotation = about_x * rotation_about(&Vec3::y(), q[1]);
+            let [x, y, z] = columns(frame);
+            let ((s_x, c_x), (s_y, c_y)) = (math::sin_cos(0.5 * q[0]), math::sin_cos(0.5 * q[1]));
+            axes[0] = x;
+            axes[1] = y * (c_x * c_x - s_x * s_x) + z * (2.0 * s_x * c_x);
+            // The product of the two rotations about x and y.
+            let product = nalgebra::Quaternion::new(c_x * c_y, s_x * c_y, c_x * s_y, s_x * s_y);
+            motion.rotation = Rotation::new_unchecked(product);
             motion.velocity.angular = axes[0] * v[0] + axes[1] * v[1];
             motion.bias_angular = axes[0].cross(&axes[1]) * (v[0] * v[1]);
         }
         JointKind::Planar => {
-            let turn = frame.to_rotation_matrix();
-            for k in 0..3 {
-                axes[k] = turn.matrix().column(k).into_owned();
-            }
-            motion.x_joint_body =
-                Pose::from_parts(Translation3::new(q[0], q[1], 0.0), rotation_about(&Vec3::z(), q[2]));
+            axes.copy_from_slice(&columns(frame));
+            motion.rotation = rotation_about(&Vec3::z(), q[2]);
+            motion.translation = axes[0] * q[0] + axes[1] * q[1];
             motion.velocity = Twist { angular: axes[2] * v[2], linear: axes[0] * v[0] + axes[1] * v[1] };
         }
         JointKind::Free => {
-            let turn = frame.to_rotation_matrix();
-            for k in 0..3 {
-                axes[k] = turn.matrix().column(k).into_owned();
-                axes[3 + k] = axes[k];
-            }
-            let rotation = Rotation::from_quaternion(nalgebra::Quaternion::new(q[6], q[3], q[4], q[5]));
-            motion.x_joint_body = Pose::from_parts(Translation3::new(q[0], q[1], q[2]), rotation);
-            motion.velocity = Twist {
-                angular: turn * Vec3::new(v[3], v[4], v[5]),
-                linear: turn * Vec3::new(v[0], v[1], v[2]),
-            };
+            let [x, y, z] = columns(frame);
+            axes.copy_from_slice(&[x, y, z, x, y, z]);
+            let along = |c: &[f64]| x * c[0] + y * c[1] + z * c[2];
+            motion.rotation = Rotation::from_quaternion(nalgebra::Quaternion::new(q[6], q[3], q[4], q[5]));
+            motion.translation = along(&q[..3]);
+            motion.velocity = Twist { angular: along(&v[3..]), linear: along(&v[..3]) };
         }
     }
     motion
+}
+
+/// The axes of a frame.
+fn columns(frame: &Rotation) -> [Vec3; 3] {
+    let turn = frame.to_rotation_matrix().into_inner();
+    [0, 1, 2].map(|k| turn.column(k).into_owned())
 }

@@ -49,6 +49,7 @@ pub mod rnea;
 pub mod spatial;
 pub mod statics;
 pub mod step;
+mod symmetric;
 
 pub use builder::{ModelBuilder, ModelError};
 pub use contact::ContactReport;

@@ -34,7 +34,7 @@ pub fn inverse_dynamics(model: &Model, data: &Data, acceleration: &[f64], gravit
             let a = link.bias_acceleration + *added;
             let omega = &link.velocity.angular;
             let a_com = a.linear_at(&link.r_com) + omega.cross(&omega.cross(&link.r_com));
-            let torque_com = link.i_com * a.angular + omega.cross(&(link.i_com * omega));
+            let torque_com = link.i_com * a.angular + omega.cross(&(link.i_com * *omega));
             Wrench { torque: torque_com, force: Vec3::zeros() }
                 + Wrench::of_force_at((a_com - gravity) * body.inertia.mass, &link.r_com)
         })

@@ -4,6 +4,8 @@ use std::ops::{Add, AddAssign, Sub};
 
 use orchard_geometry::{Mat3, Vec3};
 
+use crate::symmetric::Symmetric3;
+
 /// Motion of a rigid body: a velocity, an acceleration or a velocity change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Twist {
@@ -88,53 +90,59 @@ impl AddAssign for Wrench {
 /// `torque = angular * alpha + coupling * a`, `force = coupling^T * alpha + linear * a`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ArticulatedInertia {
-    pub angular: Mat3,
+    pub angular: Symmetric3,
     pub coupling: Mat3,
-    pub linear: Mat3,
+    pub linear: Symmetric3,
 }
 
 impl ArticulatedInertia {
     pub const ZERO: ArticulatedInertia = ArticulatedInertia {
-        angular: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        angular: Symmetric3::ZERO,
         coupling: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        linear: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        linear: Symmetric3::ZERO,
     };
 
-    /// Adds a rigid mass whose centre is `r` from the origin, with inertia `i_com` about its centre.
-    pub fn add_rigid(&mut self, mass: f64, r: &Vec3, i_com: &Mat3) {
-        self.angular += i_com;
-        self.add_point_mass(mass, r);
+    /// A rigid mass whose centre is `r` from the origin, with inertia `i_com` about its centre.
+    pub fn of_rigid(mass: f64, r: &Vec3, i_com: Symmetric3) -> ArticulatedInertia {
+        let mut inertia = ArticulatedInertia { angular: i_com, ..ArticulatedInertia::ZERO };
+        inertia.add_point_mass(mass, r);
+        inertia
     }
 
     /// Adds a point mass `r` from the origin: `-m [r][r]`, `m [r]`, `m 1`.
     pub fn add_point_mass(&mut self, mass: f64, r: &Vec3) {
         let mr = r * mass;
-        let square = mr.dot(r);
-        self.angular -= mr * r.transpose();
-        for k in 0..3 {
-            self.angular[(k, k)] += square;
-            self.linear[(k, k)] += mass;
-        }
+        self.angular.subtract_outer(&mr, r);
+        self.angular.add_diagonal(mr.dot(r));
+        self.linear.add_diagonal(mass);
         self.coupling += mr.cross_matrix();
     }
 
     /// Adds the inertia of a child whose origin is `r` from this one:
-    /// `M`, `H + [r] M`, `J + [r] H^T - (H + [r] M) [r]`.
+    /// `M`, `H' = H + [r] M`, `J + [r] H^T - H' [r]`.
     pub fn add_shifted(&mut self, child: &ArticulatedInertia, r: &Vec3) {
-        let coupling = child.coupling + cross_columns(r, &child.linear);
-        self.angular += child.angular
-            + cross_columns(r, &child.coupling.transpose())
-            + cross_columns(r, &coupling.transpose()).transpose();
-        self.coupling += coupling;
+        let old = &child.coupling;
+        let [m_x, m_y, m_z] = child.linear.columns();
+        let mut new = *old;
+        new.column_mut(0).add_assign(&r.cross(&m_x));
+        new.column_mut(1).add_assign(&r.cross(&m_y));
+        new.column_mut(2).add_assign(&r.cross(&m_z));
+        // Column j of [r] H^T is r x (row j of H); row i of H' [r] is (row i of H') x r.
+        let h = [0, 1, 2].map(|row| Vec3::new(old[(row, 0)], old[(row, 1)], old[(row, 2)]));
+        let n = [0, 1, 2].map(|row| Vec3::new(new[(row, 0)], new[(row, 1)], new[(row, 2)]));
+        let cross_x = |v: &Vec3| r.y * v.z - r.z * v.y;
+        let cross_y = |v: &Vec3| r.z * v.x - r.x * v.z;
+        let cross_z = |v: &Vec3| r.x * v.y - r.y * v.x;
+        self.angular += child.angular;
+        self.angular += Symmetric3 {
+            xx: cross_x(&h[0]) + cross_x(&n[0]),
+            xy: cross_x(&h[1]) + cross_y(&n[0]),
+            xz: cross_x(&h[2]) + cross_z(&n[0]),
+            yy: cross_y(&h[1]) + cross_y(&n[1]),
+            yz: cross_y(&h[2]) + cross_z(&n[1]),
+            zz: cross_z(&h[2]) + cross_z(&n[2]),
+        };
+        self.coupling += new;
         self.linear += child.linear;
     }
-}
-
-/// `[r] A`: the cross product of `r` with every column.
-fn cross_columns(r: &Vec3, a: &Mat3) -> Mat3 {
-    Mat3::from_columns(&[
-        r.cross(&a.column(0).into_owned()),
-        r.cross(&a.column(1).into_owned()),
-        r.cross(&a.column(2).into_owned()),
-    ])
 }

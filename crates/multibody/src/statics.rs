@@ -1,8 +1,9 @@
-//! Static equilibrium by implicit steps of enormous length.
+//! Static equilibrium by implicit steps from rest.
 //!
-//! With h so large that `h^2 K` swamps the inertia, an implicit step from rest is a Newton step on the statics
-//! that leaves the geometric stiffness out: it converges linearly, at the ratio of the geometric to the elastic
-//! stiffness, to the exact equilibrium, since the right-hand side is the exact unbalanced force.
+//! A step of length h from rest moves by `(M / h^2 + K)^-1 f`, f the exact unbalanced force. With h so large
+//! that inertia vanishes it is a Newton step on the statics that leaves the geometric stiffness out: it
+//! converges at the ratio of geometric to elastic stiffness. Where gravity is stiffer than the spring (a limp
+//! twig hanging down) that overshoots; h is then cut until `M / h^2` carries the geometric stiffness.
 
 use orchard_geometry::Vec3;
 
@@ -11,14 +12,19 @@ use crate::kinematics::forward_kinematics;
 use crate::model::{JointKind, Model};
 use crate::step::{advance, free_change};
 
-/// Length of a step [s]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
-const STEP: f64 = 1e3;
+/// Longest step [s]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
+const LONGEST_STEP: f64 = 1e3;
+/// First step after an overshoot [s]: a pendulum of a metre.
+const FIRST_CUT: f64 = 0.3;
+/// A step is cut by this when it turns back on the one before, and lengthened by the square root of the
+/// inverse when it does not.
+const CUT: f64 = 0.5;
 /// Damping that holds a degree of freedom still [N m s/rad].
 const HOLDING_DAMPING: f64 = 1e30;
 /// A step is shortened so that no joint coordinate moves further [rad or m].
 const LARGEST_MOVE: f64 = 0.3;
 /// Iterations before the search is given up.
-const MAX_ITERATIONS: usize = 500;
+const MAX_ITERATIONS: usize = 2000;
 
 /// Why no equilibrium was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -80,28 +86,36 @@ fn iterate(
     held_dofs: &[usize],
     held_points: &[usize],
 ) -> Result<usize, StaticsError> {
+    let mut h = LONGEST_STEP;
     let mut moved = f64::INFINITY;
+    let (mut last_dofs, mut last_points) = (vec![0.0; model.nv()], vec![Vec3::zeros(); model.points.len()]);
     for iteration in 1..=MAX_ITERATIONS {
         stop(data);
         forward_kinematics(model, data);
-        free_change(model, data, STEP, gravity);
+        free_change(model, data, h, gravity);
         for &dof in held_dofs {
             data.change.dof[dof] = 0.0;
         }
         for &index in held_points {
             data.change.point[index] = Vec3::zeros();
         }
-        let joint_move = STEP * data.change.dof.iter().fold(0.0_f64, |most, dv| most.max(dv.abs()));
-        let point_move = STEP * data.change.point.iter().fold(0.0_f64, |most, dv| most.max(dv.amax()));
+        let change = &data.change;
+        let joint_move = h * change.dof.iter().fold(0.0_f64, |most, dv| most.max(dv.abs()));
+        let point_move = h * change.point.iter().fold(0.0_f64, |most, dv| most.max(dv.amax()));
         moved = joint_move.max(point_move);
         if !moved.is_finite() {
             return Err(StaticsError::NotConverged { iterations: iteration, step: moved });
         }
-        let scale = (LARGEST_MOVE / joint_move).min(1.0);
-        advance(model, data, STEP * scale);
         if moved <= tolerance {
+            advance(model, data, h);
             return Ok(iteration);
         }
+        let turn = std::iter::zip(&change.dof, &last_dofs).map(|(a, b)| a * b).sum::<f64>()
+            + std::iter::zip(&change.point, &last_points).map(|(a, b)| a.dot(b)).sum::<f64>();
+        last_dofs.clone_from(&change.dof);
+        last_points.clone_from(&change.point);
+        advance(model, data, h * (LARGEST_MOVE / joint_move).min(1.0));
+        h = if turn < 0.0 { (h * CUT).min(FIRST_CUT) } else { (h / CUT.sqrt()).min(LONGEST_STEP) };
     }
     Err(StaticsError::NotConverged { iterations: MAX_ITERATIONS, step: moved })
 }
