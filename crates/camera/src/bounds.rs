@@ -93,7 +93,7 @@ fn ahead(x: f64, z: f64, r: f64) -> Interval {
 fn around(a: &Vec3, b: &Vec3, k: usize, r: f64) -> Interval {
     // Only what lies ahead counts: cut the axis where its ball is wholly behind.
     let clip = |p: &Vec3, q: &Vec3| {
-        if p.z >= -r { *p } else { p + (q - p) * ((-r - p.z) / (q.z - p.z)).max(0.0).min(1.0) }
+        if p.z >= -r { *p } else { p + (q - p) * ((-r - p.z) / (q.z - p.z)).clamp(0.0, 1.0) }
     };
     if a.z < -r && b.z < -r {
         return EMPTY;

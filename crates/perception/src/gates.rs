@@ -131,19 +131,21 @@ fn elongation(cloud: &Cloud, support: &[usize]) -> f64 {
 }
 
 /// Part of the support's border beyond which the surface ends: the next pixel measures nothing or differs in
-/// depth by more than `jump`. A masked neighbour says nothing and is left out, as is the image's edge.
+/// depth by more than `jump`. The image's edge says nothing and is left out, and so is a masked pixel at the
+/// same depth: whether the surface goes on under a finger or into the ground cannot be told.
 fn isolation(cloud: &Cloud, support: &[usize], jump: f64) -> f64 {
     let mut sorted = support.to_vec();
     sorted.sort_unstable();
     let (mut border, mut free) = (0_usize, 0_usize);
     for &i in support {
         for j in cloud.neighbours(i).into_iter().flatten() {
-            if cloud.pixels[j] == Pixel::Masked || sorted.binary_search(&j).is_ok() {
+            if sorted.binary_search(&j).is_ok() {
                 continue;
             }
-            border += 1;
-            let ends =
-                cloud.pixels[j] == Pixel::Empty || (cloud.points[i].z - cloud.points[j].z).abs() > jump;
+            // A pixel without a measurement has z = 0.
+            let ends = (cloud.points[i].z - cloud.points[j].z).abs() > jump;
+            let unknown = cloud.pixels[j] == Pixel::Masked && !ends;
+            border += usize::from(!unknown);
             free += usize::from(ends);
         }
     }

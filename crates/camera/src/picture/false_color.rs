@@ -58,7 +58,7 @@ pub fn depth_picture_enlarged(
 
 fn ramp(t: f64) -> [u8; 3] {
     let last = RAMP.len() - 1;
-    let x = t.max(0.0).min(1.0) * last as f64;
+    let x = t.clamp(0.0, 1.0) * last as f64;
     let i = (x as usize).min(last - 1);
     let f = x - i as f64;
     [0, 1, 2].map(|k| (RAMP[i][k] + (RAMP[i + 1][k] - RAMP[i][k]) * f).round() as u8)

@@ -75,7 +75,7 @@ impl Lighting {
     fn ambient(&self, s: &Surface, (k, n): (usize, usize)) -> Vec3 {
         let p = s.p_world + s.n_world * OFFSET;
         let (mut open, mut all) = (0.0, 1e-9);
-        let stride = n.min(SKY_DIRECTIONS / 4).max(1);
+        let stride = n.clamp(1, SKY_DIRECTIONS / 4);
         for (d, map) in self.sky.iter().skip(k % stride).step_by(stride) {
             // A little light comes round corners: no surface is black.
             let weight = (s.n_world.dot(d) + 0.3).max(0.0);

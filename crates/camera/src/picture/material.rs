@@ -34,7 +34,7 @@ pub(super) struct Palette {
 }
 
 fn mix(a: Vec3, b: Vec3, t: f64) -> Vec3 {
-    a + (b - a) * t.max(0.0).min(1.0)
+    a + (b - a) * t.clamp(0.0, 1.0)
 }
 
 impl Palette {
