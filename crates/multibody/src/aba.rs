@@ -184,12 +184,14 @@ pub fn factor(model: &Model, data: &mut Data, h: f64) {
 }
 
 /// Component of a wrench along a degree of freedom: the first T are translations, the others rotations.
+#[inline]
 fn project<const T: usize>(k: usize, axis: &Vec3, wrench: &Wrench) -> f64 {
     if k < T { axis.dot(&wrench.force) } else { axis.dot(&wrench.torque) }
 }
 
 /// Eliminates one joint from the articulated inertia: `D = S^T A S + armature`, `A - U D^-1 U^T`.
 /// Gives false if a pivot is round-off.
+#[inline]
 fn factor_joint<const T: usize, const N: usize>(
     inertia: &mut ArticulatedInertia,
     axes: &[Vec3],
@@ -230,6 +232,7 @@ fn factor_joint<const T: usize, const N: usize>(
 
 /// Inverse of a symmetric positive definite matrix given by its lower triangle, by `L D L^T`. A pivot at or
 /// under its floor gives a zero row and column, and false.
+#[inline]
 fn spd_inverse<const N: usize>(mut a: [[f64; N]; N], floor: &[f64; N]) -> ([[f64; N]; N], bool) {
     let mut is_regular = true;
     let mut pivot_inverse = [0.0; N];
@@ -341,6 +344,7 @@ pub(crate) fn solve_with(
 }
 
 /// `y = tau + S^T P`; leaves `D^-1 y` in `x` and what the parent feels, `P - G y`, in `wrench`.
+#[inline]
 fn solve_joint_up<const T: usize, const N: usize>(
     wrench: &mut Wrench,
     axes: &[Vec3],
@@ -363,6 +367,7 @@ fn solve_joint_up<const T: usize, const N: usize>(
 }
 
 /// `x = D^-1 y - G^T a` with the parent's change `a` brought to the link's origin; gives the link's change.
+#[inline]
 fn solve_joint_down<const T: usize, const N: usize>(
     parent: Twist,
     axes: &[Vec3],

@@ -228,6 +228,9 @@ fn check_point(point: &PointBody) -> Result<(), &'static str> {
     if !(point.mass.is_finite() && point.mass > 0.0) {
         return Err("its mass is not positive");
     }
+    if point.spin_inertia.is_nan() || point.spin_inertia <= 0.0 {
+        return Err("its spin inertia is not positive");
+    }
     point.tether.as_ref().map_or(Ok(()), check_tether)
 }
 

@@ -23,6 +23,8 @@ pub struct Data {
     pub point_p_world: Vec<Vec3>,
     /// Velocities of the point bodies [m/s], world.
     pub point_v_world: Vec<Vec3>,
+    /// Angular velocities of the point bodies [rad/s], world; zero while tethered.
+    pub point_w_world: Vec<Vec3>,
     /// Whether each point body still hangs on its tether. Without effect where the model gives none.
     pub tethered: Vec<bool>,
 
@@ -47,6 +49,8 @@ pub struct Data {
     pub point_force_world: Vec<Vec3>,
     /// Quadratic drag of each point body [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub point_quadratic_drag: Vec<f64>,
+    /// Loss of each point body's spin [1/s]: the torque `-spin_damping * spin_inertia * omega`.
+    pub point_spin_damping: Vec<f64>,
     /// Collision groups of each collider.
     pub groups: Vec<Groups>,
 
@@ -77,6 +81,7 @@ impl Data {
             v: vec![0.0; nv],
             point_p_world: vec![Vec3::zeros(); points],
             point_v_world: vec![Vec3::zeros(); points],
+            point_w_world: vec![Vec3::zeros(); points],
             tethered: model.points.iter().map(|point| point.tether.is_some()).collect(),
             stiffness: vec![0.0; nv],
             damping: vec![0.0; nv],
@@ -88,6 +93,7 @@ impl Data {
             body_torque_world: vec![Vec3::zeros(); bodies],
             point_force_world: vec![Vec3::zeros(); points],
             point_quadratic_drag: vec![0.0; points],
+            point_spin_damping: vec![0.0; points],
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),
             capped: vec![false; points],
             kinematics: Kinematics::new(model),
@@ -159,5 +165,10 @@ impl Data {
             }
             _ => Vec3::zeros(),
         }
+    }
+
+    /// Whether a point body takes part in rotation: off its tether, with a finite inertia.
+    pub(crate) fn spins(&self, model: &Model, point: usize) -> bool {
+        !self.tethered[point] && model.points[point].spin_inertia.is_finite()
     }
 }

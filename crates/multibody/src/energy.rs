@@ -48,6 +48,9 @@ pub fn energy(model: &Model, data: &Data, gravity: &Vec3) -> Energy {
         let id = PointId(index as u32);
         let p_world = data.point_p_world[index];
         energy.kinetic += 0.5 * point.mass * data.point_v_world[index].norm_squared();
+        if data.spins(model, index) {
+            energy.kinetic += 0.5 * point.spin_inertia * data.point_w_world[index].norm_squared();
+        }
         energy.gravitational -= point.mass * gravity.dot(&p_world);
         if let (Some(tether), Some(anchor)) = (&point.tether, data.anchor_p_world(model, id))
             && data.tethered[index]

@@ -187,5 +187,5 @@ fn joint_motion(joint: &JointKind, frame: &Rotation, q: &[f64], v: &[f64], axes:
 /// The axes of a frame.
 fn columns(frame: &Rotation) -> [Vec3; 3] {
     let turn = frame.to_rotation_matrix().into_inner();
-    [0, 1, 2].map(|k| turn.column(k).into_owned())
+    [turn.column(0).into_owned(), turn.column(1).into_owned(), turn.column(2).into_owned()]
 }

@@ -111,7 +111,8 @@ pub struct Body {
     pub inertia: SpatialInertia,
 }
 
-/// A mass with three translational degrees of freedom in world axes: a fruit. It never spins.
+/// A ball with three translational degrees of freedom in world axes: a fruit. Off its tether it also spins,
+/// so that what turns it (a hand, the ground) does not have to slide over it.
 ///
 /// While tethered, a spring-damper pulls it to its hang point; the pull loads the anchor's link within the
 /// same linear solve (the point is eliminated as a leaf). Untethered it is a free mass, with no model edit.
@@ -119,6 +120,8 @@ pub struct Body {
 pub struct PointBody {
     /// Mass [kg].
     pub mass: f64,
+    /// Rotational inertia about any axis through its centre [kg m^2]; infinite for a point that never spins.
+    pub spin_inertia: f64,
     /// Its tether, if it can have one.
     pub tether: Option<Tether>,
 }

@@ -120,16 +120,16 @@ impl ArticulatedInertia {
 
     /// Adds the inertia of a child whose origin is `r` from this one:
     /// `M`, `H' = H + [r] M`, `J + [r] H^T - H' [r]`.
+    #[inline]
     pub fn add_shifted(&mut self, child: &ArticulatedInertia, r: &Vec3) {
         let old = &child.coupling;
         let [m_x, m_y, m_z] = child.linear.columns();
         let mut new = *old;
-        new.column_mut(0).add_assign(&r.cross(&m_x));
-        new.column_mut(1).add_assign(&r.cross(&m_y));
-        new.column_mut(2).add_assign(&r.cross(&m_z));
+        new += Mat3::from_columns(&[r.cross(&m_x), r.cross(&m_y), r.cross(&m_z)]);
         // Column j of [r] H^T is r x (row j of H); row i of H' [r] is (row i of H') x r.
-        let h = [0, 1, 2].map(|row| Vec3::new(old[(row, 0)], old[(row, 1)], old[(row, 2)]));
-        let n = [0, 1, 2].map(|row| Vec3::new(new[(row, 0)], new[(row, 1)], new[(row, 2)]));
+        let row = |m: &Mat3, k: usize| Vec3::new(m[(k, 0)], m[(k, 1)], m[(k, 2)]);
+        let h = [row(old, 0), row(old, 1), row(old, 2)];
+        let n = [row(&new, 0), row(&new, 1), row(&new, 2)];
         let cross_x = |v: &Vec3| r.y * v.z - r.z * v.y;
         let cross_y = |v: &Vec3| r.z * v.x - r.x * v.z;
         let cross_z = |v: &Vec3| r.x * v.y - r.y * v.x;

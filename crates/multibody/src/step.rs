@@ -45,10 +45,22 @@ pub struct StepReport {
 /// paid once, since kinematics of an unchanged state are not computed again.
 pub fn step(model: &Model, data: &mut Data, settings: &StepSettings, report: &mut StepReport) {
     forward_kinematics(model, data);
+    free_spin(model, data, settings.h);
     free_change(model, data, settings.h, &settings.gravity);
     contact::solve_contacts(model, data, settings, report);
     advance(model, data, settings.h);
     forward_kinematics(model, data);
+}
+
+/// Spin without contacts: lost implicitly off the tether, none on it.
+fn free_spin(model: &Model, data: &mut Data, h: f64) {
+    for index in 0..model.points.len() {
+        if data.spins(model, index) {
+            data.point_w_world[index] /= 1.0 + h * data.point_spin_damping[index];
+        } else {
+            data.point_w_world[index] = Vec3::zeros();
+        }
+    }
 }
 
 /// Velocity change without contacts, left in `Data::change`; the factor stays for more right-hand sides.

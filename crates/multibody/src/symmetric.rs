@@ -19,6 +19,7 @@ impl Symmetric3 {
     pub const ZERO: Symmetric3 = Symmetric3 { xx: 0.0, xy: 0.0, xz: 0.0, yy: 0.0, yz: 0.0, zz: 0.0 };
 
     /// `R A R^T` of a symmetric matrix A, of which only the upper triangle is read.
+    #[inline]
     pub fn rotated(a: &Mat3, turn: &Mat3) -> Symmetric3 {
         let a = Symmetric3 {
             xx: a[(0, 0)],
@@ -28,15 +29,16 @@ impl Symmetric3 {
             yz: a[(1, 2)],
             zz: a[(2, 2)],
         };
-        let rows = [0, 1, 2].map(|k| Vec3::new(turn[(k, 0)], turn[(k, 1)], turn[(k, 2)]));
-        let [x, y, z] = rows.map(|row| a * row);
+        let row = |k: usize| Vec3::new(turn[(k, 0)], turn[(k, 1)], turn[(k, 2)]);
+        let (row_x, row_y, row_z) = (row(0), row(1), row(2));
+        let (x, y, z) = (a * row_x, a * row_y, a * row_z);
         Symmetric3 {
-            xx: rows[0].dot(&x),
-            xy: rows[0].dot(&y),
-            xz: rows[0].dot(&z),
-            yy: rows[1].dot(&y),
-            yz: rows[1].dot(&z),
-            zz: rows[2].dot(&z),
+            xx: row_x.dot(&x),
+            xy: row_x.dot(&y),
+            xz: row_x.dot(&z),
+            yy: row_y.dot(&y),
+            yz: row_y.dot(&z),
+            zz: row_z.dot(&z),
         }
     }
 

@@ -20,7 +20,7 @@ pub(super) enum Load {
     /// On a link, at its origin.
     Body { body: usize, wrenches: [Wrench; 3] },
     /// On a point body: the columns.
-    Point { point: usize, impulses: Mat3 },
+    Point { point: usize, impulses: Mat3, r: Vec3 },
     /// On a degree of freedom, in the first row only.
     Dof { body: usize, dof: usize, factor: f64 },
 }
@@ -87,7 +87,12 @@ impl Delassus {
                     *carrier = Carrier { body: Some(*body), wrenches: *wrenches }
                 }
                 Load::Dof { body, .. } => carrier.body = Some(*body),
-                Load::Point { point, impulses } => *carrier = self.pass_point(model, data, *point, impulses),
+                Load::Point { point, impulses, r } => {
+                    *carrier = self.pass_point(model, data, *point, impulses);
+                    if data.spins(model, *point) {
+                        self.pass_spin(model, *point, impulses, r);
+                    }
+                }
             }
         }
         self.nodes[first..].sort_by_key(|node| std::cmp::Reverse(node.key));
@@ -127,6 +132,18 @@ impl Delassus {
                 Carrier { body: Some(tether.body.index()), wrenches }
             }
             _ => Carrier { body: None, wrenches: [Wrench::ZERO; 3] },
+        }
+    }
+
+    /// The spin of a point body is one more block of `D`: impulses at `r` from its centre turn it.
+    fn pass_spin(&mut self, model: &Model, point: usize, impulses: &Mat3, r: &Vec3) {
+        let key = model.bodies.len() + model.points.len() + point;
+        self.nodes.push(Node { key, start: self.y.len(), width: 3 });
+        let turning = r.cross_matrix() * impulses;
+        for row in turning.row_iter() {
+            let y = row.transpose();
+            self.y.push(y);
+            self.z.push(y / model.points[point].spin_inertia);
         }
     }
 

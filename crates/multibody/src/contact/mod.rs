@@ -193,7 +193,14 @@ impl ContactScratch {
             for (id, on) in [(contact.a, on_a), (contact.b, -on_a)] {
                 match model.collider(id).owner {
                     Owner::World => {}
-                    Owner::Point(id) => impulse.point[id.index()] += on,
+                    Owner::Point(id) => {
+                        let index = id.index();
+                        impulse.point[index] += on;
+                        if data.spins(model, index) {
+                            let r = contact.p_world - data.point_p_world[index];
+                            data.point_w_world[index] += r.cross(&on) / model.points[index].spin_inertia;
+                        }
+                    }
                     Owner::Body(id) => {
                         let origin = data.kinematics.links[id.index()].origin();
                         impulse.body[id.index()] += Wrench::of_force_at(on, &(contact.p_world - origin));
@@ -222,7 +229,10 @@ impl ContactScratch {
 fn contact_load(data: &Data, owner: Owner, p_world: &Vec3, directions: &Mat3) -> Load {
     match owner {
         Owner::World => Load::None,
-        Owner::Point(id) => Load::Point { point: id.index(), impulses: *directions },
+        Owner::Point(id) => {
+            let r = p_world - data.point_p_world[id.index()];
+            Load::Point { point: id.index(), impulses: *directions, r }
+        }
         Owner::Body(id) => {
             let r = p_world - data.kinematics.links[id.index()].origin();
             let wrenches = [0, 1, 2].map(|k| Wrench::of_force_at(directions.column(k).into_owned(), &r));
@@ -235,7 +245,11 @@ fn contact_load(data: &Data, owner: Owner, p_world: &Vec3, directions: &Mat3) ->
 fn free_velocity(data: &Data, owner: Owner, p_world: &Vec3) -> Vec3 {
     match owner {
         Owner::World => Vec3::zeros(),
-        Owner::Point(id) => data.point_v_world[id.index()] + data.change.point[id.index()],
+        Owner::Point(id) => {
+            let index = id.index();
+            let r = p_world - data.point_p_world[index];
+            data.point_v_world[index] + data.change.point[index] + data.point_w_world[index].cross(&r)
+        }
         Owner::Body(id) => {
             let link = &data.kinematics.links[id.index()];
             (link.velocity + data.change.body[id.index()]).linear_at(&(p_world - link.origin()))
