@@ -31,6 +31,7 @@ pub struct FruitSet {
     /// Collision groups.
     pub groups: FruitGroups,
     quadratic_drag: Vec<f64>,
+    rolling_loss: f64,
 }
 
 impl FruitSet {
@@ -49,6 +50,8 @@ impl FruitSet {
             let weight = if spec.weight_compensated { f.mass * gravity } else { 0.0 };
             let point = builder.add_point(PointBody {
                 mass: f.mass,
+                // A homogeneous ball.
+                spin_inertia: 0.4 * f.mass * f.radius * f.radius,
                 tether: Some(Tether {
                     body: segments[f.segment],
                     p_body: f.p_segment,
@@ -71,7 +74,7 @@ impl FruitSet {
             let area = PI * f.radius * f.radius;
             quadratic_drag.push(0.5 * spec.air_density.si() * spec.drag_coefficient.si() * area);
         }
-        Self { fruit, points, colliders, groups, quadratic_drag }
+        Self { fruit, points, colliders, groups, quadratic_drag, rolling_loss: spec.rolling_loss.si() }
     }
 
     /// Number of fruit.
@@ -90,6 +93,7 @@ impl FruitSet {
             let point = self.points[i].index();
             data.tethered[point] = true;
             data.point_quadratic_drag[point] = 0.0;
+            data.point_spin_damping[point] = self.rolling_loss;
             data.groups[self.colliders[i].index()] = self.groups.hanging;
         }
     }

@@ -98,17 +98,17 @@ fn joints_without_inertia_are_refused_unless_something_heavy_hangs_on_them() {
 #[test]
 fn bad_points_couplings_and_colliders_are_refused() {
     let weightless = error(|b| {
-        b.add_point(PointBody { mass: 0.0, tether: None });
+        b.add_point(PointBody { mass: 0.0, spin_inertia: f64::INFINITY, tether: None });
     });
     assert!(matches!(weightless, ModelError::Value { what: "point", .. }));
     let unknown = error(|b| {
-        b.add_point(PointBody { mass: 1.0, tether: Some(tether(BodyId(3))) });
+        b.add_point(PointBody { mass: 1.0, spin_inertia: f64::INFINITY, tether: Some(tether(BodyId(3))) });
     });
     assert_eq!(unknown, ModelError::Reference { what: "point", index: 0, target: "body", id: 3 });
     let negative = error(|b| {
         let body = b.add_body(body(None, JointKind::Universal));
         let tether = Tether { stiffness: -1.0, ..tether(body) };
-        b.add_point(PointBody { mass: 1.0, tether: Some(tether) });
+        b.add_point(PointBody { mass: 1.0, spin_inertia: f64::INFINITY, tether: Some(tether) });
     });
     assert!(matches!(negative, ModelError::Value { what: "point", .. }));
     let coupling = Coupling { dof_a: 0, dof_b: 2, ratio: 1.0, stiffness: 1.0, damping: 0.0 };

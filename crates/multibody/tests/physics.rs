@@ -29,7 +29,7 @@ fn a_free_body_and_a_free_point_fall() {
         x_parent_joint: Pose::identity(),
         inertia: inertia(2.0, Vec3::new(0.1, 0.0, 0.0)),
     });
-    builder.add_point(PointBody { mass: 0.2, tether: None });
+    builder.add_point(PointBody { mass: 0.2, spin_inertia: f64::INFINITY, tether: None });
     let model = builder.build().unwrap();
     let mut data = Data::new(&model);
     data.point_v_world[0] = Vec3::new(1.0, 0.0, 2.0);
@@ -44,7 +44,7 @@ fn a_free_body_and_a_free_point_fall() {
 #[test]
 fn a_point_falls_at_its_terminal_speed() {
     let mut builder = ModelBuilder::new();
-    builder.add_point(PointBody { mass: 0.16, tether: None });
+    builder.add_point(PointBody { mass: 0.16, spin_inertia: f64::INFINITY, tether: None });
     let model = builder.build().unwrap();
     let mut data = Data::new(&model);
     data.point_quadratic_drag[0] = 0.001;
@@ -235,6 +235,7 @@ fn sprung_tree(seed: u64, links: usize) -> (Model, Data) {
             let takes_weight_off = index % 2 == 0;
             builder.add_point(PointBody {
                 mass: 0.16,
+                spin_inertia: f64::INFINITY,
                 tether: Some(Tether {
                     body: BodyId(index as u32),
                     p_body: Vec3::new(0.0, 0.0, 0.1),
@@ -308,6 +309,7 @@ fn arm_with_point(reaction_cap: f64) -> (Model, Data) {
     });
     builder.add_point(PointBody {
         mass: 0.2,
+        spin_inertia: f64::INFINITY,
         tether: Some(Tether {
             body: arm,
             p_body: Vec3::new(0.5, 0.0, 0.0),

@@ -37,6 +37,8 @@ pub struct FruitSpec {
     pub friction: Quantity,
     /// Quadratic drag coefficient of a loose sphere.
     pub drag_coefficient: Quantity,
+    /// Rate at which a loose fruit loses its spin (rolling resistance of soil and grass).
+    pub rolling_loss: Quantity,
     /// Density of air.
     pub air_density: Quantity,
     /// Chance that an eligible spur carries fruit, before the outerness factor.

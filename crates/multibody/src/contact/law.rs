@@ -111,7 +111,7 @@ impl Law {
 fn respond_on_cone(v: &Vec3, friction: f64, r_t: f64, r_n: f64, v_hat: f64) -> Response {
     let y_n = (v_hat - v.z) / r_n;
     let (y_1, y_2) = (-v.x / r_t, -v.y / r_t);
-    let y_t = orchard_geometry::math::hypot(y_1, y_2);
+    let y_t = (y_1 * y_1 + y_2 * y_2).sqrt();
     if y_t <= friction * y_n {
         let stiff_t = (1.0 / r_t).sqrt();
         return Response {

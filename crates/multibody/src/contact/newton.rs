@@ -69,6 +69,7 @@ impl Newton {
             iterations += 1;
             self.find_direction(delassus);
             let length = self.search_line(blocks);
+            if std::env::var("MBV").is_ok() { println!("  it {iterations} res {residual:.2e} len {length:.4} active {}", self.active.len()); }
             for k in 0..count {
                 self.p[k] += self.dp[k] * length;
                 self.v[k] += self.dv[k] * length;

@@ -60,6 +60,7 @@ pub fn random_tree(seed: u64, links: usize) -> Model {
         if index % 3 == 0 {
             builder.add_point(PointBody {
                 mass: rng.uniform(0.05, 0.3),
+                spin_inertia: f64::INFINITY,
                 tether: Some(Tether {
                     body: BodyId(index as u32),
                     p_body: random_vec(&mut rng, 0.2),
