@@ -58,25 +58,25 @@ pub struct Fit {
 #[serde(deny_unknown_fields)]
 pub struct Gates {
     /// Radius of an apple.
-    pub radius: SpanGate,
+    pub radius: IntervalGate,
     /// Largest RMS of the radial residual.
-    pub residual: Gate,
+    pub residual: LimitGate,
     /// The surface must bulge towards the camera.
-    pub convexity: Gate,
+    pub convexity: LimitGate,
     /// Part of the silhouette border behind which the scene must recede.
-    pub isolation: Gate,
+    pub isolation: LimitGate,
     /// Pixels over those that the sphere's disc covers, pi (R f / z)^2.
-    pub pixel_ratio: SpanGate,
+    pub pixel_ratio: IntervalGate,
     /// Largest ratio of the footprint's second moments (elongation squared).
-    pub elongation: Gate,
+    pub elongation: LimitGate,
     /// A cylinder may not fit this much better than the sphere.
-    pub cylinder: Gate,
+    pub cylinder: LimitGate,
 }
 
 /// A gate with one limit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Gate {
+pub struct LimitGate {
     /// Whether the gate is applied.
     pub on: bool,
     /// Its limit.
@@ -86,7 +86,7 @@ pub struct Gate {
 /// A gate with an allowed interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SpanGate {
+pub struct IntervalGate {
     /// Whether the gate is applied.
     pub on: bool,
     /// The allowed interval.
@@ -119,14 +119,14 @@ pub struct Tracking {
     pub confirmed_life: Quantity,
 }
 
-impl Gate {
+impl LimitGate {
     /// The limit in SI units; `None` where the gate is off.
     pub fn si(&self) -> Option<f64> {
         self.on.then(|| self.limit.si())
     }
 }
 
-impl SpanGate {
+impl IntervalGate {
     /// The interval in SI units; `None` where the gate is off.
     pub fn si(&self) -> Option<(f64, f64)> {
         self.on.then(|| self.limit.si())
