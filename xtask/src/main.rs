@@ -1,2 +1,94 @@
-//! The project runner.
-fn main() {}
+//! The project's runner: `cargo xtask COMMAND`, one file a command.
+
+mod bench_v1;
+mod failure;
+mod headline;
+mod perf;
+mod rows;
+mod test;
+mod tidy;
+mod validate;
+mod workspace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, error::ErrorKind};
+
+use failure::Failure;
+
+/// Runs OrchardBench and keeps it in order.
+#[derive(Parser)]
+#[command(
+    name = "cargo xtask",
+    bin_name = "cargo xtask",
+    arg_required_else_help = true,
+    after_help = "Examples:\n  cargo xtask bench-v1                    the quick benchmark, results in results/\n  \
+                  cargo xtask bench-v1 --profile full     the paper's nominal condition, 3 seeds x 6 trees x 75 s\n  \
+                  cargo xtask test                        everything that a change must pass"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    BenchV1(bench_v1::Args),
+    Perf(perf::Args),
+    Validate(validate::Args),
+    Test(test::Args),
+    Tidy(tidy::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::try_parse() {
+        Ok(cli) => match cli.command {
+            Command::BenchV1(args) => bench_v1::run(&args),
+            Command::Perf(args) => perf::run(&args),
+            Command::Validate(args) => validate::run(&args),
+            Command::Test(args) => test::run(&args),
+            Command::Tidy(args) => tidy::run(&args),
+        },
+        Err(e) if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Err(Failure::BadInput(one_line(&e.to_string())))
+        }
+        Err(help) => help.exit(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+/// The first paragraph of a parser's message as one line.
+fn one_line(message: &str) -> String {
+    let paragraph = message.split("\n\n").next().unwrap_or_default();
+    let words: Vec<&str> = paragraph.split_whitespace().collect();
+    format!("{} (--help tells more)", words.join(" ").trim_start_matches("error: "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn bad_input_is_told_in_one_line() {
+        let message = |args: &[&str]| match Cli::try_parse_from(args) {
+            Ok(_) => panic!("{args:?} was accepted"),
+            Err(e) => one_line(&e.to_string()),
+        };
+        let line = message(&["x", "bench-v1", "--trees", "many"]);
+        assert!(line.starts_with("invalid value 'many' for '--trees <N>'"), "{line}");
+        let line = message(&["x", "perf"]);
+        assert!(line.contains("<SUITE>") && !line.contains('\n'), "{line}");
+    }
+}

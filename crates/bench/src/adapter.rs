@@ -1,9 +1,7 @@
 //! The real world and the real picker behind the benchmark's interface.
 
 use crate::episode::FruitState;
-use crate::interface::{
-    BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent,
-};
+use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
 use orchard_geometry::Pose;
 use orchard_picker::{AttemptEnd, Controller, Event};
 use orchard_robot::io::{Command, Observation};
@@ -28,9 +26,7 @@ impl BenchWorld for World {
                 Real::FruitDetached { fruit, .. } => WorldEvent::FruitDetached { fruit: fruit as u32 },
                 Real::FruitDeposited { fruit, .. } => WorldEvent::FruitDeposited { fruit: fruit as u32 },
                 Real::FruitDropped { fruit, .. } => WorldEvent::FruitDropped { fruit: fruit as u32 },
-                Real::BranchSnapped { segment, .. } => {
-                    WorldEvent::BranchSnapped { segment: segment as u32 }
-                }
+                Real::BranchSnapped { segment, .. } => WorldEvent::BranchSnapped { segment: segment as u32 },
             })
             .collect()
     }
@@ -38,13 +34,15 @@ impl BenchWorld for World {
     fn fruit(&self) -> Vec<FruitTruth> {
         self.fruit_truth()
             .into_iter()
-            .map(|f| FruitTruth {
+            .enumerate()
+            .map(|(i, f)| FruitTruth {
                 p_world: f.p_world,
                 radius: f.radius,
                 state: match f.fate {
                     FruitFate::OnTree => FruitState::OnTree,
                     FruitFate::OnBrokenLimb => FruitState::OnBrokenLimb,
                     FruitFate::Held => FruitState::Held,
+                    FruitFate::Loose if self.is_held(i) => FruitState::Held,
                     FruitFate::Loose => FruitState::Loose,
                     FruitFate::Deposited => FruitState::Deposited,
                     FruitFate::Dropped => FruitState::Dropped,
@@ -122,9 +120,7 @@ fn noted(event: &Event) -> Option<ControllerEvent> {
         Event::AttemptStarted { p_odom, .. } => {
             Some(ControllerEvent::AttemptStarted { p_odom_target: *p_odom })
         }
-        Event::StateChanged { state, .. } => {
-            Some(ControllerEvent::StateChanged { state: name(state) })
-        }
+        Event::StateChanged { state, .. } => Some(ControllerEvent::StateChanged { state: name(state) }),
         Event::AttemptEnded { end: AttemptEnd::Deposited, .. } => {
             Some(ControllerEvent::AttemptEnded { failure: None })
         }

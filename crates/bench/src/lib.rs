@@ -3,6 +3,7 @@
 //! plan -> episodes (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md`
 //! states what each figure means.
 
+pub mod adapter;
 mod attempts;
 mod bootstrap;
 pub mod compute;
@@ -12,6 +13,7 @@ mod fake;
 mod harness;
 #[cfg(test)]
 mod harness_tests;
+pub mod harvest;
 pub mod interface;
 mod matching;
 pub mod metrics;

@@ -1,0 +1,75 @@
+//! The benchmark's own worlds: the preset's trees and robot, harvested by the baseline picker.
+
+use std::sync::Arc;
+
+use orchard_perception::DetectorConfig;
+use orchard_picker::{BaselinePicker, PickerConfig};
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
+use orchard_world::World;
+
+use crate::adapter::Recorded;
+use crate::plan::{ConditionParams, Plan, config_hash};
+use crate::protocol::Protocol;
+use crate::run::WorldFactory;
+
+/// Makes the nominal condition's worlds.
+#[derive(Debug, Clone)]
+pub struct Harvest {
+    spec: Arc<Spec>,
+    robot: Arc<RobotModel>,
+    detector: DetectorConfig,
+    picker: PickerConfig,
+}
+
+impl Harvest {
+    /// The preset `paper`: 40 fruit, foliage 0.6, flat ground.
+    pub fn paper() -> Self {
+        Self {
+            spec: Arc::new(Spec::paper()),
+            robot: Arc::new(RobotModel::paper()),
+            detector: DetectorConfig::paper(),
+            picker: PickerConfig::paper(),
+        }
+    }
+
+    /// The nominal condition on trees `0..trees` of each seed, for `horizon` seconds each.
+    pub fn plan(&self, profile: &str, seeds: Vec<u64>, trees: u32, horizon: f64) -> Plan {
+        let spec = &self.spec;
+        Plan {
+            preset: spec.preset.clone(),
+            profile: profile.to_owned(),
+            condition: "nominal".to_owned(),
+            params: ConditionParams {
+                fruit_count: spec.fruit.count.get(),
+                foliage_density: spec.foliage.density.si(),
+                terrain_amplitude_m: 0.0,
+                trees,
+                horizon_s: horizon,
+            },
+            seeds,
+            frame: spec.sim.frame(),
+            config_hash: config_hash(&[
+                ("world.toml", orchard_spec::PAPER_TOML),
+                ("robot.toml", orchard_robot::PAPER_TOML),
+                ("robot.urdf", orchard_robot::PAPER_URDF),
+                ("perception.toml", orchard_perception::PAPER_TOML),
+                ("picker.toml", orchard_picker::PAPER_TOML),
+                ("bench.toml", crate::protocol::PAPER_TOML),
+            ]),
+            protocol: Protocol::paper(),
+        }
+    }
+}
+
+impl WorldFactory for Harvest {
+    type World = World;
+    type Controller = Recorded<BaselinePicker>;
+
+    fn build(&self, seed: u64, world: u32) -> Result<(World, Self::Controller), String> {
+        let world =
+            World::new(self.spec.clone(), self.robot.clone(), seed, world).map_err(|e| e.to_string())?;
+        let picker = BaselinePicker::new(&self.robot, self.detector.clone(), self.picker.clone());
+        Ok((world, Recorded::new(picker)))
+    }
+}

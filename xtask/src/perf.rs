@@ -1,0 +1,28 @@
+//! `cargo xtask perf`: how fast the parts are, as a file of rows.
+
+mod timing;
+mod trees;
+
+use std::path::PathBuf;
+
+use crate::failure::Failure;
+use crate::rows::{Suite, run_suite};
+
+/// Measures speed on this machine and writes the rows to a file.
+#[derive(clap::Args)]
+#[command(after_help = "Suites:\n  trees    trees grown a second, one core\n\nExample:\n  \
+                        cargo xtask perf trees --json trees.json")]
+pub struct Args {
+    /// What to measure.
+    suite: String,
+    /// Where to write the rows.
+    #[arg(long, value_name = "FILE")]
+    json: PathBuf,
+}
+
+const SUITES: &[Suite] =
+    &[Suite { name: "trees", about: "trees grown a second, one core", measure: trees::measure }];
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    run_suite("perf", SUITES, &args.suite, &args.json)
+}

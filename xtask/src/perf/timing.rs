@@ -1,0 +1,25 @@
+//! Timing of a piece of work.
+
+use std::time::Instant;
+
+/// Rounds of a measurement; the median is reported.
+const ROUNDS: usize = 5;
+
+/// Shortest time that a round may take [s]: long against the clock's resolution and a scheduler's slice.
+const ROUND_SECONDS: f64 = 0.4;
+
+/// How often `work` runs a second: the median over rounds. `work` gets a counter that goes on over all calls.
+pub fn rate(mut work: impl FnMut(u32) -> anyhow::Result<()>) -> anyhow::Result<f64> {
+    let mut call = 0;
+    let mut rates = Vec::with_capacity(ROUNDS);
+    for _ in 0..ROUNDS {
+        let (start, first) = (Instant::now(), call);
+        while start.elapsed().as_secs_f64() < ROUND_SECONDS {
+            work(call)?;
+            call += 1;
+        }
+        rates.push(f64::from(call - first) / start.elapsed().as_secs_f64());
+    }
+    rates.sort_by(f64::total_cmp);
+    Ok(rates[ROUNDS / 2])
+}

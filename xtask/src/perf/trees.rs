@@ -1,0 +1,17 @@
+//! Suite `trees`: how fast trees grow.
+
+use orchard_spec::Spec;
+use orchard_treegen::grow;
+
+use super::timing::rate;
+use crate::rows::Row;
+
+/// Whole default trees, a new one each time, on one core.
+pub fn measure() -> anyhow::Result<Vec<Row>> {
+    let spec = Spec::paper();
+    let per_second = rate(|world| {
+        std::hint::black_box(grow(&spec, 1, world)?);
+        Ok(())
+    })?;
+    Ok(vec![Row::measured("trees.grow", per_second, "trees/s")])
+}
