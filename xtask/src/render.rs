@@ -1,11 +1,11 @@
 //! `cargo xtask render`: a picture of an episode at one moment, beside what the wrist camera sees.
 
 use anyhow::{Context, Result};
-use orchard_camera::picture::{PictureStyle, depth_picture, look_at, picture};
-use orchard_geometry::{Image, Intrinsics, Vec3, math};
-use orchard_perception::{DetectorConfig, detect};
+use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
+use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
+use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
-use orchard_robot::RobotModel;
+use orchard_robot::{Observation, RobotModel};
 use orchard_spec::Spec;
 use orchard_world::World;
 use std::path::PathBuf;
@@ -45,34 +45,19 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     );
     let spec = Arc::new(Spec::paper());
     let robot = Arc::new(RobotModel::paper());
-    let detector = DetectorConfig::paper();
     let mut world = World::new(spec.clone(), robot.clone(), args.seed, args.world)?;
-    let mut picker = BaselinePicker::new(&robot, detector.clone(), PickerConfig::paper());
-    let mut latest = None;
+    let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
+    let mut wrist_view = None;
     while f64::from(world.frame()) * spec.sim.frame() <= args.time {
         let observation = world.observe();
         let command = picker.act(&observation);
-        if let Some(depth) = observation.depth {
-            latest = Some((depth, observation.intrinsics));
+        if observation.depth.is_some() {
+            wrist_view = Some(wrist_picture(&world, &observation, &picker));
         }
         world.step(&command);
     }
-
     let outside = outside_view(&world, args.height as usize);
-    let sheet = match latest {
-        Some((depth, intrinsics)) => {
-            let detections = detect(&depth, &intrinsics, None, &detector)?;
-            let circles: Vec<(f64, f64, f64)> = detections
-                .iter()
-                .filter_map(|d| {
-                    let (u, v) = intrinsics.project(&d.p_camera)?;
-                    Some((u, v, intrinsics.fx * d.radius / d.p_camera.z))
-                })
-                .collect();
-            beside(&outside, &enlarged(&depth_picture(&depth, &circles), 3))
-        }
-        None => outside,
-    };
+    let sheet = wrist_view.map_or_else(|| outside.clone(), |wrist| beside(&outside, &wrist));
     write_png(&args.out, &sheet)
 }
 
@@ -85,18 +70,26 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     let bearing = math::atan2(base.y, base.x) + 1.05;
     let eye = Vec3::new(4.4 * math::cos(bearing), 4.4 * math::sin(bearing), 1.9);
     let target = Vec3::new(0.25 * base.x, 0.25 * base.y, 1.1);
-    picture(&world.scene(), &intrinsics, &look_at(&eye, &target), &PictureStyle::default())
+    picture(&world.picture_scene(), &intrinsics, &look_at(&eye, &target), &PictureStyle::default())
 }
 
-/// Every pixel as a block of `factor` by `factor`.
-fn enlarged(image: &Image<[u8; 3]>, factor: usize) -> Image<[u8; 3]> {
-    let mut large = Image::filled(image.width() * factor, image.height() * factor, [0; 3]);
-    for v in 0..large.height() {
-        for u in 0..large.width() {
-            large[(u, v)] = image[(u / factor, v / factor)];
-        }
-    }
-    large
+/// The depth image of an observation with what the picker took for fruit in it.
+fn wrist_picture(world: &World, observation: &Observation, picker: &impl Controller) -> Image<[u8; 3]> {
+    const SCALE: usize = 3;
+    let intrinsics = observation.intrinsics;
+    let x_odom_camera = world.x_world_odom().inverse() * world.x_world_camera();
+    let seen = picker.record().images.last().map_or(&[][..], |image| &image.detections);
+    let circles: Vec<(f64, f64, f64)> = seen
+        .iter()
+        .filter_map(|d| {
+            let p_camera = inverse_transform(&x_odom_camera, &d.p_odom);
+            let (u, v) = intrinsics.project(&p_camera)?;
+            Some((u, v, intrinsics.fx * d.radius / p_camera.z))
+        })
+        .collect();
+    let blank = || orchard_geometry::DepthImage::filled(intrinsics.width, intrinsics.height, 0.0);
+    let depth = observation.depth.clone().unwrap_or_else(blank);
+    depth_picture_enlarged(&depth, &circles, SCALE)
 }
 
 /// Two pictures side by side on a dark sheet, the lower one centred.

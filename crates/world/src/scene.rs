@@ -1,7 +1,7 @@
 //! What the camera can see of a world's present state.
 
 use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
-use orchard_geometry::{Pose, Shape};
+use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z};
 use orchard_multibody::Data;
 use orchard_treegen::LeafSite;
 use orchard_treephys::TreeBody;
@@ -36,4 +36,16 @@ pub(crate) fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[orchard_
         scene.push(Geometry::Shape(*shape), *pose, Label::Robot, i as u32);
     }
     scene
+}
+
+/// Draws a stem from its spur to the skin of its fruit.
+pub(crate) fn push_stem(scene: &mut Scene, p_anchor_world: &Vec3, p_fruit_world: &Vec3, fruit_radius: f64) {
+    const STEM_RADIUS: f64 = 1.5e-3;
+    let along = p_fruit_world - p_anchor_world;
+    let length = along.norm() - fruit_radius;
+    if length > 0.0 {
+        let pose = Pose::from_parts((*p_anchor_world).into(), rotation_from_z(&along.normalize()));
+        let shape = Shape::Capsule { radius: STEM_RADIUS, length };
+        scene.push(Geometry::Shape(shape), pose, Label::Wood, NO_INSTANCE);
+    }
 }

@@ -149,6 +149,20 @@ impl World {
         scene::build(&visible, data, &self.parts.fruit.points)
     }
 
+    /// The scene as people expect it: with stems, which are thinner than a pixel of the depth camera.
+    pub fn picture_scene(&self) -> Scene {
+        let mut scene = self.scene();
+        let data = &self.state.data;
+        for (i, &point) in self.parts.fruit.points.iter().enumerate() {
+            let anchor = data.anchor_p_world(&self.parts.model, point);
+            if let (Some(p_anchor), true) = (anchor, data.tethered[point.index()]) {
+                let radius = self.parts.fruit.fruit[i].radius;
+                scene::push_stem(&mut scene, &p_anchor, &data.point_p_world[point.index()], radius);
+            }
+        }
+        scene
+    }
+
     /// The robot's shapes, posed in the world.
     fn robot_shapes(&self) -> Vec<(Shape, Pose)> {
         let links = &self.robot.articulation().links;
