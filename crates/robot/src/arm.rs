@@ -121,6 +121,23 @@ impl ArmKinematics {
         self.home
     }
 
+    /// Where the first joint's axis meets the arm, base frame [m].
+    pub fn shoulder(&self) -> Vec3 {
+        self.chain.hinges[0].x_parent_joint.translation.vector
+    }
+
+    /// Force that the hand exerts on what it touches at the TCP [N], base axes, from the arm's torques: the
+    /// wrench of least squares that explains what they exceed the gravity torque by. For slow motion.
+    pub fn tcp_force(&self, q: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
+        let jacobian = self.jacobian(q);
+        let excess = torque - self.gravity_torque(q, gravity);
+        let gram = jacobian * jacobian.transpose();
+        match gram.cholesky() {
+            Some(factor) => factor.solve(&(jacobian * excess)).fixed_rows::<3>(3).into_owned(),
+            None => Vec3::zeros(),
+        }
+    }
+
     /// Largest opening of each finger [m].
     pub fn finger_stroke(&self) -> f64 {
         self.finger_stroke

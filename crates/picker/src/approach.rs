@@ -1,0 +1,150 @@
+//! Align: drive to the stand-off. Reach: bring the hand before the fruit and look again.
+
+use crate::baseline::{BaselinePicker, Next, Phase, STILL};
+use crate::drive::{BaseGoal, StallWatch, drive};
+use crate::grasp::Grasp;
+use crate::plan::{Target, look_posture, plan};
+use crate::record::FailureReason;
+use crate::robot_state::RobotState;
+use orchard_geometry::Vec3;
+
+/// Memory of the align state.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Align {
+    goal: BaseGoal,
+    stall: StallWatch,
+}
+
+impl Align {
+    pub fn towards(goal: BaseGoal) -> Self {
+        Self { goal, stall: StallWatch::default() }
+    }
+}
+
+/// Memory of the reach state.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Reach {
+    /// Images taken before the fruit.
+    images: u32,
+    /// Those that showed it, and the sums of its centre (odom) and radius.
+    hits: u32,
+    sum: Vec3,
+    radius_sum: f64,
+}
+
+impl Reach {
+    pub fn new() -> Self {
+        Self { images: 0, hits: 0, sum: Vec3::zeros(), radius_sum: 0.0 }
+    }
+}
+
+impl BaselinePicker {
+    pub(crate) fn align(&mut self, mut align: Align, robot: &RobotState) -> Next {
+        let carry = self.postures.carry();
+        if self.motion.is_over() && *self.motion.q() != carry {
+            self.motion.go(carry, &self.config.arm, 1.0);
+        }
+        if self.elapsed(robot) > self.config.timeout.align.si() {
+            return Next::Fail(FailureReason::AlignTimeout);
+        }
+        if self.eyes.blind {
+            return Next::Stay(Phase::Align(align), STILL);
+        }
+        let tree = self.eyes.belief.p_odom();
+        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.config.drive);
+        if align.stall.is_stalled(robot, &velocity, &self.config.drive, self.config.timeout.stall.si()) {
+            return Next::Fail(FailureReason::Blocked);
+        }
+        let still = robot.base_speed <= self.config.drive.stall_speed.si()
+            && robot.turn_speed <= self.config.drive.stall_speed.si();
+        if !(arrived && still) {
+            return Next::Stay(Phase::Align(align), velocity);
+        }
+        self.update_from_track();
+        let (Some(target), points) = (self.target_base(robot), self.points_base(robot)) else {
+            return Next::Fail(FailureReason::Unreachable);
+        };
+        let Some(plan) = plan(&self.arm, &target, &points, &carry, &self.config) else {
+            return Next::Fail(FailureReason::Unreachable);
+        };
+        self.motion.go(plan.q_look, &self.config.arm, 1.0);
+        if let Some(attempt) = &mut self.attempt {
+            attempt.plan = plan;
+        }
+        Next::Enter(Phase::Reach(Reach::new()))
+    }
+
+    /// Takes over what the tracker has learned since the target was committed.
+    fn update_from_track(&mut self) {
+        if let Some(attempt) = &mut self.attempt
+            && let Some(track) = self.eyes.tracker.tracks().iter().find(|t| t.id == attempt.track)
+        {
+            attempt.target = Target { p: track.p_odom, radius: track.radius };
+        }
+    }
+
+    pub(crate) fn reach(&mut self, mut reach: Reach, robot: &RobotState) -> Next {
+        if self.arm_stalled() {
+            return Next::Fail(FailureReason::ReachStalled);
+        }
+        if self.elapsed(robot) > self.config.timeout.reach.si() {
+            return Next::Fail(FailureReason::ReachStalled);
+        }
+        if !self.arm_arrived(robot) || !self.fresh_image {
+            return Next::Stay(Phase::Reach(reach), STILL);
+        }
+        self.look(&mut reach);
+        let c = &self.config.reach;
+        let enough = reach.hits >= c.look_images.get();
+        if !enough && reach.images < c.look_images_max.get() {
+            return Next::Stay(Phase::Reach(reach), STILL);
+        }
+        if reach.hits == 0 {
+            return Next::Fail(FailureReason::NoFruitAtDetection);
+        }
+        let hits = f64::from(reach.hits);
+        if let Some(attempt) = &mut self.attempt {
+            attempt.target = Target { p: reach.sum / hits, radius: reach.radius_sum / hits };
+        }
+        self.start_grasp(robot)
+    }
+
+    fn look(&self, reach: &mut Reach) {
+        reach.images += 1;
+        let Some(attempt) = &self.attempt else { return };
+        let nearest = self
+            .eyes
+            .sightings
+            .iter()
+            .map(|s| ((s.p_odom - attempt.target.p).norm(), s))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((distance, sighting)) = nearest
+            && distance <= self.config.reach.match_distance.si()
+        {
+            reach.hits += 1;
+            reach.sum += sighting.p_odom;
+            reach.radius_sum += sighting.radius;
+        }
+    }
+
+    /// Corrects the hand for what the second look showed: the same direction if it still works, else another.
+    fn start_grasp(&mut self, robot: &RobotState) -> Next {
+        let (Some(target), Some(attempt)) = (self.target_base(robot), self.attempt.clone()) else {
+            return Next::Fail(FailureReason::GraspUnreachable);
+        };
+        let q = *self.motion.q();
+        let mut chosen = attempt.plan;
+        match look_posture(&self.arm, &target, &chosen.rotation, &q, &self.config) {
+            Some(q_look) => chosen.q_look = q_look,
+            None => match plan(&self.arm, &target, &self.points_base(robot), &q, &self.config) {
+                Some(other) => chosen = other,
+                None => return Next::Fail(FailureReason::GraspUnreachable),
+            },
+        }
+        self.motion.go(chosen.q_look, &self.config.arm, 1.0);
+        if let Some(attempt) = &mut self.attempt {
+            attempt.plan = chosen;
+        }
+        Next::Enter(Phase::Grasp(Grasp::Aiming))
+    }
+}

@@ -1,0 +1,148 @@
+//! Deposit: over the bucket and let go. Retreat: the empty hand out of the canopy.
+
+use crate::baseline::{Attempt, BaselinePicker, Fingers, Next, Phase, STILL};
+use crate::record::{AttemptEnd, FailureReason, State};
+use crate::robot_state::RobotState;
+use crate::scan::Scan;
+use orchard_geometry::Vec3;
+
+/// Memory of the deposit state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Deposit {
+    /// To the carrying posture.
+    Carrying,
+    /// Round to over the bucket.
+    Swinging,
+    /// Down into it.
+    Lowering,
+    /// Fingers opening since a time.
+    Opening { since: f64 },
+}
+
+/// Memory of the retreat state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Retreat {
+    /// Time at which the fingers were told to open.
+    since: f64,
+    stage: Withdrawal,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Withdrawal {
+    /// Wait for the fingers, then go back along a direction of the base frame.
+    Back(Vec3),
+    /// Going back.
+    GoingBack,
+    /// Up from the bucket.
+    Up,
+    /// To the carrying posture.
+    Home,
+}
+
+impl Retreat {
+    /// Out of the canopy after a failure in a state: back along the approach where the hand is among branches.
+    pub fn after_failure(state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Self {
+        let stage = match (state, attempt) {
+            (State::Grasp | State::Pull, Some(attempt)) => Withdrawal::Back(-attempt.plan.direction()),
+            _ => Withdrawal::Home,
+        };
+        Self { since: robot.time, stage }
+    }
+
+    fn from_bucket(robot: &RobotState) -> Self {
+        Self { since: robot.time, stage: Withdrawal::Up }
+    }
+}
+
+impl BaselinePicker {
+    fn open_fingers(&mut self) {
+        let opening = self.config.grasp.opening.si();
+        self.fingers = Fingers { opening, force: self.config.grasp.force.si() };
+    }
+
+    pub(crate) fn deposit(&mut self, deposit: Deposit, robot: &RobotState) -> Next {
+        let c = self.config.deposit.clone();
+        let stay = |deposit| Next::Stay(Phase::Deposit(deposit), STILL);
+        if let Deposit::Opening { since } = deposit {
+            if robot.time - since < c.open_time.si() {
+                return stay(deposit);
+            }
+            self.conclude(robot, AttemptEnd::Deposited);
+            return Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)));
+        }
+        if !self.holds_fruit(robot) {
+            return Next::Fail(FailureReason::Slipped);
+        }
+        let Some([above, low]) = self.postures.bucket else {
+            return Next::Fail(FailureReason::MissedBucket);
+        };
+        if self.elapsed(robot) > self.config.timeout.transport.si() {
+            return Next::Fail(FailureReason::MissedBucket);
+        }
+        if self.arm_stalled() {
+            return Next::Fail(FailureReason::Blocked);
+        }
+        if !self.motion.is_over() {
+            return stay(deposit);
+        }
+        match deposit {
+            // No need to stop exactly at the way-points.
+            Deposit::Carrying => {
+                self.motion.go(above, &self.config.arm, 1.0);
+                stay(Deposit::Swinging)
+            }
+            Deposit::Swinging => {
+                self.motion.go(low, &self.config.arm, 1.0);
+                stay(Deposit::Lowering)
+            }
+            Deposit::Lowering | Deposit::Opening { .. } => {
+                let off = self.arm.tcp(&robot.q).translation.vector - self.postures.p_bucket;
+                let centred = off.xy().norm() <= c.centred.si();
+                if !(self.arm_arrived(robot) && centred && robot.v.amax() <= c.slow.si()) {
+                    return stay(deposit);
+                }
+                self.open_fingers();
+                stay(Deposit::Opening { since: robot.time })
+            }
+        }
+    }
+
+    pub(crate) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
+        self.open_fingers();
+        let (back, open_time) = (self.config.approach.look.si(), self.config.deposit.open_time.si());
+        match retreat.stage {
+            Withdrawal::Back(direction) => {
+                if robot.time - retreat.since >= open_time {
+                    // What the hand touches may have held it off its command: start from where it is.
+                    self.motion = crate::motion::ArmMotion::new(self.arm.clamped(&robot.q));
+                    let speed = self.config.arm.approach_speed.si();
+                    self.motion.go_straight(&self.arm, direction, back, speed, &self.config.arm);
+                    retreat.stage = Withdrawal::GoingBack;
+                }
+            }
+            Withdrawal::GoingBack if self.motion.is_over() => retreat.stage = Withdrawal::Home,
+            Withdrawal::GoingBack => {}
+            Withdrawal::Up => {
+                if let Some([above, _]) = self.postures.bucket
+                    && *self.motion.goal() != above
+                {
+                    self.motion.go(above, &self.config.arm, 1.0);
+                }
+                if self.motion.is_over() {
+                    retreat.stage = Withdrawal::Home;
+                }
+            }
+            Withdrawal::Home => {
+                let carry = self.postures.carry();
+                if *self.motion.goal() != carry {
+                    self.motion.go(carry, &self.config.arm, 1.0);
+                }
+                let patience = self.config.timeout.transport.si();
+                if self.arm_arrived(robot) || self.elapsed(robot) > patience {
+                    return Next::Enter(Phase::Scan(Scan::here()));
+                }
+            }
+        }
+        Next::Stay(Phase::Retreat(retreat), STILL)
+    }
+}

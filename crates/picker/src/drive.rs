@@ -1,0 +1,109 @@
+//! Driving the base to a pose beside the tree without running into it.
+
+use crate::config::DriveConfig;
+use crate::robot_state::RobotState;
+use nalgebra::Vector2;
+use orchard_geometry::{Pose, Rotation, Vec3, math};
+
+/// A pose of the base, odom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BaseGoal {
+    pub x: f64,
+    pub y: f64,
+    pub yaw: f64,
+}
+
+impl BaseGoal {
+    /// Beside `centre` at a distance and bearing (of the base as seen from `centre`), facing it.
+    pub fn facing(centre: &Vec3, bearing: f64, distance: f64) -> Self {
+        let (sin, cos) = math::sin_cos(bearing);
+        let yaw = math::wrap_angle(bearing + std::f64::consts::PI);
+        Self { x: centre.x + distance * cos, y: centre.y + distance * sin, yaw }
+    }
+
+    /// As a pose of the odom frame, at a height.
+    pub fn pose(&self, height: f64) -> Pose {
+        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), self.yaw);
+        Pose::from_parts(Vec3::new(self.x, self.y, height).into(), turn)
+    }
+
+    fn p(&self) -> Vector2<f64> {
+        Vector2::new(self.x, self.y)
+    }
+}
+
+/// Bearing of `p` as seen from `centre`.
+pub(crate) fn bearing_of(p: &Vec3, centre: &Vec3) -> f64 {
+    math::atan2(p.y - centre.y, p.x - centre.x)
+}
+
+/// Velocity in the base frame towards a goal, and whether the goal is reached.
+///
+/// Where the goal's bearing about the tree is near the present one the base drives straight; else it first
+/// backs out to the orbit radius and follows that circle.
+pub(crate) fn drive(robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &DriveConfig) -> ([f64; 3], bool) {
+    let here = Vector2::new(robot.base_pose[0], robot.base_pose[1]);
+    let yaw = robot.base_pose[2];
+    let to_goal = goal.p() - here;
+    let turn_left = math::wrap_angle(goal.yaw - yaw);
+    if to_goal.norm() <= c.position_tolerance.si() && turn_left.abs() <= c.angle_tolerance.si() {
+        return ([0.0; 3], true);
+    }
+    let outward = here - tree.xy();
+    let radius = outward.norm().max(f64::EPSILON);
+    let bearing = math::atan2(outward.y, outward.x);
+    let goal_out = goal.p() - tree.xy();
+    let swing = math::wrap_angle(math::atan2(goal_out.y, goal_out.x) - bearing);
+    let along = Vector2::new(-outward.y, outward.x) / radius;
+    let out = outward / radius;
+    let (orbit, gain) = (c.orbit_radius.si(), c.gain.si());
+    let mut wanted = if swing.abs() <= c.orbit_angle.si() {
+        to_goal * gain
+    } else {
+        let held_out = (orbit - radius) * gain;
+        // Near the canopy the base first backs out, then goes around.
+        let around = if radius > orbit * NEAR_ORBIT { swing * radius * gain } else { 0.0 };
+        out * held_out + along * around
+    };
+    wanted = wanted.cap_magnitude(c.speed.si());
+    let clearance = radius - c.trunk_clearance.si();
+    let inward = -wanted.dot(&out);
+    if inward > clearance.max(0.0) * gain {
+        wanted += out * (inward - clearance.max(0.0) * gain);
+    }
+    let facing = if swing.abs() <= c.orbit_angle.si() {
+        turn_left
+    } else {
+        math::wrap_angle(bearing + std::f64::consts::PI - yaw)
+    };
+    let turn = (facing * gain).clamp(-c.turn_speed.si(), c.turn_speed.si());
+    let (sin, cos) = math::sin_cos(yaw);
+    let forward = cos * wanted.x + sin * wanted.y;
+    let left = -sin * wanted.x + cos * wanted.y;
+    ([forward, left, turn], false)
+}
+
+/// Share of the orbit radius from which the base may go around.
+const NEAR_ORBIT: f64 = 0.9;
+
+/// Notices a base that is told to move and does not.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct StallWatch {
+    since: f64,
+}
+
+impl StallWatch {
+    /// Whether the base has been held for `patience` [s].
+    pub fn is_stalled(
+        &mut self,
+        robot: &RobotState,
+        command: &[f64; 3],
+        c: &DriveConfig,
+        patience: f64,
+    ) -> bool {
+        let asked = math::hypot(command[0], command[1]);
+        let held = asked > 4.0 * c.stall_speed.si() && robot.base_speed < c.stall_speed.si();
+        self.since = if held { self.since + robot.dt } else { 0.0 };
+        self.since >= patience
+    }
+}

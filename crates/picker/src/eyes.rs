@@ -1,0 +1,183 @@
+//! From depth images to fruit tracks, a point memory and a belief of where the tree stands.
+
+use crate::config::{BeliefConfig, CloudConfig, PickerConfig};
+use crate::record::ImageReport;
+use crate::robot_state::RobotState;
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, inverse_transform, transform};
+use orchard_perception::{DetectorConfig, Sighting, Tracker, detect, mask};
+use orchard_robot::ArmKinematics;
+use std::collections::VecDeque;
+
+/// Everything that the picker has seen.
+#[derive(Debug, Clone)]
+pub(crate) struct Eyes {
+    detector: DetectorConfig,
+    config: CloudConfig,
+    pub tracker: Tracker,
+    pub belief: Belief,
+    clouds: VecDeque<Vec<Vec3>>,
+    /// Fruit of the last image, odom.
+    pub sightings: Vec<Sighting>,
+    /// Images taken.
+    pub images: u32,
+    /// Whether the last image had too few valid pixels to act on.
+    pub blind: bool,
+}
+
+/// Where the tree's axis is believed to be, odom.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Belief {
+    config: BeliefConfig,
+    sum: Vec3,
+    images: u32,
+}
+
+impl Belief {
+    fn new(config: &BeliefConfig) -> Self {
+        Self { config: config.clone(), sum: Vec3::zeros(), images: 0 }
+    }
+
+    fn start(&self) -> Vec3 {
+        Vec3::new(self.config.start_distance.si(), 0.0, 0.0)
+    }
+
+    /// Mean of the start belief and the canopy's centres seen, no farther from the start than configured.
+    pub fn p_odom(&self) -> Vec3 {
+        let prior = f64::from(self.config.prior_images.get());
+        let mean = (self.start() * prior + self.sum) / (prior + f64::from(self.images));
+        self.start() + (mean - self.start()).cap_magnitude(self.config.shift_max.si())
+    }
+
+    fn is_canopy(&self, p_odom: &Vec3) -> bool {
+        let d = p_odom - self.p_odom();
+        d.xy().norm() <= self.config.canopy_radius.si()
+    }
+
+    fn see(&mut self, canopy: &[Vec3]) {
+        if !canopy.is_empty() {
+            let sum: Vec3 = canopy.iter().sum();
+            let centre = sum / canopy.len() as f64;
+            self.sum += Vec3::new(centre.x, centre.y, 0.0);
+            self.images += 1;
+        }
+    }
+}
+
+impl Eyes {
+    pub fn new(detector: DetectorConfig, config: &PickerConfig) -> Self {
+        Self {
+            tracker: Tracker::new(&detector),
+            detector,
+            config: config.cloud.clone(),
+            belief: Belief::new(&config.belief),
+            clouds: VecDeque::new(),
+            sightings: Vec::new(),
+            images: 0,
+            blind: true,
+        }
+    }
+
+    /// Takes an image; what it showed goes into the report.
+    pub fn see(
+        &mut self,
+        depth: &DepthImage,
+        intrinsics: &Intrinsics,
+        robot: &RobotState,
+        finger_q: &[f64; 2],
+        arm: &ArmKinematics,
+    ) -> ImageReport {
+        self.images = self.images.wrapping_add(1);
+        let x_base_camera = arm.camera(&robot.q);
+        let x_odom_camera = robot.x_odom_base * x_base_camera;
+        let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
+        self.blind = (valid as f64) < self.config.blind_fraction.si() * depth.pixels().len() as f64;
+
+        let shapes = visible_shapes(arm, robot, finger_q, &x_base_camera, intrinsics);
+        let up_camera = x_base_camera.rotation.inverse() * Vec3::z();
+        let margins = &self.detector.mask;
+        let mut ignored = mask::self_mask(depth, intrinsics, &shapes, margins.robot_margin.si());
+        let height = x_base_camera.translation.z;
+        let ground = mask::ground_mask(depth, intrinsics, &up_camera, height, margins.ground_margin.si());
+        mask::add(&mut ignored, &ground);
+
+        // A detector that refuses the image sees nothing in it.
+        let detections = detect(depth, intrinsics, Some(&ignored), &self.detector).unwrap_or_default();
+        self.sightings = detections
+            .iter()
+            .map(|d| Sighting { p_odom: transform(&x_odom_camera, &d.p_camera), radius: d.radius })
+            .collect();
+        self.tracker.update(robot.time, &self.sightings);
+        self.remember(depth, intrinsics, &ignored, &x_odom_camera);
+        ImageReport { time: robot.time, detections: self.sightings.clone() }
+    }
+
+    fn remember(
+        &mut self,
+        depth: &DepthImage,
+        intrinsics: &Intrinsics,
+        ignored: &Image<bool>,
+        x_odom_camera: &Pose,
+    ) {
+        let stride = self.config.stride.get().max(1) as usize;
+        let (mut near, mut canopy) = (Vec::new(), Vec::new());
+        for v in (0..depth.height()).step_by(stride) {
+            for u in (0..depth.width()).step_by(stride) {
+                let z = f64::from(depth[(u, v)]);
+                if !z.is_finite() || z <= 0.0 || ignored[(u, v)] {
+                    continue;
+                }
+                let p_odom = transform(x_odom_camera, &intrinsics.back_project(u as f64, v as f64, z));
+                if self.belief.is_canopy(&p_odom) {
+                    canopy.push(p_odom);
+                }
+                if z <= self.config.range.si() {
+                    near.push(p_odom);
+                }
+            }
+        }
+        self.belief.see(&canopy);
+        self.clouds.push_back(near);
+        while self.clouds.len() > self.config.images.get() as usize {
+            self.clouds.pop_front();
+        }
+    }
+
+    /// Points of the last images, odom.
+    pub fn points(&self) -> impl Iterator<Item = &Vec3> {
+        self.clouds.iter().flatten()
+    }
+}
+
+/// The robot's shapes that can be in the image, camera frame: those in front of it whose bounding ball reaches
+/// into the cone about the image's corners.
+fn visible_shapes(
+    arm: &ArmKinematics,
+    robot: &RobotState,
+    finger_q: &[f64; 2],
+    x_base_camera: &Pose,
+    intrinsics: &Intrinsics,
+) -> Vec<(Shape, Pose)> {
+    let x_camera_base = x_base_camera.inverse();
+    let corner = intrinsics.ray(0.0, 0.0).normalize();
+    let other = intrinsics.ray(intrinsics.width as f64, intrinsics.height as f64).normalize();
+    let cos = corner.z.min(other.z);
+    let sin = (1.0 - cos * cos).max(0.0).sqrt();
+    let in_view = |(shape, x): &(Shape, Pose)| {
+        let bounds = shape.aabb(x);
+        let (centre, radius) = ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min).norm() * 0.5);
+        // Distance of the ball's centre outside the cone, for centres before the apex.
+        let outside = centre.xy().norm() * cos - centre.z * sin;
+        bounds.max.z > 0.0 && outside <= radius
+    };
+    arm.link_shapes(&robot.q, finger_q)
+        .into_iter()
+        .map(|(shape, x)| (shape, x_camera_base * x))
+        .filter(in_view)
+        .collect()
+}
+
+/// Whether a point of the odom frame lies over the robot itself, where only fruit in the bucket can be.
+pub(crate) fn over_deck(p_odom: &Vec3, robot: &RobotState, half: &Vec3) -> bool {
+    let p = inverse_transform(&robot.x_odom_base, p_odom);
+    p.x.abs() <= half.x && p.y.abs() <= half.y
+}

@@ -1,0 +1,161 @@
+//! Smooth arm motions: joint-space moves and straight lines of the hand.
+
+use crate::config::ArmConfig;
+use orchard_geometry::{Pose, Vec3};
+use orchard_robot::{ArmKinematics, IkTarget, JointVector};
+
+/// A cubic in time from rest to rest: all joints start and stop together.
+///
+/// With q(u) = a + (b - a)(3 u^2 - 2 u^3), u = t/T, the largest speed is 1.5 |b - a|/T and the largest
+/// acceleration 6 |b - a|/T^2; T is the shortest that keeps both limits.
+#[derive(Debug, Clone, PartialEq)]
+struct JointMove {
+    from: JointVector,
+    to: JointVector,
+    duration: f64,
+    time: f64,
+}
+
+/// A straight line of the TCP with fixed orientation, base frame, from rest to rest.
+#[derive(Debug, Clone, PartialEq)]
+struct Line {
+    from: Pose,
+    direction: Vec3,
+    length: f64,
+    speed_max: f64,
+    acceleration: f64,
+    travelled: f64,
+    speed: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Course {
+    Rest,
+    Joints(JointMove),
+    Line(Line),
+    /// The line left the arm's reach.
+    Lost,
+}
+
+/// The arm's commanded posture and where it is going.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ArmMotion {
+    q: JointVector,
+    course: Course,
+}
+
+impl ArmMotion {
+    pub fn new(q: JointVector) -> Self {
+        Self { q, course: Course::Rest }
+    }
+
+    /// The commanded posture.
+    pub fn q(&self) -> &JointVector {
+        &self.q
+    }
+
+    /// Whether the commanded posture has stopped changing.
+    pub fn is_over(&self) -> bool {
+        matches!(self.course, Course::Rest | Course::Lost)
+    }
+
+    /// Whether the last line ended because no posture continued it.
+    pub fn is_lost(&self) -> bool {
+        self.course == Course::Lost
+    }
+
+    /// Goal of the present joint motion, or the posture at rest.
+    pub fn goal(&self) -> &JointVector {
+        match &self.course {
+            Course::Joints(joints) => &joints.to,
+            _ => &self.q,
+        }
+    }
+
+    /// Distance along the present line [m].
+    pub fn travelled(&self) -> Option<f64> {
+        match &self.course {
+            Course::Line(line) => Some(line.travelled),
+            _ => None,
+        }
+    }
+
+    /// Stops where it is.
+    pub fn stop(&mut self) {
+        self.course = Course::Rest;
+    }
+
+    /// Starts a joint motion; `scale` slows it down.
+    pub fn go(&mut self, to: JointVector, config: &ArmConfig, scale: f64) {
+        let farthest = (to - self.q).amax();
+        if farthest == 0.0 {
+            self.course = Course::Rest;
+            return;
+        }
+        let by_speed = 1.5 * farthest / (config.joint_speed.si() * scale);
+        let by_acceleration = (6.0 * farthest / (config.joint_acceleration.si() * scale * scale)).sqrt();
+        let duration = by_speed.max(by_acceleration);
+        self.course = Course::Joints(JointMove { from: self.q, to, duration, time: 0.0 });
+    }
+
+    /// Starts a straight line of the TCP from the commanded posture; `direction` is a unit vector.
+    pub fn go_straight(
+        &mut self,
+        arm: &ArmKinematics,
+        direction: Vec3,
+        length: f64,
+        speed: f64,
+        config: &ArmConfig,
+    ) {
+        self.course = Course::Line(Line {
+            from: arm.tcp(&self.q),
+            direction,
+            length,
+            speed_max: speed,
+            acceleration: config.line_acceleration.si(),
+            travelled: 0.0,
+            speed: 0.0,
+        });
+    }
+
+    /// Moves the commanded posture on by `dt` [s].
+    pub fn advance(&mut self, arm: &ArmKinematics, dt: f64) {
+        match &mut self.course {
+            Course::Rest | Course::Lost => {}
+            Course::Joints(joints) => {
+                joints.time += dt;
+                let u = (joints.time / joints.duration).min(1.0);
+                self.q = joints.from + (joints.to - joints.from) * (u * u * (3.0 - 2.0 * u));
+                if u >= 1.0 {
+                    self.course = Course::Rest;
+                }
+            }
+            Course::Line(line) => {
+                let left = line.length - line.travelled;
+                let braking = (2.0 * line.acceleration * left.max(0.0)).sqrt();
+                line.speed = (line.speed + line.acceleration * dt).min(line.speed_max).min(braking);
+                // The braking law alone would creep up to the end for ever.
+                let step = (line.speed * dt).max(line.speed_max * dt * CREEP).min(left);
+                line.travelled += step;
+                let over = line.travelled >= line.length;
+                let p = line.from.translation.vector + line.direction * line.travelled;
+                let target = IkTarget::Pose(Pose::from_parts(p.into(), line.from.rotation));
+                match arm.solve_near(&target, &self.q) {
+                    Ok(q) if (q - self.q).amax() <= JUMP => {
+                        self.q = q;
+                        if over {
+                            self.course = Course::Rest;
+                        }
+                    }
+                    _ => self.course = Course::Lost,
+                }
+            }
+        }
+    }
+}
+
+/// Slowest motion at the end of a line, as a share of its speed.
+const CREEP: f64 = 0.05;
+
+/// A larger joint step between neighbouring points of a line means another branch of postures [rad].
+pub(crate) const JUMP: f64 = 0.3;
