@@ -14,7 +14,7 @@ use super::law::Response;
 /// Residual at which the impulses count as solved, relative to them, both scaled by the square root of W.
 const TOLERANCE: f64 = 1e-10;
 /// Newton iterations before the solve gives up and keeps its best impulses.
-const MAX_ITERATIONS: usize = 50;
+const MAX_ITERATIONS: usize = 100;
 /// The line search ends when the slope has fallen to this share of the slope at its start.
 const SLOPE_SHARE: f64 = 0.1;
 /// Evaluations of one line search.
@@ -47,17 +47,18 @@ pub(super) struct Newton {
 }
 
 impl Newton {
-    /// Solves for the impulses of all blocks.
+    /// Solves for the impulses of all blocks, from their first guesses.
     pub fn solve(&mut self, blocks: &[Block], delassus: &Delassus) -> Outcome {
         let count = blocks.len();
-        for buffer in
-            [&mut self.p, &mut self.v, &mut self.residual, &mut self.w_residual, &mut self.dp, &mut self.dv]
-        {
+        for buffer in [&mut self.v, &mut self.residual, &mut self.w_residual, &mut self.dp, &mut self.dv] {
             buffer.clear();
             buffer.resize(count, Vec3::zeros());
         }
+        self.p.clear();
+        self.p.extend(blocks.iter().map(|block| block.guess));
+        delassus.multiply(&self.p, &mut self.v);
         for (v, block) in self.v.iter_mut().zip(blocks) {
-            *v = block.v_free;
+            *v += block.v_free;
         }
         let mut iterations = 0;
         let outcome = loop {
@@ -69,7 +70,6 @@ impl Newton {
             iterations += 1;
             self.find_direction(delassus);
             let length = self.search_line(blocks);
-            if std::env::var("MBV").is_ok() { println!("  it {iterations} res {residual:.2e} len {length:.4} active {}", self.active.len()); }
             for k in 0..count {
                 self.p[k] += self.dp[k] * length;
                 self.v[k] += self.dv[k] * length;

@@ -47,6 +47,11 @@ pub fn random_joint(rng: &mut Stream, kind: usize) -> JointKind {
 
 /// A random tree with every joint kind in turn, and a tethered point on every third link.
 pub fn random_tree(seed: u64, links: usize) -> Model {
+    random_builder(seed, links).build().expect("a valid tree")
+}
+
+/// The parts of [`random_tree`].
+pub fn random_builder(seed: u64, links: usize) -> ModelBuilder {
     let mut rng = stream(seed);
     let mut builder = ModelBuilder::new();
     for index in 0..links {
@@ -73,7 +78,7 @@ pub fn random_tree(seed: u64, links: usize) -> Model {
             });
         }
     }
-    builder.build().expect("a valid tree")
+    builder
 }
 
 /// A random state with random inputs.
