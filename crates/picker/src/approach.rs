@@ -1,7 +1,7 @@
 //! Align: drive to the stand-off. Reach: bring the hand before the fruit and look again.
 
 use crate::baseline::{BaselinePicker, Next, Phase, STILL};
-use crate::drive::{BaseGoal, StallWatch, drive};
+use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
 use crate::grasp::Grasp;
 use crate::plan::{Target, look_posture, plan};
 use crate::record::FailureReason;
@@ -51,8 +51,10 @@ impl BaselinePicker {
             return Next::Stay(Phase::Align(align), STILL);
         }
         let tree = self.eyes.belief.p_odom();
-        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.config.drive);
-        if align.stall.is_stalled(robot, &velocity, &self.config.drive, self.config.timeout.stall.si()) {
+        let c = &self.config.align;
+        let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
+        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.config.drive, tolerance);
+        if align.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
             return Next::Fail(FailureReason::Blocked);
         }
         let still = robot.base_speed <= self.config.drive.stall_speed.si()

@@ -145,9 +145,14 @@ impl BaselinePicker {
         self.motion.is_over() && (robot.q - self.motion.q()).amax() <= self.config.arm.arrived.si()
     }
 
+    /// Time without progress after which something is held [s].
+    pub(crate) fn patience(&self) -> f64 {
+        self.config.timeout.stall.si()
+    }
+
     /// Whether something has been holding the arm off its command.
     pub(crate) fn arm_stalled(&self) -> bool {
-        self.held_for >= self.config.timeout.stall.si()
+        self.held_for >= self.patience()
     }
 
     fn watch_arm(&mut self, robot: &RobotState) {

@@ -94,6 +94,10 @@ section! {
     ScanConfig {
         /// Distance from the tree's centre.
         standoff: Quantity,
+        /// Distance at which a place counts as reached.
+        position_tolerance: Quantity,
+        /// Angle at which a place counts as reached.
+        angle_tolerance: Quantity,
         /// Bearing step around the tree when nothing is found.
         orbit_step: Quantity,
         /// Time in each posture.
@@ -116,10 +120,6 @@ section! {
         turn_speed: Quantity,
         /// Speed per distance.
         gain: Quantity,
-        /// Distance at which the goal counts as reached.
-        position_tolerance: Quantity,
-        /// Angle at which the goal counts as reached.
-        angle_tolerance: Quantity,
         /// Distance from the tree at which its bearing is changed.
         orbit_radius: Quantity,
         /// Bearing differences up to this are driven straight.
@@ -136,6 +136,10 @@ section! {
     AlignConfig {
         /// Distances of the base from the target, best first.
         standoffs: Vec<Quantity>,
+        /// Distance at which a place counts as reached.
+        position_tolerance: Quantity,
+        /// Angle at which a place counts as reached.
+        angle_tolerance: Quantity,
         /// Bearings of the base about the target, from straight outwards.
         bearings: Vec<Quantity>,
         /// Targets that are planned for before one is chosen.
@@ -178,6 +182,10 @@ section! {
         fruit_margin: Quantity,
         /// Points in the way that equal one radian of turning.
         turn_cost: Quantity,
+        /// Points in the way that equal one radian of the joint that moves farthest.
+        posture_cost: Quantity,
+        /// Directions within reach that are compared, least in the way first.
+        candidates: Count,
     }
 }
 

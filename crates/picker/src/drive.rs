@@ -4,6 +4,7 @@ use crate::config::DriveConfig;
 use crate::robot_state::RobotState;
 use nalgebra::Vector2;
 use orchard_geometry::{Pose, Rotation, Vec3, math};
+use orchard_quantity::Quantity;
 
 /// A pose of the base, odom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,16 +38,35 @@ pub(crate) fn bearing_of(p: &Vec3, centre: &Vec3) -> f64 {
     math::atan2(p.y - centre.y, p.x - centre.x)
 }
 
+/// When a goal counts as reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tolerance {
+    position: f64,
+    angle: f64,
+}
+
+impl Tolerance {
+    pub fn new(position: &Quantity, angle: &Quantity) -> Self {
+        Self { position: position.si(), angle: angle.si() }
+    }
+}
+
 /// Velocity in the base frame towards a goal, and whether the goal is reached.
 ///
 /// Where the goal's bearing about the tree is near the present one the base drives straight; else it first
 /// backs out to the orbit radius and follows that circle.
-pub(crate) fn drive(robot: &RobotState, goal: &BaseGoal, tree: &Vec3, c: &DriveConfig) -> ([f64; 3], bool) {
+pub(crate) fn drive(
+    robot: &RobotState,
+    goal: &BaseGoal,
+    tree: &Vec3,
+    c: &DriveConfig,
+    tolerance: Tolerance,
+) -> ([f64; 3], bool) {
     let here = Vector2::new(robot.base_pose[0], robot.base_pose[1]);
     let yaw = robot.base_pose[2];
     let to_goal = goal.p() - here;
     let turn_left = math::wrap_angle(goal.yaw - yaw);
-    if to_goal.norm() <= c.position_tolerance.si() && turn_left.abs() <= c.angle_tolerance.si() {
+    if to_goal.norm() <= tolerance.position && turn_left.abs() <= tolerance.angle {
         return ([0.0; 3], true);
     }
     let outward = here - tree.xy();

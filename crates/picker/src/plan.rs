@@ -119,10 +119,12 @@ pub(crate) fn plan(
         }
     }
     ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ways.into_iter().find_map(|(cost, rotation)| {
+    let reachable = ways.into_iter().filter_map(|(cost, rotation)| {
         let q_look = look_posture(arm, target, &rotation, q_start, config)?;
+        let cost = cost + c.posture_cost.si() * (q_look - q_start).amax();
         Some(GraspPlan { rotation, q_look, cost })
-    })
+    });
+    reachable.take(c.candidates.get() as usize).min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
 fn in_sweep(p_tcp: &Vec3, config: &PickerConfig) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::approach::Align;
 use crate::baseline::{BaselinePicker, Next, Phase, STILL};
-use crate::drive::{BaseGoal, bearing_of, drive};
+use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of, drive};
 use crate::eyes::over_deck;
 use crate::plan::{GraspPlan, Target, plan};
 use crate::robot_state::RobotState;
@@ -16,6 +16,7 @@ pub(crate) struct Scan {
     posture: usize,
     /// Time in this posture at this place [s].
     dwelled: f64,
+    stall: StallWatch,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,17 +25,21 @@ enum Place {
     Here,
     /// At a bearing from the tree; `None` is the present one.
     View(Option<f64>),
+    /// On the way to a view.
+    Going(BaseGoal),
+    /// At a view.
+    There(BaseGoal),
 }
 
 impl Scan {
     /// At the start of the episode the tree is too far to see fruit.
     pub fn at_start() -> Self {
-        Self { place: Place::View(None), posture: 0, dwelled: 0.0 }
+        Self { place: Place::View(None), posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 
     /// After an attempt, what has been seen so far is tried first.
     pub fn here() -> Self {
-        Self { place: Place::Here, posture: 0, dwelled: 0.0 }
+        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 }
 
@@ -56,16 +61,22 @@ impl BaselinePicker {
             self.motion.go(posture, &self.config.arm, scale);
         }
         let tree = self.eyes.belief.p_odom();
-        let (mut velocity, mut arrived) = (STILL, true);
         if let Place::View(bearing) = scan.place {
             let bearing = bearing.unwrap_or_else(|| bearing_of(&robot.p_odom(), &tree));
-            scan.place = Place::View(Some(bearing));
-            let goal = BaseGoal::facing(&tree, bearing, c.standoff.si());
-            // Without sight nothing moves but the arm.
-            if !self.eyes.blind {
-                (velocity, arrived) = drive(robot, &goal, &tree, &self.config.drive);
+            scan.place = Place::Going(BaseGoal::facing(&tree, bearing, c.standoff.si()));
+        }
+        let mut velocity = STILL;
+        // Without sight nothing moves but the arm.
+        if let (Place::Going(goal), false) = (scan.place, self.eyes.blind) {
+            let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
+            let (towards, arrived) = drive(robot, &goal, &tree, &self.config.drive, tolerance);
+            velocity = towards;
+            if arrived || scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
+                scan.place = Place::There(goal);
+                velocity = STILL;
             }
         }
+        let arrived = self.eyes.blind || !matches!(scan.place, Place::Going(_));
         if !(arrived && (self.arm_arrived(robot) || self.arm_stalled())) {
             return Next::Stay(Phase::Scan(scan), velocity);
         }
@@ -91,11 +102,13 @@ impl BaselinePicker {
         }
         scan.posture = 0;
         scan.place = match scan.place {
-            Place::View(Some(bearing)) if !self.eyes.blind => {
+            Place::There(goal) => {
+                let p_goal = Vec3::new(goal.x, goal.y, 0.0);
+                let bearing = bearing_of(&p_goal, &self.eyes.belief.p_odom());
                 Place::View(Some(math::wrap_angle(bearing + self.config.scan.orbit_step.si())))
             }
-            Place::View(bearing) => Place::View(bearing),
             Place::Here => Place::View(None),
+            on_the_way => on_the_way,
         };
     }
 
@@ -145,40 +158,44 @@ impl BaselinePicker {
         (p_goal - robot.p_odom()).norm() + swing * self.config.drive.orbit_radius.si()
     }
 
-    /// The best place from which the arm can grasp a track.
+    /// The best place from which the arm can grasp a track: the best stand-off straight outwards, then the best
+    /// bearing for it. What the arm reaches depends on distance and height alone.
     fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
         let align = &self.config.align;
-        let target = Target { p: track.p_odom, radius: track.radius };
         let points: Vec<Vec3> = self.eyes.points().copied().collect();
-        let carry = self.postures.carry();
-        let mut best: Option<Choice> = None;
-        for standoff in &align.standoffs {
-            for turn in &align.bearings {
-                let goal = self.outward_goal(track, turn.si(), standoff.si());
-                let tree = self.eyes.belief.p_odom();
-                if (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm()
-                    < self.config.drive.trunk_clearance.si()
-                {
-                    continue;
-                }
-                let there = goal.pose(robot.x_odom_base.translation.z);
-                let seen: Vec<Vec3> = points.iter().map(|p| inverse_transform(&there, p)).collect();
-                let target_there = Target { p: inverse_transform(&there, &target.p), radius: target.radius };
-                // What the arm reaches depends on distance and height alone: no need to try other bearings.
-                let Some(plan) = plan(&self.arm, &target_there, &seen, &carry, &self.config) else { break };
-                let crowd = seen.iter().filter(|p| self.is_crowding(p)).count() as f64;
-                let cost = self.drive_cost(robot, &goal) * align.drive_cost.si()
-                    + plan.cost
-                    + crowd * align.crowd_cost.si();
-                if best.as_ref().is_none_or(|b| cost < b.cost) {
-                    best = Some(Choice { track: track.id, target, goal, plan, cost });
-                }
-            }
-            if best.is_some() {
-                break;
-            }
+        let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
+        let outwards = align.standoffs.iter().filter_map(|s| {
+            let choice = self.choice_at(track, robot, self.outward_goal(track, 0.0, s.si()), &points)?;
+            Some((s.si(), choice))
+        });
+        let (standoff, straight) = outwards.min_by(|a, b| cheaper(&a.1, &b.1))?;
+        let turned = align.bearings.iter().filter_map(|b| {
+            self.choice_at(track, robot, self.outward_goal(track, b.si(), standoff), &points)
+        });
+        turned.chain(std::iter::once(straight)).min_by(cheaper)
+    }
+
+    /// The best grasp of a track from one place of the base.
+    fn choice_at(
+        &self,
+        track: &Track,
+        robot: &RobotState,
+        goal: BaseGoal,
+        points: &[Vec3],
+    ) -> Option<Choice> {
+        let tree = self.eyes.belief.p_odom();
+        if (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm() < self.config.drive.trunk_clearance.si() {
+            return None;
         }
-        best
+        let there = goal.pose(robot.x_odom_base.translation.z);
+        let seen: Vec<Vec3> = points.iter().map(|p| inverse_transform(&there, p)).collect();
+        let target_there = Target { p: inverse_transform(&there, &track.p_odom), radius: track.radius };
+        let plan = plan(&self.arm, &target_there, &seen, &self.postures.carry(), &self.config)?;
+        let crowd = seen.iter().filter(|p| self.is_crowding(p)).count() as f64;
+        let c = &self.config.align;
+        let cost = self.drive_cost(robot, &goal) * c.drive_cost.si() + plan.cost + crowd * c.crowd_cost.si();
+        let target = Target { p: track.p_odom, radius: track.radius };
+        Some(Choice { track: track.id, target, goal, plan, cost })
     }
 
     /// Points where chassis and arm would stand.
