@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .out
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("results/bench-v1-{}", args.profile.name())));
-    let store = Store::open(&out).map_err(|e| Failure::BadInput(e.to_string()))?;
+    let store = Store::open(&out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {
@@ -146,11 +146,11 @@ fn plan(args: &Args, harvest: &Harvest, protocol: &Protocol) -> Result<Plan, Str
 fn report(result: &RunResult, plan: &Plan) {
     let Some(condition) = result.summary.conditions.get(&plan.condition) else { return };
     println!(
-        "condition {}: {} fruit, foliage {}; {} seeds x {} trees x {} s",
+        "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees x {} s",
         plan.condition,
         plan.params.fruit_count,
         plan.params.foliage_density,
-        plan.seeds.len(),
+        plan.seeds,
         plan.params.trees,
         plan.params.horizon_s
     );

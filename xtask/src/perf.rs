@@ -1,5 +1,6 @@
 //! `cargo xtask perf`: how fast the parts are, as a file of rows.
 
+mod episode;
 mod timing;
 mod trees;
 
@@ -10,8 +11,10 @@ use crate::rows::{Suite, run_suite};
 
 /// Measures speed on this machine and writes the rows to a file.
 #[derive(clap::Args)]
-#[command(after_help = "Suites:\n  trees    trees grown a second, one core\n\nExample:\n  \
-                        cargo xtask perf trees --json trees.json")]
+#[command(
+    after_help = "Suites:\n  trees    trees grown a second, one core\n  episode  nominal episodes with picker and camera, one core\n\nExample:\n  \
+                        cargo xtask perf trees --json trees.json"
+)]
 pub struct Args {
     /// What to measure.
     suite: String,
@@ -20,8 +23,14 @@ pub struct Args {
     json: PathBuf,
 }
 
-const SUITES: &[Suite] =
-    &[Suite { name: "trees", about: "trees grown a second, one core", measure: trees::measure }];
+const SUITES: &[Suite] = &[
+    Suite { name: "trees", about: "trees grown a second, one core", measure: trees::measure },
+    Suite {
+        name: "episode",
+        about: "nominal episodes with picker and camera, one core",
+        measure: episode::measure,
+    },
+];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     run_suite("perf", SUITES, &args.suite, &args.json)

@@ -46,6 +46,12 @@ impl Row {
             pass: None,
         }
     }
+
+    /// The same figure beside a peer's, in the same unit.
+    pub fn beside(self, peer: &str, peer_value: f64) -> Self {
+        let ratio = self.value.map(|value| value / peer_value);
+        Self { peer: Some(peer.to_owned()), peer_value: Some(peer_value), ratio, ..self }
+    }
 }
 
 #[derive(Serialize)]
@@ -72,6 +78,11 @@ pub fn run_suite(kind: &str, suites: &[Suite], name: &str, json: &Path) -> Resul
         let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
         return Err(Failure::BadInput(format!("no {kind} suite '{name}'; the suites are: {known}")));
     };
+    // Told before the measurement, not after it.
+    let folder = json.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if json.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
+    }
     eprintln!("{}: {}", suite.name, suite.about);
     let rows = (suite.measure)()?;
     let report = Report { schema_version: SCHEMA_VERSION, machine: Machine::detect(), rows: &rows };
@@ -138,6 +149,12 @@ mod tests {
         let failure = run_suite("perf", SUITES, "bad", &json).unwrap_err();
         assert!(matches!(&failure, Failure::Failed(line) if line == "target missed: a.c"), "{failure}");
         assert!(json.exists());
+    }
+
+    #[test]
+    fn a_file_in_no_folder_is_bad_input() {
+        let failure = run_suite("perf", SUITES, "good", Path::new("no/such/folder/x.json")).unwrap_err();
+        assert!(matches!(failure, Failure::BadInput(_)), "{failure}");
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl Harvest {
                 ("world.toml", orchard_spec::PAPER_TOML),
                 ("robot.toml", orchard_robot::PAPER_TOML),
                 ("robot.urdf", orchard_robot::PAPER_URDF),
-                ("perception.toml", orchard_perception::PAPER_TOML),
+                ("perception.toml", orchard_perception::config::PAPER_TOML),
                 ("picker.toml", orchard_picker::PAPER_TOML),
                 ("bench.toml", crate::protocol::PAPER_TOML),
             ]),
