@@ -400,7 +400,7 @@ fn a_spinning_point_body_rolls() {
     run(&model, &mut data, seconds);
     let speed = data.point_v_world[0].norm();
     let exact = 5.0 / 7.0 * 9.81 * math::sin(angle) * seconds;
-    // Creep of the regularised stiction (1e-4) and the discrete sum of the speed (h / t = 0.6 %) stay under 1 %.
-    assert!((speed / exact - 1.0).abs() < 0.01, "{speed} against {exact}");
-    assert!((data.point_w_world[0].norm() * radius / speed - 1.0).abs() < 0.01);
+    // The ball sinks in by m g / k = 1e-3 r, so that it rolls on a radius shorter by half of that.
+    assert!((speed / exact - 1.0).abs() < 1e-3, "{speed} against {exact}");
+    assert!((data.point_w_world[0].norm() * radius / speed - 1.0).abs() < 1e-3);
 }
