@@ -1,8 +1,8 @@
 //! Compliant, convex frictional contact: Castro, Permenter, Han, "An Unconstrained Convex Formulation of
 //! Compliant Contact" (2022), solved in impulse space on the articulated-body factor.
 //!
-//! [`broad`] finds pairs of colliders, [`narrow`] their contact points, [`delassus`] how impulses at contacts
-//! change velocities at contacts, [`law`] is the contact law, [`newton`] solves for the impulses.
+//! `broad` finds pairs of colliders, `narrow` their contact points, `delassus` how impulses at contacts
+//! change velocities at contacts, `law` is the contact law, `newton` solves for the impulses.
 
 mod broad;
 mod delassus;
