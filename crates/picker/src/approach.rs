@@ -82,6 +82,7 @@ impl BaselinePicker {
             && let Some(track) = self.eyes.tracker.tracks().iter().find(|t| t.id == attempt.track)
         {
             attempt.target = Target { p: track.p_odom, radius: track.radius };
+            attempt.hits = track.hits;
         }
     }
 
@@ -101,12 +102,14 @@ impl BaselinePicker {
         if !enough && reach.images < c.look_images_max.get() {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
-        if reach.hits == 0 {
+        let Some(attempt) = &mut self.attempt else {
             return Next::Fail(FailureReason::NoFruitAtDetection);
-        }
-        let hits = f64::from(reach.hits);
-        if let Some(attempt) = &mut self.attempt {
+        };
+        if reach.hits > 0 {
+            let hits = f64::from(reach.hits);
             attempt.target = Target { p: reach.sum / hits, radius: reach.radius_sum / hits };
+        } else if attempt.hits < c.trusted_hits.get() {
+            return Next::Fail(FailureReason::NoFruitAtDetection);
         }
         self.start_grasp(robot)
     }

@@ -54,6 +54,8 @@ pub(crate) struct Fingers {
 pub(crate) struct Attempt {
     pub id: AttemptId,
     pub track: u32,
+    /// Images that showed the track.
+    pub hits: u32,
     /// Best estimate of the fruit, odom.
     pub target: Target,
     /// How it is going to be grasped, base frame.
@@ -105,9 +107,11 @@ impl BaselinePicker {
     pub fn new(robot: &RobotModel, detector: DetectorConfig, config: PickerConfig) -> Self {
         let arm = robot.kinematics().clone();
         let start = robot.start_command();
+        let room = &config.align;
+        let deck = Vec3::new(room.body_half_x.si(), room.body_half_y.si(), f64::INFINITY);
         Self {
             postures: Postures::new(&arm, &robot.bucket(), &config),
-            eyes: Eyes::new(detector, &config),
+            eyes: Eyes::new(detector, &config, deck),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
             fingers: Fingers { opening: config.grasp.opening.si(), force: config.grasp.force.si() },
@@ -173,7 +177,7 @@ impl BaselinePicker {
         self.next_attempt = self.next_attempt.wrapping_add(1);
         let (p_odom, radius) = (target.p, target.radius);
         self.record.events.push(Event::AttemptStarted { time: robot.time, id, p_odom, radius });
-        self.attempt = Some(Attempt { id, track, target, plan });
+        self.attempt = Some(Attempt { id, track, hits: 0, target, plan });
     }
 
     /// The fingers hold something.

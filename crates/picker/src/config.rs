@@ -196,6 +196,8 @@ section! {
         look_images: Count,
         /// Images after which the look ends.
         look_images_max: Count,
+        /// A target seen in this many images before is tried even if the second look does not show it.
+        trusted_hits: Count,
         /// A detection this close to the estimate is the target.
         match_distance: Quantity,
     }

@@ -13,6 +13,8 @@ use std::collections::VecDeque;
 pub(crate) struct Eyes {
     detector: DetectorConfig,
     config: CloudConfig,
+    /// Half-extents of the deck, base frame.
+    deck: Vec3,
     pub tracker: Tracker,
     pub belief: Belief,
     clouds: VecDeque<Vec<Vec3>>,
@@ -64,10 +66,11 @@ impl Belief {
 }
 
 impl Eyes {
-    pub fn new(detector: DetectorConfig, config: &PickerConfig) -> Self {
+    pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3) -> Self {
         Self {
             tracker: Tracker::new(&detector),
             detector,
+            deck,
             config: config.cloud.clone(),
             belief: Belief::new(&config.belief),
             clouds: VecDeque::new(),
@@ -106,9 +109,35 @@ impl Eyes {
             .iter()
             .map(|d| Sighting { p_odom: transform(&x_odom_camera, &d.p_camera), radius: d.radius })
             .collect();
-        self.tracker.update(robot.time, &self.sightings);
+        let on_the_tree: Vec<Sighting> =
+            self.sightings.iter().filter(|s| !self.over_deck(&s.p_odom, robot)).copied().collect();
+        self.tracker.update(robot.time, &on_the_tree);
+        self.forget_vanished(depth, intrinsics, &x_odom_camera);
         self.remember(depth, intrinsics, &ignored, &x_odom_camera);
         ImageReport { time: robot.time, detections: self.sightings.clone() }
+    }
+
+    /// Whether a point of the odom frame lies over the robot's deck, where only picked fruit can be.
+    fn over_deck(&self, p_odom: &Vec3, robot: &RobotState) -> bool {
+        let p = inverse_transform(&robot.x_odom_base, p_odom);
+        p.x.abs() <= self.deck.x && p.y.abs() <= self.deck.y
+    }
+
+    /// Forgets the tracks whose place the camera looks right through: the fruit has gone or its branch moved.
+    fn forget_vanished(&mut self, depth: &DepthImage, intrinsics: &Intrinsics, x_odom_camera: &Pose) {
+        let gone: Vec<u32> = self
+            .tracker
+            .tracks()
+            .iter()
+            .filter(|t| {
+                let p_camera = inverse_transform(x_odom_camera, &t.p_odom);
+                seen_through(depth, intrinsics, &p_camera, t.radius)
+            })
+            .map(|t| t.id)
+            .collect();
+        for id in gone {
+            self.tracker.forget(id);
+        }
     }
 
     fn remember(
@@ -148,6 +177,19 @@ impl Eyes {
     }
 }
 
+/// Whether all pixels about the centre of a ball at `p_camera` measure something well behind it.
+fn seen_through(depth: &DepthImage, intrinsics: &Intrinsics, p_camera: &Vec3, radius: f64) -> bool {
+    let Some((u, v)) = intrinsics.project(p_camera) else { return false };
+    let (u, v) = (u.round(), v.round());
+    let (last_u, last_v) = (depth.width() as f64 - 2.0, depth.height() as f64 - 2.0);
+    if !(u >= 1.0 && v >= 1.0 && u <= last_u && v <= last_v) {
+        return false;
+    }
+    let (u, v) = (u as usize, v as usize);
+    let behind = p_camera.z + radius;
+    (u - 1..=u + 1).all(|u| (v - 1..=v + 1).all(|v| f64::from(depth[(u, v)]) > behind))
+}
+
 /// The robot's shapes that can be in the image, camera frame: those in front of it whose bounding ball reaches
 /// into the cone about the image's corners.
 fn visible_shapes(
@@ -174,10 +216,4 @@ fn visible_shapes(
         .map(|(shape, x)| (shape, x_camera_base * x))
         .filter(in_view)
         .collect()
-}
-
-/// Whether a point of the odom frame lies over the robot itself, where only fruit in the bucket can be.
-pub(crate) fn over_deck(p_odom: &Vec3, robot: &RobotState, half: &Vec3) -> bool {
-    let p = inverse_transform(&robot.x_odom_base, p_odom);
-    p.x.abs() <= half.x && p.y.abs() <= half.y
 }

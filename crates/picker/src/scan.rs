@@ -3,7 +3,6 @@
 use crate::approach::Align;
 use crate::baseline::{BaselinePicker, Next, Phase, STILL};
 use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of, drive};
-use crate::eyes::over_deck;
 use crate::plan::{GraspPlan, Target, plan};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, inverse_transform, math};
@@ -129,15 +128,7 @@ impl BaselinePicker {
 
     fn is_eligible(&self, track: &Track, robot: &RobotState) -> bool {
         let height = track.p_odom.z - robot.x_odom_base.translation.z;
-        self.config.scan.height.contains_si(height)
-            && !self.blacklist.contains(&track.p_odom, robot.time)
-            && !over_deck(&track.p_odom, robot, &self.deck())
-    }
-
-    /// Half-extents of the deck with the bucket, where a fruit is no longer the tree's.
-    fn deck(&self) -> Vec3 {
-        let p = self.postures.p_bucket;
-        Vec3::new(p.x.abs() + self.config.deposit.centred.si() * 2.0, p.x.abs(), f64::INFINITY)
+        self.config.scan.height.contains_si(height) && !self.blacklist.contains(&track.p_odom, robot.time)
     }
 
     fn nominal_standoff(&self) -> f64 {
