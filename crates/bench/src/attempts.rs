@@ -1,10 +1,10 @@
 //! From the controller's log and the world's truth to attempt records.
 //!
-//! An attempt starts when a target is committed, false detections included. It is placed if a fruit that both
-//! fingers have held landed in the bucket between its start and a short grace after its end; the controller's
-//! own verdict decides nothing.
+//! An attempt starts when a target is committed, false detections included. It is placed if a fruit comes to
+//! rest in the bucket that both fingers last held during this attempt; the controller's own verdict decides
+//! nothing.
 
-use crate::episode::{AttemptOutcome, AttemptRecord, FruitEvent, StateTime};
+use crate::episode::{AttemptOutcome, AttemptRecord, FruitEvent, StateTime, finite};
 use crate::zones::Zone;
 
 /// Reason of an attempt that the end of the episode cut off.
@@ -46,45 +46,26 @@ pub struct FruitHistory {
     pub dropped: Vec<FruitEvent>,
 }
 
-/// Lengths in frames that turn a log into records.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Timing {
-    /// Frame length [s].
-    pub frame: f64,
-    /// Frames after its end in which a deposit still counts for an attempt.
-    pub grace: u32,
-    /// Frames of the whole episode.
-    pub last: u32,
-}
+/// Judges every attempt of an episode of `last` frames of `frame` seconds.
+pub fn judge(logs: &[AttemptLog], history: &FruitHistory, frame: f64, last: u32) -> Vec<AttemptRecord> {
+    let spans: Vec<(u32, u32)> =
+        logs.iter().map(|log| (log.start_frame, log.end.as_ref().map_or(last, |end| end.0))).collect();
+    let grips = |owner: usize| {
+        let (start, end) = spans[owner];
+        history.gripped.iter().filter(move |e| e.frame > start && e.frame <= end)
+    };
+    // What befalls a fruit off the hand belongs to the attempt that held it last.
+    let owner = |event: &FruitEvent| {
+        let grip = history.gripped.iter().rfind(|g| g.fruit == event.fruit && g.frame <= event.frame)?;
+        spans.iter().rposition(|&(start, end)| grip.frame > start && grip.frame <= end)
+    };
+    let owned = |events: &[FruitEvent], id: usize| distinct(events.iter().filter(|e| owner(e) == Some(id)));
+    let time = |frames: u32| f64::from(frames) * frame;
 
-/// Judges every attempt of an episode.
-pub fn judge(logs: &[AttemptLog], history: &FruitHistory, timing: Timing) -> Vec<AttemptRecord> {
     let mut records = Vec::with_capacity(logs.len());
     for (id, log) in logs.iter().enumerate() {
-        // An attempt owns the frames (start, until], the next one's start at the latest.
-        let end = log.end.as_ref().map_or(timing.last, |e| e.0);
-        let next = logs.get(id + 1).map_or(timing.last, |n| n.start_frame);
-        let owned = |e: &&FruitEvent, until: u32| e.frame > log.start_frame && e.frame <= until;
-        let until = end.saturating_add(timing.grace).min(next).max(end);
-
-        let held_before =
-            |e: &FruitEvent| history.gripped.iter().any(|g| g.fruit == e.fruit && g.frame <= e.frame);
-        let ids = |events: &[&FruitEvent]| {
-            let mut ids: Vec<u32> = Vec::new();
-            for e in events {
-                if !ids.contains(&e.fruit) {
-                    ids.push(e.fruit);
-                }
-            }
-            ids
-        };
-        let gripped: Vec<&FruitEvent> = history.gripped.iter().filter(|e| owned(e, end)).collect();
-        let detached: Vec<&FruitEvent> =
-            history.detached.iter().filter(|e| owned(e, end) && held_before(e)).collect();
-        let placed: Vec<&FruitEvent> =
-            history.deposited.iter().filter(|e| owned(e, until) && held_before(e)).collect();
-
-        let time = |frame: u32| f64::from(frame) * timing.frame;
+        let end = spans[id].1;
+        let placed = owned(&history.deposited, id);
         let failure_reason = match (&log.end, placed.is_empty()) {
             (_, false) => None,
             (None, true) => Some(RUN_ENDED.to_owned()),
@@ -102,26 +83,39 @@ pub fn judge(logs: &[AttemptLog], history: &FruitHistory, timing: Timing) -> Vec
             zone: log.zone,
             outcome: if placed.is_empty() { AttemptOutcome::Failed } else { AttemptOutcome::Placed },
             failure_reason,
-            gripped: ids(&gripped),
-            detached: ids(&detached),
-            placed: ids(&placed),
-            cycle_time: placed.first().map(|e| time(e.frame - log.start_frame)),
+            gripped: distinct(grips(id)),
+            detached: owned(&history.detached, id),
+            cycle_time: (!placed.is_empty()).then(|| time(end - log.start_frame)),
+            placed,
             states: log
                 .states
                 .iter()
                 .map(|(frame, state)| StateTime { state: state.clone(), time: time(*frame) })
                 .collect(),
-            max_stem_pull_n: crate::episode::finite(log.max_stem_pull),
+            max_stem_pull_n: finite(log.max_stem_pull),
         });
     }
     records
+}
+
+/// The fruit of a list of events, each once, in the order of their first event.
+fn distinct<'a>(events: impl Iterator<Item = &'a FruitEvent>) -> Vec<u32> {
+    let mut fruit = Vec::new();
+    for event in events {
+        if !fruit.contains(&event.fruit) {
+            fruit.push(event.fruit);
+        }
+    }
+    fruit
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TIMING: Timing = Timing { frame: 0.5, grace: 2, last: 100 };
+    fn judge_all(logs: &[AttemptLog], history: &FruitHistory) -> Vec<AttemptRecord> {
+        judge(logs, history, 0.5, 100)
+    }
 
     fn log(start_frame: u32, end: Option<(u32, Option<&str>)>) -> AttemptLog {
         AttemptLog {
@@ -147,12 +141,12 @@ mod tests {
             deposited: events(&[(7, 22)]),
             ..FruitHistory::default()
         };
-        // Ended as failed at 20, but the fruit lands within the grace; then believed placed, but nothing lands.
+        // Ended as failed at 20, but the fruit comes to rest in the bucket; then believed placed, but none does.
         let logs = [log(10, Some((20, Some("grasp_stalled")))), log(40, Some((60, None)))];
-        let records = judge(&logs, &history, TIMING);
+        let records = judge_all(&logs, &history);
         assert_eq!(records[0].outcome, AttemptOutcome::Placed);
         assert_eq!(records[0].failure_reason, None);
-        assert_eq!(records[0].cycle_time, Some(6.0));
+        assert_eq!(records[0].cycle_time, Some(5.0));
         assert_eq!(records[0].gripped, [7]);
         // Fruit 3 was shaken off, not held.
         assert_eq!(records[0].detached, [7]);
@@ -162,34 +156,29 @@ mod tests {
     }
 
     #[test]
-    fn a_deposit_after_the_grace_or_of_a_fruit_never_held_does_not_count() {
-        let history = FruitHistory {
-            gripped: events(&[(7, 12)]),
-            deposited: events(&[(5, 15), (7, 23)]),
-            ..FruitHistory::default()
-        };
-        let records = judge(&[log(10, Some((20, Some("blocked"))))], &history, TIMING);
+    fn a_fruit_that_was_never_held_places_nothing() {
+        let history = FruitHistory { deposited: events(&[(5, 15)]), ..FruitHistory::default() };
+        let records = judge_all(&[log(10, Some((20, Some("blocked"))))], &history);
         assert_eq!(records[0].failure_reason.as_deref(), Some("blocked"));
         assert_eq!(records[0].cycle_time, None);
     }
 
+    /// A fruit may roll in the bucket long after the next attempt began: it belongs to the one that let it go.
     #[test]
-    fn a_deposit_belongs_to_one_attempt_only() {
+    fn a_deposit_belongs_to_the_last_attempt_that_held_the_fruit() {
         let history = FruitHistory {
-            gripped: events(&[(7, 12)]),
-            deposited: events(&[(7, 21)]),
+            gripped: events(&[(7, 12), (6, 13), (6, 25), (9, 26)]),
+            deposited: events(&[(7, 33), (6, 40)]),
             ..FruitHistory::default()
         };
-        // The next attempt starts at 20: the deposit at 21 is within the first one's grace but not its own.
-        let logs = [log(10, Some((20, None))), log(20, Some((30, Some("blocked"))))];
-        let placed: Vec<bool> =
-            judge(&logs, &history, TIMING).iter().map(|r| r.outcome == AttemptOutcome::Placed).collect();
-        assert_eq!(placed, [false, true]);
+        let logs = [log(10, Some((20, None))), log(20, Some((30, None))), log(31, Some((50, None)))];
+        let placed: Vec<Vec<u32>> = judge_all(&logs, &history).into_iter().map(|r| r.placed).collect();
+        assert_eq!(placed, [vec![7], vec![6], vec![]]);
     }
 
     #[test]
     fn the_end_of_the_run_ends_an_attempt() {
-        let records = judge(&[log(90, None)], &FruitHistory::default(), TIMING);
+        let records = judge_all(&[log(90, None)], &FruitHistory::default());
         assert_eq!(records[0].end_frame, 100);
         assert_eq!(records[0].failure_reason.as_deref(), Some(RUN_ENDED));
     }

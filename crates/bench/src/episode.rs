@@ -99,7 +99,7 @@ pub struct StateTime {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttemptOutcome {
-    /// A fruit that the fingers had held came to rest in the bucket.
+    /// A fruit that the fingers last held in this attempt came to rest in the bucket.
     Placed,
     /// None did.
     Failed,
@@ -132,9 +132,9 @@ pub struct AttemptRecord {
     pub gripped: Vec<u32>,
     /// Held fruit that came off its stem.
     pub detached: Vec<u32>,
-    /// Held fruit that landed in the bucket.
+    /// Held fruit that came to rest in the bucket, then or later.
     pub placed: Vec<u32>,
-    /// Time from the commitment to the first deposit [s]; null when failed.
+    /// Duration of a placed attempt [s]; null when failed.
     pub cycle_time: Option<f64>,
     /// States that the controller went through.
     pub states: Vec<StateTime>,
@@ -211,7 +211,7 @@ pub struct EpisodeRecord {
     pub branches_snapped: Vec<SnapEvent>,
     /// Fruit that came off its stem.
     pub fruit_detached: Vec<FruitEvent>,
-    /// Fruit that landed in the bucket.
+    /// Fruit that came to rest in the bucket.
     pub fruit_deposited: Vec<FruitEvent>,
     /// Fruit that reached the ground.
     pub fruit_dropped: Vec<FruitEvent>,

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_geometry::{Pose, Vec3, transform};
 
-use crate::attempts::{ABANDONED, AttemptLog, FruitHistory, Timing, judge};
+use crate::attempts::{ABANDONED, AttemptLog, FruitHistory, judge};
 use crate::episode::{
     DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord, FruitState, Outcome, SnapEvent,
     array, finite,
@@ -84,7 +84,6 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
 /// What is gathered during an episode.
 struct EpisodeLog {
     frame: f64,
-    grace: u32,
     visible_pixels: u32,
     frames: u32,
     x_world_odom: Pose,
@@ -112,7 +111,6 @@ impl EpisodeLog {
             start.iter().zip(&reachable).filter(|(_, r)| **r).map(|(f, _)| f.p_world).collect();
         Self {
             frame,
-            grace: (protocol.rules.deposit_grace.si() / frame).round() as u32,
             visible_pixels: protocol.rules.visible_pixels.get(),
             frames: 0,
             x_world_odom: world.x_world_odom(),
@@ -260,7 +258,6 @@ impl EpisodeLog {
             *zone_census.entry(zone).or_insert(0) += 1;
         }
         let reachable: Vec<u32> = fruit.iter().filter(|f| f.reachable).map(|f| f.id).collect();
-        let timing = Timing { frame: self.frame, grace: self.grace, last: self.frames };
         EpisodeRecord {
             key,
             outcome,
@@ -270,7 +267,7 @@ impl EpisodeLog {
             reachable_count: reachable.len() as u32,
             reachable,
             reachable_ik_count: self.reachable_ik_count,
-            attempts: judge(&self.attempts, &self.history, timing),
+            attempts: judge(&self.attempts, &self.history, self.frame, self.frames),
             zone_frame: self.zones,
             zone_census,
             fruit,

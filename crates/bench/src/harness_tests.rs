@@ -69,9 +69,9 @@ fn attempts_are_judged_by_truth() {
     let first = &record.attempts[0];
     assert_eq!((first.start_frame, first.end_frame), (1, 8));
     assert_eq!((first.fruit, first.outcome), (Some(0), AttemptOutcome::Placed));
-    // Gripped in the step after frame 2, that is at frame 3; deposited at frame 7, 6 frames after the start.
+    // Gripped in the step after frame 2, that is at frame 3; at rest in the bucket at frame 7; ended at frame 8.
     assert_eq!((first.gripped.as_slice(), first.detached.as_slice()), ([0].as_slice(), [0].as_slice()));
-    assert_eq!(first.cycle_time, Some(3.0));
+    assert_eq!(first.cycle_time, Some(3.5));
     assert_eq!(first.max_stem_pull_n, Some(8.0));
     let states: Vec<(&str, f64)> = first.states.iter().map(|s| (s.state.as_str(), s.time)).collect();
     assert_eq!(states, [("reach", 0.5), ("deposit", 2.5)]);

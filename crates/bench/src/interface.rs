@@ -47,7 +47,7 @@ pub enum WorldEvent {
         /// The fruit.
         fruit: u32,
     },
-    /// A loose fruit landed in the bucket.
+    /// A loose fruit came to rest in the bucket.
     FruitDeposited {
         /// The fruit.
         fruit: u32,

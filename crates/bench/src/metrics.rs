@@ -64,11 +64,7 @@ pub const METRICS: &[MetricDefinition] = &[
         unit: "fruit",
         share: |e| tree(e.deposited().count() as f64),
     },
-    MetricDefinition {
-        name: "max_stem_pull_n",
-        unit: "N",
-        share: |e| e.max_stem_pull_n.map_or_else(Share::default, tree),
-    },
+    MetricDefinition { name: "max_stem_pull_n", unit: "N", share: stem_pull },
     MetricDefinition {
         name: "detection_precision",
         unit: "1",
@@ -126,7 +122,12 @@ fn throughput(e: &EpisodeRecord) -> Share {
     tree(if e.frames == 0 { 0.0 } else { 60.0 * e.deposited().count() as f64 / e.duration_s })
 }
 
-/// Seconds from the commitment to the deposit, over placed attempts.
+/// Largest stem force; a quarantined world's forces mean nothing.
+fn stem_pull(e: &EpisodeRecord) -> Share {
+    e.max_stem_pull_n.filter(|_| !e.quarantined()).map_or_else(Share::default, tree)
+}
+
+/// Duration of placed attempts.
 fn cycle_time(e: &EpisodeRecord) -> Share {
     Share { numerator: e.placed().filter_map(|a| a.cycle_time).sum(), denominator: e.placed().count() as f64 }
 }
@@ -228,6 +229,8 @@ mod tests {
             (Some(0.0), 8)
         );
         assert_eq!(metrics["branches_snapped_per_tree"].mean, Some(0.5));
+        // The forces of a world that broke mean nothing.
+        assert_eq!((metrics["max_stem_pull_n"].mean, metrics["max_stem_pull_n"].n), (Some(10.0), 1));
         // Even if it broke before the census.
         let mut unborn = record(&[]);
         unborn.outcome = Outcome::Quarantined { reason: "no equilibrium".into() };

@@ -46,8 +46,6 @@ pub struct Profile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rules {
-    /// How long after its end an attempt may still be credited with a deposit.
-    pub deposit_grace: Quantity,
     /// How long without motion makes an unrecoverable stall.
     pub stall_time: Quantity,
     /// Base displacement that counts as motion.

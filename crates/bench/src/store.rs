@@ -117,7 +117,12 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError>
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let mut file = tempfile::Builder::new().prefix(".writing-").tempfile_in(folder)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".writing-");
+        // Results are for everyone that the umask lets read; temporary files are private by default.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = builder.tempfile_in(folder)?;
         file.write_all(&encode(value)?)?;
         file.as_file().sync_all()?;
         file.persist(path).map_err(|e| e.error)?;
