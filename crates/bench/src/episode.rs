@@ -10,8 +10,8 @@ use crate::zones::{Zone, ZoneFrame, ZoneTable};
 /// Version of the layout of every result file.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Version of the code that made a result.
-pub const CODE_VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Version of the code that made a result: the package's version and a hash over the sources of the workspace.
+pub const CODE_VERSION: &str = env!("ORCHARD_CODE_VERSION");
 
 /// What an episode is a function of. A stored episode is reused only if all of this is equal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
