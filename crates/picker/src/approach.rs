@@ -59,7 +59,7 @@ impl BaselinePicker {
         }
         let still = robot.base_speed <= self.config.drive.stall_speed.si()
             && robot.turn_speed <= self.config.drive.stall_speed.si();
-        if !(arrived && still) {
+        if !(arrived && still && (self.arm_arrived(robot) || self.arm_stalled())) {
             return Next::Stay(Phase::Align(align), velocity);
         }
         self.update_from_track();

@@ -128,8 +128,9 @@ impl BaselinePicker {
                 {
                     self.motion.go(above, &self.config.arm, 1.0);
                 }
+                // The rest of the way back leads over the robot itself: the base may move meanwhile.
                 if self.motion.is_over() {
-                    retreat.stage = Withdrawal::Home;
+                    return Next::Enter(Phase::Scan(Scan::here()));
                 }
             }
             Withdrawal::Home => {

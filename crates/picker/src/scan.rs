@@ -20,6 +20,8 @@ pub(crate) struct Scan {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
+    /// Where the last attempt ended, before looking.
+    Recall,
     /// Where the last attempt ended.
     Here,
     /// At a bearing from the tree; `None` is the present one.
@@ -38,7 +40,7 @@ impl Scan {
 
     /// After an attempt, what has been seen so far is tried first.
     pub fn here() -> Self {
-        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
+        Self { place: Place::Recall, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 }
 
@@ -58,6 +60,13 @@ impl BaselinePicker {
         if self.motion.is_over() && *self.motion.goal() != posture {
             let scale = if self.eyes.blind { c.blind_speed_scale.si() } else { 1.0 };
             self.motion.go(posture, &self.config.arm, scale);
+        }
+        // What was seen before may be tried at once.
+        if scan.place == Place::Recall {
+            scan.place = Place::Here;
+            if let Some(next) = self.commit_to_best(robot) {
+                return next;
+            }
         }
         let tree = self.eyes.belief.p_odom();
         if let Place::View(bearing) = scan.place {
@@ -83,14 +92,20 @@ impl BaselinePicker {
         if scan.dwelled < c.dwell.si() || !self.fresh_image {
             return Next::Stay(Phase::Scan(scan), velocity);
         }
-        if !self.eyes.blind
-            && let Some(choice) = self.choose(robot)
-        {
-            self.commit(robot, choice.track, choice.target, choice.plan);
-            return Next::Enter(Phase::Align(Align::towards(choice.goal)));
+        if let Some(next) = self.commit_to_best(robot) {
+            return next;
         }
         self.look_elsewhere(&mut scan);
         Next::Stay(Phase::Scan(scan), velocity)
+    }
+
+    fn commit_to_best(&mut self, robot: &RobotState) -> Option<Next> {
+        if self.eyes.blind {
+            return None;
+        }
+        let choice = self.choose(robot)?;
+        self.commit(robot, choice.track, choice.target, choice.plan);
+        Some(Next::Enter(Phase::Align(Align::towards(choice.goal))))
     }
 
     fn look_elsewhere(&self, scan: &mut Scan) {

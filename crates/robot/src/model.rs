@@ -72,6 +72,20 @@ impl RobotModel {
         self.whole.mass
     }
 
+    /// Mass that the height servo carries [kg]: everything beyond its joint.
+    pub(crate) fn carried_mass(&self) -> f64 {
+        let links = &self.articulation.links;
+        let mut carried = vec![false; links.len()];
+        let mut mass = 0.0;
+        for (i, link) in links.iter().enumerate() {
+            carried[i] = i == self.roles.height || link.parent.is_some_and(|p| carried[p]);
+            if carried[i] {
+                mass += link.inertia.mass;
+            }
+        }
+        mass
+    }
+
     /// Yaw inertia of the whole robot in its start posture about the base's origin [kg m^2].
     pub(crate) fn yaw_inertia(&self) -> f64 {
         let c = self.whole.p_com;

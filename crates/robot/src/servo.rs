@@ -4,7 +4,8 @@
 //! state (q', v') at the end of the substep: the step takes k and d implicitly. Where that would pass the
 //! effort limit, the servo exerts the limit itself, with no gains. The effort to come is predicted from the
 //! inertia J that the joint moves, `(k (target - q - h v) - d v) / (1 + h (d + h k) / J)`, so that a stiff
-//! servo does not flip between the two.
+//! servo does not flip between the two. The base's velocity drives exert `d / (1 + h d / M) (set - v)`, cut off
+//! at their bound: the same damping, in a form that no collision can push over the bound.
 
 use crate::handle::RobotHandle;
 use crate::io::{ARM_DOF, Command};
@@ -35,6 +36,7 @@ struct Parameters {
     finger_range: [(f64, f64); 2],
     kinematics: crate::ArmKinematics,
     mass: f64,
+    carried_mass: f64,
     yaw_inertia: f64,
 }
 
@@ -127,6 +129,7 @@ impl Servos {
                 finger_range: robot.roles.finger_limits.map(|l| (l.lower, l.upper)),
                 kinematics,
                 mass: robot.mass(),
+                carried_mass: robot.carried_mass(),
                 yaw_inertia: robot.yaw_inertia(),
             },
         }
@@ -135,6 +138,10 @@ impl Servos {
     /// Sets the inputs of the next substep of length `h` [s]. `height` is the set point of the chassis height
     /// over its rest on flat ground [m], `gravity` [m/s2] points down with its z. What is not finite in a
     /// command leaves the set point where it is.
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a world's model, state and robot, and one substep's inputs"
+    )]
     pub fn apply(
         &mut self,
         model: &Model,
@@ -148,7 +155,7 @@ impl Servos {
         self.drive_base(model, data, handle, command, h);
         let dof = model.dofs(handle.height).start;
         let gains = self.robot.height;
-        let weight = -self.robot.mass * gravity.z;
+        let weight = -self.robot.carried_mass * gravity.z;
         let (stiffness, damping) = (gains.stiffness, gains.damping);
         write(data, dof, Input { stiffness, damping, rest: height, torque: weight });
         self.drive_arm(model, data, handle, command, gravity, h);
@@ -180,23 +187,15 @@ impl Servos {
         // The planar joint's x and y are axes of odom; the set point is in the base's.
         let set = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
         let now = Vector2::new(data.v[dof], data.v[dof + 1]);
+        // Applied as a constant over the substep, so that a collision within it meets no more than the bound.
         let force = (set - now) * (base.damping / (1.0 + h * base.damping / self.robot.mass));
-        let (damping, force) = if force.norm() <= base.effort_max {
-            (base.damping, set * base.damping)
-        } else {
-            (0.0, force.normalize() * base.effort_max)
-        };
-        let free = |damping, torque| Input { stiffness: 0.0, damping, rest: 0.0, torque };
-        write(data, dof, free(damping, force.x));
-        write(data, dof + 1, free(damping, force.y));
+        let force = force.cap_magnitude(base.effort_max);
         let factor = turn.damping / (1.0 + h * turn.damping / self.robot.yaw_inertia);
-        let torque = (yaw_rate - data.v[dof + 2]) * factor;
-        let input = if torque.abs() <= turn.effort_max {
-            free(turn.damping, yaw_rate * turn.damping)
-        } else {
-            free(0.0, turn.effort_max.copysign(torque))
-        };
-        write(data, dof + 2, input);
+        let torque = ((yaw_rate - data.v[dof + 2]) * factor).clamp(-turn.effort_max, turn.effort_max);
+        for (k, effort) in [force.x, force.y, torque].into_iter().enumerate() {
+            let input = Input { stiffness: 0.0, damping: 0.0, rest: 0.0, torque: effort };
+            write(data, dof + k, input);
+        }
     }
 
     fn drive_arm(

@@ -145,35 +145,6 @@ fn out_of_reach_singular_and_not_finite_targets_end_in_an_error() {
     assert!(arm.solve(&back, &arm.home()).is_ok());
 }
 
-/// Gravity torque is the gradient of the potential energy; the moving mass follows from lifting the whole arm.
-#[test]
-fn gravity_torque_is_the_gradient_of_the_potential() {
-    let robot = RobotModel::paper();
-    let arm = robot.kinematics();
-    let gravity = Vec3::new(0.0, 0.0, -9.81);
-    let h = 1e-5;
-    for n in 0..20 {
-        let q = posture(arm, n, 0.1);
-        let torque = arm.gravity_torque(&q, &gravity);
-        for i in 0..ARM_DOF {
-            // The gradient field's curl vanishes: d tau_i / d q_j is symmetric.
-            for j in 0..i {
-                let slope = |a: usize, b: usize| {
-                    let mut step = JointVector::zeros();
-                    step[b] = h;
-                    let (up, down) = (
-                        arm.gravity_torque(&(q + step), &gravity),
-                        arm.gravity_torque(&(q - step), &gravity),
-                    );
-                    (up[a] - down[a]) / (2.0 * h)
-                };
-                assert!((slope(i, j) - slope(j, i)).abs() < 1e-6);
-            }
-        }
-        assert!(torque[0].abs() < 1e-12, "the first axis is vertical");
-    }
-}
-
 #[test]
 fn shapes_follow_the_arm_and_the_fingers() {
     let robot = RobotModel::paper();

@@ -1,0 +1,241 @@
+//! The robot in a world of its own: kinematics and gravity against `multibody`, servo laws in motion.
+
+use orchard_geometry::{Intrinsics, Pose, Rotation, Vec3, math};
+use orchard_multibody::{
+    Body, Collider, Data, Groups, JointKind, Model, ModelBuilder, Owner, SpatialInertia, StepReport,
+    StepSettings, forward_kinematics, gravity_torque, step,
+};
+use orchard_robot::{ARM_DOF, Command, JointVector, PartGroups, RobotHandle, RobotModel, Servos, observe};
+
+const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
+const SUBSTEP: f64 = 1.0 / 180.0;
+
+struct Bench {
+    robot: RobotModel,
+    model: Model,
+    data: Data,
+    handle: RobotHandle,
+    servos: Servos,
+}
+
+/// The robot alone, or with a fixed block at `obstacle`.
+fn bench(obstacle: Option<(Vec3, Vec3)>) -> Bench {
+    let robot = RobotModel::paper();
+    let mut builder = ModelBuilder::new();
+    let here = Groups { member: 1, filter: 2 };
+    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here };
+    let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
+    if let Some((p, half)) = obstacle {
+        builder.add_collider(Collider {
+            owner: Owner::World,
+            shape: orchard_geometry::Shape::Box { half },
+            x_owner_shape: Pose::translation(p.x, p.y, p.z),
+            groups: Groups { member: 2, filter: 1 },
+            friction: 0.5,
+        });
+    }
+    let model = builder.build().unwrap();
+    let mut data = Data::new(&model);
+    robot.set_start(&model, &mut data, &handle);
+    let servos = Servos::new(&robot);
+    Bench { robot, model, data, handle, servos }
+}
+
+impl Bench {
+    fn run(&mut self, command: &Command, seconds: f64, mut watch: impl FnMut(&Bench)) {
+        let settings = StepSettings {
+            h: SUBSTEP,
+            gravity: GRAVITY,
+            contact_stiffness: 5e4,
+            contact_dissipation_time: 0.01,
+            contact_margin: 0.005,
+        };
+        let mut report = StepReport::default();
+        for _ in 0..(seconds / SUBSTEP).round() as usize {
+            self.servos.apply(&self.model, &mut self.data, &self.handle, command, 0.0, &GRAVITY, SUBSTEP);
+            step(&self.model, &mut self.data, &settings, &mut report);
+            watch(self);
+        }
+    }
+
+    fn observe(&self) -> orchard_robot::Observation {
+        let intrinsics = Intrinsics::from_vertical_fov(8, 6, 1.0);
+        observe(&self.model, &self.data, &self.handle, 0.0, intrinsics)
+    }
+}
+
+#[test]
+fn arm_kinematics_and_gravity_torque_agree_with_the_world_model() {
+    let Bench { robot, model, mut data, handle, .. } = bench(None);
+    let arm = robot.kinematics();
+    for n in 0..20 {
+        let q = JointVector::from_fn(|i, _| {
+            let l = arm.limits()[i];
+            l.lower + (f64::from(n) * 0.618 + 0.1 * i as f64).fract() * (l.upper - l.lower)
+        });
+        for i in 0..ARM_DOF {
+            data.q[model.qs(handle.arm[i]).start] = q[i];
+        }
+        // Somewhere else on the ground, turned.
+        data.q[model.qs(handle.planar)].copy_from_slice(&[0.3, -0.4, 0.7]);
+        forward_kinematics(&model, &mut data);
+        let x_world_base = handle.x_world_base(&data);
+        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), 0.7);
+        let placed = Pose::from_parts(Vec3::new(0.3, -0.4, 0.0).into(), turn);
+        assert!((x_world_base.to_homogeneous() - placed.to_homogeneous()).amax() < 1e-12);
+        for (own, world) in
+            [(arm.tcp(&q), handle.x_world_tcp(&data)), (arm.camera(&q), handle.x_world_camera(&data))]
+        {
+            let difference = (x_world_base * own).to_homogeneous() - world.to_homogeneous();
+            assert!(difference.amax() < 1e-12);
+        }
+        let all = gravity_torque(&model, &data, &GRAVITY);
+        let own = arm.gravity_torque(&q, &GRAVITY);
+        for i in 0..ARM_DOF {
+            assert!((own[i] - all[model.dofs(handle.arm[i]).start]).abs() < 1e-9, "posture {n}, joint {i}");
+        }
+    }
+}
+
+/// Gravity is compensated exactly, the height servo carries the robot's weight: nothing moves.
+#[test]
+fn at_rest_nothing_drifts() {
+    let mut bench = bench(None);
+    let start = bench.data.q.clone();
+    let command = bench.robot.start_command();
+    bench.run(&command, 2.0, |_| {});
+    let drift = start.iter().zip(&bench.data.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(drift < 1e-6, "{drift}");
+}
+
+#[test]
+fn the_arm_goes_where_it_is_told_within_its_torque_and_speed_limits() {
+    let mut bench = bench(None);
+    let limits = *bench.robot.kinematics().limits();
+    let mut command = bench.robot.start_command();
+    command.arm_q = [1.0, -0.2, 0.4, -1.2, -0.6, 2.0, 1.5];
+    let mut fastest = [0.0_f64; ARM_DOF];
+    bench.run(&command, 2.5, |b| {
+        let o = b.observe();
+        for i in 0..ARM_DOF {
+            fastest[i] = fastest[i].max(o.arm_v[i].abs());
+            // The implicit step may pass the limit by the inertia's change over one substep.
+            assert!(o.arm_torque[i].abs() <= limits[i].effort * 1.02, "joint {i}: {}", o.arm_torque[i]);
+        }
+    });
+    let o = bench.observe();
+    for i in 0..ARM_DOF {
+        assert!((o.arm_q[i] - command.arm_q[i]).abs() < 1e-3, "joint {i}: {}", o.arm_q[i]);
+        assert!(fastest[i] < limits[i].velocity * 1.05, "joint {i}: {}", fastest[i]);
+    }
+}
+
+#[test]
+fn targets_outside_the_limits_stop_at_them_and_nonsense_is_ignored() {
+    let mut bench = bench(None);
+    let mut command = bench.robot.start_command();
+    command.arm_q[3] = 5.0;
+    command.arm_q[5] = f64::NAN;
+    command.base_velocity = [f64::NAN, 0.0, 0.0];
+    command.finger_q = f64::INFINITY;
+    bench.run(&command, 3.0, |_| {});
+    let o = bench.observe();
+    assert!((o.arm_q[3] - bench.robot.kinematics().limits()[3].upper).abs() < 1e-3);
+    assert!((o.arm_q[5] - 2.77).abs() < 1e-3);
+    assert!(bench.data.q.iter().chain(&bench.data.v).all(|x| x.is_finite()));
+    assert!(o.base_pose.iter().all(|x| x.abs() < 1e-3));
+}
+
+/// The commanded velocity is in the base frame and ramps with the published acceleration.
+#[test]
+fn the_base_drives_in_its_own_frame_with_limited_acceleration() {
+    let mut bench = bench(None);
+    let mut command = bench.robot.start_command();
+    let turned = 0.8;
+    let planar = bench.model.qs(bench.handle.planar).start;
+    bench.data.q[planar + 2] = turned;
+    command.base_velocity = [3.0, 0.0, 0.0];
+    let mut speed = 0.0_f64;
+    bench.run(&command, 1.5, |b| {
+        let v = b.observe().base_velocity;
+        let now = math::hypot(v[0], v[1]);
+        assert!(now - speed < 2.5 * SUBSTEP * 1.05, "{speed} to {now}");
+        speed = now;
+    });
+    let v = bench.observe().base_velocity;
+    // Clamped to 1.1 m/s, along the base's x; the arm's reaction leaves no lasting error.
+    assert!((v[0] - 1.1 * math::cos(turned)).abs() < 0.01 && (v[1] - 1.1 * math::sin(turned)).abs() < 0.01);
+}
+
+/// Against a wall the base pushes with its traction bound and no more.
+#[test]
+fn a_blocked_base_pushes_with_its_traction_bound() {
+    let mut bench = bench(Some((Vec3::new(1.0, 0.0, 0.1), Vec3::new(0.1, 2.0, 0.1))));
+    let mut command = bench.robot.start_command();
+    command.base_velocity = [1.0, 0.0, 0.0];
+    let mut strongest = 0.0_f64;
+    let dof = bench.model.dofs(bench.handle.planar).start;
+    bench.run(&command, 3.0, |b| {
+        let d = &b.data;
+        strongest = strongest.max((d.torque[dof] - d.damping[dof] * d.v[dof]).abs());
+    });
+    assert!((899.0..900.0 * (1.0 + 1e-12)).contains(&strongest), "{strongest}");
+    let x = bench.observe().base_pose[0];
+    // 0.9 m to the wall's face less the chassis' half-length; 900 N on the contacts' 5e4 N/m sink at most 18 mm.
+    assert!((0.42 - 0.001..0.42 + 0.02).contains(&x), "{x}");
+}
+
+/// The fingers close on a free block with the force they are given, stay symmetric and let go again.
+#[test]
+fn fingers_hold_with_the_commanded_force() {
+    let mut builder = ModelBuilder::new();
+    let robot = RobotModel::paper();
+    let here = Groups { member: 1, filter: 2 };
+    let none = Groups::NONE;
+    let groups = PartGroups { base: none, arm: none, finger: here, bucket: none };
+    let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
+    let arm = robot.kinematics();
+    let tcp = arm.tcp(&arm.home());
+    let ball =
+        SpatialInertia { mass: 0.16, p_com: Vec3::zeros(), i_com: orchard_geometry::Mat3::identity() * 1e-4 };
+    // 4 mm off centre: the coupled fingers push it to the middle before they hold it.
+    let x = tcp * Pose::translation(0.0, 0.004, 0.0);
+    let body =
+        builder.add_body(Body { parent: None, joint: JointKind::Free, x_parent_joint: x, inertia: ball });
+    builder.add_collider(Collider {
+        owner: Owner::Body(body),
+        shape: orchard_geometry::Shape::Sphere { radius: 0.03 },
+        x_owner_shape: Pose::identity(),
+        groups: Groups { member: 2, filter: 1 },
+        friction: 1.0,
+    });
+    let model = builder.build().unwrap();
+    let mut data = Data::new(&model);
+    robot.set_start(&model, &mut data, &handle);
+    let settings = StepSettings {
+        h: SUBSTEP,
+        gravity: Vec3::zeros(),
+        contact_stiffness: 5e4,
+        contact_dissipation_time: 0.01,
+        contact_margin: 0.005,
+    };
+    let mut servos = Servos::new(&robot);
+    let mut report = StepReport::default();
+    let mut command = robot.start_command();
+    for (opening, force, seconds) in [(0.0, 70.0, 1.5), (0.0, 5.0, 1.0), (0.04, 70.0, 1.0)] {
+        (command.finger_q, command.finger_force) = (opening, force);
+        for _ in 0..(seconds / SUBSTEP) as usize {
+            servos.apply(&model, &mut data, &handle, &command, 0.0, &settings.gravity, SUBSTEP);
+            step(&model, &mut data, &settings, &mut report);
+        }
+        let o = observe(&model, &data, &handle, 0.0, Intrinsics::from_vertical_fov(8, 6, 1.0));
+        assert!((o.finger_q[0] - o.finger_q[1]).abs() < 2e-3, "{:?}", o.finger_q);
+        if opening == 0.0 {
+            // The drives give the limit; radius less what 70 N press into 5e4 N/m.
+            assert!((o.finger_force[0] + force).abs() < 0.02 * force, "{:?}", o.finger_force);
+            assert!((o.finger_q[0] - 0.03).abs() < 3e-3, "{:?}", o.finger_q);
+        } else {
+            assert!((o.finger_q[0] - opening).abs() < 1e-3, "{:?}", o.finger_q);
+        }
+    }
+}
