@@ -212,7 +212,7 @@ impl Progress for Bar {
         *done += 1;
         self.bar.set_message(format!("{done}/{} trees", self.total));
         self.say(&format!(
-            "{done}/{}  seed {} tree {}: {} of {} reachable fruit deposited, {} attempts, {} dropped{}",
+            "{done}/{}  seed {} tree {}: {} fruit deposited ({} reachable), {} attempts, {} dropped{}",
             self.total,
             record.key.seed,
             record.key.world,
