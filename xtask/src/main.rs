@@ -4,6 +4,7 @@ mod bench_v1;
 mod failure;
 mod headline;
 mod perf;
+mod render;
 mod rows;
 mod test;
 mod tidy;
@@ -34,6 +35,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    Render(render::Args),
     Perf(perf::Args),
     Validate(validate::Args),
     Test(test::Args),
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::Render(args) => render::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Test(args) => test::run(&args),

@@ -1,5 +1,6 @@
 //! `cargo xtask render`: a picture of an episode at one moment, beside what the wrist camera sees.
 
+use crate::failure::Failure;
 use anyhow::{Context, Result};
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
@@ -11,41 +12,43 @@ use orchard_world::World;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Draws tree, leaves, fruit, robot and ground with light and shadow, and beside it the latest wrist depth
-/// image with the detections in it.
-///
-/// The episode runs with the baseline picker up to --time, so that the picture shows the robot at work.
-///
-/// Example: cargo xtask render --seed 20250704 --time 12 --out tree.png
-#[derive(Debug, clap::Args)]
-pub struct RenderArgs {
-    /// Seed of the population.
-    #[arg(long, default_value_t = 20250704)]
+/// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and what the wrist camera sees.
+#[derive(clap::Args)]
+#[command(
+    after_help = "The episode runs with the baseline picker up to --time. Beside the outside view stands the latest wrist\n\
+                  depth image (bright is near) with a circle for every fruit that the picker detected in it.\n\n\
+                  Example:\n  cargo xtask render --seed 20250704 --time 12 --out tree.png"
+)]
+pub struct Args {
+    /// Seed of the population
+    #[arg(long, default_value_t = 20250704, value_name = "S")]
     seed: u64,
-    /// Which of the seed's trees.
-    #[arg(long, default_value_t = 0)]
-    world: u32,
-    /// Moment of the episode [s].
-    #[arg(long, default_value_t = 0.0)]
+    /// Which of the seed's trees
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    tree: u32,
+    /// Moment of the episode [s]
+    #[arg(long, default_value_t = 0.0, value_name = "SECONDS")]
     time: f64,
-    /// Height of the picture [px].
-    #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(64..=4096))]
+    /// Height of the picture [px]
+    #[arg(long, default_value_t = 720, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(64..=4096))]
     height: u32,
-    /// The PNG to write.
-    #[arg(long)]
+    /// The PNG to write
+    #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
 
+/// Longest episode that is drawn [s]: the benchmark's run to exhaustion.
+const LATEST: f64 = 600.0;
+
 /// Runs the episode up to the moment and writes the picture.
-pub fn run(args: &RenderArgs) -> Result<()> {
-    anyhow::ensure!(
-        (0.0..=600.0).contains(&args.time),
-        "--time {}: the allowed range is 0 to 600 s",
-        args.time
-    );
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if !(0.0..=LATEST).contains(&args.time) {
+        return Err(Failure::BadInput(format!("--time {}: the allowed range is [0, {LATEST}] s", args.time)));
+    }
     let spec = Arc::new(Spec::paper());
     let robot = Arc::new(RobotModel::paper());
-    let mut world = World::new(spec.clone(), robot.clone(), args.seed, args.world)?;
+    let mut world = World::new(spec.clone(), robot.clone(), args.seed, args.tree)
+        .with_context(|| format!("seed {}, tree {}", args.seed, args.tree))?;
     let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
     let mut wrist_view = None;
     while f64::from(world.frame()) * spec.sim.frame() <= args.time {
@@ -58,7 +61,8 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     }
     let outside = outside_view(&world, args.height as usize);
     let sheet = wrist_view.map_or_else(|| outside.clone(), |wrist| beside(&outside, &wrist));
-    write_png(&args.out, &sheet)
+    write_png(&args.out, &sheet)?;
+    Ok(())
 }
 
 /// From a little above head height, at right angles to the robot's way to the trunk.
@@ -111,8 +115,8 @@ fn beside(left: &Image<[u8; 3]>, right: &Image<[u8; 3]>) -> Image<[u8; 3]> {
 fn write_png(path: &std::path::Path, image: &Image<[u8; 3]>) -> Result<()> {
     let name = || format!("cannot write {}", path.display());
     let directory = path.parent().filter(|p| !p.as_os_str().is_empty());
-    let file = tempfile::NamedTempFile::new_in(directory.unwrap_or(std::path::Path::new(".")))
-        .with_context(name)?;
+    let file =
+        tempfile::NamedTempFile::new_in(directory.unwrap_or(std::path::Path::new("."))).with_context(name)?;
     let mut encoder =
         png::Encoder::new(std::io::BufWriter::new(&file), image.width() as u32, image.height() as u32);
     encoder.set_color(png::ColorType::Rgb);

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EpisodeSpec {
-    /// Radius of the arm's reach sphere about its shoulder.
+    /// Radius of the arm's reach sphere about its shoulder, to the point between the finger pads.
     pub reach_radius: Quantity,
     /// Admissible horizontal distance from the shoulder to the fruit.
     pub stand_off: Span,
