@@ -1,0 +1,5 @@
+//! The baseline picker in a made-up orchard.
+
+mod commands;
+mod cycle;
+mod fake;
