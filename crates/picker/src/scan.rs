@@ -20,8 +20,6 @@ pub(crate) struct Scan {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
-    /// Where the last attempt ended, before looking.
-    Recall,
     /// Where the last attempt ended.
     Here,
     /// At a bearing from the tree; `None` is the present one.
@@ -38,9 +36,9 @@ impl Scan {
         Self { place: Place::View(None), posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 
-    /// After an attempt, what has been seen so far is tried first.
+    /// After an attempt, from where it ended.
     pub fn here() -> Self {
-        Self { place: Place::Recall, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
+        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 }
 
@@ -60,13 +58,6 @@ impl BaselinePicker {
         if self.motion.is_over() && *self.motion.goal() != posture {
             let scale = if self.eyes.blind { c.blind_speed_scale.si() } else { 1.0 };
             self.motion.go(posture, &self.config.arm, scale);
-        }
-        // What was seen before may be tried at once.
-        if scan.place == Place::Recall {
-            scan.place = Place::Here;
-            if let Some(next) = self.commit_to_best(robot) {
-                return next;
-            }
         }
         let tree = self.eyes.belief.p_odom();
         if let Place::View(bearing) = scan.place {
