@@ -183,8 +183,7 @@ impl FruitState {
                         life.dropped = true;
                         events.push(FruitEvent::Dropped { fruit: i, speed: life.speed_before });
                     }
-                    let carrier =
-                        if touch[i].in_bucket { bucket_velocity(&p_world) } else { Vec3::zeros() };
+                    let carrier = if touch[i].in_bucket { bucket_velocity(&p_world) } else { Vec3::zeros() };
                     let supported = touch[i].ground || touch[i].in_bucket;
                     let quiet = supported && !touch[i].finger && (v_world - carrier).norm() < rest.speed;
                     life.quiet_frames = if quiet { life.quiet_frames + 1 } else { 0 };

@@ -45,12 +45,8 @@ impl Spur {
         let skeleton = skeleton();
         let mut builder = ModelBuilder::new();
         let none = Groups::NONE;
-        let tree = TreeBody::add_to(
-            &mut builder,
-            &skeleton,
-            &spec.wood,
-            TreeGroups { wood: none, debris: none },
-        );
+        let tree =
+            TreeBody::add_to(&mut builder, &skeleton, &spec.wood, TreeGroups { wood: none, debris: none });
         let apple = Fruit {
             segment: 1,
             p_segment: Vec3::new(0.0, 0.0, TWIG),

@@ -39,7 +39,12 @@ pub struct TreeBody {
 impl TreeBody {
     /// Adds one link a segment to the model. Every joint, the trunk base included, bends about two axes; its
     /// placement reproduces the skeleton at q = 0.
-    pub fn add_to(builder: &mut ModelBuilder, skeleton: &Skeleton, wood: &WoodSpec, groups: TreeGroups) -> Self {
+    pub fn add_to(
+        builder: &mut ModelBuilder,
+        skeleton: &Skeleton,
+        wood: &WoodSpec,
+        groups: TreeGroups,
+    ) -> Self {
         let n = skeleton.segments.len();
         let mut tree = Self {
             bodies: Vec::with_capacity(n),
@@ -68,8 +73,9 @@ impl TreeBody {
                 x_parent_joint,
                 inertia: section::capsule_inertia(wood.density.si(), segment.radius, segment.length),
             });
-            let stiffness = section::joint_stiffness(wood.youngs_modulus.si(), segment.radius, segment.length)
-                .clamp(stiffness_min, stiffness_max);
+            let stiffness =
+                section::joint_stiffness(wood.youngs_modulus.si(), segment.radius, segment.length)
+                    .clamp(stiffness_min, stiffness_max);
             tree.colliders.push(builder.add_collider(Collider {
                 owner: Owner::Body(body),
                 shape: Shape::Capsule { radius: segment.radius, length: segment.length },

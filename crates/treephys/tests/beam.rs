@@ -28,7 +28,11 @@ fn paper_law_has_the_chain_bias() {
         let exact = load * total * total * total / (3.0 * stiffness);
         let m = n as f64;
         let bias = 1.0 + 3.0 / (2.0 * m) + 1.0 / (2.0 * m * m);
-        assert!((deflection / exact / bias - 1.0).abs() < 1e-3, "n = {n}: {} against {bias}", deflection / exact);
+        assert!(
+            (deflection / exact / bias - 1.0).abs() < 1e-3,
+            "n = {n}: {} against {bias}",
+            deflection / exact
+        );
     }
 }
 

@@ -16,7 +16,11 @@ pub(crate) struct Visible<'a> {
 }
 
 /// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index.
-pub(crate) fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[orchard_multibody::PointId]) -> Scene {
+pub(crate) fn build(
+    visible: &Visible<'_>,
+    data: &Data,
+    fruit_points: &[orchard_multibody::PointId],
+) -> Scene {
     let mut scene = Scene::default();
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
     for (i, (&body, &shape)) in visible.tree.bodies.iter().zip(visible.shapes).enumerate() {

@@ -53,12 +53,7 @@ impl World {
     ///
     /// # Errors
     /// The tree does not grow, the robot lacks a part, or the loaded tree finds no rest.
-    pub fn new(
-        spec: Arc<Spec>,
-        robot: Arc<RobotModel>,
-        seed: u64,
-        world: u32,
-    ) -> Result<Self, WorldError> {
+    pub fn new(spec: Arc<Spec>, robot: Arc<RobotModel>, seed: u64, world: u32) -> Result<Self, WorldError> {
         let parts = build(&spec, &robot, seed, world)?;
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
@@ -290,8 +285,7 @@ impl State {
     fn end_frame(&mut self, spec: &Spec, parts: &Parts) {
         let frame = self.frame;
         let gravity = spec.sim.gravity.si();
-        for segment in
-            self.rupture.end_frame(&parts.tree, &parts.model, &mut self.data, &spec.wood, gravity)
+        for segment in self.rupture.end_frame(&parts.tree, &parts.model, &mut self.data, &spec.wood, gravity)
         {
             self.events.push(WorldEvent::BranchSnapped { segment, frame });
         }
@@ -300,7 +294,8 @@ impl State {
         let x_world_base = parts.handle.x_world_base(&self.data);
         let mut touch = vec![Touch::default(); parts.fruit.len()];
         for (i, t) in self.touches.iter().enumerate() {
-            let p_base = inverse_transform(&x_world_base, &self.data.point_p_world[parts.fruit.points[i].index()]);
+            let p_base =
+                inverse_transform(&x_world_base, &self.data.point_p_world[parts.fruit.points[i].index()]);
             touch[i] = Touch {
                 ground: t.ground,
                 finger: t.fingers[0] || t.fingers[1],
@@ -318,8 +313,7 @@ impl State {
         };
         let base_twist = self.data.velocity(parts.handle.base);
         let p_base_world = x_world_base.translation.vector;
-        let bucket_velocity =
-            |p: &Vec3| base_twist.linear + base_twist.angular.cross(&(p - p_base_world));
+        let bucket_velocity = |p: &Vec3| base_twist.linear + base_twist.angular.cross(&(p - p_base_world));
         let events = self.fruit.end_frame(
             &parts.fruit,
             &parts.model,
