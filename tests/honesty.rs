@@ -48,12 +48,12 @@ fn without_finger_friction_nothing_is_picked() {
 
 /// Two fingers of 5 N hold 10 N by friction at most; the weakest stem takes 1.2 * 14 N.
 #[test]
-fn with_weak_fingers_nothing_is_detached_by_hand() {
+fn with_weak_fingers_nothing_is_detached() {
     let mut robot = RobotConfig::paper();
     robot.finger.force_max = robot.finger.force_max.with_value(5.0).unwrap();
     let stories = stories(&Spec::paper(), &robot, false);
     assert!(total(&stories, Story::gripped) > 0, "the fingers never closed on a fruit: nothing was tried");
-    assert_eq!(total(&stories, Story::deposited), 0);
+    assert_eq!(total(&stories, Story::detached), 0);
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Invariants of whole worlds.
 
+use orchard_geometry::Vec3;
 use orchard_robot::RobotModel;
-use orchard_spec::Spec;
+use orchard_spec::{Purpose, Spec, Stream};
+use orchard_world::truth::FruitFate;
 use orchard_world::{Status, World, WorldEvent};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -107,4 +109,34 @@ fn breaking_a_limb_keeps_the_world_sane() {
     for s in snapped {
         assert!(world.rupture().is_debris(s));
     }
+}
+
+/// Joints break four times a second, anywhere, while the live wood is kicked: twigs whip, whole trees come down.
+/// Nothing gets faster than the explicit velocity products can follow (one radian a substep), and the fruit
+/// that the fall shakes off lands within reach of the tree.
+#[test]
+fn breaking_everything_stays_bounded() {
+    let hold = RobotModel::paper().start_command();
+    (0..24_u64).into_par_iter().for_each(|seed| {
+        let mut world = world(seed, 0);
+        let mut draws = Stream::new(seed, 0, Purpose::Test);
+        let segments = world.skeleton().segments.len() as u32;
+        let fastest = 1.0 / world.spec().sim.substep();
+        for frame in 0..900 {
+            if frame % 15 == 0 {
+                world.break_branch(draws.integer(1, segments - 1) as usize);
+            }
+            let body = world.tree().bodies[draws.integer(1, segments - 1) as usize].index();
+            let kick = Vec3::from_fn(|_, _| draws.normal(0.0, 3.0));
+            world.data_mut().body_force_world[body] = if frame < 600 { kick } else { Vec3::zeros() };
+            world.step(&hold);
+            world.data_mut().body_force_world[body] = Vec3::zeros();
+            assert_eq!(*world.status(), Status::Running, "seed {seed}, frame {frame}");
+            let dofs = world.tree().bodies.iter().flat_map(|&b| world.model().dofs(b));
+            let peak = dofs.map(|dof| world.data().v[dof].abs()).fold(0.0, f64::max);
+            assert!(peak < fastest, "seed {seed}, frame {frame}: {peak} rad/s");
+        }
+        let fallen = world.fruit_truth().into_iter().filter(|f| f.fate == FruitFate::Dropped);
+        assert!(fallen.into_iter().all(|f| f.p_world.norm() < 5.0), "seed {seed}");
+    });
 }

@@ -41,6 +41,10 @@ pub struct WoodSpec {
     pub broken_residual_damping: Quantity,
     /// Largest residual damping of a broken joint.
     pub broken_residual_damping_max: Quantity,
+    /// Rate of a broken joint at which its brake reaches `broken_rate_brake`.
+    pub broken_rate_limit: Quantity,
+    /// Decay rate that the brake imposes at the rate limit; it goes with the fourth power of the rate.
+    pub broken_rate_brake: Quantity,
     /// Rate below which joint friction acts as a viscous damper.
     pub friction_regularisation: Quantity,
 }

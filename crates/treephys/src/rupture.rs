@@ -1,7 +1,7 @@
 //! Breaking: hysteresis on the bending moment, a free hinge in place, friction that ramps up until it seizes.
 
 use crate::TreeBody;
-use orchard_geometry::transform;
+use orchard_geometry::{Vec3, transform};
 use orchard_multibody::{Data, Model};
 use orchard_spec::wood::WoodSpec;
 
@@ -18,6 +18,8 @@ pub struct Break {
     pub residual_damping: f64,
     /// Inertia of the sub-tree about the joint when it broke [kg m^2].
     pub inertia: f64,
+    /// Rate of the joint at the start of the latest substep [rad/s].
+    rate: f64,
 }
 
 /// Rupture state of one tree.
@@ -55,10 +57,12 @@ impl Rupture {
         self.peak_ratio
     }
 
-    /// Sets damper and torque of broken joints for the next substep: the residual damper, and Coulomb friction
-    /// of the ramped moment tau. A joint that turns too fast to be stopped within the substep feels the torque
-    /// -tau omega / |omega|; a slower one the secant damper tau / max(|omega|, omega_eps), which the step takes
-    /// implicitly and which therefore cannot turn it back. Either way friction only dissipates.
+    /// Takes applied forces off broken sub-trees, and sets the dampers of broken joints for the next substep: the residual damper, and Coulomb friction of the
+    /// ramped moment tau as the secant damper tau / omega, which the step takes implicitly, so that it
+    /// dissipates at any rate and on any axis, however little inertia that axis has. omega is the rate expected at the end of
+    /// the substep, by extrapolation, and at least `friction_regularisation`. A brake that grows with the fourth
+    /// power of the rate keeps whipping twigs below the rate at which a universal joint's velocity products,
+    /// which the step takes explicitly, would get out of hand (1/h); a falling limb does not feel it.
     pub fn begin_substep(
         &mut self,
         tree: &TreeBody,
@@ -67,6 +71,12 @@ impl Rupture {
         wood: &WoodSpec,
         substep: f64,
     ) {
+        if !self.breaks.is_empty() {
+            for (body, _) in tree.bodies.iter().zip(&self.debris).filter(|(_, debris)| **debris) {
+                data.body_force_world[body.index()] = Vec3::zeros();
+                data.body_torque_world[body.index()] = Vec3::zeros();
+            }
+        }
         let ramp_time = wood.broken_friction_ramp_time.si();
         let slow = wood.friction_regularisation.si();
         for b in &mut self.breaks {
@@ -74,12 +84,12 @@ impl Rupture {
             let moment = b.friction * (1.0 + (wood.broken_friction_ramp.si() - 1.0) * ramp);
             let dofs = model.dofs(tree.bodies[b.segment]);
             let rate = data.v[dofs.clone()].iter().map(|v| v * v).sum::<f64>().sqrt();
-            let slides = rate > slow.max(substep * moment / b.inertia);
-            let secant = if slides { 0.0 } else { moment / rate.max(slow) };
-            for dof in dofs {
-                data.torque[dof] = if slides { -moment * data.v[dof] / rate } else { 0.0 };
-                data.damping[dof] = b.residual_damping + secant;
-            }
+            let expected = rate + (rate - b.rate).max(0.0);
+            let speeding = expected / wood.broken_rate_limit.si();
+            let brake = wood.broken_rate_brake.si() * b.inertia * speeding * speeding * speeding * speeding;
+            let damping = b.residual_damping + brake + moment / expected.max(slow);
+            data.damping[dofs].fill(damping);
+            b.rate = rate;
             b.age += substep;
         }
     }
@@ -123,7 +133,7 @@ impl Rupture {
     ) {
         let members = tree.subtree(segment);
         let p_joint = data.x_world_body(tree.bodies[segment]).translation.vector;
-        let (mut first_moment, mut inertia) = (orchard_geometry::Vec3::zeros(), 0.0);
+        let (mut first_moment, mut inertia) = (Vec3::zeros(), 0.0);
         for &i in &members {
             let body = tree.bodies[i];
             let link = &model.body(body).inertia;
@@ -145,6 +155,7 @@ impl Rupture {
             residual_damping: (wood.broken_residual_damping.si() * inertia)
                 .min(wood.broken_residual_damping_max.si()),
             inertia,
+            rate: 0.0,
         });
     }
 }

@@ -101,6 +101,17 @@ impl World {
         }
     }
 
+    /// Breaks the joint at a segment's base now, as if its moment had passed the rupture moment.
+    pub fn break_branch(&mut self, segment: usize) {
+        let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        if !state.rupture.is_debris(segment) {
+            let gravity = spec.sim.gravity.si();
+            let State { rupture, data, .. } = state;
+            rupture.break_joint(&parts.tree, &parts.model, data, &spec.wood, gravity, segment);
+            state.events.push(WorldEvent::BranchSnapped { segment, frame: state.frame });
+        }
+    }
+
     /// What the robot senses now; on the camera's frames with a depth image.
     pub fn observe(&mut self) -> Observation {
         let period = (self.spec.sim.frame_rate.si() / self.spec.camera.rate.si()).round().max(1.0) as u32;
