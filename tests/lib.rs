@@ -1,4 +1,9 @@
-//! Fixtures of the cross-crate suites: an episode of a world under a picker, with what came of it.
+//! Fixtures of the cross-crate suites: an episode of a world under a picker, with what came of it, and a pick by
+//! script.
+
+mod scripted;
+
+pub use scripted::{Pick, scripted_pick};
 
 use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
@@ -13,6 +18,8 @@ use std::sync::Arc;
 pub struct Story {
     /// Everything that happened.
     pub events: Vec<WorldEvent>,
+    /// Stems that gave way while both fingers pressed on the fruit.
+    pub detached_by_hand: usize,
     /// Where each fruit ended.
     pub fates: Vec<FruitFate>,
     /// Largest speed of any robot joint [rad/s or m/s].
@@ -25,7 +32,7 @@ impl Story {
         self.fates.iter().filter(|f| **f == FruitFate::Deposited).count()
     }
 
-    /// Stems that gave way.
+    /// Stems that gave way for whatever reason: the hand, or the arm that pushed a neighbour off.
     pub fn detached(&self) -> usize {
         self.events.iter().filter(|e| matches!(e, WorldEvent::FruitDetached { .. })).count()
     }
@@ -50,7 +57,7 @@ pub fn harvest(
         .unwrap_or_else(|e| panic!("seed {seed}, world {world}: {e}"));
     let mut picker = BaselinePicker::new(robot, DetectorConfig::paper(), picker);
     let frames = (seconds * spec.sim.frame_rate.si()).round() as u32;
-    let mut story = Story { events: Vec::new(), fates: Vec::new(), top_speed: 0.0 };
+    let mut story = Story { events: Vec::new(), detached_by_hand: 0, fates: Vec::new(), top_speed: 0.0 };
     for _ in 0..frames {
         let mut observation = world.observe();
         tamper(&mut observation);
@@ -58,7 +65,12 @@ pub fn harvest(
         world.step(&command);
         let arm = observation.arm_v.iter().chain(&observation.base_velocity);
         story.top_speed = arm.fold(story.top_speed, |top, v| top.max(v.abs()));
-        story.events.extend(world.drain_events());
+        for event in world.drain_events() {
+            if let WorldEvent::FruitDetached { fruit, .. } = event {
+                story.detached_by_hand += usize::from(world.is_held(fruit));
+            }
+            story.events.push(event);
+        }
         assert_eq!(*world.status(), Status::Running);
     }
     story.fates = world.fruit_truth().iter().map(|f| f.fate).collect();
