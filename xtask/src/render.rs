@@ -1,7 +1,8 @@
 //! `cargo xtask render`: a picture of an episode at one moment, beside what the wrist camera sees.
 
 use crate::failure::Failure;
-use anyhow::{Context, Result};
+use anyhow::Context;
+use orchard_bench::store::write_bytes;
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
 use orchard_perception::DetectorConfig;
@@ -61,7 +62,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let outside = outside_view(&world, args.height as usize);
     let sheet = wrist_view.map_or_else(|| outside.clone(), |wrist| beside(&outside, &wrist));
-    write_png(&args.out, &sheet)?;
+    let bytes = png(&sheet).context("cannot encode the picture")?;
+    write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
     Ok(())
 }
 
@@ -112,17 +114,12 @@ fn beside(left: &Image<[u8; 3]>, right: &Image<[u8; 3]>) -> Image<[u8; 3]> {
     sheet
 }
 
-fn write_png(path: &std::path::Path, image: &Image<[u8; 3]>) -> Result<()> {
-    let name = || format!("cannot write {}", path.display());
-    let directory = path.parent().filter(|p| !p.as_os_str().is_empty());
-    let file =
-        tempfile::NamedTempFile::new_in(directory.unwrap_or(std::path::Path::new("."))).with_context(name)?;
-    let mut encoder =
-        png::Encoder::new(std::io::BufWriter::new(&file), image.width() as u32, image.height() as u32);
+fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width() as u32, image.height() as u32);
     encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().with_context(name)?;
-    writer.write_image_data(&image.pixels().concat()).with_context(name)?;
-    writer.finish().with_context(name)?;
-    file.persist(path).with_context(name)?;
-    Ok(())
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&image.pixels().concat())?;
+    writer.finish()?;
+    Ok(bytes)
 }
