@@ -9,7 +9,7 @@ use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{Observation, RobotModel};
 use orchard_spec::Spec;
-use orchard_world::truth::FruitFate;
+use orchard_world::truth::FruitState;
 use orchard_world::{Status, World, WorldEvent};
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ pub struct Story {
     /// Stems that gave way while both fingers pressed on the fruit.
     pub detached_by_hand: usize,
     /// Where each fruit ended.
-    pub fates: Vec<FruitFate>,
+    pub states: Vec<FruitState>,
     /// Largest speed of any robot joint [rad/s or m/s].
     pub top_speed: f64,
 }
@@ -29,7 +29,7 @@ pub struct Story {
 impl Story {
     /// Fruit in the bucket at the end.
     pub fn deposited(&self) -> usize {
-        self.fates.iter().filter(|f| **f == FruitFate::Deposited).count()
+        self.states.iter().filter(|f| **f == FruitState::Deposited).count()
     }
 
     /// Stems that gave way for whatever reason: the hand, or the arm that pushed a neighbour off.
@@ -57,7 +57,7 @@ pub fn harvest(
         .unwrap_or_else(|e| panic!("seed {seed}, world {world}: {e}"));
     let mut picker = BaselinePicker::new(robot, DetectorConfig::paper(), picker);
     let frames = (seconds * spec.sim.frame_rate.si()).round() as u32;
-    let mut story = Story { events: Vec::new(), detached_by_hand: 0, fates: Vec::new(), top_speed: 0.0 };
+    let mut story = Story { events: Vec::new(), detached_by_hand: 0, states: Vec::new(), top_speed: 0.0 };
     for _ in 0..frames {
         let mut observation = world.observe();
         tamper(&mut observation);
@@ -73,6 +73,6 @@ pub fn harvest(
         }
         assert_eq!(*world.status(), Status::Running);
     }
-    story.fates = world.fruit_truth().iter().map(|f| f.fate).collect();
+    story.states = world.fruit_truth().iter().map(|f| f.state).collect();
     story
 }

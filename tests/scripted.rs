@@ -4,7 +4,7 @@ use orchard_geometry::{Vec3, inverse_transform};
 use orchard_robot::{Command, IkTarget, JointVector, RobotModel};
 use orchard_spec::Spec;
 use orchard_world::World;
-use orchard_world::truth::FruitFate;
+use orchard_world::truth::FruitState;
 use std::sync::Arc;
 
 /// What a scripted pick came to.
@@ -104,10 +104,10 @@ pub fn scripted_pick(spec: &Spec, robot: &RobotModel, seed: u64) -> Option<Pick>
     if !script.line(robot, &p_base, &after, 180) {
         return None;
     }
-    let fate = script.world.fruit_truth()[fruit].fate;
+    let state = script.world.fruit_truth()[fruit].state;
     Some(Pick {
         gripped,
-        detached: !matches!(fate, FruitFate::OnTree | FruitFate::OnBrokenLimb),
-        held: fate == FruitFate::Held,
+        detached: !matches!(state, FruitState::OnTree | FruitState::OnBrokenLimb),
+        held: state == FruitState::Held,
     })
 }

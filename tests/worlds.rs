@@ -3,7 +3,7 @@
 use orchard_geometry::Vec3;
 use orchard_robot::RobotModel;
 use orchard_spec::{Purpose, Spec, Stream};
-use orchard_world::truth::FruitFate;
+use orchard_world::truth::FruitState;
 use orchard_world::{Status, World, WorldEvent};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -136,7 +136,7 @@ fn breaking_everything_stays_bounded() {
             let peak = dofs.map(|dof| world.data().v[dof].abs()).fold(0.0, f64::max);
             assert!(peak < fastest, "seed {seed}, frame {frame}: {peak} rad/s");
         }
-        let fallen = world.fruit_truth().into_iter().filter(|f| f.fate == FruitFate::Dropped);
+        let fallen = world.fruit_truth().into_iter().filter(|f| f.state == FruitState::Dropped);
         assert!(fallen.into_iter().all(|f| f.p_world.norm() < 5.0), "seed {seed}");
     });
 }

@@ -1,11 +1,9 @@
 //! The real world and the real picker behind the benchmark's interface.
 
-use crate::episode::FruitState;
 use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
 use orchard_geometry::Pose;
 use orchard_picker::{AttemptEnd, Controller, Event};
 use orchard_robot::io::{Command, Observation};
-use orchard_world::truth::FruitFate;
 use orchard_world::{Status, World};
 
 impl BenchWorld for World {
@@ -33,22 +31,6 @@ impl BenchWorld for World {
 
     fn fruit(&self) -> Vec<FruitTruth> {
         self.fruit_truth()
-            .into_iter()
-            .enumerate()
-            .map(|(i, f)| FruitTruth {
-                p_world: f.p_world,
-                radius: f.radius,
-                state: match f.fate {
-                    FruitFate::OnTree => FruitState::OnTree,
-                    FruitFate::OnBrokenLimb => FruitState::OnBrokenLimb,
-                    FruitFate::Held => FruitState::Held,
-                    FruitFate::Loose if self.is_held(i) => FruitState::Held,
-                    FruitFate::Loose => FruitState::Loose,
-                    FruitFate::Deposited => FruitState::Deposited,
-                    FruitFate::Dropped => FruitState::Dropped,
-                },
-            })
-            .collect()
     }
 
     fn visible_fruit(&self) -> Vec<VisibleFruit> {
@@ -70,7 +52,7 @@ impl BenchWorld for World {
     }
 
     fn peak_stem_pull(&self) -> f64 {
-        self.fruit_state().peak_tension()
+        self.fruit_lives().peak_tension()
     }
 
     fn quarantine(&self) -> Option<String> {

@@ -51,23 +51,7 @@ pub enum Outcome {
     },
 }
 
-/// Where a fruit is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FruitState {
-    /// On its stem.
-    OnTree,
-    /// On its stem, on a limb that has broken.
-    OnBrokenLimb,
-    /// Off its stem, between both fingers.
-    Held,
-    /// Off its stem and moving.
-    Loose,
-    /// In the bucket.
-    Deposited,
-    /// On the ground.
-    Dropped,
-}
+pub use orchard_world::truth::FruitState;
 
 /// One fruit's truth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -6,8 +6,6 @@
 use orchard_geometry::{Pose, Vec3};
 use orchard_robot::io::{Command, Observation};
 
-use crate::episode::FruitState;
-
 /// A world, as the benchmark sees it. Indices of fruit and segments never change during an episode.
 pub trait BenchWorld {
     /// The sensors now. Called once before every step.
@@ -64,16 +62,7 @@ pub enum WorldEvent {
     },
 }
 
-/// One fruit now.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FruitTruth {
-    /// Centre [m, world].
-    pub p_world: Vec3,
-    /// Radius [m].
-    pub radius: f64,
-    /// Where it is.
-    pub state: FruitState,
-}
+pub use orchard_world::truth::FruitTruth;
 
 /// A fruit in a depth image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Stems: the load on the branch, both paths of detachment, and what falls.
 
-use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitSet, FruitState, Phase, RestRule, Touch};
+use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, Phase, RestRule, Touch};
 use orchard_geometry::{Pose, Vec3, rotation_from_z};
 use orchard_multibody::{Data, Groups, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step};
 use orchard_spec::Spec;
@@ -14,7 +14,7 @@ struct Spur {
     data: Data,
     tree: TreeBody,
     fruit: FruitSet,
-    state: FruitState,
+    state: FruitLives,
     settings: StepSettings,
 }
 
@@ -75,7 +75,7 @@ impl Spur {
             contact_margin: spec.sim.contact_margin.si(),
         };
         equilibrium(&model, &mut data, &settings.gravity, 1e-14).unwrap();
-        let state = FruitState::new(&fruit);
+        let state = FruitLives::new(&fruit);
         Self { spec, model, data, tree, fruit, state, settings }
     }
 

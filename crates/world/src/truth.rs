@@ -3,10 +3,12 @@
 use crate::World;
 use orchard_fruit::{Phase, Resting};
 use orchard_geometry::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// Where a fruit is in its life.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FruitFate {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FruitState {
     /// On its stem.
     OnTree,
     /// On its stem, on a broken limb.
@@ -29,7 +31,7 @@ pub struct FruitTruth {
     /// Radius [m].
     pub radius: f64,
     /// Where it is in its life.
-    pub fate: FruitFate,
+    pub state: FruitState,
 }
 
 impl World {
@@ -40,22 +42,22 @@ impl World {
             .map(|i| FruitTruth {
                 p_world: self.data().point_p_world[fruit.points[i].index()],
                 radius: fruit.fruit[i].radius,
-                fate: self.fate(i),
+                state: self.fruit_state_of(i),
             })
             .collect()
     }
 
-    fn fate(&self, i: usize) -> FruitFate {
-        let state = self.fruit_state();
-        match state.phase(i) {
+    fn fruit_state_of(&self, i: usize) -> FruitState {
+        let lives = self.fruit_lives();
+        match lives.phase(i) {
             Phase::Hanging if self.rupture().is_debris(self.fruit().fruit[i].segment) => {
-                FruitFate::OnBrokenLimb
+                FruitState::OnBrokenLimb
             }
-            Phase::Hanging => FruitFate::OnTree,
-            Phase::Asleep(Resting::Bucket(_)) => FruitFate::Deposited,
-            Phase::Loose if self.is_held(i) => FruitFate::Held,
-            Phase::Loose if !state.has_dropped(i) => FruitFate::Loose,
-            Phase::Loose | Phase::Asleep(Resting::Ground(_)) => FruitFate::Dropped,
+            Phase::Hanging => FruitState::OnTree,
+            Phase::Asleep(Resting::Bucket(_)) => FruitState::Deposited,
+            Phase::Loose if self.is_held(i) => FruitState::Held,
+            Phase::Loose if !lives.has_dropped(i) => FruitState::Loose,
+            Phase::Loose | Phase::Asleep(Resting::Ground(_)) => FruitState::Dropped,
         }
     }
 

@@ -6,7 +6,7 @@ use crate::event::{Status, WorldEvent};
 use crate::scene;
 use crate::touch::{FruitTouch, fruit_touches};
 use orchard_camera::Scene;
-use orchard_fruit::{FruitEvent, FruitSet, FruitState, RestRule, Touch};
+use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
 use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
 use orchard_multibody::{Data, Model, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
@@ -37,7 +37,7 @@ pub struct World {
 struct State {
     data: Data,
     rupture: Rupture,
-    fruit: FruitState,
+    fruit: FruitLives,
     servos: Servos,
     frame: u32,
     status: Status,
@@ -240,7 +240,7 @@ impl World {
     }
 
     /// The fruit's state.
-    pub fn fruit_state(&self) -> &FruitState {
+    pub fn fruit_lives(&self) -> &FruitLives {
         &self.state.fruit
     }
 
@@ -280,7 +280,7 @@ impl State {
         let n = parts.fruit.len();
         Self {
             rupture: Rupture::new(&parts.tree),
-            fruit: FruitState::new(&parts.fruit),
+            fruit: FruitLives::new(&parts.fruit),
             servos: Servos::new(robot),
             data,
             frame: 0,

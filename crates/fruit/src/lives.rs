@@ -62,7 +62,7 @@ struct Life {
 
 /// The state of every fruit of one tree.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FruitState {
+pub struct FruitLives {
     lives: Vec<Life>,
     frame_peak: f64,
     peak: f64,
@@ -88,7 +88,7 @@ pub struct RestRule {
     pub frames: u32,
 }
 
-impl FruitState {
+impl FruitLives {
     /// Everything hangs.
     pub fn new(set: &FruitSet) -> Self {
         let life = Life {
