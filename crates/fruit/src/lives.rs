@@ -119,7 +119,14 @@ impl FruitLives {
 
     /// Ends a substep: notes stem tensions, and holds sleeping fruit where it rests; a bucket carries its
     /// fruit along.
-    pub fn end_substep(&mut self, set: &FruitSet, model: &Model, data: &mut Data, x_world_bucket: &Pose) {
+    pub fn end_substep(
+        &mut self,
+        set: &FruitSet,
+        model: &Model,
+        data: &mut Data,
+        x_world_bucket: &Pose,
+        bucket_velocity: impl Fn(&Vec3) -> Vec3,
+    ) {
         for (i, life) in self.lives.iter().enumerate() {
             match life.phase {
                 Phase::Hanging => {
@@ -129,11 +136,13 @@ impl FruitLives {
                 Phase::Loose => {}
                 Phase::Asleep(resting) => {
                     let point = set.points[i].index();
-                    data.point_p_world[point] = match resting {
-                        Resting::Bucket(p_bucket) => transform(x_world_bucket, &p_bucket),
-                        Resting::Ground(p_world) => p_world,
+                    (data.point_p_world[point], data.point_v_world[point]) = match resting {
+                        Resting::Bucket(p_bucket) => {
+                            let p_world = transform(x_world_bucket, &p_bucket);
+                            (p_world, bucket_velocity(&p_world))
+                        }
+                        Resting::Ground(p_world) => (p_world, Vec3::zeros()),
                     };
-                    data.point_v_world[point] = Vec3::zeros();
                 }
             }
         }
@@ -189,6 +198,7 @@ impl FruitLives {
                     life.quiet_frames = if quiet { life.quiet_frames + 1 } else { 0 };
                     if life.quiet_frames >= rest.frames {
                         data.groups[set.colliders[i].index()] = set.groups.asleep;
+                        data.point_carried[point] = true;
                         let resting = if touch[i].in_bucket {
                             events.push(FruitEvent::Deposited { fruit: i });
                             Resting::Bucket(inverse_transform(x_world_bucket, &p_world))

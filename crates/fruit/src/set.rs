@@ -98,6 +98,15 @@ impl FruitSet {
         }
     }
 
+    /// Lets a broken limb feel the weight of its fruit: the paper's rule takes it off live wood only.
+    pub fn weigh_on(&self, data: &mut Data, is_debris: impl Fn(usize) -> bool) {
+        for (fruit, point) in self.fruit.iter().zip(&self.points) {
+            if is_debris(fruit.segment) {
+                data.anchor_bias_world[point.index()] = Vec3::zeros();
+            }
+        }
+    }
+
     /// Takes a fruit off its stem: one flag, no model edit. Position and momentum stay.
     pub(crate) fn detach(&self, data: &mut Data, i: usize) {
         let point = self.points[i].index();

@@ -83,7 +83,7 @@ impl Spur {
         let identity = Pose::identity();
         for _ in 0..self.spec.sim.substeps.get() {
             step(&self.model, &mut self.data, &self.settings, &mut StepReport::default());
-            self.state.end_substep(&self.fruit, &self.model, &mut self.data, &identity);
+            self.state.end_substep(&self.fruit, &self.model, &mut self.data, &identity, |_| Vec3::zeros());
         }
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
         let touch = [Touch::default()];

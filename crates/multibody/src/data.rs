@@ -51,6 +51,11 @@ pub struct Data {
     pub point_quadratic_drag: Vec<f64>,
     /// Loss of each point body's spin [1/s]: the torque `-spin_damping * spin_inertia * omega`.
     pub point_spin_damping: Vec<f64>,
+    /// Constant force on the anchor of each point body while it is tethered [N], world.
+    pub anchor_bias_world: Vec<Vec3>,
+    /// Point bodies that something outside the model carries: they keep the velocity they are given, whatever
+    /// pushes them.
+    pub point_carried: Vec<bool>,
     /// Collision groups of each collider.
     pub groups: Vec<Groups>,
 
@@ -94,6 +99,12 @@ impl Data {
             point_force_world: vec![Vec3::zeros(); points],
             point_quadratic_drag: vec![0.0; points],
             point_spin_damping: vec![0.0; points],
+            anchor_bias_world: model
+                .points
+                .iter()
+                .map(|point| point.tether.as_ref().map_or_else(Vec3::zeros, |t| t.anchor_bias_world))
+                .collect(),
+            point_carried: vec![false; points],
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),
             capped: vec![false; points],
             kinematics: Kinematics::new(model),
@@ -169,6 +180,42 @@ impl Data {
 
     /// Whether a point body takes part in rotation: off its tether, with a finite inertia.
     pub(crate) fn spins(&self, model: &Model, point: usize) -> bool {
-        !self.tethered[point] && model.points[point].spin_inertia.is_finite()
+        !self.tethered[point] && !self.point_carried[point] && model.points[point].spin_inertia.is_finite()
     }
+
+    /// Whether every coordinate and velocity is a finite number.
+    pub fn is_finite(&self) -> bool {
+        let vectors = [&self.point_p_world, &self.point_v_world, &self.point_w_world];
+        self.q.iter().chain(&self.v).all(|x| x.is_finite())
+            && vectors.into_iter().flatten().all(|p| p.iter().all(|x| x.is_finite()))
+    }
+
+    /// Copies positions and velocities out, to go back to them with [`Data::restore_motion`].
+    pub fn save_motion(&self, motion: &mut Motion) {
+        motion.q.clone_from(&self.q);
+        motion.v.clone_from(&self.v);
+        motion.points.clear();
+        let points = self.point_p_world.iter().zip(&self.point_v_world).zip(&self.point_w_world);
+        motion.points.extend(points.map(|((p, v), w)| [*p, *v, *w]));
+    }
+
+    /// Goes back to saved positions and velocities; inputs stay as they are.
+    pub fn restore_motion(&mut self, motion: &Motion) {
+        self.q.clone_from(&motion.q);
+        self.v.clone_from(&motion.v);
+        for (index, [p, v, w]) in motion.points.iter().enumerate() {
+            self.point_p_world[index] = *p;
+            self.point_v_world[index] = *v;
+            self.point_w_world[index] = *w;
+        }
+    }
+}
+
+/// Positions and velocities of a world at one moment.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Motion {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    /// Position, velocity and angular velocity of each point body.
+    points: Vec<[Vec3; 3]>,
 }

@@ -57,7 +57,7 @@ pub fn energy(model: &Model, data: &Data, gravity: &Vec3) -> Energy {
         {
             let stretch = p_world - (anchor + tether.offset_world);
             energy.tethers += 0.5 * tether.stiffness * stretch.norm_squared();
-            energy.anchor_bias -= tether.anchor_bias_world.dot(&anchor);
+            energy.anchor_bias -= data.anchor_bias_world[index].dot(&anchor);
         }
     }
     energy

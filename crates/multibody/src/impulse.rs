@@ -51,7 +51,7 @@ fn predicted_reaction(
     let kappa = h * (tether.damping + h * tether.stiffness);
     let pull = tether_impulse(data, tether, index, h);
     let change = (point_impulse(model, data, index, h, gravity) + pull) / (mass + kappa);
-    tether.anchor_bias_world - (pull - change * kappa) / h
+    data.anchor_bias_world[index] - (pull - change * kappa) / h
 }
 
 /// Fills `Data::impulse` with the right-hand side of the step at the last kinematics.
@@ -90,7 +90,7 @@ pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
             let predicted = predicted_reaction(model, data, tether, index, h, gravity);
             predicted * (h * tether.reaction_cap / predicted.norm())
         } else {
-            tether.anchor_bias_world * h - pull
+            data.anchor_bias_world[index] * h - pull
         };
         let r_anchor = data.factor.points[index].r_anchor;
         impulse.body[tether.body.index()] += Wrench::of_force_at(reaction, &r_anchor);

@@ -53,7 +53,7 @@ mod symmetric;
 
 pub use builder::{ModelBuilder, ModelError};
 pub use contact::ContactReport;
-pub use data::Data;
+pub use data::{Data, Motion};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
 pub use kinematics::forward_kinematics;

@@ -139,7 +139,8 @@ pub struct Tether {
     pub stiffness: f64,
     /// Damping [N s/m].
     pub damping: f64,
-    /// Constant force added on the anchor while tethered [N], world (the paper takes the fruit's weight off).
+    /// Constant force added on the anchor while tethered [N], world, at reset (the paper takes the fruit's weight
+    /// off); `Data::anchor_bias_world` may change it.
     pub anchor_bias_world: Vec3,
     /// Largest net reaction on the anchor [N]; the excess is carried by nothing. Infinite: no cap.
     pub reaction_cap: f64,

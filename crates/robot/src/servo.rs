@@ -98,6 +98,9 @@ fn toward(from: f64, to: f64, step: f64) -> f64 {
     from + (to - from).clamp(-step, step)
 }
 
+/// Round-off of a torque that is at its limit.
+const EFFORT_SLACK: f64 = 1e-9;
+
 impl Servos {
     /// Servos that hold the start posture.
     pub fn new(robot: &RobotModel) -> Self {
@@ -160,6 +163,24 @@ impl Servos {
         write(data, dof, Input { stiffness, damping, rest: height, torque: weight });
         self.drive_arm(model, data, handle, command, gravity, h);
         self.drive_fingers(model, data, handle, command, h);
+    }
+
+    /// Holds the arm's effort limits against what the prediction could not know: contact. Call after a substep:
+    /// a servo that exerted more than its limit at the substep's end gets the limit as a constant torque, and
+    /// the result says that the substep is to be repeated from its start.
+    pub fn cap_overshoot(&self, model: &Model, data: &mut Data, handle: &RobotHandle) -> bool {
+        let mut capped = false;
+        for (body, limit) in handle.arm.into_iter().zip(self.robot.kinematics.limits()) {
+            let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
+            let exerted = data.stiffness[dof] * (data.rest[dof] - q) - data.damping[dof] * data.v[dof]
+                + data.torque[dof];
+            if exerted.abs() > limit.effort * (1.0 + EFFORT_SLACK) {
+                let torque = limit.effort.copysign(exerted);
+                write(data, dof, Input { stiffness: 0.0, damping: 0.0, rest: q, torque });
+                capped = true;
+            }
+        }
+        capped
     }
 
     fn drive_base(
@@ -243,7 +264,7 @@ impl Servos {
                 let next = toward(self.finger_target[i], wanted, self.robot.finger_speed * h);
                 // Against an object the set point waits where it exerts the limit, so that opening is prompt.
                 let reach = limit / gains.stiffness;
-                self.finger_target[i] = next.clamp(q - reach, q + reach).clamp(lower, upper);
+                self.finger_target[i] = next.max(q - reach).min(q + reach).clamp(lower, upper);
             }
             let inertia = model.body(body).inertia.mass;
             let joint = Joint { q, v: data.v[dof], inertia };

@@ -107,7 +107,8 @@ impl Rupture {
     ) -> Vec<usize> {
         let mut broken = Vec::new();
         for i in 0..tree.len() {
-            if self.debris[i] {
+            // The root's joint stands for the soil's grip on the trunk: it bends, but there is nothing to break.
+            if self.debris[i] || tree.parent[i].is_none() {
                 continue;
             }
             let ratio = tree.stiffness[i] * tree.bending_angle(model, data, i) / tree.rupture_moment[i];
@@ -121,7 +122,8 @@ impl Rupture {
         broken
     }
 
-    /// Breaks a joint in place: spring and damper go, the sub-tree becomes debris with less drag.
+    /// Breaks a joint in place: spring and damper go, the sub-tree becomes debris with less drag. What hangs on
+    /// the sub-tree counts towards its gravity moment and inertia.
     pub fn break_joint(
         &mut self,
         tree: &TreeBody,
@@ -140,6 +142,13 @@ impl Rupture {
             let arm = transform(data.x_world_body(body), &link.p_com) - p_joint;
             first_moment += arm * link.mass;
             inertia += link.mass * arm.norm_squared() + link.i_com.trace() / 3.0;
+            for (index, point) in model.points().iter().enumerate() {
+                if data.tethered[index] && point.tether.as_ref().is_some_and(|t| t.body == body) {
+                    let arm = data.point_p_world[index] - p_joint;
+                    first_moment += arm * point.mass;
+                    inertia += point.mass * arm.norm_squared();
+                }
+            }
             self.debris[i] = true;
             data.linear_drag[body.index()] = wood.linear_drag.si() * wood.broken_linear_drag_scale.si();
             data.angular_drag[body.index()] = wood.angular_drag.si() * wood.broken_angular_drag_scale.si();

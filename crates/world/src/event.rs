@@ -3,7 +3,7 @@
 /// Something a benchmark counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WorldEvent {
-    /// Both fingers press on a fruit for the first time since one of them last let go.
+    /// Both fingers press on a fruit for the first time since both last let go.
     FruitGripped {
         /// Fruit index.
         fruit: usize,

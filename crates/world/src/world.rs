@@ -8,12 +8,20 @@ use crate::touch::{FruitTouch, fruit_touches};
 use orchard_camera::Scene;
 use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
 use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
-use orchard_multibody::{Data, Model, StepReport, equilibrium, step};
+use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
 use orchard_spec::Spec;
 use orchard_treegen::Skeleton;
 use orchard_treephys::{Rupture, TreeBody};
 use std::sync::Arc;
+
+/// Pose of the bucket's frame, the base, and the velocity of its points.
+fn bucket_motion(data: &Data, handle: &RobotHandle) -> (Pose, impl Fn(&Vec3) -> Vec3 + use<>) {
+    let twist = data.velocity(handle.base);
+    let p_body = data.x_world_body(handle.base).translation.vector;
+    let velocity = move |p_world: &Vec3| twist.linear + twist.angular.cross(&(p_world - p_body));
+    (handle.x_world_base(data), velocity)
+}
 
 /// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
@@ -45,6 +53,8 @@ struct State {
     gripped: Vec<bool>,
     touches: Vec<FruitTouch>,
     report: StepReport,
+    /// Where the latest substep began.
+    before: Motion,
     image: Option<CameraTruth>,
 }
 
@@ -78,21 +88,9 @@ impl World {
         }
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         for _ in 0..spec.sim.substeps.get() {
-            let h = parts.settings.h;
-            let gravity = &parts.settings.gravity;
-            state.servos.apply(
-                &parts.model,
-                &mut state.data,
-                &parts.handle,
-                command,
-                FLAT_GROUND,
-                gravity,
-                h,
-            );
-            state.rupture.begin_substep(&parts.tree, &parts.model, &mut state.data, &spec.wood, h);
-            step(&parts.model, &mut state.data, &parts.settings, &mut state.report);
-            let x_world_base = parts.handle.x_world_base(&state.data);
-            state.fruit.end_substep(&parts.fruit, &parts.model, &mut state.data, &x_world_base);
+            if state.data.is_finite() {
+                state.substep(spec, parts, command);
+            }
         }
         state.frame += 1;
         state.end_frame(spec, parts);
@@ -289,8 +287,25 @@ impl State {
             gripped: vec![false; n],
             touches: vec![FruitTouch::default(); n],
             report: StepReport::default(),
+            before: Motion::default(),
             image: None,
         }
+    }
+
+    fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command) {
+        let Parts { model, handle, settings, .. } = parts;
+        let (h, gravity) = (settings.h, &settings.gravity);
+        self.servos.apply(model, &mut self.data, handle, command, FLAT_GROUND, gravity, h);
+        self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
+        self.data.save_motion(&mut self.before);
+        step(model, &mut self.data, settings, &mut self.report);
+        // Each repeat caps at least one more joint.
+        while self.servos.cap_overshoot(model, &mut self.data, handle) {
+            self.data.restore_motion(&self.before);
+            step(model, &mut self.data, settings, &mut self.report);
+        }
+        let (x_world_base, velocity) = bucket_motion(&self.data, handle);
+        self.fruit.end_substep(&parts.fruit, model, &mut self.data, &x_world_base, velocity);
     }
 
     fn end_frame(&mut self, spec: &Spec, parts: &Parts) {
@@ -300,6 +315,7 @@ impl State {
         {
             self.events.push(WorldEvent::BranchSnapped { segment, frame });
         }
+        parts.fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
 
         fruit_touches(&parts.colliders, &self.report, &mut self.touches);
         let x_world_base = parts.handle.x_world_base(&self.data);
@@ -322,9 +338,7 @@ impl State {
             speed: spec.sim.sleep_speed.si(),
             frames: (spec.sim.sleep_time.si() * spec.sim.frame_rate.si()).round() as u32,
         };
-        let base_twist = self.data.velocity(parts.handle.base);
-        let p_base_world = x_world_base.translation.vector;
-        let bucket_velocity = |p: &Vec3| base_twist.linear + base_twist.angular.cross(&(p - p_base_world));
+        let (x_world_base, bucket_velocity) = bucket_motion(&self.data, &parts.handle);
         let events = self.fruit.end_frame(
             &parts.fruit,
             &parts.model,

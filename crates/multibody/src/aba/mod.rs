@@ -133,7 +133,7 @@ pub fn factor(model: &Model, data: &mut Data, h: f64) {
         let mass = point.mass + h * drag;
         let tether = point.tether.as_ref().filter(|_| data.tethered[index]);
         let kappa = tether.map_or(0.0, |tether| h * (tether.damping + h * tether.stiffness));
-        let inverse_mass = 1.0 / (mass + kappa);
+        let inverse_mass = if data.point_carried[index] { 0.0 } else { 1.0 / (mass + kappa) };
         let mut entry = PointFactor { inverse_mass, kappa, share: 0.0, r_anchor: Vec3::zeros() };
         if let Some(tether) = tether {
             entry.r_anchor = links[tether.body.index()].x_world_body.rotation * tether.p_body;
