@@ -63,7 +63,7 @@ fn with_weak_fingers_nothing_is_picked() {
 }
 
 /// The same pick by script, so that the grip is all that differs: the full grip detaches the fruit and keeps it,
-/// a grip without friction or of 5 N slides off and leaves it on its stem.
+/// with a grip without friction or of 5 N nothing is detached.
 #[test]
 fn the_grip_alone_decides_over_a_scripted_pick() {
     let picks = |robot: &RobotConfig| -> Vec<Pick> {

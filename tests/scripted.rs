@@ -3,8 +3,8 @@
 use orchard_geometry::{Vec3, inverse_transform};
 use orchard_robot::{Command, IkTarget, JointVector, RobotModel};
 use orchard_spec::Spec;
-use orchard_world::World;
 use orchard_world::truth::FruitState;
+use orchard_world::{World, WorldEvent};
 use std::sync::Arc;
 
 /// What a scripted pick came to.
@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub struct Pick {
     /// Both fingers closed on the fruit.
     pub gripped: bool,
-    /// Its stem gave way.
+    /// A stem gave way, its own or any other.
     pub detached: bool,
     /// The hand still holds it after the pull.
     pub held: bool,
@@ -107,7 +107,7 @@ pub fn scripted_pick(spec: &Spec, robot: &RobotModel, seed: u64) -> Option<Pick>
     let state = script.world.fruit_truth()[fruit].state;
     Some(Pick {
         gripped,
-        detached: !matches!(state, FruitState::OnTree | FruitState::OnBrokenLimb),
+        detached: script.world.drain_events().iter().any(|e| matches!(e, WorldEvent::FruitDetached { .. })),
         held: state == FruitState::Held,
     })
 }

@@ -1,6 +1,7 @@
 //! Invariants of whole worlds.
 
 use orchard_geometry::Vec3;
+use orchard_multibody::BodyId;
 use orchard_robot::RobotModel;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_world::truth::FruitState;
@@ -47,20 +48,63 @@ fn three_hundred_seeds_live_for_a_second() {
     });
 }
 
-/// A world that turns non-finite is quarantined with the reason; a neighbour does not notice.
+/// A world that turns non-finite, wherever, is quarantined with the reason; a neighbour does not notice.
 #[test]
 fn a_broken_world_is_quarantined() {
     let hold = RobotModel::paper().start_command();
-    let (mut sick, mut sound, mut alone) = (world(3, 0), world(3, 1), world(3, 1));
-    sick.data_mut().v[5] = f64::NAN;
-    for _ in 0..3 {
-        sick.step(&hold);
-        sound.step(&hold);
-        alone.step(&hold);
+    let (mut sound, mut alone) = (world(3, 1), world(3, 1));
+    let spoil: [fn(&mut World); 6] = [
+        |w| w.data_mut().v[5] = f64::NAN,
+        |w| w.data_mut().point_v_world[0].x = f64::INFINITY,
+        |w| set_robot_q(w, |w| w.handle().planar, f64::NAN),
+        |w| set_robot_q(w, |w| w.handle().height, f64::INFINITY),
+        |w| set_robot_q(w, |w| w.handle().arm[3], f64::NAN),
+        |w| set_robot_q(w, |w| w.handle().fingers[0], f64::NAN),
+    ];
+    for spoil in spoil {
+        let mut sick = world(3, 0);
+        spoil(&mut sick);
+        for _ in 0..3 {
+            sick.step(&hold);
+            sound.step(&hold);
+            alone.step(&hold);
+        }
+        assert!(matches!(sick.status(), Status::Quarantined { frame: 1, .. }), "{:?}", sick.status());
+        assert_eq!(sick.frame(), 1);
+        assert_eq!(sound.data().q, alone.data().q);
     }
-    assert!(matches!(sick.status(), Status::Quarantined { frame: 1, reason } if reason.contains("finite")));
-    assert_eq!(sick.frame(), 1);
-    assert_eq!(sound.data().q, alone.data().q);
+}
+
+fn set_robot_q(world: &mut World, body: fn(&World) -> BodyId, value: f64) {
+    let q = world.model().qs(body(world)).start;
+    world.data_mut().q[q] = value;
+}
+
+/// Arm servos never exert more than their published limits, pressed against the ground included.
+#[test]
+fn effort_limits_hold_in_contact() {
+    let robot = RobotModel::paper();
+    let mut world = world(3, 0);
+    let mut command = robot.start_command();
+    let mut touched = false;
+    for frame in 0..240 {
+        // Upper arm forward, forearm down: the hand presses on the ground before the base.
+        let share = f64::from(frame.min(90)) / 90.0;
+        let start = robot.start_command().arm_q;
+        for (joint, goal) in [(1, 1.75), (3, -1.4), (5, 1.6)] {
+            command.arm_q[joint] = start[joint] + (goal - start[joint]) * share;
+        }
+        world.step(&command);
+        touched |= world.report().contacts.iter().any(|c| c.force_world.norm() > 50.0);
+        for (torque, limit) in world.observe().arm_torque.iter().zip(robot.kinematics().limits()) {
+            assert!(
+                torque.abs() <= limit.effort * (1.0 + 1e-6),
+                "frame {frame}: {torque} of {}",
+                limit.effort
+            );
+        }
+    }
+    assert!(touched, "the hand never pressed on anything");
 }
 
 /// The same world twice, and after a reset, gives the same bits; another index gives another tree.

@@ -51,6 +51,10 @@ impl BenchWorld for World {
         World::reachable(self)
     }
 
+    fn reachable_ik_count(&self) -> Option<u32> {
+        Some(self.reachable_by_ik())
+    }
+
     fn peak_stem_pull(&self) -> f64 {
         self.fruit_lives().peak_tension()
     }

@@ -10,6 +10,6 @@ use serde::{Deserialize, Serialize};
 pub struct EpisodeSpec {
     /// Radius of the arm's reach sphere about its shoulder, to the point between the finger pads.
     pub reach_radius: Quantity,
-    /// Admissible horizontal distance from the shoulder to the fruit.
+    /// Admissible horizontal distance from the arm's shoulder to the fruit.
     pub stand_off: Span,
 }

@@ -8,6 +8,7 @@ mod build;
 mod camera;
 mod event;
 pub mod groups;
+mod reach;
 mod scene;
 mod touch;
 pub mod truth;

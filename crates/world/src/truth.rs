@@ -60,23 +60,4 @@ impl World {
             Phase::Loose | Phase::Asleep(Resting::Ground(_)) => FruitState::Dropped,
         }
     }
-
-    /// The paper's reachability of every fruit where it hung at the start: its centre lies within the arm's
-    /// reach sphere from an admissible stand-off. The nearest stand-off reaches highest and lowest, so a fruit
-    /// is reachable if |z - z_shoulder|^2 <= R^2 - d_min^2. On flat ground the base can take that stand-off
-    /// from the canopy's outside for every fruit.
-    pub fn reachable(&self) -> Vec<bool> {
-        let spec = &self.spec().episode;
-        let (reach, (nearest, _)) = (spec.reach_radius.si(), spec.stand_off.si());
-        let half_height_squared = reach * reach - nearest * nearest;
-        let z_shoulder = self.shoulder_height();
-        self.fruit()
-            .fruit
-            .iter()
-            .map(|f| {
-                let dz = f.p_hang_world.z - z_shoulder;
-                dz * dz <= half_height_squared
-            })
-            .collect()
-    }
 }

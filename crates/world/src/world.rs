@@ -267,9 +267,14 @@ impl World {
         self.state.touches[fruit].fingers == [true, true]
     }
 
-    /// Height of the arm's shoulder over the ground [m]: the origin of its second joint.
-    pub(crate) fn shoulder_height(&self) -> f64 {
-        self.start.x_world_body(self.parts.handle.arm[1]).translation.vector.z
+    /// The state at the start of the episode.
+    pub(crate) fn start(&self) -> &Data {
+        &self.start
+    }
+
+    /// The robot.
+    pub(crate) fn robot(&self) -> &RobotModel {
+        &self.robot
     }
 }
 
@@ -362,6 +367,9 @@ impl State {
         let state = data.q.iter().chain(&data.v);
         if let Some(i) = state.clone().position(|x| !x.is_finite()) {
             return Some(format!("joint state {i} is not finite"));
+        }
+        if !data.is_finite() {
+            return Some("the motion of a fruit is not finite".to_owned());
         }
         let far = |p: &Vec3| !p.iter().all(|x| x.abs() <= extent);
         if let Some(i) = data.point_p_world.iter().position(far) {

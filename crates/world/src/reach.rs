@@ -1,0 +1,99 @@
+//! Which fruit the robot can reach: the paper's sphere rule, and inverse kinematics.
+
+use crate::World;
+use orchard_geometry::{Pose, Rotation, Shape, Vec3, inverse_transform, math};
+use orchard_robot::IkTarget;
+use std::f64::consts::TAU;
+
+/// Bearings tried around a fruit.
+const BEARINGS: u32 = 36;
+/// Stand-offs tried between the nearest and the farthest admissible one, both included.
+const STAND_OFFS: u32 = 4;
+/// Slopes of the approach tried by inverse kinematics, from below to above the horizontal [rad].
+const SLOPES: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
+
+impl World {
+    /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
+    /// the arm's reach sphere from an admissible stand-off. A stand-off is a place of the base on flat ground
+    /// that faces the fruit, keeps the shoulder at an admissible horizontal distance from it, and keeps the
+    /// chassis off the trunk.
+    pub fn reachable(&self) -> Vec<bool> {
+        let reach = self.spec().episode.reach_radius.si();
+        self.start_p_world().iter().map(|p| self.stand_offs(p).any(|s| s.distance <= reach)).collect()
+    }
+
+    /// How many fruit inverse kinematics confirms: from some stand-off the arm brings its fingers to the fruit
+    /// along an axis that leads away from the robot. Branches and leaves in the way are not looked at.
+    pub fn reachable_by_ik(&self) -> u32 {
+        let reach = self.spec().episode.reach_radius.si();
+        let kinematics = self.robot().kinematics();
+        let confirmed = |p_world: &Vec3| {
+            // Nearest stand-off of each bearing is enough: farther ones reach less.
+            self.stand_offs(p_world).filter(|s| s.distance <= reach).take(STAND_OFFS as usize).any(|s| {
+                let p_base = inverse_transform(&s.x_world_base, p_world);
+                SLOPES.iter().any(|&slope| {
+                    let (sin, cos) = math::sin_cos(slope);
+                    let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
+                    kinematics.solve(&target, &kinematics.home()).is_ok()
+                })
+            })
+        };
+        self.start_p_world().iter().filter(|p| confirmed(p)).count() as u32
+    }
+
+    fn start_p_world(&self) -> Vec<Vec3> {
+        self.fruit().points.iter().map(|point| self.start().point_p_world[point.index()]).collect()
+    }
+
+    /// Admissible stand-offs before a fruit that keep the chassis off the trunk.
+    fn stand_offs<'a>(&'a self, p_world: &Vec3) -> impl Iterator<Item = StandOff> + 'a {
+        let p_world = *p_world;
+        let p_base_shoulder = self.p_base_shoulder();
+        let (near, far) = self.spec().episode.stand_off.si();
+        let trunk_radius = self.skeleton().segments[0].radius;
+        (0..BEARINGS * STAND_OFFS).filter_map(move |k| {
+            let heading = TAU * f64::from(k / STAND_OFFS) / f64::from(BEARINGS);
+            let share = f64::from(k % STAND_OFFS) / f64::from(STAND_OFFS - 1);
+            let stand_off = near + (far - near) * share;
+            let (sin, cos) = math::sin_cos(heading);
+            let ahead = Vec3::new(cos, sin, 0.0);
+            let shoulder = Vec3::new(p_world.x, p_world.y, p_base_shoulder.z) - ahead * stand_off;
+            let rotation = Rotation::from_axis_angle(&Vec3::z_axis(), heading);
+            let p_world_base = shoulder - rotation * p_base_shoulder;
+            let x_world_base =
+                Pose::from_parts(Vec3::new(p_world_base.x, p_world_base.y, 0.0).into(), rotation);
+            let distance = (p_world - shoulder).norm();
+            self.clears_trunk(&x_world_base, trunk_radius).then_some(StandOff { x_world_base, distance })
+        })
+    }
+
+    /// Whether the chassis at a place of the base keeps off the trunk, which stands at the world's origin.
+    fn clears_trunk(&self, x_world_base: &Pose, trunk_radius: f64) -> bool {
+        self.chassis().iter().all(|(shape, x_base_shape)| {
+            let x_world_shape = x_world_base * x_base_shape;
+            let trunk = Vec3::new(0.0, 0.0, x_world_shape.translation.z);
+            shape.signed_distance(&inverse_transform(&x_world_shape, &trunk)) > trunk_radius
+        })
+    }
+
+    /// The chassis' shapes in the base frame.
+    fn chassis(&self) -> Vec<(Shape, Pose)> {
+        let handle = self.handle();
+        let x_base_body = handle.x_body_base.inverse();
+        let colliders = handle.colliders.base.iter().map(|&id| self.model().collider(id));
+        colliders.map(|c| (c.shape, x_base_body * c.x_owner_shape)).collect()
+    }
+
+    /// The arm's shoulder, the origin of its second joint, in the base frame.
+    fn p_base_shoulder(&self) -> Vec3 {
+        let p_world = self.start().x_world_body(self.handle().arm[1]).translation.vector;
+        inverse_transform(&self.handle().x_world_base(self.start()), &p_world)
+    }
+}
+
+/// A place of the base before a fruit.
+struct StandOff {
+    x_world_base: Pose,
+    /// From the shoulder to the fruit [m].
+    distance: f64,
+}
