@@ -80,31 +80,31 @@ fn set_robot_q(world: &mut World, body: fn(&World) -> BodyId, value: f64) {
     world.data_mut().q[q] = value;
 }
 
-/// Arm servos never exert more than their published limits, pressed against the ground included.
+/// Arm servos never exert more than their published limits, pressed against the ground included. (With limits
+/// that only foresee free motion, the wrist exerted 2.5 and 7.2 times its limit in these two postures.)
 #[test]
 fn effort_limits_hold_in_contact() {
     let robot = RobotModel::paper();
-    let mut world = world(3, 0);
-    let mut command = robot.start_command();
-    let mut touched = false;
-    for frame in 0..240 {
-        // Upper arm forward, forearm down: the hand presses on the ground before the base.
-        let share = f64::from(frame.min(90)) / 90.0;
-        let start = robot.start_command().arm_q;
-        for (joint, goal) in [(1, 1.75), (3, -1.4), (5, 1.6)] {
-            command.arm_q[joint] = start[joint] + (goal - start[joint]) * share;
+    let start = robot.start_command().arm_q;
+    for goal in [[1.78, -1.4, 2.6], [1.78, -2.3, 3.6]] {
+        let mut world = world(3, 0);
+        let mut command = robot.start_command();
+        let mut pressed = false;
+        for frame in 0..240 {
+            // Upper arm forward, forearm down: the hand presses on the ground before the base.
+            let share = f64::from(frame.min(60)) / 60.0;
+            for (joint, goal) in [1, 3, 5].into_iter().zip(goal) {
+                command.arm_q[joint] = start[joint] + (goal - start[joint]) * share;
+            }
+            world.step(&command);
+            pressed |= world.report().contacts.iter().any(|c| c.force_world.norm() > 20.0);
+            for (torque, limit) in world.observe().arm_torque.iter().zip(robot.kinematics().limits()) {
+                let effort = limit.effort;
+                assert!(torque.abs() <= effort * (1.0 + 1e-6), "frame {frame}: {torque} N m of {effort}");
+            }
         }
-        world.step(&command);
-        touched |= world.report().contacts.iter().any(|c| c.force_world.norm() > 50.0);
-        for (torque, limit) in world.observe().arm_torque.iter().zip(robot.kinematics().limits()) {
-            assert!(
-                torque.abs() <= limit.effort * (1.0 + 1e-6),
-                "frame {frame}: {torque} of {}",
-                limit.effort
-            );
-        }
+        assert!(pressed, "the hand never pressed on anything");
     }
-    assert!(touched, "the hand never pressed on anything");
 }
 
 /// The same world twice, and after a reset, gives the same bits; another index gives another tree.
