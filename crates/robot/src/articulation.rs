@@ -4,6 +4,7 @@
 //! kept. Cylinders become capsules of the same overall length (spheres where they are shorter than wide).
 
 use crate::RobotError;
+use crate::plausible::{EFFORT_MAX, INERTIA_MAX, LENGTH_MAX, MASS_MAX, POSITION_MAX, SPEED_MAX, within};
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3, transform};
 use orchard_multibody::{JointKind, SpatialInertia};
@@ -92,7 +93,7 @@ impl Articulation {
     ///
     /// # Errors
     /// Not URDF; links or joints missing, double, cyclic or unconnected; unsupported joint or shape; no limits
-    /// where a joint needs them; no mass where a joint needs it.
+    /// where a joint needs them; no mass where a joint needs it; numbers that no robot has.
     pub fn from_urdf(text: &str) -> Result<Self, RobotError> {
         let robot = urdf_rs::read_from_string(text).map_err(|e| RobotError::Parse(one_line(&e)))?;
         Builder::new(&robot)?.build()
@@ -134,6 +135,17 @@ struct Builder<'a> {
     frames: Vec<Frame>,
 }
 
+/// Where a URDF link sits.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// Moving link that carries it; `None` is the ground.
+    on: Option<usize>,
+    /// Pose in the frame of that link.
+    x: Pose,
+    /// Sum of the joint offsets from the root [m].
+    reach: f64,
+}
+
 impl<'a> Builder<'a> {
     fn new(robot: &'a urdf_rs::Robot) -> Result<Self, RobotError> {
         let link_names: Vec<&str> = robot.links.iter().map(|l| l.name.as_str()).collect();
@@ -171,7 +183,7 @@ impl<'a> Builder<'a> {
 
     fn build(mut self) -> Result<Articulation, RobotError> {
         let mut ground = None;
-        if self.ground_has_shapes(self.root) {
+        if self.ground_has_shapes() {
             let name = self.robot.links[self.root].name.clone();
             self.links.push(Link {
                 joint_name: String::new(),
@@ -186,7 +198,7 @@ impl<'a> Builder<'a> {
             });
             ground = Some(0);
         }
-        self.visit(self.root, ground, Pose::identity())?;
+        self.walk(ground)?;
         if self.frames.len() < self.robot.links.len() {
             let lost = self.robot.links.iter().find(|l| self.frames.iter().all(|f| f.name != l.name));
             return Err(RobotError::Cyclic(lost.map(|l| l.name.clone()).unwrap_or_default()));
@@ -199,45 +211,76 @@ impl<'a> Builder<'a> {
         Ok(Articulation { name: self.robot.name.clone(), links: self.links, frames: self.frames })
     }
 
-    fn ground_has_shapes(&self, link: usize) -> bool {
-        !self.robot.links[link].collision.is_empty()
-            || self.children[link].iter().any(|&j| {
-                self.robot.joints[j].joint_type == JointType::Fixed && self.ground_has_shapes(self.child[j])
-            })
+    /// Whether the root or anything that fixed joints hold to it has shapes.
+    fn ground_has_shapes(&self) -> bool {
+        let mut open = vec![self.root];
+        while let Some(link) = open.pop() {
+            if !self.robot.links[link].collision.is_empty() {
+                return true;
+            }
+            let fixed = |&&j: &&usize| self.robot.joints[j].joint_type == JointType::Fixed;
+            open.extend(self.children[link].iter().filter(fixed).map(|&j| self.child[j]));
+        }
+        false
     }
 
-    /// Adds a URDF link, which sits on moving link `on` at `x`, and everything beyond it.
-    fn visit(&mut self, link: usize, on: Option<usize>, x: Pose) -> Result<(), RobotError> {
-        let urdf = &self.robot.links[link];
-        self.frames.push(Frame { name: urdf.name.clone(), link: on, x_link_frame: x });
-        if let Some(on) = on {
-            let added = inertia_of(urdf, &x)?;
-            self.links[on].inertia = combined(&self.links[on].inertia, &added);
-            for collision in &urdf.collision {
-                let (shape, x_shape) = shape_of(&urdf.name, collision)?;
-                let x_link_shape = x * x_shape;
-                self.links[on].shapes.push(LinkShape { part: urdf.name.clone(), shape, x_link_shape });
-            }
+    /// Adds all URDF links, depth first and in file order, starting with the root on moving link `ground`.
+    ///
+    /// A stack of its own: a file may hold chains longer than the call stack is deep.
+    fn walk(&mut self, ground: Option<usize>) -> Result<(), RobotError> {
+        let root = Place { on: ground, x: Pose::identity(), reach: 0.0 };
+        self.add_link(self.root, &root)?;
+        let mut open = self.joints_at(self.root, root);
+        while let Some((j, parent)) = open.pop() {
+            let place = self.cross(j, &parent)?;
+            self.add_link(self.child[j], &place)?;
+            open.append(&mut self.joints_at(self.child[j], place));
         }
-        for j in self.children[link].clone() {
-            let joint = &self.robot.joints[j];
-            let x_joint = x * pose_of(&format!("joint `{}`", joint.name), &joint.origin)?;
-            if joint.joint_type == JointType::Fixed {
-                self.visit(self.child[j], on, x_joint)?;
-                continue;
-            }
-            self.links.push(Link {
-                name: self.robot.links[self.child[j]].name.clone(),
-                joint_name: joint.name.clone(),
-                parent: on,
-                joint: kind_of(joint)?,
-                x_parent_joint: x_joint,
-                inertia: massless(),
-                shapes: Vec::new(),
-                limit: limit_of(joint)?,
-                mimic: None,
-            });
-            self.visit(self.child[j], Some(self.links.len() - 1), Pose::identity())?;
+        Ok(())
+    }
+
+    /// The joints at a link, last in the file first.
+    fn joints_at(&self, link: usize, place: Place) -> Vec<(usize, Place)> {
+        self.children[link].iter().rev().map(|&j| (j, place)).collect()
+    }
+
+    /// Where the child of a joint sits; a joint that moves begins a moving link.
+    fn cross(&mut self, j: usize, parent: &Place) -> Result<Place, RobotError> {
+        let joint = &self.robot.joints[j];
+        let name = format!("joint `{}`", joint.name);
+        let x_parent_joint = pose_of(&name, &joint.origin)?;
+        let x = parent.x * x_parent_joint;
+        let reach = parent.reach + x_parent_joint.translation.vector.norm();
+        within(&format!("{name}, distance from the root"), &[reach], LENGTH_MAX)?;
+        if joint.joint_type == JointType::Fixed {
+            return Ok(Place { on: parent.on, x, reach });
+        }
+        self.links.push(Link {
+            name: self.robot.links[self.child[j]].name.clone(),
+            joint_name: joint.name.clone(),
+            parent: parent.on,
+            joint: kind_of(joint)?,
+            x_parent_joint: x,
+            inertia: massless(),
+            shapes: Vec::new(),
+            limit: limit_of(joint)?,
+            mimic: None,
+        });
+        Ok(Place { on: Some(self.links.len() - 1), x: Pose::identity(), reach })
+    }
+
+    /// Adds frame, inertia and shapes of a URDF link.
+    fn add_link(&mut self, link: usize, place: &Place) -> Result<(), RobotError> {
+        let urdf = &self.robot.links[link];
+        let x = place.x;
+        self.frames.push(Frame { name: urdf.name.clone(), link: place.on, x_link_frame: x });
+        let Some(on) = place.on else { return Ok(()) };
+        let added = inertia_of(urdf, &x)?;
+        self.links[on].inertia = combined(&self.links[on].inertia, &added);
+        for collision in &urdf.collision {
+            let (shape, x_shape) = shape_of(&urdf.name, collision)?;
+            let x_link_shape = x * x_shape;
+            self.links[on].shapes.push(LinkShape { part: urdf.name.clone(), shape, x_link_shape });
         }
         Ok(())
     }
@@ -264,6 +307,7 @@ impl<'a> Builder<'a> {
                 });
             }
             let multiplier = mimic.multiplier.unwrap_or(1.0);
+            within(&format!("mimic of joint `{}`", joint.name), &[multiplier], POSITION_MAX)?;
             self.links[follower].mimic = Some(Mimic { leader, multiplier });
         }
         Ok(())
@@ -279,17 +323,10 @@ fn refuse_duplicates(kind: &'static str, names: &[&str]) -> Result<(), RobotErro
     }
 }
 
-fn finite(place: &str, numbers: &[f64]) -> Result<(), RobotError> {
-    match numbers.iter().all(|x| x.is_finite()) {
-        true => Ok(()),
-        false => Err(RobotError::NotFinite { place: place.to_owned() }),
-    }
-}
-
 fn pose_of(place: &str, origin: &urdf_rs::Pose) -> Result<Pose, RobotError> {
     let (xyz, rpy) = (origin.xyz.0, origin.rpy.0);
-    finite(place, &xyz)?;
-    finite(place, &rpy)?;
+    within(place, &xyz, LENGTH_MAX)?;
+    within(place, &rpy, POSITION_MAX)?;
     Ok(Pose::from_parts(Vec3::from(xyz).into(), Rotation::from_euler_angles(rpy[0], rpy[1], rpy[2])))
 }
 
@@ -299,11 +336,10 @@ fn kind_of(joint: &urdf_rs::Joint) -> Result<JointKind, RobotError> {
         axis: format!("{:?}", joint.axis.xyz.0),
         problem,
     };
+    within(&format!("axis of joint `{}`", joint.name), &joint.axis.xyz.0, POSITION_MAX)?;
     let axis = || {
         let v = Vec3::from(joint.axis.xyz.0);
-        Unit::try_new(v, 1e-9)
-            .filter(|u| u.iter().all(|x| x.is_finite()))
-            .ok_or_else(|| axis_error("is no direction"))
+        Unit::try_new(v, 1e-9).ok_or_else(|| axis_error("is no direction"))
     };
     match joint.joint_type {
         JointType::Revolute | JointType::Continuous => Ok(JointKind::Hinge(axis()?)),
@@ -324,10 +360,13 @@ fn kind_of(joint: &urdf_rs::Joint) -> Result<JointKind, RobotError> {
 fn limit_of(joint: &urdf_rs::Joint) -> Result<Option<Limit>, RobotError> {
     let l = &joint.limit;
     let error = |problem| Err(RobotError::Limit { joint: joint.name.clone(), problem });
+    let place = format!("limits of joint `{}`", joint.name);
+    within(&place, &[l.lower, l.upper], POSITION_MAX)?;
+    within(&place, &[l.velocity], SPEED_MAX)?;
+    within(&place, &[l.effort], EFFORT_MAX)?;
     let or_infinite = |x: f64| if x == 0.0 { f64::INFINITY } else { x };
     match joint.joint_type {
         JointType::Revolute | JointType::Prismatic => {
-            finite(&format!("limits of joint `{}`", joint.name), &[l.lower, l.upper, l.effort, l.velocity])?;
             if l.lower >= l.upper {
                 return error("needs position limits with lower below upper");
             }
@@ -367,7 +406,7 @@ fn shape_of(link: &str, collision: &urdf_rs::Collision) -> Result<(Shape, Pose),
             return Err(RobotError::Geometry { link: link.to_owned(), kind: "mesh" });
         }
     };
-    finite(&place, &sizes)?;
+    within(&place, &sizes, LENGTH_MAX)?;
     if sizes.iter().any(|s| *s <= 0.0) {
         return Err(RobotError::Geometry { link: link.to_owned(), kind: "of no size" });
     }
@@ -384,7 +423,8 @@ fn inertia_of(link: &urdf_rs::Link, x: &Pose) -> Result<SpatialInertia, RobotErr
     let inertial = &link.inertial;
     let i = &inertial.inertia;
     let mass = inertial.mass.value;
-    finite(&place, &[mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz])?;
+    within(&place, &[mass], MASS_MAX)?;
+    within(&place, &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], INERTIA_MAX)?;
     let i_link = Mat3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
     let error = |problem| Err(RobotError::Inertia { link: link.name.clone(), problem });
     if mass < 0.0 {

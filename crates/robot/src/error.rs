@@ -86,6 +86,16 @@ pub enum RobotError {
         /// The geometry.
         kind: &'static str,
     },
+    /// A number that no robot has.
+    #[error("{place}: {number} is larger than the allowed {limit}")]
+    TooLarge {
+        /// Where.
+        place: String,
+        /// The number, as text.
+        number: String,
+        /// The bound on its magnitude, as text.
+        limit: String,
+    },
     /// A number that is not finite.
     #[error("{place}: a number is not finite")]
     NotFinite {

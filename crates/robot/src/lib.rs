@@ -15,6 +15,7 @@ mod ik;
 pub mod io;
 mod model;
 mod observe;
+mod plausible;
 mod roles;
 mod servo;
 
