@@ -111,7 +111,7 @@ impl BaselinePicker {
         let deck = Vec3::new(room.body_half_x.si(), room.body_half_y.si(), f64::INFINITY);
         Self {
             postures: Postures::new(&arm, &robot.bucket(), &config),
-            eyes: Eyes::new(detector, &config, deck),
+            eyes: Eyes::new(detector, &config, deck, robot.config().start.distance.si()),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
             fingers: Fingers { opening: config.grasp.opening.si(), force: config.grasp.force.si() },
@@ -244,7 +244,7 @@ pub(crate) fn to_base(target: &Target, robot: &RobotState) -> Target {
 
 impl Controller for BaselinePicker {
     fn act(&mut self, observation: &Observation) -> Command {
-        let Some(robot) = RobotState::read(observation, self.last_time) else {
+        let Some(robot) = RobotState::read(observation, self.last_time, &self.config.sensors) else {
             return Command { base_velocity: STILL, ..self.last_command };
         };
         if self.last_time.is_none() {

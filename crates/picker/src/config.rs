@@ -18,6 +18,8 @@ macro_rules! section {
 section! {
     /// Everything that the baseline picker can be told.
     PickerConfig {
+        /// Reading the sensors.
+        sensors: SensorsConfig,
         /// Tree-centre belief.
         belief: BeliefConfig,
         /// Point memory.
@@ -48,14 +50,18 @@ section! {
 }
 
 section! {
+    /// Reading the sensors.
+    SensorsConfig {
+        /// A gap between observations longer than this is not integrated over.
+        longest_step: Quantity,
+    }
+}
+
+section! {
     /// Where the tree is believed to stand.
     BeliefConfig {
-        /// Distance ahead of the base at the start.
-        start_distance: Quantity,
         /// Weight of the start belief, in images.
         prior_images: Count,
-        /// Farthest that the belief may move from the start belief.
-        shift_max: Quantity,
         /// Points farther from the belief than this are not of the tree.
         canopy_radius: Quantity,
     }
@@ -122,11 +128,15 @@ section! {
         gain: Quantity,
         /// Distance from the tree at which its bearing is changed.
         orbit_radius: Quantity,
+        /// Share of the orbit radius from which the base goes around; nearer it backs out first.
+        orbit_share: Quantity,
         /// Bearing differences up to this are driven straight.
         orbit_angle: Quantity,
         /// Nearest that the base's centre comes to the tree's.
         trunk_clearance: Quantity,
-        /// A commanded base slower than this is held by something.
+        /// A base told to go faster than this must move.
+        stall_command: Quantity,
+        /// A base that must move and is slower than this is held by something.
         stall_speed: Quantity,
     }
 }
@@ -166,6 +176,8 @@ section! {
         look: Quantity,
         /// How far the TCP goes beyond the fruit's centre.
         overshoot: Quantity,
+        /// Longest step between the postures that are checked along the straight approach.
+        line_step: Quantity,
         /// Rises of the approach direction, best first.
         elevations: Vec<Quantity>,
         /// Turns of the approach direction from the line base-fruit, best first.
@@ -216,6 +228,10 @@ section! {
         withdraw_speed: Quantity,
         /// Hand acceleration on a straight line.
         line_acceleration: Quantity,
+        /// Slowest motion at the end of a straight line, as a share of its speed.
+        line_creep: Quantity,
+        /// A larger joint step between neighbouring points of a line means another branch of postures.
+        branch_jump: Quantity,
         /// Joint error at which a motion counts as ended.
         arrived: Quantity,
         /// Joint error that counts as held by something, when the arm is slow.
@@ -240,6 +256,10 @@ section! {
         settle: Quantity,
         /// Longest closing time.
         close_time: Quantity,
+        /// A gap between the fingers that changes by less than this a frame is steady.
+        steady_width: Quantity,
+        /// Time for which the gap must be steady.
+        steady_time: Quantity,
     }
 }
 
@@ -248,6 +268,8 @@ section! {
     PullConfig {
         /// Longest withdrawal.
         distance: Quantity,
+        /// Weight of a frame's force in the running mean of the pull.
+        tension_weight: Quantity,
         /// Pull that shows that the stem is taut.
         tension_high: Quantity,
         /// Pull below which a stem that was taut has given way.

@@ -82,7 +82,7 @@ pub(crate) fn drive(
     } else {
         let held_out = (orbit - radius) * gain;
         // Near the canopy the base first backs out, then goes around.
-        let around = if radius > orbit * NEAR_ORBIT { swing * radius * gain } else { 0.0 };
+        let around = if radius > orbit * c.orbit_share.si() { swing * radius * gain } else { 0.0 };
         out * held_out + along * around
     };
     wanted = wanted.cap_magnitude(c.speed.si());
@@ -103,9 +103,6 @@ pub(crate) fn drive(
     ([forward, left, turn], false)
 }
 
-/// Share of the orbit radius from which the base may go around.
-const NEAR_ORBIT: f64 = 0.9;
-
 /// Notices a base that is told to move and does not.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct StallWatch {
@@ -122,7 +119,7 @@ impl StallWatch {
         patience: f64,
     ) -> bool {
         let asked = math::hypot(command[0], command[1]);
-        let held = asked > 4.0 * c.stall_speed.si() && robot.base_speed < c.stall_speed.si();
+        let held = asked > c.stall_command.si() && robot.base_speed < c.stall_speed.si();
         self.since = if held { self.since + robot.dt } else { 0.0 };
         self.since >= patience
     }

@@ -30,24 +30,23 @@ pub(crate) struct Eyes {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Belief {
     config: BeliefConfig,
+    /// The start belief: straight ahead at the protocol's start distance.
+    p_start: Vec3,
+    /// Sum of the canopy's centres seen.
     sum: Vec3,
     images: u32,
 }
 
 impl Belief {
-    fn new(config: &BeliefConfig) -> Self {
-        Self { config: config.clone(), sum: Vec3::zeros(), images: 0 }
+    fn new(config: &BeliefConfig, start_distance: f64) -> Self {
+        let p_start = Vec3::new(start_distance, 0.0, 0.0);
+        Self { config: config.clone(), p_start, sum: Vec3::zeros(), images: 0 }
     }
 
-    fn start(&self) -> Vec3 {
-        Vec3::new(self.config.start_distance.si(), 0.0, 0.0)
-    }
-
-    /// Mean of the start belief and the canopy's centres seen, no farther from the start than configured.
+    /// Mean of the start belief, which counts as some images, and the canopy's centres seen.
     pub fn p_odom(&self) -> Vec3 {
         let prior = f64::from(self.config.prior_images.get());
-        let mean = (self.start() * prior + self.sum) / (prior + f64::from(self.images));
-        self.start() + (mean - self.start()).cap_magnitude(self.config.shift_max.si())
+        (self.p_start * prior + self.sum) / (prior + f64::from(self.images))
     }
 
     fn is_canopy(&self, p_odom: &Vec3) -> bool {
@@ -66,13 +65,14 @@ impl Belief {
 }
 
 impl Eyes {
-    pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3) -> Self {
+    /// `start_distance` [m]: how far ahead of the start the protocol puts the trunk.
+    pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3, start_distance: f64) -> Self {
         Self {
             tracker: Tracker::new(&detector),
             detector,
             deck,
             config: config.cloud.clone(),
-            belief: Belief::new(&config.belief),
+            belief: Belief::new(&config.belief, start_distance),
             clouds: VecDeque::new(),
             sightings: Vec::new(),
             images: 0,
@@ -216,4 +216,28 @@ fn visible_shapes(
         .map(|(shape, x)| (shape, x_camera_base * x))
         .filter(in_view)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_belief_starts_at_the_protocols_distance_and_follows_what_is_seen() {
+        let config = PickerConfig::paper().belief;
+        let mut belief = Belief::new(&config, 2.4);
+        let start = Vec3::new(2.4, 0.0, 0.0);
+        assert_eq!(belief.p_odom(), start);
+        belief.see(&[]);
+        assert_eq!(belief.p_odom(), start);
+        let off = Vec3::new(0.6, -0.5, 0.0);
+        let canopy = [start + off + Vec3::new(0.1, 0.0, 1.0), start + off - Vec3::new(0.1, 0.0, -1.5)];
+        let prior = f64::from(config.prior_images.get());
+        for seen in 1..=100 {
+            belief.see(&canopy);
+            let expected = start + off * (f64::from(seen) / (prior + f64::from(seen)));
+            // A hundred roundings of sums up to 300 m, divided by the count.
+            assert!((belief.p_odom() - expected).norm() < 1e-12);
+        }
+    }
 }

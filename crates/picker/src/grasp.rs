@@ -29,15 +29,6 @@ pub(crate) struct Pull {
     travelled: f64,
 }
 
-/// Weight of a new force reading in the running mean: a time constant of about 5 frames.
-const TENSION_WEIGHT: f64 = 0.2;
-
-/// A finger gap that changes by less than this a frame is steady [m].
-const STEADY_WIDTH: f64 = 2e-4;
-
-/// Time for which the gap must be steady [s].
-const STEADY_TIME: f64 = 0.1;
-
 impl BaselinePicker {
     pub(crate) fn grasp(&mut self, grasp: Grasp, robot: &RobotState) -> Next {
         if self.elapsed(robot) > self.config.timeout.grasp.si() {
@@ -59,10 +50,11 @@ impl BaselinePicker {
             }
             Grasp::Advancing { p_goal } => self.advance(robot, &p_goal),
             Grasp::Closing { since, width, steady } => {
-                let is_steady = (robot.width - width).abs() <= STEADY_WIDTH;
+                let c = &self.config.grasp;
+                let is_steady = (robot.width - width).abs() <= c.steady_width.si();
                 let steady = if is_steady { steady + robot.dt } else { 0.0 };
                 let closing_for = robot.time - since;
-                if steady < STEADY_TIME && closing_for < self.config.grasp.close_time.si() {
+                if steady < c.steady_time.si() && closing_for < c.close_time.si() {
                     return stay(Grasp::Closing { since, width: robot.width, steady });
                 }
                 if !self.holds_fruit(robot) {
@@ -119,7 +111,7 @@ impl BaselinePicker {
         let c = &self.config.pull;
         let gravity = Vec3::new(0.0, 0.0, -c.gravity.si());
         let force = -self.arm.tcp_force(&robot.q, &robot.torque, &gravity).dot(&direction);
-        pull.tension += (force - pull.tension) * TENSION_WEIGHT;
+        pull.tension += (force - pull.tension) * c.tension_weight.si();
         pull.peak = pull.peak.max(pull.tension);
         pull.travelled = self.motion.travelled().unwrap_or(pull.travelled);
         let slack = pull.tension < c.tension_low.si();

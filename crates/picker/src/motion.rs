@@ -24,6 +24,10 @@ struct Line {
     length: f64,
     speed_max: f64,
     acceleration: f64,
+    /// Slowest motion at the end, as a share of `speed_max`.
+    creep: f64,
+    /// Largest joint step of a frame [rad].
+    branch_jump: f64,
     travelled: f64,
     speed: f64,
 }
@@ -113,6 +117,8 @@ impl ArmMotion {
             length,
             speed_max: speed,
             acceleration: config.line_acceleration.si(),
+            creep: config.line_creep.si(),
+            branch_jump: config.branch_jump.si(),
             travelled: 0.0,
             speed: 0.0,
         });
@@ -135,13 +141,13 @@ impl ArmMotion {
                 let braking = (2.0 * line.acceleration * left.max(0.0)).sqrt();
                 line.speed = (line.speed + line.acceleration * dt).min(line.speed_max).min(braking);
                 // The braking law alone would creep up to the end for ever.
-                let step = (line.speed * dt).max(line.speed_max * dt * CREEP).min(left);
+                let step = (line.speed * dt).max(line.speed_max * dt * line.creep).min(left);
                 line.travelled += step;
                 let over = line.travelled >= line.length;
                 let p = line.from.translation.vector + line.direction * line.travelled;
                 let target = IkTarget::Pose(Pose::from_parts(p.into(), line.from.rotation));
                 match arm.solve_near(&target, &self.q) {
-                    Ok(q) if (q - self.q).amax() <= JUMP => {
+                    Ok(q) if (q - self.q).amax() <= line.branch_jump => {
                         self.q = q;
                         if over {
                             self.course = Course::Rest;
@@ -153,9 +159,3 @@ impl ArmMotion {
         }
     }
 }
-
-/// Slowest motion at the end of a line, as a share of its speed.
-const CREEP: f64 = 0.05;
-
-/// A larger joint step between neighbouring points of a line means another branch of postures [rad].
-pub(crate) const JUMP: f64 = 0.3;

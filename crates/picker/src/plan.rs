@@ -1,7 +1,6 @@
 //! From where to grasp a fruit: approach directions that the arm can follow, least in the way first.
 
 use crate::config::PickerConfig;
-use crate::motion::JUMP;
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3, inverse_transform, math};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector};
 
@@ -62,24 +61,23 @@ pub(crate) fn look_posture(
     // The middle of the line decides; from there postures are continued both ways.
     let starts = [*q_start, arm.home()];
     let q_pregrasp = starts.iter().find_map(|q| arm.solve_near(&at(pregrasp), q).ok())?;
-    follow(arm, q_pregrasp, pregrasp, -config.approach.overshoot.si(), at)?;
-    follow(arm, q_pregrasp, pregrasp, look, at)
+    follow(arm, q_pregrasp, pregrasp, -config.approach.overshoot.si(), at, config)?;
+    follow(arm, q_pregrasp, pregrasp, look, at, config)
 }
 
-/// Longest step between the postures that are checked along a line [m].
-const LINE_STEP: f64 = 0.04;
-
+/// Continues a posture along the approach, from one distance before the fruit to another.
 fn follow(
     arm: &ArmKinematics,
     mut q: JointVector,
     from: f64,
     to: f64,
     at: impl Fn(f64) -> IkTarget,
+    config: &PickerConfig,
 ) -> Option<JointVector> {
-    let steps = ((to - from).abs() / LINE_STEP).ceil().max(1.0);
+    let steps = ((to - from).abs() / config.approach.line_step.si()).ceil().max(1.0);
     for k in 1..=steps as u32 {
         let next = arm.solve_near(&at(from + (to - from) * f64::from(k) / steps), &q).ok()?;
-        if (next - q).amax() > JUMP {
+        if (next - q).amax() > config.arm.branch_jump.si() {
             return None;
         }
         q = next;

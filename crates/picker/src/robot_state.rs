@@ -1,5 +1,6 @@
 //! The robot as its sensors tell it, in the frames that the picker thinks in.
 
+use crate::config::SensorsConfig;
 use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{JointVector, Observation};
 
@@ -23,12 +24,9 @@ pub(crate) struct RobotState {
     pub turn_speed: f64,
 }
 
-/// A gap between observations longer than this is not integrated over [s].
-const LONGEST_STEP: f64 = 0.1;
-
 impl RobotState {
     /// `None` if a sensor reads what is no number.
-    pub fn read(observation: &Observation, last_time: Option<f64>) -> Option<Self> {
+    pub fn read(observation: &Observation, last_time: Option<f64>, config: &SensorsConfig) -> Option<Self> {
         let o = observation;
         let all = [o.time, o.base_height];
         let numbers = all
@@ -46,7 +44,7 @@ impl RobotState {
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), yaw);
         Some(Self {
             time: o.time,
-            dt: last_time.map_or(0.0, |t| (o.time - t).clamp(0.0, LONGEST_STEP)),
+            dt: last_time.map_or(0.0, |t| (o.time - t).clamp(0.0, config.longest_step.si())),
             q: JointVector::from(o.arm_q),
             v: JointVector::from(o.arm_v),
             torque: JointVector::from(o.arm_torque),
