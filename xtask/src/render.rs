@@ -10,7 +10,7 @@ use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{Observation, RobotModel};
 use orchard_spec::Spec;
 use orchard_world::World;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and what the wrist camera sees.
@@ -22,13 +22,14 @@ use std::sync::Arc;
 )]
 pub struct Args {
     /// Seed of the population
-    #[arg(long, default_value_t = 20250704, value_name = "S")]
+    #[arg(long, default_value_t = 20250704, value_name = "S", allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Which of the seed's trees
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u32).range(0..))]
     tree: u32,
     /// Moment of the episode [s]
-    #[arg(long, default_value_t = 0.0, value_name = "SECONDS")]
+    #[arg(long, default_value_t = 0.0, value_name = "SECONDS", allow_negative_numbers = true)]
     time: f64,
     /// Height of the picture [px]
     #[arg(long, default_value_t = 720, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(64..=4096))]
@@ -36,6 +37,10 @@ pub struct Args {
     /// The PNG to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("the allowed range is the whole numbers [0, {}]", u64::MAX))
 }
 
 /// Longest episode that is drawn [s]: the benchmark's run to exhaustion.
@@ -46,6 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(0.0..=LATEST).contains(&args.time) {
         return Err(Failure::BadInput(format!("--time {}: the allowed range is [0, {LATEST}] s", args.time)));
     }
+    check_folder(&args.out)?;
     let spec = Arc::new(Spec::paper());
     let robot = Arc::new(RobotModel::paper());
     let mut world = World::new(spec.clone(), robot.clone(), args.seed, args.tree)
@@ -64,6 +70,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let sheet = wrist_view.map_or_else(|| outside.clone(), |wrist| beside(&outside, &wrist));
     let bytes = png(&sheet).context("cannot encode the picture")?;
     write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
+    Ok(())
+}
+
+/// An episode takes a while: what cannot be written is refused before it.
+fn check_folder(out: &Path) -> Result<(), Failure> {
+    let bad = |problem: &str| Err(Failure::BadInput(format!("--out {}: {problem}", out.display())));
+    let folder = match out.parent() {
+        None => return bad("is no file name"),
+        Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
+        Some(folder) => folder,
+    };
+    if out.is_dir() {
+        return bad("is a folder");
+    }
+    if !folder.is_dir() {
+        return bad(&format!("there is no folder {}", folder.display()));
+    }
     Ok(())
 }
 
@@ -122,4 +145,32 @@ fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
     writer.write_image_data(&image.pixels().concat())?;
     writer.finish()?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bad_seed_is_told_the_range() {
+        assert_eq!(seed("20250704"), Ok(20250704));
+        for bad in ["-1", "", "1.5", "18446744073709551616"] {
+            assert!(seed(bad).is_err_and(|line| line.contains("[0, 18446744073709551615]")), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_picture_that_cannot_be_written_is_refused() {
+        let refused = |out: &Path| match check_folder(out) {
+            Err(Failure::BadInput(line)) => line,
+            other => panic!("{}: {other:?}", out.display()),
+        };
+        let folder = std::env::temp_dir();
+        assert!(
+            check_folder(&folder.join("tree.png")).is_ok() && check_folder(Path::new("tree.png")).is_ok()
+        );
+        assert!(refused(&folder.join("no such folder").join("tree.png")).contains("no such folder"));
+        assert!(refused(&folder).contains("is a folder"));
+        assert!(refused(Path::new("/")).contains("--out"));
+    }
 }
