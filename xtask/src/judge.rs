@@ -71,12 +71,7 @@ pub fn judge() -> Result<Verdict, Failure> {
 }
 
 /// Writes a tree's model and our paths of it; gives the path of the case's file.
-fn write_case(
-    spec: &Spec,
-    seed: u64,
-    world: u32,
-    folder: &Path,
-) -> anyhow::Result<std::path::PathBuf> {
+fn write_case(spec: &Spec, seed: u64, world: u32, folder: &Path) -> anyhow::Result<std::path::PathBuf> {
     let mut tree = BareTree::new(spec, seed, world)?;
     let mjcf = format!("{}.xml", tree.name);
     write_bytes(&folder.join(&mjcf), tree.mjcf(TIME_STEP)?.as_bytes())?;

@@ -87,7 +87,11 @@ fn refuse_inexact(model: &Model, data: &Data) -> Result<(), MjcfError> {
         }
     }
     if let Some(dof) = data.torque.iter().position(|&torque| torque != 0.0) {
-        return refuse("degree of freedom", dof, "a feed-forward torque is no part of a model; set it to zero");
+        return refuse(
+            "degree of freedom",
+            dof,
+            "a feed-forward torque is no part of a model; set it to zero",
+        );
     }
     if !model.couplings().is_empty() {
         return refuse("coupling", 0, "couplings are not exported");
@@ -167,19 +171,13 @@ impl<W: Write> File<'_, W> {
             &[
                 ("pos", numbers(body.inertia.p_com.as_slice())),
                 ("mass", number(body.inertia.mass)),
-                (
-                    "fullinertia",
-                    numbers(&[i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]]),
-                ),
+                ("fullinertia", numbers(&[i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]])),
             ],
         )?;
         self.shapes(Owner::Body(id))?;
         for (i, point) in self.model.points().iter().enumerate() {
             if let Some(tether) = point.tether.as_ref().filter(|tether| tether.body == id) {
-                self.empty(
-                    "site",
-                    &[("name", anchor_name(i)), ("pos", numbers(tether.p_body.as_slice()))],
-                )?;
+                self.empty("site", &[("name", anchor_name(i)), ("pos", numbers(tether.p_body.as_slice()))])?;
             }
         }
         Ok(())
