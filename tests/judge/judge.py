@@ -23,7 +23,7 @@ SETTLING_STEP = 5e-3  # [s]; an equilibrium does not depend on the step
 # How MuJoCo steps a path: name, integrator, its steps in one of ours, tolerance in parts of the peak deflection. At our
 # own step it takes springs and dampers implicitly, as we do: what differs is how far it had settled, and round-off.
 # `refined` is another scheme at a finer step and stands for the equations themselves.
-SAME_STEP = ("same step", mujoco.mjtIntegrator.mjINT_DISCRETE, 1, 1e-4)
+SAME_STEP = ("same step", mujoco.mjtIntegrator.mjINT_DISCRETE, 1, 1e-6)
 REFINED = ("refined", mujoco.mjtIntegrator.mjINT_EULER, 5, 0.01)
 
 
