@@ -1,8 +1,11 @@
 //! The project's runner: `cargo xtask COMMAND`, one file a command.
 
+mod bare_tree;
 mod bench_v1;
+mod export_tree;
 mod failure;
 mod headline;
+mod judge;
 mod perf;
 mod render;
 mod rows;
@@ -36,6 +39,8 @@ struct Cli {
 enum Command {
     BenchV1(bench_v1::Args),
     Render(render::Args),
+    ExportTree(export_tree::Args),
+    Judge(judge::Args),
     Perf(perf::Args),
     Validate(validate::Args),
     Test(test::Args),
@@ -47,6 +52,8 @@ fn main() -> ExitCode {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
             Command::Render(args) => render::run(&args),
+            Command::ExportTree(args) => export_tree::run(&args),
+            Command::Judge(args) => judge::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Test(args) => test::run(&args),

@@ -3,23 +3,37 @@
 use std::process::Command;
 
 use crate::failure::Failure;
+use crate::judge::{self, Verdict};
 use crate::{tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace.\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge.\n\
                         All steps run; the last lines say which passed."
 )]
 pub struct Args {}
 
+/// How a step ended that did not fail.
+enum Outcome {
+    Passed,
+    /// It could not run here; why.
+    Skipped(String),
+}
+
 pub fn run(_: &Args) -> Result<(), Failure> {
-    type Step = (&'static str, fn() -> Result<(), Failure>);
-    let steps: [Step; 4] = [
+    type Step = (&'static str, fn() -> Result<Outcome, Failure>);
+    let steps: [Step; 5] = [
         ("format", || cargo(&["fmt", "--all", "--check"])),
         ("clippy", || cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])),
-        ("tidy", || tidy::run(&tidy::Args {})),
+        ("tidy", || tidy::run(&tidy::Args {}).map(|()| Outcome::Passed)),
         ("tests", || cargo(&["test", "--workspace", "--quiet"])),
+        ("judge", || {
+            judge::judge().map(|verdict| match verdict {
+                Verdict::Agreed => Outcome::Passed,
+                Verdict::Skipped(reason) => Outcome::Skipped(reason),
+            })
+        }),
     ];
     let mut results = Vec::new();
     for (name, step) in steps {
@@ -29,24 +43,26 @@ pub fn run(_: &Args) -> Result<(), Failure> {
     eprintln!("==");
     for (name, result) in &results {
         match result {
-            Ok(()) => eprintln!("pass  {name}"),
+            Ok(Outcome::Passed) => eprintln!("pass  {name}"),
+            Ok(Outcome::Skipped(reason)) => eprintln!("SKIPPED  {name}: {reason}"),
             Err(failure) => eprintln!("FAIL  {name}: {failure}"),
         }
     }
     let failed = results.iter().filter(|(_, result)| result.is_err()).count();
     if failed == 0 {
-        eprintln!("all {} steps passed", results.len());
+        let skipped = results.iter().filter(|(_, r)| matches!(r, Ok(Outcome::Skipped(_)))).count();
+        eprintln!("{} of {} steps passed, {skipped} skipped", results.len() - skipped, results.len());
         Ok(())
     } else {
         Err(Failure::Failed(format!("{failed} of {} steps failed", results.len())))
     }
 }
 
-fn cargo(args: &[&str]) -> Result<(), Failure> {
+fn cargo(args: &[&str]) -> Result<Outcome, Failure> {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(program).args(args).current_dir(workspace::root()).status();
     match status {
-        Ok(status) if status.success() => Ok(()),
+        Ok(status) if status.success() => Ok(Outcome::Passed),
         Ok(status) => Err(Failure::Failed(format!("cargo {} ended with {status}", args[0]))),
         Err(e) => Err(Failure::Failed(format!("cannot run cargo {}: {e}", args[0]))),
     }

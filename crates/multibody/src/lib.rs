@@ -44,6 +44,7 @@ pub mod energy;
 mod impulse;
 pub mod jacobian;
 pub mod kinematics;
+pub mod mjcf;
 pub mod model;
 pub mod rnea;
 pub mod spatial;
@@ -57,6 +58,7 @@ pub use data::{Data, Motion};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
 pub use kinematics::forward_kinematics;
+pub use mjcf::{MjcfError, mjcf};
 pub use model::{
     Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, Owner, PointBody, PointId,
     SpatialInertia, Tether,

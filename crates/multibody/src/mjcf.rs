@@ -1,0 +1,368 @@
+//! A model as MJCF, the model format of MuJoCo, so that another engine can step the very same equations.
+//!
+//! What stands in the file is exact, or the export is refused. How each part is written, and what the file must be
+//! stepped with, is in `docs/computation/judge.md`. Names: link `i` is the body `linkI`, its degrees of freedom are
+//! the joints `linkI.0`, `linkI.1`, ...; point body `i` is the body `pointI` with the joints `pointI.x`, `.y`, `.z`.
+
+use std::io::Write;
+
+use nalgebra::Unit;
+use orchard_geometry::{Pose, Shape, Vec3};
+use quick_xml::Writer;
+use quick_xml::events::{BytesEnd, BytesStart, Event};
+
+use crate::data::Data;
+use crate::model::{BodyId, JointKind, Model, Owner, PointId, Tether};
+
+/// Why a model cannot be written as MJCF.
+#[derive(Debug, thiserror::Error)]
+pub enum MjcfError {
+    /// The model has a part that MJCF cannot represent exactly.
+    #[error("{what} {index}: {problem}")]
+    Unsupported {
+        /// Kind of part.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// What has no counterpart.
+        problem: &'static str,
+    },
+    /// The XML writer failed.
+    #[error("cannot write XML: {0}")]
+    Xml(#[from] std::io::Error),
+}
+
+/// Writes the model with the springs and dampers that `data` holds, at q = 0 and every point body at its hang
+/// point. `h` is the time step [s] and `gravity` [m/s^2] the field that the file asks for.
+///
+/// Capsules, spheres and boxes become geometry that is drawn and touches nothing; half-spaces are left out.
+///
+/// # Errors
+/// [`MjcfError::Unsupported`] for drag, feed-forward and external forces, free joints, couplings, point bodies off
+/// their tether and tethers with a finite reaction cap.
+pub fn mjcf(name: &str, model: &Model, data: &Data, gravity: &Vec3, h: f64) -> Result<String, MjcfError> {
+    refuse_inexact(model, data)?;
+    let mut file = File { writer: Writer::new_with_indent(Vec::new(), b' ', 1), model, data };
+    file.open("mujoco", &[("model", name.to_owned())])?;
+    file.empty(
+        "compiler",
+        &[("angle", "radian".into()), ("inertiafromgeom", "false".into()), ("autolimits", "false".into())],
+    )?;
+    file.empty(
+        "option",
+        &[
+            ("timestep", number(h)),
+            ("gravity", numbers(gravity.as_slice())),
+            ("integrator", "implicitfast".into()),
+        ],
+    )?;
+    file.open("worldbody", &[])?;
+    file.empty("site", &[("name", WORLD_SITE.into())])?;
+    file.links()?;
+    file.points()?;
+    file.close("worldbody")?;
+    file.tethers()?;
+    file.close("mujoco")?;
+    let bytes = file.writer.into_inner();
+    Ok(String::from_utf8(bytes).map_err(std::io::Error::other)?)
+}
+
+/// The site at the world's origin, in world axes.
+const WORLD_SITE: &str = "world";
+/// Axes of a point body's three slides.
+const AXES: [(&str, [f64; 3]); 3] = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
+
+fn refuse_inexact(model: &Model, data: &Data) -> Result<(), MjcfError> {
+    let refuse = |what, index, problem| Err(MjcfError::Unsupported { what, index, problem });
+    for id in model.body_ids() {
+        let i = id.index();
+        if model.body(id).joint == JointKind::Free {
+            return refuse("link", i, "free joints are not exported");
+        }
+        if data.linear_drag[i] != 0.0 || data.angular_drag[i] != 0.0 {
+            return refuse("link", i, "drag in proportion to mass has no counterpart; set it to zero");
+        }
+        if data.body_force_world[i] != Vec3::zeros() || data.body_torque_world[i] != Vec3::zeros() {
+            return refuse("link", i, "an external force is no part of a model; set it to zero");
+        }
+    }
+    if let Some(dof) = data.torque.iter().position(|&torque| torque != 0.0) {
+        return refuse(
+            "degree of freedom",
+            dof,
+            "a feed-forward torque is no part of a model; set it to zero",
+        );
+    }
+    if !model.couplings().is_empty() {
+        return refuse("coupling", 0, "couplings are not exported");
+    }
+    for (i, point) in model.points().iter().enumerate() {
+        match &point.tether {
+            Some(tether) if data.tethered[i] => {
+                if tether.reaction_cap.is_finite() {
+                    return refuse("point body", i, "a reaction cap has no counterpart; make it infinite");
+                }
+            }
+            _ => return refuse("point body", i, "point bodies off their tether are not exported"),
+        }
+        if data.point_quadratic_drag[i] != 0.0 {
+            return refuse("point body", i, "quadratic drag is not exported; set it to zero");
+        }
+        if data.point_force_world[i] != Vec3::zeros() {
+            return refuse("point body", i, "an external force is no part of a model; set it to zero");
+        }
+    }
+    Ok(())
+}
+
+type Attributes<'a> = [(&'a str, String)];
+
+struct File<'a, W: Write> {
+    writer: Writer<W>,
+    model: &'a Model,
+    data: &'a Data,
+}
+
+impl<W: Write> File<'_, W> {
+    /// The links, every one inside its parent.
+    fn links(&mut self) -> Result<(), MjcfError> {
+        let mut children = vec![Vec::new(); self.model.bodies().len()];
+        let mut open = Vec::new();
+        for id in self.model.body_ids().rev() {
+            match self.model.body(id).parent {
+                Some(parent) => children[parent.index()].push(Visit::Enter(id)),
+                None => open.push(Visit::Enter(id)),
+            }
+        }
+        while let Some(visit) = open.pop() {
+            match visit {
+                Visit::Enter(id) => {
+                    self.link(id)?;
+                    open.push(Visit::Leave);
+                    open.append(&mut children[id.index()]);
+                }
+                Visit::Leave => self.close("body")?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Opens a link's body with its joints, inertia, shapes and anchors.
+    fn link(&mut self, id: BodyId) -> Result<(), MjcfError> {
+        let (name, body) = (link_name(id), self.model.body(id));
+        self.open("body", &placed(&name, &body.x_parent_joint))?;
+        let axes = joint_axes(&body.joint);
+        for (k, (dof, (kind, axis))) in self.model.dofs(id).zip(axes).enumerate() {
+            self.empty(
+                "joint",
+                &[
+                    ("name", format!("{name}.{k}")),
+                    ("type", kind.to_owned()),
+                    ("axis", numbers(axis.as_slice())),
+                    ("stiffness", number(self.data.stiffness[dof])),
+                    ("springref", number(self.data.rest[dof])),
+                    ("damping", number(self.data.damping[dof])),
+                ],
+            )?;
+        }
+        let i = body.inertia.i_com;
+        self.empty(
+            "inertial",
+            &[
+                ("pos", numbers(body.inertia.p_com.as_slice())),
+                ("mass", number(body.inertia.mass)),
+                ("fullinertia", numbers(&[i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]])),
+            ],
+        )?;
+        self.shapes(Owner::Body(id))?;
+        for (i, point) in self.model.points().iter().enumerate() {
+            if let Some(tether) = point.tether.as_ref().filter(|tether| tether.body == id) {
+                self.empty("site", &[("name", anchor_name(i)), ("pos", numbers(tether.p_body.as_slice()))])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The point bodies: three slides in world axes from the hang point at q = 0.
+    fn points(&mut self) -> Result<(), MjcfError> {
+        let at_rest = Data::new(self.model);
+        for (i, point) in self.model.points().iter().enumerate() {
+            let name = point_name(i);
+            let position = Pose::from_parts(at_rest.point_p_world[i].into(), nalgebra::one());
+            self.open("body", &placed(&name, &position))?;
+            for (axis_name, axis) in AXES {
+                self.empty(
+                    "joint",
+                    &[
+                        ("name", format!("{name}.{axis_name}")),
+                        ("type", "slide".into()),
+                        ("axis", numbers(&axis)),
+                    ],
+                )?;
+            }
+            // It never turns, so that any inertia will do where ours has none.
+            let inertia = if point.spin_inertia.is_finite() { point.spin_inertia } else { point.mass };
+            self.empty(
+                "inertial",
+                &[
+                    ("pos", numbers(&[0.0; 3])),
+                    ("mass", number(point.mass)),
+                    ("diaginertia", numbers(&[inertia; 3])),
+                ],
+            )?;
+            self.shapes(Owner::Point(PointId(i as u32)))?;
+            self.empty("site", &[("name", name)])?;
+            self.close("body")?;
+        }
+        Ok(())
+    }
+
+    /// The tethers: actuators without input whose bias is affine in the separation and its rate.
+    ///
+    /// The transmission from `site` to `refsite` has the length e . R'(p_site - p_refsite), R the axes of
+    /// `refsite`, and pushes both sites with opposite forces. The point body and the world never turn, so R = 1.
+    fn tethers(&mut self) -> Result<(), MjcfError> {
+        self.open("actuator", &[])?;
+        for (i, point) in self.model.points().iter().enumerate() {
+            let Some(tether) = &point.tether else { continue };
+            for (k, (axis_name, axis)) in AXES.iter().enumerate() {
+                let name = format!("{}.tether.{axis_name}", point_name(i));
+                self.push(i, name, &point_name(i), axis, tether_bias(tether, k))?;
+                if tether.anchor_bias_world[k] != 0.0 {
+                    let name = format!("{}.bias.{axis_name}", point_name(i));
+                    self.push(i, name, WORLD_SITE, axis, [tether.anchor_bias_world[k], 0.0, 0.0])?;
+                }
+            }
+        }
+        self.close("actuator")
+    }
+
+    /// A force along a world axis on the anchor of a tether, and its reaction on a site.
+    fn push(
+        &mut self,
+        point: usize,
+        name: String,
+        against: &str,
+        axis: &[f64; 3],
+        bias: [f64; 3],
+    ) -> Result<(), MjcfError> {
+        let gear = [axis[0], axis[1], axis[2], 0.0, 0.0, 0.0];
+        self.empty(
+            "general",
+            &[
+                ("name", name),
+                ("site", anchor_name(point)),
+                ("refsite", against.to_owned()),
+                ("gear", numbers(&gear)),
+                ("gainprm", "0".into()),
+                ("biastype", "affine".into()),
+                ("biasprm", numbers(&bias)),
+            ],
+        )
+    }
+
+    /// Shapes to look at; they touch nothing.
+    fn shapes(&mut self, owner: Owner) -> Result<(), MjcfError> {
+        for collider in self.model.colliders().iter().filter(|collider| collider.owner == owner) {
+            let x = &collider.x_owner_shape;
+            let (kind, size, centre) = match collider.shape {
+                Shape::Sphere { radius } => ("sphere", vec![radius], Vec3::zeros()),
+                Shape::Capsule { radius, length } => {
+                    ("capsule", vec![radius, 0.5 * length], Vec3::new(0.0, 0.0, 0.5 * length))
+                }
+                Shape::Box { half } => ("box", half.as_slice().to_vec(), Vec3::zeros()),
+                _ => continue,
+            };
+            let pose = Pose::from_parts(orchard_geometry::transform(x, &centre).into(), x.rotation);
+            let [pos, quat] = pose_attributes(&pose);
+            self.empty(
+                "geom",
+                &[
+                    ("type", kind.to_owned()),
+                    ("size", numbers(&size)),
+                    pos,
+                    quat,
+                    ("contype", "0".into()),
+                    ("conaffinity", "0".into()),
+                ],
+            )?;
+        }
+        Ok(())
+    }
+
+    fn open(&mut self, tag: &str, attributes: &Attributes) -> Result<(), MjcfError> {
+        Ok(self.writer.write_event(Event::Start(element(tag, attributes)))?)
+    }
+
+    fn empty(&mut self, tag: &str, attributes: &Attributes) -> Result<(), MjcfError> {
+        Ok(self.writer.write_event(Event::Empty(element(tag, attributes)))?)
+    }
+
+    fn close(&mut self, tag: &str) -> Result<(), MjcfError> {
+        Ok(self.writer.write_event(Event::End(BytesEnd::new(tag)))?)
+    }
+}
+
+#[derive(Clone)]
+enum Visit {
+    Enter(BodyId),
+    Leave,
+}
+
+/// Force on the anchor along world axis `k`, affine in the length l = a - x and its rate: with a the anchor, x the
+/// point body and o the offset, k (x - a - o) + c (u - u_a) = -k o - k l - c dl/dt.
+fn tether_bias(tether: &Tether, k: usize) -> [f64; 3] {
+    [-tether.stiffness * tether.offset_world[k], -tether.stiffness, -tether.damping]
+}
+
+/// MuJoCo's joint type and axis of each degree of freedom, in our order; both turn or slide one after the other.
+fn joint_axes(joint: &JointKind) -> Vec<(&'static str, Vec3)> {
+    let axis = |a: &Unit<Vec3>| a.into_inner();
+    match joint {
+        JointKind::Weld | JointKind::Free => vec![],
+        JointKind::Hinge(a) => vec![("hinge", axis(a))],
+        JointKind::Slide(a) => vec![("slide", axis(a))],
+        JointKind::Universal => vec![("hinge", Vec3::x()), ("hinge", Vec3::y())],
+        JointKind::Planar => vec![("slide", Vec3::x()), ("slide", Vec3::y()), ("hinge", Vec3::z())],
+    }
+}
+
+fn element<'a>(tag: &'a str, attributes: &'a Attributes) -> BytesStart<'a> {
+    let mut start = BytesStart::new(tag);
+    for (key, value) in attributes {
+        start.push_attribute((*key, value.as_str()));
+    }
+    start
+}
+
+fn placed(name: &str, pose: &Pose) -> [(&'static str, String); 3] {
+    let [pos, quat] = pose_attributes(pose);
+    [("name", name.to_owned()), pos, quat]
+}
+
+/// Position and quaternion, which MuJoCo writes (w, x, y, z).
+fn pose_attributes(pose: &Pose) -> [(&'static str, String); 2] {
+    let r = &pose.rotation;
+    [("pos", numbers(pose.translation.vector.as_slice())), ("quat", numbers(&[r.w, r.i, r.j, r.k]))]
+}
+
+fn link_name(id: BodyId) -> String {
+    format!("link{}", id.0)
+}
+
+fn point_name(point: usize) -> String {
+    format!("point{point}")
+}
+
+fn anchor_name(point: usize) -> String {
+    format!("point{point}.anchor")
+}
+
+/// The shortest text that reads back as the same number.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(|&value| number(value)).collect::<Vec<_>>().join(" ")
+}

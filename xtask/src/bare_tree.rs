@@ -1,0 +1,65 @@
+//! A world's tree and fruit alone, for other engines: what they have no counterpart for is off.
+
+use anyhow::Context;
+use orchard_fruit::{FruitGroups, FruitSet, place};
+use orchard_geometry::Vec3;
+use orchard_multibody::{Data, Groups, Model, ModelBuilder, PointBody, Tether, mjcf};
+use orchard_spec::Spec;
+use orchard_treegen::{Skeleton, grow};
+use orchard_treephys::{TreeBody, TreeGroups};
+
+/// A tree with its fruit in a model of its own: no drag, no reaction cap, and nothing touches. Link i is segment i.
+pub struct BareTree {
+    /// Name of the model.
+    pub name: String,
+    /// The grown tree.
+    pub skeleton: Skeleton,
+    /// Its model.
+    pub model: Model,
+    /// Its state: q = 0, at rest.
+    pub data: Data,
+    /// Gravity [m/s^2], world.
+    pub gravity: Vec3,
+}
+
+impl BareTree {
+    /// The tree of a world, as the benchmark grows it.
+    pub fn new(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<Self> {
+        let skeleton = grow(spec, seed, world).with_context(|| format!("seed {seed}, tree {world}"))?;
+        let gravity = spec.sim.gravity.si();
+        let mut builder = ModelBuilder::new();
+        let no_contact = TreeGroups { wood: Groups::NONE, debris: Groups::NONE };
+        let tree = TreeBody::add_to(&mut builder, &skeleton, &spec.wood, no_contact);
+
+        let mut capped = builder.clone();
+        FruitSet::add_to(
+            &mut capped,
+            place(&spec.fruit, &skeleton, seed, world),
+            &tree.bodies,
+            &spec.fruit,
+            gravity,
+            FruitGroups { hanging: Groups::NONE, loose: Groups::NONE, asleep: Groups::NONE },
+        );
+        for point in capped.build()?.points() {
+            builder.add_point(without_cap(point));
+        }
+
+        let model = builder.build()?;
+        let mut data = Data::new(&model);
+        tree.reset(&model, &mut data, &spec.wood);
+        data.linear_drag.fill(0.0);
+        data.angular_drag.fill(0.0);
+        let name = format!("{}-{seed}-{world}", spec.preset);
+        Ok(Self { name, skeleton, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
+    }
+
+    /// The model as MJCF for steps of `h` [s].
+    pub fn mjcf(&self, h: f64) -> anyhow::Result<String> {
+        Ok(mjcf(&self.name, &self.model, &self.data, &self.gravity, h)?)
+    }
+}
+
+fn without_cap(point: &PointBody) -> PointBody {
+    let free = |tether: &Tether| Tether { reaction_cap: f64::INFINITY, ..tether.clone() };
+    PointBody { tether: point.tether.as_ref().map(free), ..point.clone() }
+}
