@@ -9,5 +9,6 @@ mod integrator;
 mod modes;
 mod paper_cases;
 mod rails;
+mod rams;
 mod stem_pendulum;
 mod symmetry;
