@@ -2,7 +2,9 @@
 
 use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, Phase, RestRule, Touch};
 use orchard_geometry::{Pose, Vec3, rotation_from_z};
-use orchard_multibody::{Data, Groups, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step};
+use orchard_multibody::{
+    Data, Groups, Integrator, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step,
+};
 use orchard_spec::Spec;
 use orchard_treegen::{Segment, Skeleton};
 use orchard_treephys::{Rupture, TreeBody, TreeGroups};
@@ -73,6 +75,7 @@ impl Spur {
             contact_stiffness: spec.sim.contact_stiffness.si(),
             contact_dissipation_time: spec.sim.contact_dissipation_time.si(),
             contact_margin: spec.sim.contact_margin.si(),
+            integrator: Integrator::default(),
         };
         equilibrium(&model, &mut data, &settings.gravity, 1e-14).unwrap();
         let state = FruitLives::new(&fruit);

@@ -6,13 +6,13 @@ use crate::data::Data;
 use crate::model::{JointKind, Model, Tether};
 use crate::spatial::Wrench;
 
-/// Impulse of a tether on its point body if neither end's velocity changed [N s]: `h f(x + h v, v)`.
-fn tether_impulse(data: &Data, tether: &Tether, index: usize, h: f64) -> Vec3 {
+/// Impulse of a tether on its point body if neither end's velocity changed [N s]: `h f(x + lead v, v)`.
+fn tether_impulse(data: &Data, tether: &Tether, index: usize, h: f64, lead: f64) -> Vec3 {
     let link = &data.kinematics.links[tether.body.index()];
     let r_anchor = link.x_world_body.rotation * tether.p_body;
     let x = data.point_p_world[index] - (link.origin() + r_anchor + tether.offset_world);
     let v = data.point_v_world[index] - link.velocity.linear_at(&r_anchor);
-    -(x * tether.stiffness + v * (tether.damping + h * tether.stiffness)) * h
+    -(x * tether.stiffness + v * (tether.damping + lead * tether.stiffness)) * h
 }
 
 /// Impulse of weight, external force and air drag on a point body [N s].
@@ -49,13 +49,14 @@ fn predicted_reaction(
     let drag = data.point_quadratic_drag[index] * data.point_v_world[index].norm();
     let mass = model.points[index].mass + h * drag;
     let kappa = h * (tether.damping + h * tether.stiffness);
-    let pull = tether_impulse(data, tether, index, h);
+    let pull = tether_impulse(data, tether, index, h, h);
     let change = (point_impulse(model, data, index, h, gravity) + pull) / (mass + kappa);
     data.anchor_bias_world[index] - (pull - change * kappa) / h
 }
 
-/// Fills `Data::impulse` with the right-hand side of the step at the last kinematics.
-pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
+/// Fills `Data::impulse` with the impulses over `h` of all forces at the last kinematics, springs where they
+/// will be after `lead`: h is the right-hand side of the linearly implicit step, 0 gives the forces as they are.
+pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, lead: f64, gravity: &Vec3) {
     let mut impulse = std::mem::take(&mut data.impulse);
     for (index, body) in model.bodies.iter().enumerate() {
         let link = &data.kinematics.links[index];
@@ -75,7 +76,7 @@ pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
         for (k, dof) in (model.v_start[index]..model.v_start[index + 1]).enumerate() {
             let mut torque = data.torque[dof] - data.damping[dof] * data.v[dof];
             if body.joint != JointKind::Free {
-                let stretch = data.q[q_start + k] - data.rest[dof] + h * data.v[dof];
+                let stretch = data.q[q_start + k] - data.rest[dof] + lead * data.v[dof];
                 torque -= data.stiffness[dof] * stretch;
             }
             impulse.dof[dof] = h * torque;
@@ -84,7 +85,7 @@ pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
     for (index, point) in model.points.iter().enumerate() {
         impulse.point[index] = point_impulse(model, data, index, h, gravity);
         let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[index]) else { continue };
-        let pull = tether_impulse(data, tether, index, h);
+        let pull = tether_impulse(data, tether, index, h, lead);
         impulse.point[index] += pull;
         let reaction = if data.capped[index] {
             let predicted = predicted_reaction(model, data, tether, index, h, gravity);

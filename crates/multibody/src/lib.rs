@@ -30,6 +30,7 @@
 //!     contact_stiffness: 5e4,
 //!     contact_dissipation_time: 0.01,
 //!     contact_margin: 0.01,
+//!     integrator: Integrator::default(),
 //! };
 //! step(&model, &mut data, &settings, &mut report);
 //! assert!(data.velocity(pendulum).angular.y > 0.0);
@@ -45,6 +46,7 @@ mod impulse;
 pub mod jacobian;
 pub mod kinematics;
 pub mod mjcf;
+mod midpoint;
 pub mod model;
 pub mod rnea;
 pub mod spatial;
@@ -63,7 +65,7 @@ pub use model::{
     Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, Owner, PointBody, PointId,
     SpatialInertia, Tether,
 };
-pub use rnea::{gravity_torque, inverse_dynamics};
+pub use rnea::{gravity_torque, inertia_product, inverse_dynamics};
 pub use spatial::{Twist, Wrench};
 pub use statics::{StaticsError, equilibrium};
-pub use step::{StepReport, StepSettings, step};
+pub use step::{Integrator, StepReport, StepSettings, step};

@@ -12,22 +12,7 @@ use crate::spatial::{Twist, Wrench};
 /// Springs, damping, drag, external forces and point bodies are left out. Uses the last kinematics.
 pub fn inverse_dynamics(model: &Model, data: &Data, acceleration: &[f64], gravity: &Vec3) -> Vec<f64> {
     let links = &data.kinematics.links;
-    // Acceleration that the joint accelerations add to the bias acceleration of each link.
-    let mut added: Vec<Twist> = Vec::with_capacity(links.len());
-    for id in model.body_ids() {
-        let body = model.body(id);
-        let parent = body.parent.map_or(Twist::ZERO, |parent| added[parent.index()]);
-        let mut twist = parent.shifted(&links[id.index()].r_parent);
-        for (k, dof) in model.dofs(id).enumerate() {
-            let part = data.kinematics.axes[dof] * acceleration[dof];
-            if k < body.joint.translations() {
-                twist.linear += part;
-            } else {
-                twist.angular += part;
-            }
-        }
-        added.push(twist);
-    }
+    let added = link_twists(model, data, acceleration);
     let mut wrenches: Vec<Wrench> = std::iter::zip(model.bodies(), links)
         .zip(&added)
         .map(|((body, link), added)| {
@@ -40,6 +25,39 @@ pub fn inverse_dynamics(model: &Model, data: &Data, acceleration: &[f64], gravit
         })
         .collect();
     project_to_joints(model, data, &mut wrenches)
+}
+
+/// The joint-space inertia times a vector, `M x`. Point bodies are left out. Uses the last kinematics.
+pub fn inertia_product(model: &Model, data: &Data, x: &[f64]) -> Vec<f64> {
+    let mut wrenches: Vec<Wrench> = std::iter::zip(model.bodies(), &data.kinematics.links)
+        .zip(link_twists(model, data, x))
+        .map(|((body, link), twist)| {
+            Wrench { torque: link.i_com * twist.angular, force: Vec3::zeros() }
+                + Wrench::of_force_at(twist.linear_at(&link.r_com) * body.inertia.mass, &link.r_com)
+        })
+        .collect();
+    project_to_joints(model, data, &mut wrenches)
+}
+
+/// What the entries of `x` in the joints give each link at its origin: `J x`.
+pub(crate) fn link_twists(model: &Model, data: &Data, x: &[f64]) -> Vec<Twist> {
+    let links = &data.kinematics.links;
+    let mut twists: Vec<Twist> = Vec::with_capacity(links.len());
+    for id in model.body_ids() {
+        let body = model.body(id);
+        let parent = body.parent.map_or(Twist::ZERO, |parent| twists[parent.index()]);
+        let mut twist = parent.shifted(&links[id.index()].r_parent);
+        for (k, dof) in model.dofs(id).enumerate() {
+            let part = data.kinematics.axes[dof] * x[dof];
+            if k < body.joint.translations() {
+                twist.linear += part;
+            } else {
+                twist.angular += part;
+            }
+        }
+        twists.push(twist);
+    }
+    twists
 }
 
 /// Torques that hold the links against gravity at the last kinematics' pose [N m, N].

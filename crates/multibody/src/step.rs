@@ -7,7 +7,18 @@ use crate::contact::{self, ContactReport};
 use crate::data::Data;
 use crate::kinematics::{forward_kinematics, rotation_by};
 use crate::model::{JointKind, Model};
-use crate::{aba, impulse};
+use crate::{aba, impulse, midpoint};
+
+/// How a substep goes from forces to velocities and positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Integrator {
+    /// One linear solve, first order, damps like implicit Euler: the scheme of every benchmark figure.
+    #[default]
+    LinearlyImplicitEuler,
+    /// The implicit midpoint rule, second order and without damping of its own, for validation. Contacts keep
+    /// their first-order law.
+    ImplicitMidpoint,
+}
 
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +34,8 @@ pub struct StepSettings {
     /// Gap below which a pair of colliders becomes a contact candidate [m]; at least `h` times the fastest
     /// approach keeps bodies from sinking in before they are seen.
     pub contact_margin: f64,
+    /// The scheme.
+    pub integrator: Integrator,
 }
 
 /// What a substep did. Reuse it: its buffers are kept.
@@ -40,15 +53,21 @@ pub struct StepReport {
 
 /// Advances a world by one substep.
 ///
-/// Velocities change first, then positions with the new velocities. Kinematics are brought up to date at the
+/// Velocities change first, then positions with the new velocities (with the mean of old and new under
+/// [`Integrator::ImplicitMidpoint`]). Kinematics are brought up to date at the
 /// start and at the end, so that the accessors of [`Data`] agree with `q` and `v` after the call; the cost is
 /// paid once, since kinematics of an unchanged state are not computed again.
 pub fn step(model: &Model, data: &mut Data, settings: &StepSettings, report: &mut StepReport) {
     forward_kinematics(model, data);
     free_spin(model, data, settings.h);
-    free_change(model, data, settings.h, &settings.gravity);
-    contact::solve_contacts(model, data, settings, report);
-    advance(model, data, settings.h);
+    match settings.integrator {
+        Integrator::LinearlyImplicitEuler => {
+            free_change(model, data, settings.h, &settings.gravity);
+            contact::solve_contacts(model, data, settings, report);
+            advance(model, data, settings.h);
+        }
+        Integrator::ImplicitMidpoint => midpoint::advance_by_midpoint(model, data, settings, report),
+    }
     forward_kinematics(model, data);
 }
 
@@ -67,7 +86,12 @@ fn free_spin(model: &Model, data: &mut Data, h: f64) {
 pub(crate) fn free_change(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
     impulse::cap_tethers(model, data, h, gravity);
     aba::factor(model, data, h);
-    impulse::assemble(model, data, h, gravity);
+    impulse::assemble(model, data, h, h, gravity);
+    solve_free(model, data);
+}
+
+/// Solves the assembled right-hand side with the last factor into `Data::change`.
+pub(crate) fn solve_free(model: &Model, data: &mut Data) {
     let Data { kinematics, factor, impulse, change, capped, .. } = data;
     aba::solve_with(model, kinematics, factor, impulse, change);
     // A capped tether pulls its point body towards the moving anchor, but the anchor does not feel it: the
@@ -85,9 +109,22 @@ pub(crate) fn free_change(model: &Model, data: &mut Data, h: f64, gravity: &Vec3
 
 /// Adds `Data::change` to the velocities, then moves the positions with the new velocities.
 pub(crate) fn advance(model: &Model, data: &mut Data, h: f64) {
+    add_change(data);
+    move_positions(model, data, h);
+}
+
+/// Adds `Data::change` to the velocities.
+pub(crate) fn add_change(data: &mut Data) {
     for (v, dv) in data.v.iter_mut().zip(&data.change.dof) {
         *v += dv;
     }
+    for (v, dv) in data.point_v_world.iter_mut().zip(&data.change.point) {
+        *v += dv;
+    }
+}
+
+/// Moves the positions for a time `h` with the velocities.
+pub(crate) fn move_positions(model: &Model, data: &mut Data, h: f64) {
     for (index, body) in model.bodies.iter().enumerate() {
         let (q_start, v_start) = (model.q_start[index], model.v_start[index]);
         let additive = if body.joint == JointKind::Free { 3 } else { body.joint.nv() };
@@ -100,7 +137,6 @@ pub(crate) fn advance(model: &Model, data: &mut Data, h: f64) {
         }
     }
     for (index, p_world) in data.point_p_world.iter_mut().enumerate() {
-        data.point_v_world[index] += data.change.point[index];
         *p_world += data.point_v_world[index] * h;
     }
 }

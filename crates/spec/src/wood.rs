@@ -3,6 +3,34 @@
 use orchard_quantity::{Count, Quantity};
 use serde::{Deserialize, Serialize};
 
+/// How stiff the joint at a segment's base is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JointLaw {
+    /// E I / l of the segment at every joint: the paper's. Overstates deflection, by 32 % at 5 links.
+    Paper,
+    /// The bending of half a segment on either side of the joint, and of its own half alone at a branch root.
+    Corrected,
+    /// `per_level_stiffness * exp(-per_level_decay * order)`, whatever the section: the paper's second law.
+    PerLevel,
+}
+
+/// Limits on applied forces that keep a light, freed body from being flung; no limit acts on what stands still.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RailsSpec {
+    /// Speed that one substep of an applied force may reach, and above which the brake acts.
+    pub speed_limit: Quantity,
+    /// The same for rotation.
+    pub spin_limit: Quantity,
+    /// Decay rate of the speed above the limit.
+    pub brake: Quantity,
+    /// Speed at which the part of a force along the velocity begins to fade; it is gone at the limit.
+    pub fade_speed: Quantity,
+    /// The same for rotation.
+    pub fade_spin: Quantity,
+}
+
 /// Material of the branches and how they break.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -13,6 +41,14 @@ pub struct WoodSpec {
     pub youngs_modulus: Quantity,
     /// Modulus of rupture, sigma_r.
     pub rupture_stress: Quantity,
+    /// Law of the joints' stiffness.
+    pub joint_law: JointLaw,
+    /// Rigid mode: every joint is a weld, and nothing bends or breaks.
+    pub rigid: bool,
+    /// Stiffness of a joint of branch order 0 under the per-level law.
+    pub per_level_stiffness: Quantity,
+    /// Exponent by which the per-level stiffness falls with each branch order.
+    pub per_level_decay: Quantity,
     /// Stiffness-proportional damping, Kd = c_d Kp.
     pub damping_time: Quantity,
     /// Least joint stiffness.
@@ -47,4 +83,6 @@ pub struct WoodSpec {
     pub broken_rate_brake: Quantity,
     /// Rate below which joint friction acts as a viscous damper.
     pub friction_regularisation: Quantity,
+    /// Rails on applied forces.
+    pub rails: RailsSpec,
 }

@@ -1,6 +1,6 @@
 //! Skeleton -> links.
 
-use crate::section;
+use crate::{section, stiffness};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
     Body, BodyId, Collider, ColliderId, Data, Groups, JointKind, Model, ModelBuilder, Owner,
@@ -37,7 +37,8 @@ pub struct TreeBody {
 }
 
 impl TreeBody {
-    /// Adds one link a segment to the model. Every joint, the trunk base included, bends about two axes; its
+    /// Adds one link a segment to the model. Every joint, the trunk base included, bends about two axes (none in
+    /// the rigid mode); its
     /// placement reproduces the skeleton at q = 0.
     pub fn add_to(
         builder: &mut ModelBuilder,
@@ -56,7 +57,7 @@ impl TreeBody {
             groups,
         };
         let (stiffness_min, stiffness_max) = (wood.stiffness_min.si(), wood.stiffness_max.si());
-        for segment in &skeleton.segments {
+        for (index, segment) in skeleton.segments.iter().enumerate() {
             let x_parent_joint = match segment.parent {
                 None => segment.x_world_segment(),
                 Some(p) => {
@@ -69,13 +70,11 @@ impl TreeBody {
             };
             let body = builder.add_body(Body {
                 parent: segment.parent.map(|p| tree.bodies[p]),
-                joint: JointKind::Universal,
+                joint: if wood.rigid { JointKind::Weld } else { JointKind::Universal },
                 x_parent_joint,
                 inertia: section::capsule_inertia(wood.density.si(), segment.radius, segment.length),
             });
-            let stiffness =
-                section::joint_stiffness(wood.youngs_modulus.si(), segment.radius, segment.length)
-                    .clamp(stiffness_min, stiffness_max);
+            let stiffness = stiffness::of_joint(skeleton, index, wood).clamp(stiffness_min, stiffness_max);
             tree.colliders.push(builder.add_collider(Collider {
                 owner: Owner::Body(body),
                 shape: Shape::Capsule { radius: segment.radius, length: segment.length },

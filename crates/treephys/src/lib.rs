@@ -2,11 +2,14 @@
 //!
 //! [`TreeBody`] turns a [`Skeleton`](orchard_treegen::Skeleton) into links of a multibody model: every
 //! segment a capsule link, every joint a bending spring-damper whose stiffness follows beam theory.
-//! [`Rupture`] watches the bending moments, breaks joints in place and lets the sub-tree fall.
+//! [`Rupture`] watches the bending moments, breaks joints in place and lets the sub-tree fall. [`rails`] tame
+//! forces that a hand or a test applies.
 
 mod body;
+pub mod rails;
 mod rupture;
 pub mod section;
+mod stiffness;
 
 pub use body::{TreeBody, TreeGroups};
 pub use rupture::{Break, Rupture};

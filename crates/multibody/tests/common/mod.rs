@@ -241,5 +241,12 @@ fn linear_rows(jacobian: &Matrix6xX<f64>) -> DMatrix<f64> {
 
 /// Settings without contact worth mentioning.
 pub fn settings(h: f64, gravity: Vec3) -> StepSettings {
-    StepSettings { h, gravity, contact_stiffness: 5e4, contact_dissipation_time: 0.01, contact_margin: 0.01 }
+    StepSettings {
+        h,
+        gravity,
+        contact_stiffness: 5e4,
+        contact_dissipation_time: 0.01,
+        contact_margin: 0.01,
+        integrator: Integrator::default(),
+    }
 }
