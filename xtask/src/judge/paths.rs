@@ -115,6 +115,7 @@ fn watch(tree: &BareTree, data: &mut Data, segment: usize, h: f64) -> Vec<Point>
         contact_stiffness: 1.0,
         contact_dissipation_time: 0.0,
         contact_margin: 0.0,
+        integrator: orchard_multibody::Integrator::default(),
     };
     let mut report = StepReport::default();
     let steps = (PHASE / h).round() as usize;
