@@ -1,7 +1,7 @@
 //! URDF files with numbers and shapes of tree that no robot has.
 
 use orchard_geometry::{Pose, Vec3};
-use orchard_multibody::{Collider, Data, Groups, ModelBuilder, Owner, StepReport, StepSettings, step};
+use orchard_multibody::{Integrator, Collider, Data, Groups, ModelBuilder, Owner, StepReport, StepSettings, step};
 use orchard_robot::{Articulation, PAPER_URDF, PartGroups, RobotConfig, RobotError, RobotModel};
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -46,6 +46,7 @@ fn step_once(robot: &RobotModel) {
         contact_stiffness: 5e4,
         contact_dissipation_time: 0.01,
         contact_margin: 0.005,
+        integrator: Integrator::default(),
     };
     step(&model, &mut data, &settings, &mut StepReport::default());
 }
