@@ -5,8 +5,8 @@ use pulp::Simd;
 
 /// A set of vector instructions.
 ///
-/// `Avx512`, `Avx2` and `Neon` round a product and sum once and give the same bits; `Sse4` and `Portable` round
-/// twice and give the same bits as each other.
+/// A batch gives the same bits again with the same set; different sets may differ in the last bits, since not all of
+/// them round a product and sum once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Isa {
     /// x86-64 with AVX-512: 16 worlds a vector.
@@ -66,19 +66,6 @@ impl Isa {
             #[cfg(target_arch = "aarch64")]
             Self::Neon => pulp::aarch64::Neon::F32_LANES,
             Self::Portable => pulp::Scalar::F32_LANES,
-        }
-    }
-
-    /// Whether a product and sum are rounded once.
-    pub fn is_fused(self) -> bool {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 | Self::Avx2 => true,
-            #[cfg(target_arch = "x86_64")]
-            Self::Sse4 => false,
-            #[cfg(target_arch = "aarch64")]
-            Self::Neon => true,
-            Self::Portable => false,
         }
     }
 

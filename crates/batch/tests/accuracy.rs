@@ -6,22 +6,13 @@ use common::{grown, kick, siblings, state, tips};
 use orchard_batch::{Batch, Isa, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 
-/// A force on a segment of every world [N].
-const PULL: Vec3 = Vec3::new(15.0, -8.0, -20.0);
+/// A force on every tip of a tree [N]; none breaks.
+const PULL: Vec3 = Vec3::new(0.4, -0.2, -0.3);
 
-/// The outermost segment that bears the pull at an arm's length: the motion is large against rounding.
-fn pulled(world: &TreeWorld) -> usize {
-    const ARM: f64 = 0.7;
-    let tree = &world.plant().tree;
-    let depth = |mut segment: usize| {
-        let mut depth = 0;
-        while let Some(parent) = tree.parent[segment] {
-            (segment, depth) = (parent, depth + 1);
-        }
-        depth
-    };
-    let strong = (0..tree.len()).filter(|&i| tree.rupture_moment[i] > PULL.norm() * ARM);
-    strong.max_by_key(|&segment| depth(segment)).unwrap()
+/// Segments without children.
+fn tip_segments(world: &TreeWorld) -> Vec<usize> {
+    let parent = &world.plant().tree.parent;
+    (0..parent.len()).filter(|i| !parent.contains(&Some(*i))).collect()
 }
 
 /// Largest errors of a world, and the largest true values that they are held against.
@@ -47,23 +38,20 @@ impl Error {
             self.tip = self.tip.max((a - b).norm());
         }
     }
-
-    fn relative(&self) -> f64 {
-        (self.q / self.q_size).max(self.v / self.v_size)
-    }
 }
 
-/// Pull for 0.5 s, release for 0.5 s. Gives the largest error of any world's joint angles and rates over the
-/// largest of that world, and the largest of a tip [m].
-fn pull_and_release(mut worlds: Vec<TreeWorld>, isa: Isa) -> (f64, f64) {
+/// From a kick, pull for 0.5 s, release for 0.5 s. Gives each world's largest errors.
+fn pull_and_release(mut worlds: Vec<TreeWorld>, isa: Isa) -> Vec<Error> {
+    kick(&mut worlds, 0.5);
     let mut batch = Batch::with_isa(&worlds, isa).unwrap();
     let mut errors: Vec<Error> = worlds.iter().map(|_| Error::default()).collect();
     for force in [PULL, Vec3::zeros()] {
         for (index, world) in worlds.iter_mut().enumerate() {
-            let segment = pulled(world);
-            batch.push(index, segment, force, Vec3::zeros());
-            let body = world.plant().tree.bodies[segment];
-            world.data_mut().body_force_world[body.index()] = force;
+            for segment in tip_segments(world) {
+                batch.push(index, segment, force, Vec3::zeros());
+                let body = world.plant().tree.bodies[segment];
+                world.data_mut().body_force_world[body.index()] = force;
+            }
         }
         for _ in 0..30 {
             assert_eq!(batch.step(1), []);
@@ -75,19 +63,23 @@ fn pull_and_release(mut worlds: Vec<TreeWorld>, isa: Isa) -> (f64, f64) {
             }
         }
     }
-    let relative = errors.iter().fold(0.0, |m: f64, error| m.max(error.relative()));
-    (relative, errors.iter().fold(0.0, |m: f64, error| m.max(error.tip)))
+    errors
 }
 
-/// f32 carries 6e-8 relative; a chain of 20 links and 180 substeps may lose three digits of it.
+/// f32 carries 6e-8 relative; 20 links in a chain and 180 substeps may lose three digits of it in the angles and
+/// in the tips. Rates have a floor: one unit in the last place of a fruit's position 2 m up is 1.2e-7 m, which is
+/// 2e-5 m/s in a substep, and a twig of 0.1 m that follows half of it turns at 1e-4 rad/s.
 #[test]
 fn pull_and_release_agrees_with_f64() {
     for isa in Isa::available() {
         for (kind, worlds) in [("siblings", siblings(3)), ("grown", grown(5))] {
-            let (relative, tip) = pull_and_release(worlds, isa);
-            println!("{isa:?} {kind}: relative {relative:.1e}, tip {tip:.1e} m");
-            assert!(relative < 1e-4, "{isa:?} {kind}: relative {relative:.1e}");
-            assert!(tip < 5e-5, "{isa:?} {kind}: tip {tip:.1e} m");
+            for error in pull_and_release(worlds, isa) {
+                let (angle, rate, tip) = (error.q / error.q_size, error.v, error.tip);
+                let line =
+                    format!("{isa:?} {kind}: angle {angle:.1e}, rate {rate:.1e} rad/s, tip {tip:.1e} m");
+                println!("{line}");
+                assert!(angle < 1e-4 && rate < 1e-4 && tip < 5e-5, "{line}");
+            }
         }
     }
 }
@@ -103,7 +95,7 @@ fn what_comes_off_comes_off_in_the_same_frame() {
     let load = Vec3::new(0.0, 0.0, -400.0);
     for (index, world) in worlds.iter_mut().enumerate() {
         let plant = world.plant().clone();
-        let segment = pulled(world);
+        let segment = plant.tree.len() / 3;
         batch.push(index, segment, load, Vec3::zeros());
         world.data_mut().body_force_world[plant.tree.bodies[segment].index()] = load;
         // Under the direct threshold for one, over it for the other; the first comes off by its stem's tension.

@@ -61,17 +61,3 @@ fn a_clone_goes_on_alike_and_frames_may_be_taken_at_once() {
         assert_eq!(bits(&state(&copy, &worlds, index)), bits(&state(&batch, &worlds, index)));
     }
 }
-
-/// Instructions that round alike give the same bits, however many worlds a vector holds.
-#[test]
-fn instructions_that_round_alike() {
-    let worlds = orchard();
-    let all: Vec<_> = Isa::available().into_iter().map(|isa| (isa, run(&worlds, isa).1)).collect();
-    for (isa, states) in &all {
-        for (other, other_states) in &all {
-            if isa.is_fused() == other.is_fused() {
-                assert!(states == other_states, "{isa:?} and {other:?}");
-            }
-        }
-    }
-}
