@@ -58,8 +58,17 @@ impl<S: Simd> Inertia<S> {
         let d = scale(length, z);
 
         // H' = H + [d] M, column by column; J' = J + [d] H^T - H' [d].
-        let old = [0, 3, 6].map(|k| load3(simd, &load[load::COUPLING + k..]));
-        let m = [0, 1, 2, 3, 4, 5].map(|k| borne(load::LINEAR + k));
+        let column = |k: usize| load3(simd, &load[load::COUPLING + 3 * k..]);
+        // Spelt out: `array::map` is not inlined into code for other instructions.
+        let old = [column(0), column(1), column(2)];
+        let m = [
+            borne(load::LINEAR),
+            borne(load::LINEAR + 1),
+            borne(load::LINEAR + 2),
+            borne(load::LINEAR + 3),
+            borne(load::LINEAR + 4),
+            borne(load::LINEAR + 5),
+        ];
         let mut new = [
             cross_add(d, [m[0], m[1], m[2]], old[0]),
             cross_add(d, [m[1], m[3], m[4]], old[1]),

@@ -74,7 +74,10 @@ impl<S: Simd> Lane<S> {
     pub fn if_above(self, limit: Self, then: Self, otherwise: Self) -> Self {
         let simd = self.simd;
         let mask = simd.greater_than_f32s(self.value, limit.value);
-        Self { simd, value: simd.select_f32s(mask, then.value, otherwise.value) }
+        // As bits: pulp's selection of floats is not always inlined.
+        let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
+        let chosen = simd.select_u32s(mask, bits(then), bits(otherwise));
+        Self { simd, value: simd.transmute_f32s_u32s(chosen) }
     }
 
     /// Sine and cosine to about 1 unit in the last place for angles up to some thousand radians: reduction
@@ -99,15 +102,19 @@ impl<S: Simd> Lane<S> {
         let sine = (polynomial(SINE) * z).mul_add(r, r);
         let cosine = (polynomial(COSINE) * z).mul_add(z, constant(0.5).take_from(z, constant(1.0)));
 
-        let count = simd.transmute_u32s_f32s(shifted.value);
-        let (one, two) = (simd.splat_u32s(1), simd.splat_u32s(2));
-        let zero = simd.splat_u32s(0);
-        let is_odd = simd.greater_than_u32s(simd.and_u32s(count, one), zero);
-        let flips_sine = simd.greater_than_u32s(simd.and_u32s(count, two), zero);
-        let flips_cosine = simd.greater_than_u32s(simd.and_u32s(simd.add_u32s(count, one), two), zero);
-        let choose = |mask, a: Self, b: Self| Self { simd, value: simd.select_f32s(mask, a.value, b.value) };
-        let (s, c) = (choose(is_odd, cosine, sine), choose(is_odd, sine, cosine));
-        (choose(flips_sine, -s, s), choose(flips_cosine, -c, c))
+        // Quarter turns as bits: an odd number swaps the two, the second bit turns the sign.
+        let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
+        let lane = |bits| Self { simd, value: simd.transmute_f32s_u32s(bits) };
+        let count = bits(shifted);
+        let (zero, one) = (simd.splat_u32s(0), simd.splat_u32s(1));
+        let (two, sign) = (simd.splat_u32s(2), simd.splat_u32s(1 << 31));
+        let is_odd = simd.sub_u32s(zero, simd.and_u32s(count, one));
+        let swap = simd.and_u32s(is_odd, simd.xor_u32s(bits(sine), bits(cosine)));
+        // 0 - 2 has the sign bit, 0 - 0 has not.
+        let sign_of = |count| simd.and_u32s(sign, simd.sub_u32s(zero, simd.and_u32s(count, two)));
+        let s = simd.xor_u32s(simd.xor_u32s(bits(sine), swap), sign_of(count));
+        let c = simd.xor_u32s(simd.xor_u32s(bits(cosine), swap), sign_of(simd.add_u32s(count, one)));
+        (lane(s), lane(c))
     }
 }
 
