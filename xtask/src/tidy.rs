@@ -21,7 +21,7 @@ every source key in configs/ resolves in docs/references.bib\n  no source file i
 pub struct Args {}
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 16] = [
+const LAYERS: [&str; 17] = [
     "quantity",
     "spec",
     "geometry",
@@ -31,6 +31,7 @@ const LAYERS: [&str; 16] = [
     "perception",
     "treephys",
     "fruit",
+    "batch",
     "robot",
     "picker",
     "world",

@@ -87,6 +87,11 @@ impl FruitSet {
         self.fruit.is_empty()
     }
 
+    /// Air drag of a fruit off its stem [N s^2/m^2]: the force `-coefficient * |v| v`.
+    pub fn air_drag(&self, fruit: usize) -> f64 {
+        self.quadratic_drag[fruit]
+    }
+
     /// Hangs every fruit on its stem, without drag (the wood's drag surrogate and the stem damp it there).
     pub fn reset(&self, data: &mut Data) {
         for i in 0..self.len() {

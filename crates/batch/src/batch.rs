@@ -1,0 +1,159 @@
+//! Many worlds, tile by tile.
+
+use crate::isa::Isa;
+use crate::tile::{BatchEvent, Tile};
+use crate::tree_world::TreeWorld;
+use orchard_geometry::Vec3;
+use orchard_multibody::{Data, JointKind};
+use rayon::prelude::*;
+
+/// Worlds that make no batch.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BatchError {
+    /// The worlds do not step alike.
+    #[error("world {world} has another substep, frame or gravity than world 0")]
+    Time {
+        /// Index of the world.
+        world: usize,
+    },
+    /// A world has something that the lanes leave out.
+    #[error("world {world}: {what}")]
+    Unsupported {
+        /// Index of the world.
+        world: usize,
+        /// What.
+        what: &'static str,
+    },
+    /// The processor lacks the instructions asked for.
+    #[error("this processor has no {0:?}")]
+    Instructions(Isa),
+}
+
+/// Tree worlds that advance together, in f32. Cloning it is a snapshot.
+///
+/// The result of a world does not depend on the others, on their number or on the number of threads. Worlds of
+/// equal topology are put into the same tiles; a tile of different ones works too, somewhat slower.
+#[derive(Debug, Clone)]
+pub struct Batch {
+    tiles: Vec<Tile>,
+    /// Tile and lane of each world.
+    places: Vec<(usize, usize)>,
+}
+
+impl Batch {
+    /// Takes over the state and the applied forces of some worlds, with the fastest instructions there are.
+    /// Counts of frames over a limit start anew.
+    ///
+    /// # Errors
+    /// The worlds do not step alike, or one has fed-forward torques or springs at rest at other angles than 0.
+    pub fn new(worlds: &[TreeWorld]) -> Result<Self, BatchError> {
+        Self::with_isa(worlds, Isa::best())
+    }
+
+    /// The same with chosen instructions.
+    ///
+    /// # Errors
+    /// As [`Self::new`], or the processor lacks the instructions.
+    pub fn with_isa(worlds: &[TreeWorld], isa: Isa) -> Result<Self, BatchError> {
+        if !Isa::available().contains(&isa) {
+            return Err(BatchError::Instructions(isa));
+        }
+        for (index, world) in worlds.iter().enumerate() {
+            check(world).map_err(|what| BatchError::Unsupported { world: index, what })?;
+            let (sim, first) = (&world.plant().spec.sim, &worlds[0].plant().spec.sim);
+            let time = (sim.substep(), sim.substeps.get(), sim.gravity.si());
+            if time != (first.substep(), first.substeps.get(), first.gravity.si()) {
+                return Err(BatchError::Time { world: index });
+            }
+        }
+        // Like beside like, short trees before long ones.
+        let mut order: Vec<usize> = (0..worlds.len()).collect();
+        order.sort_by_cached_key(|&index| {
+            let plant = worlds[index].plant();
+            let fruit: Vec<usize> = plant.fruit.fruit.iter().map(|fruit| fruit.segment).collect();
+            (plant.tree.len(), plant.tree.parent.clone(), fruit, index)
+        });
+        let mut places = vec![(0, 0); worlds.len()];
+        let mut tiles = Vec::new();
+        for members in order.chunks(isa.lanes()) {
+            for (lane, &index) in members.iter().enumerate() {
+                places[index] = (tiles.len(), lane);
+            }
+            let members: Vec<_> = members.iter().map(|&index| (index, &worlds[index])).collect();
+            tiles.push(Tile::new(isa, &members));
+        }
+        Ok(Self { tiles, places })
+    }
+
+    /// Number of worlds.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there is no world.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Advances every world by whole frames, tiles in parallel. Gives what happened, by frame and world.
+    pub fn step(&mut self, frames: u32) -> Vec<BatchEvent> {
+        self.tiles.par_iter_mut().for_each(|tile| tile.run(frames));
+        let mut events: Vec<BatchEvent> = self.tiles.iter_mut().flat_map(Tile::drain_events).collect();
+        events.sort_unstable();
+        events
+    }
+
+    /// Writes a world's state into the f64 state of its model: joints, fruit, tethers, and the springs, dampers
+    /// and drag that breaking has changed.
+    pub fn store(&self, world: usize, data: &mut Data) {
+        let (tile, lane) = self.places[world];
+        self.tiles[tile].store(lane, data);
+    }
+
+    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed.
+    pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
+        let (tile, lane) = self.places[world];
+        self.tiles[tile].push(lane, segment, force_world, torque_world);
+    }
+
+    /// Sets the external force [N] on a fruit until changed.
+    pub fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3) {
+        let (tile, lane) = self.places[world];
+        self.tiles[tile].pull(lane, fruit, force_world);
+    }
+
+    /// Breaks the joint at a segment's base now.
+    pub fn break_branch(&mut self, world: usize, segment: usize) {
+        let (tile, lane) = self.places[world];
+        self.tiles[tile].break_joint(lane, segment);
+    }
+
+    /// Memory of the numbers that a step goes through [bytes].
+    pub fn bytes(&self) -> usize {
+        self.tiles.iter().map(Tile::bytes).sum()
+    }
+}
+
+/// What the lanes rely on.
+fn check(world: &TreeWorld) -> Result<(), &'static str> {
+    let (plant, data) = (world.plant(), world.data());
+    if data.rest.iter().chain(&data.torque).any(|x| *x != 0.0) {
+        return Err("a joint has a torque or a spring that is at rest elsewhere than at 0");
+    }
+    for body in plant.model.bodies() {
+        let (inertia, i_com) = (&body.inertia, &body.inertia.i_com);
+        let axial = inertia.p_com.x == 0.0 && inertia.p_com.y == 0.0;
+        let symmetric = i_com[(0, 0)] == i_com[(1, 1)] && i_com.iter().filter(|x| **x != 0.0).count() <= 3;
+        if body.joint != JointKind::Universal || !axial || !symmetric {
+            return Err("a link is not a bending joint with a body that is symmetric about its own axis");
+        }
+        if let Some(parent) = body.parent {
+            let p_tip = plant.model.body(parent).inertia.p_com * 2.0;
+            // Round-off of half a length, doubled.
+            if (body.x_parent_joint.translation.vector - p_tip).norm() > f64::EPSILON {
+                return Err("a link does not sit at its parent's tip");
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,90 @@
+//! Which vector instructions to use, found out at run time.
+
+use crate::kernel::Work;
+use pulp::Simd;
+
+/// A set of vector instructions.
+///
+/// A batch gives the same bits again with the same set; different sets may differ in the last bits, since not all of
+/// them round a product and sum once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Isa {
+    /// x86-64 with AVX-512: 16 worlds a vector.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    /// x86-64 with AVX2 and fused multiply-add: 8 worlds.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// x86-64 up to SSE 4.2: 4 worlds.
+    #[cfg(target_arch = "x86_64")]
+    Sse4,
+    /// ARM with NEON: 4 worlds.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
+    /// Any processor: 1 world.
+    Portable,
+}
+
+impl Isa {
+    /// What this processor has, fastest first.
+    pub fn available() -> Vec<Self> {
+        let mut available = Vec::new();
+        #[cfg(target_arch = "x86_64")]
+        {
+            if pulp::x86::V4::is_available() {
+                available.push(Self::Avx512);
+            }
+            if pulp::x86::V3::is_available() {
+                available.push(Self::Avx2);
+            }
+            if pulp::x86::V2::is_available() {
+                available.push(Self::Sse4);
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if pulp::aarch64::Neon::is_available() {
+            available.push(Self::Neon);
+        }
+        available.push(Self::Portable);
+        available
+    }
+
+    /// The fastest that this processor has.
+    pub fn best() -> Self {
+        Self::available()[0]
+    }
+
+    /// Worlds a vector: the width of a tile.
+    pub fn lanes(self) -> usize {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => pulp::x86::V4::F32_LANES,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => pulp::x86::V3::F32_LANES,
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse4 => pulp::x86::V2::F32_LANES,
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => pulp::aarch64::Neon::F32_LANES,
+            Self::Portable => pulp::Scalar::F32_LANES,
+        }
+    }
+
+    /// Does the work, compiled for this set.
+    ///
+    /// # Panics
+    /// If the processor does not have it: a batch is only made with one that it has.
+    pub(crate) fn run(self, work: Work) {
+        const MISSING: &str = "a batch is made with instructions that the processor has";
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => Simd::vectorize(pulp::x86::V4::try_new().expect(MISSING), work),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => Simd::vectorize(pulp::x86::V3::try_new().expect(MISSING), work),
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse4 => Simd::vectorize(pulp::x86::V2::try_new().expect(MISSING), work),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => Simd::vectorize(pulp::aarch64::Neon::try_new().expect(MISSING), work),
+            Self::Portable => Simd::vectorize(pulp::Scalar, work),
+        }
+    }
+}

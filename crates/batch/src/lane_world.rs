@@ -1,0 +1,74 @@
+//! What a world in a lane has of its own: its plant, and the f64 rules of breaking.
+
+use crate::schedule::Walk;
+use crate::tree_world::{Plant, TreeWorld};
+use orchard_multibody::{Data, forward_kinematics};
+use orchard_treephys::Rupture;
+use std::sync::Arc;
+
+/// The world of one lane, apart from its numbers.
+#[derive(Debug, Clone)]
+pub(crate) struct LaneWorld {
+    /// Place in the batch.
+    pub index: usize,
+    pub plant: Arc<Plant>,
+    pub walk: Walk,
+    /// Row of each fruit.
+    pub fruit_row: Vec<usize>,
+    pub rupture: Rupture,
+    /// The f64 state that the rules of breaking work on; there from the first break.
+    shadow: Option<Box<Data>>,
+}
+
+impl LaneWorld {
+    pub fn new(index: usize, world: &TreeWorld, walk: Walk, fruit_row: Vec<usize>) -> Self {
+        let rupture = world.rupture().clone();
+        let shadow = (!rupture.breaks().is_empty()).then(|| Box::new(world.data().clone()));
+        Self { index, plant: world.plant().clone(), walk, fruit_row, rupture, shadow }
+    }
+
+    /// The f64 state, to be brought up to date and given back.
+    pub fn take_shadow(&mut self) -> Box<Data> {
+        self.shadow.take().unwrap_or_else(|| Box::new(Data::new(&self.plant.model)))
+    }
+
+    pub fn keep_shadow(&mut self, shadow: Box<Data>) {
+        self.shadow = Some(shadow);
+    }
+
+    /// Breaks a joint of the state in `data`.
+    pub fn break_joint(&mut self, data: &mut Data, segment: usize) {
+        let Plant { spec, model, tree, .. } = &*self.plant;
+        forward_kinematics(model, data);
+        self.rupture.break_joint(tree, model, data, &spec.wood, spec.sim.gravity.si(), segment);
+    }
+
+    /// Rows of the joints that broke.
+    pub fn broken_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rupture.breaks().iter().filter_map(|b| self.walk.links.iter().position(|l| *l == b.segment))
+    }
+
+    /// Dampers of the broken joints for the next substep, from their rates (row, rad/s), in the same order.
+    pub fn brake(&mut self, rates: &[(usize, [f64; 2])]) -> Vec<(usize, f64)> {
+        let Plant { spec, model, tree, settings, .. } = &*self.plant;
+        let Some(data) = self.shadow.as_deref_mut() else { return Vec::new() };
+        let dof = |row: usize| model.dofs(tree.bodies[self.walk.links[row]]).start;
+        for &(row, rate) in rates {
+            data.v[dof(row)..dof(row) + 2].copy_from_slice(&rate);
+        }
+        self.rupture.begin_substep(tree, model, data, &spec.wood, settings.h);
+        rates.iter().map(|&(row, _)| (row, data.damping[dof(row)])).collect()
+    }
+
+    /// Whether so many frames over the direct pull, or over the stem tension, take a fruit off.
+    pub fn is_detached_after(&self, pull_frames: u32, tension_frames: u32) -> bool {
+        let spec = &self.plant.spec.fruit;
+        pull_frames >= spec.pull_frames.get() || tension_frames >= spec.tension_frames.get()
+    }
+
+    /// The fruit of a row, and its air drag off the stem.
+    pub fn loose_fruit(&self, row: usize) -> Option<(usize, f64)> {
+        let i = self.fruit_row.iter().position(|r| *r == row)?;
+        Some((i, self.plant.fruit.air_drag(i)))
+    }
+}

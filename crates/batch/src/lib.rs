@@ -1,0 +1,35 @@
+//! Many trees with their fruit at once.
+//!
+//! [`TreeWorld`] is one tree with its fruit in f64, by `orchard_multibody`: the reference. [`Batch`] advances many
+//! of them in f32, as many in a vector as the processor's registers hold ([`Isa`]), with the same equations,
+//! substeps, ruptures and detachments. Trees may differ in dimensions and in topology. There is no robot and no
+//! contact: what comes off falls freely. Memory layout and the order of the passes are told in
+//! `docs/computation/batch.md`.
+//!
+//! ```
+//! use orchard_batch::{Batch, TreeWorld};
+//! use orchard_spec::Spec;
+//! use std::sync::Arc;
+//!
+//! let spec = Arc::new(Spec::paper());
+//! let worlds = [TreeWorld::grow(spec.clone(), 1, 0)?, TreeWorld::grow(spec, 1, 1)?];
+//! let mut batch = Batch::new(&worlds)?;
+//! batch.step(60);
+//! let mut data = worlds[1].data().clone();
+//! batch.store(1, &mut data);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod batch;
+mod isa;
+mod kernel;
+mod lane_world;
+mod layout;
+mod schedule;
+mod tile;
+mod tree_world;
+
+pub use batch::{Batch, BatchError};
+pub use isa::Isa;
+pub use tile::BatchEvent;
+pub use tree_world::{Plant, TreeEvent, TreeWorld, TreeWorldError};

@@ -1,0 +1,157 @@
+//! One tree with its fruit and nothing else, in f64: what a batch is made of and held against.
+
+use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitSet, FruitState, RestRule, Touch, place};
+use orchard_geometry::{Pose, Vec3};
+use orchard_multibody::{
+    Data, Groups, Model, ModelBuilder, ModelError, StaticsError, StepReport, StepSettings, equilibrium, step,
+};
+use orchard_spec::Spec;
+use orchard_treegen::{Skeleton, TreegenError, grow};
+use orchard_treephys::{Rupture, TreeBody, TreeGroups};
+use std::sync::Arc;
+
+/// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
+const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
+
+/// A tree world that cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum TreeWorldError {
+    /// The tree does not grow.
+    #[error("the tree does not grow: {0}")]
+    Growth(#[from] TreegenError),
+    /// The parts make no valid model.
+    #[error("the tree makes no valid model: {0}")]
+    Model(#[from] ModelError),
+    /// The loaded tree finds no rest.
+    #[error("the tree finds no static equilibrium: {0}")]
+    Equilibrium(#[from] StaticsError),
+}
+
+/// The constant part of a tree world.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// Rules and materials.
+    pub spec: Arc<Spec>,
+    /// The model: the tree's links and the fruit as point bodies. Nothing touches anything.
+    pub model: Model,
+    /// The tree's links.
+    pub tree: TreeBody,
+    /// The fruit that grew.
+    pub fruit: FruitSet,
+    /// Numbers of a substep.
+    pub settings: StepSettings,
+}
+
+/// Something that happened in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TreeEvent {
+    /// The joint at a segment's base broke.
+    Snapped {
+        /// Segment.
+        segment: usize,
+    },
+    /// A stem gave way.
+    Detached {
+        /// Index of the fruit.
+        fruit: usize,
+    },
+}
+
+/// One tree with its fruit in f64. Cloning it is a snapshot.
+#[derive(Debug, Clone)]
+pub struct TreeWorld {
+    plant: Arc<Plant>,
+    data: Data,
+    rupture: Rupture,
+    stems: FruitState,
+    report: StepReport,
+}
+
+impl TreeWorld {
+    /// Grows the tree of a world's index and seed and lets it sag to its static equilibrium.
+    ///
+    /// # Errors
+    /// The tree does not grow or finds no rest.
+    pub fn grow(spec: Arc<Spec>, seed: u64, world: u32) -> Result<Self, TreeWorldError> {
+        let skeleton = grow(&spec, seed, world)?;
+        let fruit = place(&spec.fruit, &skeleton, seed, world);
+        Self::new(spec, &skeleton, fruit)
+    }
+
+    /// A given tree with given fruit, in static equilibrium.
+    ///
+    /// # Errors
+    /// The parts make no valid model, or the tree finds no rest.
+    pub fn new(spec: Arc<Spec>, skeleton: &Skeleton, fruit: Vec<Fruit>) -> Result<Self, TreeWorldError> {
+        const APART: Groups = Groups::NONE;
+        let gravity = spec.sim.gravity.si();
+        let mut builder = ModelBuilder::new();
+        let groups = TreeGroups { wood: APART, debris: APART };
+        let tree = TreeBody::add_to(&mut builder, skeleton, &spec.wood, groups);
+        let groups = FruitGroups { hanging: APART, loose: APART, asleep: APART };
+        let fruit = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &spec.fruit, gravity, groups);
+        let model = builder.build()?;
+        let settings = StepSettings {
+            h: spec.sim.substep(),
+            gravity: Vec3::new(0.0, 0.0, -gravity),
+            contact_stiffness: spec.sim.contact_stiffness.si(),
+            contact_dissipation_time: spec.sim.contact_dissipation_time.si(),
+            contact_margin: spec.sim.contact_margin.si(),
+        };
+        let mut data = Data::new(&model);
+        tree.reset(&model, &mut data, &spec.wood);
+        fruit.reset(&mut data);
+        equilibrium(&model, &mut data, &settings.gravity, EQUILIBRIUM_TOLERANCE)?;
+        let (rupture, stems) = (Rupture::new(&tree), FruitState::new(&fruit));
+        let plant = Arc::new(Plant { spec, model, tree, fruit, settings });
+        Ok(Self { plant, data, rupture, stems, report: StepReport::default() })
+    }
+
+    /// Advances one frame: substeps with the friction of broken joints, then rupture and stems once.
+    pub fn step(&mut self) -> Vec<TreeEvent> {
+        let Plant { spec, model, tree, fruit, settings } = &*self.plant;
+        for _ in 0..spec.sim.substeps.get() {
+            self.rupture.begin_substep(tree, model, &mut self.data, &spec.wood, settings.h);
+            step(model, &mut self.data, settings, &mut self.report);
+        }
+        let gravity = spec.sim.gravity.si();
+        let snapped = self.rupture.end_frame(tree, model, &mut self.data, &spec.wood, gravity);
+        let rest = RestRule { speed: 0.0, frames: u32::MAX };
+        let untouched = vec![Touch::default(); fruit.len()];
+        let fruit_events = self.stems.end_frame(
+            fruit,
+            model,
+            &mut self.data,
+            &spec.fruit,
+            &untouched,
+            rest,
+            &Pose::identity(),
+            |_| Vec3::zeros(),
+        );
+        let detached = fruit_events.into_iter().filter_map(|event| match event {
+            FruitEvent::Detached { fruit, .. } => Some(TreeEvent::Detached { fruit }),
+            FruitEvent::Deposited { .. } | FruitEvent::Dropped { .. } => None,
+        });
+        snapped.into_iter().map(|segment| TreeEvent::Snapped { segment }).chain(detached).collect()
+    }
+
+    /// The constant part.
+    pub fn plant(&self) -> &Arc<Plant> {
+        &self.plant
+    }
+
+    /// The multibody state.
+    pub fn data(&self) -> &Data {
+        &self.data
+    }
+
+    /// The multibody state, to kick or to pull.
+    pub fn data_mut(&mut self) -> &mut Data {
+        &mut self.data
+    }
+
+    /// What is broken.
+    pub fn rupture(&self) -> &Rupture {
+        &self.rupture
+    }
+}
