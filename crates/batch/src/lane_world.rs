@@ -41,6 +41,7 @@ impl LaneWorld {
         let Plant { spec, model, tree, .. } = &*self.plant;
         forward_kinematics(model, data);
         self.rupture.break_joint(tree, model, data, &spec.wood, spec.sim.gravity.si(), segment);
+        self.plant.fruit.weigh_on(data, |segment| self.rupture.is_debris(segment));
     }
 
     /// Rows of the joints that broke.

@@ -212,7 +212,7 @@ impl Tile {
                     (fruit::CAP, tether.reaction_cap),
                     (fruit::STIFFNESS, tether.stiffness),
                     (fruit::DAMPING, tether.damping),
-                    (fruit::BIAS, tether.anchor_bias_world.z),
+                    (fruit::BIAS, data.anchor_bias_world[id.index()].z),
                 ]);
                 let threshold = plant.fruit.fruit[i].detach_force;
                 let stretch = plant.spec.fruit.tension_factor.si() * threshold / tether.stiffness;
@@ -225,7 +225,7 @@ impl Tile {
         }
     }
 
-    /// What breaking changes: springs, dampers, drag, and which joints can still break.
+    /// What breaking changes: springs, dampers, drag, whether wood feels its fruit, and which joints can still break.
     fn load_wood(&mut self, lane: usize, data: &Data) {
         let plant = self.worlds[lane].plant.clone();
         for row in 0..self.worlds[lane].walk.links.len() {
@@ -237,11 +237,18 @@ impl Tile {
             *self.link_mut(row, link::STIFFNESS, lane) = data.stiffness[dof] as f32;
             *self.link_mut(row, link::DAMPING, lane) = data.damping[dof] as f32;
             let limit = plant.tree.rupture_moment[segment] / plant.tree.stiffness[segment];
-            self.bend_limit[row * self.lanes + lane] = if self.worlds[lane].rupture.is_debris(segment) {
-                f32::INFINITY
-            } else {
-                (limit * limit) as f32
-            };
+            self.bend_limit[row * self.lanes + lane] =
+                if self.worlds[lane].rupture.is_debris(segment) || plant.tree.parent[segment].is_none() {
+                    f32::INFINITY
+                } else {
+                    (limit * limit) as f32
+                };
+        }
+        for (i, point) in plant.fruit.points.iter().enumerate() {
+            if data.tethered[point.index()] {
+                let row = self.worlds[lane].fruit_row[i];
+                *self.fruit_mut(row, fruit::BIAS, lane) = data.anchor_bias_world[point.index()].z as f32;
+            }
         }
     }
 
@@ -270,6 +277,7 @@ impl Tile {
             data.point_quadratic_drag[point] = f64::from(self.fruit(row, fruit::AIR_DRAG, lane));
             data.tethered[point] = self.is_hanging(row, lane);
         }
+        plant.fruit.weigh_on(data, |segment| world.rupture.is_debris(segment));
     }
 
     fn is_hanging(&self, fruit_row: usize, lane: usize) -> bool {

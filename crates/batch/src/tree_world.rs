@@ -1,9 +1,10 @@
 //! One tree with its fruit and nothing else, in f64: what a batch is made of and held against.
 
-use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitSet, FruitState, RestRule, Touch, place};
+use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, RestRule, Touch, place};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{
-    Data, Groups, Model, ModelBuilder, ModelError, StaticsError, StepReport, StepSettings, equilibrium, step,
+    Data, Groups, Integrator, Model, ModelBuilder, ModelError, StaticsError, StepReport, StepSettings,
+    equilibrium, step,
 };
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, TreegenError, grow};
@@ -63,7 +64,7 @@ pub struct TreeWorld {
     plant: Arc<Plant>,
     data: Data,
     rupture: Rupture,
-    stems: FruitState,
+    stems: FruitLives,
     report: StepReport,
 }
 
@@ -97,12 +98,13 @@ impl TreeWorld {
             contact_stiffness: spec.sim.contact_stiffness.si(),
             contact_dissipation_time: spec.sim.contact_dissipation_time.si(),
             contact_margin: spec.sim.contact_margin.si(),
+            integrator: Integrator::default(),
         };
         let mut data = Data::new(&model);
         tree.reset(&model, &mut data, &spec.wood);
         fruit.reset(&mut data);
         equilibrium(&model, &mut data, &settings.gravity, EQUILIBRIUM_TOLERANCE)?;
-        let (rupture, stems) = (Rupture::new(&tree), FruitState::new(&fruit));
+        let (rupture, stems) = (Rupture::new(&tree), FruitLives::new(&fruit));
         let plant = Arc::new(Plant { spec, model, tree, fruit, settings });
         Ok(Self { plant, data, rupture, stems, report: StepReport::default() })
     }
@@ -116,6 +118,7 @@ impl TreeWorld {
         }
         let gravity = spec.sim.gravity.si();
         let snapped = self.rupture.end_frame(tree, model, &mut self.data, &spec.wood, gravity);
+        fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
         let untouched = vec![Touch::default(); fruit.len()];
         let fruit_events = self.stems.end_frame(

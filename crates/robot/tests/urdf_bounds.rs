@@ -1,7 +1,9 @@
 //! URDF files with numbers and shapes of tree that no robot has.
 
 use orchard_geometry::{Pose, Vec3};
-use orchard_multibody::{Integrator, Collider, Data, Groups, ModelBuilder, Owner, StepReport, StepSettings, step};
+use orchard_multibody::{
+    Collider, Data, Groups, Integrator, ModelBuilder, Owner, StepReport, StepSettings, step,
+};
 use orchard_robot::{Articulation, PAPER_URDF, PartGroups, RobotConfig, RobotError, RobotModel};
 use std::fmt::Write as _;
 use std::ops::Range;
