@@ -1,5 +1,5 @@
-//! Order of the schemes in time, on a branch with a lateral that swings widely under gravity, drag and damping,
-//! fruit on it: the error of the state at a fixed time falls with h^1 and h^2.
+//! Order of the schemes in time, on a branch with a lateral that swings widely under gravity, drag and damping:
+//! the error of the state at a fixed time falls with h^1 and h^2.
 
 use crate::fixture::{GRAVITY, Wood};
 use orchard_geometry::{Vec3, math, rotation_from_z};
@@ -23,7 +23,7 @@ fn forked() -> Skeleton {
     skeleton
 }
 
-/// Nodes after 0.2 s from a bent start, with the swing fully nonlinear (some 0.4 rad at the thin joints).
+/// Nodes after 0.2 s from a bent start.
 fn state_after(integrator: Integrator, steps: u32) -> Vec<Vec3> {
     let mut spec = Spec::paper().wood;
     spec.damping_time = spec.damping_time.with_value(0.002).unwrap();
