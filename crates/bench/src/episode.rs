@@ -217,7 +217,7 @@ impl EpisodeRecord {
         self.fruit.iter().filter(move |f| counts && f.final_state == FruitState::Deposited)
     }
 
-    /// Fruit off its stem at the end, neither in the bucket nor in the hand.
+    /// Fruit off its stem at the end that neither rests in the bucket nor is in the hand.
     pub fn dropped(&self) -> impl Iterator<Item = &FruitRecord> {
         self.fruit.iter().filter(|f| matches!(f.final_state, FruitState::Dropped | FruitState::Loose))
     }
