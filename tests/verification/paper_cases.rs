@@ -15,9 +15,9 @@ const PULL: f64 = 17.0;
 const YANK: f64 = 800.0;
 
 /// The tree of seed 42 at rest, and the tip segment of its first scaffold.
-fn sample(spec: WoodSpec) -> (Wood, usize) {
+fn sample(spec: WoodSpec, gravity: f64) -> (Wood, usize) {
     let mut wood = Wood::new(grow(&Spec::paper(), 42, 0).unwrap(), spec);
-    wood.settings.gravity = Vec3::new(0.0, 0.0, -GRAVITY);
+    wood.settings.gravity = Vec3::new(0.0, 0.0, -gravity);
     wood.settle();
     let segments = &wood.skeleton.segments;
     let mut tip = segments.iter().position(|s| s.order == 1).unwrap();
@@ -29,11 +29,11 @@ fn sample(spec: WoodSpec) -> (Wood, usize) {
     (wood, tip)
 }
 
-/// How far the tip goes under the pull at rest, and how far from rest it is 20 s after the release [m].
-fn bend(spec: WoodSpec) -> (f64, f64) {
-    let (mut wood, tip) = sample(spec);
+/// How far the tip goes under a pull at rest, and how far from rest it is 20 s after the release [m].
+fn bend(spec: WoodSpec, gravity: f64, pull: f64) -> (f64, f64) {
+    let (mut wood, tip) = sample(spec, gravity);
     let rest = wood.p_tip(tip);
-    wood.load_tip(tip, Vec3::new(0.0, 0.0, -PULL));
+    wood.load_tip(tip, Vec3::new(0.0, 0.0, -pull));
     wood.settle();
     let bent = (wood.p_tip(tip) - rest).norm();
     wood.data.body_force_world.fill(Vec3::zeros());
@@ -44,25 +44,31 @@ fn bend(spec: WoodSpec) -> (f64, f64) {
     (bent, (wood.p_tip(tip) - rest).norm())
 }
 
-/// 17 N bend the sample branch by millimetres and it comes back. The wood of a sapling, with a tenth of the
-/// modulus, bends ten times as far in small strain. Its own weight, which it carries bent, and the pull's arm,
-/// which turns with the wood by the slope, change that by the order of the slope, here a fifth.
+/// 17 N bend the sample branch by millimetres and it comes back.
 #[test]
-fn a_pull_bends_and_a_softer_sapling_bends_more() {
+fn a_pull_bends_the_sample_branch() {
+    let (bent, back) = bend(Spec::paper().wood, GRAVITY, PULL);
+    assert!(bent > 1e-3 && bent < 0.1, "{bent} m");
+    assert!(back < 1e-6, "{back}");
+}
+
+/// The wood of a sapling, with a tenth of the modulus, bends ten times as far: at a hundredth of the pull and
+/// without weight, so that the pull's arm turns by a slope of some 1e-3 only, which bounds the deviation.
+#[test]
+fn a_softer_sapling_bends_in_proportion() {
     let stiff = Spec::paper().wood;
     let mut soft = stiff.clone();
     soft.youngs_modulus = soft.youngs_modulus.with_value(0.1 * stiff.youngs_modulus.value()).unwrap();
-    let ((bent, back), (bent_soft, back_soft)) = (bend(stiff), bend(soft));
-    println!("17 N: {:.2} mm, sapling {:.2} mm; left {back:e} {back_soft:e}", 1e3 * bent, 1e3 * bent_soft);
-    assert!(bent > 1e-3 && bent < 0.1, "{bent} m");
+    let [(bent, _), (bent_soft, back_soft)] = [stiff, soft].map(|wood| bend(wood, 0.0, 0.01 * PULL));
     let ratio = bent_soft / bent;
-    assert!((8.0..=12.0).contains(&ratio), "{ratio}");
-    assert!(back < 1e-6 && back_soft < 1e-3 * bent_soft, "{back} {back_soft}");
+    assert!((ratio / 10.0 - 1.0).abs() < 5e-3, "{ratio}");
+    assert!(back_soft < 1e-3 * bent_soft, "{back_soft}");
 }
 
 /// 800 N for a fifth of a second on every twig (a segment that bears none) of a tree, one after the other, in
 /// worlds of their own: no non-finite value, and no more energy than the yank's work and what was stored: in the
-/// springs, and in the supports that hold the fruit's weight until a stem breaks.
+/// springs, and in the supports that hold the fruit's weight until a stem breaks. That last share is tens of
+/// joules, so the bound sees a blow-up, not a gain of a few joules.
 #[test]
 fn a_hard_yank_on_every_twig_gains_no_more_than_its_work() {
     let world = World::new(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), 42, 0).unwrap();
