@@ -32,6 +32,30 @@ fn a_settled_tree_does_not_drift() {
     assert!(world.drain_events().is_empty());
 }
 
+/// After a pull on a default tree with its fruit is released, its energy never rises. The fruit's weight, which the
+/// paper takes off the wood, is part of the balance.
+#[test]
+fn energy_never_rises_after_a_pull_is_released() {
+    let mut world = world(42, 0);
+    let hold = RobotModel::paper().start_command();
+    let tip = world.skeleton().segments.iter().rposition(|s| s.order == 1).expect("a scaffold");
+    let body = world.tree().bodies[tip].index();
+    let gravity = Vec3::new(0.0, 0.0, -world.spec().sim.gravity.si());
+    let mut last = f64::INFINITY;
+    for frame in 0..360 {
+        let pull = if frame < 60 { Vec3::new(6.0, 4.0, -10.0) } else { Vec3::zeros() };
+        world.data_mut().body_force_world[body] = pull;
+        world.step(&hold);
+        let now = orchard_multibody::energy(world.model(), world.data(), &gravity).total();
+        if frame >= 60 {
+            // Round-off of a sum of some thousand joules (the robot's and the tree's height) in f64.
+            assert!(now <= last + 1e-11, "frame {frame}: {last} -> {now}");
+        }
+        last = now;
+    }
+    assert!(world.drain_events().is_empty(), "the pull broke something");
+}
+
 /// 300 random seeds grow, settle and step one second: nothing non-finite, nothing out of its box, no event.
 #[test]
 fn three_hundred_seeds_live_for_a_second() {

@@ -3,12 +3,11 @@
 use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, RestRule, Touch, place};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{
-    Data, Groups, Integrator, Model, ModelBuilder, ModelError, StaticsError, StepReport, StepSettings,
-    equilibrium, step,
+    Data, Groups, Model, ModelBuilder, ModelError, StaticsError, StepReport, StepSettings, equilibrium, step,
 };
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, TreegenError, grow};
-use orchard_treephys::{Rupture, TreeBody, TreeGroups};
+use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 use std::sync::Arc;
 
 /// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
@@ -92,14 +91,7 @@ impl TreeWorld {
         let groups = FruitGroups { hanging: APART, loose: APART, asleep: APART };
         let fruit = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &spec.fruit, gravity, groups);
         let model = builder.build()?;
-        let settings = StepSettings {
-            h: spec.sim.substep(),
-            gravity: Vec3::new(0.0, 0.0, -gravity),
-            contact_stiffness: spec.sim.contact_stiffness.si(),
-            contact_dissipation_time: spec.sim.contact_dissipation_time.si(),
-            contact_margin: spec.sim.contact_margin.si(),
-            integrator: Integrator::default(),
-        };
+        let settings = step_settings(&spec.sim);
         let mut data = Data::new(&model);
         tree.reset(&model, &mut data, &spec.wood);
         fruit.reset(&mut data);

@@ -2,12 +2,10 @@
 
 use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, Phase, RestRule, Touch};
 use orchard_geometry::{Pose, Vec3, rotation_from_z};
-use orchard_multibody::{
-    Data, Groups, Integrator, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step,
-};
+use orchard_multibody::{Data, Groups, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step};
 use orchard_spec::Spec;
 use orchard_treegen::{Segment, Skeleton};
-use orchard_treephys::{Rupture, TreeBody, TreeGroups};
+use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 
 /// A trunk with one horizontal twig that bears one fruit at its tip.
 struct Spur {
@@ -69,14 +67,7 @@ impl Spur {
         let mut data = Data::new(&model);
         tree.reset(&model, &mut data, &spec.wood);
         fruit.reset(&mut data);
-        let settings = StepSettings {
-            h: spec.sim.substep(),
-            gravity: Vec3::new(0.0, 0.0, -spec.sim.gravity.si()),
-            contact_stiffness: spec.sim.contact_stiffness.si(),
-            contact_dissipation_time: spec.sim.contact_dissipation_time.si(),
-            contact_margin: spec.sim.contact_margin.si(),
-            integrator: Integrator::default(),
-        };
+        let settings = step_settings(&spec.sim);
         equilibrium(&model, &mut data, &settings.gravity, 1e-14).unwrap();
         let state = FruitLives::new(&fruit);
         Self { spec, model, data, tree, fruit, state, settings }

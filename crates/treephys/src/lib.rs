@@ -9,7 +9,9 @@ mod body;
 pub mod rails;
 mod rupture;
 pub mod section;
+mod settings;
 mod stiffness;
 
 pub use body::{TreeBody, TreeGroups};
 pub use rupture::{Break, Rupture};
+pub use settings::step_settings;

@@ -4,11 +4,11 @@ use crate::groups;
 use crate::touch::{Part, parts};
 use orchard_fruit::{FruitGroups, FruitSet, place};
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, math};
-use orchard_multibody::{Collider, Integrator, Model, ModelBuilder, ModelError, Owner, StepSettings};
+use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Skeleton, TreegenError, grow};
-use orchard_treephys::{TreeBody, TreeGroups};
+use orchard_treephys::{TreeBody, TreeGroups, step_settings};
 
 /// A world that cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -80,14 +80,7 @@ pub(crate) fn build(spec: &Spec, robot: &RobotModel, seed: u64, world: u32) -> R
     );
     let model = builder.build()?;
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground, &handle);
-    let settings = StepSettings {
-        h: spec.sim.substep(),
-        gravity: Vec3::new(0.0, 0.0, -gravity),
-        contact_stiffness: spec.sim.contact_stiffness.si(),
-        contact_dissipation_time: spec.sim.contact_dissipation_time.si(),
-        contact_margin: spec.sim.contact_margin.si(),
-        integrator: Integrator::default(),
-    };
+    let settings = step_settings(&spec.sim);
     Ok(Parts { skeleton, model, tree, fruit, handle, colliders, x_world_odom, settings })
 }
 
