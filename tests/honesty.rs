@@ -28,7 +28,7 @@ fn stories(spec: &Spec, robot: &RobotConfig, blind: bool) -> Vec<Story> {
 
 fn with_fingers(friction: f64, force: f64) -> RobotConfig {
     let mut robot = RobotConfig::paper();
-    robot.friction.finger = robot.friction.finger.with_value(friction).expect("in range");
+    robot.surface.finger_friction = robot.surface.finger_friction.with_value(friction).expect("in range");
     robot.finger.force_max = robot.finger.force_max.with_value(force).expect("in range");
     robot
 }

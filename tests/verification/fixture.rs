@@ -63,7 +63,6 @@ impl Wood {
         let settings = StepSettings {
             h: sim.substep(),
             gravity: Vec3::zeros(),
-            contact_stiffness: sim.contact_stiffness.si(),
             contact_dissipation_time: sim.contact_dissipation_time.si(),
             contact_margin: sim.contact_margin.si(),
             integrator: Integrator::LinearlyImplicitEuler,

@@ -38,7 +38,6 @@ fn frequency(integrator: Integrator, across: bool) -> f64 {
     let settings = StepSettings {
         h: 1.0 / 180.0,
         gravity: Vec3::new(0.0, 0.0, -GRAVITY),
-        contact_stiffness: 5e4,
         contact_dissipation_time: 0.01,
         contact_margin: 0.0,
         integrator,

@@ -209,7 +209,7 @@ impl Tile {
                 }
                 constants.extend([
                     (fruit::DROP, tether.offset_world.z),
-                    (fruit::CAP, tether.reaction_cap),
+                    (fruit::CAP, data.reaction_cap[id.index()]),
                     (fruit::STIFFNESS, tether.stiffness),
                     (fruit::DAMPING, tether.damping),
                     (fruit::BIAS, data.anchor_bias_world[id.index()].z),
@@ -248,6 +248,7 @@ impl Tile {
             if data.tethered[point.index()] {
                 let row = self.worlds[lane].fruit_row[i];
                 *self.fruit_mut(row, fruit::BIAS, lane) = data.anchor_bias_world[point.index()].z as f32;
+                *self.fruit_mut(row, fruit::CAP, lane) = data.reaction_cap[point.index()] as f32;
             }
         }
     }

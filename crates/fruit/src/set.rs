@@ -69,6 +69,7 @@ impl FruitSet {
                 x_owner_shape: Pose::identity(),
                 groups: groups.hanging,
                 friction: spec.friction.si(),
+                stiffness: spec.contact_stiffness.si(),
             }));
             // F = 1/2 rho C_d A |v| v.
             let area = PI * f.radius * f.radius;
@@ -103,11 +104,14 @@ impl FruitSet {
         }
     }
 
-    /// Lets a broken limb feel the weight of its fruit: the paper's rule takes it off live wood only.
+    /// Lets a broken limb feel its fruit in full: the paper's rules take their weight off live wood, and cap their
+    /// reaction so that a yank cannot snap more of it. On a limb that hangs free, a capped and so one-way
+    /// reaction would go on shaking it.
     pub fn weigh_on(&self, data: &mut Data, is_debris: impl Fn(usize) -> bool) {
         for (fruit, point) in self.fruit.iter().zip(&self.points) {
             if is_debris(fruit.segment) {
                 data.anchor_bias_world[point.index()] = Vec3::zeros();
+                data.reaction_cap[point.index()] = f64::INFINITY;
             }
         }
     }

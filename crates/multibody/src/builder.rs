@@ -262,6 +262,9 @@ fn check_collider(collider: &Collider) -> Result<(), &'static str> {
     if !is_non_negative(collider.friction) {
         return Err("its friction is negative or not finite");
     }
+    if collider.stiffness.is_nan() || collider.stiffness <= 0.0 {
+        return Err("its stiffness is not positive");
+    }
     let size_is_good = match collider.shape {
         Shape::Sphere { radius } => radius.is_finite() && radius > 0.0,
         Shape::Capsule { radius, length } => radius.is_finite() && radius > 0.0 && is_non_negative(length),

@@ -53,6 +53,8 @@ pub struct Data {
     pub point_spin_damping: Vec<f64>,
     /// Constant force on the anchor of each point body while it is tethered [N], world.
     pub anchor_bias_world: Vec<Vec3>,
+    /// Largest net reaction of each point body on its anchor [N]. Infinite: no cap.
+    pub reaction_cap: Vec<f64>,
     /// Point bodies that something outside the model carries: they keep the velocity they are given, whatever
     /// pushes them.
     pub point_carried: Vec<bool>,
@@ -103,6 +105,11 @@ impl Data {
                 .points
                 .iter()
                 .map(|point| point.tether.as_ref().map_or_else(Vec3::zeros, |t| t.anchor_bias_world))
+                .collect(),
+            reaction_cap: model
+                .points
+                .iter()
+                .map(|point| point.tether.as_ref().map_or(f64::INFINITY, |t| t.reaction_cap))
                 .collect(),
             point_carried: vec![false; points],
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),

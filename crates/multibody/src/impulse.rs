@@ -29,8 +29,8 @@ fn point_impulse(model: &Model, data: &Data, index: usize, h: f64, gravity: &Vec
 pub(crate) fn cap_tethers(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
     for (index, point) in model.points.iter().enumerate() {
         data.capped[index] = match &point.tether {
-            Some(tether) if data.tethered[index] && tether.reaction_cap.is_finite() => {
-                predicted_reaction(model, data, tether, index, h, gravity).norm() > tether.reaction_cap
+            Some(tether) if data.tethered[index] && data.reaction_cap[index].is_finite() => {
+                predicted_reaction(model, data, tether, index, h, gravity).norm() > data.reaction_cap[index]
             }
             _ => false,
         };
@@ -89,7 +89,7 @@ pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, lead: f64, gravit
         impulse.point[index] += pull;
         let reaction = if data.capped[index] {
             let predicted = predicted_reaction(model, data, tether, index, h, gravity);
-            predicted * (h * tether.reaction_cap / predicted.norm())
+            predicted * (h * data.reaction_cap[index] / predicted.norm())
         } else {
             data.anchor_bias_world[index] * h - pull
         };

@@ -27,7 +27,6 @@
 //! let settings = StepSettings {
 //!     h: 1.0 / 180.0,
 //!     gravity: Vector3::new(0.0, 0.0, -9.81),
-//!     contact_stiffness: 5e4,
 //!     contact_dissipation_time: 0.01,
 //!     contact_margin: 0.01,
 //!     integrator: Integrator::default(),

@@ -142,7 +142,8 @@ pub struct Tether {
     /// Constant force added on the anchor while tethered [N], world, at reset (the paper takes the fruit's weight
     /// off); `Data::anchor_bias_world` may change it.
     pub anchor_bias_world: Vec3,
-    /// Largest net reaction on the anchor [N]; the excess is carried by nothing. Infinite: no cap.
+    /// Largest net reaction on the anchor [N], at reset; the excess is carried by nothing. Infinite: no cap.
+    /// `Data::reaction_cap` may change it.
     pub reaction_cap: f64,
 }
 
@@ -204,6 +205,8 @@ pub struct Collider {
     pub groups: Groups,
     /// Coulomb coefficient; a pair takes the geometric mean of its two.
     pub friction: f64,
+    /// Stiffness of its surface [N/m]; the two of a pair act in series. Infinite: rigid.
+    pub stiffness: f64,
 }
 
 /// The constant part of a world. Made by [`crate::ModelBuilder`]; bodies stand parents first.

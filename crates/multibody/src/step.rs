@@ -27,8 +27,6 @@ pub struct StepSettings {
     pub h: f64,
     /// Gravity [m/s^2], world.
     pub gravity: Vec3,
-    /// Contact stiffness [N/m].
-    pub contact_stiffness: f64,
     /// Contact dissipation time [s].
     pub contact_dissipation_time: f64,
     /// Gap below which a pair of colliders becomes a contact candidate [m]; at least `h` times the fastest

@@ -128,6 +128,7 @@ fn bad_points_couplings_and_colliders_are_refused() {
         x_owner_shape: Pose::identity(),
         groups: Groups::NONE,
         friction: 0.5,
+        stiffness: 1e5,
     };
     let ball = Shape::Sphere { radius: -1.0 };
     let inside_out = error(|b| {
@@ -138,6 +139,10 @@ fn bad_points_couplings_and_colliders_are_refused() {
         b.add_collider(Collider { friction: f64::NAN, ..collider.clone() });
     });
     assert!(matches!(slippery, ModelError::Value { what: "collider", .. }));
+    let floating = error(|b| {
+        b.add_collider(Collider { stiffness: 0.0, ..collider.clone() });
+    });
+    assert!(matches!(floating, ModelError::Value { what: "collider", .. }));
     let ownerless = error(|b| {
         b.add_collider(Collider { owner: Owner::Point(PointId(0)), ..collider.clone() });
     });

@@ -12,7 +12,7 @@ const STIFFNESS: f64 = 5e4;
 const ALL: Groups = Groups { member: 1, filter: 1 };
 
 fn collider(owner: Owner, shape: Shape, x_owner_shape: Pose, friction: f64) -> Collider {
-    Collider { owner, shape, x_owner_shape, groups: ALL, friction }
+    Collider { owner, shape, x_owner_shape, groups: ALL, friction, stiffness: 2.0 * STIFFNESS }
 }
 
 fn free_body(mass: f64, i_com: Mat3) -> Body {

@@ -17,7 +17,8 @@ fn tangle(seed: u64) -> (Model, Data) {
     let all = Groups { member: 1, filter: 1 };
     let mut add = |owner, radius, friction| {
         let shape = Shape::Sphere { radius };
-        let collider = Collider { owner, shape, x_owner_shape: Pose::identity(), groups: all, friction };
+        let x_owner_shape = Pose::identity();
+        let collider = Collider { owner, shape, x_owner_shape, groups: all, friction, stiffness: 1e5 };
         builder.add_collider(collider);
     };
     for link in 0..links as u32 {
@@ -32,6 +33,7 @@ fn tangle(seed: u64) -> (Model, Data) {
         x_owner_shape: Pose::identity(),
         groups: all,
         friction: 0.8,
+        stiffness: 1e5,
     });
     builder.add_coupling(COUPLING);
     let model = builder.build().unwrap();
@@ -115,7 +117,8 @@ fn contact_forces_explain_the_motion_and_obey_the_law() {
             let time = if contact.gap > 0.0 { H } else { H + settings.contact_dissipation_time };
             let glide = if is_sliding { friction * v_t.norm() } else { 0.0 };
             let overlap = -(contact.gap + time * (v_n - glide));
-            let law = settings.contact_stiffness * overlap.max(0.0);
+            let [k_a, k_b] = [contact.a, contact.b].map(|id| model.collider(id).stiffness);
+            let law = k_a * k_b / (k_a + k_b) * overlap.max(0.0);
             // The tangential regularisation softens a sliding contact by friction^2 times its share.
             assert!(f_n <= law * (1.0 + 1e-6) + 1e-6, "seed {seed}: {f_n} over {law}");
             if f_n > 1.0 && !is_sliding {

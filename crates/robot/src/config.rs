@@ -26,8 +26,8 @@ pub struct RobotConfig {
     pub arm: Gains,
     /// Servos of the fingers.
     pub finger: FingerDrive,
-    /// Coulomb coefficients.
-    pub friction: Friction,
+    /// What its surfaces do in contact.
+    pub surface: Surface,
     /// Wrist camera mount.
     pub camera: CameraMount,
     /// Inverse kinematics.
@@ -118,14 +118,16 @@ pub struct FingerDrive {
     pub coupling_damping: Quantity,
 }
 
-/// Coulomb coefficients of the robot's surfaces.
+/// Coulomb coefficients and stiffness of the robot's surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Friction {
-    /// Arm, chassis and bucket.
-    pub body: Quantity,
-    /// Fingers.
-    pub finger: Quantity,
+pub struct Surface {
+    /// Coulomb coefficient of arm, chassis and bucket.
+    pub body_friction: Quantity,
+    /// Coulomb coefficient of the fingers.
+    pub finger_friction: Quantity,
+    /// Contact stiffness.
+    pub stiffness: Quantity,
 }
 
 /// Pose of the wrist camera: position in the hand frame; the optical axis is the hand's z turned by `toe_in`

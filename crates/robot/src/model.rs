@@ -160,18 +160,18 @@ impl RobotModel {
         groups: &PartGroups,
     ) -> RobotColliders {
         let mut colliders = RobotColliders::default();
-        let friction = &self.config.friction;
+        let surface = &self.config.surface;
         for (i, link) in self.articulation.links.iter().enumerate() {
             for s in &link.shapes {
                 let finger = self.roles.fingers.iter().position(|&l| l == i);
                 let (list, groups, friction) = if let Some(f) = finger {
-                    (&mut colliders.fingers[f], groups.finger, friction.finger.si())
+                    (&mut colliders.fingers[f], groups.finger, surface.finger_friction.si())
                 } else if s.part == self.config.parts.bucket_link {
-                    (&mut colliders.bucket, groups.bucket, friction.body.si())
+                    (&mut colliders.bucket, groups.bucket, surface.body_friction.si())
                 } else if s.part == self.config.parts.base_link {
-                    (&mut colliders.base, groups.base, friction.body.si())
+                    (&mut colliders.base, groups.base, surface.body_friction.si())
                 } else {
-                    (&mut colliders.arm, groups.arm, friction.body.si())
+                    (&mut colliders.arm, groups.arm, surface.body_friction.si())
                 };
                 list.push(builder.add_collider(Collider {
                     owner: Owner::Body(bodies[i]),
@@ -179,6 +179,7 @@ impl RobotModel {
                     x_owner_shape: s.x_link_shape,
                     groups,
                     friction,
+                    stiffness: surface.stiffness.si(),
                 }));
             }
         }

@@ -32,6 +32,7 @@ fn bench(obstacle: Option<(Vec3, Vec3)>) -> Bench {
             x_owner_shape: Pose::translation(p.x, p.y, p.z),
             groups: Groups { member: 2, filter: 1 },
             friction: 0.5,
+            stiffness: 1e5,
         });
     }
     let model = builder.build().unwrap();
@@ -46,7 +47,6 @@ impl Bench {
         let settings = StepSettings {
             h: SUBSTEP,
             gravity: GRAVITY,
-            contact_stiffness: 5e4,
             contact_dissipation_time: 0.01,
             contact_margin: 0.005,
             integrator: Integrator::default(),
@@ -209,6 +209,7 @@ fn fingers_hold_with_the_commanded_force() {
         x_owner_shape: Pose::identity(),
         groups: Groups { member: 2, filter: 1 },
         friction: 1.0,
+        stiffness: 1e5,
     });
     let model = builder.build().unwrap();
     let mut data = Data::new(&model);
@@ -216,7 +217,6 @@ fn fingers_hold_with_the_commanded_force() {
     let settings = StepSettings {
         h: SUBSTEP,
         gravity: Vec3::zeros(),
-        contact_stiffness: 5e4,
         contact_dissipation_time: 0.01,
         contact_margin: 0.005,
         integrator: Integrator::default(),

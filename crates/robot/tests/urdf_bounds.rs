@@ -38,6 +38,7 @@ fn step_once(robot: &RobotModel) {
         x_owner_shape: Pose::identity(),
         groups: Groups { member: 2, filter: 1 },
         friction: 0.5,
+        stiffness: 1e5,
     });
     let model = builder.build().unwrap();
     let mut data = Data::new(&model);
@@ -45,7 +46,6 @@ fn step_once(robot: &RobotModel) {
     let settings = StepSettings {
         h: 1.0 / 180.0,
         gravity: Vec3::new(0.0, 0.0, -9.81),
-        contact_stiffness: 5e4,
         contact_dissipation_time: 0.01,
         contact_margin: 0.005,
         integrator: Integrator::default(),

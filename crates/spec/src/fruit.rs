@@ -35,6 +35,8 @@ pub struct FruitSpec {
     pub tension_frames: Count,
     /// Friction coefficient of the skin.
     pub friction: Quantity,
+    /// Contact stiffness of the flesh.
+    pub contact_stiffness: Quantity,
     /// Quadratic drag coefficient of a loose sphere.
     pub drag_coefficient: Quantity,
     /// Rate at which a loose fruit loses its spin (rolling resistance of soil and grass).

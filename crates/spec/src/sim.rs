@@ -13,14 +13,14 @@ pub struct SimSpec {
     pub frame_rate: Quantity,
     /// Physics substeps a frame.
     pub substeps: Count,
-    /// Normal stiffness of every contact.
-    pub contact_stiffness: Quantity,
     /// Time constant of linear dissipation in contact (Castro et al. 2022).
     pub contact_dissipation_time: Quantity,
     /// Gap below which a pair of shapes becomes a contact candidate.
     pub contact_margin: Quantity,
     /// Coulomb friction coefficient of the ground.
     pub ground_friction: Quantity,
+    /// Contact stiffness of the ground.
+    pub ground_stiffness: Quantity,
     /// Speed below which loose fruit and debris that touch something fall asleep.
     pub sleep_speed: Quantity,
     /// How long they must stay that slow.

@@ -61,6 +61,8 @@ pub struct WoodSpec {
     pub angular_drag: Quantity,
     /// Friction coefficient of bark.
     pub friction: Quantity,
+    /// Contact stiffness of a limb across the grain.
+    pub contact_stiffness: Quantity,
     /// Frames in a row over the rupture moment before a joint breaks.
     pub rupture_frames: Count,
     /// Factor on linear drag of a broken sub-tree.

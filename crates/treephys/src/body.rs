@@ -81,6 +81,7 @@ impl TreeBody {
                 x_owner_shape: Pose::identity(),
                 groups: groups.wood,
                 friction: wood.friction.si(),
+                stiffness: wood.contact_stiffness.si(),
             }));
             tree.bodies.push(body);
             tree.stiffness.push(stiffness);

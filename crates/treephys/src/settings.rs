@@ -9,7 +9,6 @@ pub fn step_settings(sim: &SimSpec) -> StepSettings {
     StepSettings {
         h: sim.substep(),
         gravity: Vec3::new(0.0, 0.0, -sim.gravity.si()),
-        contact_stiffness: sim.contact_stiffness.si(),
         contact_dissipation_time: sim.contact_dissipation_time.si(),
         contact_margin: sim.contact_margin.si(),
         integrator: Integrator::default(),

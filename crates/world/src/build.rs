@@ -48,6 +48,7 @@ pub(crate) fn build(spec: &Spec, robot: &RobotModel, seed: u64, world: u32) -> R
         x_owner_shape: Pose::identity(),
         groups: groups::GROUND_GROUPS,
         friction: spec.sim.ground_friction.si(),
+        stiffness: spec.sim.ground_stiffness.si(),
     });
     let tree = TreeBody::add_to(
         &mut builder,

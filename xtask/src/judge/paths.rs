@@ -112,7 +112,6 @@ fn watch(tree: &BareTree, data: &mut Data, segment: usize, h: f64) -> Vec<Point>
     let settings = StepSettings {
         h,
         gravity: tree.gravity,
-        contact_stiffness: 1.0,
         contact_dissipation_time: 0.0,
         contact_margin: 0.0,
         integrator: orchard_multibody::Integrator::default(),

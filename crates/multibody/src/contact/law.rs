@@ -14,19 +14,11 @@ const NEAR_RIGID: f64 = 1e-4;
 /// `friction^2` times it to the normal regularisation, so it is no larger than the normal share.
 const TANGENTIAL: f64 = 1e-4;
 
-/// Numbers of contact that all contacts of a step share.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Compliance {
-    pub h: f64,
-    pub stiffness: f64,
-    pub dissipation_time: f64,
-}
-
 /// The law of a block of three rows.
 #[derive(Debug, Clone)]
 pub(super) enum Law {
     /// A contact before its regularisation is known.
-    Open { friction: f64, gap: f64 },
+    Open { friction: f64, stiffness: f64, gap: f64 },
     /// A contact: two tangents, then the normal.
     Contact {
         friction: f64,
@@ -78,11 +70,10 @@ impl Law {
     /// the step. Surfaces still apart feel only the spring over the predicted overlap, `-h k (gap + h v_n)`,
     /// as dissipation must not act at a distance.
     /// A contact that no impulse can move (`w` is zero) stays open.
-    pub fn regularise(&mut self, compliance: &Compliance, w: f64) {
-        if let Law::Open { friction, gap } = *self
+    pub fn regularise(&mut self, h: f64, dissipation_time: f64, w: f64) {
+        if let Law::Open { friction, stiffness, gap } = *self
             && w > 0.0
         {
-            let &Compliance { h, stiffness, dissipation_time } = compliance;
             let time = if gap > 0.0 { h } else { h + dissipation_time };
             *self = Law::Contact {
                 friction,

@@ -20,7 +20,7 @@ use crate::spatial::Wrench;
 use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
 use delassus::{Delassus, Load};
-use law::{Compliance, Law};
+use law::Law;
 use narrow::Touch;
 use newton::Newton;
 
@@ -160,9 +160,13 @@ impl ContactScratch {
                 v_free += frame.tr_mul(&(free_velocity(data, owner, &contact.p_world) * sign));
             }
             self.delassus.push(model, data, loads);
-            let friction = model.collider(contact.a).friction * model.collider(contact.b).friction;
+            let (a, b) = (model.collider(contact.a), model.collider(contact.b));
             self.blocks.push(Block {
-                law: Law::Open { friction: friction.sqrt(), gap: contact.gap },
+                law: Law::Open {
+                    friction: (a.friction * b.friction).sqrt(),
+                    stiffness: 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness),
+                    gap: contact.gap,
+                },
                 v_free,
                 guess: guess.map_or(Vec3::zeros(), |old| frame.tr_mul(&old.force_world) * settings.h),
                 w: 0.0,
@@ -186,14 +190,9 @@ impl ContactScratch {
             });
         }
         self.delassus.assemble();
-        let compliance = Compliance {
-            h: settings.h,
-            stiffness: settings.contact_stiffness,
-            dissipation_time: settings.contact_dissipation_time,
-        };
         for (index, block) in self.blocks.iter_mut().enumerate() {
             block.w = self.delassus.block(index, index).norm() / 3.0;
-            block.law.regularise(&compliance, block.w);
+            block.law.regularise(settings.h, settings.contact_dissipation_time, block.w);
         }
     }
 

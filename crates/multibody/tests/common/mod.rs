@@ -244,7 +244,6 @@ pub fn settings(h: f64, gravity: Vec3) -> StepSettings {
     StepSettings {
         h,
         gravity,
-        contact_stiffness: 5e4,
         contact_dissipation_time: 0.01,
         contact_margin: 0.01,
         integrator: Integrator::default(),
