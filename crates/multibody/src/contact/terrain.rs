@@ -7,7 +7,6 @@
 use orchard_geometry::height_field::{
     Cells, HeightField, NEIGHBOURS, Node, TrianglePart, closest_on_triangle,
 };
-use orchard_geometry::hull::HullEdge;
 use orchard_geometry::{Aabb, Pose, Vec3, transform};
 
 use super::core::Core;
@@ -15,6 +14,9 @@ use super::narrow::{SAME_POINT, Touch};
 
 /// Cosine by which a direction may leave the normals of a corner or edge: round-off.
 const ROUND_OFF: f64 = 1e-9;
+/// Sine by which a corner of the surface may stand lower under a face than its neighbour and keep its contact: a body on
+/// a ridge or plateau must not lose one end of it whenever it tilts.
+const LEVEL: f64 = 0.05;
 /// Sine between two edges under which they have no common normal; distance [m] under which points have none.
 const PARALLEL: f64 = 1e-9;
 
@@ -65,7 +67,7 @@ fn under_point(p: &Vec3, field: &HeightField, radius: f64, margin: f64, out: &mu
     }
     let Some(cells) = field.cells_under(&around) else { return };
     if is_under(p, field) {
-        out.extend(nearest_from_below(p, field, cells, radius));
+        from_below(p, field, cells, radius, out);
         return;
     }
     let first = out.len();
@@ -95,7 +97,7 @@ fn under_point(p: &Vec3, field: &HeightField, radius: f64, margin: f64, out: &mu
                     };
                     n.z >= 0.0 && beyond.is_none_or(is_clear)
                 }
-                TrianglePart::Corner(k) => is_normal_at(triangle[k], &n, field),
+                TrianglePart::Corner(k) => is_normal_at(triangle[k], &n, ROUND_OFF, field),
             };
             let is_new = out[first..].iter().all(|touch| {
                 let other = touch.p_world - touch.n_world * (0.5 * touch.gap);
@@ -121,8 +123,8 @@ fn normal_of([a, b, c]: &[Vec3; 3]) -> Vec3 {
     (b - a).cross(&(c - a)).normalize()
 }
 
-/// Out of the ground by the shortest way that the cells offer.
-fn nearest_from_below(p: &Vec3, field: &HeightField, cells: Cells, radius: f64) -> Option<Touch> {
+/// Out of the ground by the shortest way that the cells offer, and out of the other faces of a hollow.
+fn from_below(p: &Vec3, field: &HeightField, cells: Cells, radius: f64, out: &mut Vec<Touch>) {
     let mut best: Option<(f64, Vec3, Vec3)> = None;
     for triangle in field.triangles(cells) {
         let foot = closest_on_triangle(p, &triangle).0;
@@ -132,7 +134,15 @@ fn nearest_from_below(p: &Vec3, field: &HeightField, cells: Cells, radius: f64) 
             best = Some((depth, foot, n));
         }
     }
-    best.map(|(depth, foot, n)| Touch::from_b(foot, n, -depth - radius))
+    let Some((depth, nearest, n)) = best else { return };
+    out.push(Touch::from_b(nearest, n, -depth - radius));
+    for triangle in field.triangles(cells) {
+        let (foot, part) = closest_on_triangle(p, &triangle);
+        // The faces of a hollow stand above each other's planes, those of a hill below.
+        if part == TrianglePart::Face && n.dot(&(foot - nearest)) > SAME_POINT {
+            out.push(Touch::from_b(foot, normal_of(&triangle), -(foot - p).norm() - radius));
+        }
+    }
 }
 
 /// The part of a vector square to a direction.
@@ -141,13 +151,13 @@ fn square_to(direction: &Vec3, v: Vec3) -> Vec3 {
 }
 
 /// Whether a direction is among the normals of a corner of the surface: up, and no neighbour above the plane across.
-fn is_normal_at(node: Node, n: &Vec3, field: &HeightField) -> bool {
+fn is_normal_at(node: Node, n: &Vec3, tolerance: f64, field: &HeightField) -> bool {
     let Some(p) = field.node(node) else { return false };
     n.z >= 0.0
         && NEIGHBOURS.iter().filter_map(|step| field.node([node[0] + step[0], node[1] + step[1]])).all(
             |other| {
                 let spoke = other - p;
-                n.dot(&spoke) <= ROUND_OFF * spoke.norm()
+                n.dot(&spoke) <= tolerance * spoke.norm()
             },
         )
 }
@@ -167,7 +177,7 @@ fn on_node(node: Node, body: &Core, field: &HeightField, margin: f64, out: &mut 
         }
         outside += usize::from(height > 0.0);
         highest = highest.max(height);
-        if best.is_none_or(|(top, _)| height > top) && is_normal_at(node, &-plane.normal, field) {
+        if best.is_none_or(|(top, _)| height > top) && is_normal_at(node, &-plane.normal, LEVEL, field) {
             best = Some((height, -plane.normal));
         }
     }
@@ -193,20 +203,24 @@ fn beside_edges(p: &Vec3, node: Node, body: &Core, field: &HeightField, margin: 
             continue;
         }
         let n = (closest - p) / distance;
-        if faces_down(body, edge, &n) && is_normal_at(node, &n, field) && !is_under(&closest, field) {
+        let faces_it = !body.is_solid() || beyond(&body.normals_at(edge), &n).is_none();
+        if faces_it && is_normal_at(node, &n, ROUND_OFF, field) && !is_under(&closest, field) {
             out.push(Touch::from_b(*p, n, distance - body.radius));
         }
     }
 }
 
-/// Whether the direction against `n`, which is square to an edge of the body, lies between its faces' normals.
-fn faces_down(body: &Core, edge: &HullEdge, n: &Vec3) -> bool {
-    if !body.is_solid() {
-        return true;
+/// The face beyond whose normal the direction against `n` lies, of the two with normals `arc` that meet at an edge of
+/// the body; `None` if it lies between.
+fn beyond([f, g]: &[Vec3; 2], n: &Vec3) -> Option<Vec3> {
+    let (arc, down) = (f.cross(g), -n);
+    if f.cross(&down).dot(&arc) < -ROUND_OFF {
+        Some(*f)
+    } else if down.cross(g).dot(&arc) < -ROUND_OFF {
+        Some(*g)
+    } else {
+        None
     }
-    let [f, g] = body.normals_at(edge);
-    let (arc, down) = (f.cross(&g), -n);
-    f.cross(&down).dot(&arc) >= -ROUND_OFF && down.cross(&g).dot(&arc) >= -ROUND_OFF
 }
 
 /// The ridges from a node to three of its neighbours against the edges of the body.
@@ -234,8 +248,9 @@ fn edges_across(
         }
         for edge in body.edges() {
             let [p, q] = body.ends(edge);
-            let Some(crossing) = ridge.cross(&p, &(q - p)) else { continue };
-            if crossing.gap < margin + body.radius && crossing.is_real(body, edge, field) {
+            let arc = body.is_solid().then(|| body.normals_at(edge));
+            let Some(crossing) = ridge.cross(&p, &(q - p), arc) else { continue };
+            if crossing.gap < margin + body.radius && crossing.is_real(body, field) {
                 out.push(Touch::from_b(crossing.p_ridge, crossing.n, crossing.gap - body.radius));
             }
         }
@@ -267,15 +282,34 @@ impl Ridge {
         normal.dot(&right) < -ROUND_OFF * normal.norm() * right.norm()
     }
 
-    /// The common normal of ridge and line, where both meet it between their ends.
-    fn cross(&self, start: &Vec3, along: &Vec3) -> Option<Crossing> {
+    /// The face to the left (0) or right (1) that a direction leans over: it is no normal of the ridge then.
+    fn leans_over(&self, n: &Vec3) -> Option<usize> {
+        self.inward.iter().position(|side| side.is_some_and(|side| n.dot(&side) > ROUND_OFF * side.norm()))
+    }
+
+    /// Upward normal of the face to the left (0) or right (1).
+    fn normal(&self, side: usize) -> Option<Vec3> {
+        let across = self.along.cross(&self.inward[side]?);
+        Some(if side == 0 { across.normalize() } else { -across.normalize() })
+    }
+
+    /// Where an edge of the body, with the normals of its faces, passes the ridge: along their common normal, or
+    /// where that leans over one of the four faces, along the normal of that face. An edge that comes to lie in a
+    /// face thus keeps its contact.
+    fn cross(&self, start: &Vec3, along: &Vec3, arc: Option<[Vec3; 2]>) -> Option<Crossing> {
         let common = self.along.cross(along);
         let size = common.norm();
         if size <= PARALLEL * self.along.norm() * along.norm() {
             return None;
         }
-        let n = common * (if common.z < 0.0 { -1.0 } else { 1.0 } / size);
-        if self.inward.iter().flatten().any(|inward| n.dot(inward) > ROUND_OFF * inward.norm()) {
+        let mut n = common * (if common.z < 0.0 { -1.0 } else { 1.0 } / size);
+        match (self.leans_over(&n), arc.and_then(|arc| beyond(&arc, &n))) {
+            (None, None) => {}
+            (Some(side), None) => n = self.normal(side)?,
+            (None, Some(face)) => n = -face,
+            _ => return None,
+        }
+        if self.leans_over(&n).is_some() || arc.is_some_and(|arc| beyond(&arc, &n).is_some()) {
             return None;
         }
         let between = start - self.start;
@@ -291,11 +325,8 @@ impl Ridge {
 }
 
 impl Crossing {
-    /// Whether the body's edge faces the ridge, and an overlap is not one of lines that pass far from each other.
-    fn is_real(&self, body: &Core, edge: &HullEdge, field: &HeightField) -> bool {
-        if !faces_down(body, edge, &self.n) {
-            return false;
-        }
+    /// Whether an overlap is one, not that of lines which pass far from each other.
+    fn is_real(&self, body: &Core, field: &HeightField) -> bool {
         self.gap >= 0.0
             || (is_under(&self.p_body, field)
                 && body.planes.iter().all(|plane| plane.height(&self.p_ridge) <= PARALLEL))
