@@ -114,8 +114,8 @@ pub(super) fn touches(
     }
 }
 
-/// Puts the deepest point first, then the points that are each the farthest from all before. Among equals to
-/// round-off the first is taken, so that a body at rest keeps its points.
+/// Puts the deepest point first, then the points that are each the farthest from all before; those that touch before
+/// those that do not. Among equals to round-off the first is taken, so that a body at rest keeps its points.
 fn spread(touches: &mut [Touch], count: usize) {
     let least = touches.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
     let deepest = touches.iter().position(|touch| touch.gap <= least + SAME_POINT).unwrap_or(0);
@@ -123,12 +123,15 @@ fn spread(touches: &mut [Touch], count: usize) {
     for next in 1..count {
         let (chosen, rest) = touches.split_at(next);
         let room = |touch: &Touch| {
-            chosen.iter().map(|one| (one.p_world - touch.p_world).norm()).fold(f64::INFINITY, f64::min)
+            let nearest = |room: f64, one: &Touch| room.min((one.p_world - touch.p_world).norm());
+            (touch.gap <= SAME_POINT, chosen.iter().fold(f64::INFINITY, nearest))
         };
         let rooms = rest.iter().map(room).enumerate();
-        let roomier =
-            |best: (usize, f64), one: (usize, f64)| if one.1 > best.1 + SAME_POINT { one } else { best };
-        let farthest = rooms.reduce(roomier).map_or(0, |best| best.0);
+        let better = |best: (usize, (bool, f64)), one: (usize, (bool, f64))| {
+            let (a, b) = (best.1, one.1);
+            if (b.0 && !a.0) || (a.0 == b.0 && b.1 > a.1 + SAME_POINT) { one } else { best }
+        };
+        let farthest = rooms.reduce(better).map_or(0, |best| best.0);
         touches.swap(next, next + farthest);
     }
 }
