@@ -372,7 +372,7 @@ fn bodies_of_every_kind_come_to_rest_on_rough_ground() {
     // A spring that takes up the whole fall, from 0.45 m with 1.7 m/s: v sqrt(m / k).
     let speed = (1.7_f64 * 1.7 + 2.0 * 9.81 * 0.45).sqrt();
     let stop = speed * (0.5 / STIFFNESS).sqrt();
-    for index in 0..24 {
+    for index in 0..16 {
         let shape = match index % 4 {
             0 => Shape::Sphere { radius: 0.06 },
             1 => Shape::Capsule { radius: 0.02, length: 0.2 },
