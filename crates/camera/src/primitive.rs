@@ -4,7 +4,7 @@
 
 use crate::bounds::Bounds;
 use crate::{Geometry, Item, blade};
-use orchard_geometry::{Mat3, Pose, Shape, Vec3};
+use orchard_geometry::{Mat3, Pose, Shape, Vec3, transform};
 
 /// A form that a ray can meet, in the camera frame.
 #[derive(Debug, Clone, Copy)]
@@ -74,12 +74,12 @@ pub(crate) trait Hit {
 pub(crate) fn for_each_primitive(item: &Item, x_camera_world: &Pose, mut f: impl FnMut(&Primitive)) {
     let x = x_camera_world * item.x_world_item;
     let p = x.translation.vector;
-    match item.geometry {
-        Geometry::Shape(Shape::Sphere { radius }) => f(&Primitive::Sphere(Sphere { center: p, radius })),
-        Geometry::Shape(Shape::Capsule { radius, length }) => {
+    match &item.geometry {
+        &Geometry::Shape(Shape::Sphere { radius }) => f(&Primitive::Sphere(Sphere { center: p, radius })),
+        &Geometry::Shape(Shape::Capsule { radius, length }) => {
             f(&Primitive::Capsule(Capsule::new(p, x.rotation * Vec3::z(), length, radius)));
         }
-        Geometry::Shape(Shape::Box { half }) => {
+        &Geometry::Shape(Shape::Box { half }) => {
             let to_local = x.rotation.to_rotation_matrix().matrix().transpose();
             f(&Primitive::Box(Cuboid { to_local, origin: -(to_local * p), center: p, half }));
         }
@@ -87,7 +87,24 @@ pub(crate) fn for_each_primitive(item: &Item, x_camera_world: &Pose, mut f: impl
             let normal = x.rotation * Vec3::z();
             f(&Primitive::Plane(Plane { normal, offset: normal.dot(&p) }));
         }
-        Geometry::Blade { length, width } => {
+        Geometry::Shape(Shape::ConvexHull(hull)) => {
+            let v: Vec<Vec3> = hull.vertices().iter().map(|v| transform(&x, v)).collect();
+            for face in hull.faces() {
+                // A fan about the first corner.
+                if let [first, around @ ..] = hull.boundary(face) {
+                    for ends in around.windows(2) {
+                        let corners = [*first, ends[0], ends[1]].map(|index| v[index as usize]);
+                        f(&Primitive::Triangle(Triangle::new(corners)));
+                    }
+                }
+            }
+        }
+        Geometry::Shape(Shape::HeightField(field)) => {
+            for corners in field.triangles(field.cells()) {
+                f(&Primitive::Triangle(Triangle::new(corners.map(|v| transform(&x, &v)))));
+            }
+        }
+        &Geometry::Blade { length, width } => {
             let r = x.rotation.to_rotation_matrix();
             let v = blade::vertices(length, width).map(|v| r * v + p);
             const FACES: [[usize; 3]; blade::TRIANGLES] = blade::triangles();

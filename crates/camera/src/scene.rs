@@ -27,9 +27,9 @@ pub const NO_INSTANCE: u32 = u32::MAX;
 pub type Rgb = [f32; 3];
 
 /// The form of an item, in the item's frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
-    /// An analytic solid.
+    /// A solid. Of terrain its surface shows, from above and below, but not its sides.
     Shape(Shape),
     /// A folded, curled leaf blade (see [`crate::blade`]): petiole at the origin, +x along the midrib, +z the
     /// upper face.
@@ -42,7 +42,7 @@ pub enum Geometry {
 }
 
 /// One visible thing.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Item {
     /// Its form.
     pub geometry: Geometry,

@@ -33,7 +33,7 @@ pub fn fruit_visibility(
     let mut alone = Scene { items: Vec::with_capacity(1) };
     let mut of = |fruit: &crate::Item| {
         alone.items.clear();
-        alone.items.push(*fruit);
+        alone.items.push(fruit.clone());
         rasterise(&alone, intrinsics, x_world_camera, f64::INFINITY, &mut depth, &mut index);
         FruitVisibility {
             instance: fruit.instance,

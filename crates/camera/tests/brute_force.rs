@@ -4,11 +4,15 @@ mod common;
 
 use common::direction;
 use orchard_camera::{Frame, Geometry, Item, Label, NO_INSTANCE, Scene, blade, picture::look_at, render};
-use orchard_geometry::{Intrinsics, Pose, Rotation, Shape, Vec3, inverse_transform, rotation_from_z};
+use orchard_geometry::{
+    ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, inverse_transform, rotation_from_z,
+};
 use orchard_spec::{Purpose, Stream};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape;
+use parry3d_f64::utils::Array2;
+use std::sync::Arc;
 
 /// Agreement asked of two float implementations at metres of range, f32 output [m].
 const TOLERANCE: f64 = 1e-5;
@@ -23,34 +27,52 @@ fn vector(v: &Vec3) -> Vector {
     Vector::new(v.x, v.y, v.z)
 }
 
+/// Range parameter of the nearest triangle.
+fn nearest_of(triangles: impl Iterator<Item = shape::Triangle>, ray: &Ray) -> Option<f64> {
+    triangles.filter_map(|t| t.cast_local_ray(ray, 1e3, false)).min_by(f64::total_cmp)
+}
+
 /// Range parameter of the nearest surface of one item along p + t d.
 fn cast(item: &Item, p: &Vec3, d: &Vec3) -> Option<f64> {
     let x = &item.x_world_item;
     let d = x.rotation.inverse() * d;
     let ray = |offset: &Vec3| Ray::new(vector(&(inverse_transform(x, p) - offset)), vector(&d));
     let here = ray(&Vec3::zeros());
-    match item.geometry {
-        Geometry::Shape(Shape::Sphere { radius }) => {
+    match &item.geometry {
+        &Geometry::Shape(Shape::Sphere { radius }) => {
             shape::Ball::new(radius).cast_local_ray(&here, 1e3, false)
         }
-        Geometry::Shape(Shape::Capsule { radius, length }) => {
+        &Geometry::Shape(Shape::Capsule { radius, length }) => {
             let capsule = shape::Capsule::new(Vector::ZERO, Vector::new(0.0, 0.0, length), radius);
             capsule.cast_local_ray(&here, 1e3, false)
         }
         Geometry::Shape(Shape::Box { half }) => {
-            shape::Cuboid::new(vector(&half)).cast_local_ray(&here, 1e3, false)
+            shape::Cuboid::new(vector(half)).cast_local_ray(&here, 1e3, false)
         }
         Geometry::Shape(Shape::HalfSpace) => {
             shape::HalfSpace::new(Vector::new(0.0, 0.0, 1.0)).cast_local_ray(&here, 1e3, false)
         }
-        Geometry::Blade { length, width } => {
+        // Triangle by triangle: parry's own traversals of both miss hits.
+        Geometry::Shape(Shape::ConvexHull(hull)) => {
+            let (v, faces) = hull.parry().to_trimesh();
+            let corners = faces.into_iter().map(|face| face.map(|k| v[k as usize]));
+            nearest_of(corners.map(|[a, b, c]| shape::Triangle::new(a, b, c)), &here)
+        }
+        Geometry::Shape(Shape::HeightField(field)) => {
+            // Parry's y is up: its (x, y, z) are our (y, z, x).
+            let turned = |v: Vector| Vector::new(v.y, v.z, v.x);
+            let [dx, dy] = field.spacing();
+            let size = [dx * (field.columns() - 1) as f64, dy * (field.rows() - 1) as f64];
+            let heights = Array2::new(field.columns(), field.rows(), field.heights().to_vec());
+            let same = shape::HeightField::new(heights, Vector::new(size[1], 1.0, size[0]));
+            nearest_of(same.triangles(), &Ray::new(turned(here.origin), turned(here.dir)))
+        }
+        &Geometry::Blade { length, width } => {
             let v = blade::vertices(length, width);
             let faces = blade::triangles();
-            let triangle = |[a, b, c]: [usize; 3]| {
-                shape::Triangle::new(vector(&v[a]), vector(&v[b]), vector(&v[c]))
-                    .cast_local_ray(&here, 1e3, false)
-            };
-            faces.into_iter().filter_map(triangle).min_by(f64::total_cmp)
+            let triangle =
+                |[a, b, c]: [usize; 3]| shape::Triangle::new(vector(&v[a]), vector(&v[b]), vector(&v[c]));
+            nearest_of(faces.into_iter().map(triangle), &here)
         }
     }
 }
@@ -125,12 +147,21 @@ fn random_shapes_around_the_camera_agree() {
         let mut scene = Scene::default();
         for i in 0..4 {
             let size = rng.uniform(0.02, 0.6);
-            let geometry = match rng.integer(0, 4) {
+            let geometry = match rng.integer(0, 6) {
                 0 => Geometry::Shape(Shape::Sphere { radius: size }),
                 1 => Geometry::Shape(Shape::Capsule { radius: 0.3 * size, length: rng.uniform(0.0, 2.0) }),
                 2 => Geometry::Shape(Shape::Box { half: Vec3::from_fn(|_, _| rng.uniform(0.01, 0.5)) }),
                 3 => Geometry::Blade { length: 2.0 * size, width: size },
-                _ => Geometry::Shape(Shape::HalfSpace),
+                4 => Geometry::Shape(Shape::HalfSpace),
+                5 => {
+                    let cloud: Vec<Vec3> = (0..12).map(|_| direction(&mut rng) * size).collect();
+                    Geometry::Shape(Shape::ConvexHull(Arc::new(ConvexHull::new(&cloud).unwrap())))
+                }
+                _ => {
+                    let heights = (0..30).map(|_| rng.uniform(-0.1, 0.1)).collect();
+                    let field = HeightField::new(5, 6, [0.3 * size, 0.4 * size], heights).unwrap();
+                    Geometry::Shape(Shape::HeightField(Arc::new(field)))
+                }
             };
             let p = direction(&mut rng) * rng.uniform(0.0, 1.5);
             scene.push(geometry, Pose::from_parts(p.into(), rotation(&mut rng)), Label::Wood, i);

@@ -1,9 +1,11 @@
 //! Collision and drawing shapes.
 
-use crate::{Pose, Vec3};
+use std::sync::Arc;
 
-/// A convex solid in its own frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+use crate::{ConvexHull, HeightField, Pose, Vec3, transform};
+
+/// A solid in its own frame. What is large is shared: a clone costs no more than a count.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A ball about the origin.
     Sphere {
@@ -24,7 +26,14 @@ pub enum Shape {
     },
     /// Everything with z <= 0: the ground.
     HalfSpace,
+    /// A convex polyhedron.
+    ConvexHull(Arc<ConvexHull>),
+    /// Terrain: everything under the heights of a grid.
+    HeightField(Arc<HeightField>),
 }
+
+/// Sine of the tilt of a field up to which it counts as upright.
+const UPRIGHT: f64 = 1e-9;
 
 /// An axis-aligned bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,12 +72,28 @@ impl Shape {
                 let tip = p + pose.rotation * Vec3::new(0.0, 0.0, length);
                 Aabb { min: p.inf(&tip), max: p.sup(&tip) }.grown(radius)
             }
-            Shape::Box { half } => {
-                let d = pose.rotation.to_rotation_matrix().matrix().abs() * half;
-                Aabb { min: p - d, max: p + d }
-            }
+            Shape::Box { half } => turned_box(pose, &p, &half),
             Shape::HalfSpace => {
                 Aabb { min: Vec3::repeat(f64::NEG_INFINITY), max: Vec3::repeat(f64::INFINITY) }
+            }
+            Shape::ConvexHull(ref hull) => {
+                let (min, max) = hull.extent(pose);
+                Aabb { min, max }
+            }
+            Shape::HeightField(ref field) => {
+                let Aabb { min, max } = field.bounds();
+                let centre = transform(pose, &(0.5 * (min + max)));
+                let mut aabb = turned_box(pose, &centre, &(0.5 * (max - min)));
+                // What is below the surface belongs to it, down without end.
+                let up = pose.rotation * Vec3::z();
+                for k in 0..3 {
+                    if up[k] > UPRIGHT {
+                        aabb.min[k] = f64::NEG_INFINITY;
+                    } else if up[k] < -UPRIGHT {
+                        aabb.max[k] = f64::INFINITY;
+                    }
+                }
+                aabb
             }
         }
     }
@@ -86,8 +111,16 @@ impl Shape {
                 d.sup(&Vec3::zeros()).norm() + d.max().min(0.0)
             }
             Shape::HalfSpace => p.z,
+            Shape::ConvexHull(ref hull) => hull.signed_distance(p),
+            Shape::HeightField(ref field) => field.signed_distance(p),
         }
     }
+}
+
+/// The box about a box that is turned with a pose.
+fn turned_box(pose: &Pose, centre: &Vec3, half: &Vec3) -> Aabb {
+    let d = pose.rotation.to_rotation_matrix().matrix().abs() * half;
+    Aabb { min: centre - d, max: centre + d }
 }
 
 #[cfg(test)]

@@ -269,7 +269,8 @@ fn check_collider(collider: &Collider) -> Result<(), &'static str> {
         Shape::Sphere { radius } => radius.is_finite() && radius > 0.0,
         Shape::Capsule { radius, length } => radius.is_finite() && radius > 0.0 && is_non_negative(length),
         Shape::Box { half } => half.iter().all(|x| x.is_finite() && *x > 0.0),
-        Shape::HalfSpace => true,
+        // Hulls and fields are checked when they are made.
+        Shape::HalfSpace | Shape::ConvexHull(_) | Shape::HeightField(_) => true,
     };
     if size_is_good { Ok(()) } else { Err("its shape has a bad size") }
 }

@@ -12,7 +12,7 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesEnd, BytesStart, Event};
 
 use crate::data::Data;
-use crate::model::{BodyId, JointKind, Model, Owner, PointId, Tether};
+use crate::model::{BodyId, Collider, JointKind, Model, Owner, PointId, Tether};
 
 /// Why a model cannot be written as MJCF.
 #[derive(Debug, thiserror::Error)]
@@ -38,8 +38,8 @@ pub enum MjcfError {
 /// Capsules, spheres and boxes become geometry that is drawn and touches nothing; half-spaces are left out.
 ///
 /// # Errors
-/// [`MjcfError::Unsupported`] for drag, feed-forward and external forces, free joints, couplings, point bodies off
-/// their tether and tethers with a finite reaction cap.
+/// [`MjcfError::Unsupported`] for drag, feed-forward and external forces, free joints, couplings, convex hulls and
+/// height fields, point bodies off their tether and tethers with a finite reaction cap.
 pub fn mjcf(name: &str, model: &Model, data: &Data, gravity: &Vec3, h: f64) -> Result<String, MjcfError> {
     refuse_inexact(model, data)?;
     let mut file = File { writer: Writer::new_with_indent(Vec::new(), b' ', 1), model, data };
@@ -92,6 +92,10 @@ fn refuse_inexact(model: &Model, data: &Data) -> Result<(), MjcfError> {
             dof,
             "a feed-forward torque is no part of a model; set it to zero",
         );
+    }
+    let is_unsupported = |c: &Collider| matches!(c.shape, Shape::ConvexHull(_) | Shape::HeightField(_));
+    if let Some(index) = model.colliders().iter().position(is_unsupported) {
+        return refuse("collider", index, "convex hulls and height fields are not exported");
     }
     if !model.couplings().is_empty() {
         return refuse("coupling", 0, "couplings are not exported");
@@ -271,7 +275,8 @@ impl<W: Write> File<'_, W> {
                     ("capsule", vec![radius, 0.5 * length], Vec3::new(0.0, 0.0, 0.5 * length))
                 }
                 Shape::Box { half } => ("box", half.as_slice().to_vec(), Vec3::zeros()),
-                _ => continue,
+                // Ground is drawn by nobody; `refuse_inexact` has stopped the rest.
+                Shape::HalfSpace | Shape::ConvexHull(_) | Shape::HeightField(_) => continue,
             };
             let pose = Pose::from_parts(orchard_geometry::transform(x, &centre).into(), x.rotation);
             let [pos, quat] = pose_attributes(&pose);

@@ -1,8 +1,10 @@
 //! Models as MJCF: what is exact is written, what is not is refused. Whether MuJoCo then moves as we do is the
 //! judge's matter (`cargo xtask judge`).
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
-use orchard_geometry::{Mat3, Pose};
+use orchard_geometry::{ConvexHull, HeightField, Mat3, Pose, Shape, Vec3};
 use orchard_multibody::*;
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -82,4 +84,18 @@ fn what_has_no_counterpart_is_refused() {
     spoilt = data;
     spoilt.tethered[0] = false;
     refused(&model, &spoilt);
+    // Shapes that would be missing from the picture.
+    let corners: Vec<Vec3> =
+        [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vec3::from).to_vec();
+    let field = HeightField::new(2, 2, [1.0; 2], vec![0.0; 4]).unwrap();
+    let hull = ConvexHull::new(&corners).unwrap();
+    for shape in [Shape::ConvexHull(Arc::new(hull)), Shape::HeightField(Arc::new(field))] {
+        let mut builder = ModelBuilder::new();
+        let groups = Groups { member: 1, filter: 1 };
+        let x_owner_shape = Pose::identity();
+        let (owner, friction, stiffness) = (Owner::World, 0.5, 1e6);
+        builder.add_collider(Collider { owner, shape, x_owner_shape, groups, friction, stiffness });
+        let model = builder.build().unwrap();
+        refused(&model, &Data::new(&model));
+    }
 }

@@ -61,7 +61,7 @@ mod tests {
         let depth = DepthImage::filled(3, 3, 1.0);
         let ball = (Shape::Sphere { radius: 0.9 }, Pose::translation(1.0, 1.0, 1.0));
         let masked = |margin| -> Vec<usize> {
-            let mask = self_mask(&depth, &K, &[ball], margin);
+            let mask = self_mask(&depth, &K, std::slice::from_ref(&ball), margin);
             (0..9).filter(|&i| mask.pixels()[i]).collect()
         };
         assert_eq!(masked(0.0), [8]);

@@ -65,7 +65,7 @@ impl ArmKinematics {
         let mut mount = |link: usize, mount: &Mount, x: &Pose| {
             for s in &links[link].shapes {
                 let x_mount_shape = x * s.x_link_shape;
-                shapes.push(MountedShape { shape: s.shape, mount: mount.clone(), x_mount_shape });
+                shapes.push(MountedShape { shape: s.shape.clone(), mount: mount.clone(), x_mount_shape });
             }
         };
         mount(roles.base, &Mount::Base, &x_link_base.inverse());
@@ -215,7 +215,7 @@ impl ArmKinematics {
                     links[ARM_DOF - 1] * x_joint * opened
                 }
             };
-            (s.shape, x_base_mount * s.x_mount_shape)
+            (s.shape.clone(), x_base_mount * s.x_mount_shape)
         };
         self.shapes.iter().map(place).collect()
     }

@@ -175,7 +175,7 @@ impl RobotModel {
                 };
                 list.push(builder.add_collider(Collider {
                     owner: Owner::Body(bodies[i]),
-                    shape: s.shape,
+                    shape: s.shape.clone(),
                     x_owner_shape: s.x_link_shape,
                     groups,
                     friction,

@@ -81,7 +81,7 @@ impl World {
         let handle = self.handle();
         let x_base_body = handle.x_body_base.inverse();
         let colliders = handle.colliders.base.iter().map(|&id| self.model().collider(id));
-        colliders.map(|c| (c.shape, x_base_body * c.x_owner_shape)).collect()
+        colliders.map(|c| (c.shape.clone(), x_base_body * c.x_owner_shape)).collect()
     }
 
     /// The arm's shoulder, the origin of its second joint, in the base frame.

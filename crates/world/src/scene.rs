@@ -23,8 +23,8 @@ pub(crate) fn build(
 ) -> Scene {
     let mut scene = Scene::default();
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
-    for (i, (&body, &shape)) in visible.tree.bodies.iter().zip(visible.shapes).enumerate() {
-        scene.push(Geometry::Shape(shape), *data.x_world_body(body), Label::Wood, i as u32);
+    for (i, (&body, shape)) in visible.tree.bodies.iter().zip(visible.shapes).enumerate() {
+        scene.push(Geometry::Shape(shape.clone()), *data.x_world_body(body), Label::Wood, i as u32);
     }
     for (i, leaf) in visible.leaves.iter().enumerate() {
         let x_world_segment = data.x_world_body(visible.tree.bodies[leaf.segment]);
@@ -37,7 +37,7 @@ pub(crate) fn build(
         scene.push(Geometry::Shape(Shape::Sphere { radius }), pose, Label::Fruit, i as u32);
     }
     for (i, (shape, pose)) in visible.robot.iter().enumerate() {
-        scene.push(Geometry::Shape(*shape), *pose, Label::Robot, i as u32);
+        scene.push(Geometry::Shape(shape.clone()), *pose, Label::Robot, i as u32);
     }
     scene
 }

@@ -172,7 +172,7 @@ impl World {
         let links = &self.robot.articulation().links;
         let posed = links.iter().zip(&self.parts.handle.bodies).flat_map(|(link, &body)| {
             let x_world_link = *self.state.data.x_world_body(body);
-            link.shapes.iter().map(move |s| (s.shape, x_world_link * s.x_link_shape))
+            link.shapes.iter().map(move |s| (s.shape.clone(), x_world_link * s.x_link_shape))
         });
         posed.collect()
     }

@@ -30,7 +30,7 @@ impl Lighting {
         let sun_world = sun_world.try_normalize(0.0).unwrap_or_else(Vec3::z);
         // The ground is under everything: it receives shadow and throws none.
         let casters =
-            Scene { items: scene.items.iter().filter(|i| i.label != Label::Ground).copied().collect() };
+            Scene { items: scene.items.iter().filter(|i| i.label != Label::Ground).cloned().collect() };
         let bounds = ball_about(&casters);
         let sky = (0..SKY_DIRECTIONS).map(sky_direction);
         Self {
@@ -97,9 +97,9 @@ fn sky_direction(i: usize) -> Vec3 {
 
 /// Centre and radius of a ball about all bounded items.
 fn ball_about(scene: &Scene) -> (Vec3, f64) {
-    let of = |item: &crate::Item| match item.geometry {
+    let of = |item: &crate::Item| match &item.geometry {
         Geometry::Shape(shape) => shape.aabb(&item.x_world_item),
-        Geometry::Blade { length, width } => {
+        &Geometry::Blade { length, width } => {
             Shape::Sphere { radius: length.max(width) }.aabb(&item.x_world_item)
         }
     };

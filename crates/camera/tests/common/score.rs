@@ -105,9 +105,9 @@ fn robot_mask(
     frame: &Frame,
     config: &DetectorConfig,
 ) -> orchard_geometry::Image<bool> {
-    let part = |item: &orchard_camera::Item| match item.geometry {
+    let part = |item: &orchard_camera::Item| match &item.geometry {
         Geometry::Shape(shape) if item.label == Label::Robot => {
-            Some((shape, x.inverse() * item.x_world_item))
+            Some((shape.clone(), x.inverse() * item.x_world_item))
         }
         _ => None,
     };

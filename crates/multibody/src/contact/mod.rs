@@ -1,14 +1,20 @@
 //! Compliant, convex frictional contact: Castro, Permenter, Han, "An Unconstrained Convex Formulation of
 //! Compliant Contact" (2022), solved in impulse space on the articulated-body factor.
 //!
-//! `broad` finds pairs of colliders, `narrow` their contact points, `delassus` how impulses at contacts
+//! `broad` finds pairs of colliders, `narrow` their contact points (`core`, `polytope`: solids with corners; `terrain`:
+//! height fields), `delassus` how impulses at contacts
 //! change velocities at contacts, `law` is the contact law, `newton` solves for the impulses.
 
 mod broad;
+mod core;
 mod delassus;
 mod law;
 mod narrow;
+#[cfg(test)]
+mod narrow_tests;
 mod newton;
+mod polytope;
+mod terrain;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
 
@@ -21,7 +27,7 @@ use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
 use delassus::{Delassus, Load};
 use law::Law;
-use narrow::Touch;
+use narrow::{NarrowScratch, Touch};
 use newton::Newton;
 
 /// A contact of a step.
@@ -57,6 +63,7 @@ pub(crate) struct Block {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactScratch {
     broad: BroadPhase,
+    narrow: NarrowScratch,
     touches: Vec<Touch>,
     /// Contact points with their contact frames (columns: two tangents, then the normal).
     contacts: Vec<(ContactReport, Mat3)>,
@@ -127,6 +134,7 @@ impl ContactScratch {
                 (&collider_a.shape, self.broad.pose(a)),
                 (&collider_b.shape, self.broad.pose(b)),
                 margin,
+                &mut self.narrow,
                 &mut self.touches,
             );
             for touch in &self.touches {

@@ -1,15 +1,19 @@
 //! Narrow phase: contact points of two placed shapes.
 
 use orchard_geometry::{Pose, Shape, Vec3, inverse_transform, transform};
-use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
-use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
-use parry3d_f64::shape::{Capsule, Cuboid, Shape as ParryShape};
+
+use super::core::{Core, CoreBuffers};
+use super::polytope::{self, Clipper};
+use super::terrain;
 
 /// Distance under which two surfaces' directions are taken from the shapes, not from their closest points [m].
 const COINCIDENT: f64 = 1e-9;
 
 /// Contact points of a pair nearer than this are one [m].
-const SAME_POINT: f64 = 1e-6;
+pub(super) const SAME_POINT: f64 = 1e-6;
+
+/// Most contact points of a pair: the corners of a box.
+const MOST_POINTS: usize = 8;
 
 /// Two surfaces near each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,11 +28,11 @@ pub(super) struct Touch {
 
 impl Touch {
     /// From the point of b's surface, the normal from b to a, and the gap.
-    fn from_b(p_b: Vec3, n_world: Vec3, gap: f64) -> Touch {
+    pub fn from_b(p_b: Vec3, n_world: Vec3, gap: f64) -> Touch {
         Touch { p_world: p_b + n_world * (0.5 * gap), n_world, gap }
     }
 
-    fn flipped(self) -> Touch {
+    pub fn flipped(self) -> Touch {
         Touch { n_world: -self.n_world, ..self }
     }
 }
@@ -48,32 +52,52 @@ impl Round {
             Shape::Capsule { radius, length } => {
                 Some(Round { start, end: transform(x_world_shape, &Vec3::new(0.0, 0.0, length)), radius })
             }
-            Shape::Box { .. } | Shape::HalfSpace => None,
+            _ => None,
         }
     }
 }
 
+/// Memory that the narrow phase uses again for every pair.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NarrowScratch {
+    a: CoreBuffers,
+    b: CoreBuffers,
+    clipper: Clipper,
+}
+
 /// Appends the contact points of two placed shapes whose gap is under `margin`.
 ///
-/// A flat side gets a point for each corner or end near it. Round pairs and boxes against spheres have one.
-pub(super) fn touches(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: &mut Vec<Touch>) {
+/// A flat side gets a point for each corner or end near it. Round pairs and spheres on boxes have one. Terrain gets
+/// a point for each place where the distance has a minimum of its own.
+pub(super) fn touches(
+    a: (&Shape, &Pose),
+    b: (&Shape, &Pose),
+    margin: f64,
+    scratch: &mut NarrowScratch,
+    out: &mut Vec<Touch>,
+) {
     let first = out.len();
-    match (Round::of(a.0, a.1), Round::of(b.0, b.1)) {
-        (Some(round_a), Some(round_b)) => out.push(round_round(&round_a, &round_b)),
-        _ => match (a.0, b.0) {
-            (Shape::HalfSpace, Shape::HalfSpace) => {}
-            (_, Shape::HalfSpace) => on_half_space(a, b.1, out),
-            (Shape::HalfSpace, _) => {
-                on_half_space(b, a.1, out);
-                out[first..].iter_mut().for_each(|touch| *touch = touch.flipped());
+    match (a.0, b.0) {
+        (Shape::HalfSpace | Shape::HeightField(_), Shape::HalfSpace | Shape::HeightField(_)) => {}
+        (Shape::HalfSpace | Shape::HeightField(_), _) => {
+            on_ground(b, a, margin, scratch, out);
+            out[first..].iter_mut().for_each(|touch| *touch = touch.flipped());
+        }
+        (_, Shape::HalfSpace | Shape::HeightField(_)) => on_ground(a, b, margin, scratch, out),
+        (Shape::Sphere { radius }, Shape::Box { half }) => {
+            out.push(sphere_box(&a.1.translation.vector, *radius, half, b.1));
+        }
+        (Shape::Box { half }, Shape::Sphere { radius }) => {
+            out.push(sphere_box(&b.1.translation.vector, *radius, half, a.1).flipped());
+        }
+        _ => match (Round::of(a.0, a.1), Round::of(b.0, b.1)) {
+            (Some(round_a), Some(round_b)) => out.push(round_round(&round_a, &round_b)),
+            _ => {
+                let NarrowScratch { a: buffers_a, b: buffers_b, clipper } = scratch;
+                if let (Some(a), Some(b)) = (buffers_a.place(a.0, a.1), buffers_b.place(b.0, b.1)) {
+                    polytope::touches(&a, &b, margin, clipper, out);
+                }
             }
-            (Shape::Sphere { radius }, Shape::Box { half }) => {
-                out.push(sphere_box(&a.1.translation.vector, *radius, half, b.1));
-            }
-            (Shape::Box { half }, Shape::Sphere { radius }) => {
-                out.push(sphere_box(&b.1.translation.vector, *radius, half, a.1).flipped());
-            }
-            _ => polytopes(a, b, margin, out),
         },
     }
     let mut kept = first;
@@ -84,6 +108,50 @@ pub(super) fn touches(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: 
         }
     }
     out.truncate(kept);
+    if kept - first > MOST_POINTS {
+        spread(&mut out[first..], MOST_POINTS);
+        out.truncate(first + MOST_POINTS);
+    }
+}
+
+/// Puts the deepest point first, then the points that are each the farthest from all before; those that touch before
+/// those that do not. Among equals to round-off the first is taken, so that a body at rest keeps its points.
+fn spread(touches: &mut [Touch], count: usize) {
+    let least = touches.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
+    let deepest = touches.iter().position(|touch| touch.gap <= least + SAME_POINT).unwrap_or(0);
+    touches.swap(0, deepest);
+    for next in 1..count {
+        let (chosen, rest) = touches.split_at(next);
+        let room = |touch: &Touch| {
+            let nearest = |room: f64, one: &Touch| room.min((one.p_world - touch.p_world).norm());
+            (touch.gap <= SAME_POINT, chosen.iter().fold(f64::INFINITY, nearest))
+        };
+        let rooms = rest.iter().map(room).enumerate();
+        let better = |best: (usize, (bool, f64)), one: (usize, (bool, f64))| {
+            let (a, b) = (best.1, one.1);
+            if (b.0 && !a.0) || (a.0 == b.0 && b.1 > a.1 + SAME_POINT) { one } else { best }
+        };
+        let farthest = rooms.reduce(better).map_or(0, |best| best.0);
+        touches.swap(next, next + farthest);
+    }
+}
+
+/// A body on a half-space or terrain.
+fn on_ground(
+    body: (&Shape, &Pose),
+    ground: (&Shape, &Pose),
+    margin: f64,
+    scratch: &mut NarrowScratch,
+    out: &mut Vec<Touch>,
+) {
+    if let Shape::HeightField(field) = ground.0 {
+        let x_field_body = ground.1.inv_mul(body.1);
+        if let Some(core) = scratch.a.place(body.0, &x_field_body) {
+            terrain::touches(&core, field, ground.1, margin, out);
+        }
+    } else if let Some(core) = scratch.a.place(body.0, body.1) {
+        on_half_space(&core, ground.1, out);
+    }
 }
 
 fn round_round(a: &Round, b: &Round) -> Touch {
@@ -101,7 +169,7 @@ fn round_round(a: &Round, b: &Round) -> Touch {
 }
 
 /// Closest points of two segments (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
-fn closest_points_of_segments(a0: &Vec3, a1: &Vec3, b0: &Vec3, b1: &Vec3) -> (Vec3, Vec3) {
+pub(super) fn closest_points_of_segments(a0: &Vec3, a1: &Vec3, b0: &Vec3, b1: &Vec3) -> (Vec3, Vec3) {
     let (along_a, along_b, between) = (a1 - a0, b1 - b0, a0 - b0);
     let (aa, bb, ab) = (along_a.norm_squared(), along_b.norm_squared(), along_a.dot(&along_b));
     let (ar, br) = (along_a.dot(&between), along_b.dot(&between));
@@ -114,28 +182,12 @@ fn closest_points_of_segments(a0: &Vec3, a1: &Vec3, b0: &Vec3, b1: &Vec3) -> (Ve
 }
 
 /// Ends or corners of a shape against the half-space under the local plane z = 0.
-fn on_half_space(a: (&Shape, &Pose), x_world_plane: &Pose, out: &mut Vec<Touch>) {
+fn on_half_space(a: &Core, x_world_plane: &Pose, out: &mut Vec<Touch>) {
     let normal = x_world_plane.rotation * Vec3::z();
-    let mut push = |centre: Vec3, radius: f64| {
-        let height = normal.dot(&(centre - x_world_plane.translation.vector));
-        out.push(Touch::from_b(centre - normal * height, normal, height - radius));
-    };
-    match (Round::of(a.0, a.1), a.0) {
-        (Some(round), shape) => {
-            push(round.start, round.radius);
-            if matches!(shape, Shape::Capsule { .. }) {
-                push(round.end, round.radius);
-            }
-        }
-        (None, Shape::Box { half }) => {
-            for corner in 0..8 {
-                let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-                let p_box = half.component_mul(&Vec3::new(sign(0), sign(1), sign(2)));
-                push(transform(a.1, &p_box), 0.0);
-            }
-        }
-        (None, _) => {}
-    }
+    out.extend(a.vertices.iter().map(|p| {
+        let height = normal.dot(&(p - x_world_plane.translation.vector));
+        Touch::from_b(p - normal * height, normal, height - a.radius)
+    }));
 }
 
 fn sphere_box(centre: &Vec3, radius: f64, half: &Vec3, x_world_box: &Pose) -> Touch {
@@ -154,55 +206,4 @@ fn sphere_box(centre: &Vec3, radius: f64, half: &Vec3, x_world_box: &Pose) -> To
         (p_surface, Vec3::ith(face, side), side * p[face] - half[face] - radius)
     };
     Touch::from_b(transform(x_world_box, &p_surface), x_world_box.rotation * normal, gap)
-}
-
-/// A box against a box or a capsule: parry's contact manifold.
-fn polytopes(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: &mut Vec<Touch>) {
-    let x_a_b = to_parry(&a.1.inv_mul(b.1));
-    let mut manifold = ContactManifold::<(), ()>::new();
-    with_parry(a.0, |shape_a| {
-        with_parry(b.0, |shape_b| {
-            // An unsupported pair leaves the manifold empty; boxes and capsules are all supported.
-            let _ = DefaultQueryDispatcher.contact_manifold_convex_convex(
-                &x_a_b,
-                shape_a,
-                shape_b,
-                None,
-                None,
-                margin,
-                &mut manifold,
-            );
-        });
-    });
-    // The manifold's normal points out of a, in a's frame; its points are on the surfaces.
-    let n_world = -(a.1.rotation * from_parry(manifold.local_n1));
-    let first = out.len();
-    for point in &manifold.points {
-        let p_b = transform(b.1, &from_parry(point.local_p2));
-        let touch = Touch::from_b(p_b, n_world, point.dist);
-        // The manifold may hold a point twice.
-        if out[first..].iter().all(|other| (other.p_world - touch.p_world).norm() > SAME_POINT) {
-            out.push(touch);
-        }
-    }
-}
-
-/// Lends a box or capsule as parry's shape.
-fn with_parry(shape: &Shape, mut use_shape: impl FnMut(&dyn ParryShape)) {
-    match *shape {
-        Shape::Box { half } => use_shape(&Cuboid::new(DVec3::new(half.x, half.y, half.z))),
-        Shape::Capsule { radius, length } => {
-            use_shape(&Capsule::new(DVec3::ZERO, DVec3::new(0.0, 0.0, length), radius));
-        }
-        Shape::Sphere { .. } | Shape::HalfSpace => {}
-    }
-}
-
-fn to_parry(pose: &Pose) -> DPose3 {
-    let (p, q) = (pose.translation.vector, pose.rotation.coords);
-    DPose3::from_parts(DVec3::new(p.x, p.y, p.z), DQuat::from_xyzw(q.x, q.y, q.z, q.w))
-}
-
-fn from_parry(v: DVec3) -> Vec3 {
-    Vec3::new(v.x, v.y, v.z)
 }

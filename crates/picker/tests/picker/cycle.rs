@@ -129,7 +129,7 @@ fn the_base_keeps_clear_of_the_trunk() {
     assert!(nearest > 0.7, "{nearest}");
 }
 
-/// Points that span a shape: with its radius about them they cover it, but for the faces of boxes.
+/// Points that span a shape: with its radius about them they cover it, but for the faces of boxes and hulls.
 fn span(shape: &Shape, x: &Pose) -> (Vec<Vec3>, f64) {
     let at = |p: Vec3| transform(x, &p);
     match *shape {
@@ -142,7 +142,8 @@ fn span(shape: &Shape, x: &Pose) -> (Vec<Vec3>, f64) {
             let corner = |k: u32| Vec3::new(sign(k & 1), sign(k & 2), sign(k & 4)).component_mul(&half);
             ((0..8).map(|k| at(corner(k))).collect(), 0.0)
         }
-        Shape::HalfSpace => (Vec::new(), 0.0),
+        Shape::HalfSpace | Shape::HeightField(_) => (Vec::new(), 0.0),
+        Shape::ConvexHull(ref hull) => (hull.vertices().iter().map(|p| at(*p)).collect(), 0.0),
     }
 }
 
