@@ -1,0 +1,92 @@
+//! Times both contact paths by the number of rows: a heavy base is driven through a canopy, and every step is taken
+//! by each path from the same state. Prints the table of `docs/computation/dynamics.md`.
+
+#[path = "../tests/common/canopy.rs"]
+mod canopy;
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use orchard_geometry::Vec3;
+use orchard_multibody::{
+    ContactPath, Data, Groups, Integrator, Model, Solver, StepReport, StepSettings, step,
+};
+
+/// Substeps of the drive.
+const STEPS: usize = 180;
+/// Each step is timed as often, and the fastest counts.
+const REPEATS: usize = 7;
+/// Rows of a line of the table.
+const BIN: usize = 30;
+
+#[derive(Default)]
+struct Line {
+    steps: f64,
+    newton: f64,
+    cg: f64,
+    direct: f64,
+    matrix_free: f64,
+    without: f64,
+}
+
+fn settings(contact_path: ContactPath) -> StepSettings {
+    StepSettings {
+        h: 1.0 / 180.0,
+        gravity: Vec3::new(0.0, 0.0, -9.81),
+        contact_stiffness: 5e4,
+        contact_dissipation_time: 0.01,
+        contact_margin: 0.01,
+        integrator: Integrator::default(),
+        solver: Solver::default(),
+        contact_path,
+    }
+}
+
+/// Fastest time of a step from a state [us].
+fn time(model: &Model, data: &Data, path: ContactPath, report: &mut StepReport) -> f64 {
+    let mut best = f64::INFINITY;
+    let mut scratch = data.clone();
+    for _ in 0..REPEATS {
+        scratch.clone_from(data);
+        let start = Instant::now();
+        step(model, &mut scratch, &settings(path), report);
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    best * 1e6
+}
+
+fn main() {
+    let (model, mut data) = canopy::canopy(1.2);
+    let mut lines = BTreeMap::<usize, Line>::new();
+    let mut report = StepReport::default();
+    for _ in 0..STEPS {
+        let mut untouched = data.clone();
+        untouched.groups.fill(Groups::NONE);
+        let without = time(&model, &untouched, ContactPath::Delassus, &mut report);
+        let direct = time(&model, &data, ContactPath::Delassus, &mut report);
+        let newton = report.newton_iterations;
+        let matrix_free = time(&model, &data, ContactPath::MatrixFree, &mut report);
+        let line = lines.entry((3 * report.contacts.len()).div_ceil(BIN)).or_default();
+        line.steps += 1.0;
+        line.newton += newton as f64;
+        line.cg += report.cg_iterations as f64;
+        line.direct += direct;
+        line.matrix_free += matrix_free;
+        line.without += without;
+        step(&model, &mut data, &settings(ContactPath::ByRows), &mut report);
+    }
+    println!("rows up to | steps | Newton | CG | without us | Delassus us | matrix-free us");
+    for (bin, line) in lines {
+        let mean = |sum: f64| sum / line.steps;
+        println!(
+            "{:4} | {:3} | {:4.1} | {:5.1} | {:6.1} | {:7.1} | {:7.1}",
+            bin * BIN,
+            line.steps,
+            mean(line.newton),
+            mean(line.cg),
+            mean(line.without),
+            mean(line.direct),
+            mean(line.matrix_free)
+        );
+    }
+}
