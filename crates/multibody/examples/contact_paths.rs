@@ -9,11 +9,11 @@ use std::time::Instant;
 
 use orchard_geometry::Vec3;
 use orchard_multibody::{
-    ContactPath, Data, Groups, Integrator, Model, Solver, StepReport, StepSettings, step,
+    ContactPath, Data, Integrator, Model, Solver, StepReport, StepSettings, step,
 };
 
 /// Substeps of the drive.
-const STEPS: usize = 180;
+const STEPS: usize = 330;
 /// Each step is timed as often, and the fastest counts.
 const REPEATS: usize = 7;
 /// Rows of a line of the table.
@@ -26,7 +26,6 @@ struct Line {
     cg: f64,
     direct: f64,
     matrix_free: f64,
-    without: f64,
 }
 
 fn settings(contact_path: ContactPath) -> StepSettings {
@@ -56,35 +55,39 @@ fn time(model: &Model, data: &Data, path: ContactPath, report: &mut StepReport) 
 }
 
 fn main() {
-    let (model, mut data) = canopy::canopy(1.2);
+    for links in [151, 601] {
+        println!("{links} links");
+        table(links);
+    }
+}
+
+fn table(links: usize) {
+    let (model, mut data) = canopy::canopy(links, 1.2);
     let mut lines = BTreeMap::<usize, Line>::new();
     let mut report = StepReport::default();
     for _ in 0..STEPS {
-        let mut untouched = data.clone();
-        untouched.groups.fill(Groups::NONE);
-        let without = time(&model, &untouched, ContactPath::Delassus, &mut report);
         let direct = time(&model, &data, ContactPath::Delassus, &mut report);
         let newton = report.newton_iterations;
+        let (rd, cd) = (report.residual, report.converged);
         let matrix_free = time(&model, &data, ContactPath::MatrixFree, &mut report);
+        println!("DBG rows {} newton {newton} {} cg {} res {rd:e} {cd} {:e} {} t {direct:.0} {matrix_free:.0} vmax {:e}", 3*report.contacts.len(), report.newton_iterations, report.cg_iterations, report.residual, report.converged, data.v.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
         let line = lines.entry((3 * report.contacts.len()).div_ceil(BIN)).or_default();
         line.steps += 1.0;
         line.newton += newton as f64;
         line.cg += report.cg_iterations as f64;
         line.direct += direct;
         line.matrix_free += matrix_free;
-        line.without += without;
         step(&model, &mut data, &settings(ContactPath::ByRows), &mut report);
     }
-    println!("rows up to | steps | Newton | CG | without us | Delassus us | matrix-free us");
+    println!("rows up to | steps | Newton | CG | Delassus us | matrix-free us");
     for (bin, line) in lines {
         let mean = |sum: f64| sum / line.steps;
         println!(
-            "{:4} | {:3} | {:4.1} | {:5.1} | {:6.1} | {:7.1} | {:7.1}",
+            "{:4} | {:3} | {:4.1} | {:5.1} | {:7.1} | {:7.1}",
             bin * BIN,
             line.steps,
             mean(line.newton),
             mean(line.cg),
-            mean(line.without),
             mean(line.direct),
             mean(line.matrix_free)
         );

@@ -56,6 +56,7 @@ pub mod spatial;
 pub mod statics;
 pub mod step;
 mod symmetric;
+mod vectors;
 
 pub use builder::{ModelBuilder, ModelError};
 pub use contact::{ContactPath, ContactReport};

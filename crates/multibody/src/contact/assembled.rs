@@ -12,6 +12,7 @@ use super::rows::Block;
 use crate::data::Data;
 use crate::model::Model;
 use crate::solver::cholesky::{Entry, SparseFactor, entries, for_ancestors};
+use crate::vectors::{add_scaled, dot};
 
 /// The velocity change of joints, point bodies and spins; the matrix and the rows.
 pub(super) struct Assembled {
@@ -81,10 +82,6 @@ impl Assembled {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// J of a block, by unknown.
 fn row_values(model: &Model, data: &Data, spins: usize, block: &Block) -> Vec<(usize, Vec3)> {
     let mut values = BTreeMap::<usize, Vec3>::new();
@@ -151,8 +148,6 @@ impl Unknown for Assembled {
     }
 
     fn advance(&mut self, length: f64) {
-        for (u, du) in self.u.iter_mut().zip(&self.du) {
-            *u += du * length;
-        }
+        add_scaled(&mut self.u, &self.du, length);
     }
 }

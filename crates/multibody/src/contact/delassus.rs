@@ -25,8 +25,6 @@ pub(super) struct Delassus {
     active: Vec<(usize, usize)>,
     matrix: Vec<f64>,
     rhs: Vec<f64>,
-    /// A block's Y spread over all coordinates.
-    spread: Vec<Vec3>,
 }
 
 impl Delassus {
@@ -35,21 +33,11 @@ impl Delassus {
         self.count = count;
         self.blocks.clear();
         self.blocks.resize(count * count, Mat3::zeros());
-        self.spread.clear();
-        self.spread.resize(paths.dimension(), Vec3::zeros());
         for row in 0..count {
-            for (index, y) in paths.entries(row) {
-                self.spread[index] = *y;
-            }
             for column in 0..=row {
-                let block = paths
-                    .entries(column)
-                    .fold(Mat3::zeros(), |sum, (index, y)| sum + self.spread[index] * y.transpose());
+                let block = paths.inverse_inertia(row, column);
                 self.blocks[row * count + column] = block;
                 self.blocks[column * count + row] = block.transpose();
-            }
-            for (index, _) in paths.entries(row) {
-                self.spread[index] = Vec3::zeros();
             }
         }
     }
@@ -75,9 +63,10 @@ impl Delassus {
             self.rhs.push(responses[k].root.column(column).dot(&self.w_residual[k]));
         }
         let mut column_start = 0;
-        for (b, of_b) in responses.iter().enumerate() {
+        let active = |(_, response): &(usize, &Response)| response.rank > 0;
+        for (b, of_b) in responses.iter().enumerate().filter(active) {
             let mut row_start = column_start;
-            for (a, of_a) in responses.iter().enumerate().skip(b) {
+            for (a, of_a) in responses.iter().enumerate().skip(b).filter(active) {
                 let product: Mat3 = of_a.root.tr_mul(&self.blocks[a * self.count + b]) * of_b.root;
                 for i in 0..of_a.rank {
                     for j in 0..of_b.rank {

@@ -11,6 +11,7 @@ use super::law::Response;
 use super::newton::{Direction, Unknown};
 use super::paths::Paths;
 use super::rows::Block;
+use crate::vectors::{add_scaled, dot};
 
 /// A direction is solved for to the present residual (a Newton step then still squares it), to no less than this
 /// at first and no more than [`TIGHTEST`].
@@ -37,17 +38,6 @@ pub(super) struct Coordinates {
 pub(super) struct MatrixFree<'a> {
     pub paths: &'a Paths,
     pub coordinates: &'a mut Coordinates,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// `y += x * by`.
-fn add_scaled(y: &mut [f64], x: &[f64], by: f64) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += x * by;
-    }
 }
 
 impl Unknown for MatrixFree<'_> {

@@ -174,6 +174,7 @@ impl ContactScratch {
         for block in &self.blocks {
             self.paths.push(model, data, &block.loads);
         }
+        self.paths.finish();
         rows::regularise(settings, &self.paths, &mut self.blocks);
     }
 

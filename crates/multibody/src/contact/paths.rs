@@ -9,13 +9,8 @@ use std::ops::Range;
 use orchard_geometry::{Mat3, Vec3};
 
 use crate::data::Data;
-use crate::model::Model;
+use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
-
-/// Most degrees of freedom of a node.
-const WIDEST: usize = 6;
-/// Marks a joint or point body that no path has passed yet.
-const UNTOUCHED: u32 = u32::MAX;
 
 /// Three unit impulses (one for each row of a block) on one side of a block.
 #[derive(Debug, Clone, Copy)]
@@ -30,22 +25,41 @@ pub(super) enum Load {
     Dof { body: usize, dof: usize, factor: f64 },
 }
 
+/// A joint, point body or spin that a path passes.
+#[derive(Debug, Clone)]
+struct Node {
+    /// Link, or number of links + point body, or number of both + spin.
+    key: usize,
+    width: usize,
+}
+
+/// A piece of a path whose coordinates follow each other.
+#[derive(Debug, Clone)]
+struct Run {
+    /// Its coordinates; paths that share a joint share them.
+    coordinates: Range<usize>,
+    /// Its first entry in `y`.
+    start: usize,
+}
+
 /// Y of all blocks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Paths {
-    /// Entries of each block in `y`.
-    ranges: Vec<Range<usize>>,
+    /// Nodes of each block.
+    blocks: Vec<Range<usize>>,
+    nodes: Vec<Node>,
     /// For each coordinate on a path, the values of the block's three rows.
     y: Vec<Vec3>,
-    /// Coordinate of each entry of `y`; paths that share a joint share its coordinates.
-    coordinates: Vec<u32>,
-    /// First coordinate of each link, then point body, then spin.
-    first_coordinate: Vec<u32>,
-    /// Those with coordinates.
-    touched: Vec<usize>,
-    dimension: usize,
-    /// C of the touched joints, lower triangles row after row, placed as the factor's `d_inverse`.
+    /// Degrees of freedom of each node that some path passes, 0 of the others.
+    widths: Vec<usize>,
+    /// C of these joints, lower triangles row after row, placed as the factor's `d_inverse`.
     roots: Vec<f64>,
+    /// First coordinate of each of these nodes.
+    first_coordinate: Vec<usize>,
+    dimension: usize,
+    runs: Vec<Run>,
+    /// Runs of each block.
+    block_runs: Vec<Range<usize>>,
 }
 
 /// Impulses on their way to the root.
@@ -55,18 +69,51 @@ struct Carrier {
     wrenches: [Wrench; 3],
 }
 
+impl Carrier {
+    /// Takes over what the other one carries.
+    fn merge(&mut self, other: &mut Carrier) {
+        for (sum, wrench) in self.wrenches.iter_mut().zip(&other.wrenches) {
+            *sum += *wrench;
+        }
+        other.body = None;
+    }
+}
+
 impl Paths {
     /// Forgets all blocks.
     pub fn clear(&mut self, model: &Model, data: &Data) {
-        self.ranges.clear();
+        self.blocks.clear();
+        self.nodes.clear();
         self.y.clear();
-        self.coordinates.clear();
-        for key in self.touched.drain(..) {
-            self.first_coordinate[key] = UNTOUCHED;
-        }
-        self.first_coordinate.resize(model.bodies.len() + 2 * model.points.len(), UNTOUCHED);
+        self.widths.clear();
+        self.widths.resize(model.bodies.len() + 2 * model.points.len(), 0);
         self.roots.resize(data.factor.d_inverse.len(), 0.0);
+    }
+
+    /// Numbers the coordinates once all blocks are there, leaves first: what follows each other on a path then
+    /// mostly does so in memory.
+    pub fn finish(&mut self) {
         self.dimension = 0;
+        self.first_coordinate.resize(self.widths.len(), 0);
+        for (first, width) in self.first_coordinate.iter_mut().zip(&self.widths).rev() {
+            *first = self.dimension;
+            self.dimension += width;
+        }
+        self.runs.clear();
+        self.block_runs.clear();
+        let mut entry = 0;
+        for block in &self.blocks {
+            let first_run = self.runs.len();
+            for node in &self.nodes[block.clone()] {
+                let start = self.first_coordinate[node.key];
+                match self.runs[first_run..].last_mut() {
+                    Some(run) if run.coordinates.end == start => run.coordinates.end += node.width,
+                    _ => self.runs.push(Run { coordinates: start..start + node.width, start: entry }),
+                }
+                entry += node.width;
+            }
+            self.block_runs.push(first_run..self.runs.len());
+        }
     }
 
     /// Number of coordinates that the paths pass.
@@ -74,33 +121,59 @@ impl Paths {
         self.dimension
     }
 
-    /// Entries of Y of a block, each with its coordinate.
-    pub fn entries(&self, block: usize) -> impl Iterator<Item = (usize, &Vec3)> {
-        let range = self.ranges[block].clone();
-        self.coordinates[range.clone()].iter().map(|&index| index as usize).zip(&self.y[range])
+    /// Runs of a block: their coordinates and their parts of Y.
+    fn runs(&self, block: usize) -> impl Iterator<Item = (&Range<usize>, &[Vec3])> {
+        let runs = &self.runs[self.block_runs[block].clone()];
+        runs.iter().map(|run| (&run.coordinates, &self.y[run.start..run.start + run.coordinates.len()]))
     }
 
     /// Velocity changes of a block's rows by a change of the coordinates: `Y^T e`.
     pub fn velocity(&self, block: usize, e: &[f64]) -> Vec3 {
-        self.entries(block).fold(Vec3::zeros(), |sum, (index, y)| sum + y * e[index])
+        // Two sums, so that one addition need not wait for the other.
+        let (mut even, mut odd) = (Vec3::zeros(), Vec3::zeros());
+        for (coordinates, y) in self.runs(block) {
+            let ((y, y_rest), (e, e_rest)) = (y.as_chunks(), e[coordinates.clone()].as_chunks());
+            for ([y_even, y_odd], [e_even, e_odd]) in y.iter().zip(e) {
+                even += y_even * *e_even;
+                odd += y_odd * *e_odd;
+            }
+            for (y, e) in y_rest.iter().zip(e_rest) {
+                even += y * *e;
+            }
+        }
+        even + odd
     }
 
     /// Adds the change of the coordinates by impulses on a block's rows: `Y p`.
     pub fn add_impulse(&self, block: usize, p: &Vec3, e: &mut [f64]) {
-        for (index, y) in self.entries(block) {
-            e[index] += y.dot(p);
+        for (coordinates, y) in self.runs(block) {
+            for (y, e) in y.iter().zip(&mut e[coordinates.clone()]) {
+                *e += y.dot(p);
+            }
         }
     }
 
-    /// Block of `Y^T Y` on the diagonal: the inverse inertia that a block's own impulses meet.
-    pub fn own_inverse_inertia(&self, block: usize) -> Mat3 {
-        let range = self.ranges[block].clone();
-        self.y[range].iter().fold(Mat3::zeros(), |sum, y| sum + y * y.transpose())
+    /// Block of `Y^T Y`: what impulses on block `column` change at block `row`, over the coordinates of both.
+    pub fn inverse_inertia(&self, row: usize, column: usize) -> Mat3 {
+        let mut sum = Mat3::zeros();
+        for (r, y_r) in self.runs(row) {
+            for (c, y_c) in self.runs(column) {
+                let (start, end) = (r.start.max(c.start), r.end.min(c.end));
+                if start < end {
+                    let y_r = &y_r[start - r.start..end - r.start];
+                    let y_c = &y_c[start - c.start..end - c.start];
+                    for (a, b) in y_r.iter().zip(y_c) {
+                        sum += a * b.transpose();
+                    }
+                }
+            }
+        }
+        sum
     }
 
     /// Adds a block of three rows, with its load on each side.
     pub fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
-        let first = self.y.len();
+        let first = self.nodes.len();
         let mut carriers = [Carrier { body: None, wrenches: [Wrench::ZERO; 3] }; 2];
         for (carrier, load) in carriers.iter_mut().zip(loads) {
             match load {
@@ -110,44 +183,49 @@ impl Paths {
                 }
                 Load::Dof { body, .. } => carrier.body = Some(*body),
                 Load::Point { point, impulses, r } => {
-                    *carrier = self.pass_point(model, data, *point, impulses);
                     if data.spins(model, *point) {
                         self.pass_spin(model, *point, impulses, r);
                     }
+                    *carrier = self.pass_point(model, data, *point, impulses);
                 }
             }
         }
         // Parents have smaller indices, so the larger of two links is never above the other.
         while let Some(body) = carriers[0].body.max(carriers[1].body) {
-            let mut wrenches = [Wrench::ZERO; 3];
-            for carrier in carriers.iter_mut().filter(|carrier| carrier.body == Some(body)) {
-                for (sum, wrench) in wrenches.iter_mut().zip(&carrier.wrenches) {
-                    *sum += *wrench;
+            let [one, other] = &mut carriers;
+            let carrier = if one.body == Some(body) {
+                if other.body == Some(body) {
+                    one.merge(other);
                 }
-                carrier.body = None;
+                one
+            } else {
+                other
+            };
+            let wrenches = &mut carrier.wrenches;
+            match model.bodies[body].joint {
+                JointKind::Weld => {}
+                JointKind::Hinge(_) => self.pass_joint::<0, 1>(model, data, body, wrenches, loads),
+                JointKind::Slide(_) => self.pass_joint::<1, 1>(model, data, body, wrenches, loads),
+                JointKind::Universal => self.pass_joint::<0, 2>(model, data, body, wrenches, loads),
+                JointKind::Planar => self.pass_joint::<2, 3>(model, data, body, wrenches, loads),
+                JointKind::Free => self.pass_joint::<3, 6>(model, data, body, wrenches, loads),
             }
-            self.pass_joint(model, data, body, &mut wrenches, loads);
-            if let Some(parent) = model.bodies[body].parent {
+            let parent = model.bodies[body].parent;
+            carrier.body = parent.map(|parent| parent.index());
+            if parent.is_some() {
                 let r = &data.kinematics.links[body].r_parent;
-                let free = usize::from(carriers[0].body.is_some());
-                let wrenches = wrenches.map(|wrench| wrench.shifted(r));
-                carriers[free] = Carrier { body: Some(parent.index()), wrenches };
+                for wrench in wrenches {
+                    wrench.torque += r.cross(&wrench.force);
+                }
             }
         }
-        self.ranges.push(first..self.y.len());
+        self.blocks.push(first..self.nodes.len());
     }
 
-    /// Coordinates of a joint or point body; true if they are new.
+    /// Lets the present path pass a node; true if no path did before.
     fn touch(&mut self, key: usize, width: usize) -> bool {
-        let is_new = self.first_coordinate[key] == UNTOUCHED;
-        if is_new {
-            self.first_coordinate[key] = self.dimension as u32;
-            self.touched.push(key);
-            self.dimension += width;
-        }
-        let first = self.first_coordinate[key];
-        self.coordinates.extend(first..first + width as u32);
-        is_new
+        self.nodes.push(Node { key, width });
+        std::mem::replace(&mut self.widths[key], width) == 0
     }
 
     /// Eliminates a point body; what it passes to its anchor comes back.
@@ -174,8 +252,8 @@ impl Paths {
         self.y.extend(turning.row_iter().map(|row| row.transpose() * root));
     }
 
-    /// Eliminates a joint: `y = S^T P`, `P - G y`; keeps `C^T y`.
-    fn pass_joint(
+    /// Eliminates a joint of N degrees of freedom, T of them translations: `y = S^T P`, `P - G y`; keeps `C^T y`.
+    fn pass_joint<const T: usize, const N: usize>(
         &mut self,
         model: &Model,
         data: &Data,
@@ -184,53 +262,46 @@ impl Paths {
         loads: &[Load; 2],
     ) {
         let dofs = model.v_start[body]..model.v_start[body + 1];
-        let width = dofs.len();
-        if width == 0 {
-            return;
+        let mut own = [Vec3::zeros(); N];
+        for (k, (y, axis)) in own.iter_mut().zip(&data.kinematics.axes[dofs.clone()]).enumerate() {
+            let along = |wrench: &Wrench| axis.dot(if k < T { &wrench.force } else { &wrench.torque });
+            *y = Vec3::new(along(&wrenches[0]), along(&wrenches[1]), along(&wrenches[2]));
         }
-        let translations = model.bodies[body].joint.translations();
-        let mut own = [Vec3::zeros(); WIDEST];
-        for (k, (y, dof)) in own.iter_mut().zip(dofs.clone()).enumerate() {
-            let axis = &data.kinematics.axes[dof];
-            *y = Vec3::from(wrenches.map(|wrench| {
-                if k < translations { axis.dot(&wrench.force) } else { axis.dot(&wrench.torque) }
-            }));
-            for load in loads {
-                if let Load::Dof { dof: loaded, factor, .. } = load
-                    && *loaded == dof
-                {
-                    y.x += factor;
-                }
+        for load in loads {
+            if let Load::Dof { dof, factor, .. } = load
+                && dofs.contains(dof)
+            {
+                own[dof - dofs.start].x += factor;
             }
         }
-        let own = &own[..width];
         for (y, g) in own.iter().zip(&data.factor.g[dofs]) {
             for (wrench, y) in wrenches.iter_mut().zip(y.iter()) {
-                *wrench = *wrench - g.scaled(*y);
+                wrench.torque -= g.torque * *y;
+                wrench.force -= g.force * *y;
             }
         }
-        let entries = data.factor.d_start[body]..data.factor.d_start[body + 1];
-        if self.touch(body, width) {
-            lower_root(&data.factor.d_inverse[entries.clone()], width, &mut self.roots[entries.clone()]);
+        let entries = data.factor.d_start[body]..data.factor.d_start[body] + N * N;
+        if self.touch(body, N) {
+            lower_root::<N>(&data.factor.d_inverse[entries.clone()], &mut self.roots[entries.clone()]);
         }
-        let root = &self.roots[entries];
-        self.y.extend((0..width).map(|column| {
-            own[column..]
-                .iter()
-                .enumerate()
-                .fold(Vec3::zeros(), |sum, (below, y)| sum + y * root[(column + below) * width + column])
-        }));
+        for column in 0..N {
+            let mut sum = Vec3::zeros();
+            for row in column..N {
+                sum += own[row] * self.roots[entries.start + row * N + column];
+            }
+            self.y.push(sum);
+        }
     }
 }
 
 /// Lower triangular C of a symmetric positive semidefinite matrix `C C^T`, both row after row. A frozen degree
 /// of freedom is a zero row, and stays one.
-fn lower_root(matrix: &[f64], size: usize, root: &mut [f64]) {
-    for i in 0..size {
+fn lower_root<const N: usize>(matrix: &[f64], root: &mut [f64]) {
+    for i in 0..N {
         for j in 0..=i {
-            let done: f64 = (0..j).map(|k| root[i * size + k] * root[j * size + k]).sum();
-            let rest = matrix[i * size + j] - done;
-            root[i * size + j] = match (i == j, root[j * size + j]) {
+            let done: f64 = (0..j).map(|k| root[i * N + k] * root[j * N + k]).sum();
+            let rest = matrix[i * N + j] - done;
+            root[i * N + j] = match (i == j, root[j * N + j]) {
                 (true, _) => rest.max(0.0).sqrt(),
                 (false, pivot) if pivot > 0.0 => rest / pivot,
                 _ => 0.0,
@@ -247,7 +318,7 @@ mod tests {
     fn root_of_a_matrix_with_a_dead_row_skips_it() {
         let matrix = [4.0, 0.0, -2.0, 0.0, 0.0, 0.0, -2.0, 0.0, 5.0];
         let mut root = [0.0; 9];
-        lower_root(&matrix, 3, &mut root);
+        lower_root::<3>(&matrix, &mut root);
         assert_eq!(root, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 2.0]);
     }
 }

@@ -91,7 +91,7 @@ pub(super) fn regularise(settings: &StepSettings, paths: &Paths, blocks: &mut [B
         dissipation_time: settings.contact_dissipation_time,
     };
     for (index, block) in blocks.iter_mut().enumerate() {
-        block.w = paths.own_inverse_inertia(index).norm() / 3.0;
+        block.w = paths.inverse_inertia(index, index).norm() / 3.0;
         block.law.regularise(&compliance, block.w);
     }
 }

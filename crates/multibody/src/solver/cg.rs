@@ -5,6 +5,7 @@ use super::LinearSolve;
 use super::system::System;
 use crate::kinematics::Kinematics;
 use crate::model::Model;
+use crate::vectors::{add_scaled, dot};
 
 /// Relative residual at which a solve ends.
 const TOLERANCE: f64 = 1e-12;
@@ -22,10 +23,6 @@ pub(super) struct ConjugateGradients {
     z: Vec<f64>,
     d: Vec<f64>,
     ad: Vec<f64>,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `sqrt(sum r_i^2 / A_ii)`.
@@ -90,10 +87,8 @@ impl ConjugateGradients {
                     break;
                 }
                 let length = rz / curvature;
-                for (((x, d), r), ad) in x.iter_mut().zip(&*d).zip(r.iter_mut()).zip(&*ad) {
-                    *x += length * d;
-                    *r -= length * ad;
-                }
+                add_scaled(x, d, length);
+                add_scaled(r, ad, -length);
                 estimate = scaled_norm(r, &system.inverse_diagonal) / size;
                 precondition(system, r, z);
                 let next = dot(r, z);

@@ -1,4 +1,4 @@
-//! A tree of 151 links with 30 fruit, and a heavy base that is driven into it.
+//! A tree with a fruit on every fifth link before a wall, and a heavy base that is driven into it.
 #![allow(dead_code)] // each user takes a part of it
 
 use nalgebra::Translation3;
@@ -8,18 +8,18 @@ use orchard_spec::{Purpose, Stream};
 
 /// Links of a branch.
 const CHAIN: usize = 10;
-const LINKS: usize = 151;
-const FRUIT: usize = 30;
+/// Links for each fruit.
+const LINKS_PER_FRUIT: usize = 5;
 /// Speed at which the base drives [m/s].
 const SPEED: f64 = 1.1;
 
-/// The base's collider.
-pub const BASE: ColliderId = ColliderId(0);
+/// From the trunk to the wall [m].
+const WALL: f64 = 0.2;
 
 const TREE: Groups = Groups { member: 2, filter: 1 };
 
 /// The model, and the state in which the base starts `distance` metres from the trunk.
-pub fn canopy(distance: f64) -> (Model, Data) {
+pub fn canopy(link_count: usize, distance: f64) -> (Model, Data) {
     let mut rng = Stream::new(7, 0, Purpose::Test);
     let mut builder = ModelBuilder::new();
     let base = builder.add_body(Body {
@@ -35,9 +35,16 @@ pub fn canopy(distance: f64) -> (Model, Data) {
         groups: Groups { member: 1, filter: 2 },
         friction: 0.5,
     });
+    builder.add_collider(Collider {
+        owner: Owner::World,
+        shape: Shape::Box { half: Vec3::new(0.3, 3.0, 3.0) },
+        x_owner_shape: Translation3::new(WALL + 0.3, 0.0, 0.0).into(),
+        groups: Groups { member: 1, filter: 2 },
+        friction: 0.5,
+    });
     // A trunk, then chains that leave earlier links sideways and get thinner.
     let (mut links, mut stiffness) = (Vec::new(), Vec::new());
-    for index in 0..LINKS {
+    for index in 0..link_count {
         let starts = index % CHAIN == 0;
         let radius = if index < CHAIN { 0.03 } else { 0.012 - 0.0009 * (index % CHAIN) as f64 };
         let parent: Option<BodyId> = match index {
@@ -78,12 +85,13 @@ pub fn canopy(distance: f64) -> (Model, Data) {
             friction: 0.5,
         });
     }
-    for index in 0..FRUIT {
+    let fruit = link_count / LINKS_PER_FRUIT;
+    for index in 0..fruit {
         let point = builder.add_point(PointBody {
             mass: 0.16,
             spin_inertia: 1e-4,
             tether: Some(Tether {
-                body: links[CHAIN + index * (LINKS - CHAIN) / FRUIT],
+                body: links[CHAIN + index * (link_count - CHAIN) / fruit],
                 p_body: Vec3::z() * 0.1,
                 offset_world: Vec3::new(0.0, 0.0, -0.06),
                 stiffness: 60.0,
@@ -111,7 +119,7 @@ pub fn canopy(distance: f64) -> (Model, Data) {
     data.q[0] = -distance;
     data.v[0] = SPEED;
     forward_kinematics(&model, &mut data);
-    for index in 0..FRUIT {
+    for index in 0..fruit {
         let hang = data.hang_p_world(&model, PointId(index as u32));
         data.point_p_world[index] = hang.unwrap_or_default();
     }
