@@ -1,5 +1,6 @@
-//! Times both contact paths by the number of rows: a heavy base is driven through a canopy, and every step is taken
-//! by each path from the same state. Prints the table of `docs/computation/dynamics.md`.
+//! Times both contact paths by the number of rows: a heavy base presses a canopy against a wall, and every step is
+//! taken by each path from the same state. Prints the table of `docs/computation/dynamics.md`. Arguments: links of the
+//! tree (151) and substeps (330).
 
 #[path = "../tests/common/canopy.rs"]
 mod canopy;
@@ -8,14 +9,10 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use orchard_geometry::Vec3;
-use orchard_multibody::{
-    ContactPath, Data, Integrator, Model, Solver, StepReport, StepSettings, step,
-};
+use orchard_multibody::{ContactPath, Data, Integrator, Model, Solver, StepReport, StepSettings, step};
 
-/// Substeps of the drive.
-const STEPS: usize = 330;
 /// Each step is timed as often, and the fastest counts.
-const REPEATS: usize = 7;
+const REPEATS: usize = 3;
 /// Rows of a line of the table.
 const BIN: usize = 30;
 
@@ -55,22 +52,16 @@ fn time(model: &Model, data: &Data, path: ContactPath, report: &mut StepReport) 
 }
 
 fn main() {
-    for links in [151, 601] {
-        println!("{links} links");
-        table(links);
-    }
-}
-
-fn table(links: usize) {
+    let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<usize>());
+    let mut next = |default| arguments.next().and_then(Result::ok).unwrap_or(default);
+    let (links, steps) = (next(151), next(330));
     let (model, mut data) = canopy::canopy(links, 1.2);
     let mut lines = BTreeMap::<usize, Line>::new();
     let mut report = StepReport::default();
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         let direct = time(&model, &data, ContactPath::Delassus, &mut report);
         let newton = report.newton_iterations;
-        let (rd, cd) = (report.residual, report.converged);
         let matrix_free = time(&model, &data, ContactPath::MatrixFree, &mut report);
-        println!("DBG rows {} newton {newton} {} cg {} res {rd:e} {cd} {:e} {} t {direct:.0} {matrix_free:.0} vmax {:e}", 3*report.contacts.len(), report.newton_iterations, report.cg_iterations, report.residual, report.converged, data.v.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
         let line = lines.entry((3 * report.contacts.len()).div_ceil(BIN)).or_default();
         line.steps += 1.0;
         line.newton += newton as f64;

@@ -7,8 +7,7 @@ use orchard_geometry::Vec3;
 
 use super::law::Response;
 use super::newton::{Direction, Unknown};
-use super::paths::Load;
-use super::rows::Block;
+use super::rows::{Block, Load};
 use crate::data::Data;
 use crate::model::Model;
 use crate::solver::cholesky::{Entry, SparseFactor, entries, for_ancestors};

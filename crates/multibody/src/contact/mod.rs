@@ -14,6 +14,7 @@ mod matrix_free;
 mod narrow;
 mod newton;
 mod paths;
+mod root;
 mod rows;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
@@ -32,9 +33,9 @@ use newton::{Newton, Outcome};
 use paths::Paths;
 use rows::{Block, Guess};
 
-/// Rows up to which [`ContactPath::ByRows`] takes the direct path. Measured on a tree pushed by a heavy body
-/// (docs/computation/dynamics.md, "Which path"): from here on the dense factor costs more than the iterations.
-pub const DIRECT_ROWS: usize = 120;
+/// Rows up to which [`ContactPath::ByRows`] takes the direct path: where the dense factor and the iterations were
+/// measured to cost the same (`docs/computation/dynamics.md`, "Which path").
+pub const DIRECT_ROWS: usize = 600;
 
 /// How the contact impulses are solved for. The solution is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -8,22 +8,11 @@ use std::ops::Range;
 
 use orchard_geometry::{Mat3, Vec3};
 
+use super::root::lower_root;
+use super::rows::Load;
 use crate::data::Data;
 use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
-
-/// Three unit impulses (one for each row of a block) on one side of a block.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Load {
-    /// On the world.
-    None,
-    /// On a link, at its origin.
-    Body { body: usize, wrenches: [Wrench; 3] },
-    /// On a point body: the columns.
-    Point { point: usize, impulses: Mat3, r: Vec3 },
-    /// On a degree of freedom, in the first row only.
-    Dof { body: usize, dof: usize, factor: f64 },
-}
 
 /// A joint, point body or spin that a path passes.
 #[derive(Debug, Clone)]
@@ -284,41 +273,10 @@ impl Paths {
         if self.touch(body, N) {
             lower_root::<N>(&data.factor.d_inverse[entries.clone()], &mut self.roots[entries.clone()]);
         }
+        let root = &self.roots[entries];
         for column in 0..N {
-            let mut sum = Vec3::zeros();
-            for row in column..N {
-                sum += own[row] * self.roots[entries.start + row * N + column];
-            }
-            self.y.push(sum);
+            let below = own.iter().enumerate().skip(column);
+            self.y.push(below.fold(Vec3::zeros(), |sum, (row, y)| sum + y * root[row * N + column]));
         }
-    }
-}
-
-/// Lower triangular C of a symmetric positive semidefinite matrix `C C^T`, both row after row. A frozen degree
-/// of freedom is a zero row, and stays one.
-fn lower_root<const N: usize>(matrix: &[f64], root: &mut [f64]) {
-    for i in 0..N {
-        for j in 0..=i {
-            let done: f64 = (0..j).map(|k| root[i * N + k] * root[j * N + k]).sum();
-            let rest = matrix[i * N + j] - done;
-            root[i * N + j] = match (i == j, root[j * N + j]) {
-                (true, _) => rest.max(0.0).sqrt(),
-                (false, pivot) if pivot > 0.0 => rest / pivot,
-                _ => 0.0,
-            };
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn root_of_a_matrix_with_a_dead_row_skips_it() {
-        let matrix = [4.0, 0.0, -2.0, 0.0, 0.0, 0.0, -2.0, 0.0, 5.0];
-        let mut root = [0.0; 9];
-        lower_root::<3>(&matrix, &mut root);
-        assert_eq!(root, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 2.0]);
     }
 }

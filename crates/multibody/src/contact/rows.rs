@@ -4,11 +4,24 @@ use orchard_geometry::{Mat3, Vec3};
 
 use super::ContactReport;
 use super::law::{Compliance, Law};
-use super::paths::{Load, Paths};
+use super::paths::Paths;
 use crate::data::Data;
 use crate::model::{Model, Owner};
 use crate::spatial::Wrench;
 use crate::step::StepSettings;
+
+/// Three unit impulses (one for each row of a block) on one side of a block.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Load {
+    /// On the world.
+    None,
+    /// On a link, at its origin.
+    Body { body: usize, wrenches: [Wrench; 3] },
+    /// On a point body: the columns.
+    Point { point: usize, impulses: Mat3, r: Vec3 },
+    /// On a degree of freedom, in the first row only.
+    Dof { body: usize, dof: usize, factor: f64 },
+}
 
 /// Three rows of the contact problem.
 #[derive(Debug, Clone)]
