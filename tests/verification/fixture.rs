@@ -2,7 +2,8 @@
 
 use orchard_geometry::{Vec3, rotation_from_z, transform};
 use orchard_multibody::{
-    Data, Groups, Integrator, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step,
+    ContactPath, Data, Groups, Integrator, Model, ModelBuilder, Solver, StepReport, StepSettings,
+    equilibrium, step,
 };
 use orchard_spec::Spec;
 use orchard_spec::wood::{JointLaw, WoodSpec};
@@ -66,6 +67,8 @@ impl Wood {
             contact_dissipation_time: sim.contact_dissipation_time.si(),
             contact_margin: sim.contact_margin.si(),
             integrator: Integrator::LinearlyImplicitEuler,
+            solver: Solver::default(),
+            contact_path: ContactPath::default(),
         };
         Self { spec, skeleton, model, data, tree, settings }
     }

@@ -7,7 +7,8 @@ use crate::frequencies::rising_zeros;
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Vec3};
 use orchard_multibody::{
-    Body, Data, Integrator, JointKind, ModelBuilder, SpatialInertia, StepReport, StepSettings, step,
+    Body, ContactPath, Data, Integrator, JointKind, ModelBuilder, Solver, SpatialInertia, StepReport,
+    StepSettings, step,
 };
 use std::f64::consts::TAU;
 
@@ -41,6 +42,8 @@ fn frequency(integrator: Integrator, across: bool) -> f64 {
         contact_dissipation_time: 0.01,
         contact_margin: 0.0,
         integrator,
+        solver: Solver::default(),
+        contact_path: ContactPath::default(),
     };
     let mut signal = Vec::new();
     for _ in 0..180 * 8 {

@@ -6,6 +6,7 @@ use crate::aba::{Change, Factor, Impulse};
 use crate::contact::ContactScratch;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Groups, JointKind, Model, PointId};
+use crate::solver::LinearScratch;
 use crate::spatial::Twist;
 
 /// State, the inputs of the next step, and scratch of one world. A clone is a snapshot: a step from it gives
@@ -69,6 +70,7 @@ pub struct Data {
     pub(crate) impulse: Impulse,
     pub(crate) change: Change,
     pub(crate) correction: Change,
+    pub(crate) linear: LinearScratch,
     pub(crate) contact: ContactScratch,
 }
 
@@ -119,6 +121,7 @@ impl Data {
             impulse: Impulse::new(model),
             change: Change::new(model),
             correction: Change::new(model),
+            linear: LinearScratch::default(),
             contact: ContactScratch::default(),
         };
         crate::forward_kinematics(model, &mut data);

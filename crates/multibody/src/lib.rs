@@ -30,6 +30,8 @@
 //!     contact_dissipation_time: 0.01,
 //!     contact_margin: 0.01,
 //!     integrator: Integrator::default(),
+//!     solver: Solver::default(),
+//!     contact_path: ContactPath::default(),
 //! };
 //! step(&model, &mut data, &settings, &mut report);
 //! assert!(data.velocity(pendulum).angular.y > 0.0);
@@ -48,13 +50,15 @@ mod midpoint;
 pub mod mjcf;
 pub mod model;
 pub mod rnea;
+pub mod solver;
 pub mod spatial;
 pub mod statics;
 pub mod step;
 mod symmetric;
+mod vectors;
 
 pub use builder::{ModelBuilder, ModelError};
-pub use contact::ContactReport;
+pub use contact::{ContactPath, ContactReport};
 pub use data::{Data, Motion};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
@@ -65,6 +69,7 @@ pub use model::{
     SpatialInertia, Tether,
 };
 pub use rnea::{gravity_torque, inertia_product, inverse_dynamics};
+pub use solver::{LinearSolve, Preconditioner, Solver};
 pub use spatial::{Twist, Wrench};
 pub use statics::{StaticsError, equilibrium};
 pub use step::{Integrator, StepReport, StepSettings, step};

@@ -11,11 +11,12 @@ use orchard_geometry::Vec3;
 
 use crate::contact;
 use crate::data::Data;
+use crate::impulse;
 use crate::kinematics::forward_kinematics;
 use crate::model::Model;
 use crate::rnea::{inertia_product, link_twists};
+use crate::solver::{self, LinearSolve};
 use crate::step::{StepReport, StepSettings, add_change, free_change, move_positions, solve_free};
-use crate::{aba, impulse};
 
 /// Corrections end when none of them changes a velocity by more than this part of the fastest one.
 const TOLERANCE: f64 = 1e-13;
@@ -60,15 +61,16 @@ pub(crate) fn advance_by_midpoint(
 ) {
     let (h, half) = (settings.h, 0.5 * settings.h);
     let start = Start::of(data);
-    free_change(model, data, half, &settings.gravity);
+    let mut free = free_change(model, data, half, &settings.gravity, settings.solver);
     for _ in 0..MAX_CORRECTIONS {
         let is_settled = !moves(data);
         add_change(data);
         if is_settled {
             break;
         }
-        correction(model, data, &start, half, &settings.gravity);
+        free = free.and(correction(model, data, &start, settings));
     }
+    report.free = free;
 
     // Contacts act at the start's geometry on the velocity at the end: dv = 2 (v_m - v) + A(h/2)^-1 J^T p.
     for (dof, dv) in data.change.dof.iter_mut().enumerate() {
@@ -80,7 +82,7 @@ pub(crate) fn advance_by_midpoint(
     start.restore_positions(data);
     start.restore_velocities(data);
     forward_kinematics(model, data);
-    aba::factor(model, data, half);
+    solver::factor(settings.solver, model, data, half);
     data.change.body = link_twists(model, data, &data.change.dof);
     contact::solve_contacts(model, data, settings, report);
 
@@ -98,12 +100,13 @@ pub(crate) fn advance_by_midpoint(
 }
 
 /// One Newton step on the rule from the present guess of v_m, into `Data::change`.
-fn correction(model: &Model, data: &mut Data, start: &Start, half: f64, gravity: &Vec3) {
+fn correction(model: &Model, data: &mut Data, start: &Start, settings: &StepSettings) -> LinearSolve {
+    let half = 0.5 * settings.h;
     start.restore_positions(data);
     move_positions(model, data, half);
     forward_kinematics(model, data);
-    aba::factor(model, data, half);
-    impulse::assemble(model, data, half, 0.0, gravity);
+    solver::factor(settings.solver, model, data, half);
+    impulse::assemble(model, data, half, 0.0, &settings.gravity);
     let gained: Vec<f64> = data.v.iter().zip(&start.v).map(|(now, old)| now - old).collect();
     let taken = inertia_product(model, data, &gained);
     for (impulse, taken) in data.impulse.dof.iter_mut().zip(taken) {
@@ -113,7 +116,7 @@ fn correction(model: &Model, data: &mut Data, start: &Start, half: f64, gravity:
         let gained = data.point_v_world[index] - start.point_v_world[index];
         data.impulse.point[index] -= gained * point.mass;
     }
-    solve_free(model, data);
+    solve_free(model, data, settings.solver)
 }
 
 /// Whether `Data::change` is more than round-off of the velocities.

@@ -10,6 +10,7 @@ use orchard_geometry::Vec3;
 use crate::data::Data;
 use crate::kinematics::forward_kinematics;
 use crate::model::{JointKind, Model};
+use crate::solver::Solver;
 use crate::step::{advance, free_change};
 
 /// Longest step [s]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
@@ -92,7 +93,7 @@ fn iterate(
     for iteration in 1..=MAX_ITERATIONS {
         stop(data);
         forward_kinematics(model, data);
-        free_change(model, data, h, gravity);
+        free_change(model, data, h, gravity, Solver::Aba);
         for &dof in held_dofs {
             data.change.dof[dof] = 0.0;
         }

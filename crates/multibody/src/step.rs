@@ -3,11 +3,12 @@
 use nalgebra::Quaternion;
 use orchard_geometry::{Rotation, Vec3};
 
-use crate::contact::{self, ContactReport};
+use crate::contact::{self, ContactPath, ContactReport};
 use crate::data::Data;
 use crate::kinematics::{forward_kinematics, rotation_by};
 use crate::model::{JointKind, Model};
-use crate::{aba, impulse, midpoint};
+use crate::solver::{self, LinearSolve, Solver};
+use crate::{impulse, midpoint};
 
 /// How a substep goes from forces to velocities and positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,6 +35,10 @@ pub struct StepSettings {
     pub contact_margin: f64,
     /// The scheme.
     pub integrator: Integrator,
+    /// How the linear systems are solved.
+    pub solver: Solver,
+    /// How the contact impulses are solved for.
+    pub contact_path: ContactPath,
 }
 
 /// What a substep did. Reuse it: its buffers are kept.
@@ -41,12 +46,18 @@ pub struct StepSettings {
 pub struct StepReport {
     /// Contacts that were candidates of the step; the force of an open one is zero.
     pub contacts: Vec<ContactReport>,
+    /// The linear solve without contacts; under [`Integrator::ImplicitMidpoint`] all of its solves together.
+    pub free: LinearSolve,
     /// Newton iterations of the contact solve; 0 where nothing touches.
     pub newton_iterations: usize,
+    /// Conjugate-gradient iterations of all these Newton iterations; 0 on the direct path.
+    pub cg_iterations: usize,
     /// Residual of the contact solve relative to its impulses.
     pub residual: f64,
     /// Whether the contact solve met its tolerance.
     pub converged: bool,
+    /// The linear solve that applies the contact impulses.
+    pub response: LinearSolve,
 }
 
 /// Advances a world by one substep.
@@ -60,7 +71,7 @@ pub fn step(model: &Model, data: &mut Data, settings: &StepSettings, report: &mu
     free_spin(model, data, settings.h);
     match settings.integrator {
         Integrator::LinearlyImplicitEuler => {
-            free_change(model, data, settings.h, &settings.gravity);
+            report.free = free_change(model, data, settings.h, &settings.gravity, settings.solver);
             contact::solve_contacts(model, data, settings, report);
             advance(model, data, settings.h);
         }
@@ -81,17 +92,23 @@ fn free_spin(model: &Model, data: &mut Data, h: f64) {
 }
 
 /// Velocity change without contacts, left in `Data::change`; the factor stays for more right-hand sides.
-pub(crate) fn free_change(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
+pub(crate) fn free_change(
+    model: &Model,
+    data: &mut Data,
+    h: f64,
+    gravity: &Vec3,
+    solver: Solver,
+) -> LinearSolve {
     impulse::cap_tethers(model, data, h, gravity);
-    aba::factor(model, data, h);
+    solver::factor(solver, model, data, h);
     impulse::assemble(model, data, h, h, gravity);
-    solve_free(model, data);
+    solve_free(model, data, solver)
 }
 
 /// Solves the assembled right-hand side with the last factor into `Data::change`.
-pub(crate) fn solve_free(model: &Model, data: &mut Data) {
-    let Data { kinematics, factor, impulse, change, capped, .. } = data;
-    aba::solve_with(model, kinematics, factor, impulse, change);
+pub(crate) fn solve_free(model: &Model, data: &mut Data, solver: Solver) -> LinearSolve {
+    let Data { kinematics, factor, linear, impulse, change, capped, .. } = data;
+    let outcome = solver::solve(solver, model, (kinematics, factor), linear, impulse, change);
     // A capped tether pulls its point body towards the moving anchor, but the anchor does not feel it: the
     // factor leaves the anchor's motion out, and its free motion is added here.
     for (index, point) in model.points.iter().enumerate() {
@@ -103,6 +120,7 @@ pub(crate) fn solve_free(model: &Model, data: &mut Data) {
             change.point[index] += anchor * (entry.kappa * entry.inverse_mass);
         }
     }
+    outcome
 }
 
 /// Adds `Data::change` to the velocities, then moves the positions with the new velocities.

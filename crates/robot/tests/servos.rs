@@ -2,8 +2,8 @@
 
 use orchard_geometry::{Intrinsics, Pose, Rotation, Vec3, math};
 use orchard_multibody::{
-    Body, Collider, Data, Groups, Integrator, JointKind, Model, ModelBuilder, Owner, SpatialInertia,
-    StepReport, StepSettings, forward_kinematics, gravity_torque, step,
+    Body, Collider, ContactPath, Data, Groups, Integrator, JointKind, Model, ModelBuilder, Owner, Solver,
+    SpatialInertia, StepReport, StepSettings, forward_kinematics, gravity_torque, step,
 };
 use orchard_robot::{ARM_DOF, Command, JointVector, PartGroups, RobotHandle, RobotModel, Servos, observe};
 
@@ -50,6 +50,8 @@ impl Bench {
             contact_dissipation_time: 0.01,
             contact_margin: 0.005,
             integrator: Integrator::default(),
+            solver: Solver::default(),
+            contact_path: ContactPath::default(),
         };
         let mut report = StepReport::default();
         for _ in 0..(seconds / SUBSTEP).round() as usize {
@@ -220,6 +222,8 @@ fn fingers_hold_with_the_commanded_force() {
         contact_dissipation_time: 0.01,
         contact_margin: 0.005,
         integrator: Integrator::default(),
+        solver: Solver::default(),
+        contact_path: ContactPath::default(),
     };
     let mut servos = Servos::new(&robot);
     let mut report = StepReport::default();

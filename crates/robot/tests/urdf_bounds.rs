@@ -2,7 +2,8 @@
 
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{
-    Collider, Data, Groups, Integrator, ModelBuilder, Owner, StepReport, StepSettings, step,
+    Collider, ContactPath, Data, Groups, Integrator, ModelBuilder, Owner, Solver, StepReport, StepSettings,
+    step,
 };
 use orchard_robot::{Articulation, PAPER_URDF, PartGroups, RobotConfig, RobotError, RobotModel};
 use std::fmt::Write as _;
@@ -49,6 +50,8 @@ fn step_once(robot: &RobotModel) {
         contact_dissipation_time: 0.01,
         contact_margin: 0.005,
         integrator: Integrator::default(),
+        solver: Solver::default(),
+        contact_path: ContactPath::default(),
     };
     step(&model, &mut data, &settings, &mut StepReport::default());
 }

@@ -115,6 +115,8 @@ fn watch(tree: &BareTree, data: &mut Data, segment: usize, h: f64) -> Vec<Point>
         contact_dissipation_time: 0.0,
         contact_margin: 0.0,
         integrator: orchard_multibody::Integrator::default(),
+        solver: orchard_multibody::Solver::default(),
+        contact_path: orchard_multibody::ContactPath::default(),
     };
     let mut report = StepReport::default();
     let steps = (PHASE / h).round() as usize;

@@ -26,7 +26,7 @@ pub struct Impulse {
 }
 
 /// A solution: velocity changes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Change {
     /// Of each degree of freedom [rad/s, m/s].
     pub dof: Vec<f64>,

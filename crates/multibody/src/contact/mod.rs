@@ -1,34 +1,60 @@
 //! Compliant, convex frictional contact: Castro, Permenter, Han, "An Unconstrained Convex Formulation of
-//! Compliant Contact" (2022), solved in impulse space on the articulated-body factor.
+//! Compliant Contact" (2022), on the articulated-body factor.
 //!
 //! `broad` finds pairs of colliders, `narrow` their contact points (`core`, `polytope`: solids with corners; `terrain`:
-//! height fields), `delassus` how impulses at contacts
-//! change velocities at contacts, `law` is the contact law, `newton` solves for the impulses.
+//! height fields), `rows` writes the problem, `law` is the contact law, `paths` how impulses at contacts pass
+//! through the factor. `newton` solves for the impulses, with the linear algebra of `matrix_free`, of `delassus`
+//! where rows are few, or of `assembled` as a cross-check.
 
+#[cfg(feature = "cholesky")]
+mod assembled;
 mod broad;
 mod core;
 mod delassus;
 mod law;
+mod matrix_free;
 mod narrow;
 #[cfg(test)]
 mod narrow_tests;
 mod newton;
+mod paths;
 mod polytope;
+mod root;
+mod rows;
 mod terrain;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
 
-use crate::aba;
 use crate::data::Data;
 use crate::kinematics::Kinematics;
 use crate::model::{Collider, ColliderId, Model, Owner};
+use crate::solver::{self, LinearSolve, Solver};
 use crate::spatial::Wrench;
 use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
-use delassus::{Delassus, Load};
-use law::Law;
+use delassus::Delassus;
+use matrix_free::{Coordinates, MatrixFree};
 use narrow::{NarrowScratch, Touch};
-use newton::Newton;
+use newton::{Newton, Outcome};
+use paths::Paths;
+use rows::{Block, Guess};
+
+/// Rows up to which [`ContactPath::ByRows`] takes the direct path: where the dense factor and the iterations were
+/// measured to cost the same (`docs/computation/dynamics.md`, "Which path").
+pub const DIRECT_ROWS: usize = 600;
+
+/// How the contact impulses are solved for. The solution is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ContactPath {
+    /// Under [`Solver::Aba`] the faster of the two by the number of rows, see [`DIRECT_ROWS`]; matrix-free
+    /// under [`Solver::Cg`].
+    #[default]
+    ByRows,
+    /// Conjugate gradients preconditioned by the articulated-body factor, on generalised velocities.
+    MatrixFree,
+    /// A dense factor over the rows, on contact impulses.
+    Delassus,
+}
 
 /// A contact of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,18 +73,6 @@ pub struct ContactReport {
     pub force_world: Vec3,
 }
 
-/// Three rows of the contact problem.
-#[derive(Debug, Clone)]
-pub(crate) struct Block {
-    law: Law,
-    /// Velocity of the rows before any contact impulse.
-    v_free: Vec3,
-    /// Impulse to start the solve from.
-    guess: Vec3,
-    /// Root mean square of the block's own inverse inertia [1/kg], which scales the residual.
-    w: f64,
-}
-
 /// Buffers of the contact solve.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactScratch {
@@ -72,7 +86,9 @@ pub(crate) struct ContactScratch {
     last: Vec<ContactReport>,
     last_couplings: Vec<Vec3>,
     blocks: Vec<Block>,
+    paths: Paths,
     delassus: Delassus,
+    coordinates: Coordinates,
     newton: Newton,
 }
 
@@ -106,16 +122,19 @@ pub(crate) fn solve_contacts(
     let mut scratch = std::mem::take(&mut data.contact);
     report.contacts.clear();
     report.newton_iterations = 0;
+    report.cg_iterations = 0;
     report.residual = 0.0;
     report.converged = true;
+    report.response = LinearSolve::default();
     scratch.collide(model, data, settings.contact_margin);
     scratch.assemble(model, data, settings);
     if !scratch.blocks.is_empty() {
-        let outcome = scratch.newton.solve(&scratch.blocks, &scratch.delassus);
+        let outcome = scratch.solve(model, data, settings);
         report.newton_iterations = outcome.iterations;
+        report.cg_iterations = outcome.linear_iterations;
         report.residual = outcome.residual;
         report.converged = outcome.converged;
-        scratch.apply(model, data, settings.h, report);
+        scratch.apply(model, data, settings, report);
     } else {
         scratch.last.clear();
     }
@@ -151,61 +170,47 @@ impl ContactScratch {
         }
     }
 
-    /// Writes the blocks and their Delassus matrix: contacts first, then couplings.
+    /// Writes the blocks and their paths: contacts first, then couplings.
     fn assemble(&mut self, model: &Model, data: &Data, settings: &StepSettings) {
         self.blocks.clear();
-        self.delassus.clear();
-        let mut last = self.last.iter().peekable();
-        for (contact, frame) in &self.contacts {
-            // Both lists are sorted by pair; the points of a pair are matched in their order.
-            while last.next_if(|old| (old.a, old.b) < (contact.a, contact.b)).is_some() {}
-            let guess = last.next_if(|old| (old.a, old.b) == (contact.a, contact.b));
-            let mut v_free = Vec3::zeros();
-            let mut loads = [Load::None, Load::None];
-            for (load, (id, sign)) in loads.iter_mut().zip([(contact.a, 1.0), (contact.b, -1.0)]) {
-                let owner = model.collider(id).owner;
-                *load = contact_load(data, owner, &contact.p_world, &(frame * sign));
-                v_free += frame.tr_mul(&(free_velocity(data, owner, &contact.p_world) * sign));
-            }
-            self.delassus.push(model, data, loads);
-            let (a, b) = (model.collider(contact.a), model.collider(contact.b));
-            self.blocks.push(Block {
-                law: Law::Open {
-                    friction: (a.friction * b.friction).sqrt(),
-                    stiffness: 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness),
-                    gap: contact.gap,
-                },
-                v_free,
-                guess: guess.map_or(Vec3::zeros(), |old| frame.tr_mul(&old.force_world) * settings.h),
-                w: 0.0,
-            });
+        let guess = Guess { contacts: &self.last, couplings: &self.last_couplings };
+        rows::push_contacts(model, data, settings.h, &self.contacts, &guess, &mut self.blocks);
+        rows::push_couplings(model, data, settings.h, &guess, &mut self.blocks);
+        if self.blocks.is_empty() {
+            return;
         }
-        for (index, coupling) in model.couplings().iter().enumerate() {
-            let [(q_a, v_a), (q_b, v_b)] = [coupling.dof_a, coupling.dof_b].map(|dof| {
-                let body = model.body_of_dof(dof);
-                let q = data.q[model.qs(body).start + dof - model.dofs(body).start];
-                (q, data.v[dof] + data.change.dof[dof])
-            });
-            let loads = [(coupling.dof_a, 1.0), (coupling.dof_b, -coupling.ratio)]
-                .map(|(dof, factor)| Load::Dof { body: model.body_of_dof(dof).index(), dof, factor });
-            self.delassus.push(model, data, loads);
-            let offset = q_a - coupling.ratio * q_b;
-            self.blocks.push(Block {
-                law: Law::spring(coupling.stiffness, coupling.damping, offset, settings.h),
-                v_free: Vec3::new(v_a - coupling.ratio * v_b, 0.0, 0.0),
-                guess: self.last_couplings.get(index).copied().unwrap_or_default(),
-                w: 0.0,
-            });
+        self.paths.clear(model, data);
+        for block in &self.blocks {
+            self.paths.push(model, data, &block.loads);
         }
-        self.delassus.assemble();
-        for (index, block) in self.blocks.iter_mut().enumerate() {
-            block.w = self.delassus.block(index, index).norm() / 3.0;
-            block.law.regularise(settings.h, settings.contact_dissipation_time, block.w);
+        self.paths.finish();
+        rows::regularise(settings, &self.paths, &mut self.blocks);
+    }
+
+    /// Finds the impulses of all blocks.
+    #[cfg_attr(not(feature = "cholesky"), expect(unused_variables))]
+    fn solve(&mut self, model: &Model, data: &Data, settings: &StepSettings) -> Outcome {
+        #[cfg(feature = "cholesky")]
+        if settings.solver == Solver::Cholesky {
+            let mut unknown = assembled::Assembled::new(model, data, &self.blocks);
+            return self.newton.solve(&self.blocks, &mut unknown);
+        }
+        let is_direct = match settings.contact_path {
+            ContactPath::ByRows => settings.solver == Solver::Aba && 3 * self.blocks.len() <= DIRECT_ROWS,
+            ContactPath::MatrixFree => false,
+            ContactPath::Delassus => true,
+        };
+        if is_direct {
+            self.delassus.assemble(&self.paths, self.blocks.len());
+            self.newton.solve(&self.blocks, &mut self.delassus)
+        } else {
+            let mut unknown = MatrixFree { paths: &self.paths, coordinates: &mut self.coordinates };
+            self.newton.solve(&self.blocks, &mut unknown)
         }
     }
 
     /// Applies the impulses of the solve and reports the contact forces.
-    fn apply(&mut self, model: &Model, data: &mut Data, h: f64, report: &mut StepReport) {
+    fn apply(&mut self, model: &Model, data: &mut Data, settings: &StepSettings, report: &mut StepReport) {
         let mut impulse = std::mem::take(&mut data.impulse);
         impulse.clear();
         let (of_contacts, of_couplings) = self.newton.impulses.split_at(self.contacts.len());
@@ -228,7 +233,7 @@ impl ContactScratch {
                     }
                 }
             }
-            report.contacts.push(ContactReport { force_world: on_a / h, ..*contact });
+            report.contacts.push(ContactReport { force_world: on_a / settings.h, ..*contact });
         }
         self.last.clone_from(&report.contacts);
         self.last_couplings.clear();
@@ -237,8 +242,9 @@ impl ContactScratch {
             impulse.dof[coupling.dof_a] += p.x;
             impulse.dof[coupling.dof_b] -= coupling.ratio * p.x;
         }
-        let Data { kinematics, factor, change, correction, .. } = data;
-        aba::solve_with(model, kinematics, factor, &mut impulse, correction);
+        let Data { kinematics, factor, linear, change, correction, .. } = data;
+        let system = (&*kinematics, &*factor);
+        report.response = solver::solve(settings.solver, model, system, linear, &mut impulse, correction);
         for (dv, added) in change.dof.iter_mut().zip(&correction.dof) {
             *dv += added;
         }
@@ -246,37 +252,5 @@ impl ContactScratch {
             *dv += added;
         }
         data.impulse = impulse;
-    }
-}
-
-/// Unit impulses along the columns of `directions` on an owner, at `p_world`.
-fn contact_load(data: &Data, owner: Owner, p_world: &Vec3, directions: &Mat3) -> Load {
-    match owner {
-        Owner::World => Load::None,
-        Owner::Point(id) => {
-            let r = p_world - data.point_p_world[id.index()];
-            Load::Point { point: id.index(), impulses: *directions, r }
-        }
-        Owner::Body(id) => {
-            let r = p_world - data.kinematics.links[id.index()].origin();
-            let wrenches = [0, 1, 2].map(|k| Wrench::of_force_at(directions.column(k).into_owned(), &r));
-            Load::Body { body: id.index(), wrenches }
-        }
-    }
-}
-
-/// Velocity that a point of an owner would have after the step without contacts [m/s].
-fn free_velocity(data: &Data, owner: Owner, p_world: &Vec3) -> Vec3 {
-    match owner {
-        Owner::World => Vec3::zeros(),
-        Owner::Point(id) => {
-            let index = id.index();
-            let r = p_world - data.point_p_world[index];
-            data.point_v_world[index] + data.change.point[index] + data.point_w_world[index].cross(&r)
-        }
-        Owner::Body(id) => {
-            let link = &data.kinematics.links[id.index()];
-            (link.velocity + data.change.body[id.index()]).linear_at(&(p_world - link.origin()))
-        }
     }
 }

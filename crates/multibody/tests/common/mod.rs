@@ -247,5 +247,7 @@ pub fn settings(h: f64, gravity: Vec3) -> StepSettings {
         contact_dissipation_time: 0.01,
         contact_margin: 0.01,
         integrator: Integrator::default(),
+        solver: Solver::default(),
+        contact_path: ContactPath::default(),
     }
 }

@@ -1,0 +1,181 @@
+//! The assembled system matrix and its sparse Cholesky factor.
+//!
+//! A joint couples only with its ancestors, a tethered point body only with its anchor's. Eliminated from the leaves
+//! to the root, the factor has the pattern of the matrix: nothing fills in.
+
+use std::sync::Arc;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Conj, MatMut, Par, Side};
+use orchard_geometry::Vec3;
+
+use super::system::System;
+use crate::kinematics::Kinematics;
+use crate::model::Model;
+use crate::spatial::Wrench;
+
+/// An entry (i, j) of a symmetric matrix with i <= j, in the order of the unknowns: parents first.
+pub(crate) type Entry = (usize, usize, f64);
+
+/// Cholesky factor of a symmetric positive definite matrix, the last unknown eliminated first.
+#[derive(Debug, Clone)]
+pub(crate) struct SparseFactor {
+    symbolic: Arc<SymbolicCholesky<usize>>,
+    values: Vec<f64>,
+}
+
+impl SparseFactor {
+    /// Factors a matrix given by its entries, of which equal places add up; `None` if it is not positive definite.
+    pub fn new(size: usize, entries: &[Entry]) -> Option<SparseFactor> {
+        // The last unknowns are the leaves. Turned around and transposed, the entries are the upper triangle of the
+        // elimination order, the one that faer reads without a permutation.
+        let turned: Vec<_> =
+            entries.iter().map(|&(i, j, value)| Triplet::new(size - 1 - j, size - 1 - i, value)).collect();
+        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &turned).ok()?;
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+            ..CholeskySymbolicParams::default()
+        };
+        let (symbolic, side) = (matrix.symbolic(), Side::Upper);
+        let symbolic =
+            factorize_symbolic_cholesky(symbolic, side, SymmetricOrdering::Identity, params).ok()?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                matrix.as_ref(),
+                side,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                Default::default(),
+            )
+            .ok()?;
+        Some(SparseFactor { symbolic: Arc::new(symbolic), values })
+    }
+
+    /// Factors the system matrix.
+    pub fn of_system(model: &Model, kinematics: &Kinematics, system: &System) -> Option<SparseFactor> {
+        SparseFactor::new(system.size(), &entries(model, kinematics, system))
+    }
+
+    /// Solves in place.
+    pub fn solve(&self, x: &mut [f64]) {
+        x.reverse();
+        let scratch = self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
+        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(x, self.symbolic.nrows(), 1),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+        );
+        x.reverse();
+    }
+}
+
+/// Entries of the system matrix: a unit change of each unknown takes a wrench, which every joint from there to the root
+/// feels along its axes (composite rigid bodies, Featherstone 2008, section 6.2).
+pub(crate) fn entries(model: &Model, kinematics: &Kinematics, system: &System) -> Vec<Entry> {
+    let mut composites = Vec::new();
+    system.composite_inertias(model, kinematics, &mut composites);
+    let mut entries = Vec::new();
+    for (index, body) in model.bodies.iter().enumerate() {
+        let inertia = &composites[index];
+        for (k, column) in (model.v_start[index]..model.v_start[index + 1]).enumerate() {
+            let axis = kinematics.axes[column];
+            let wrench = if k < body.joint.translations() {
+                Wrench { torque: inertia.coupling * axis, force: inertia.linear * axis }
+            } else {
+                Wrench { torque: inertia.angular * axis, force: inertia.coupling.tr_mul(&axis) }
+            };
+            for_ancestors(model, kinematics, index, wrench, |dof, value| {
+                if dof <= column {
+                    entries.push((dof, column, value));
+                }
+            });
+            entries.push((column, column, system.armature[column]));
+        }
+    }
+    for (index, point) in system.points.iter().enumerate() {
+        for (k, axis) in [Vec3::x(), Vec3::y(), Vec3::z()].into_iter().enumerate() {
+            let column = model.nv() + 3 * index + k;
+            let own = if point.is_carried { 1.0 } else { point.mass + point.kappa };
+            entries.push((column, column, own));
+            if let Some((body, r)) = &point.anchor {
+                let wrench = Wrench::of_force_at(axis * -point.kappa, r);
+                for_ancestors(model, kinematics, *body, wrench, |dof, value| {
+                    entries.push((dof, column, value))
+                });
+            }
+        }
+    }
+    entries
+}
+
+/// Gives the component of a wrench at a link's origin along each degree of freedom from there to the root.
+pub(crate) fn for_ancestors(
+    model: &Model,
+    kinematics: &Kinematics,
+    body: usize,
+    wrench: Wrench,
+    mut with: impl FnMut(usize, f64),
+) {
+    let (mut next, mut wrench) = (Some(body), wrench);
+    while let Some(index) = next {
+        let translations = model.bodies[index].joint.translations();
+        for (k, dof) in (model.v_start[index]..model.v_start[index + 1]).enumerate() {
+            let along = if k < translations { wrench.force } else { wrench.torque };
+            with(dof, kinematics.axes[dof].dot(&along));
+        }
+        wrench = wrench.shifted(&kinematics.links[index].r_parent);
+        next = model.bodies[index].parent.map(|parent| parent.index());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Body, BodyId, Data, JointKind, ModelBuilder, PointBody, SpatialInertia, Tether};
+    use orchard_geometry::{Mat3, Pose};
+
+    #[test]
+    fn nothing_fills_in_on_a_forked_tree() {
+        let mut builder = ModelBuilder::new();
+        for parent in [None, Some(0), Some(1), Some(1), Some(0), Some(4)] {
+            let rod = SpatialInertia { mass: 1.0, p_com: Vec3::z() * 0.1, i_com: Mat3::identity() * 0.01 };
+            let link = builder.add_body(Body {
+                parent: parent.map(BodyId),
+                joint: JointKind::Universal,
+                x_parent_joint: Pose::translation(0.0, 0.1, 0.2),
+                inertia: rod,
+            });
+            let tether = Tether {
+                body: link,
+                p_body: Vec3::x(),
+                offset_world: Vec3::zeros(),
+                stiffness: 100.0,
+                damping: 1.0,
+                anchor_bias_world: Vec3::zeros(),
+                reaction_cap: f64::INFINITY,
+            };
+            builder.add_point(PointBody { mass: 0.1, spin_inertia: f64::INFINITY, tether: Some(tether) });
+        }
+        let model = builder.build().unwrap();
+        let mut data = Data::new(&model);
+        crate::aba::factor(&model, &mut data, 0.01);
+        let mut system = System::default();
+        system.update(&model, &data, 0.01);
+        let entries = entries(&model, &data.kinematics, &system);
+        let mut places: Vec<_> = entries.iter().map(|&(i, j, _)| (i, j)).collect();
+        places.sort_unstable();
+        places.dedup();
+        let factor = SparseFactor::new(system.size(), &entries).unwrap();
+        assert_eq!(factor.values.len(), places.len());
+    }
+}
