@@ -57,7 +57,7 @@ pub enum TreeEvent {
     },
 }
 
-/// One tree with its fruit in f64. Cloning it is a snapshot.
+/// One tree with its fruit in f64. A clone goes on with the same bits; there is no save file.
 #[derive(Debug, Clone)]
 pub struct TreeWorld {
     plant: Arc<Plant>,

@@ -50,6 +50,7 @@ pub mod mjcf;
 pub mod model;
 pub mod rnea;
 pub mod spatial;
+mod state;
 pub mod statics;
 pub mod step;
 mod symmetric;
@@ -67,5 +68,6 @@ pub use model::{
 };
 pub use rnea::{gravity_torque, inertia_product, inverse_dynamics};
 pub use spatial::{Twist, Wrench};
+pub use state::{State, StateError};
 pub use statics::{StaticsError, equilibrium};
 pub use step::{Integrator, StepReport, StepSettings, step};

@@ -11,6 +11,7 @@ mod narrow;
 mod newton;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::aba;
 use crate::data::Data;
@@ -21,11 +22,11 @@ use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
 use delassus::{Delassus, Load};
 use law::{Compliance, Law};
-use narrow::Touch;
+use narrow::{NarrowScratch, Touch};
 use newton::Newton;
 
 /// A contact of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactReport {
     /// First collider.
     pub a: ColliderId,
@@ -57,6 +58,7 @@ pub(crate) struct Block {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactScratch {
     broad: BroadPhase,
+    narrow: NarrowScratch,
     touches: Vec<Touch>,
     /// Contact points with their contact frames (columns: two tangents, then the normal).
     contacts: Vec<(ContactReport, Mat3)>,
@@ -67,6 +69,13 @@ pub(crate) struct ContactScratch {
     blocks: Vec<Block>,
     delassus: Delassus,
     newton: Newton,
+}
+
+/// Where the next contact solve starts from: all that outlives a step in [`ContactScratch`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WarmStart {
+    contacts: Vec<ContactReport>,
+    couplings: Vec<Vec3>,
 }
 
 /// Pose of a collider in the world.
@@ -116,6 +125,15 @@ pub(crate) fn solve_contacts(
 }
 
 impl ContactScratch {
+    pub fn warm_start(&self) -> WarmStart {
+        WarmStart { contacts: self.last.clone(), couplings: self.last_couplings.clone() }
+    }
+
+    pub fn set_warm_start(&mut self, warm_start: &WarmStart) {
+        self.last.clone_from(&warm_start.contacts);
+        self.last_couplings.clone_from(&warm_start.couplings);
+    }
+
     /// Finds the contact points of this step.
     fn collide(&mut self, model: &Model, data: &Data, margin: f64) {
         self.contacts.clear();
@@ -127,6 +145,7 @@ impl ContactScratch {
                 (&collider_a.shape, self.broad.pose(a)),
                 (&collider_b.shape, self.broad.pose(b)),
                 margin,
+                &mut self.narrow,
                 &mut self.touches,
             );
             for touch in &self.touches {

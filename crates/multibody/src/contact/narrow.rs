@@ -53,10 +53,22 @@ impl Round {
     }
 }
 
+/// Memory that the narrow phase uses again for every pair.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NarrowScratch {
+    manifold: ContactManifold<(), ()>,
+}
+
 /// Appends the contact points of two placed shapes whose gap is under `margin`.
 ///
 /// A flat side gets a point for each corner or end near it. Round pairs and boxes against spheres have one.
-pub(super) fn touches(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: &mut Vec<Touch>) {
+pub(super) fn touches(
+    a: (&Shape, &Pose),
+    b: (&Shape, &Pose),
+    margin: f64,
+    scratch: &mut NarrowScratch,
+    out: &mut Vec<Touch>,
+) {
     let first = out.len();
     match (Round::of(a.0, a.1), Round::of(b.0, b.1)) {
         (Some(round_a), Some(round_b)) => out.push(round_round(&round_a, &round_b)),
@@ -73,7 +85,7 @@ pub(super) fn touches(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: 
             (Shape::Box { half }, Shape::Sphere { radius }) => {
                 out.push(sphere_box(&b.1.translation.vector, *radius, half, a.1).flipped());
             }
-            _ => polytopes(a, b, margin, out),
+            _ => polytopes(a, b, margin, &mut scratch.manifold, out),
         },
     }
     let mut kept = first;
@@ -157,21 +169,23 @@ fn sphere_box(centre: &Vec3, radius: f64, half: &Vec3, x_world_box: &Pose) -> To
 }
 
 /// A box against a box or a capsule: parry's contact manifold.
-fn polytopes(a: (&Shape, &Pose), b: (&Shape, &Pose), margin: f64, out: &mut Vec<Touch>) {
+fn polytopes(
+    a: (&Shape, &Pose),
+    b: (&Shape, &Pose),
+    margin: f64,
+    manifold: &mut ContactManifold<(), ()>,
+    out: &mut Vec<Touch>,
+) {
     let x_a_b = to_parry(&a.1.inv_mul(b.1));
-    let mut manifold = ContactManifold::<(), ()>::new();
+    // Nothing of the last pair is kept but memory: its normal would be the first guess of this one.
+    let mut points = std::mem::take(&mut manifold.points);
+    points.clear();
+    *manifold = ContactManifold { points, ..ContactManifold::new() };
     with_parry(a.0, |shape_a| {
         with_parry(b.0, |shape_b| {
             // An unsupported pair leaves the manifold empty; boxes and capsules are all supported.
-            let _ = DefaultQueryDispatcher.contact_manifold_convex_convex(
-                &x_a_b,
-                shape_a,
-                shape_b,
-                None,
-                None,
-                margin,
-                &mut manifold,
-            );
+            let _ = DefaultQueryDispatcher
+                .contact_manifold_convex_convex(&x_a_b, shape_a, shape_b, None, None, margin, manifold);
         });
     });
     // The manifold's normal points out of a, in a's frame; its points are on the surfaces.
