@@ -4,6 +4,7 @@
 //! time, on the thread that steps.
 
 use allocation_counter::measure;
+use orchard_batch::{Batch, TreeWorld};
 use orchard_geometry::Vec3;
 use orchard_multibody::{StepReport, step};
 use orchard_robot::{Command, RobotModel};
@@ -85,4 +86,27 @@ fn a_frame_of_a_world_allocates_nothing() {
     world.restore(&start).unwrap();
     assert_eq!(measure(|| run(&mut world)).count_total, 0);
     assert!(touching > 60, "contact in {touching} frames");
+}
+
+/// Trees in lanes, and the same trees in f64, swinging so gently that nothing breaks.
+#[test]
+fn batches_allocate_nothing() {
+    let spec = Arc::new(Spec::paper());
+    let mut worlds: Vec<TreeWorld> =
+        (0..20).map(|index| TreeWorld::grow(spec.clone(), 7, index).unwrap()).collect();
+    for world in &mut worlds {
+        world.data_mut().v.fill(0.1);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let mut batch = Batch::new(&worlds).unwrap();
+        assert_eq!(batch.step(1), []);
+        assert_eq!(measure(|| assert_eq!(batch.step(30), [])).count_total, 0);
+        worlds.truncate(2);
+        for world in &mut worlds {
+            world.step();
+            let frames = measure(|| (0..30).for_each(|_| assert_eq!(world.step(), [])));
+            assert_eq!(frames.count_total, 0);
+        }
+    });
 }

@@ -64,6 +64,8 @@ pub struct TreeWorld {
     data: Data,
     rupture: Rupture,
     stems: FruitLives,
+    /// What touches each fruit: nothing.
+    untouched: Vec<Touch>,
     report: StepReport,
 }
 
@@ -97,8 +99,9 @@ impl TreeWorld {
         fruit.reset(&mut data);
         equilibrium(&model, &mut data, &settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let (rupture, stems) = (Rupture::new(&tree), FruitLives::new(&fruit));
+        let untouched = vec![Touch::default(); fruit.len()];
         let plant = Arc::new(Plant { spec, model, tree, fruit, settings });
-        Ok(Self { plant, data, rupture, stems, report: StepReport::default() })
+        Ok(Self { plant, data, rupture, stems, untouched, report: StepReport::default() })
     }
 
     /// Advances one frame: substeps with the friction of broken joints, then rupture and stems once.
@@ -112,13 +115,12 @@ impl TreeWorld {
         let snapped = self.rupture.end_frame(tree, model, &mut self.data, &spec.wood, gravity);
         fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
-        let untouched = vec![Touch::default(); fruit.len()];
         let fruit_events = self.stems.end_frame(
             fruit,
             model,
             &mut self.data,
             &spec.fruit,
-            &untouched,
+            &self.untouched,
             rest,
             &Pose::identity(),
             |_| Vec3::zeros(),
