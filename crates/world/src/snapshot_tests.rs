@@ -84,3 +84,13 @@ fn content_that_does_not_fit_is_named() {
     assert_eq!(error, SnapshotError::Content("length"));
     assert!(matches!(Snapshot::from_bytes(&envelope::seal(b"")), Err(SnapshotError::Unreadable(_))));
 }
+
+/// Bytes that a snapshot takes whose every number, length and variant is 1: a field more or less, there or in an entry
+/// of a list, changes it. Then raise [`envelope::FORMAT_VERSION`] and write the new size here.
+#[test]
+fn the_layout_is_that_of_the_format_version() {
+    const SIZE: usize = 863;
+    let ones = [1; 4096];
+    let (_, rest) = postcard::take_from_bytes::<Content>(&ones).unwrap();
+    assert_eq!((envelope::FORMAT_VERSION, ones.len() - rest.len()), (1, SIZE));
+}
