@@ -1,9 +1,11 @@
 //! Fixtures of the cross-crate suites: an episode of a world under a picker, with what came of it, and a pick by
-//! script.
+//! script; the bits of a state.
 
+mod bits;
 mod scripted;
 
-pub use scripted::{Pick, scripted_pick};
+pub use bits::{fingerprint, state_hash};
+pub use scripted::{Pick, scripted_pick, watched_pick};
 
 use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};

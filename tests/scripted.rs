@@ -25,16 +25,22 @@ const APPROACH: f64 = 0.16;
 const WITHDRAWAL: f64 = 0.30;
 
 /// A robot that follows a script in a world.
-struct Script {
+struct Script<'a> {
     world: World,
     command: Command,
     arm: JointVector,
+    watch: &'a mut dyn FnMut(&mut World, &Command),
 }
 
-impl Script {
+impl Script<'_> {
+    fn step(&mut self) {
+        self.world.step(&self.command);
+        (self.watch)(&mut self.world, &self.command);
+    }
+
     fn hold(&mut self, frames: u32) {
         for _ in 0..frames {
-            self.world.step(&self.command);
+            self.step();
         }
     }
 
@@ -43,7 +49,7 @@ impl Script {
         for _ in 0..frames {
             let at = self.world.observe().base_pose;
             self.command.base_velocity = std::array::from_fn(|k| (2.0 * (goal[k] - at[k])).clamp(-0.5, 0.5));
-            self.world.step(&self.command);
+            self.step();
         }
         self.command.base_velocity = [0.0; 3];
     }
@@ -53,7 +59,7 @@ impl Script {
         for k in 1..=frames {
             self.arm = from + (to - from) * (f64::from(k) / f64::from(frames));
             self.command.arm_q = self.arm.into();
-            self.world.step(&self.command);
+            self.step();
         }
     }
 
@@ -65,7 +71,7 @@ impl Script {
             let Ok(arm) = robot.kinematics().solve(&target, &self.arm) else { return false };
             self.arm = arm;
             self.command.arm_q = arm.into();
-            self.world.step(&self.command);
+            self.step();
         }
         true
     }
@@ -74,6 +80,16 @@ impl Script {
 /// Drives to the reachable fruit nearest to the start, closes the fingers on it and withdraws. `None` where no
 /// straight way leads there.
 pub fn scripted_pick(spec: &Spec, robot: &RobotModel, seed: u64) -> Option<Pick> {
+    watched_pick(spec, robot, seed, &mut |_, _| ())
+}
+
+/// The same; `watch` sees the world after every frame, and the command that drove it.
+pub fn watched_pick(
+    spec: &Spec,
+    robot: &RobotModel,
+    seed: u64,
+    watch: &mut dyn FnMut(&mut World, &Command),
+) -> Option<Pick> {
     let world = World::new(Arc::new(spec.clone()), Arc::new(robot.clone()), seed, 0).ok()?;
     let x_world_odom = world.x_world_odom();
     let truth = world.fruit_truth();
@@ -83,7 +99,7 @@ pub fn scripted_pick(spec: &Spec, robot: &RobotModel, seed: u64) -> Option<Pick>
         .filter(|&i| reachable[i])
         .min_by(|&a, &b| p_odom(a).norm().total_cmp(&p_odom(b).norm()))?;
     let kinematics = robot.kinematics();
-    let mut script = Script { world, command: robot.start_command(), arm: kinematics.home() };
+    let mut script = Script { world, command: robot.start_command(), arm: kinematics.home(), watch };
     script.drive([p_odom(fruit).x - STAND_OFF, p_odom(fruit).y, 0.0], 300);
 
     let x_world_base = script.world.handle().x_world_base(script.world.data());

@@ -99,6 +99,39 @@ fn a_broken_world_is_quarantined() {
     }
 }
 
+/// Whatever number turns up in the state, however large or small, the world steps on or is quarantined: no panic, no
+/// endless loop, and nothing that is not finite in a world that runs.
+#[test]
+fn absurd_numbers_are_survived() {
+    let hold = RobotModel::paper().start_command();
+    let start = world(3, 0);
+    (0..400_u64).into_par_iter().for_each(|case| {
+        let mut world = start.clone();
+        let mut draws = Stream::new(case, 0, Purpose::Test);
+        let size = draws.uniform(-320.0, 310.0);
+        let value = draws.normal(0.0, 1.0).signum() * orchard_geometry::math::pow(10.0, size);
+        let data = world.data_mut();
+        let dof = draws.integer(0, data.v.len() as u32 - 1) as usize;
+        let fruit = draws.integer(0, data.point_p_world.len() as u32 - 1) as usize;
+        let axis = draws.integer(0, 2) as usize;
+        match draws.integer(0, 6) {
+            0 => data.q[dof] = value,
+            1 => data.v[dof] = value,
+            2 => data.stiffness[dof] = value,
+            3 => data.damping[dof] = value,
+            4 => data.torque[dof] = value,
+            5 => data.point_p_world[fruit][axis] = value,
+            _ => data.point_v_world[fruit][axis] = value,
+        }
+        for _ in 0..3 {
+            world.step(&hold);
+            world.observe();
+        }
+        let finite = world.data().is_finite();
+        assert!(finite || *world.status() != Status::Running, "case {case}: {value:e}");
+    });
+}
+
 fn set_robot_q(world: &mut World, body: fn(&World) -> BodyId, value: f64) {
     let q = world.model().qs(body(world)).start;
     world.data_mut().q[q] = value;

@@ -29,7 +29,7 @@ pub enum BatchError {
     Instructions(Isa),
 }
 
-/// Tree worlds that advance together, in f32. Cloning it is a snapshot.
+/// Tree worlds that advance together, in f32. A clone goes on with the same bits; there is no save file.
 ///
 /// The result of a world does not depend on the others, on their number or on the number of threads. Worlds of
 /// equal topology are put into the same tiles; a tile of different ones works too, somewhat slower.

@@ -57,13 +57,15 @@ pub enum TreeEvent {
     },
 }
 
-/// One tree with its fruit in f64. Cloning it is a snapshot.
+/// One tree with its fruit in f64. A clone goes on with the same bits; there is no save file.
 #[derive(Debug, Clone)]
 pub struct TreeWorld {
     plant: Arc<Plant>,
     data: Data,
     rupture: Rupture,
     stems: FruitLives,
+    /// What touches each fruit: nothing.
+    untouched: Vec<Touch>,
     report: StepReport,
 }
 
@@ -97,8 +99,9 @@ impl TreeWorld {
         fruit.reset(&mut data);
         equilibrium(&model, &mut data, &settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let (rupture, stems) = (Rupture::new(&tree), FruitLives::new(&fruit));
+        let untouched = vec![Touch::default(); fruit.len()];
         let plant = Arc::new(Plant { spec, model, tree, fruit, settings });
-        Ok(Self { plant, data, rupture, stems, report: StepReport::default() })
+        Ok(Self { plant, data, rupture, stems, untouched, report: StepReport::default() })
     }
 
     /// Advances one frame: substeps with the friction of broken joints, then rupture and stems once.
@@ -112,13 +115,12 @@ impl TreeWorld {
         let snapped = self.rupture.end_frame(tree, model, &mut self.data, &spec.wood, gravity);
         fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
-        let untouched = vec![Touch::default(); fruit.len()];
         let fruit_events = self.stems.end_frame(
             fruit,
             model,
             &mut self.data,
             &spec.fruit,
-            &untouched,
+            &self.untouched,
             rest,
             &Pose::identity(),
             |_| Vec3::zeros(),

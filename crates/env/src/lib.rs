@@ -21,7 +21,7 @@
 
 use orchard_robot::{Command, Observation, RobotModel};
 use orchard_spec::Spec;
-use orchard_world::{World, WorldError, WorldEvent};
+use orchard_world::{Snapshot, SnapshotError, World, WorldError, WorldEvent};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
@@ -52,6 +52,22 @@ pub enum EnvError {
         given: usize,
         /// Worlds.
         worlds: usize,
+    },
+    /// There is not one snapshot a world.
+    #[error("{given} snapshots for {worlds} worlds")]
+    SnapshotCount {
+        /// Snapshots given.
+        given: usize,
+        /// Worlds.
+        worlds: usize,
+    },
+    /// A snapshot that its world does not take.
+    #[error("snapshot {index}: {source}")]
+    Snapshot {
+        /// Place of the world in [`Env::worlds`].
+        index: usize,
+        /// Why.
+        source: SnapshotError,
     },
 }
 
@@ -92,6 +108,34 @@ impl Env {
     /// Brings every world back to its start.
     pub fn reset(&mut self) {
         self.worlds.par_iter_mut().for_each(World::reset);
+    }
+
+    /// A snapshot of every world.
+    pub fn snapshot(&self) -> Vec<Snapshot> {
+        self.worlds.par_iter().map(World::snapshot).collect()
+    }
+
+    /// Goes back to snapshots, one a world.
+    ///
+    /// # Errors
+    /// There is not one snapshot a world, or one belongs to another world; then no world has changed. The
+    /// first that does not fit is named.
+    pub fn restore(&mut self, snapshots: &[Snapshot]) -> Result<(), EnvError> {
+        if snapshots.len() != self.worlds.len() {
+            return Err(EnvError::SnapshotCount { given: snapshots.len(), worlds: self.worlds.len() });
+        }
+        let at = |index| move |source| EnvError::Snapshot { index, source };
+        for (index, (world, snapshot)) in self.worlds.iter().zip(snapshots).enumerate() {
+            world.check(snapshot).map_err(at(index))?;
+        }
+        let restored: Vec<Result<(), EnvError>> = self
+            .worlds
+            .par_iter_mut()
+            .zip(snapshots)
+            .enumerate()
+            .map(|(index, (world, snapshot))| world.restore(snapshot).map_err(at(index)))
+            .collect();
+        restored.into_iter().collect()
     }
 
     /// What every robot senses now.

@@ -4,9 +4,10 @@ use crate::FruitSet;
 use orchard_geometry::{Pose, Vec3, inverse_transform, transform};
 use orchard_multibody::{Data, Model};
 use orchard_spec::fruit::FruitSpec;
+use serde::{Deserialize, Serialize};
 
 /// Where a fruit rests for good.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Resting {
     /// In the bucket, at a point of the bucket's frame [m].
     Bucket(Vec3),
@@ -15,7 +16,7 @@ pub enum Resting {
 }
 
 /// What a fruit is doing.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Phase {
     /// On its stem.
     Hanging,
@@ -50,7 +51,7 @@ pub enum FruitEvent {
 }
 
 /// Counters and phase of one fruit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Life {
     phase: Phase,
     pull_frames: u32,
@@ -61,7 +62,7 @@ struct Life {
 }
 
 /// The state of every fruit of one tree.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FruitLives {
     lives: Vec<Life>,
     frame_peak: f64,
@@ -100,6 +101,11 @@ impl FruitLives {
             speed_before: 0.0,
         };
         Self { lives: vec![life; set.len()], frame_peak: 0.0, peak: 0.0 }
+    }
+
+    /// Whether this is the state of as many fruit.
+    pub fn fits(&self, set: &FruitSet) -> bool {
+        self.lives.len() == set.len()
     }
 
     /// Phase of a fruit.

@@ -1,6 +1,7 @@
 //! State, inputs and scratch of one world.
 
 use orchard_geometry::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::aba::{Change, Factor, Impulse};
 use crate::contact::ContactScratch;
@@ -9,8 +10,8 @@ use crate::model::{BodyId, Groups, JointKind, Model, PointId};
 use crate::solver::LinearScratch;
 use crate::spatial::Twist;
 
-/// State, the inputs of the next step, and scratch of one world. A clone is a snapshot: a step from it gives
-/// the same bits.
+/// State, the inputs of the next step, and scratch of one world. A step from a clone gives the same bits;
+/// [`Data::state`] keeps only what that needs.
 ///
 /// Per-joint arrays are indexed by [`Model::dofs`] (`q` by [`Model::qs`]), the others by id.
 #[derive(Debug, Clone)]
@@ -222,10 +223,17 @@ impl Data {
 }
 
 /// Positions and velocities of a world at one moment.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     q: Vec<f64>,
     v: Vec<f64>,
     /// Position, velocity and angular velocity of each point body.
     points: Vec<[Vec3; 3]>,
+}
+
+impl Motion {
+    /// Whether this is the motion of a world of this model.
+    pub fn fits(&self, model: &Model) -> bool {
+        self.q.len() == model.nq() && self.v.len() == model.nv() && self.points.len() == model.points.len()
+    }
 }

@@ -77,7 +77,7 @@ struct JointMotion {
 /// Returns at once if they are so already. Afterwards the accessors of [`Data`] that name kinematics hold.
 pub fn forward_kinematics(model: &Model, data: &mut Data) {
     let kinematics = &mut data.kinematics;
-    if kinematics.q == data.q && kinematics.v == data.v {
+    if same_bits(&kinematics.q, &data.q) && same_bits(&kinematics.v, &data.v) {
         return;
     }
     kinematics.q.copy_from_slice(&data.q);
@@ -121,6 +121,11 @@ pub fn forward_kinematics(model: &Model, data: &mut Data) {
             bias_acceleration,
         };
     }
+}
+
+/// Whether two states are the same to the bits: 0 and -0 are equal, but give zeros of other signs.
+fn same_bits(one: &[f64], other: &[f64]) -> bool {
+    one.iter().zip(other).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
 /// Rotation about a unit axis.

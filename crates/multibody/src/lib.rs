@@ -52,6 +52,7 @@ pub mod model;
 pub mod rnea;
 pub mod solver;
 pub mod spatial;
+mod state;
 pub mod statics;
 pub mod step;
 mod symmetric;
@@ -71,5 +72,6 @@ pub use model::{
 pub use rnea::{gravity_torque, inertia_product, inverse_dynamics};
 pub use solver::{LinearSolve, Preconditioner, Solver};
 pub use spatial::{Twist, Wrench};
+pub use state::{State, StateError};
 pub use statics::{StaticsError, equilibrium};
 pub use step::{Integrator, StepReport, StepSettings, step};

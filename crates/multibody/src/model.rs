@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Shape, Vec3};
+use serde::{Deserialize, Serialize};
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         pub struct $name(pub u32);
 
         impl $name {
@@ -34,7 +35,7 @@ id!(
 );
 
 /// What a joint lets its body do. Axes are in the joint frame, which is the body frame at q = 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum JointKind {
     /// Nothing.
     Weld,
@@ -88,7 +89,7 @@ impl JointKind {
 }
 
 /// Mass, centre of mass and rotational inertia of a link, in its body frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SpatialInertia {
     /// Mass [kg].
     pub mass: f64,
@@ -99,7 +100,7 @@ pub struct SpatialInertia {
 }
 
 /// A link and the joint that holds it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Body {
     /// Parent link; `None` is the world.
     pub parent: Option<BodyId>,
@@ -116,7 +117,7 @@ pub struct Body {
 ///
 /// While tethered, a spring-damper pulls it to its hang point; the pull loads the anchor's link within the
 /// same linear solve (the point is eliminated as a leaf). Untethered it is a free mass, with no model edit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointBody {
     /// Mass [kg].
     pub mass: f64,
@@ -127,7 +128,7 @@ pub struct PointBody {
 }
 
 /// Spring-damper between a point body and a point of a link.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tether {
     /// Link that carries the anchor.
     pub body: BodyId,
@@ -148,7 +149,7 @@ pub struct Tether {
 }
 
 /// A linear relation held by a stiff spring-damper: `q[dof_a] = ratio * q[dof_b]` (coupled gripper fingers).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Coupling {
     /// First degree of freedom (index into v).
     pub dof_a: usize,
@@ -174,7 +175,7 @@ pub enum Owner {
 }
 
 /// Collision groups as bit masks: a pair may touch if each one's `filter` holds a bit of the other's `member`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Groups {
     /// Groups it belongs to.
     pub member: u32,

@@ -2,6 +2,7 @@
 
 use nalgebra::Quaternion;
 use orchard_geometry::{Rotation, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{self, ContactPath, ContactReport};
 use crate::data::Data;
@@ -42,7 +43,7 @@ pub struct StepSettings {
 }
 
 /// What a substep did. Reuse it: its buffers are kept.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// Contacts that were candidates of the step; the force of an open one is zero.
     pub contacts: Vec<ContactReport>,

@@ -28,4 +28,4 @@ pub use ik::{IkFailure, IkTarget};
 pub use io::{ARM_DOF, Command, Observation};
 pub use model::RobotModel;
 pub use observe::observe;
-pub use servo::Servos;
+pub use servo::{Servos, SetPoints};

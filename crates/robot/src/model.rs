@@ -16,6 +16,7 @@ use orchard_multibody::{
 /// A mobile manipulator: planar base, height, arm of seven hinges, two fingers, bucket, wrist camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotModel {
+    urdf: String,
     articulation: Articulation,
     config: RobotConfig,
     pub(crate) roles: Roles,
@@ -33,7 +34,7 @@ impl RobotModel {
         let roles = Roles::find(&articulation, &config.parts)?;
         let kinematics = ArmKinematics::new(&articulation, &roles, config)?;
         let whole = whole_inertia(&articulation, &roles, config);
-        Ok(Self { articulation, config: config.clone(), roles, kinematics, whole })
+        Ok(Self { urdf: text.to_owned(), articulation, config: config.clone(), roles, kinematics, whole })
     }
 
     /// The robot of preset `paper`.
@@ -45,6 +46,11 @@ impl RobotModel {
             Ok(robot) => robot,
             Err(e) => unreachable!("embedded preset: {e}"),
         }
+    }
+
+    /// The URDF text that it was read from.
+    pub fn urdf(&self) -> &str {
+        &self.urdf
     }
 
     /// The moving links.

@@ -13,12 +13,19 @@ use crate::model::RobotModel;
 use nalgebra::Vector2;
 use orchard_geometry::{Vec3, math};
 use orchard_multibody::{Data, Model};
+use serde::{Deserialize, Serialize};
 
 /// Drives of one robot. Holds the set points, which move no faster than the hardware allows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servos {
     robot: Parameters,
-    /// Base velocity set point: forward, left, yaw rate, in the base frame.
+    set: SetPoints,
+}
+
+/// Where the drives of a robot are heading: all of [`Servos`] that a step changes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SetPoints {
+    /// Forward, left, yaw rate, in the base frame.
     base_velocity: [f64; 3],
     arm_target: [f64; ARM_DOF],
     finger_target: [f64; 2],
@@ -108,9 +115,11 @@ impl Servos {
         let start = robot.start_command();
         let kinematics = robot.kinematics().clone();
         Self {
-            base_velocity: [0.0; 3],
-            arm_target: start.arm_q,
-            finger_target: [start.finger_q; 2],
+            set: SetPoints {
+                base_velocity: [0.0; 3],
+                arm_target: start.arm_q,
+                finger_target: [start.finger_q; 2],
+            },
             robot: Parameters {
                 base: Drive {
                     damping: c.base.damping.si(),
@@ -136,6 +145,16 @@ impl Servos {
                 yaw_inertia: robot.yaw_inertia(),
             },
         }
+    }
+
+    /// The set points.
+    pub fn set_points(&self) -> &SetPoints {
+        &self.set
+    }
+
+    /// Goes back to earlier set points.
+    pub fn restore(&mut self, set: &SetPoints) {
+        self.set = *set;
     }
 
     /// Sets the inputs of the next substep of length `h` [s]. `height` is the set point of the chassis height
@@ -196,15 +215,15 @@ impl Servos {
             let [x, y, yaw] = command.base_velocity;
             let step = base.acceleration_max * h;
             let wanted = Vector2::new(x, y).map(|v| v.clamp(-base.speed_max, base.speed_max));
-            let now = Vector2::new(self.base_velocity[0], self.base_velocity[1]);
+            let now = Vector2::new(self.set.base_velocity[0], self.set.base_velocity[1]);
             let next = now + (wanted - now).cap_magnitude(step);
             let yaw = yaw.clamp(-turn.speed_max, turn.speed_max);
-            let yaw_rate = toward(self.base_velocity[2], yaw, turn.acceleration_max * h);
-            self.base_velocity = [next.x, next.y, yaw_rate];
+            let yaw_rate = toward(self.set.base_velocity[2], yaw, turn.acceleration_max * h);
+            self.set.base_velocity = [next.x, next.y, yaw_rate];
         }
         let (dof, yaw) = (model.dofs(handle.planar).start, data.q[model.qs(handle.planar).start + 2]);
         let (sin, cos) = math::sin_cos(yaw);
-        let [forward, left, yaw_rate] = self.base_velocity;
+        let [forward, left, yaw_rate] = self.set.base_velocity;
         // The planar joint's x and y are axes of odom; the set point is in the base's.
         let set = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
         let now = Vector2::new(data.v[dof], data.v[dof + 1]);
@@ -234,7 +253,7 @@ impl Servos {
         let inertia = arm.reflected_inertia(&q);
         for i in 0..ARM_DOF {
             let limit = arm.limits()[i];
-            let target = &mut self.arm_target[i];
+            let target = &mut self.set.arm_target[i];
             if command.arm_q[i].is_finite() {
                 let wanted = command.arm_q[i].clamp(limit.lower, limit.upper);
                 *target = toward(*target, wanted, limit.velocity * h);
@@ -261,14 +280,14 @@ impl Servos {
             let (lower, upper) = self.robot.finger_range[i];
             if command.finger_q.is_finite() {
                 let wanted = command.finger_q.clamp(lower, upper);
-                let next = toward(self.finger_target[i], wanted, self.robot.finger_speed * h);
+                let next = toward(self.set.finger_target[i], wanted, self.robot.finger_speed * h);
                 // Against an object the set point waits where it exerts the limit, so that opening is prompt.
                 let reach = limit / gains.stiffness;
-                self.finger_target[i] = next.max(q - reach).min(q + reach).clamp(lower, upper);
+                self.set.finger_target[i] = next.max(q - reach).min(q + reach).clamp(lower, upper);
             }
             let inertia = model.body(body).inertia.mass;
             let joint = Joint { q, v: data.v[dof], inertia };
-            write(data, dof, gains.input(&joint, self.finger_target[i], 0.0, limit, h));
+            write(data, dof, gains.input(&joint, self.set.finger_target[i], 0.0, limit, h));
         }
     }
 }

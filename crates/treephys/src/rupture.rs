@@ -4,9 +4,10 @@ use crate::TreeBody;
 use orchard_geometry::{Vec3, transform};
 use orchard_multibody::{Data, Model};
 use orchard_spec::wood::WoodSpec;
+use serde::{Deserialize, Serialize};
 
 /// A joint that has broken.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Break {
     /// Segment whose base joint broke.
     pub segment: usize,
@@ -23,7 +24,7 @@ pub struct Break {
 }
 
 /// Rupture state of one tree.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rupture {
     frames_over: Vec<u32>,
     debris: Vec<bool>,
@@ -40,6 +41,14 @@ impl Rupture {
             breaks: Vec::new(),
             peak_ratio: 0.0,
         }
+    }
+
+    /// Whether this is the state of a tree with as many segments.
+    pub fn fits(&self, tree: &TreeBody) -> bool {
+        let Self { frames_over, debris, breaks, peak_ratio: _ } = self;
+        frames_over.len() == tree.len()
+            && debris.len() == tree.len()
+            && breaks.iter().all(|b| b.segment < tree.len())
     }
 
     /// The joints that broke, in the order in which they did.

@@ -1,7 +1,9 @@
 //! What happens in a world, told with the frame in which it did.
 
+use serde::{Deserialize, Serialize};
+
 /// Something a benchmark counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum WorldEvent {
     /// Both fingers press on a fruit for the first time since both last let go.
     FruitGripped {
@@ -45,7 +47,7 @@ pub enum WorldEvent {
 }
 
 /// Whether a world can go on.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Status {
     /// It runs.
     #[default]

@@ -2,19 +2,26 @@
 //!
 //! [`World::new`] is a function of (spec, robot, seed, world index) alone. A frame is
 //! observation -> command -> [`World::step`] -> [`WorldEvent`]s; nothing that a controller receives holds a
-//! pose or a label of the world. [`truth`] is what a benchmark may ask.
+//! pose or a label of the world. [`truth`] is what a benchmark may ask. A [`Snapshot`] keeps a world at one moment,
+//! in memory or as bytes, to go on from there with the same bits.
 
 mod build;
 mod camera;
+mod envelope;
 mod event;
 pub mod groups;
+mod identity;
 mod reach;
 mod scene;
+mod snapshot;
 mod touch;
 pub mod truth;
 mod world;
 
 pub use build::WorldError;
 pub use camera::CameraTruth;
+pub use envelope::FORMAT_VERSION;
 pub use event::{Status, WorldEvent};
+pub use identity::Difference;
+pub use snapshot::{Snapshot, SnapshotError};
 pub use world::World;

@@ -3,7 +3,9 @@
 use crate::build::{Parts, WorldError, build};
 use crate::camera::{self, CameraTruth};
 use crate::event::{Status, WorldEvent};
+use crate::identity::Identity;
 use crate::scene;
+use crate::snapshot::Shot;
 use crate::touch::{FruitTouch, fruit_touches};
 use orchard_camera::Scene;
 use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
@@ -29,33 +31,39 @@ const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
 /// Set point of the chassis height on flat ground [m].
 const FLAT_GROUND: f64 = 0.0;
 
-/// One orchard world. Cloning it is a snapshot.
+/// One orchard world. A clone goes on with the same bits; [`World::snapshot`] is smaller and can be written down.
 #[derive(Debug, Clone)]
 pub struct World {
     spec: Arc<Spec>,
     robot: Arc<RobotModel>,
-    parts: Arc<Parts>,
+    pub(crate) parts: Arc<Parts>,
+    pub(crate) identity: Identity,
     intrinsics: Intrinsics,
-    start: Arc<Data>,
-    state: State,
+    pub(crate) start: Arc<Data>,
+    pub(crate) state: State,
 }
 
 /// Everything that a frame changes.
 #[derive(Debug, Clone)]
-struct State {
-    data: Data,
-    rupture: Rupture,
-    fruit: FruitLives,
-    servos: Servos,
-    frame: u32,
-    status: Status,
-    events: Vec<WorldEvent>,
-    gripped: Vec<bool>,
-    touches: Vec<FruitTouch>,
-    report: StepReport,
+pub(crate) struct State {
+    pub data: Data,
+    pub rupture: Rupture,
+    pub fruit: FruitLives,
+    pub servos: Servos,
+    pub frame: u32,
+    pub status: Status,
+    pub events: Vec<WorldEvent>,
+    pub gripped: Vec<bool>,
+    /// Who presses on each fruit, by the report.
+    pub touches: Vec<FruitTouch>,
+    /// The same for the rules of the fruit; scratch of the end of a frame.
+    pub touched: Vec<Touch>,
+    pub report: StepReport,
     /// Where the latest substep began.
-    before: Motion,
-    image: Option<CameraTruth>,
+    pub before: Motion,
+    pub image: Option<Arc<CameraTruth>>,
+    /// What the image was drawn from.
+    pub shot: Option<Shot>,
 }
 
 impl World {
@@ -72,7 +80,8 @@ impl World {
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let intrinsics = camera::intrinsics(&spec.camera);
         let state = State::new(&parts, &robot, data.clone());
-        Ok(Self { spec, robot, parts: Arc::new(parts), intrinsics, start: Arc::new(data), state })
+        let identity = Identity::new(&spec, &robot, seed, world, &parts);
+        Ok(Self { spec, robot, parts: Arc::new(parts), identity, intrinsics, start: Arc::new(data), state })
     }
 
     /// Brings the world back to its start.
@@ -114,16 +123,13 @@ impl World {
     pub fn observe(&mut self) -> Observation {
         let period = (self.spec.sim.frame_rate.si() / self.spec.camera.rate.si()).round().max(1.0) as u32;
         let depth = self.state.frame.is_multiple_of(period).then(|| {
-            let truth = camera::shoot(
-                &self.spec.camera,
-                &self.intrinsics,
-                self.scene(),
-                self.x_world_camera(),
-                self.state.frame,
-                self.parts.fruit.len(),
-            );
+            let truth = self.shoot(&self.state.data, self.state.frame);
             let depth = truth.image.depth.clone();
-            self.state.image = Some(truth);
+            let State { data, image, shot, .. } = &mut self.state;
+            let shot = shot.get_or_insert_default();
+            shot.frame = truth.frame;
+            data.save_motion(&mut shot.motion);
+            *image = Some(Arc::new(truth));
             depth
         });
         let time = f64::from(self.state.frame) * self.spec.sim.frame();
@@ -132,9 +138,24 @@ impl World {
         Observation { depth, ..proprioception }
     }
 
+    /// Takes a depth image of a state.
+    pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
+        camera::shoot(
+            &self.spec.camera,
+            &self.intrinsics,
+            self.scene_of(data),
+            self.parts.handle.x_world_camera(data),
+            frame,
+            self.parts.fruit.len(),
+        )
+    }
+
     /// The visible scene of the present state.
     pub fn scene(&self) -> Scene {
-        let data = &self.state.data;
+        self.scene_of(&self.state.data)
+    }
+
+    fn scene_of(&self, data: &Data) -> Scene {
         let shapes: Vec<Shape> = self
             .parts
             .skeleton
@@ -148,7 +169,7 @@ impl World {
             shapes: &shapes,
             leaves: &self.parts.skeleton.leaves,
             fruit_radius: &fruit_radius,
-            robot: self.robot_shapes(),
+            robot: self.robot_shapes(data),
         };
         scene::build(&visible, data, &self.parts.fruit.points)
     }
@@ -168,10 +189,10 @@ impl World {
     }
 
     /// The robot's shapes, posed in the world.
-    fn robot_shapes(&self) -> Vec<(Shape, Pose)> {
+    fn robot_shapes(&self, data: &Data) -> Vec<(Shape, Pose)> {
         let links = &self.robot.articulation().links;
         let posed = links.iter().zip(&self.parts.handle.bodies).flat_map(|(link, &body)| {
-            let x_world_link = *self.state.data.x_world_body(body);
+            let x_world_link = *data.x_world_body(body);
             link.shapes.iter().map(move |s| (s.shape.clone(), x_world_link * s.x_link_shape))
         });
         posed.collect()
@@ -259,7 +280,7 @@ impl World {
 
     /// The truth behind the latest depth image.
     pub fn camera_truth(&self) -> Option<&CameraTruth> {
-        self.state.image.as_ref()
+        self.state.image.as_deref()
     }
 
     /// Whether both fingers press on a fruit.
@@ -291,9 +312,11 @@ impl State {
             events: Vec::new(),
             gripped: vec![false; n],
             touches: vec![FruitTouch::default(); n],
+            touched: vec![Touch::default(); n],
             report: StepReport::default(),
             before: Motion::default(),
             image: None,
+            shot: None,
         }
     }
 
@@ -324,11 +347,10 @@ impl State {
 
         fruit_touches(&parts.colliders, &self.report, &mut self.touches);
         let x_world_base = parts.handle.x_world_base(&self.data);
-        let mut touch = vec![Touch::default(); parts.fruit.len()];
         for (i, t) in self.touches.iter().enumerate() {
             let p_base =
                 inverse_transform(&x_world_base, &self.data.point_p_world[parts.fruit.points[i].index()]);
-            touch[i] = Touch {
+            self.touched[i] = Touch {
                 ground: t.ground,
                 finger: t.fingers[0] || t.fingers[1],
                 in_bucket: parts.handle.bucket.contains(&p_base),
@@ -337,7 +359,7 @@ impl State {
             if gripped && !self.gripped[i] {
                 self.events.push(WorldEvent::FruitGripped { fruit: i, frame });
             }
-            self.gripped[i] = gripped || (self.gripped[i] && touch[i].finger);
+            self.gripped[i] = gripped || (self.gripped[i] && self.touched[i].finger);
         }
         let rest = RestRule {
             speed: spec.sim.sleep_speed.si(),
@@ -349,7 +371,7 @@ impl State {
             &parts.model,
             &mut self.data,
             &spec.fruit,
-            &touch,
+            &self.touched,
             rest,
             &x_world_base,
             bucket_velocity,

@@ -24,6 +24,7 @@ mod rows;
 mod terrain;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::data::Data;
 use crate::kinematics::Kinematics;
@@ -57,7 +58,7 @@ pub enum ContactPath {
 }
 
 /// A contact of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactReport {
     /// First collider.
     pub a: ColliderId,
@@ -90,6 +91,13 @@ pub(crate) struct ContactScratch {
     delassus: Delassus,
     coordinates: Coordinates,
     newton: Newton,
+}
+
+/// Where the next contact solve starts from: all that outlives a step in [`ContactScratch`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WarmStart {
+    contacts: Vec<ContactReport>,
+    couplings: Vec<Vec3>,
 }
 
 /// Pose of a collider in the world.
@@ -142,6 +150,15 @@ pub(crate) fn solve_contacts(
 }
 
 impl ContactScratch {
+    pub fn warm_start(&self) -> WarmStart {
+        WarmStart { contacts: self.last.clone(), couplings: self.last_couplings.clone() }
+    }
+
+    pub fn set_warm_start(&mut self, warm_start: &WarmStart) {
+        self.last.clone_from(&warm_start.contacts);
+        self.last_couplings.clone_from(&warm_start.couplings);
+    }
+
     /// Finds the contact points of this step.
     fn collide(&mut self, model: &Model, data: &Data, margin: f64) {
         self.contacts.clear();

@@ -1,0 +1,103 @@
+//! Which world a snapshot belongs to, told by content: it does not depend on the code that built the world.
+
+use crate::build::Parts;
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+type Hash = [u8; 32];
+
+/// What a world was built from, and what came of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Identity {
+    spec: Hash,
+    robot: Hash,
+    seed: u64,
+    world: u32,
+    /// What moves: other code may grow another tree from the same seed.
+    model: Hash,
+}
+
+/// In what a snapshot's world differs from the one that was to be restored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Difference {
+    /// Other config.
+    #[error("it was saved under another spec")]
+    Spec,
+    /// Other robot.
+    #[error("it was saved with another robot")]
+    Robot,
+    /// Other seed.
+    #[error("it was saved under seed {saved}, this is seed {here}")]
+    Seed {
+        /// Of the snapshot.
+        saved: u64,
+        /// Of this world.
+        here: u64,
+    },
+    /// Other index under the same seed.
+    #[error("it is a snapshot of world {saved}, this is world {here}")]
+    World {
+        /// Of the snapshot.
+        saved: u32,
+        /// Of this world.
+        here: u32,
+    },
+    /// The same in everything, but this version of the code builds something else from it.
+    #[error(
+        "it was saved by another version of the code, which built other bodies from this config and seed"
+    )]
+    Model,
+}
+
+impl Identity {
+    pub fn new(spec: &Spec, robot: &RobotModel, seed: u64, world: u32, parts: &Parts) -> Self {
+        let model = &parts.model;
+        Self {
+            spec: hash(&[&json(spec)]),
+            robot: hash(&[robot.urdf().as_bytes(), &json(robot.config())]),
+            seed,
+            world,
+            model: hash(&[&bytes(&(model.bodies(), model.points(), model.couplings()))]),
+        }
+    }
+
+    /// The first difference of a saved world from this one.
+    pub fn check(&self, saved: &Self) -> Result<(), Difference> {
+        let found = if saved.spec != self.spec {
+            Difference::Spec
+        } else if saved.robot != self.robot {
+            Difference::Robot
+        } else if saved.seed != self.seed {
+            Difference::Seed { saved: saved.seed, here: self.seed }
+        } else if saved.world != self.world {
+            Difference::World { saved: saved.world, here: self.world }
+        } else if saved.model != self.model {
+            Difference::Model
+        } else {
+            return Ok(());
+        };
+        Err(found)
+    }
+}
+
+/// SHA-256 over some parts, each with its length.
+fn hash(parts: &[&[u8]]) -> Hash {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part);
+    }
+    hash.finalize().into()
+}
+
+/// A config as text: the order of fields and the shortest digits that give a number back are the same everywhere.
+fn json(config: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(config).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
+}
+
+/// Numbers with all their bits.
+fn bytes(value: &impl Serialize) -> Vec<u8> {
+    postcard::to_stdvec(value).unwrap_or_else(|e| unreachable!("numbers, lists and options serialise: {e}"))
+}

@@ -1,0 +1,246 @@
+//! A world at one moment, in memory or as the bytes of a file.
+
+use crate::camera::CameraTruth;
+use crate::envelope;
+use crate::event::{Status, WorldEvent};
+use crate::identity::{Difference, Identity};
+use crate::touch::fruit_touches;
+use crate::world::{State, World};
+use orchard_fruit::FruitLives;
+use orchard_multibody::{Data, Motion, StateError, StepReport};
+use orchard_robot::SetPoints;
+use orchard_treephys::Rupture;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A snapshot that cannot be read, or not be restored into a world.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SnapshotError {
+    /// Other first bytes.
+    #[error("not a snapshot of a world")]
+    NotASnapshot,
+    /// Written by newer or older code.
+    #[error(
+        "{} format of snapshot: version {found}, this code reads version {known}",
+        if found > known { "newer" } else { "outdated" }
+    )]
+    Version {
+        /// Version of the bytes.
+        found: u32,
+        /// Version that this code reads.
+        known: u32,
+    },
+    /// The end is missing.
+    #[error("the snapshot is cut off: {found} of {expected} bytes")]
+    CutOff {
+        /// Bytes that it should have.
+        expected: u64,
+        /// Bytes that are there.
+        found: u64,
+    },
+    /// Something follows its end.
+    #[error("{found} bytes, but the snapshot ends after {expected}")]
+    Surplus {
+        /// Bytes that it should have.
+        expected: u64,
+        /// Bytes that are there.
+        found: u64,
+    },
+    /// Some bytes have changed.
+    #[error("the snapshot is damaged: its checksum is wrong")]
+    Damaged,
+    /// Whole, but not what a snapshot holds.
+    #[error("the snapshot does not read: {0}")]
+    Unreadable(postcard::Error),
+    /// A snapshot of something else.
+    #[error("the snapshot belongs to another world: {0}")]
+    OtherWorld(#[from] Difference),
+    /// Right world, wrong multibody state.
+    #[error("the snapshot does not fit its world: {0}")]
+    State(#[from] StateError),
+    /// Right world, wrong content.
+    #[error("the snapshot does not fit its world: wrong {0}")]
+    Content(&'static str),
+}
+
+/// A world at one moment: all that its future depends on. Tree, model and robot are not in it; whoever restores
+/// it builds the same world first.
+///
+/// [`World::restore`] goes back to it, and the same commands then give the same bits as if nothing had
+/// happened. So does a restored copy of [`Snapshot::to_bytes`] in another process or on another machine. The
+/// checksum tells damage, not forgery.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    content: Content,
+    /// Saves drawing the latest image again.
+    image: Option<Arc<CameraTruth>>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Content {
+    identity: Identity,
+    data: orchard_multibody::State,
+    rupture: Rupture,
+    fruit: FruitLives,
+    servos: SetPoints,
+    frame: u32,
+    status: Status,
+    events: Vec<WorldEvent>,
+    gripped: Vec<bool>,
+    report: StepReport,
+    shot: Option<Shot>,
+}
+
+/// When the latest depth image was taken, and where everything was then: enough to draw it again.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Shot {
+    pub frame: u32,
+    pub motion: Motion,
+}
+
+impl Snapshot {
+    /// The bytes of a save file: magic, format version, what world it is, the state, checksum.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let body = postcard::to_stdvec(&self.content);
+        envelope::seal(&body.unwrap_or_else(|e| unreachable!("lists of numbers serialise: {e}")))
+    }
+
+    /// Reads what [`Snapshot::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// Not a snapshot, another format version, cut off, too long, damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        let body = envelope::open(bytes)?;
+        let (content, rest) = postcard::take_from_bytes(body).map_err(SnapshotError::Unreadable)?;
+        if !rest.is_empty() {
+            return Err(SnapshotError::Content("length"));
+        }
+        Ok(Self { content, image: None })
+    }
+
+    /// Frame in which it was taken.
+    pub fn frame(&self) -> u32 {
+        self.content.frame
+    }
+}
+
+impl World {
+    /// Takes a snapshot.
+    pub fn snapshot(&self) -> Snapshot {
+        // No `..`: whoever adds a field decides here whether the future depends on it.
+        let State {
+            data,
+            rupture,
+            fruit,
+            servos,
+            frame,
+            status,
+            events,
+            gripped,
+            report,
+            image,
+            shot,
+            touches: _,
+            touched: _,
+            before: _,
+        } = &self.state;
+        let content = Content {
+            identity: self.identity,
+            data: data.state(),
+            rupture: rupture.clone(),
+            fruit: fruit.clone(),
+            servos: *servos.set_points(),
+            frame: *frame,
+            status: status.clone(),
+            events: events.clone(),
+            gripped: gripped.clone(),
+            report: report.clone(),
+            shot: shot.clone(),
+        };
+        Snapshot { content, image: image.clone() }
+    }
+
+    /// Whether [`World::restore`] would take a snapshot.
+    ///
+    /// # Errors
+    /// It belongs to another world, or its content does not fit this one.
+    pub fn check(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (content, parts) = (&snapshot.content, &*self.parts);
+        self.identity.check(&content.identity)?;
+        self.state.data.check(&content.data)?;
+        let (fruit, segments, colliders) =
+            (parts.fruit.len(), parts.tree.len(), parts.model.colliders().len());
+        let event_fits = |event: &WorldEvent| match *event {
+            WorldEvent::FruitGripped { fruit: i, .. }
+            | WorldEvent::FruitDetached { fruit: i, .. }
+            | WorldEvent::FruitDeposited { fruit: i, .. }
+            | WorldEvent::FruitDropped { fruit: i, .. } => i < fruit,
+            WorldEvent::BranchSnapped { segment, .. } => segment < segments,
+        };
+        let contacts = &content.report.contacts;
+        let fits = [
+            (content.rupture.fits(&parts.tree), "ruptures"),
+            (content.fruit.fits(&parts.fruit) && content.gripped.len() == fruit, "fruit"),
+            (content.events.iter().all(event_fits), "events"),
+            (contacts.iter().all(|c| c.a.index() < colliders && c.b.index() < colliders), "contacts"),
+            (content.shot.as_ref().is_none_or(|shot| shot.motion.fits(&parts.model)), "image"),
+        ];
+        match fits.into_iter().find(|(fits, _)| !fits) {
+            Some((_, what)) => Err(SnapshotError::Content(what)),
+            None => Ok(()),
+        }
+    }
+
+    /// Goes back to a snapshot, of this world or of one built from the same spec, robot, seed and index.
+    ///
+    /// # Errors
+    /// As [`World::check`]; then nothing has changed.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.check(snapshot)?;
+        let Content {
+            identity: _,
+            data,
+            rupture,
+            fruit,
+            servos,
+            frame,
+            status,
+            events,
+            gripped,
+            report,
+            shot,
+        } = &snapshot.content;
+        let state = &mut self.state;
+        state.data.restore(&self.parts.model, data)?;
+        state.rupture.clone_from(rupture);
+        state.fruit.clone_from(fruit);
+        state.servos.restore(servos);
+        state.frame = *frame;
+        state.status.clone_from(status);
+        state.events.clone_from(events);
+        state.gripped.clone_from(gripped);
+        // The buffer stays, so that the next frames find it grown.
+        let mut contacts = std::mem::take(&mut state.report.contacts);
+        contacts.clone_from(&report.contacts);
+        state.report = StepReport { contacts, ..*report };
+        state.shot.clone_from(shot);
+        fruit_touches(&self.parts.colliders, report, &mut state.touches);
+        self.state.image = match (&snapshot.image, shot) {
+            (None, Some(shot)) => Some(Arc::new(self.redraw(shot))),
+            (image, _) => image.clone(),
+        };
+        Ok(())
+    }
+
+    /// Draws an earlier image again.
+    fn redraw(&self, shot: &Shot) -> CameraTruth {
+        let mut then = Data::clone(&self.start);
+        then.restore_motion(&shot.motion);
+        orchard_multibody::forward_kinematics(&self.parts.model, &mut then);
+        self.shoot(&then, shot.frame)
+    }
+}
+
+#[cfg(test)]
+#[path = "snapshot_tests.rs"]
+mod tests;

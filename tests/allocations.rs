@@ -1,0 +1,112 @@
+//! The hot loop allocates nothing once its buffers have grown.
+//!
+//! Each run is stepped twice from the same state: buffers grow the first time, allocations are counted the second
+//! time, on the thread that steps.
+
+use allocation_counter::measure;
+use orchard_batch::{Batch, TreeWorld};
+use orchard_geometry::Vec3;
+use orchard_multibody::{StepReport, step};
+use orchard_robot::{Command, RobotModel};
+use orchard_spec::Spec;
+use orchard_treephys::step_settings;
+use orchard_world::World;
+use std::sync::Arc;
+
+fn world(seed: u64) -> World {
+    World::new(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), seed, 0).unwrap()
+}
+
+fn hold() -> Command {
+    RobotModel::paper().start_command()
+}
+
+/// Contacts that press.
+fn pressing(report: &StepReport) -> usize {
+    report.contacts.iter().filter(|c| c.force_world != Vec3::zeros()).count()
+}
+
+/// Substeps of a world's multibody state as it is; gives the allocations of the second time and the most contacts
+/// that pressed at once.
+fn substeps(world: &World, count: usize) -> (u64, usize) {
+    let (model, settings) = (world.model(), step_settings(&world.spec().sim));
+    let mut data = world.data().clone();
+    let (start, mut report, mut most) = (data.state(), StepReport::default(), 0);
+    let mut run = |data: &mut _| {
+        for _ in 0..count {
+            step(model, data, &settings, &mut report);
+            most = most.max(pressing(&report));
+        }
+    };
+    run(&mut data);
+    data.restore(model, &start).unwrap();
+    let allocations = measure(|| run(&mut data)).count_total;
+    (allocations, most)
+}
+
+/// A default tree with its fruit, struck at a scaffold.
+#[test]
+fn a_moving_tree_allocates_nothing() {
+    let mut world = world(42);
+    let scaffold = world.skeleton().segments.iter().position(|s| s.order == 1).unwrap();
+    let dofs = world.model().dofs(world.tree().bodies[scaffold]);
+    world.data_mut().v[dofs].fill(1.0);
+    assert_eq!(substeps(&world, 180).0, 0);
+}
+
+/// All fruit off the stem: it falls, hits the ground and rolls, each fruit a contact.
+#[test]
+fn many_contacts_allocate_nothing() {
+    let mut world = world(42);
+    world.data_mut().tethered.fill(false);
+    for collider in world.fruit().colliders.clone() {
+        world.data_mut().groups[collider.index()] = orchard_world::groups::LOOSE_GROUPS;
+    }
+    let (allocations, contacts) = substeps(&world, 240);
+    assert!(contacts >= 8, "{contacts} contacts at most");
+    assert_eq!(allocations, 0);
+}
+
+/// Whole frames of a robot that drives through the canopy, with servos, stems and joints watched. A frame in which
+/// something breaks or comes off is another matter: groups of colliders change, events are listed. (At full speed the
+/// chassis would sink into the wood until parry looks for the way out, which allocates.)
+#[test]
+fn a_frame_of_a_world_allocates_nothing() {
+    let mut world = world(7);
+    let drive = Command { base_velocity: [0.6, 0.0, 0.0], ..hold() };
+    let (start, mut touching) = (world.snapshot(), 0);
+    let mut run = |world: &mut World| {
+        for _ in 0..600 {
+            world.step(&drive);
+            touching += usize::from(pressing(world.report()) > 0);
+        }
+    };
+    run(&mut world);
+    assert!(world.drain_events().is_empty(), "the robot broke something: choose another seed");
+    world.restore(&start).unwrap();
+    assert_eq!(measure(|| run(&mut world)).count_total, 0);
+    assert!(touching > 60, "contact in {touching} frames");
+}
+
+/// Trees in lanes, and the same trees in f64, swinging so gently that nothing breaks.
+#[test]
+fn batches_allocate_nothing() {
+    let spec = Arc::new(Spec::paper());
+    let mut worlds: Vec<TreeWorld> =
+        (0..20).map(|index| TreeWorld::grow(spec.clone(), 7, index).unwrap()).collect();
+    for world in &mut worlds {
+        world.data_mut().v.fill(0.1);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let mut batch = Batch::new(&worlds).unwrap();
+        assert_eq!(batch.step(1), []);
+        assert_eq!(measure(|| assert_eq!(batch.step(30), [])).count_total, 0);
+        worlds.truncate(2);
+        for world in &mut worlds {
+            world.step();
+            let frames = measure(|| (0..30).for_each(|_| assert_eq!(world.step(), [])));
+            assert_eq!(frames.count_total, 0);
+        }
+    });
+}
