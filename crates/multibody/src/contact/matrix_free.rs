@@ -15,7 +15,7 @@ use crate::vectors::{add_scaled, dot};
 
 /// A direction is solved for to the present residual (a Newton step then still squares it), to no less than this
 /// at first and no more than [`TIGHTEST`].
-const LOOSEST: f64 = 1e-2;
+const LOOSEST: f64 = 1e-1;
 /// Smallest relative residual that a direction is solved to.
 const TIGHTEST: f64 = 1e-8;
 /// Conjugate-gradient iterations of a direction for each of its coordinates; without round-off one is enough.

@@ -42,7 +42,7 @@ use rows::{Block, Guess};
 
 /// Rows up to which [`ContactPath::ByRows`] takes the direct path: where the dense factor and the iterations were
 /// measured to cost the same (`docs/computation/dynamics.md`, "Which path").
-pub const DIRECT_ROWS: usize = 600;
+pub const DIRECT_ROWS: usize = 450;
 
 /// How the contact impulses are solved for. The solution is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
