@@ -6,6 +6,7 @@ use crate::model::{
     Body, BodyId, Collider, ColliderId, Coupling, JointKind, Model, Owner, PointBody, PointId,
     SpatialInertia, Tether,
 };
+use crate::schedule::{runs, schedule};
 use crate::{Data, aba, kinematics};
 
 /// Asymmetry and negative eigenvalues of an inertia matrix that pass as round-off, relative to its norm.
@@ -152,6 +153,7 @@ impl ModelBuilder {
                 Owner::Point(id) => check_id("collider", index, "point", id.index(), points)?,
             }
         }
+        let (schedule, runs) = (schedule(&self.bodies), runs(&self.bodies));
         let model = Model {
             bodies: self.bodies,
             points: self.points,
@@ -160,6 +162,8 @@ impl ModelBuilder {
             q_start,
             v_start,
             movable,
+            runs,
+            schedule,
         };
         check_regular(&model)?;
         Ok(model)

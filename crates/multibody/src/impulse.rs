@@ -1,15 +1,19 @@
 //! Right-hand side of the step: impulses of all forces at the start of the substep.
 
+use nalgebra::Vector3;
 use orchard_geometry::Vec3;
 
 use crate::data::Data;
-use crate::model::{JointKind, Model, Tether};
-use crate::spatial::Wrench;
+use crate::lanes::{Packed, Pair, Real, each};
+use crate::model::{Model, Tether};
+use crate::schedule::Slot;
+use crate::spatial::{Twist, Wrench};
+use crate::symmetric::Symmetric3;
 
 /// Impulse of a tether on its point body if neither end's velocity changed [N s]: `h f(x + lead v, v)`.
 fn tether_impulse(data: &Data, tether: &Tether, index: usize, h: f64, lead: f64) -> Vec3 {
     let link = &data.kinematics.links[tether.body.index()];
-    let r_anchor = link.x_world_body.rotation * tether.p_body;
+    let r_anchor = link.turned(&tether.p_body);
     let x = data.point_p_world[index] - (link.origin() + r_anchor + tether.offset_world);
     let v = data.point_v_world[index] - link.velocity.linear_at(&r_anchor);
     -(x * tether.stiffness + v * (tether.damping + lead * tether.stiffness)) * h
@@ -54,34 +58,44 @@ fn predicted_reaction(
     data.anchor_bias_world[index] - (pull - change * kappa) / h
 }
 
+/// Impulse over `h` of weight, external force, velocity products and drag on some links, at their origins.
+#[inline(always)]
+fn link_impulse<S: Real>(links: &[usize], model: &Model, data: &Data, h: f64, gravity: &Vec3) -> Wrench<S> {
+    let poses = each(links, |link| &data.kinematics.links[link]);
+    let velocity = Twist::<S>::pack(|l| poses[l].velocity);
+    let bias = Twist::<S>::pack(|l| poses[l].bias_acceleration);
+    let (omega, r) = (&velocity.angular, &Vector3::pack(|l| poses[l].r_com));
+    let v_com = velocity.linear_at(r);
+    let a_com = bias.linear_at(r) + omega.cross(&omega.cross(r));
+    let mass = S::pack(|l| model.bodies[links[l]].inertia.mass);
+    let drag = v_com * S::pack(|l| data.linear_drag[links[l]]);
+    let force = (Vector3::pack(|_| *gravity) - a_com - drag) * mass
+        + Vector3::pack(|l| data.body_force_world[links[l]]);
+    let i_com = Symmetric3::<S>::pack(|l| poses[l].i_com);
+    let spin = i_com * *omega;
+    let torque_com = Vector3::pack(|l| data.body_torque_world[links[l]])
+        - i_com * bias.angular
+        - omega.cross(&spin)
+        - spin * S::pack(|l| data.angular_drag[links[l]]);
+    Wrench { torque: torque_com + r.cross(&force), force }.scaled(S::splat(h))
+}
+
 /// Fills `Data::impulse` with the impulses over `h` of all forces at the last kinematics, springs where they
 /// will be after `lead`: h is the right-hand side of the linearly implicit step, 0 gives the forces as they are.
 pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, lead: f64, gravity: &Vec3) {
     let mut impulse = std::mem::take(&mut data.impulse);
-    for (index, body) in model.bodies.iter().enumerate() {
-        let link = &data.kinematics.links[index];
-        let omega = &link.velocity.angular;
-        let (mass, r) = (body.inertia.mass, &link.r_com);
-        let v_com = link.velocity.linear_at(r);
-        let a_com = link.bias_acceleration.linear_at(r) + omega.cross(&omega.cross(r));
-        let force = (gravity - a_com - v_com * data.linear_drag[index]) * mass + data.body_force_world[index];
-        let spin = link.i_com * *omega;
-        let torque_com = data.body_torque_world[index]
-            - link.i_com * link.bias_acceleration.angular
-            - omega.cross(&spin)
-            - spin * data.angular_drag[index];
-        impulse.body[index] =
-            (Wrench { torque: torque_com, force: Vec3::zeros() } + Wrench::of_force_at(force, r)).scaled(h);
-        let q_start = model.q_start[index];
-        for (k, dof) in (model.v_start[index]..model.v_start[index + 1]).enumerate() {
-            let mut torque = data.torque[dof] - data.damping[dof] * data.v[dof];
-            if body.joint != JointKind::Free {
-                let stretch = data.q[q_start + k] - data.rest[dof] + lead * data.v[dof];
-                torque -= data.stiffness[dof] * stretch;
+    for slot in &model.schedule {
+        match slot {
+            Slot::One([index]) => {
+                impulse.body[*index] = link_impulse::<f64>(&[*index], model, data, h, gravity)
             }
-            impulse.dof[dof] = h * torque;
+            Slot::Two(links) => {
+                let both = link_impulse::<Pair>(links, model, data, h, gravity);
+                [impulse.body[links[0]], impulse.body[links[1]]] = [both.lane(0), both.lane(1)];
+            }
         }
     }
+    assemble_joints(model, data, h, lead, &mut impulse.dof);
     for (index, point) in model.points.iter().enumerate() {
         impulse.point[index] = point_impulse(model, data, index, h, gravity);
         let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[index]) else { continue };
@@ -97,4 +111,19 @@ pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, lead: f64, gravit
         impulse.body[tether.body.index()] += Wrench::of_force_at(reaction, &r_anchor);
     }
     data.impulse = impulse;
+}
+
+/// Impulses over `h` of drives, dampers and springs on the degrees of freedom.
+fn assemble_joints(model: &Model, data: &Data, h: f64, lead: f64, impulse: &mut [f64]) {
+    let dampers = data.torque.iter().zip(&data.damping).zip(&data.v);
+    for (impulse, ((torque, damping), v)) in impulse.iter_mut().zip(dampers) {
+        *impulse = h * (torque - damping * v);
+    }
+    for run in &model.runs {
+        let stretch = data.q[run.qs()].iter().zip(&data.rest[run.dofs()]).zip(&data.v[run.dofs()]);
+        let springs = data.stiffness[run.dofs()].iter().zip(stretch);
+        for (impulse, (stiffness, ((q, rest), v))) in impulse[run.dofs()].iter_mut().zip(springs) {
+            *impulse -= h * (stiffness * (q - rest + lead * v));
+        }
+    }
 }

@@ -1,9 +1,13 @@
 //! Forward kinematics: poses, joint axes, velocities and bias accelerations, root to tips.
 
+use nalgebra::{Quaternion, Vector3};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 
 use crate::data::Data;
+use crate::lanes::{Packed, Pair, Real, each, pack_rows};
 use crate::model::{JointKind, Model};
+use crate::rotation::{Turn, combine};
+use crate::schedule::Slot;
 use crate::spatial::Twist;
 use crate::symmetric::Symmetric3;
 
@@ -12,6 +16,8 @@ use crate::symmetric::Symmetric3;
 pub(crate) struct Link {
     /// Pose of the link.
     pub x_world_body: Pose,
+    /// Axes of the link: the columns of its rotation matrix.
+    pub turn: [Vec3; 3],
     /// From the parent's origin (the world's for a root) to this origin [m].
     pub r_parent: Vec3,
     /// From the origin to the centre of mass [m].
@@ -25,8 +31,27 @@ pub(crate) struct Link {
 }
 
 impl Link {
+    /// The world as a link that never moves.
+    fn world() -> Link {
+        Link {
+            x_world_body: Pose::identity(),
+            turn: [Vec3::x(), Vec3::y(), Vec3::z()],
+            r_parent: Vec3::zeros(),
+            r_com: Vec3::zeros(),
+            i_com: Symmetric3::ZERO,
+            velocity: Twist::ZERO,
+            bias_acceleration: Twist::ZERO,
+        }
+    }
+
     pub fn origin(&self) -> &Vec3 {
         &self.x_world_body.translation.vector
+    }
+
+    /// A vector of the link's frame in world axes.
+    #[inline]
+    pub fn turned(&self, vector: &Vec3) -> Vec3 {
+        combine(&self.turn, vector)
     }
 }
 
@@ -36,40 +61,39 @@ pub(crate) struct Kinematics {
     pub links: Vec<Link>,
     /// Axis of each degree of freedom, world.
     pub axes: Vec<Vec3>,
+    /// Parent of the roots.
+    world: Link,
     q: Vec<f64>,
     v: Vec<f64>,
 }
 
 impl Kinematics {
     pub fn new(model: &Model) -> Kinematics {
-        let link = Link {
-            x_world_body: Pose::identity(),
-            r_parent: Vec3::zeros(),
-            r_com: Vec3::zeros(),
-            i_com: Symmetric3::ZERO,
-            velocity: Twist::ZERO,
-            bias_acceleration: Twist::ZERO,
-        };
         Kinematics {
-            links: vec![link; model.bodies.len()],
+            links: vec![Link::world(); model.bodies.len()],
             axes: vec![Vec3::zeros(); model.nv()],
+            world: Link::world(),
             q: vec![f64::NAN; model.nq()],
             v: vec![f64::NAN; model.nv()],
         }
     }
+
+    fn parent<'a>(&'a self, model: &Model, index: usize) -> &'a Link {
+        model.bodies[index].parent.map_or(&self.world, |parent| &self.links[parent.index()])
+    }
 }
 
 /// Motion of a link relative to its parent.
-struct JointMotion {
-    /// Rotation of the link in the joint frame.
-    rotation: Rotation,
+struct JointMotion<S: Real> {
+    /// Rotation of the link in the world.
+    rotation: Turn<S>,
     /// From the joint frame's origin to the link's origin, world axes.
-    translation: Vec3,
+    translation: Vector3<S>,
     /// Velocity relative to the parent at the link's origin, world axes.
-    velocity: Twist,
+    velocity: Twist<S>,
     /// Part of the angular bias acceleration that the joint makes by itself: the second axis of a universal
     /// joint turns with the first.
-    bias_angular: Vec3,
+    bias_angular: Vector3<S>,
 }
 
 /// Brings poses, axes, velocities and bias accelerations up to `Data::q` and `Data::v`.
@@ -77,73 +101,130 @@ struct JointMotion {
 /// Returns at once if they are so already. Afterwards the accessors of [`Data`] that name kinematics hold.
 pub fn forward_kinematics(model: &Model, data: &mut Data) {
     let kinematics = &mut data.kinematics;
-    if same_bits(&kinematics.q, &data.q) && same_bits(&kinematics.v, &data.v) {
+    if are_same(&kinematics.q, &data.q) && are_same(&kinematics.v, &data.v) {
         return;
     }
     kinematics.q.copy_from_slice(&data.q);
     kinematics.v.copy_from_slice(&data.v);
-    for (index, body) in model.bodies.iter().enumerate() {
-        let (x_world_parent, parent_velocity, parent_bias) = match body.parent {
-            Some(parent) => {
-                let link = &kinematics.links[parent.index()];
-                (link.x_world_body, link.velocity, link.bias_acceleration)
+    for slot in &model.schedule {
+        match slot {
+            Slot::One([index]) => {
+                let frame = joint_frame::<f64>(model, kinematics, &[*index]);
+                let (q_start, v_start) = (model.q_start[*index], model.v_start[*index]);
+                let (q, v) = (&data.q[q_start..], &data.v[v_start..]);
+                let motion =
+                    joint_motion(&model.bodies[*index].joint, &frame, q, v, &mut kinematics.axes[v_start..]);
+                place(model, kinematics, &[*index], &motion);
             }
-            None => (Pose::identity(), Twist::ZERO, Twist::ZERO),
-        };
-        let joint_arm = x_world_parent.rotation * body.x_parent_joint.translation.vector;
-        let frame = x_world_parent.rotation * body.x_parent_joint.rotation;
-        let motion = joint_motion(
-            &body.joint,
-            &frame,
-            &data.q[model.q_start[index]..model.q_start[index + 1]],
-            &data.v[model.v_start[index]..model.v_start[index + 1]],
-            &mut kinematics.axes[model.v_start[index]..model.v_start[index + 1]],
-        );
-        let rotation = frame * motion.rotation;
-        let r_parent = joint_arm + motion.translation;
-        let origin = x_world_parent.translation.vector + r_parent;
-
-        // d/dt of the velocity recursion below with constant joint velocities; the joint's axes turn with
-        // the parent, which gives the cross products with the parent's angular velocity.
-        let omega = parent_velocity.angular;
-        let bias_acceleration = Twist {
-            angular: parent_bias.angular + omega.cross(&motion.velocity.angular) + motion.bias_angular,
-            linear: parent_bias.linear_at(&r_parent)
-                + omega.cross(&(omega.cross(&r_parent) + motion.velocity.linear * 2.0)),
-        };
-        let turn = rotation.to_rotation_matrix();
-        kinematics.links[index] = Link {
-            x_world_body: Pose::from_parts(origin.into(), rotation),
-            r_parent,
-            r_com: turn * body.inertia.p_com,
-            i_com: Symmetric3::rotated(&body.inertia.i_com, turn.matrix()),
-            velocity: parent_velocity.shifted(&r_parent) + motion.velocity,
-            bias_acceleration,
-        };
+            Slot::Two(links) => {
+                let frame = joint_frame::<Pair>(model, kinematics, links);
+                let q = pack_rows(each(links, |link| &data.q[model.q_start[link]..]));
+                let v = pack_rows(each(links, |link| &data.v[model.v_start[link]..]));
+                let (motion, axes) = universal_motion(&frame, q, v);
+                for (l, link) in links.iter().enumerate() {
+                    kinematics.axes[model.dof_range(*link)]
+                        .copy_from_slice(&[axes[0].lane(l), axes[1].lane(l)]);
+                }
+                place(model, kinematics, links, &motion);
+            }
+        }
     }
 }
 
-/// Whether two states are the same to the bits: 0 and -0 are equal, but give zeros of other signs.
-fn same_bits(one: &[f64], other: &[f64]) -> bool {
-    one.iter().zip(other).all(|(a, b)| a.to_bits() == b.to_bits())
+/// Whether two states are the same bits. No early end: the loop is one of vectors.
+fn are_same(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).fold(0, |differing, (a, b)| differing | (a.to_bits() ^ b.to_bits())) == 0
+}
+
+/// Rotation of the joint frame of links in the world.
+#[inline(always)]
+fn joint_frame<S: Real>(model: &Model, kinematics: &Kinematics, links: &[usize]) -> Turn<S> {
+    let parents = each(links, |link| kinematics.parent(model, link));
+    let bodies = each(links, |link| &model.bodies[link]);
+    let rotation = Turn::<S>::pack(|l| parents[l].x_world_body.rotation);
+    rotation.after(&Turn::pack(|l| bodies[l].x_parent_joint.rotation))
+}
+
+/// Places links on their parents.
+#[inline(always)]
+fn place<S: Real>(model: &Model, kinematics: &mut Kinematics, links: &[usize], motion: &JointMotion<S>) {
+    let parents = each(links, |link| kinematics.parent(model, link));
+    let bodies = each(links, |link| &model.bodies[link]);
+    let joint_arm = combine(
+        &<[Vector3<S>; 3]>::pack(|l| parents[l].turn),
+        &Vector3::pack(|l| bodies[l].x_parent_joint.translation.vector),
+    );
+    let r_parent = joint_arm + motion.translation;
+    let origin = Vector3::pack(|l| *parents[l].origin()) + r_parent;
+    let turn = motion.rotation.columns();
+
+    // The bias acceleration is d/dt of the velocity recursion with constant joint velocities; the joint's axes
+    // turn with the parent, which gives the cross products with the parent's angular velocity.
+    let velocity = Twist::<S>::pack(|l| parents[l].velocity);
+    let bias = Twist::<S>::pack(|l| parents[l].bias_acceleration);
+    let (omega, slip) = (&velocity.angular, &motion.velocity.linear);
+    let carried = omega.cross(&r_parent);
+    let bias_acceleration = Twist {
+        angular: bias.angular + omega.cross(&motion.velocity.angular) + motion.bias_angular,
+        linear: bias.linear_at(&r_parent) + omega.cross(&(carried + slip + slip)),
+    };
+    let velocity =
+        Twist { angular: omega + motion.velocity.angular, linear: velocity.linear + carried + slip };
+    let r_com = combine(&turn, &Vector3::pack(|l| bodies[l].inertia.p_com));
+    let i_com = Symmetric3::pack(|l| Symmetric3::of_upper(&bodies[l].inertia.i_com)).rotated(&turn);
+    for (l, link) in links.iter().enumerate() {
+        let link = &mut kinematics.links[*link];
+        link.x_world_body.rotation = motion.rotation.lane(l);
+        link.x_world_body.translation.vector = origin.lane(l);
+        link.turn = turn.lane(l);
+        link.r_parent = r_parent.lane(l);
+        link.r_com = r_com.lane(l);
+        link.i_com = i_com.lane(l);
+        link.velocity = velocity.lane(l);
+        link.bias_acceleration = bias_acceleration.lane(l);
+    }
 }
 
 /// Rotation about a unit axis.
-fn rotation_about(axis: &Vec3, angle: f64) -> Rotation {
+fn rotation_about(axis: &Vec3, angle: f64) -> Turn<f64> {
     let (s, c) = math::sin_cos(0.5 * angle);
-    Rotation::new_unchecked(nalgebra::Quaternion::from_parts(c, axis * s))
+    Turn { vector: axis * s, scalar: c }
 }
 
 /// Rotation by the vector `angle * axis`.
 pub(crate) fn rotation_by(vector: &Vec3) -> Rotation {
     let angle = vector.norm();
-    if angle == 0.0 { Rotation::identity() } else { rotation_about(&(vector / angle), angle) }
+    if angle == 0.0 { Rotation::identity() } else { rotation_about(&(vector / angle), angle).lane(0) }
+}
+
+/// Motion and axes of universal joints whose frames have the rotation `frame` in the world.
+#[inline(always)]
+fn universal_motion<S: Real>(frame: &Turn<S>, q: [S; 2], v: [S; 2]) -> (JointMotion<S>, [Vector3<S>; 2]) {
+    let half = S::splat(0.5);
+    let ((s_x, c_x), (s_y, c_y)) = ((half * q[0]).sin_cos(), (half * q[1]).sin_cos());
+    // The product of the two rotations about x and y. The second turns about its own y, which is the link's.
+    let turn = Turn { vector: Vector3::new(s_x * c_y, c_x * s_y, s_x * s_y), scalar: c_x * c_y };
+    let rotation = frame.after(&turn);
+    let axes = [frame.columns()[0], rotation.columns()[1]];
+    let motion = JointMotion {
+        rotation,
+        translation: Vector3::zeros(),
+        velocity: Twist { angular: axes[0] * v[0] + axes[1] * v[1], linear: Vector3::zeros() },
+        bias_angular: axes[0].cross(&axes[1]) * (v[0] * v[1]),
+    };
+    (motion, axes)
 }
 
 /// Motion of a joint whose frame has the rotation `frame` in the world; fills the joint's axes.
-fn joint_motion(joint: &JointKind, frame: &Rotation, q: &[f64], v: &[f64], axes: &mut [Vec3]) -> JointMotion {
+fn joint_motion(
+    joint: &JointKind,
+    frame: &Turn<f64>,
+    q: &[f64],
+    v: &[f64],
+    axes: &mut [Vec3],
+) -> JointMotion<f64> {
     let mut motion = JointMotion {
-        rotation: Rotation::identity(),
+        rotation: *frame,
         translation: Vec3::zeros(),
         velocity: Twist::ZERO,
         bias_angular: Vec3::zeros(),
@@ -151,46 +232,36 @@ fn joint_motion(joint: &JointKind, frame: &Rotation, q: &[f64], v: &[f64], axes:
     match joint {
         JointKind::Weld => {}
         JointKind::Hinge(axis) => {
-            axes[0] = frame * axis.into_inner();
-            motion.rotation = rotation_about(axis, q[0]);
+            axes[0] = combine(&frame.columns(), axis);
+            motion.rotation = frame.after(&rotation_about(axis, q[0]));
             motion.velocity.angular = axes[0] * v[0];
         }
         JointKind::Slide(axis) => {
-            axes[0] = frame * axis.into_inner();
+            axes[0] = combine(&frame.columns(), axis);
             motion.translation = axes[0] * q[0];
             motion.velocity.linear = axes[0] * v[0];
         }
         JointKind::Universal => {
-            let [x, y, z] = columns(frame);
-            let ((s_x, c_x), (s_y, c_y)) = (math::sin_cos(0.5 * q[0]), math::sin_cos(0.5 * q[1]));
-            axes[0] = x;
-            axes[1] = y * (c_x * c_x - s_x * s_x) + z * (2.0 * s_x * c_x);
-            // The product of the two rotations about x and y.
-            let product = nalgebra::Quaternion::new(c_x * c_y, s_x * c_y, c_x * s_y, s_x * s_y);
-            motion.rotation = Rotation::new_unchecked(product);
-            motion.velocity.angular = axes[0] * v[0] + axes[1] * v[1];
-            motion.bias_angular = axes[0].cross(&axes[1]) * (v[0] * v[1]);
+            let both;
+            (motion, both) = universal_motion(frame, [q[0], q[1]], [v[0], v[1]]);
+            axes[..2].copy_from_slice(&both);
         }
         JointKind::Planar => {
-            axes.copy_from_slice(&columns(frame));
-            motion.rotation = rotation_about(&Vec3::z(), q[2]);
+            axes[..3].copy_from_slice(&frame.columns());
+            motion.rotation = frame.after(&rotation_about(&Vec3::z(), q[2]));
             motion.translation = axes[0] * q[0] + axes[1] * q[1];
             motion.velocity = Twist { angular: axes[2] * v[2], linear: axes[0] * v[0] + axes[1] * v[1] };
         }
         JointKind::Free => {
-            let [x, y, z] = columns(frame);
-            axes.copy_from_slice(&[x, y, z, x, y, z]);
-            let along = |c: &[f64]| x * c[0] + y * c[1] + z * c[2];
-            motion.rotation = Rotation::from_quaternion(nalgebra::Quaternion::new(q[6], q[3], q[4], q[5]));
-            motion.translation = along(&q[..3]);
-            motion.velocity = Twist { angular: along(&v[3..]), linear: along(&v[..3]) };
+            let columns = frame.columns();
+            axes[..3].copy_from_slice(&columns);
+            axes[3..6].copy_from_slice(&columns);
+            let along = |c: &[f64]| combine(&columns, &Vec3::from_column_slice(&c[..3]));
+            let quaternion = Quaternion::new(q[6], q[3], q[4], q[5]);
+            motion.rotation = frame.after(&Turn::pack(|_| Rotation::from_quaternion(quaternion)));
+            motion.translation = along(q);
+            motion.velocity = Twist { angular: along(&v[3..]), linear: along(v) };
         }
     }
     motion
-}
-
-/// The axes of a frame.
-fn columns(frame: &Rotation) -> [Vec3; 3] {
-    let turn = frame.to_rotation_matrix().into_inner();
-    [turn.column(0).into_owned(), turn.column(1).into_owned(), turn.column(2).into_owned()]
 }

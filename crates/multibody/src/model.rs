@@ -6,6 +6,8 @@ use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Shape, Vec3};
 use serde::{Deserialize, Serialize};
 
+use crate::schedule::{Run, Slot};
+
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
@@ -223,6 +225,10 @@ pub struct Model {
     pub(crate) v_start: Vec<usize>,
     /// Whether a force can move the body: some joint between it and the world has a degree of freedom.
     pub(crate) movable: Vec<bool>,
+    /// Coordinates with a spring, in runs.
+    pub(crate) runs: Vec<Run>,
+    /// The order of the recursions.
+    pub(crate) schedule: Vec<Slot>,
 }
 
 impl Model {
@@ -276,9 +282,14 @@ impl Model {
         (0..self.bodies.len() as u32).map(BodyId)
     }
 
+    /// Where the joint of the link with an index stands in v.
+    pub(crate) fn dof_range(&self, index: usize) -> Range<usize> {
+        self.v_start[index]..self.v_start[index + 1]
+    }
+
     /// Where the joint of a link stands in v.
     pub fn dofs(&self, id: BodyId) -> Range<usize> {
-        self.v_start[id.index()]..self.v_start[id.index() + 1]
+        self.dof_range(id.index())
     }
 
     /// Where the joint of a link stands in q.

@@ -2,147 +2,255 @@
 
 use std::ops::{Add, AddAssign, Sub};
 
-use orchard_geometry::{Mat3, Vec3};
+use nalgebra::{Scalar, Vector3};
+use orchard_geometry::Vec3;
 
+use crate::lanes::{Packed, Real};
 use crate::symmetric::Symmetric3;
 
 /// Motion of a rigid body: a velocity, an acceleration or a velocity change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Twist {
+pub struct Twist<S: Scalar = f64> {
     /// Angular part [rad/s, or rad/s^2].
-    pub angular: Vec3,
+    pub angular: Vector3<S>,
     /// Linear part of the point at the origin [m/s, or m/s^2].
-    pub linear: Vec3,
+    pub linear: Vector3<S>,
 }
 
 impl Twist {
     /// No motion.
     pub const ZERO: Twist = Twist { angular: Vec3::new(0.0, 0.0, 0.0), linear: Vec3::new(0.0, 0.0, 0.0) };
+}
 
+#[expect(private_bounds, reason = "the numbers of the kernels stay inside")]
+impl<S: Real> Twist<S> {
     /// The same motion seen at the point `r` away from the origin.
-    pub fn shifted(&self, r: &Vec3) -> Twist {
+    #[inline(always)]
+    pub fn shifted(&self, r: &Vector3<S>) -> Self {
         Twist { angular: self.angular, linear: self.linear_at(r) }
     }
 
     /// Linear part at the point `r` away from the origin.
-    pub fn linear_at(&self, r: &Vec3) -> Vec3 {
+    #[inline(always)]
+    pub fn linear_at(&self, r: &Vector3<S>) -> Vector3<S> {
         self.linear + self.angular.cross(r)
     }
 }
 
-impl Add for Twist {
-    type Output = Twist;
-    fn add(self, other: Twist) -> Twist {
+impl<S: Real> Add for Twist<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
         Twist { angular: self.angular + other.angular, linear: self.linear + other.linear }
+    }
+}
+
+impl<S: Real> Packed for Twist<S> {
+    type Lane = Twist;
+
+    #[inline(always)]
+    fn pack(of: impl Fn(usize) -> Twist) -> Self {
+        Twist { angular: Packed::pack(|l| of(l).angular), linear: Packed::pack(|l| of(l).linear) }
+    }
+
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Twist {
+        Twist { angular: self.angular.lane(lane), linear: self.linear.lane(lane) }
     }
 }
 
 /// Action on a rigid body: a force or an impulse.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Wrench {
+pub struct Wrench<S: Scalar = f64> {
     /// Torque about the origin [N m, or N m s].
-    pub torque: Vec3,
+    pub torque: Vector3<S>,
     /// Force [N, or N s].
-    pub force: Vec3,
+    pub force: Vector3<S>,
 }
 
 impl Wrench {
     /// No action.
     pub const ZERO: Wrench = Wrench { torque: Vec3::new(0.0, 0.0, 0.0), force: Vec3::new(0.0, 0.0, 0.0) };
+}
 
+#[expect(private_bounds, reason = "the numbers of the kernels stay inside")]
+impl<S: Real> Wrench<S> {
     /// A pure force at the point `r` away from the origin.
-    pub fn of_force_at(force: Vec3, r: &Vec3) -> Wrench {
+    #[inline(always)]
+    pub fn of_force_at(force: Vector3<S>, r: &Vector3<S>) -> Self {
         Wrench { torque: r.cross(&force), force }
     }
 
     /// The same action about an origin from which the old one is `r` away.
-    pub fn shifted(&self, r: &Vec3) -> Wrench {
+    #[inline(always)]
+    pub fn shifted(&self, r: &Vector3<S>) -> Self {
         Wrench { torque: self.torque + r.cross(&self.force), force: self.force }
     }
 
     /// Scaled.
-    pub fn scaled(&self, by: f64) -> Wrench {
+    #[inline(always)]
+    pub fn scaled(&self, by: S) -> Self {
         Wrench { torque: self.torque * by, force: self.force * by }
     }
 }
 
-impl Add for Wrench {
-    type Output = Wrench;
-    fn add(self, other: Wrench) -> Wrench {
+impl<S: Real> Add for Wrench<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
         Wrench { torque: self.torque + other.torque, force: self.force + other.force }
     }
 }
 
-impl Sub for Wrench {
-    type Output = Wrench;
-    fn sub(self, other: Wrench) -> Wrench {
+impl<S: Real> Sub for Wrench<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
         Wrench { torque: self.torque - other.torque, force: self.force - other.force }
     }
 }
 
-impl AddAssign for Wrench {
-    fn add_assign(&mut self, other: Wrench) {
+impl<S: Real> AddAssign for Wrench<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
         *self = *self + other;
+    }
+}
+
+impl<S: Real> Packed for Wrench<S> {
+    type Lane = Wrench;
+
+    #[inline(always)]
+    fn pack(of: impl Fn(usize) -> Wrench) -> Self {
+        Wrench { torque: Packed::pack(|l| of(l).torque), force: Packed::pack(|l| of(l).force) }
+    }
+
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Wrench {
+        Wrench { torque: self.torque.lane(lane), force: self.force.lane(lane) }
     }
 }
 
 /// Symmetric 6 x 6 inertia that maps a twist to a wrench:
 /// `torque = angular * alpha + coupling * a`, `force = coupling^T * alpha + linear * a`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ArticulatedInertia {
-    pub angular: Symmetric3,
-    pub coupling: Mat3,
-    pub linear: Symmetric3,
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct ArticulatedInertia<S: Scalar = f64> {
+    pub angular: Symmetric3<S>,
+    /// By columns.
+    pub coupling: [Vector3<S>; 3],
+    pub linear: Symmetric3<S>,
 }
 
 impl ArticulatedInertia {
     pub const ZERO: ArticulatedInertia = ArticulatedInertia {
         angular: Symmetric3::ZERO,
-        coupling: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        coupling: [Vec3::new(0.0, 0.0, 0.0); 3],
         linear: Symmetric3::ZERO,
     };
+}
 
-    /// A rigid mass whose centre is `r` from the origin, with inertia `i_com` about its centre.
-    pub fn of_rigid(mass: f64, r: &Vec3, i_com: Symmetric3) -> ArticulatedInertia {
-        let mut inertia = ArticulatedInertia { angular: i_com, ..ArticulatedInertia::ZERO };
-        inertia.add_point_mass(mass, r);
-        inertia
+impl<S: Real> ArticulatedInertia<S> {
+    /// A rigid mass whose centre is `r` from the origin, with inertia `i_com` about its centre:
+    /// `i_com - m [r][r]`, `m [r]`, `m 1`.
+    #[inline(always)]
+    pub fn of_rigid(mass: S, r: &Vector3<S>, i_com: Symmetric3<S>) -> Self {
+        let (mr, zero) = (r * mass, S::zero());
+        let mut angular = i_com;
+        angular.subtract_outer(&mr, r);
+        angular.add_diagonal(mr.dot(r));
+        let coupling = [
+            Vector3::new(zero, mr.z, -mr.y),
+            Vector3::new(-mr.z, zero, mr.x),
+            Vector3::new(mr.y, -mr.x, zero),
+        ];
+        ArticulatedInertia { angular, coupling, linear: Symmetric3::diagonal(mass) }
     }
 
-    /// Adds a point mass `r` from the origin: `-m [r][r]`, `m [r]`, `m 1`.
-    pub fn add_point_mass(&mut self, mass: f64, r: &Vec3) {
-        let mr = r * mass;
-        self.angular.subtract_outer(&mr, r);
-        self.angular.add_diagonal(mr.dot(r));
-        self.linear.add_diagonal(mass);
-        self.coupling += mr.cross_matrix();
+    /// The wrench that a unit rotation about an axis takes.
+    #[inline(always)]
+    pub fn of_rotation(&self, axis: &Vector3<S>) -> Wrench<S> {
+        let [x, y, z] = &self.coupling;
+        Wrench { torque: self.angular * *axis, force: Vector3::new(x.dot(axis), y.dot(axis), z.dot(axis)) }
     }
 
-    /// Adds the inertia of a child whose origin is `r` from this one:
-    /// `M`, `H' = H + [r] M`, `J + [r] H^T - H' [r]`.
-    #[inline]
-    pub fn add_shifted(&mut self, child: &ArticulatedInertia, r: &Vec3) {
-        let old = &child.coupling;
-        let [m_x, m_y, m_z] = child.linear.columns();
-        let mut new = *old;
-        new += Mat3::from_columns(&[r.cross(&m_x), r.cross(&m_y), r.cross(&m_z)]);
+    /// The wrench that a unit translation along an axis takes.
+    #[inline(always)]
+    pub fn of_translation(&self, axis: &Vector3<S>) -> Wrench<S> {
+        let [x, y, z] = &self.coupling;
+        Wrench { torque: x * axis.x + y * axis.y + z * axis.z, force: self.linear * *axis }
+    }
+
+    /// Subtracts `u g^T`, which the caller knows to be symmetric (or to become so in a sum).
+    #[inline(always)]
+    pub fn subtract_outer(&mut self, u: &Wrench<S>, g: &Wrench<S>) {
+        self.angular.subtract_outer(&u.torque, &g.torque);
+        for (k, column) in self.coupling.iter_mut().enumerate() {
+            *column -= u.torque * g.force[k];
+        }
+        self.linear.subtract_outer(&u.force, &g.force);
+    }
+
+    /// The same inertia about an origin from which the old one is `r` away:
+    /// `J + [r] H^T - H' [r]`, `H' = H + [r] M`, `M`.
+    #[inline(always)]
+    pub fn shifted(&self, r: &Vector3<S>) -> Self {
+        let [x, y, z] = &self.coupling;
+        let [m_x, m_y, m_z] = self.linear.columns();
+        let new @ [new_x, new_y, new_z] = [x + r.cross(&m_x), y + r.cross(&m_y), z + r.cross(&m_z)];
         // Column j of [r] H^T is r x (row j of H); row i of H' [r] is (row i of H') x r.
-        let row = |m: &Mat3, k: usize| Vec3::new(m[(k, 0)], m[(k, 1)], m[(k, 2)]);
-        let h = [row(old, 0), row(old, 1), row(old, 2)];
-        let n = [row(&new, 0), row(&new, 1), row(&new, 2)];
-        let cross_x = |v: &Vec3| r.y * v.z - r.z * v.y;
-        let cross_y = |v: &Vec3| r.z * v.x - r.x * v.z;
-        let cross_z = |v: &Vec3| r.x * v.y - r.y * v.x;
-        self.angular += child.angular;
-        self.angular += Symmetric3 {
-            xx: cross_x(&h[0]) + cross_x(&n[0]),
-            xy: cross_x(&h[1]) + cross_y(&n[0]),
-            xz: cross_x(&h[2]) + cross_z(&n[0]),
-            yy: cross_y(&h[1]) + cross_y(&n[1]),
-            yz: cross_y(&h[2]) + cross_z(&n[1]),
-            zz: cross_z(&h[2]) + cross_z(&n[2]),
+        let cross_x = |y: S, z: S| r.y * z - r.z * y;
+        let cross_y = |x: S, z: S| r.z * x - r.x * z;
+        let cross_z = |x: S, y: S| r.x * y - r.y * x;
+        let change = Symmetric3 {
+            xx: cross_x(y.x, z.x) + cross_x(new_y.x, new_z.x),
+            xy: cross_x(y.y, z.y) + cross_y(new_x.x, new_z.x),
+            xz: cross_x(y.z, z.z) + cross_z(new_x.x, new_y.x),
+            yy: cross_y(x.y, z.y) + cross_y(new_x.y, new_z.y),
+            yz: cross_y(x.z, z.z) + cross_z(new_x.y, new_y.y),
+            zz: cross_z(x.z, y.z) + cross_z(new_x.z, new_y.z),
         };
-        self.coupling += new;
-        self.linear += child.linear;
+        ArticulatedInertia { angular: self.angular + change, coupling: new, linear: self.linear }
+    }
+}
+
+impl<S: Real> Add for ArticulatedInertia<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let ([a, b, c], [d, e, f]) = (self.coupling, other.coupling);
+        ArticulatedInertia {
+            angular: self.angular + other.angular,
+            coupling: [a + d, b + e, c + f],
+            linear: self.linear + other.linear,
+        }
+    }
+}
+
+impl<S: Real> AddAssign for ArticulatedInertia<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<S: Real> Packed for ArticulatedInertia<S> {
+    type Lane = ArticulatedInertia;
+
+    #[inline(always)]
+    fn pack(of: impl Fn(usize) -> ArticulatedInertia) -> Self {
+        ArticulatedInertia {
+            angular: Packed::pack(|l| of(l).angular),
+            coupling: Packed::pack(|l| of(l).coupling),
+            linear: Packed::pack(|l| of(l).linear),
+        }
+    }
+
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> ArticulatedInertia {
+        ArticulatedInertia {
+            angular: self.angular.lane(lane),
+            coupling: self.coupling.lane(lane),
+            linear: self.linear.lane(lane),
+        }
     }
 }

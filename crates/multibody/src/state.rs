@@ -46,6 +46,7 @@ macro_rules! state_of_data {
                     impulse: _,
                     change: _,
                     correction: _,
+                    linear: _,
                 } = self;
                 State { $($field: $field.clone(),)* warm_start: contact.warm_start() }
             }
@@ -99,6 +100,7 @@ state_of_data! {
     point_quadratic_drag: f64,
     point_spin_damping: f64,
     anchor_bias_world: Vec3,
+    reaction_cap: f64,
     point_carried: bool,
     groups: Groups,
 }

@@ -142,16 +142,17 @@ pub(crate) fn add_change(data: &mut Data) {
 
 /// Moves the positions for a time `h` with the velocities.
 pub(crate) fn move_positions(model: &Model, data: &mut Data, h: f64) {
-    for (index, body) in model.bodies.iter().enumerate() {
-        let (q_start, v_start) = (model.q_start[index], model.v_start[index]);
-        let additive = if body.joint == JointKind::Free { 3 } else { body.joint.nv() };
-        for k in 0..additive {
-            data.q[q_start + k] += h * data.v[v_start + k];
+    for run in &model.runs {
+        for (q, v) in data.q[run.qs()].iter_mut().zip(&data.v[run.dofs()]) {
+            *q += h * v;
         }
-        if body.joint == JointKind::Free {
-            let omega = Vec3::from_column_slice(&data.v[v_start + 3..v_start + 6]);
-            turn(&mut data.q[q_start + 3..q_start + 7], &(omega * h));
+    }
+    for id in model.body_ids().filter(|id| model.body(*id).joint == JointKind::Free) {
+        let (q, v) = (&mut data.q[model.qs(id)], &data.v[model.dofs(id)]);
+        for (q, v) in q[..3].iter_mut().zip(v) {
+            *q += h * v;
         }
+        turn(&mut q[3..], &(Vec3::from_column_slice(&v[3..]) * h));
     }
     for (index, p_world) in data.point_p_world.iter_mut().enumerate() {
         *p_world += data.point_v_world[index] * h;

@@ -6,13 +6,17 @@
 
 mod joint;
 
+use nalgebra::Vector3;
 use orchard_geometry::Vec3;
 
 use crate::data::Data;
 use crate::kinematics::Kinematics;
+use crate::lanes::{Packed, Pair, Real, each, pack_rows};
 use crate::model::{BodyId, JointKind, Model};
+use crate::schedule::Slot;
 use crate::spatial::{ArticulatedInertia, Twist, Wrench};
-use joint::{factor_joint, for_joint, solve_joint_down, solve_joint_up};
+use crate::symmetric::Symmetric3;
+use joint::{factor_joint, for_slot, solve_joint_down, solve_joint_up};
 
 /// A right-hand side: impulses.
 #[derive(Debug, Clone, Default)]
@@ -84,10 +88,9 @@ pub(crate) struct PointFactor {
 pub(crate) struct Factor {
     /// First degree of freedom that has neither inertia nor armature, as its link.
     pub singular: Option<BodyId>,
-    /// Articulated inertia of each link before its own joint is eliminated.
+    /// What hangs on each link, as articulated inertia at its origin: point bodies and eliminated children.
+    /// Zero between calls.
     inertia: Vec<ArticulatedInertia>,
-    /// Wrench that a unit change of each degree of freedom takes: U = A S.
-    u: Vec<Wrench>,
     /// Wrench that a unit impulse on each degree of freedom sends to the parent: G = U D^-1.
     pub g: Vec<Wrench>,
     /// D^-1 of each joint, row after row.
@@ -107,7 +110,6 @@ impl Factor {
         Factor {
             singular: None,
             inertia: vec![ArticulatedInertia::ZERO; model.bodies.len()],
-            u: vec![Wrench::ZERO; model.nv()],
             g: vec![Wrench::ZERO; model.nv()],
             d_inverse: vec![0.0; d_start[model.bodies.len()]],
             d_start,
@@ -119,51 +121,86 @@ impl Factor {
 /// Factors the system matrix for the substep `h` at the last kinematics, with the stiffness, damping, drag and
 /// tethers that `data` holds. [`solve`] then works until the next call.
 pub fn factor(model: &Model, data: &mut Data, h: f64) {
-    let links = &data.kinematics.links;
-    let factor = &mut data.factor;
-    factor.singular = None;
-    for (index, body) in model.bodies.iter().enumerate() {
-        let link = &links[index];
-        let mass = body.inertia.mass * (1.0 + h * data.linear_drag[index]);
-        let i_com = link.i_com.scaled(1.0 + h * data.angular_drag[index]);
-        factor.inertia[index] = ArticulatedInertia::of_rigid(mass, &link.r_com, i_com);
+    data.factor.singular = None;
+    for index in 0..model.points.len() {
+        factor_point(model, data, h, index);
     }
-    for (index, point) in model.points.iter().enumerate() {
-        let drag = data.point_quadratic_drag[index] * data.point_v_world[index].norm();
-        let mass = point.mass + h * drag;
-        let tether = point.tether.as_ref().filter(|_| data.tethered[index]);
-        let kappa = tether.map_or(0.0, |tether| h * (tether.damping + h * tether.stiffness));
-        let inverse_mass = if data.point_carried[index] { 0.0 } else { 1.0 / (mass + kappa) };
-        let mut entry = PointFactor { inverse_mass, kappa, share: 0.0, r_anchor: Vec3::zeros() };
-        if let Some(tether) = tether {
-            entry.r_anchor = links[tether.body.index()].x_world_body.rotation * tether.p_body;
-            if !data.capped[index] {
-                entry.share = kappa * inverse_mass;
-                factor.inertia[tether.body.index()].add_point_mass(mass * entry.share, &entry.r_anchor);
+    for slot in model.schedule.iter().rev() {
+        for_slot!(model, slot, eliminate(model, data, h));
+    }
+}
+
+/// Eliminates a point body: what its tether adds to the anchor's link.
+fn factor_point(model: &Model, data: &mut Data, h: f64, index: usize) {
+    let point = &model.points[index];
+    let factor = &mut data.factor;
+    let drag = data.point_quadratic_drag[index] * data.point_v_world[index].norm();
+    let mass = point.mass + h * drag;
+    let tether = point.tether.as_ref().filter(|_| data.tethered[index]);
+    let kappa = tether.map_or(0.0, |tether| h * (tether.damping + h * tether.stiffness));
+    let inverse_mass = if data.point_carried[index] { 0.0 } else { 1.0 / (mass + kappa) };
+    let mut entry = PointFactor { inverse_mass, kappa, share: 0.0, r_anchor: Vec3::zeros() };
+    if let Some(tether) = tether {
+        entry.r_anchor = data.kinematics.links[tether.body.index()].turned(&tether.p_body);
+        if !data.capped[index] {
+            entry.share = kappa * inverse_mass;
+            factor.inertia[tether.body.index()] +=
+                ArticulatedInertia::of_rigid(mass * entry.share, &entry.r_anchor, Symmetric3::ZERO);
+        }
+    }
+    factor.points[index] = entry;
+}
+
+/// Eliminates the joints of some links: what their parents feel of them.
+#[inline(always)]
+fn eliminate<S: Real, const T: usize, const N: usize>(
+    links: &[usize],
+    model: &Model,
+    data: &mut Data,
+    h: f64,
+) {
+    let Data { kinematics, factor, stiffness, damping, linear_drag, angular_drag, .. } = data;
+    let bodies = each(links, |link| &model.bodies[link]);
+    let poses = each(links, |link| &kinematics.links[link]);
+    let hanging = each(links, |link| &factor.inertia[link]);
+    let dofs = each(links, |link| model.dof_range(link));
+    let (one, step) = (S::one(), S::splat(h));
+
+    let mass_gain = one + step * S::pack(|l| linear_drag[links[l]]);
+    let mass = S::pack(|l| bodies[l].inertia.mass) * mass_gain;
+    let i_gain = one + step * S::pack(|l| angular_drag[links[l]]);
+    let i_com = Symmetric3::pack(|l| poses[l].i_com).scaled(i_gain);
+    let own = ArticulatedInertia::of_rigid(mass, &Vector3::pack(|l| poses[l].r_com), i_com);
+    let mut inertia = ArticulatedInertia::pack(|l| *hanging[l]) + own;
+    for link in links {
+        factor.inertia[*link] = ArticulatedInertia::ZERO;
+    }
+
+    let row = |l: usize| dofs[l].clone();
+    let axes = pack_rows::<Vector3<S>, N>([&kinematics.axes[row(0)], &kinematics.axes[row(1)]]);
+    let stiffness = pack_rows::<S, N>([&stiffness[row(0)], &stiffness[row(1)]]);
+    let mut armature = pack_rows::<S, N>([&damping[row(0)], &damping[row(1)]]);
+    let spring = if matches!(bodies[0].joint, JointKind::Free) { S::zero() } else { step * step };
+    for (armature, stiffness) in armature.iter_mut().zip(stiffness) {
+        *armature = step * *armature + spring * stiffness;
+    }
+    let joint = factor_joint::<S, T, N>(&mut inertia, &axes, &armature);
+    let shifted = inertia.shifted(&Vector3::pack(|l| poses[l].r_parent));
+
+    for (l, &index) in links.iter().enumerate() {
+        let g = &mut factor.g[dofs[l].clone()][..N];
+        let d_inverse = &mut factor.d_inverse[factor.d_start[index]..][..N * N];
+        for k in 0..N {
+            g[k] = joint.g[k].lane(l);
+            for j in 0..N {
+                d_inverse[k * N + j] = joint.d_inverse[k][j].lane(l);
+            }
+            if joint.pivot_inverse[k].lane(l) == 0.0 {
+                factor.singular = Some(BodyId(index as u32));
             }
         }
-        factor.points[index] = entry;
-    }
-    for (index, body) in model.bodies.iter().enumerate().rev() {
-        let dofs = model.v_start[index]..model.v_start[index + 1];
-        let mut inertia = factor.inertia[index];
-        let spring = if body.joint == JointKind::Free { 0.0 } else { h * h };
-        let is_regular = for_joint!(
-            body.joint,
-            factor_joint(
-                &mut inertia,
-                &data.kinematics.axes[dofs.clone()],
-                |k| h * data.damping[dofs.start + k] + spring * data.stiffness[dofs.start + k],
-                &mut factor.u[dofs.clone()],
-                &mut factor.g[dofs.clone()],
-                &mut factor.d_inverse[factor.d_start[index]..factor.d_start[index + 1]],
-            )
-        );
-        if !is_regular {
-            factor.singular = Some(BodyId(index as u32));
-        }
-        if let Some(parent) = body.parent {
-            factor.inertia[parent.index()].add_shifted(&inertia, &links[index].r_parent);
+        if let Some(parent) = bodies[l].parent {
+            factor.inertia[parent.index()] += shifted.lane(l);
         }
     }
 }
@@ -190,36 +227,11 @@ pub(crate) fn solve_with(
             impulse.body[tether.body.index()] += reaction;
         }
     }
-    for (index, body) in model.bodies.iter().enumerate().rev() {
-        let dofs = model.v_start[index]..model.v_start[index + 1];
-        let mut wrench = impulse.body[index];
-        for_joint!(
-            body.joint,
-            solve_joint_up(
-                &mut wrench,
-                &kinematics.axes[dofs.clone()],
-                &factor.g[dofs.clone()],
-                &factor.d_inverse[factor.d_start[index]..factor.d_start[index + 1]],
-                &impulse.dof[dofs.clone()],
-                &mut change.dof[dofs],
-            )
-        );
-        if let Some(parent) = body.parent {
-            impulse.body[parent.index()] += wrench.shifted(&kinematics.links[index].r_parent);
-        }
+    for slot in model.schedule.iter().rev() {
+        for_slot!(model, slot, solve_up(model, kinematics, factor, impulse, change));
     }
-    for (index, body) in model.bodies.iter().enumerate() {
-        let dofs = model.v_start[index]..model.v_start[index + 1];
-        let parent = body.parent.map_or(Twist::ZERO, |parent| change.body[parent.index()]);
-        change.body[index] = for_joint!(
-            body.joint,
-            solve_joint_down(
-                parent.shifted(&kinematics.links[index].r_parent),
-                &kinematics.axes[dofs.clone()],
-                &factor.g[dofs.clone()],
-                &mut change.dof[dofs],
-            )
-        );
+    for slot in &model.schedule {
+        for_slot!(model, slot, solve_down(model, kinematics, factor, change));
     }
     for (index, point) in model.points.iter().enumerate() {
         let entry = &factor.points[index];
@@ -230,5 +242,72 @@ pub(crate) fn solve_with(
             total += change.body[tether.body.index()].linear_at(&entry.r_anchor) * entry.kappa;
         }
         change.point[index] = total * entry.inverse_mass;
+    }
+}
+
+/// Passes the impulses on some links to their parents.
+#[inline(always)]
+fn solve_up<S: Real, const T: usize, const N: usize>(
+    links: &[usize],
+    model: &Model,
+    kinematics: &Kinematics,
+    factor: &Factor,
+    impulse: &mut Impulse,
+    change: &mut Change,
+) {
+    let dofs = each(links, |link| model.dof_range(link));
+    let row = |l: usize| dofs[l].clone();
+    let d_starts = each(links, |link| factor.d_start[link]);
+    let mut d_inverse = [[S::zero(); N]; N];
+    for (k, d_inverse) in d_inverse.iter_mut().enumerate() {
+        let row = |l: usize| &factor.d_inverse[d_starts[l] + k * N..];
+        *d_inverse = pack_rows([row(0), row(1)]);
+    }
+    let mut wrench = Wrench::pack(|l| impulse.body[links[l]]);
+    let x = solve_joint_up::<S, T, N>(
+        &mut wrench,
+        &pack_rows([&kinematics.axes[row(0)], &kinematics.axes[row(1)]]),
+        &pack_rows([&factor.g[row(0)], &factor.g[row(1)]]),
+        &d_inverse,
+        &pack_rows([&impulse.dof[row(0)], &impulse.dof[row(1)]]),
+    );
+    let shifted = wrench.shifted(&Vector3::pack(|l| kinematics.links[links[l]].r_parent));
+    for (l, &index) in links.iter().enumerate() {
+        for (dv, x) in change.dof[row(l)].iter_mut().zip(&x) {
+            *dv = x.lane(l);
+        }
+        if let Some(parent) = model.bodies[index].parent {
+            impulse.body[parent.index()] += shifted.lane(l);
+        }
+    }
+}
+
+/// Gives some links their velocity change from that of their parents.
+#[inline(always)]
+fn solve_down<S: Real, const T: usize, const N: usize>(
+    links: &[usize],
+    model: &Model,
+    kinematics: &Kinematics,
+    factor: &Factor,
+    change: &mut Change,
+) {
+    let dofs = each(links, |link| model.dof_range(link));
+    let row = |l: usize| dofs[l].clone();
+    let parents = each(links, |link| {
+        model.bodies[link].parent.map_or(&Twist::ZERO, |parent| &change.body[parent.index()])
+    });
+    let parent = Twist::<S>::pack(|l| *parents[l]);
+    let mut x = pack_rows([&change.dof[row(0)], &change.dof[row(1)]]);
+    let own = solve_joint_down::<S, T, N>(
+        &parent.shifted(&Vector3::pack(|l| kinematics.links[links[l]].r_parent)),
+        &pack_rows([&kinematics.axes[row(0)], &kinematics.axes[row(1)]]),
+        &pack_rows([&factor.g[row(0)], &factor.g[row(1)]]),
+        &mut x,
+    );
+    for (l, &index) in links.iter().enumerate() {
+        change.body[index] = own.lane(l);
+        for (dv, x) in change.dof[row(l)].iter_mut().zip(&x) {
+            *dv = x.lane(l);
+        }
     }
 }

@@ -46,7 +46,7 @@ pub enum Preconditioner {
 }
 
 /// How a linear solve ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LinearSolve {
     /// Iterations; 0 of a direct solver.
     pub iterations: usize,
