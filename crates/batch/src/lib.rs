@@ -21,6 +21,7 @@
 //! ```
 
 mod batch;
+mod ground;
 mod isa;
 mod kernel;
 mod lane_world;
