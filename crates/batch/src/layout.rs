@@ -128,12 +128,18 @@ pub(crate) mod tip {
     pub const B_V: usize = 18;
     /// Position (3).
     pub const P: usize = 21;
-    /// Change of the angular velocity in the substep (3), at the link's last place.
-    pub const TURN: usize = 24;
-    /// Change of the velocity (3), likewise.
-    pub const SHIFT: usize = 27;
     /// Fields.
-    pub const FIELDS: usize = 30;
+    pub const FIELDS: usize = 24;
+}
+
+/// Velocity change of a link's tip in a substep.
+pub(crate) mod change {
+    /// Of the angular velocity (3).
+    pub const TURN: usize = 0;
+    /// Of the velocity (3).
+    pub const SHIFT: usize = 3;
+    /// Fields.
+    pub const FIELDS: usize = 6;
 }
 
 /// What children pass on to their parent, at its tip.

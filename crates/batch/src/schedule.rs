@@ -21,23 +21,32 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Depth first, children in index order.
-    pub fn depth_first(parent: &[Option<usize>]) -> Self {
+    /// Two depth-first walks that take turns, in two sub-trees where possible: a row rarely waits for the
+    /// numbers of the row before it, so that the processor works on both at once.
+    pub fn in_turns(parent: &[Option<usize>]) -> Self {
         let mut children = vec![Vec::new(); parent.len()];
-        let mut open: Vec<usize> = Vec::new();
+        let mut open: [Vec<usize>; 2] = [Vec::new(), Vec::new()];
         for (link, parent) in parent.iter().enumerate().rev() {
             match parent {
                 Some(parent) => children[*parent].push(link),
-                None => open.push(link),
+                None => open[0].push(link),
             }
         }
         let mut row_of = vec![0; parent.len()];
         let mut walk = Self { links: Vec::new(), parent: Vec::new() };
-        while let Some(link) = open.pop() {
+        for turn in (0..2).cycle() {
+            let (own, other) = (turn, 1 - turn);
+            if open[own].is_empty() && open[other].len() > 1 {
+                // The largest sub-tree that waits, more or less.
+                let link = open[other].remove(0);
+                open[own].push(link);
+            }
+            let stack = if open[own].is_empty() { other } else { own };
+            let Some(link) = open[stack].pop() else { break };
             row_of[link] = walk.links.len();
             walk.links.push(link);
             walk.parent.push(parent[link].map(|parent| row_of[parent]));
-            open.append(&mut children[link]);
+            open[stack].append(&mut children[link]);
         }
         walk
     }
@@ -145,19 +154,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_walk_goes_to_a_tip_before_it_comes_back() {
+    fn two_sub_trees_take_turns() {
         // 0 - 1 - 2
         //      \- 3 - 5
-        //  \- 4
-        let parent = [None, Some(0), Some(1), Some(1), Some(0), Some(3)];
-        let walk = Walk::depth_first(&parent);
-        assert_eq!(walk.links, [0, 1, 2, 3, 5, 4]);
-        assert_eq!(walk.parent, [None, Some(0), Some(1), Some(1), Some(3), Some(0)]);
+        //  \- 4 - 6
+        let parent = [None, Some(0), Some(1), Some(1), Some(0), Some(3), Some(4)];
+        let walk = Walk::in_turns(&parent);
+        assert_eq!(walk.links, [0, 4, 1, 6, 2, 3, 5]);
+        assert_eq!(walk.parent, [None, Some(0), Some(0), Some(1), Some(2), Some(2), Some(5)]);
     }
 
     #[test]
     fn slots_are_given_back_but_never_read_and_written_in_one_row() {
-        let chain = Walk::depth_first(&[None, Some(0), Some(1), Some(2)]);
+        let chain = Walk::in_turns(&[None, Some(0), Some(1), Some(2)]);
         let schedule = Schedule::new(&[&chain], 1, &[0, 1, 0, 2]);
         let slots: Vec<usize> = schedule.rows.iter().map(|row| row.slot).collect();
         assert_eq!((slots, schedule.slots), (vec![1, 2, 1, NO_SLOT], 3));
@@ -167,8 +176,8 @@ mod tests {
 
     #[test]
     fn equal_walks_share_their_sources_and_others_do_not() {
-        let fork = Walk::depth_first(&[None, Some(0), Some(0)]);
-        let chain = Walk::depth_first(&[None, Some(0), Some(1)]);
+        let fork = Walk::in_turns(&[None, Some(0), Some(0)]);
+        let chain = Walk::in_turns(&[None, Some(0), Some(1)]);
         let same = Schedule::new(&[&fork, &fork], 2, &[]);
         assert_eq!(same.sources.len(), 3);
         assert_eq!(

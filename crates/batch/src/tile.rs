@@ -59,7 +59,7 @@ impl Tile {
     pub fn new(isa: Isa, worlds: &[(usize, &TreeWorld)]) -> Self {
         let lanes = isa.lanes();
         let walks: Vec<Walk> =
-            worlds.iter().map(|(_, world)| Walk::depth_first(&world.plant().tree.parent)).collect();
+            worlds.iter().map(|(_, world)| Walk::in_turns(&world.plant().tree.parent)).collect();
         // As many rows of fruit at a row of links as the fullest lane needs.
         let fruit_at: Vec<Vec<Vec<usize>>> =
             worlds.iter().zip(&walks).map(|((_, world), walk)| fruit_by_row(world, walk)).collect();

@@ -1,16 +1,18 @@
 //! The step of one tile in vectors of f32: the passes of `docs/computation/dynamics.md` over all its worlds.
 //!
-//! [`inward`] is the elimination from the tips to the root; [`outward`] goes back with the new velocities and
-//! takes the kinematics and the right-hand side of the new state along. The equations are those of
+//! [`inward`] is the elimination from the tips to the root, [`advance`] the way back with the new velocities,
+//! [`outward`] kinematics and right-hand side of the new state. The equations are those of
 //! `orchard_multibody`, for universal joints, links that are symmetric about their own axis, and fruit on stems.
 
+mod advance;
 mod inward;
 mod lane;
 mod limits;
 mod outward;
 
-use crate::layout::{Aligned, fruit, fruit_work, limit, link, load, prop, tip, tip_motion, work};
+use crate::layout::{Aligned, change, fruit, fruit_work, limit, link, load, prop, tip, tip_motion, work};
 use crate::schedule::{Row, Schedule, Source};
+use lane::Lane;
 use pulp::{Simd, WithSimd, bytemuck};
 
 /// Numbers of a substep.
@@ -47,6 +49,8 @@ pub(crate) struct Numbers {
     pub stem_limits: Aligned,
     /// By slot; more slots are for rows without children, and scratch.
     pub tips: Aligned,
+    /// Likewise.
+    pub changes: Aligned,
     /// By slot; more slots are always zero, scratch of the row, and what it delivers.
     pub loads: Aligned,
     /// Lanes of each source of the schedule, as bits.
@@ -78,6 +82,7 @@ impl Numbers {
             bend_limits: infinite(rows, 1),
             stem_limits: infinite(fruit_rows, limit::FIELDS),
             tips: numbers(slots + 2, tip::FIELDS),
+            changes: numbers(slots + 2, change::FIELDS),
             loads: numbers(slots + 3, load::FIELDS),
             masks,
             tip_motion: Aligned::zeros(0),
@@ -105,6 +110,7 @@ impl Numbers {
             &self.bend_limits,
             &self.stem_limits,
             &self.tips,
+            &self.changes,
             &self.loads,
             &self.masks,
             &self.tip_motion,
@@ -129,11 +135,12 @@ impl WithSimd for Work<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let mut view = View::new(self.numbers);
         match self.phase {
-            Phase::Start => outward::run::<S, false>(simd, &mut view, self.step),
+            Phase::Start => outward::run(simd, &mut view, self.step),
             Phase::Test => return limits::any_over(simd, &view),
             Phase::Advance => {
                 inward::run(simd, &mut view);
-                outward::run::<S, true>(simd, &mut view, self.step);
+                advance::run(simd, &mut view, self.step);
+                outward::run(simd, &mut view, self.step);
             }
         }
         false
@@ -152,6 +159,7 @@ struct View<'a, S: Simd> {
     fruit: &'a mut [[S::f32s; fruit::FIELDS]],
     fruit_work: &'a mut [[S::f32s; fruit_work::FIELDS]],
     tips: &'a mut [[S::f32s; tip::FIELDS]],
+    changes: &'a mut [[S::f32s; change::FIELDS]],
     loads: &'a mut [[S::f32s; load::FIELDS]],
     tip_motion: &'a mut [[S::f32s; tip_motion::FIELDS]],
     props: &'a mut [[S::f32s; prop::FIELDS]],
@@ -171,6 +179,7 @@ impl<'a, S: Simd> View<'a, S> {
             fruit: rows::<S, _>(numbers.fruit.as_mut_slice()),
             fruit_work: rows::<S, _>(numbers.fruit_work.as_mut_slice()),
             tips: rows::<S, _>(numbers.tips.as_mut_slice()),
+            changes: rows::<S, _>(numbers.changes.as_mut_slice()),
             loads: rows::<S, _>(numbers.loads.as_mut_slice()),
             tip_motion: rows::<S, _>(numbers.tip_motion.as_mut_slice()),
             props: rows::<S, _>(numbers.props.as_mut_slice()),
@@ -182,4 +191,21 @@ impl<'a, S: Simd> View<'a, S> {
 fn rows<S: Simd, const N: usize>(numbers: &mut [f32]) -> &mut [[S::f32s; N]] {
     let vectors: &mut [S::f32s] = bytemuck::cast_slice_mut(numbers);
     vectors.as_chunks_mut().0
+}
+
+/// Puts what a row's parents have left in their slots together, each for its lanes.
+#[inline(always)]
+fn gather<S: Simd, const N: usize>(
+    simd: S,
+    sources: &[Source],
+    masks: &[S::f32s],
+    slots: &[[S::f32s; N]],
+    parents: &mut [S::f32s; N],
+) {
+    for (k, (source, mask)) in sources.iter().zip(masks).enumerate() {
+        for (to, from) in parents.iter_mut().zip(&slots[source.slot]) {
+            let other = Lane::load(simd, if k == 0 { *from } else { *to });
+            *to = Lane::load(simd, *from).where_set(*mask, other).value;
+        }
+    }
 }

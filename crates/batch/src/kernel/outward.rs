@@ -1,21 +1,20 @@
-//! New velocities and positions, then their kinematics and right-hand side, root to tips.
+//! Kinematics and right-hand side, root to tips.
 
 use super::lane::{
-    Lane, Lane3, add, axmy, axpy, cross, cross_add, dot, dot_add, load3, scale, sin_cos_pair, store3, sub,
+    Lane, Lane3, add, axmy, axpy, cross, cross_add, dot, load3, scale, sin_cos_pair, store3, sub,
 };
-use super::{Step, View};
+use super::{Step, View, gather};
 use crate::layout::{fruit, fruit_work, link, tip, tip_motion, work};
-use crate::schedule::{NO_SLOT, Source};
+use crate::schedule::NO_SLOT;
 use pulp::Simd;
 
-/// With `ADVANCE` from the factor of the inward pass to a new state, else from the state as it is.
 #[inline(always)]
-pub(super) fn run<S: Simd, const ADVANCE: bool>(simd: S, view: &mut View<S>, step: Step) {
+pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
     let View { rows, sources, masks, links, work, fruit, fruit_work, tips, tip_motion, .. } = view;
     // Two slots beyond those of the schedule.
     let Some((scratch, tips)) = tips.split_last_mut() else { return };
     let childless = tips.len() - 1;
-    for (k, ((row, link), work)) in rows.iter().zip(links.iter_mut()).zip(work.iter_mut()).enumerate() {
+    for (k, ((row, link), work)) in rows.iter().zip(links.iter()).zip(work.iter_mut()).enumerate() {
         let has_children = row.slot != NO_SLOT;
         let (first, count) = row.sources;
         if count > 1 {
@@ -24,18 +23,9 @@ pub(super) fn run<S: Simd, const ADVANCE: bool>(simd: S, view: &mut View<S>, ste
         let own = if has_children { row.slot } else { childless };
         let Ok([parent, own]) = tips.get_disjoint_mut([sources[first].slot, own]) else { continue };
         let parent = if count > 1 { &*scratch } else { &*parent };
-        let moved = if ADVANCE {
-            Moved::new(simd, link, work, parent, step)
-        } else {
-            Moved { turn: [Lane::splat(simd, 0.0); 3], shift: [Lane::splat(simd, 0.0); 3] }
-        };
         let here = link_outward(simd, link, work, parent, step);
         for k in row.fruit.0..row.fruit.1 {
-            let (fruit, left) = (&mut fruit[k], &mut fruit_work[k]);
-            if ADVANCE {
-                fruit_advance(simd, fruit, left, &moved, step);
-            }
-            fruit_outward(simd, fruit, left, work, &here, step);
+            fruit_outward(simd, &fruit[k], &mut fruit_work[k], work, &here, step);
         }
         if let Some(motion) = tip_motion.get_mut(k) {
             motion[tip_motion::Z] = (here.p[2] + here.d[2]).value;
@@ -51,64 +41,7 @@ pub(super) fn run<S: Simd, const ADVANCE: bool>(simd: S, view: &mut View<S>, ste
             store3::<S>(&mut own[tip::B_W..], b_w);
             store3::<S>(&mut own[tip::B_V..], add(b_v, b_d));
             store3::<S>(&mut own[tip::P..], add(p, d));
-            if ADVANCE {
-                store3::<S>(&mut own[tip::TURN..], moved.turn);
-                store3::<S>(&mut own[tip::SHIFT..], moved.shift);
-            }
         }
-    }
-}
-
-/// Puts the tips of a row's parents together.
-#[inline(always)]
-fn gather<S: Simd>(
-    simd: S,
-    sources: &[Source],
-    masks: &[S::f32s],
-    tips: &[[S::f32s; tip::FIELDS]],
-    parents: &mut [S::f32s; tip::FIELDS],
-) {
-    for (k, (source, mask)) in sources.iter().zip(masks).enumerate() {
-        for (to, from) in parents.iter_mut().zip(&tips[source.slot]) {
-            let other = Lane::load(simd, if k == 0 { *from } else { *to });
-            *to = Lane::load(simd, *from).where_set(*mask, other).value;
-        }
-    }
-}
-
-/// Change of a link's velocity in the substep, at its tip.
-struct Moved<S: Simd> {
-    turn: Lane3<S>,
-    shift: Lane3<S>,
-}
-
-impl<S: Simd> Moved<S> {
-    /// The joint's new rates and angles.
-    #[inline(always)]
-    fn new(
-        simd: S,
-        link: &mut [S::f32s; link::FIELDS],
-        work: &[S::f32s; work::FIELDS],
-        parent: &[S::f32s; tip::FIELDS],
-        step: Step,
-    ) -> Self {
-        let h = Lane::splat(simd, step.h);
-        let left = |field: usize| Lane::load(simd, work[field]);
-        let (turn, shift) = (load3(simd, &parent[tip::TURN..]), load3(simd, &parent[tip::SHIFT..]));
-        // L^-1 (y - U^T a), then L^-T of it.
-        let factor = |k: usize| load3(simd, &work[work::G + 3 * k..]);
-        let rest_1 = left(work::Y) - dot_add(factor(0), turn, dot(factor(1), shift));
-        let rest_2 = left(work::Y + 1) - dot_add(factor(2), turn, dot(factor(3), shift));
-        let dv_2 = left(work::SCALE + 1) * rest_2;
-        let dv_1 = left(work::SHARE).take_from(dv_2, left(work::SCALE) * rest_1);
-        for (k, dv) in [dv_1, dv_2].into_iter().enumerate() {
-            let v = Lane::load(simd, link[link::V + k]) + dv;
-            link[link::V + k] = v.value;
-            link[link::Q + k] = h.mul_add(v, Lane::load(simd, link[link::Q + k])).value;
-        }
-        let turn = axpy(dv_1, load3(simd, &work[work::AXES..]), turn);
-        let turn = axpy(dv_2, load3(simd, &work[work::AXES + 3..]), turn);
-        Self { turn, shift: cross_add(turn, load3(simd, &work[work::D..]), shift) }
     }
 }
 
@@ -187,25 +120,6 @@ fn link_outward<S: Simd>(
     store3::<S>(&mut work[work::RESISTANCE..], n);
     store3::<S>(&mut work[work::RESISTANCE + 3..], f);
     Here { axes: [x, a_2, z], w, v, p: load3(simd, &parent[tip::P..]), b_w, b_v, d, v_d, b_d }
-}
-
-/// The new state of a fruit, its stem's end having moved with the link.
-#[inline(always)]
-fn fruit_advance<S: Simd>(
-    simd: S,
-    fruit: &mut [S::f32s; fruit::FIELDS],
-    left: &[S::f32s; fruit_work::FIELDS],
-    moved: &Moved<S>,
-    step: Step,
-) {
-    let anchor = cross_add(moved.turn, load3(simd, &left[fruit_work::R_TIP..]), moved.shift);
-    let kappa = Lane::load(simd, fruit[fruit::KAPPA]);
-    let impulse = axpy(kappa, anchor, load3(simd, &left[fruit_work::IMPULSE..]));
-    let inverse_mass = Lane::load(simd, left[fruit_work::INVERSE_MASS]);
-    let u = axpy(inverse_mass, impulse, load3(simd, &fruit[fruit::V..]));
-    let p = axpy(Lane::splat(simd, step.h), u, load3(simd, &fruit[fruit::P..]));
-    store3::<S>(&mut fruit[fruit::V..], u);
-    store3::<S>(&mut fruit[fruit::P..], p);
 }
 
 /// One fruit: eliminated as a leaf, its impulse goes to the link.
