@@ -3,9 +3,14 @@
 use crate::isa::Isa;
 use crate::tile::{BatchEvent, Tile};
 use crate::tree_world::TreeWorld;
-use orchard_geometry::Vec3;
+use orchard_geometry::{Vec3, rotation_from_z};
 use orchard_multibody::{Data, JointKind};
 use rayon::prelude::*;
+
+/// Largest twist of a link's frame [rad]: round-off of a trunk's length of turns.
+const TWIST: f64 = 1e-9;
+/// Least cosine between a link and its parent at rest: nearer to -1 the smallest turn between them loses digits in f32.
+const FOLDED: f64 = -0.99;
 
 /// Worlds that make no batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -146,6 +151,13 @@ fn check(world: &TreeWorld) -> Result<(), &'static str> {
         let symmetric = i_com[(0, 0)] == i_com[(1, 1)] && i_com.iter().filter(|x| **x != 0.0).count() <= 3;
         if body.joint != JointKind::Universal || !axial || !symmetric {
             return Err("a link is not a bending joint with a body that is symmetric about its own axis");
+        }
+        let frame = body.x_parent_joint.rotation;
+        let direction = frame * Vec3::z();
+        // Round-off of a turn, as many units as one is made of; and no further than where the turn is undefined.
+        let untwisted = rotation_from_z(&direction.normalize());
+        if frame.angle_to(&untwisted) > TWIST || direction.z < FOLDED {
+            return Err("a link's frame is twisted about the link, or the link folds back on its parent");
         }
         if let Some(parent) = body.parent {
             let p_tip = plant.model.body(parent).inertia.p_com * 2.0;

@@ -5,8 +5,8 @@ use pulp::Simd;
 
 /// A set of vector instructions.
 ///
-/// A batch gives the same bits again with the same set; different sets may differ in the last bits, since not all of
-/// them round a product and sum once.
+/// A batch gives the same bits again with the same set. Sets differ in nothing but whether they round a product and sum
+/// once ([`Isa::is_fused`]): those that do agree with each other to the bit, and so do those that do not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Isa {
     /// x86-64 with AVX-512: 16 worlds a vector.
@@ -54,6 +54,19 @@ impl Isa {
         Self::available()[0]
     }
 
+    /// Whether a product and sum are rounded once.
+    pub fn is_fused(self) -> bool {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 | Self::Avx2 => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse4 => false,
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => true,
+            Self::Portable => false,
+        }
+    }
+
     /// Worlds a vector: the width of a tile.
     pub fn lanes(self) -> usize {
         match self {
@@ -73,7 +86,7 @@ impl Isa {
     ///
     /// # Panics
     /// If the processor does not have it: a batch is only made with one that it has.
-    pub(crate) fn run(self, work: Work) {
+    pub(crate) fn run(self, work: Work) -> bool {
         const MISSING: &str = "a batch is made with instructions that the processor has";
         match self {
             #[cfg(target_arch = "x86_64")]

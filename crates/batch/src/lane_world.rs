@@ -1,10 +1,30 @@
 //! What a world in a lane has of its own: its plant, and the f64 rules of breaking.
 
+use crate::ground::{Ball, DebrisTip};
 use crate::schedule::Walk;
 use crate::tree_world::{Plant, TreeWorld};
+use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::{Data, forward_kinematics};
 use orchard_treephys::Rupture;
 use std::sync::Arc;
+
+/// What breaking changes of a link.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Wood {
+    /// Drag of translation and of rotation [1/s].
+    pub drag: [f64; 2],
+    /// Joint stiffness [N m/rad].
+    pub stiffness: f64,
+    /// Joint damping [N m s/rad].
+    pub damping: f64,
+}
+
+impl Wood {
+    /// What the joint's spring and damper, taken at the end of a substep, add to its inertia [kg m^2].
+    pub fn armature(&self, h: f64) -> f64 {
+        h * (self.damping + h * self.stiffness)
+    }
+}
 
 /// The world of one lane, apart from its numbers.
 #[derive(Debug, Clone)]
@@ -16,6 +36,12 @@ pub(crate) struct LaneWorld {
     /// Row of each fruit.
     pub fruit_row: Vec<usize>,
     pub rupture: Rupture,
+    /// Drag, springs and dampers of each link, as the f64 state has them.
+    pub wood: Vec<Wood>,
+    /// Fruit off the stem: its index, and the ball that it is.
+    pub loose: Vec<(usize, Ball)>,
+    /// Tips of the links of broken limbs.
+    pub debris: Vec<DebrisTip>,
     /// The f64 state that the rules of breaking work on; there from the first break.
     shadow: Option<Box<Data>>,
 }
@@ -24,7 +50,18 @@ impl LaneWorld {
     pub fn new(index: usize, world: &TreeWorld, walk: Walk, fruit_row: Vec<usize>) -> Self {
         let rupture = world.rupture().clone();
         let shadow = (!rupture.breaks().is_empty()).then(|| Box::new(world.data().clone()));
-        Self { index, plant: world.plant().clone(), walk, fruit_row, rupture, shadow }
+        let wood = vec![Wood::default(); walk.links.len()];
+        Self {
+            index,
+            plant: world.plant().clone(),
+            walk,
+            fruit_row,
+            rupture,
+            wood,
+            loose: Vec::new(),
+            debris: Vec::new(),
+            shadow,
+        }
     }
 
     /// The f64 state, to be brought up to date and given back.
@@ -42,6 +79,35 @@ impl LaneWorld {
         forward_kinematics(model, data);
         self.rupture.break_joint(tree, model, data, &spec.wood, spec.sim.gravity.si(), segment);
         self.plant.fruit.weigh_on(data, |segment| self.rupture.is_debris(segment));
+    }
+
+    /// From now on a fruit is loose, with the angular velocity that it has.
+    pub fn let_loose(&mut self, fruit: usize, w_world: Vec3) {
+        let Plant { spec, model, fruit: set, .. } = &*self.plant;
+        let ball = Ball {
+            radius: set.fruit[fruit].radius,
+            inertia: model.point(set.points[fruit]).spin_inertia,
+            friction: (spec.fruit.friction.si() * spec.sim.ground_friction.si()).sqrt(),
+            stiffness: in_series(spec.fruit.contact_stiffness.si(), spec.sim.ground_stiffness.si()),
+            spin_loss: spec.fruit.rolling_loss.si(),
+            w_world,
+        };
+        self.loose.push((fruit, ball));
+    }
+
+    /// Takes up the links that have become debris.
+    pub fn list_debris(&mut self) {
+        let Plant { spec, model, tree, .. } = &*self.plant;
+        let friction = (spec.wood.friction.si() * spec.sim.ground_friction.si()).sqrt();
+        let stiffness = in_series(spec.wood.contact_stiffness.si(), spec.sim.ground_stiffness.si());
+        for (row, &segment) in self.walk.links.iter().enumerate() {
+            if self.rupture.is_debris(segment) && !self.debris.iter().any(|tip| tip.row == row) {
+                let Shape::Capsule { radius, .. } = model.collider(tree.colliders[segment]).shape else {
+                    continue;
+                };
+                self.debris.push(DebrisTip::new(row, radius, friction, stiffness));
+            }
+        }
     }
 
     /// Rows of the joints that broke.

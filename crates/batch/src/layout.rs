@@ -1,67 +1,81 @@
 //! Where the numbers of a tile stand in memory: `[row][field][lane]`.
 
-/// Numbers of a link. Constants of a world first, then what breaking changes, then the state.
+/// Numbers of a link, h the substep. Constants of a world first (those after `LINEAR_DRAG` change with breaking), then
+/// the state.
 pub(crate) mod link {
-    /// First two columns of the rotation from the link's joint frame to its parent's frame (6).
-    pub const REST: usize = 0;
+    /// The link's axis at rest, in its parent's frame (3): the joint frame is the parent's, turned by the smallest
+    /// rotation that carries z onto it.
+    pub const DIRECTION: usize = 0;
+    /// 1 / (1 + z of that).
+    pub const FOLD: usize = 3;
     /// From the joint to the tip, where all children sit [m].
-    pub const LENGTH: usize = 6;
-    /// Mass [kg].
-    pub const MASS: usize = 7;
-    /// Inertia across the link about the centre of mass [kg m^2].
-    pub const ACROSS: usize = 8;
-    /// Inertia about the link's axis less that across it [kg m^2].
-    pub const AXIAL_EXCESS: usize = 9;
+    pub const LENGTH: usize = 4;
+    /// h times the mass [kg s].
+    pub const H_MASS: usize = 5;
+    /// h times the inertia across the link about the centre of mass [kg m^2 s].
+    pub const H_ACROSS: usize = 6;
+    /// h times the inertia about the link's axis less that across it [kg m^2 s].
+    pub const H_EXCESS: usize = 7;
     /// Drag of translation [1/s].
-    pub const LINEAR_DRAG: usize = 10;
+    pub const LINEAR_DRAG: usize = 8;
     /// Drag of rotation [1/s].
-    pub const ANGULAR_DRAG: usize = 11;
-    /// Joint stiffness [N m/rad].
-    pub const STIFFNESS: usize = 12;
-    /// Joint damping [N m s/rad].
-    pub const DAMPING: usize = 13;
+    pub const ANGULAR_DRAG: usize = 9;
+    /// Half the mass, drag included [kg]: it stands at either end of the link.
+    pub const HALF_MASS: usize = 10;
+    /// What the two halves leave over of the inertia across, drag included [kg m^2].
+    pub const ACROSS: usize = 11;
+    /// What they leave over of the inertia about the axis, less `ACROSS`, by the length squared [kg].
+    pub const ALONG: usize = 12;
+    /// h (d + h k) of the joint [kg m^2].
+    pub const ARMATURE: usize = 13;
+    /// h k of the joint [N m s].
+    pub const H_STIFFNESS: usize = 14;
     /// Joint angles [rad] (2).
-    pub const Q: usize = 14;
+    pub const Q: usize = 15;
     /// Joint rates [rad/s] (2).
-    pub const V: usize = 16;
+    pub const V: usize = 17;
     /// Fields.
-    pub const FIELDS: usize = 18;
+    pub const FIELDS: usize = 19;
 }
 
 /// What the passes over the links leave for each other.
 pub(crate) mod work {
     /// First and second joint axis (3 each).
     pub const AXES: usize = 0;
-    /// The link's own axis, unit (3).
-    pub const Z: usize = 6;
-    /// Impulse on the link at its origin: torque, force (6). The factor takes its place.
-    pub const IMPULSE: usize = 9;
-    /// G = U / D of both axes, torque and force each (12).
+    /// From the link's origin to its tip (3).
+    pub const D: usize = 6;
+    /// Impulse on the link at its origin with the sign turned: torque, force (6). The factor takes its place.
+    pub const RESISTANCE: usize = 9;
+    /// U L^-T of both axes, torque and force each (12), with the pivot S^T U = L L^T.
     pub const G: usize = 9;
-    /// y / D of both axes (2).
-    pub const X: usize = 21;
+    /// L^-1 y (2).
+    pub const Y: usize = 21;
+    /// Inverse diagonal of L (2).
+    pub const SCALE: usize = 23;
+    /// What a change of the second axis takes off the first.
+    pub const SHARE: usize = 25;
     /// Fields.
-    pub const FIELDS: usize = 23;
+    pub const FIELDS: usize = 26;
 }
 
-/// Numbers of a fruit. Constants first, then what detachment changes, then the state.
+/// Numbers of a fruit, h the substep. Constants first, then what detachment changes, then the state.
 pub(crate) mod fruit {
     /// Mass [kg].
     pub const MASS: usize = 0;
-    /// Weight [N]; 0 on a padding row.
-    pub const WEIGHT: usize = 1;
+    /// h times the weight [N s]; 0 on a padding row.
+    pub const H_WEIGHT: usize = 1;
     /// Where the stem is fixed, in the link's frame [m] (3).
     pub const ANCHOR: usize = 2;
     /// Height of the hang point above the anchor [m].
     pub const DROP: usize = 5;
-    /// Largest reaction on the anchor [N].
-    pub const CAP: usize = 6;
-    /// Stiffness of the stem [N/m]; 0 off the stem.
-    pub const STIFFNESS: usize = 7;
-    /// Damping of the stem [N s/m]; 0 off the stem.
-    pub const DAMPING: usize = 8;
-    /// Upward force that takes the weight off the anchor [N]; 0 off the stem.
-    pub const BIAS: usize = 9;
+    /// h times the largest reaction on the anchor [N s].
+    pub const H_CAP: usize = 6;
+    /// h k of the stem [N s/m]; 0 off the stem.
+    pub const H_STIFFNESS: usize = 7;
+    /// What the stem adds to the fruit's inertia, h (c + h k) [kg]; 0 off the stem.
+    pub const KAPPA: usize = 8;
+    /// h times the upward force that takes the weight off the anchor [N s]; 0 off the stem.
+    pub const H_BIAS: usize = 9;
     /// Coefficient of air drag [N s^2/m^2]; 0 on the stem.
     pub const AIR_DRAG: usize = 10;
     /// Applied force [N] (3).
@@ -78,22 +92,30 @@ pub(crate) mod fruit {
 pub(crate) mod fruit_work {
     /// Mass that the fruit adds to its link at the anchor [kg].
     pub const ADDED_MASS: usize = 0;
-    /// What the stem adds to the fruit's inertia, h (c + h k) [kg].
-    pub const KAPPA: usize = 1;
     /// 1 / (mass + h drag + kappa) [1/kg].
-    pub const INVERSE_MASS: usize = 2;
-    /// From the link's origin to the anchor [m] (3).
-    pub const R_ANCHOR: usize = 3;
+    pub const INVERSE_MASS: usize = 1;
+    /// From the link's tip to the anchor [m] (3).
+    pub const R_TIP: usize = 2;
     /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
-    pub const IMPULSE: usize = 6;
+    pub const IMPULSE: usize = 5;
     /// Stretch of the stem spring [m] (3).
-    pub const STRETCH: usize = 9;
+    pub const STRETCH: usize = 8;
     /// Fields.
-    pub const FIELDS: usize = 12;
+    pub const FIELDS: usize = 11;
+}
+
+/// What a stem bears; infinite off the stem.
+pub(crate) mod limit {
+    /// Square of the stretch that detaches [m^2].
+    pub const STRETCH: usize = 0;
+    /// Square of the direct pull that detaches [N^2].
+    pub const PULL: usize = 1;
+    /// Fields.
+    pub const FIELDS: usize = 2;
 }
 
 /// What a link passes on to its children: everything at the link's tip.
-pub(crate) mod pose {
+pub(crate) mod tip {
     /// Axes of the link (9).
     pub const AXES: usize = 0;
     /// Angular velocity (3).
@@ -108,6 +130,16 @@ pub(crate) mod pose {
     pub const P: usize = 21;
     /// Fields.
     pub const FIELDS: usize = 24;
+}
+
+/// Velocity change of a link's tip in a substep.
+pub(crate) mod change {
+    /// Of the angular velocity (3).
+    pub const TURN: usize = 0;
+    /// Of the velocity (3).
+    pub const SHIFT: usize = 3;
+    /// Fields.
+    pub const FIELDS: usize = 6;
 }
 
 /// What children pass on to their parent, at its tip.
@@ -126,10 +158,26 @@ pub(crate) mod load {
     pub const FIELDS: usize = 27;
 }
 
-/// Velocity change of a link's tip: angular, linear.
-pub(crate) mod change {
+/// Motion of a link's tip, kept only in tiles with debris.
+pub(crate) mod tip_motion {
+    /// Height [m].
+    pub const Z: usize = 0;
+    /// Velocity [m/s] (3).
+    pub const V: usize = 1;
     /// Fields.
-    pub const FIELDS: usize = 6;
+    pub const FIELDS: usize = 4;
+}
+
+/// What the ground does to a link's tip, kept only in tiles with debris.
+pub(crate) mod prop {
+    /// Damper along the ground, times h [kg].
+    pub const ACROSS: usize = 0;
+    /// Damper along the normal, times h [kg].
+    pub const NORMAL: usize = 1;
+    /// Impulse while the tip's velocity stays as it is [N s] (3).
+    pub const IMPULSE: usize = 2;
+    /// Fields.
+    pub const FIELDS: usize = 5;
 }
 
 /// Floats of a cache line, and of the widest vector.

@@ -2,9 +2,9 @@
 //!
 //! [`TreeWorld`] is one tree with its fruit in f64, by `orchard_multibody`: the reference. [`Batch`] advances many
 //! of them in f32, as many in a vector as the processor's registers hold ([`Isa`]), with the same equations,
-//! substeps, ruptures and detachments. Trees may differ in dimensions and in topology. There is no robot and no
-//! contact: what comes off falls freely. Memory layout and the order of the passes are told in
-//! `docs/computation/batch.md`.
+//! substeps, ruptures and detachments. Trees may differ in dimensions and in topology. There is no robot;
+//! loose fruit and broken limbs meet the ground, nothing else touches anything. Memory layout and the order of the
+//! passes are told in `docs/computation/batch.md`.
 //!
 //! ```
 //! use orchard_batch::{Batch, TreeWorld};
@@ -21,6 +21,7 @@
 //! ```
 
 mod batch;
+mod ground;
 mod isa;
 mod kernel;
 mod lane_world;

@@ -1,120 +1,151 @@
 //! In which order a tile visits the links of its worlds.
 //!
-//! Every world is walked depth first, so that row k of a tile holds each world's k-th link; shorter worlds are
-//! padded. The first child of a link stands in the next row and takes what it needs from registers. At the
-//! other children the walk comes back to a fork, whose state was put into a slot: the number of forks still
-//! open above it. Rows in which all worlds do the same move whole vectors, the others move lane by lane;
-//! the arithmetic of a world is the same in both cases.
+//! Row k of a tile holds the k-th link of each world's own walk; shorter worlds are padded. A link leaves what its
+//! children need in a slot and they take it from there; on the way in the slot collects what they bring. Slots are
+//! few, so that they stay in the nearest cache. Where all worlds of a row have the same parent row, whole vectors
+//! move. Elsewhere a row has several sources, each for some lanes; the arithmetic of a world is the same.
 
-/// A lane that moves nothing.
-pub(crate) const NO_SLOT: u16 = u16::MAX;
+/// The row has no slot: no link of it has children.
+pub(crate) const NO_SLOT: usize = usize::MAX;
 
-/// Slot of the world frame; the tips of links use the others.
-pub(crate) const WORLD_SLOT: u16 = 0;
+/// Slot of the world frame.
+pub(crate) const WORLD_SLOT: usize = 0;
 
-/// Walk through one world.
+/// Walk through one world. It depends on nothing but that world.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Walk {
     /// Link of each row.
     pub links: Vec<usize>,
-    /// Slot from which each row's parent comes back; `NO_SLOT` where the parent is the row before.
-    pub resume: Vec<u16>,
-    /// Slot into which a fork puts its state; `NO_SLOT` where the link has at most one child.
-    pub keep: Vec<u16>,
+    /// Row of its parent.
+    pub parent: Vec<Option<usize>>,
 }
 
 impl Walk {
-    /// Depth first, children in index order. Parents come before their children in `parent`.
-    pub fn depth_first(parent: &[Option<usize>]) -> Self {
+    /// Two depth-first walks that take turns, in two sub-trees where possible: a row rarely waits for the
+    /// numbers of the row before it, so that the processor works on both at once.
+    pub fn in_turns(parent: &[Option<usize>]) -> Self {
         let mut children = vec![Vec::new(); parent.len()];
-        let mut open: Vec<usize> = Vec::new();
-        for (link, parent) in parent.iter().enumerate() {
+        let mut open: [Vec<usize>; 2] = [Vec::new(), Vec::new()];
+        for (link, parent) in parent.iter().enumerate().rev() {
             match parent {
                 Some(parent) => children[*parent].push(link),
-                None => open.push(link),
+                None => open[0].push(link),
             }
         }
-        open.reverse();
-        let mut walk = Self { links: Vec::new(), resume: Vec::new(), keep: Vec::new() };
-        let mut forks_above = vec![0_u16; parent.len()];
-        while let Some(link) = open.pop() {
-            let before = walk.links.last().copied();
-            let is_fork = children[link].len() > 1;
-            let resume = match parent[link] {
-                None => WORLD_SLOT,
-                Some(parent) => {
-                    let parent_forks = children[parent].len() > 1;
-                    forks_above[link] = forks_above[parent] + u16::from(parent_forks);
-                    if before == Some(parent) { NO_SLOT } else { 1 + forks_above[parent] }
-                }
-            };
+        let mut row_of = vec![0; parent.len()];
+        let mut walk = Self { links: Vec::new(), parent: Vec::new() };
+        for turn in (0..2).cycle() {
+            let (own, other) = (turn, 1 - turn);
+            if open[own].is_empty() && open[other].len() > 1 {
+                // The largest sub-tree that waits, more or less.
+                let link = open[other].remove(0);
+                open[own].push(link);
+            }
+            let stack = if open[own].is_empty() { other } else { own };
+            let Some(link) = open[stack].pop() else { break };
+            row_of[link] = walk.links.len();
             walk.links.push(link);
-            walk.resume.push(resume);
-            walk.keep.push(if is_fork { 1 + forks_above[link] } else { NO_SLOT });
-            open.extend(children[link].iter().rev());
+            walk.parent.push(parent[link].map(|parent| row_of[parent]));
+            open[stack].append(&mut children[link]);
         }
         walk
     }
 }
 
-/// What the lanes of a row do with the slots.
+/// Where some lanes of a row have their parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Move {
-    /// Nothing.
-    None,
-    /// All use the same slot.
-    All(u16),
-    /// Each its own, or none.
-    Each,
+pub(crate) struct Source {
+    /// Slot of the parent.
+    pub slot: usize,
+    /// On the way in, nothing has been brought to the slot before.
+    pub is_first: bool,
+}
+
+/// The moves of a row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Row {
+    /// Slot of the row's own state and load.
+    pub slot: usize,
+    /// First of its sources, and their number.
+    pub sources: (usize, usize),
+    /// First row of fruit, and the one after the last.
+    pub fruit: (usize, usize),
 }
 
 /// The walks of a tile's worlds, side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct Schedule {
     /// Rows.
-    pub rows: usize,
+    pub rows: Vec<Row>,
     /// Slots, that of the world included.
     pub slots: usize,
-    /// What each row takes from the slots on the way out.
-    pub resume: Vec<Move>,
-    /// What each row puts into the slots.
-    pub keep: Vec<Move>,
-    /// Slots by row and lane.
-    pub resume_slot: Vec<u16>,
-    /// Slots by row and lane.
-    pub keep_slot: Vec<u16>,
+    /// Sources of all rows.
+    pub sources: Vec<Source>,
+    /// Lanes of each source.
+    pub lanes_of_source: Vec<Vec<bool>>,
 }
 
 impl Schedule {
-    /// Puts walks side by side in `lanes` lanes; lanes without a walk are padding.
-    pub fn new(walks: &[&Walk], lanes: usize) -> Self {
-        let rows = walks.iter().map(|walk| walk.links.len()).max().unwrap_or(0);
-        let mut slots = 1;
-        let (mut resume_slot, mut keep_slot) = (Vec::new(), Vec::new());
-        for row in 0..rows {
-            for lane in 0..lanes {
-                // Padding has no inertia, so it may hang anywhere: a lane without a world walks along with the
-                // first one, rows after a world's last link hang on the world frame.
-                let walk = walks.get(lane).or(walks.first()).filter(|walk| row < walk.links.len());
-                resume_slot.push(walk.map_or(WORLD_SLOT, |walk| walk.resume[row]));
-                let keep = walk.map_or(NO_SLOT, |walk| walk.keep[row]);
-                if keep != NO_SLOT {
-                    slots = slots.max(usize::from(keep) + 1);
-                }
-                keep_slot.push(keep);
+    /// Puts walks side by side in `lanes` lanes; lanes without a walk are padding. `fruit[row]` rows of fruit
+    /// belong to a row of links.
+    pub fn new(walks: &[&Walk], lanes: usize, fruit: &[usize]) -> Self {
+        let longest = walks.iter().max_by_key(|walk| walk.links.len());
+        let Some(longest) = longest else {
+            return Self { rows: Vec::new(), slots: 1, sources: Vec::new(), lanes_of_source: Vec::new() };
+        };
+        // Padding has no inertia, so it may hang anywhere: where most others do.
+        let parent = |row: usize, lane: usize| {
+            let walk = walks.get(lane).unwrap_or(&walks[0]);
+            *walk.parent.get(row).unwrap_or(&longest.parent[row])
+        };
+        let count = longest.links.len();
+        let mut last_child = vec![None; count];
+        for row in 0..count {
+            for parent in (0..lanes).filter_map(|lane| parent(row, lane)) {
+                last_child[parent] = Some(row);
             }
         }
-        let moves = |slots: &[u16]| {
-            slots
-                .chunks(lanes)
-                .map(|row| match row[0] {
-                    slot if row.iter().any(|other| *other != slot) => Move::Each,
-                    NO_SLOT => Move::None,
-                    slot => Move::All(slot),
-                })
-                .collect()
-        };
-        Self { rows, slots, resume: moves(&resume_slot), keep: moves(&keep_slot), resume_slot, keep_slot }
+        let mut schedule =
+            Self { rows: Vec::new(), slots: 1, sources: Vec::new(), lanes_of_source: Vec::new() };
+        let (mut free, mut next_fruit) = (Vec::new(), 0);
+        for row in 0..count {
+            // Its own slot before its parents' are given back: no row reads and writes the same one.
+            let slot = match last_child[row] {
+                None => NO_SLOT,
+                Some(_) => free.pop().unwrap_or_else(|| {
+                    schedule.slots += 1;
+                    schedule.slots - 1
+                }),
+            };
+            let first_source = schedule.sources.len();
+            let mut parents: Vec<Option<usize>> = Vec::new();
+            for lane in 0..lanes {
+                let parent = parent(row, lane);
+                let at = parents.iter().position(|p| *p == parent).unwrap_or_else(|| {
+                    parents.push(parent);
+                    let is_first = parent.is_none_or(|parent| last_child[parent] == Some(row));
+                    let slot = parent.map_or(WORLD_SLOT, |parent| schedule.rows[parent].slot);
+                    schedule.sources.push(Source { slot, is_first });
+                    schedule.lanes_of_source.push(vec![false; lanes]);
+                    parents.len() - 1
+                });
+                schedule.lanes_of_source[first_source + at][lane] = true;
+            }
+            for source in &schedule.sources[first_source..] {
+                if source.slot != WORLD_SLOT && source.is_first {
+                    free.push(source.slot);
+                }
+            }
+            let fruit = (next_fruit, next_fruit + fruit.get(row).copied().unwrap_or(0));
+            next_fruit = fruit.1;
+            schedule.rows.push(Row { slot, sources: (first_source, parents.len()), fruit });
+        }
+        schedule
+    }
+
+    /// Number of rows of fruit.
+    pub fn fruit_rows(&self) -> usize {
+        self.rows.last().map_or(0, |row| row.fruit.1)
     }
 }
 
@@ -123,28 +154,38 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_walk_comes_back_to_its_forks() {
+    fn two_sub_trees_take_turns() {
         // 0 - 1 - 2
         //      \- 3 - 5
-        //  \- 4
-        let parent = [None, Some(0), Some(1), Some(1), Some(0), Some(3)];
-        let walk = Walk::depth_first(&parent);
-        assert_eq!(walk.links, [0, 1, 2, 3, 5, 4]);
-        assert_eq!(walk.resume, [WORLD_SLOT, NO_SLOT, NO_SLOT, 2, NO_SLOT, 1]);
-        assert_eq!(walk.keep, [1, 2, NO_SLOT, NO_SLOT, NO_SLOT, NO_SLOT]);
+        //  \- 4 - 6
+        let parent = [None, Some(0), Some(1), Some(1), Some(0), Some(3), Some(4)];
+        let walk = Walk::in_turns(&parent);
+        assert_eq!(walk.links, [0, 4, 1, 6, 2, 3, 5]);
+        assert_eq!(walk.parent, [None, Some(0), Some(0), Some(1), Some(2), Some(2), Some(5)]);
     }
 
     #[test]
-    fn equal_walks_move_together_and_others_apart() {
-        let fork = Walk::depth_first(&[None, Some(0), Some(0)]);
-        let chain = Walk::depth_first(&[None, Some(0)]);
-        let same = Schedule::new(&[&fork, &fork], 2);
-        assert_eq!(same.resume, [Move::All(0), Move::None, Move::All(1)]);
-        assert_eq!(same.keep, [Move::All(1), Move::None, Move::None]);
-        let mixed = Schedule::new(&[&fork, &chain], 2);
-        assert_eq!((mixed.rows, mixed.slots), (3, 2));
-        assert_eq!(mixed.resume, [Move::All(0), Move::None, Move::Each]);
-        assert_eq!(mixed.resume_slot[4..], [1, WORLD_SLOT]);
-        assert_eq!(mixed.keep[0], Move::Each);
+    fn slots_are_given_back_but_never_read_and_written_in_one_row() {
+        let chain = Walk::in_turns(&[None, Some(0), Some(1), Some(2)]);
+        let schedule = Schedule::new(&[&chain], 1, &[0, 1, 0, 2]);
+        let slots: Vec<usize> = schedule.rows.iter().map(|row| row.slot).collect();
+        assert_eq!((slots, schedule.slots), (vec![1, 2, 1, NO_SLOT], 3));
+        assert_eq!(schedule.rows[3].fruit, (1, 3));
+        assert!(schedule.sources.iter().all(|source| source.is_first));
+    }
+
+    #[test]
+    fn equal_walks_share_their_sources_and_others_do_not() {
+        let fork = Walk::in_turns(&[None, Some(0), Some(0)]);
+        let chain = Walk::in_turns(&[None, Some(0), Some(1)]);
+        let same = Schedule::new(&[&fork, &fork], 2, &[]);
+        assert_eq!(same.sources.len(), 3);
+        assert_eq!(
+            same.sources[1..],
+            [(1, false), (1, true)].map(|(slot, is_first)| Source { slot, is_first })
+        );
+        let mixed = Schedule::new(&[&fork, &chain], 2, &[]);
+        assert_eq!(mixed.rows[2].sources, (2, 2));
+        assert_eq!(mixed.lanes_of_source[2..], [[true, false], [false, true]]);
     }
 }

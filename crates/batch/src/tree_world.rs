@@ -1,9 +1,10 @@
 //! One tree with its fruit and nothing else, in f64: what a batch is made of and held against.
 
 use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, RestRule, Touch, place};
-use orchard_geometry::{Pose, Vec3};
+use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
-    Data, Groups, Model, ModelBuilder, ModelError, StaticsError, StepReport, StepSettings, equilibrium, step,
+    Collider, Data, Groups, Model, ModelBuilder, ModelError, Owner, StaticsError, StepReport, StepSettings,
+    equilibrium, forward_kinematics, step,
 };
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, TreegenError, grow};
@@ -32,7 +33,8 @@ pub enum TreeWorldError {
 pub struct Plant {
     /// Rules and materials.
     pub spec: Arc<Spec>,
-    /// The model: the tree's links and the fruit as point bodies. Nothing touches anything.
+    /// The model: the tree's links and the fruit as point bodies. Fruit off its stem and
+    /// broken limbs meet the ground, nothing else touches anything.
     pub model: Model,
     /// The tree's links.
     pub tree: TreeBody,
@@ -86,11 +88,21 @@ impl TreeWorld {
     /// The parts make no valid model, or the tree finds no rest.
     pub fn new(spec: Arc<Spec>, skeleton: &Skeleton, fruit: Vec<Fruit>) -> Result<Self, TreeWorldError> {
         const APART: Groups = Groups::NONE;
+        const GROUND: Groups = Groups { member: 1, filter: 2 };
+        const OFF_THE_TREE: Groups = Groups { member: 2, filter: 1 };
         let gravity = spec.sim.gravity.si();
         let mut builder = ModelBuilder::new();
-        let groups = TreeGroups { wood: APART, debris: APART };
+        builder.add_collider(Collider {
+            owner: Owner::World,
+            shape: Shape::HalfSpace,
+            x_owner_shape: Pose::identity(),
+            groups: GROUND,
+            friction: spec.sim.ground_friction.si(),
+            stiffness: spec.sim.ground_stiffness.si(),
+        });
+        let groups = TreeGroups { wood: APART, debris: OFF_THE_TREE };
         let tree = TreeBody::add_to(&mut builder, skeleton, &spec.wood, groups);
-        let groups = FruitGroups { hanging: APART, loose: APART, asleep: APART };
+        let groups = FruitGroups { hanging: APART, loose: OFF_THE_TREE, asleep: APART };
         let fruit = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &spec.fruit, gravity, groups);
         let model = builder.build()?;
         let settings = step_settings(&spec.sim);
@@ -130,6 +142,14 @@ impl TreeWorld {
             FruitEvent::Deposited { .. } | FruitEvent::Dropped { .. } => None,
         });
         snapped.into_iter().map(|segment| TreeEvent::Snapped { segment }).chain(detached).collect()
+    }
+
+    /// Breaks the joint at a segment's base now.
+    pub fn break_branch(&mut self, segment: usize) {
+        let Plant { spec, model, tree, fruit, .. } = &*self.plant;
+        forward_kinematics(model, &mut self.data);
+        self.rupture.break_joint(tree, model, &mut self.data, &spec.wood, spec.sim.gravity.si(), segment);
+        fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
     }
 
     /// The constant part.

@@ -1,205 +1,258 @@
 //! Elimination of the joints, tips to root.
 
-use super::lane::{Lane, Lane3, add, axmy, axpy, cross_add, dot, load3, scale, store3};
-use super::{Step, View, collect, deliver};
-use crate::layout::{fruit_work, link, load, work};
+use super::View;
+use super::lane::{Lane, Lane3, axmy, cross_add, dot, dot_add, load3, scale, store3, sub};
+use crate::layout::{fruit_work, link, load, prop, work};
+use crate::schedule::{NO_SLOT, Row, Source};
 use pulp::Simd;
 
+/// Places of the entries of a symmetric matrix.
+const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
 #[inline(always)]
-pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
-    let mut load = [simd.splat_f32s(0.0); load::FIELDS];
-    for row in (0..view.schedule.rows).rev() {
-        collect(simd, view.schedule, row, view.loads, &mut load);
-        let mut inertia = Inertia::at_origin(simd, &view.links[row], &view.work[row], &load, step);
-        for k in view.fruit_start[row]..view.fruit_start[row + 1] {
-            let left = &view.fruit_work[k];
-            let mass = Lane::load(simd, left[fruit_work::ADDED_MASS]);
-            inertia.add_point_mass(mass, load3(simd, &left[fruit_work::R_ANCHOR..]));
+pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>) {
+    let View { rows, sources, masks, links, work, fruit_work, loads, props, .. } = view;
+    // Three slots beyond those of the schedule.
+    let (nothing, scratch, delivered) = (loads.len() - 3, loads.len() - 2, loads.len() - 1);
+    for (k, ((row, link), work)) in rows.iter().zip(links.iter()).zip(work.iter_mut()).enumerate().rev() {
+        let mut borne = if row.slot == NO_SLOT { nothing } else { row.slot };
+        let prop = props.get(k);
+        if row.fruit.0 < row.fruit.1 || prop.is_some() {
+            if row.slot == NO_SLOT {
+                borne = scratch;
+                loads[borne] = loads[nothing];
+            }
+            for left in &fruit_work[row.fruit.0..row.fruit.1] {
+                let mass = Lane::load(simd, left[fruit_work::ADDED_MASS]);
+                add_point_mass(simd, &mut loads[borne], mass, load3(simd, &left[fruit_work::R_TIP..]));
+            }
+            if let Some(prop) = prop {
+                prop_up(simd, &mut loads[borne], prop);
+            }
         }
-        eliminate(simd, inertia, &view.links[row], &mut view.work[row], &mut load, step);
-        deliver(simd, view.schedule, row, view.loads, &mut load);
+        let (first, count) = row.sources;
+        let source = sources[first];
+        let to = if count == 1 { source.slot } else { delivered };
+        let Ok([from, to]) = loads.get_disjoint_mut([borne, to]) else { continue };
+        if count == 1 && !source.is_first {
+            eliminate::<S, true>(simd, from, link, work, to);
+        } else {
+            eliminate::<S, false>(simd, from, link, work, to);
+        }
+        if count > 1 {
+            scatter(simd, row, sources, masks, loads, delivered);
+        }
     }
 }
 
-/// Articulated inertia of a link at its origin, and the impulse on it.
-struct Inertia<S: Simd> {
-    /// xx, xy, xz, yy, yz, zz.
-    angular: [Lane<S>; 6],
-    /// Columns.
-    coupling: [Lane3<S>; 3],
-    /// Like `angular`.
-    linear: [Lane<S>; 6],
-    n: Lane3<S>,
-    f: Lane3<S>,
+/// Brings what is delivered to the slots of the row's parents.
+#[inline(always)]
+fn scatter<S: Simd>(
+    simd: S,
+    row: &Row,
+    sources: &[Source],
+    masks: &[S::f32s],
+    loads: &mut [[S::f32s; load::FIELDS]],
+    delivered: usize,
+) {
+    let (first, count) = row.sources;
+    let zero = Lane::splat(simd, 0.0);
+    for (source, mask) in sources[first..first + count].iter().zip(&masks[first..first + count]) {
+        let Ok([from, to]) = loads.get_disjoint_mut([delivered, source.slot]) else { continue };
+        for (from, to) in from.iter().zip(to) {
+            let part = Lane::load(simd, *from).where_set(*mask, zero);
+            // The sign of a zero reaches no state: sums that a state is made of start from +0.
+            *to = if source.is_first { part.value } else { (Lane::load(simd, *to) + part).value };
+        }
+    }
+}
+
+/// Adds `-m [r][r]`, `m [r]`, `m 1`.
+#[inline(always)]
+fn add_point_mass<S: Simd>(simd: S, load: &mut [S::f32s; load::FIELDS], mass: Lane<S>, r: Lane3<S>) {
+    let mr = scale(mass, r);
+    let square = dot(mr, r);
+    for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
+        let entry = &mut load[load::ANGULAR + k];
+        let own = mr[i].take_from(r[j], Lane::load(simd, *entry));
+        *entry = if i == j { own + square } else { own }.value;
+    }
+    for (column, row, value) in
+        [(0, 1, mr[2]), (0, 2, -mr[1]), (1, 0, -mr[2]), (1, 2, mr[0]), (2, 0, mr[1]), (2, 1, -mr[0])]
+    {
+        let entry = &mut load[load::COUPLING + 3 * column + row];
+        *entry = (Lane::load(simd, *entry) + value).value;
+    }
+    for k in [0, 3, 5] {
+        load[load::LINEAR + k] = (Lane::load(simd, load[load::LINEAR + k]) + mass).value;
+    }
+}
+
+/// Adds what the ground does to the tip.
+#[inline(always)]
+fn prop_up<S: Simd>(simd: S, load: &mut [S::f32s; load::FIELDS], prop: &[S::f32s; prop::FIELDS]) {
+    for (to, from) in [
+        (load::LINEAR, prop::ACROSS),
+        (load::LINEAR + 3, prop::ACROSS),
+        (load::LINEAR + 5, prop::NORMAL),
+        (load::FORCE, prop::IMPULSE),
+        (load::FORCE + 1, prop::IMPULSE + 1),
+        (load::FORCE + 2, prop::IMPULSE + 2),
+    ] {
+        load[to] = (Lane::load(simd, load[to]) + Lane::load(simd, prop[from])).value;
+    }
+}
+
+/// Rows of a matrix from its columns, times a vector: the transpose's product.
+#[inline(always)]
+fn by_columns<S: Simd>(columns: &[Lane3<S>; 3], a: Lane3<S>) -> Lane3<S> {
+    [dot(columns[0], a), dot(columns[1], a), dot(columns[2], a)]
 }
 
 /// A symmetric matrix times a vector.
 #[inline(always)]
-fn symmetric<S: Simd>(m: &[Lane<S>; 6], v: Lane3<S>) -> Lane3<S> {
-    [dot([m[0], m[1], m[2]], v), dot([m[1], m[3], m[4]], v), dot([m[2], m[4], m[5]], v)]
+fn symmetric<S: Simd>(m: &[Lane<S>; 6], a: Lane3<S>) -> Lane3<S> {
+    [dot([m[0], m[1], m[2]], a), dot([m[1], m[3], m[4]], a), dot([m[2], m[4], m[5]], a)]
 }
 
-impl<S: Simd> Inertia<S> {
-    /// The link's own inertia and what hangs on its tip, moved to its origin.
-    #[inline(always)]
-    fn at_origin(
-        simd: S,
-        link: &[S::f32s; link::FIELDS],
-        work: &[S::f32s; work::FIELDS],
-        load: &[S::f32s; load::FIELDS],
-        step: Step,
-    ) -> Self {
-        let number = |field: usize| Lane::load(simd, link[field]);
-        let constant = |number: f32| Lane::splat(simd, number);
-        let borne = |field: usize| Lane::load(simd, load[field]);
-        let (h, one, half) = (constant(step.h), constant(1.0), constant(0.5));
-        let z = load3(simd, &work[work::Z..]);
-        let length = number(link::LENGTH);
-        let d = scale(length, z);
-
-        // H' = H + [d] M, column by column; J' = J + [d] H^T - H' [d].
-        let column = |k: usize| load3(simd, &load[load::COUPLING + 3 * k..]);
-        // Spelt out: `array::map` is not inlined into code for other instructions.
-        let old = [column(0), column(1), column(2)];
-        let m = [
-            borne(load::LINEAR),
-            borne(load::LINEAR + 1),
-            borne(load::LINEAR + 2),
-            borne(load::LINEAR + 3),
-            borne(load::LINEAR + 4),
-            borne(load::LINEAR + 5),
-        ];
-        let mut new = [
-            cross_add(d, [m[0], m[1], m[2]], old[0]),
-            cross_add(d, [m[1], m[3], m[4]], old[1]),
-            cross_add(d, [m[2], m[4], m[5]], old[2]),
-        ];
-        let row = |h: &[Lane3<S>; 3], i: usize| [h[0][i], h[1][i], h[2][i]];
-        // Component i of d x r, added to c.
-        let cross_at = |i: usize, r: Lane3<S>, c: Lane<S>| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            d[j].mul_add(r[k], d[k].take_from(r[j], c))
-        };
-        let entry = |k: usize, i: usize, j: usize| {
-            cross_at(i, row(&old, j), cross_at(j, row(&new, i), borne(load::ANGULAR + k)))
-        };
-        let mut angular =
-            [entry(0, 0, 0), entry(1, 0, 1), entry(2, 0, 2), entry(3, 1, 1), entry(4, 1, 2), entry(5, 2, 2)];
-        let (torque, force) = (load3(simd, &load[load::TORQUE..]), load3(simd, &load[load::FORCE..]));
-        let n = cross_add(d, force, add(torque, load3(simd, &work[work::IMPULSE..])));
-        let f = add(force, load3(simd, &work[work::IMPULSE + 3..]));
-
-        // The link itself, symmetric about z, its centre of mass halfway: across + along z z^T.
-        let mass = number(link::MASS) * h.mul_add(number(link::LINEAR_DRAG), one);
-        let turning = h.mul_add(number(link::ANGULAR_DRAG), one);
-        let arm = half * length;
-        let steiner = mass * arm * arm;
-        let across = turning.mul_add(number(link::ACROSS), steiner);
-        let along = scale(turning.mul_add(number(link::AXIAL_EXCESS), -steiner), z);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            angular[k] = along[i].mul_add(z[j], angular[k]);
-        }
-        for k in [0, 3, 5] {
-            angular[k] = angular[k] + across;
-        }
-        let mut linear = m;
-        add_offset_mass(&mut new, &mut linear, mass, scale(mass * arm, z));
-        Self { angular, coupling: new, linear, n, f }
-    }
-
-    /// `-m [r][r]`, `m [r]`, `m 1`.
-    #[inline(always)]
-    fn add_point_mass(&mut self, mass: Lane<S>, r: Lane3<S>) {
-        let mr = scale(mass, r);
-        let square = dot(mr, r);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            self.angular[k] = mr[i].take_from(r[j], self.angular[k]);
-        }
-        for k in [0, 3, 5] {
-            self.angular[k] = self.angular[k] + square;
-        }
-        add_offset_mass(&mut self.coupling, &mut self.linear, mass, mr);
-    }
-}
-
-/// Coupling and linear block of a mass with the first moment `mr`.
+/// Component i of d x r, added to c.
 #[inline(always)]
-fn add_offset_mass<S: Simd>(
-    coupling: &mut [Lane3<S>; 3],
-    linear: &mut [Lane<S>; 6],
-    mass: Lane<S>,
-    mr: Lane3<S>,
+fn cross_at<S: Simd>(i: usize, d: Lane3<S>, r: Lane3<S>, c: Lane<S>) -> Lane<S> {
+    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+    d[j].mul_add(r[k], d[k].take_from(r[j], c))
+}
+
+/// Entry i, j of J' = J + [d] H^T - H' [d].
+#[inline(always)]
+fn moved<S: Simd>(
+    i: usize,
+    j: usize,
+    d: Lane3<S>,
+    old: &[Lane3<S>; 3],
+    new: &[Lane3<S>; 3],
+    angular: Lane<S>,
+) -> Lane<S> {
+    let row = cross_at(j, d, [new[0][i], new[1][i], new[2][i]], angular);
+    cross_at(i, d, [old[0][j], old[1][j], old[2][j]], row)
+}
+
+/// Place of an entry, j >= i, of a symmetric matrix.
+const fn place(i: usize, j: usize) -> usize {
+    i * (5 - i) / 2 + j
+}
+
+/// An entry of A - G G^T or of P - G L^-1 y.
+#[inline(always)]
+fn deliver<S: Simd, const ADD: bool>(
+    to: &mut S::f32s,
+    value: Lane<S>,
+    (g_1, h_1): (Lane<S>, Lane<S>),
+    (g_2, h_2): (Lane<S>, Lane<S>),
 ) {
-    coupling[0][1] = coupling[0][1] + mr[2];
-    coupling[0][2] = coupling[0][2] - mr[1];
-    coupling[1][0] = coupling[1][0] - mr[2];
-    coupling[1][2] = coupling[1][2] + mr[0];
-    coupling[2][0] = coupling[2][0] + mr[1];
-    coupling[2][1] = coupling[2][1] - mr[0];
-    for k in [0, 3, 5] {
-        linear[k] = linear[k] + mass;
-    }
+    let value = g_2.take_from(h_2, g_1.take_from(h_1, value));
+    *to = if ADD { value.beside(*to) + value } else { value }.value;
 }
 
-/// Eliminates the joint: leaves G and D^-1 y in `work` and what the parent bears in `load`.
+/// Eliminates a joint: leaves the factor in `work` and what the parent bears in `to`, or adds it there.
+///
+/// Entries of the matrix are used as soon as they are known, so that few have to wait in memory.
 #[inline(always)]
-fn eliminate<S: Simd>(
+fn eliminate<S: Simd, const ADD: bool>(
     simd: S,
-    inertia: Inertia<S>,
+    from: &[S::f32s; load::FIELDS],
     link: &[S::f32s; link::FIELDS],
     work: &mut [S::f32s; work::FIELDS],
-    load: &mut [S::f32s; load::FIELDS],
-    step: Step,
+    to: &mut [S::f32s; load::FIELDS],
 ) {
     let number = |field: usize| Lane::load(simd, link[field]);
-    let Inertia { angular, coupling, linear, n, f } = inertia;
+    let borne = |field: usize| Lane::load(simd, from[field]);
+    let d = load3(simd, &work[work::D..]);
     let a_1 = load3(simd, &work[work::AXES..]);
     let a_2 = load3(simd, &work[work::AXES + 3..]);
-    let by_columns = |a: Lane3<S>| [dot(coupling[0], a), dot(coupling[1], a), dot(coupling[2], a)];
+    let half_mass = number(link::HALF_MASS);
+
+    // What is borne at the tip and half the link, moved to the origin, with S the two axes:
+    // M, H' = H + [d] M, J' = J + [d] H^T - H' [d]; U = (J' S, H'^T S).
+    // (Spelt out: `array::map` is not inlined into code for other instructions.)
+    let m = [
+        borne(load::LINEAR) + half_mass,
+        borne(load::LINEAR + 1),
+        borne(load::LINEAR + 2),
+        borne(load::LINEAR + 3) + half_mass,
+        borne(load::LINEAR + 4),
+        borne(load::LINEAR + 5) + half_mass,
+    ];
+    let old = |column: usize| load3(simd, &from[load::COUPLING + 3 * column..]);
+    let coupling = [
+        cross_add(d, [m[0], m[1], m[2]], old(0)),
+        cross_add(d, [m[1], m[3], m[4]], old(1)),
+        cross_add(d, [m[2], m[4], m[5]], old(2)),
+    ];
+    let (u_1f, u_2f) = (by_columns(&coupling, a_1), by_columns(&coupling, a_2));
+
+    let (across, along) = (number(link::ACROSS), scale(number(link::ALONG), d));
+    let own = |i: usize, j: usize| along[i].mul_add(d[j], borne(load::ANGULAR + place(i, j)));
+    let old = [old(0), old(1), old(2)];
+    let angular = [
+        moved(0, 0, d, &old, &coupling, own(0, 0) + across),
+        moved(0, 1, d, &old, &coupling, own(0, 1)),
+        moved(0, 2, d, &old, &coupling, own(0, 2)),
+        moved(1, 1, d, &old, &coupling, own(1, 1) + across),
+        moved(1, 2, d, &old, &coupling, own(1, 2)),
+        moved(2, 2, d, &old, &coupling, own(2, 2) + across),
+    ];
     let (u_1n, u_2n) = (symmetric(&angular, a_1), symmetric(&angular, a_2));
-    let (u_1f, u_2f) = (by_columns(a_1), by_columns(a_2));
+    // The other half stands at the origin.
+    let linear = [m[0] + half_mass, m[1], m[2], m[3] + half_mass, m[4], m[5] + half_mass];
 
-    let h = Lane::splat(simd, step.h);
-    let (stiffness, damping) = (number(link::STIFFNESS), number(link::DAMPING));
-    // h (d + h k): implicit armature, and the factor of -v in the impulse.
-    let armature = h * h.mul_add(stiffness, damping);
-    let h_stiffness = h * stiffness;
-    let d_11 = dot(a_1, u_1n) + armature;
+    // Pivot S^T U = L L^T, L = [[1 / s_1, 0], [share / s_1, 1 / s_2]].
+    let armature = number(link::ARMATURE);
+    let d_11 = dot_add(a_1, u_1n, armature);
     let d_12 = dot(a_2, u_1n);
-    let d_22 = dot(a_2, u_2n) + armature;
-    let inverse = Lane::splat(simd, 1.0) / d_12.take_from(d_12, d_11 * d_22);
-    let (i_11, i_12, i_22) = (d_22 * inverse, -(d_12 * inverse), d_11 * inverse);
-    let impulse = |k: usize, a: Lane3<S>| {
-        let spring = h_stiffness.take_from(number(link::Q + k), dot(a, n));
-        armature.take_from(number(link::V + k), spring)
-    };
-    let (y_1, y_2) = (impulse(0, a_1), impulse(1, a_2));
-    let (x_1, x_2) = (i_11.mul_add(y_1, i_12 * y_2), i_12.mul_add(y_1, i_22 * y_2));
-    let g_1n = axpy(i_11, u_1n, scale(i_12, u_2n));
-    let g_1f = axpy(i_11, u_1f, scale(i_12, u_2f));
-    let g_2n = axpy(i_12, u_1n, scale(i_22, u_2n));
-    let g_2f = axpy(i_12, u_1f, scale(i_22, u_2f));
-
-    // A - U G^T and P - G y = P - U x.
-    let less = |m: Lane<S>, u_1: Lane<S>, g_1: Lane<S>, u_2: Lane<S>, g_2: Lane<S>| {
-        u_2.take_from(g_2, u_1.take_from(g_1, m)).value
-    };
-    for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-        load[load::ANGULAR + k] = less(angular[k], u_1n[i], g_1n[j], u_2n[i], g_2n[j]);
-        load[load::LINEAR + k] = less(linear[k], u_1f[i], g_1f[j], u_2f[i], g_2f[j]);
-    }
-    for column in 0..3 {
-        for row in 0..3 {
-            load[load::COUPLING + 3 * column + row] =
-                less(coupling[column][row], u_1n[row], g_1f[column], u_2n[row], g_2f[column]);
-        }
-    }
-    store3::<S>(&mut load[load::TORQUE..], axmy(x_1, u_1n, axmy(x_2, u_2n, n)));
-    store3::<S>(&mut load[load::FORCE..], axmy(x_1, u_1f, axmy(x_2, u_2f, f)));
+    let d_22 = dot_add(a_2, u_2n, armature);
+    let one = Lane::splat(simd, 1.0);
+    let i_11 = one / d_11;
+    let share = d_12 * i_11;
+    let s_1 = i_11.sqrt();
+    let s_2 = (d_11 / d_12.take_from(d_12, d_11 * d_22)).sqrt();
+    let force = load3(simd, &from[load::FORCE..]);
+    let torque = sub(load3(simd, &from[load::TORQUE..]), load3(simd, &work[work::RESISTANCE..]));
+    let n = cross_add(d, force, torque);
+    let f = sub(force, load3(simd, &work[work::RESISTANCE + 3..]));
+    let h_stiffness = number(link::H_STIFFNESS);
+    let spring_1 = h_stiffness.mul_add(number(link::Q), armature * number(link::V));
+    let spring_2 = h_stiffness.mul_add(number(link::Q + 1), armature * number(link::V + 1));
+    let (y_1, y_2) = (dot(a_1, n) - spring_1, dot(a_2, n) - spring_2);
+    let (y_1, y_2) = (s_1 * y_1, s_2 * share.take_from(y_1, y_2));
+    let (g_1n, g_1f) = (scale(s_1, u_1n), scale(s_1, u_1f));
+    let g_2n = scale(s_2, axmy(share, u_1n, u_2n));
+    let g_2f = scale(s_2, axmy(share, u_1f, u_2f));
     store3::<S>(&mut work[work::G..], g_1n);
     store3::<S>(&mut work[work::G + 3..], g_1f);
     store3::<S>(&mut work[work::G + 6..], g_2n);
     store3::<S>(&mut work[work::G + 9..], g_2f);
-    work[work::X] = x_1.value;
-    work[work::X + 1] = x_2.value;
+    work[work::Y] = y_1.value;
+    work[work::Y + 1] = y_2.value;
+    work[work::SCALE] = s_1.value;
+    work[work::SCALE + 1] = s_2.value;
+    work[work::SHARE] = share.value;
+
+    // What the parent bears.
+    for i in 0..3 {
+        let (torque, force) = (load::TORQUE + i, load::FORCE + i);
+        deliver::<S, ADD>(&mut to[torque], n[i], (g_1n[i], y_1), (g_2n[i], y_2));
+        deliver::<S, ADD>(&mut to[force], f[i], (g_1f[i], y_1), (g_2f[i], y_2));
+    }
+    for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
+        deliver::<S, ADD>(&mut to[load::LINEAR + k], linear[k], (g_1f[i], g_1f[j]), (g_2f[i], g_2f[j]));
+    }
+    for j in 0..3 {
+        for i in 0..3 {
+            let to = &mut to[load::COUPLING + 3 * j + i];
+            deliver::<S, ADD>(to, coupling[j][i], (g_1n[i], g_1f[j]), (g_2n[i], g_2f[j]));
+        }
+    }
+    for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
+        deliver::<S, ADD>(&mut to[load::ANGULAR + k], angular[k], (g_1n[i], g_1n[j]), (g_2n[i], g_2n[j]));
+    }
 }

@@ -51,16 +51,54 @@ impl<S: Simd> Lane<S> {
         Self { simd, value }
     }
 
+    /// From memory, for use with `self`.
+    #[inline(always)]
+    pub fn beside(self, value: S::f32s) -> Self {
+        Self { simd: self.simd, value }
+    }
+
+    /// Whether a product and sum are rounded once. Not on SSE and on the portable path, where pulp would go
+    /// through a library call for each lane.
+    const IS_FUSED: bool = S::F32_LANES > 4 || (cfg!(target_arch = "aarch64") && S::F32_LANES > 1);
+
     /// `self * b + c`, with one rounding where the processor has such an instruction.
     #[inline(always)]
     pub fn mul_add(self, b: Self, c: Self) -> Self {
+        if !Self::IS_FUSED {
+            return self * b + c;
+        }
         Self { simd: self.simd, value: self.simd.mul_add_e_f32s(self.value, b.value, c.value) }
     }
 
     /// `c - self * b`, likewise.
     #[inline(always)]
     pub fn take_from(self, b: Self, c: Self) -> Self {
+        if !Self::IS_FUSED {
+            return c - self * b;
+        }
         Self { simd: self.simd, value: self.simd.negate_mul_add_e_f32s(self.value, b.value, c.value) }
+    }
+
+    /// `self` in the worlds where the bits of `mask` are set, elsewhere `otherwise`.
+    #[inline(always)]
+    pub fn where_set(self, mask: S::f32s, otherwise: Self) -> Self {
+        let simd = self.simd;
+        let bits = |value: S::f32s| simd.transmute_u32s_f32s(value);
+        let own = simd.and_u32s(bits(mask), bits(self.value));
+        let other = simd.and_u32s(simd.not_u32s(bits(mask)), bits(otherwise.value));
+        Self { simd, value: simd.transmute_f32s_u32s(simd.or_u32s(own, other)) }
+    }
+
+    /// The worlds in which `self` is above `limit`.
+    #[inline(always)]
+    fn above(self, limit: Self) -> S::m32s {
+        self.simd.greater_than_f32s(self.value, limit.value)
+    }
+
+    /// Whether `self` is above `limit` in any world.
+    #[inline(always)]
+    pub fn any_above(self, limit: Self) -> bool {
+        self.simd.first_true_m32s(self.above(limit)) < S::F32_LANES
     }
 
     /// Square root.
@@ -73,11 +111,23 @@ impl<S: Simd> Lane<S> {
     #[inline(always)]
     pub fn if_above(self, limit: Self, then: Self, otherwise: Self) -> Self {
         let simd = self.simd;
-        let mask = simd.greater_than_f32s(self.value, limit.value);
         // As bits: pulp's selection of floats is not always inlined.
         let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
-        let chosen = simd.select_u32s(mask, bits(then), bits(otherwise));
+        let chosen = simd.select_u32s(self.above(limit), bits(then), bits(otherwise));
         Self { simd, value: simd.transmute_f32s_u32s(chosen) }
+    }
+
+    /// Sine and cosine of angles within an eighth of a turn, by minimax polynomials.
+    #[inline(always)]
+    fn sin_cos_within_an_eighth(self) -> (Self, Self) {
+        const SINE: [f32; 3] = [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1];
+        const COSINE: [f32; 3] = [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2];
+        let constant = |number| Self::splat(self.simd, number);
+        let z = self * self;
+        let polynomial = |c: [f32; 3]| constant(c[0]).mul_add(z, constant(c[1])).mul_add(z, constant(c[2]));
+        let sine = (polynomial(SINE) * z).mul_add(self, self);
+        let cosine = (polynomial(COSINE) * z).mul_add(z, constant(0.5).take_from(z, constant(1.0)));
+        (sine, cosine)
     }
 
     /// Sine and cosine to about 1 unit in the last place for angles up to some thousand radians: reduction
@@ -88,8 +138,6 @@ impl<S: Simd> Lane<S> {
         const ROUNDING: f32 = 12_582_912.0;
         /// pi/2 in three parts; the first two have few enough bits that a multiple of them is exact.
         const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
-        const SINE: [f32; 3] = [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1];
-        const COSINE: [f32; 3] = [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2];
         let simd = self.simd;
         let constant = |number| Self::splat(simd, number);
         let shifted = self.mul_add(constant(std::f32::consts::FRAC_2_PI), constant(ROUNDING));
@@ -97,10 +145,7 @@ impl<S: Simd> Lane<S> {
         let r = quarter_turns.take_from(constant(HALF_PI[0]), self);
         let r = quarter_turns.take_from(constant(HALF_PI[1]), r);
         let r = quarter_turns.take_from(constant(HALF_PI[2]), r);
-        let z = r * r;
-        let polynomial = |c: [f32; 3]| constant(c[0]).mul_add(z, constant(c[1])).mul_add(z, constant(c[2]));
-        let sine = (polynomial(SINE) * z).mul_add(r, r);
-        let cosine = (polynomial(COSINE) * z).mul_add(z, constant(0.5).take_from(z, constant(1.0)));
+        let (sine, cosine) = r.sin_cos_within_an_eighth();
 
         // Quarter turns as bits: an odd number swaps the two, the second bit turns the sign.
         let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
@@ -115,6 +160,22 @@ impl<S: Simd> Lane<S> {
         let s = simd.xor_u32s(simd.xor_u32s(bits(sine), swap), sign_of(count));
         let c = simd.xor_u32s(simd.xor_u32s(bits(cosine), swap), sign_of(simd.add_u32s(count, one)));
         (lane(s), lane(c))
+    }
+}
+
+/// Sine and cosine of two angles. Most joints bend by less than an eighth of a turn; the reduction by no quarter turn at
+/// all is exact, so that leaving it out changes no bit.
+#[inline(always)]
+pub(crate) fn sin_cos_pair<S: Simd>(a: Lane<S>, b: Lane<S>) -> [(Lane<S>, Lane<S>); 2] {
+    /// Just under pi/4.
+    const EIGHTH: f32 = 0.785;
+    let simd = a.simd;
+    let size = |x: Lane<S>| simd.abs_f32s(x.value);
+    let largest = Lane { simd, value: simd.max_f32s(size(a), size(b)) };
+    if largest.any_above(Lane::splat(simd, EIGHTH)) {
+        [a.sin_cos(), b.sin_cos()]
+    } else {
+        [a.sin_cos_within_an_eighth(), b.sin_cos_within_an_eighth()]
     }
 }
 
@@ -160,6 +221,12 @@ pub(crate) fn axmy<S: Simd>(s: Lane<S>, v: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
 #[inline(always)]
 pub(crate) fn dot<S: Simd>(a: Lane3<S>, b: Lane3<S>) -> Lane<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+/// `a . b + c`.
+#[inline(always)]
+pub(crate) fn dot_add<S: Simd>(a: Lane3<S>, b: Lane3<S>, c: Lane<S>) -> Lane<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2].mul_add(b[2], c)))
 }
 
 #[inline(always)]

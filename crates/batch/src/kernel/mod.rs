@@ -1,17 +1,18 @@
 //! The step of one tile in vectors of f32: the passes of `docs/computation/dynamics.md` over all its worlds.
 //!
-//! [`outward`] is kinematics and right-hand side, [`inward`] the elimination from the tips to the root,
-//! [`change`] the way back with the new velocities. The equations are those of `orchard_multibody`, for
-//! universal joints, links that are symmetric about their own axis, and fruit on stems.
+//! [`inward`] is the elimination from the tips to the root, [`advance`] the way back with the new velocities,
+//! [`outward`] kinematics and right-hand side of the new state. The equations are those of
+//! `orchard_multibody`, for universal joints, links that are symmetric about their own axis, and fruit on stems.
 
-mod change;
+mod advance;
 mod inward;
 mod lane;
+mod limits;
 mod outward;
 
-use crate::layout::{change as velocity_change, fruit, fruit_work, link, load, pose, work};
-use crate::schedule::{Move, NO_SLOT, Schedule, WORLD_SLOT};
-use crate::tile::Tile;
+use crate::layout::{Aligned, change, fruit, fruit_work, limit, link, load, prop, tip, tip_motion, work};
+use crate::schedule::{Row, Schedule, Source};
+use lane::Lane;
 use pulp::{Simd, WithSimd, bytemuck};
 
 /// Numbers of a substep.
@@ -27,61 +28,161 @@ pub(crate) struct Step {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Phase {
     /// Kinematics and right-hand side of the present state.
-    Outward,
-    /// Velocity change and new state, from the last `Outward`.
-    Solve,
+    Start,
+    /// Whether a joint or a stem is over its limit.
+    Test,
+    /// Velocity change and new state, with its kinematics and right-hand side, from those of the last one.
+    Advance,
+}
+
+/// The numbers of a tile.
+#[derive(Debug, Clone)]
+pub(crate) struct Numbers {
+    pub schedule: Schedule,
+    pub links: Aligned,
+    pub work: Aligned,
+    pub fruit: Aligned,
+    pub fruit_work: Aligned,
+    /// Square of the joint angle that ruptures, by row; infinite where nothing can break.
+    pub bend_limits: Aligned,
+    /// What stems bear, by row of fruit.
+    pub stem_limits: Aligned,
+    /// By slot; more slots are for rows without children, and scratch.
+    pub tips: Aligned,
+    /// Likewise.
+    pub changes: Aligned,
+    /// By slot; more slots are always zero, scratch of the row, and what it delivers.
+    pub loads: Aligned,
+    /// Lanes of each source of the schedule, as bits.
+    pub masks: Aligned,
+    /// By row; empty until a limb breaks.
+    pub tip_motion: Aligned,
+    /// By row; empty until a limb breaks.
+    pub props: Aligned,
+}
+
+impl Numbers {
+    pub fn new(schedule: Schedule, lanes: usize) -> Self {
+        let numbers = |rows: usize, fields: usize| Aligned::zeros(rows * fields * lanes);
+        let infinite = |rows: usize, fields: usize| {
+            let mut limits = numbers(rows, fields);
+            limits.as_mut_slice().fill(f32::INFINITY);
+            limits
+        };
+        let (rows, fruit_rows, slots) = (schedule.rows.len(), schedule.fruit_rows(), schedule.slots);
+        let mut masks = numbers(schedule.sources.len(), 1);
+        for (mask, is_in) in masks.as_mut_slice().iter_mut().zip(schedule.lanes_of_source.iter().flatten()) {
+            *mask = f32::from_bits(if *is_in { u32::MAX } else { 0 });
+        }
+        Self {
+            links: numbers(rows, link::FIELDS),
+            work: numbers(rows, work::FIELDS),
+            fruit: numbers(fruit_rows, fruit::FIELDS),
+            fruit_work: numbers(fruit_rows, fruit_work::FIELDS),
+            bend_limits: infinite(rows, 1),
+            stem_limits: infinite(fruit_rows, limit::FIELDS),
+            tips: numbers(slots + 2, tip::FIELDS),
+            changes: numbers(slots + 2, change::FIELDS),
+            loads: numbers(slots + 3, load::FIELDS),
+            masks,
+            tip_motion: Aligned::zeros(0),
+            props: Aligned::zeros(0),
+            schedule,
+        }
+    }
+
+    /// From now on the ground is told how tips move, and may prop them up.
+    pub fn expect_debris(&mut self, lanes: usize) {
+        let rows = self.schedule.rows.len();
+        if self.props.as_slice().is_empty() {
+            self.tip_motion = Aligned::zeros(rows * tip_motion::FIELDS * lanes);
+            self.props = Aligned::zeros(rows * prop::FIELDS * lanes);
+        }
+    }
+
+    /// Memory of the numbers.
+    pub fn bytes(&self) -> usize {
+        let all = [
+            &self.links,
+            &self.work,
+            &self.fruit,
+            &self.fruit_work,
+            &self.bend_limits,
+            &self.stem_limits,
+            &self.tips,
+            &self.changes,
+            &self.loads,
+            &self.masks,
+            &self.tip_motion,
+            &self.props,
+        ];
+        size_of::<f32>() * all.into_iter().map(|part| part.as_slice().len()).sum::<usize>()
+    }
 }
 
 /// A phase on one tile, to be compiled for each kind of processor.
 pub(crate) struct Work<'a> {
-    pub tile: &'a mut Tile,
+    pub numbers: &'a mut Numbers,
     pub step: Step,
     pub phase: Phase,
 }
 
 impl WithSimd for Work<'_> {
-    type Output = ();
+    /// The answer of a test; false of other phases.
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let mut view = View::new(self.tile);
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let mut view = View::new(self.numbers);
         match self.phase {
-            Phase::Outward => outward::run(simd, &mut view, self.step),
-            Phase::Solve => {
-                inward::run(simd, &mut view, self.step);
-                change::run(simd, &mut view, self.step);
+            Phase::Start => outward::run(simd, &mut view, self.step),
+            Phase::Test => return limits::any_over(simd, &view),
+            Phase::Advance => {
+                inward::run(simd, &mut view);
+                advance::run(simd, &mut view, self.step);
+                outward::run(simd, &mut view, self.step);
             }
         }
+        false
     }
 }
 
 /// The numbers of a tile as vectors.
 struct View<'a, S: Simd> {
-    schedule: &'a Schedule,
-    /// Rows of fruit by row of links.
-    fruit_start: &'a [usize],
+    rows: &'a [Row],
+    sources: &'a [Source],
+    masks: &'a [S::f32s],
     links: &'a mut [[S::f32s; link::FIELDS]],
     work: &'a mut [[S::f32s; work::FIELDS]],
+    bend_limits: &'a [S::f32s],
+    stem_limits: &'a [[S::f32s; limit::FIELDS]],
     fruit: &'a mut [[S::f32s; fruit::FIELDS]],
     fruit_work: &'a mut [[S::f32s; fruit_work::FIELDS]],
-    poses: &'a mut [[S::f32s; pose::FIELDS]],
+    tips: &'a mut [[S::f32s; tip::FIELDS]],
+    changes: &'a mut [[S::f32s; change::FIELDS]],
     loads: &'a mut [[S::f32s; load::FIELDS]],
-    changes: &'a mut [[S::f32s; velocity_change::FIELDS]],
+    tip_motion: &'a mut [[S::f32s; tip_motion::FIELDS]],
+    props: &'a mut [[S::f32s; prop::FIELDS]],
 }
 
 impl<'a, S: Simd> View<'a, S> {
     #[inline(always)]
-    fn new(tile: &'a mut Tile) -> Self {
+    fn new(numbers: &'a mut Numbers) -> Self {
         View {
-            schedule: &tile.schedule,
-            fruit_start: &tile.fruit_start,
-            links: rows::<S, _>(tile.links.as_mut_slice()),
-            work: rows::<S, _>(tile.work.as_mut_slice()),
-            fruit: rows::<S, _>(tile.fruit.as_mut_slice()),
-            fruit_work: rows::<S, _>(tile.fruit_work.as_mut_slice()),
-            poses: rows::<S, _>(tile.poses.as_mut_slice()),
-            loads: rows::<S, _>(tile.loads.as_mut_slice()),
-            changes: rows::<S, _>(tile.changes.as_mut_slice()),
+            rows: &numbers.schedule.rows,
+            sources: &numbers.schedule.sources,
+            masks: bytemuck::cast_slice(numbers.masks.as_slice()),
+            bend_limits: bytemuck::cast_slice(numbers.bend_limits.as_slice()),
+            stem_limits: bytemuck::cast_slice::<_, S::f32s>(numbers.stem_limits.as_slice()).as_chunks().0,
+            links: rows::<S, _>(numbers.links.as_mut_slice()),
+            work: rows::<S, _>(numbers.work.as_mut_slice()),
+            fruit: rows::<S, _>(numbers.fruit.as_mut_slice()),
+            fruit_work: rows::<S, _>(numbers.fruit_work.as_mut_slice()),
+            tips: rows::<S, _>(numbers.tips.as_mut_slice()),
+            changes: rows::<S, _>(numbers.changes.as_mut_slice()),
+            loads: rows::<S, _>(numbers.loads.as_mut_slice()),
+            tip_motion: rows::<S, _>(numbers.tip_motion.as_mut_slice()),
+            props: rows::<S, _>(numbers.props.as_mut_slice()),
         }
     }
 }
@@ -92,140 +193,19 @@ fn rows<S: Simd, const N: usize>(numbers: &mut [f32]) -> &mut [[S::f32s; N]] {
     vectors.as_chunks_mut().0
 }
 
-/// Floats of rows of vectors.
+/// Puts what a row's parents have left in their slots together, each for its lanes.
 #[inline(always)]
-fn floats<S: Simd, const N: usize>(rows: &[[S::f32s; N]]) -> &[f32] {
-    bytemuck::cast_slice(rows.as_flattened())
-}
-
-#[inline(always)]
-fn floats_mut<S: Simd, const N: usize>(rows: &mut [[S::f32s; N]]) -> &mut [f32] {
-    bytemuck::cast_slice_mut(rows.as_flattened_mut())
-}
-
-/// Slots of the lanes of a row.
-#[inline(always)]
-fn lanes_of<S: Simd>(slots: &[u16], row: usize) -> &[u16] {
-    &slots[row * S::F32_LANES..][..S::F32_LANES]
-}
-
-/// `current` comes back from the slots, in the lanes where the row's parent is not the row before.
-#[inline(always)]
-fn resume<S: Simd, const N: usize>(
-    schedule: &Schedule,
-    row: usize,
+fn gather<S: Simd, const N: usize>(
+    simd: S,
+    sources: &[Source],
+    masks: &[S::f32s],
     slots: &[[S::f32s; N]],
-    current: &mut [S::f32s; N],
+    parents: &mut [S::f32s; N],
 ) {
-    match schedule.resume[row] {
-        Move::None => {}
-        Move::All(slot) => *current = slots[usize::from(slot)],
-        Move::Each => {
-            let (from, to) = (floats::<S, N>(slots), floats_mut::<S, N>(std::slice::from_mut(current)));
-            for (lane, &slot) in lanes_of::<S>(&schedule.resume_slot, row).iter().enumerate() {
-                if slot != NO_SLOT {
-                    let from = &from[usize::from(slot) * N * S::F32_LANES..][..N * S::F32_LANES];
-                    for field in 0..N {
-                        to[field * S::F32_LANES + lane] = from[field * S::F32_LANES + lane];
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// `current` goes into the slots, in the lanes where the row is a fork.
-#[inline(always)]
-fn keep<S: Simd, const N: usize>(
-    schedule: &Schedule,
-    row: usize,
-    slots: &mut [[S::f32s; N]],
-    current: &[S::f32s; N],
-) {
-    match schedule.keep[row] {
-        Move::None => {}
-        Move::All(slot) => slots[usize::from(slot)] = *current,
-        Move::Each => {
-            let (to, from) = (floats_mut::<S, N>(slots), floats::<S, N>(std::slice::from_ref(current)));
-            for (lane, &slot) in lanes_of::<S>(&schedule.keep_slot, row).iter().enumerate() {
-                if slot != NO_SLOT {
-                    let to = &mut to[usize::from(slot) * N * S::F32_LANES..][..N * S::F32_LANES];
-                    for field in 0..N {
-                        to[field * S::F32_LANES + lane] = from[field * S::F32_LANES + lane];
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// On the way in: what the other children of a fork have left in its slot joins what its first child brings.
-/// The slot is empty afterwards.
-#[inline(always)]
-fn collect<S: Simd, const N: usize>(
-    simd: S,
-    schedule: &Schedule,
-    row: usize,
-    slots: &mut [[S::f32s; N]],
-    current: &mut [S::f32s; N],
-) {
-    match schedule.keep[row] {
-        Move::None => {}
-        Move::All(slot) => {
-            for (to, from) in current.iter_mut().zip(&mut slots[usize::from(slot)]) {
-                *to = simd.add_f32s(*to, *from);
-                *from = simd.splat_f32s(0.0);
-            }
-        }
-        Move::Each => {
-            let (from, to) = (floats_mut::<S, N>(slots), floats_mut::<S, N>(std::slice::from_mut(current)));
-            for (lane, &slot) in lanes_of::<S>(&schedule.keep_slot, row).iter().enumerate() {
-                if slot != NO_SLOT {
-                    let from = &mut from[usize::from(slot) * N * S::F32_LANES..][..N * S::F32_LANES];
-                    for field in 0..N {
-                        to[field * S::F32_LANES + lane] +=
-                            std::mem::take(&mut from[field * S::F32_LANES + lane]);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// On the way in: a link whose parent is not the row before leaves its load in the parent's slot. What the
-/// world frame bears is forgotten.
-#[inline(always)]
-fn deliver<S: Simd, const N: usize>(
-    simd: S,
-    schedule: &Schedule,
-    row: usize,
-    slots: &mut [[S::f32s; N]],
-    current: &mut [S::f32s; N],
-) {
-    match schedule.resume[row] {
-        Move::None => {}
-        Move::All(slot) => {
-            for (from, to) in current.iter_mut().zip(&mut slots[usize::from(slot)]) {
-                if slot != WORLD_SLOT {
-                    *to = simd.add_f32s(*to, *from);
-                }
-                *from = simd.splat_f32s(0.0);
-            }
-        }
-        Move::Each => {
-            let (to, from) = (floats_mut::<S, N>(slots), floats_mut::<S, N>(std::slice::from_mut(current)));
-            for (lane, &slot) in lanes_of::<S>(&schedule.resume_slot, row).iter().enumerate() {
-                if slot == NO_SLOT {
-                    continue;
-                }
-                let to = &mut to[usize::from(slot) * N * S::F32_LANES..][..N * S::F32_LANES];
-                for field in 0..N {
-                    let brought = std::mem::take(&mut from[field * S::F32_LANES + lane]);
-                    if slot != WORLD_SLOT {
-                        to[field * S::F32_LANES + lane] += brought;
-                    }
-                }
-            }
+    for (k, (source, mask)) in sources.iter().zip(masks).enumerate() {
+        for (to, from) in parents.iter_mut().zip(&slots[source.slot]) {
+            let other = Lane::load(simd, if k == 0 { *from } else { *to });
+            *to = Lane::load(simd, *from).where_set(*mask, other).value;
         }
     }
 }

@@ -1,107 +1,125 @@
 //! Kinematics and right-hand side, root to tips.
 
-use super::lane::{Lane, Lane3, add, axmy, axpy, cross, cross_add, dot, load3, scale, store3, sub};
-use super::{Step, View, keep, resume};
-use crate::layout::{fruit, fruit_work, link, pose, work};
+use super::lane::{
+    Lane, Lane3, add, axmy, axpy, cross, cross_add, dot, load3, scale, sin_cos_pair, store3, sub,
+};
+use super::{Step, View, gather};
+use crate::layout::{fruit, fruit_work, link, tip, tip_motion, work};
+use crate::schedule::NO_SLOT;
 use pulp::Simd;
 
 #[inline(always)]
 pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
-    let mut tip = view.poses[0];
-    for row in 0..view.schedule.rows {
-        resume::<S, _>(view.schedule, row, view.poses, &mut tip);
-        let here = link_outward(simd, &view.links[row], &mut view.work[row], &mut tip, step);
-        for k in view.fruit_start[row]..view.fruit_start[row + 1] {
-            fruit_outward(simd, &view.fruit[k], &mut view.fruit_work[k], &mut view.work[row], &here, step);
+    let View { rows, sources, masks, links, work, fruit, fruit_work, tips, tip_motion, .. } = view;
+    // Two slots beyond those of the schedule.
+    let Some((scratch, tips)) = tips.split_last_mut() else { return };
+    let childless = tips.len() - 1;
+    for (k, ((row, link), work)) in rows.iter().zip(links.iter()).zip(work.iter_mut()).enumerate() {
+        let has_children = row.slot != NO_SLOT;
+        let (first, count) = row.sources;
+        if count > 1 {
+            gather(simd, &sources[first..first + count], &masks[first..first + count], tips, scratch);
         }
-        keep::<S, _>(view.schedule, row, view.poses, &tip);
+        let own = if has_children { row.slot } else { childless };
+        let Ok([parent, own]) = tips.get_disjoint_mut([sources[first].slot, own]) else { continue };
+        let parent = if count > 1 { &*scratch } else { &*parent };
+        let here = link_outward(simd, link, work, parent, step);
+        for k in row.fruit.0..row.fruit.1 {
+            fruit_outward(simd, &fruit[k], &mut fruit_work[k], work, &here, step);
+        }
+        if let Some(motion) = tip_motion.get_mut(k) {
+            motion[tip_motion::Z] = (here.p[2] + here.d[2]).value;
+            store3::<S>(&mut motion[tip_motion::V..], add(here.v, here.v_d));
+        }
+        if has_children {
+            let Here { axes, w, v, p, b_w, b_v, d, v_d, b_d } = here;
+            store3::<S>(&mut own[tip::AXES..], axes[0]);
+            store3::<S>(&mut own[tip::AXES + 3..], axes[1]);
+            store3::<S>(&mut own[tip::AXES + 6..], axes[2]);
+            store3::<S>(&mut own[tip::W..], w);
+            store3::<S>(&mut own[tip::V..], add(v, v_d));
+            store3::<S>(&mut own[tip::B_W..], b_w);
+            store3::<S>(&mut own[tip::B_V..], add(b_v, b_d));
+            store3::<S>(&mut own[tip::P..], add(p, d));
+        }
     }
 }
 
-/// What a fruit needs to know about its link.
+/// A link's state.
 struct Here<S: Simd> {
     axes: [Lane3<S>; 3],
     w: Lane3<S>,
+    /// Velocity, position and bias accelerations at the origin.
     v: Lane3<S>,
     p: Lane3<S>,
+    b_w: Lane3<S>,
+    b_v: Lane3<S>,
+    /// What takes position, velocity and linear bias to the tip.
+    d: Lane3<S>,
+    v_d: Lane3<S>,
+    b_d: Lane3<S>,
 }
 
-/// One link: `tip` is the parent's tip on entry and the link's own on return.
+/// Kinematics of one link from its parent's tip, and its resistance: the impulse on it with the sign turned.
 #[inline(always)]
 fn link_outward<S: Simd>(
     simd: S,
     link: &[S::f32s; link::FIELDS],
     work: &mut [S::f32s; work::FIELDS],
-    tip: &mut [S::f32s; pose::FIELDS],
+    parent: &[S::f32s; tip::FIELDS],
     step: Step,
 ) -> Here<S> {
     let number = |field: usize| Lane::load(simd, link[field]);
     let constant = |number: f32| Lane::splat(simd, number);
-    let axis = |k: usize| load3(simd, &tip[pose::AXES + 3 * k..]);
-    let parent = [axis(0), axis(1), axis(2)];
-    let w_parent = load3(simd, &tip[pose::W..]);
-    let v = load3(simd, &tip[pose::V..]);
-    let b_w_parent = load3(simd, &tip[pose::B_W..]);
-    let b_v = load3(simd, &tip[pose::B_V..]);
-    let p = load3(simd, &tip[pose::P..]);
+    let axis = |k: usize| load3(simd, &parent[tip::AXES + 3 * k..]);
 
-    // Joint frame, then the turns about x and the turned y.
-    let column = |k: usize| {
-        let c = load3(simd, &link[link::REST + 3 * k..]);
-        axpy(c[0], parent[0], axpy(c[1], parent[1], scale(c[2], parent[2])))
-    };
-    let (a_1, frame_y) = (column(0), column(1));
-    let frame_z = cross(a_1, frame_y);
-    let (s_1, c_1) = number(link::Q).sin_cos();
-    let (s_2, c_2) = number(link::Q + 1).sin_cos();
+    // Joint frame: the smallest turn that carries z onto the direction c, with u = z + (c_x x + c_y y) / (1 + c_z).
+    let c = load3(simd, &link[link::DIRECTION..]);
+    let (parent_x, parent_y, parent_z) = (axis(0), axis(1), axis(2));
+    let across = axpy(c[0], parent_x, scale(c[1], parent_y));
+    let u = axpy(number(link::FOLD), across, parent_z);
+    let (a_1, frame_y) = (axmy(c[0], u, parent_x), axmy(c[1], u, parent_y));
+    let frame_z = axpy(c[2], parent_z, across);
+
+    // Then the turns about x and the turned y.
+    let [(s_1, c_1), (s_2, c_2)] = sin_cos_pair(number(link::Q), number(link::Q + 1));
     let a_2 = axpy(c_1, frame_y, scale(s_1, frame_z));
     let turned_z = axmy(s_1, frame_y, scale(c_1, frame_z));
     let x = axmy(s_2, turned_z, scale(c_2, a_1));
     let z = axpy(s_2, a_1, scale(c_2, turned_z));
+    store3::<S>(&mut work[work::AXES..], a_1);
+    store3::<S>(&mut work[work::AXES + 3..], a_2);
 
     let (v_1, v_2) = (number(link::V), number(link::V + 1));
     let s_w = axpy(v_1, a_1, scale(v_2, a_2));
+    let w_parent = load3(simd, &parent[tip::W..]);
     let w = add(w_parent, s_w);
-    let b_w = cross_add(w_parent, s_w, axpy(v_1 * v_2, turned_z, b_w_parent));
+    let b_w = cross_add(w_parent, s_w, axpy(v_1 * v_2, turned_z, load3(simd, &parent[tip::B_W..])));
 
     // At the tip, and halfway at the centre of mass.
     let length = number(link::LENGTH);
     let d = scale(length, z);
+    store3::<S>(&mut work[work::D..], d);
     let w_cross_z = cross(w, z);
     let v_d = scale(length, w_cross_z);
     let b_d = cross_add(b_w, d, cross(w, v_d));
     let half = constant(0.5);
+    let (v, b_v) = (load3(simd, &parent[tip::V..]), load3(simd, &parent[tip::B_V..]));
     let a_com = axpy(half, b_d, b_v);
     let v_com = axpy(half, v_d, v);
 
-    // Impulse about the centre of mass, then about the link's origin.
-    let h = constant(step.h);
-    let h_mass = h * number(link::MASS);
-    let linear_drag = number(link::LINEAR_DRAG);
-    let mut f = scale(-h_mass, axpy(linear_drag, v_com, a_com));
-    f[2] = h_mass.take_from(constant(step.gravity), f[2]);
-    let (across, excess) = (number(link::ACROSS), number(link::AXIAL_EXCESS));
-    let angular_drag = number(link::ANGULAR_DRAG);
-    let w_z = dot(w, z);
-    let turning = axpy(angular_drag, w, b_w);
-    let axial = dot(z, turning);
-    let n_com = scale(-h, axpy(across, turning, scale(excess, axpy(axial, z, scale(w_z, w_cross_z)))));
-    let n = cross_add(scale(half, d), f, n_com);
-
-    store3::<S>(&mut work[work::AXES..], a_1);
-    store3::<S>(&mut work[work::AXES + 3..], a_2);
-    store3::<S>(&mut work[work::Z..], z);
-    store3::<S>(&mut work[work::IMPULSE..], n);
-    store3::<S>(&mut work[work::IMPULSE + 3..], f);
-    store3::<S>(&mut tip[pose::AXES..], x);
-    store3::<S>(&mut tip[pose::AXES + 3..], a_2);
-    store3::<S>(&mut tip[pose::AXES + 6..], z);
-    store3::<S>(&mut tip[pose::W..], w);
-    store3::<S>(&mut tip[pose::V..], add(v, v_d));
-    store3::<S>(&mut tip[pose::B_W..], b_w);
-    store3::<S>(&mut tip[pose::B_V..], add(b_v, b_d));
-    store3::<S>(&mut tip[pose::P..], add(p, d));
-    Here { axes: [x, a_2, z], w, v, p }
+    // Resistance about the centre of mass, then about the link's origin.
+    let h_mass = number(link::H_MASS);
+    let mut f = axpy(number(link::LINEAR_DRAG), v_com, a_com);
+    f[2] = f[2] + constant(step.gravity);
+    let f = scale(h_mass, f);
+    let turning = axpy(number(link::ANGULAR_DRAG), w, b_w);
+    let spinning = axpy(dot(z, turning), z, scale(dot(w, z), w_cross_z));
+    let n = axpy(number(link::H_ACROSS), turning, scale(number(link::H_EXCESS), spinning));
+    let n = cross_add(scale(half, d), f, n);
+    store3::<S>(&mut work[work::RESISTANCE..], n);
+    store3::<S>(&mut work[work::RESISTANCE + 3..], f);
+    Here { axes: [x, a_2, z], w, v, p: load3(simd, &parent[tip::P..]), b_w, b_v, d, v_d, b_d }
 }
 
 /// One fruit: eliminated as a leaf, its impulse goes to the link.
@@ -116,7 +134,6 @@ fn fruit_outward<S: Simd>(
 ) {
     let number = |field: usize| Lane::load(simd, fruit[field]);
     let constant = |number: f32| Lane::splat(simd, number);
-    let zero = constant(0.0);
     let h = constant(step.h);
     let anchor = load3(simd, &fruit[fruit::ANCHOR..]);
     let r = axpy(anchor[0], here.axes[0], axpy(anchor[1], here.axes[1], scale(anchor[2], here.axes[2])));
@@ -125,34 +142,32 @@ fn fruit_outward<S: Simd>(
     stretch[2] = stretch[2] - number(fruit::DROP);
     let u_relative = sub(u, cross_add(here.w, r, here.v));
 
-    let (stiffness, damping) = (number(fruit::STIFFNESS), number(fruit::DAMPING));
-    let implicit_damping = h.mul_add(stiffness, damping);
-    let kappa = h * implicit_damping;
-    let pull = scale(-h, axpy(stiffness, stretch, scale(implicit_damping, u_relative)));
+    // The stem's impulse with the sign turned.
+    let kappa = number(fruit::KAPPA);
+    let pull = axpy(number(fruit::H_STIFFNESS), stretch, scale(kappa, u_relative));
     let drag = number(fruit::AIR_DRAG) * dot(u, u).sqrt();
     let mass = h.mul_add(drag, number(fruit::MASS));
     let inverse_mass = constant(1.0) / (mass + kappa);
     let share = kappa * inverse_mass;
-    let mut applied = axmy(drag, u, load3(simd, &fruit[fruit::FORCE..]));
-    applied[2] = applied[2] - number(fruit::WEIGHT);
-    let impulse = axpy(h, applied, pull);
+    let applied = axmy(drag, u, load3(simd, &fruit[fruit::FORCE..]));
+    let mut impulse = axpy(h, applied, [-pull[0], -pull[1], -pull[2]]);
+    impulse[2] = impulse[2] - number(fruit::H_WEIGHT);
 
     // What the anchor feels; above the cap its size is the cap's and the fruit adds no mass.
-    let mut reaction = sub(scale(share, impulse), pull);
-    reaction[2] = h.mul_add(number(fruit::BIAS), reaction[2]);
+    let mut reaction = axpy(share, impulse, pull);
+    reaction[2] = reaction[2] + number(fruit::H_BIAS);
     let size = dot(reaction, reaction).sqrt();
-    let largest = h * number(fruit::CAP);
+    let largest = number(fruit::H_CAP);
     let reaction = scale(size.if_above(largest, largest / size, constant(1.0)), reaction);
-    let added_mass = size.if_above(largest, zero, mass * share);
+    let added_mass = size.if_above(largest, constant(0.0), mass * share);
 
-    let n = load3(simd, &work[work::IMPULSE..]);
-    let f = load3(simd, &work[work::IMPULSE + 3..]);
-    store3::<S>(&mut work[work::IMPULSE..], cross_add(r, reaction, n));
-    store3::<S>(&mut work[work::IMPULSE + 3..], add(f, reaction));
+    let n = load3(simd, &work[work::RESISTANCE..]);
+    let f = load3(simd, &work[work::RESISTANCE + 3..]);
+    store3::<S>(&mut work[work::RESISTANCE..], cross_add(reaction, r, n));
+    store3::<S>(&mut work[work::RESISTANCE + 3..], sub(f, reaction));
     left[fruit_work::ADDED_MASS] = added_mass.value;
-    left[fruit_work::KAPPA] = kappa.value;
     left[fruit_work::INVERSE_MASS] = inverse_mass.value;
-    store3::<S>(&mut left[fruit_work::R_ANCHOR..], r);
+    store3::<S>(&mut left[fruit_work::R_TIP..], sub(r, here.d));
     store3::<S>(&mut left[fruit_work::IMPULSE..], impulse);
     store3::<S>(&mut left[fruit_work::STRETCH..], stretch);
 }

@@ -57,6 +57,11 @@ pub enum ContactPath {
     Delassus,
 }
 
+/// Stiffness of a contact [N/m]: the stiffnesses of its two surfaces act in series.
+pub fn in_series(a: f64, b: f64) -> f64 {
+    1.0 / (1.0 / a + 1.0 / b)
+}
+
 /// A contact of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactReport {

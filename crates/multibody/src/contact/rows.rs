@@ -2,7 +2,7 @@
 
 use orchard_geometry::{Mat3, Vec3};
 
-use super::ContactReport;
+use super::{ContactReport, in_series};
 use super::law::Law;
 use super::paths::Paths;
 use crate::data::Data;
@@ -68,7 +68,7 @@ pub(super) fn push_contacts(
         blocks.push(Block {
             law: Law::Open {
                 friction: (a.friction * b.friction).sqrt(),
-                stiffness: 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness),
+                stiffness: in_series(a.stiffness, b.stiffness),
                 gap: contact.gap,
             },
             v_free,

@@ -9,6 +9,8 @@ pub(crate) mod cholesky;
 mod entries;
 pub(crate) mod system;
 
+use serde::{Deserialize, Serialize};
+
 use crate::aba::{self, Change, Factor, Impulse};
 use crate::data::Data;
 use crate::kinematics::Kinematics;

@@ -1,8 +1,6 @@
 //! A world's result depends on nothing but itself.
 
-mod common;
-
-use common::{bits, grown, kick, siblings, state};
+use crate::common::{bits, grown, kick, siblings, state};
 use orchard_batch::{Batch, Isa, TreeWorld};
 
 /// Kicked, with a limb broken after a while: every part of a step takes part.
@@ -32,6 +30,21 @@ fn alone_or_in_any_company() {
         for (index, expected) in together.iter().enumerate() {
             let (_, alone) = run(&worlds[index..=index], isa);
             assert_eq!(&alone[0], expected, "{isa:?}, world {index}");
+        }
+    }
+}
+
+/// How a product and sum are rounded is all that differs between instruction sets.
+#[test]
+fn sets_that_round_alike_agree() {
+    let worlds = orchard();
+    for is_fused in [true, false] {
+        let mut results = Isa::available()
+            .into_iter()
+            .filter(|isa| isa.is_fused() == is_fused)
+            .map(|isa| run(&worlds, isa).1);
+        if let Some(first) = results.next() {
+            assert!(results.all(|other| other == first), "fused: {is_fused}");
         }
     }
 }

@@ -1,8 +1,6 @@
 //! A batch against the f64 worlds that it was made of.
 
-mod common;
-
-use common::{grown, kick, siblings, state, tips};
+use crate::common::{grown, kick, siblings, state, tips};
 use orchard_batch::{Batch, Isa, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 
@@ -88,9 +86,15 @@ fn pull_and_release_agrees_with_f64() {
 /// worlds in the same frames.
 #[test]
 fn what_comes_off_comes_off_in_the_same_frame() {
+    for isa in Isa::available() {
+        compare_what_comes_off(isa);
+    }
+}
+
+fn compare_what_comes_off(isa: Isa) {
     let mut worlds = grown(3);
     kick(&mut worlds, 1.0);
-    let mut batch = Batch::new(&worlds).unwrap();
+    let mut batch = Batch::with_isa(&worlds, isa).unwrap();
     let mut expected = Vec::new();
     let load = Vec3::new(0.0, 0.0, -400.0);
     for (index, world) in worlds.iter_mut().enumerate() {
@@ -106,6 +110,8 @@ fn what_comes_off_comes_off_in_the_same_frame() {
         }
     }
     let mut happened = Vec::new();
+    let mut errors: Vec<Error> = worlds.iter().map(|_| Error::default()).collect();
+    let mut has_landed = vec![false; worlds.len()];
     for frame in 1..=60 {
         happened.extend(batch.step(1).into_iter().map(|e| (e.frame, e.world, e.event)));
         for (index, world) in worlds.iter_mut().enumerate() {
@@ -113,20 +119,41 @@ fn what_comes_off_comes_off_in_the_same_frame() {
             events.sort();
             expected.extend(events.into_iter().map(|event| (frame, index, event)));
         }
+        // What falls, falls alike, a broken limb by a centimetre since its swing multiplies errors. On the ground the two
+        // have different laws.
+        for (index, world) in worlds.iter().enumerate() {
+            has_landed[index] = has_landed[index] || is_near_ground(world);
+            if !has_landed[index] {
+                let data = state(&batch, &worlds, index);
+                errors[index].take(world, &data);
+                for (a, b) in data.point_p_world.iter().zip(&world.data().point_p_world) {
+                    assert!((a - b).norm() < 1e-2);
+                }
+            }
+        }
     }
     assert_eq!(happened, expected);
     let snapped = expected.iter().filter(|e| matches!(e.2, TreeEvent::Snapped { .. })).count();
-    println!("{snapped} of {} events are breaks", expected.len());
+    println!("{isa:?}: {snapped} of {} events are breaks", expected.len());
     assert!(snapped >= 3 && expected.len() >= snapped + 6, "{expected:?}");
-    // What fell, fell alike: a broken limb swings, which multiplies errors, so that it is held to a centimetre.
-    for (index, world) in worlds.iter().enumerate() {
-        let mut error = Error::default();
-        let data = state(&batch, &worlds, index);
-        error.take(world, &data);
+    for (index, error) in errors.iter().enumerate() {
         println!("world {index}: tip {:.1e} m, rate {:.1e}", error.tip, error.v / error.v_size);
-        assert!(error.tip < 1e-2, "{}", error.tip);
-        for (a, b) in data.point_p_world.iter().zip(&world.data().point_p_world) {
-            assert!((a - b).norm() < 1e-2);
-        }
+        assert!(error.tip > 0.0 && error.tip < 1e-2, "{}", error.tip);
     }
+}
+
+/// Whether a fruit or the end of a link is about to land, in the next frame or so.
+fn is_near_ground(world: &TreeWorld) -> bool {
+    /// Some frames' fall at 4 m/s.
+    const NEAR: f64 = 0.2;
+    let (data, fruit) = (world.data(), &world.plant().fruit);
+    let is_loose_and_low = |point: &orchard_multibody::PointId| {
+        !data.tethered[point.index()] && data.point_p_world[point.index()].z < NEAR
+    };
+    let low_tips = tips(world, data)
+        .iter()
+        .zip(&world.plant().tree.bodies)
+        .zip(0..)
+        .any(|((tip, _), segment)| world.rupture().is_debris(segment) && tip.z < NEAR);
+    low_tips || fruit.points.iter().any(is_loose_and_low)
 }

@@ -1,0 +1,160 @@
+//! What breaks, what comes off, and the ground that it meets: the rare parts of a step, lane by lane.
+
+use super::{BatchEvent, Tile};
+use crate::ground::Prop;
+use crate::kernel::Numbers;
+use crate::layout::{fruit, fruit_work, limit, link, prop, tip_motion};
+use crate::tree_world::TreeEvent;
+use orchard_geometry::Vec3;
+
+impl Tile {
+    /// What the ground does over the next substep to loose fruit and to debris.
+    pub(super) fn meet_ground(&mut self) {
+        let lanes = self.lanes;
+        let Numbers { fruit, fruit_work, tip_motion, props, .. } = &mut self.numbers;
+        let (fruit, fruit_work) = (fruit.as_slice(), fruit_work.as_mut_slice());
+        let (tip_motion, props) = (tip_motion.as_slice(), props.as_mut_slice());
+        for (lane, world) in self.worlds.iter_mut().enumerate() {
+            let settings = &world.plant.settings;
+            let vector = |from: &[f32], at: usize| Vec3::from_fn(|k, _| f64::from(from[at + k * lanes]));
+            for (i, ball) in &mut world.loose {
+                let row = world.fruit_row[*i];
+                let state = |field: usize| (row * fruit::FIELDS + field) * lanes + lane;
+                let left = |field: usize| (row * fruit_work::FIELDS + field) * lanes + lane;
+                let inverse_mass = f64::from(fruit_work[left(fruit_work::INVERSE_MASS)]);
+                let impulse = vector(fruit_work, left(fruit_work::IMPULSE));
+                let v = vector(fruit, state(fruit::V)) + inverse_mass * impulse;
+                let z = f64::from(fruit[state(fruit::P + 2)]);
+                let impulse = impulse + ball.meet_ground(settings, z, v, inverse_mass);
+                for k in 0..3 {
+                    fruit_work[left(fruit_work::IMPULSE + k)] = impulse[k] as f32;
+                }
+            }
+            for tip in &mut world.debris {
+                let motion = |field: usize| (tip.row * tip_motion::FIELDS + field) * lanes + lane;
+                let z = f64::from(tip_motion[motion(tip_motion::Z)]);
+                let v = vector(tip_motion, motion(tip_motion::V));
+                let Prop { across, normal, impulse } = tip.meet_ground(settings, z, v);
+                let numbers = [across, normal, impulse.x, impulse.y, impulse.z];
+                for (field, number) in numbers.into_iter().enumerate() {
+                    props[(tip.row * prop::FIELDS + field) * lanes + lane] = number as f32;
+                }
+            }
+        }
+    }
+
+    /// Friction and brake of broken joints, which follow their rates.
+    pub(super) fn brake(&mut self) {
+        for lane in 0..self.worlds.len() {
+            if self.worlds[lane].rupture.breaks().is_empty() {
+                continue;
+            }
+            let rates: Vec<(usize, [f64; 2])> = self.worlds[lane]
+                .broken_rows()
+                .map(|row| (row, [0, 1].map(|k| f64::from(self.link(row, link::V + k, lane)))))
+                .collect();
+            for (row, damping) in self.worlds[lane].brake(&rates) {
+                let h = self.worlds[lane].plant.settings.h;
+                let wood = &mut self.worlds[lane].wood[row];
+                wood.damping = damping;
+                let armature = wood.armature(h);
+                *self.link_mut(row, link::ARMATURE, lane) = armature as f32;
+            }
+        }
+    }
+
+    /// Breaks the joints that were over their rupture moment for long enough.
+    pub(super) fn snap(&mut self) {
+        let lanes = self.lanes;
+        let mut hits: Vec<(usize, usize)> = Vec::new();
+        for row in 0..self.numbers.schedule.rows.len() {
+            let q = &self.numbers.links.as_slice()[(row * link::FIELDS + link::Q) * lanes..][..2 * lanes];
+            let (q_1, q_2) = q.split_at(lanes);
+            let limit = &self.numbers.bend_limits.as_slice()[row * lanes..][..lanes];
+            let frames = &mut self.bend_frames[row * lanes..][..lanes];
+            for lane in 0..lanes {
+                let is_over = q_1[lane] * q_1[lane] + q_2[lane] * q_2[lane] > limit[lane];
+                frames[lane] = if is_over { frames[lane] + 1 } else { 0 };
+            }
+            if frames.iter().any(|frames| *frames > 0) {
+                self.is_counting = true;
+                for (lane, world) in self.worlds.iter().enumerate() {
+                    if frames[lane] > 0 && frames[lane] >= world.plant.spec.wood.rupture_frames.get() {
+                        hits.push((lane, world.walk.links[row]));
+                    }
+                }
+            }
+        }
+        hits.sort_unstable();
+        for (lane, segment) in hits {
+            if !self.worlds[lane].rupture.is_debris(segment) {
+                self.break_joint(lane, segment);
+            }
+        }
+    }
+
+    /// Breaks a joint in place, by the rule of the f64 world.
+    pub fn break_joint(&mut self, lane: usize, segment: usize) {
+        let mut data = self.worlds[lane].take_shadow();
+        self.store(lane, &mut data);
+        self.worlds[lane].break_joint(&mut data, segment);
+        self.load_wood(lane, &data);
+        self.worlds[lane].keep_shadow(data);
+        self.expect_debris(lane);
+        let world = &self.worlds[lane];
+        self.pushes.retain(|push| push.lane != lane || !world.rupture.is_debris(world.walk.links[push.row]));
+        let event = TreeEvent::Snapped { segment };
+        self.events.push(BatchEvent { frame: self.frame, world: world.index, event });
+        self.is_stale = true;
+    }
+
+    pub(super) fn expect_debris(&mut self, lane: usize) {
+        self.numbers.expect_debris(self.lanes);
+        self.worlds[lane].list_debris();
+    }
+
+    /// Takes the fruit off whose stem was pulled too hard for long enough.
+    pub(super) fn detach(&mut self) {
+        let lanes = self.lanes;
+        let mut hits = Vec::new();
+        for row in 0..self.numbers.schedule.fruit_rows() {
+            let stretch = &self.numbers.fruit_work.as_slice()
+                [(row * fruit_work::FIELDS + fruit_work::STRETCH) * lanes..][..3 * lanes];
+            let force =
+                &self.numbers.fruit.as_slice()[(row * fruit::FIELDS + fruit::FORCE) * lanes..][..3 * lanes];
+            let square = |v: &[f32], lane: usize| {
+                let (x, y, z) = (v[lane], v[lanes + lane], v[2 * lanes + lane]);
+                x * x + y * y + z * z
+            };
+            let limits = &self.numbers.stem_limits.as_slice()[row * limit::FIELDS * lanes..];
+            for lane in 0..lanes {
+                let at = row * lanes + lane;
+                let count = |over: bool, frames: u32| if over { frames + 1 } else { 0 };
+                let stretch_is_over = square(stretch, lane) > limits[limit::STRETCH * lanes + lane];
+                let pull_is_over = square(force, lane) > limits[limit::PULL * lanes + lane];
+                self.stretch_frames[at] = count(stretch_is_over, self.stretch_frames[at]);
+                self.pull_frames[at] = count(pull_is_over, self.pull_frames[at]);
+                if self.stretch_frames[at] + self.pull_frames[at] > 0 {
+                    self.is_counting = true;
+                    if self.worlds[lane].is_detached_after(self.pull_frames[at], self.stretch_frames[at]) {
+                        hits.push((lane, row));
+                    }
+                }
+            }
+        }
+        for (lane, row) in hits {
+            let Some((i, air_drag)) = self.worlds[lane].loose_fruit(row) else { continue };
+            for field in [fruit::H_STIFFNESS, fruit::KAPPA, fruit::H_BIAS] {
+                *self.fruit_mut(row, field, lane) = 0.0;
+            }
+            *self.fruit_mut(row, fruit::AIR_DRAG, lane) = air_drag as f32;
+            for field in [limit::STRETCH, limit::PULL] {
+                *self.stem_limit_mut(row, field, lane) = f32::INFINITY;
+            }
+            self.worlds[lane].let_loose(i, Vec3::zeros());
+            let event = TreeEvent::Detached { fruit: i };
+            self.events.push(BatchEvent { frame: self.frame, world: self.worlds[lane].index, event });
+            self.is_stale = true;
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Batches against f64 worlds and against themselves, with every instruction set that the processor has.
+//!
+//! The binary needs no files: it can be carried to another processor, where
+//! `lanes --nocapture` says which sets ran.
+
+mod accuracy;
+mod common;
+mod ground;
+mod same_bits;
+
+use orchard_batch::Isa;
+
+#[test]
+fn instruction_sets_of_this_processor() {
+    let sets = Isa::available();
+    println!("instruction sets tested: {sets:?}");
+    assert_eq!((sets[0], sets.last()), (Isa::best(), Some(&Isa::Portable)));
+    for isa in sets {
+        assert!(isa.lanes().is_power_of_two());
+    }
+}
