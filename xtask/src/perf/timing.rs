@@ -72,8 +72,9 @@ mod tests {
     #[test]
     fn sides_take_turns() {
         let calls = std::cell::RefCell::new(Vec::new());
+        let calls = &calls;
         let side = |name: f64| -> Side<'_> {
-            Box::new(|| {
+            Box::new(move || {
                 calls.borrow_mut().push(name);
                 Ok(name + calls.borrow().len() as f64)
             })
