@@ -29,9 +29,9 @@ const OFFSETS: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
 /// Every so many trees one is tried.
 const EVERY: usize = 8;
 /// Ways that are worth a second look, at most.
-const WAYS: usize = 8;
+const WAYS: usize = 16;
 /// Contacts that there must always be.
-const CONTACTS: u32 = 8;
+pub const CONTACTS: u32 = 8;
 /// Frames until it has left the canopy.
 const FRAMES: u32 = 480;
 
