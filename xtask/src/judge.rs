@@ -1,7 +1,7 @@
 //! `cargo xtask judge`: the tree physics against MuJoCo.
 
 mod paths;
-mod python;
+pub mod python;
 
 use std::path::Path;
 
@@ -12,9 +12,8 @@ use serde::Serialize;
 
 use crate::bare_tree::BareTree;
 use crate::failure::Failure;
-use crate::workspace;
 use paths::TreePaths;
-use python::Judge;
+use python::Environment;
 
 /// Steps exported trees with MuJoCo and compares rest, pull and release with our own paths.
 #[derive(clap::Args)]
@@ -55,18 +54,17 @@ pub fn run(_: &Args) -> Result<(), Failure> {
 
 /// Compares, or tells why it cannot. In continuous integration there is no excuse.
 pub fn judge() -> Result<Verdict, Failure> {
-    let folder = workspace::root().join("target").join("judge");
-    let judge = match Judge::install(&workspace::root().join("tests").join("judge"), &folder) {
-        Ok(judge) => judge,
+    let environment = match Environment::install() {
+        Ok(environment) => environment,
         Err(reason) if std::env::var_os("CI").is_some_and(|ci| ci == "true") => {
             return Err(Failure::Failed(format!("MuJoCo is needed in continuous integration: {reason}")));
         }
         Err(reason) => return Ok(Verdict::Skipped(reason)),
     };
     let spec = Spec::paper();
-    let cases = TREES.map(|(seed, tree)| write_case(&spec, seed, tree, &folder));
+    let cases = TREES.map(|(seed, tree)| write_case(&spec, seed, tree, &python::folder()));
     let cases = cases.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-    judge.compare(&cases)?;
+    environment.compare(&cases)?;
     Ok(Verdict::Agreed)
 }
 

@@ -8,25 +8,43 @@ mod trees;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
-use crate::rows::{Suite, run_suite};
+use crate::rows::{Effort, Suite, run_suite};
 
 /// Measures speed on this machine and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Suites:\n  trees    trees grown a second, one core\n  physics  one tree in f64, 512 trees in lanes\n  episode  nominal episodes with picker and camera, one core\n\nExample:\n  \
-                        cargo xtask perf trees --json trees.json"
+    after_help = "Suites:\n  trees    trees grown a second, one core\n  physics  substeps of trees a second, beside MuJoCo's\n  \
+                        episode  nominal episodes with picker and camera, one core\n\n\
+                  Rows of physics (151 links, 30 fruit, 390 degrees of freedom; medians of processor time, in turns with MuJoCo):\n  \
+                  physics.one_tree              one tree, one core, f64\n  \
+                  physics.batch_512             512 trees of one topology, dimensions of their own, 2 threads\n  \
+                  physics.batch_512_topologies  512 trees, each of its own topology, 2 threads\n  \
+                  physics.contact_8             one tree with a capsule that is pushed through its canopy, f64\n  \
+                  physics.segments.*            one substep of trees of 50 to 2,000 segments, f64 and a tree of a lane\n  \
+                  physics.fruit.*               the same of one tree with 20 to 80 fruit\n  \
+                  *.memory                      bytes a world\n\
+                  MuJoCo needs python3 with venv and, the first time, the network; without it the peer's columns are null.\n\
+                  docs/performance.md tells how everything is measured. A missed target ends with exit code 1.\n\n\
+                  Examples:\n  cargo xtask perf physics --json physics.json\n  cargo xtask perf trees --json trees.json"
 )]
 pub struct Args {
-    /// What to measure.
+    /// What to measure
     suite: String,
-    /// Where to write the rows.
+    /// Where to write the rows
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
+    /// Few and short rounds: to see that everything works, not for figures (suite physics)
+    #[arg(long)]
+    quick: bool,
 }
 
 const SUITES: &[Suite] = &[
     Suite { name: "trees", about: "trees grown a second, one core", measure: trees::measure },
-    Suite { name: "physics", about: "one tree in f64, 512 trees in lanes", measure: physics::measure },
+    Suite {
+        name: "physics",
+        about: "substeps of trees a second, beside MuJoCo's",
+        measure: physics::measure,
+    },
     Suite {
         name: "episode",
         about: "nominal episodes with picker and camera, one core",
@@ -35,5 +53,6 @@ const SUITES: &[Suite] = &[
 ];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    run_suite("perf", SUITES, &args.suite, &args.json)
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    run_suite("perf", SUITES, &args.suite, &args.json, effort)
 }

@@ -1,5 +1,6 @@
 //! The result file of `perf` and `validate`: measured rows, each with its target.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use orchard_bench::compute::Machine;
@@ -7,6 +8,8 @@ use orchard_bench::store::write_json;
 use serde::Serialize;
 
 use crate::failure::Failure;
+
+mod table;
 
 /// Version of the row layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -30,6 +33,55 @@ pub struct Row {
     pub target: Option<f64>,
     /// Whether it meets the target.
     pub pass: Option<bool>,
+    /// Smallest and largest figure of the rounds of which `value` is the median. Rows of one round have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<[f64; 2]>,
+    /// The same of the peer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peer_spread: Option<[f64; 2]>,
+    /// The ratio to the peer that the target stands for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_ratio: Option<f64>,
+    /// What the machine could do, and what keeps the figure from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<Limit>,
+    /// What was done, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// A rate beside the arithmetic of the machine. All of one core.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limit {
+    /// Floating-point operations of one piece of the work.
+    pub operations: f64,
+    /// Achieved [operations/s].
+    pub achieved: f64,
+    /// Measured peak of the kind of instructions in use [operations/s].
+    pub peak: f64,
+    /// Achieved over this peak.
+    pub share: f64,
+    /// Measured peak of the widest vectors of the same precision [operations/s].
+    pub widest_peak: f64,
+    /// Achieved over that.
+    pub widest_share: f64,
+    /// What limits the figure.
+    pub why: String,
+}
+
+impl Limit {
+    /// From the rate of operations and the two peaks.
+    pub fn new(achieved: f64, peak: f64, widest_peak: f64, operations: f64, why: &str) -> Self {
+        Self {
+            operations,
+            achieved,
+            peak,
+            share: achieved / peak,
+            widest_peak,
+            widest_share: achieved / widest_peak,
+            why: why.to_owned(),
+        }
+    }
 }
 
 impl Row {
@@ -44,6 +96,11 @@ impl Row {
             ratio: None,
             target: None,
             pass: None,
+            spread: None,
+            peer_spread: None,
+            target_ratio: None,
+            limit: None,
+            note: None,
         }
     }
 
@@ -52,12 +109,51 @@ impl Row {
         let ratio = self.value.map(|value| value / peer_value);
         Self { peer: Some(peer.to_owned()), peer_value: Some(peer_value), ratio, ..self }
     }
+
+    /// Asked to be at least some times the peer's figure; nothing is asked without a peer.
+    pub fn at_least_times(self, target_ratio: f64) -> Self {
+        let target = self.peer_value.map(|peer| target_ratio * peer);
+        let pass = self.ratio.map(|ratio| ratio >= target_ratio);
+        Self { target, pass, target_ratio: Some(target_ratio), ..self }
+    }
+
+    /// Asked to be at least some figure.
+    pub fn at_least(self, target: f64) -> Self {
+        let pass = Some(self.value.is_some_and(|value| value >= target));
+        Self { target: Some(target), pass, ..self }
+    }
+}
+
+/// What a suite found.
+#[derive(Debug, Default)]
+pub struct Measured {
+    /// The figures.
+    pub rows: Vec<Row>,
+    /// What they depend on beside the machine: versions, instructions.
+    pub context: BTreeMap<&'static str, Option<String>>,
+}
+
+impl From<Vec<Row>> for Measured {
+    fn from(rows: Vec<Row>) -> Self {
+        Self { rows, ..Self::default() }
+    }
+}
+
+/// How much time to spend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Enough for figures to be quoted.
+    Full,
+    /// Enough to see that everything works.
+    Quick,
 }
 
 #[derive(Serialize)]
 struct Report<'a> {
     schema_version: u32,
     machine: Machine,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    context: &'a BTreeMap<&'static str, Option<String>>,
     rows: &'a [Row],
 }
 
@@ -68,11 +164,17 @@ pub struct Suite {
     /// What it measures, in a few words.
     pub about: &'static str,
     /// Measures it.
-    pub measure: fn() -> anyhow::Result<Vec<Row>>,
+    pub measure: fn(Effort) -> anyhow::Result<Measured>,
 }
 
 /// Measures a suite, prints its rows and writes them to a file. A missed target is a failure.
-pub fn run_suite(kind: &str, suites: &[Suite], name: &str, json: &Path) -> Result<(), Failure> {
+pub fn run_suite(
+    kind: &str,
+    suites: &[Suite],
+    name: &str,
+    json: &Path,
+    effort: Effort,
+) -> Result<(), Failure> {
     let Some(suite) = suites.iter().find(|s| s.name == name) else {
         let known: Vec<&str> = suites.iter().map(|s| s.name).collect();
         let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
@@ -84,12 +186,11 @@ pub fn run_suite(kind: &str, suites: &[Suite], name: &str, json: &Path) -> Resul
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
     }
     eprintln!("{}: {}", suite.name, suite.about);
-    let rows = (suite.measure)()?;
-    let report = Report { schema_version: SCHEMA_VERSION, machine: Machine::detect(), rows: &rows };
+    let Measured { rows, context } = (suite.measure)(effort)?;
+    let report =
+        Report { schema_version: SCHEMA_VERSION, machine: Machine::detect(), context: &context, rows: &rows };
     write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
-    for row in &rows {
-        println!("{}", line(row));
-    }
+    print!("{}", table::markdown(&rows));
     let missed: Vec<&str> = rows.iter().filter(|r| r.pass == Some(false)).map(|r| r.name.as_str()).collect();
     if missed.is_empty() {
         Ok(())
@@ -98,31 +199,16 @@ pub fn run_suite(kind: &str, suites: &[Suite], name: &str, json: &Path) -> Resul
     }
 }
 
-fn line(row: &Row) -> String {
-    let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
-    let mut line = format!("{:<28} {:>14} {}", row.name, number(row.value), row.unit);
-    if let Some(peer) = &row.peer {
-        line += &format!("  {peer}: {} (ratio {})", number(row.peer_value), number(row.ratio));
-    }
-    if row.target.is_some() {
-        let verdict = if row.pass == Some(true) { "pass" } else { "FAIL" };
-        line += &format!("  target {}: {verdict}", number(row.target));
-    }
-    line
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const SUITES: &[Suite] = &[
-        Suite { name: "good", about: "", measure: || Ok(vec![Row::measured("a.b", 2.0, "m")]) },
+        Suite { name: "good", about: "", measure: |_| Ok(vec![Row::measured("a.b", 2.0, "m")].into()) },
         Suite {
             name: "bad",
             about: "",
-            measure: || {
-                Ok(vec![Row { target: Some(3.0), pass: Some(false), ..Row::measured("a.c", 2.0, "m") }])
-            },
+            measure: |_| Ok(vec![Row::measured("a.c", 2.0, "m").at_least(3.0)].into()),
         },
     ];
 
@@ -130,7 +216,7 @@ mod tests {
     fn rows_have_the_promised_layout() {
         let folder = tempfile::tempdir().unwrap();
         let json = folder.path().join("rows.json");
-        run_suite("perf", SUITES, "good", &json).unwrap();
+        run_suite("perf", SUITES, "good", &json, Effort::Quick).unwrap();
         let text = std::fs::read_to_string(&json).unwrap();
         let report: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(report["schema_version"], 1);
@@ -146,20 +232,32 @@ mod tests {
     fn a_missed_target_fails_after_the_file_is_written() {
         let folder = tempfile::tempdir().unwrap();
         let json = folder.path().join("rows.json");
-        let failure = run_suite("perf", SUITES, "bad", &json).unwrap_err();
+        let failure = run_suite("perf", SUITES, "bad", &json, Effort::Quick).unwrap_err();
         assert!(matches!(&failure, Failure::Failed(line) if line == "target missed: a.c"), "{failure}");
         assert!(json.exists());
     }
 
     #[test]
     fn a_file_in_no_folder_is_bad_input() {
-        let failure = run_suite("perf", SUITES, "good", Path::new("no/such/folder/x.json")).unwrap_err();
+        let failure =
+            run_suite("perf", SUITES, "good", Path::new("no/such/folder/x.json"), Effort::Quick).unwrap_err();
         assert!(matches!(failure, Failure::BadInput(_)), "{failure}");
     }
 
     #[test]
+    fn a_ratio_is_asked_for_only_beside_a_peer() {
+        let alone = Row::measured("a", 10.0, "1/s").at_least_times(6.0);
+        assert_eq!((alone.target, alone.pass), (None, None));
+        let slower = Row::measured("a", 10.0, "1/s").beside("b", 2.0).at_least_times(6.0);
+        assert_eq!((slower.target, slower.pass), (Some(12.0), Some(false)));
+        let faster = Row::measured("a", 12.0, "1/s").beside("b", 2.0).at_least_times(6.0);
+        assert_eq!(faster.pass, Some(true));
+    }
+
+    #[test]
     fn unknown_suites_are_bad_input() {
-        let failure = run_suite("perf", SUITES, "worse", Path::new("never-written.json")).unwrap_err();
+        let failure =
+            run_suite("perf", SUITES, "worse", Path::new("never-written.json"), Effort::Quick).unwrap_err();
         assert!(matches!(failure, Failure::BadInput(_)));
         assert_eq!(failure.to_string(), "no perf suite 'worse'; the suites are: good, bad");
     }

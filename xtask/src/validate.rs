@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::failure::Failure;
-use crate::rows::{Suite, run_suite};
+use crate::rows::{Effort, Suite, run_suite};
 
 /// Holds the simulator against closed forms and published measurements and writes the rows to a file.
 #[derive(clap::Args)]
@@ -19,5 +19,5 @@ pub struct Args {
 const SUITES: &[Suite] = &[];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    run_suite("validation", SUITES, &args.suite, &args.json)
+    run_suite("validation", SUITES, &args.suite, &args.json, Effort::Full)
 }

@@ -4,6 +4,7 @@ use crate::ground::{Ball, DebrisTip};
 use crate::schedule::Walk;
 use crate::tree_world::{Plant, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
+use orchard_multibody::contact::in_series;
 use orchard_multibody::{Data, forward_kinematics};
 use orchard_treephys::Rupture;
 use std::sync::Arc;

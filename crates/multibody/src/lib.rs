@@ -67,7 +67,7 @@ pub use data::{Data, Motion};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
 pub use kinematics::forward_kinematics;
-pub use mjcf::{MjcfError, mjcf};
+pub use mjcf::{MjcfError, mjcf, mjcf_for_timing};
 pub use model::{
     Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, Owner, PointBody, PointId,
     SpatialInertia, Tether,

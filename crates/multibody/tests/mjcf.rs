@@ -67,6 +67,43 @@ fn links_nest_and_tethers_are_affine_in_their_length() {
 }
 
 #[test]
+fn for_timing_fruit_slide_in_their_link_and_the_state_is_a_keyframe() {
+    let model = tree(10.0);
+    let mut data = Data::new(&model);
+    data.q[0] = 0.3;
+    data.v[2] = -0.7;
+    data.linear_drag.fill(1.0);
+    forward_kinematics(&model, &mut data);
+    // Where the second link holds it, moved 1 cm along that link's x, at rest in the world.
+    let (branch, fruit) = (BodyId(1), PointId(0));
+    let hang_at_zero = Vector3::new(0.0, 0.0, 0.1 - 0.05);
+    let x_world_link = *data.x_world_body(branch);
+    let slid = hang_at_zero + Vector3::x() * 0.01;
+    data.point_p_world[fruit.index()] = orchard_geometry::transform(&x_world_link, &slid);
+    let text = mjcf_for_timing("t", &model, &data, &GRAVITY, 1e-3).unwrap();
+
+    let at = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("no {needle} in\n{text}"));
+    // point0 opens inside link1, before its sibling, and has its own springs; nothing else holds it.
+    assert!(at("\"link1\"") < at("\"point0\"") && at("\"point0\"") < at("\"link2\""));
+    assert_eq!(text.matches("stiffness=\"550.0\" damping=\"17.0\"").count(), 3);
+    assert!(!text.contains("actuator") && !text.contains("site"), "{text}");
+
+    let numbers = |attribute: &str| -> Vec<f64> {
+        let start = at(&format!("{attribute}=\"")) + attribute.len() + 2;
+        text[start..].split('"').next().unwrap().split(' ').map(|x| x.parse().unwrap()).collect()
+    };
+    // In the order of the file: link0, link1, point0, link2.
+    let (qpos, qvel) = (numbers("qpos"), numbers("qvel"));
+    assert_eq!((qpos.len(), qvel.len()), (model.nv() + 3, model.nv() + 3));
+    assert_eq!((qpos[0], qvel[2]), (0.3, -0.7));
+    let gap = Vector3::new(qpos[4], qpos[5], qpos[6]) - Vector3::x() * 0.01;
+    assert!(gap.norm() < 1e-15, "{gap}");
+    // The link turns about its x axis at -0.7 rad/s below the fruit, which is at rest.
+    let (slide_y, expected) = (qvel[5], -0.7 * slid.z);
+    assert!((slide_y - expected).abs() < 1e-15, "{slide_y} {expected}");
+}
+
+#[test]
 fn what_has_no_counterpart_is_refused() {
     let refused = |model: &Model, data: &Data| {
         let error = mjcf("t", model, data, &GRAVITY, 1e-3).expect_err("was exported");

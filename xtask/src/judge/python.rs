@@ -1,4 +1,4 @@
-//! The other side's environment: a Python virtual environment with the pinned packages.
+//! MuJoCo's environment: a Python virtual environment with the pinned packages, for whatever runs beside it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -6,39 +6,57 @@ use std::process::{Command, Stdio};
 use orchard_bench::store::write_bytes;
 
 use crate::failure::Failure;
+use crate::workspace;
 
-/// An installed judge.
-pub struct Judge {
+/// An installed environment.
+pub struct Environment {
     python: PathBuf,
-    script: PathBuf,
+    /// Folder of the scripts.
+    source: PathBuf,
 }
 
-impl Judge {
-    /// Makes the virtual environment `folder/venv` with the packages that `source/requirements.txt` pins, unless it
-    /// is there already. The error says why MuJoCo cannot be had.
-    pub fn install(source: &Path, folder: &Path) -> Result<Self, String> {
+/// Where the environment stands, and what the last comparison wrote.
+pub fn folder() -> PathBuf {
+    workspace::root().join("target").join("judge")
+}
+
+impl Environment {
+    /// Makes the virtual environment `target/judge/venv` with the packages that `tests/judge/requirements.txt` pins,
+    /// unless it is there already. The error says why MuJoCo cannot be had.
+    pub fn install() -> Result<Self, String> {
+        Self::install_from(&workspace::root().join("tests").join("judge"), &folder())
+    }
+
+    fn install_from(source: &Path, folder: &Path) -> Result<Self, String> {
         let requirements = source.join("requirements.txt");
         let wanted = std::fs::read(&requirements).map_err(|e| format!("{}: {e}", requirements.display()))?;
         let (venv, installed) = (folder.join("venv"), folder.join("installed.txt"));
         let binaries = if cfg!(windows) { "Scripts" } else { "bin" };
-        let judge = Self { python: venv.join(binaries).join("python"), script: source.join("judge.py") };
+        let environment = Self { python: venv.join(binaries).join("python"), source: source.to_owned() };
         // Written last: a broken installation is made anew.
-        if judge.python.exists() && std::fs::read(&installed).is_ok_and(|text| text == wanted) {
-            return Ok(judge);
+        if environment.python.exists() && std::fs::read(&installed).is_ok_and(|text| text == wanted) {
+            return Ok(environment);
         }
         eprintln!("installing MuJoCo into {}", venv.display());
         let mut make = Command::new("python3");
         quiet(make.args(["-m", "venv", "--clear"]).arg(&venv), "cannot make a virtual environment")?;
-        let mut install = Command::new(&judge.python);
+        let mut install = Command::new(&environment.python);
         install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"]);
         quiet(install.arg(&requirements), "cannot install the pinned packages")?;
         write_bytes(&installed, &wanted).map_err(|e| e.to_string())?;
-        Ok(judge)
+        Ok(environment)
+    }
+
+    /// A command that runs a script of `tests/judge`.
+    pub fn script(&self, name: &str) -> Command {
+        let mut command = Command::new(&self.python);
+        command.arg(self.source.join(name));
+        command
     }
 
     /// Lets the judge compare.
     pub fn compare(&self, cases: &[PathBuf]) -> Result<(), Failure> {
-        match Command::new(&self.python).arg(&self.script).args(cases).status() {
+        match self.script("judge.py").args(cases).status() {
             Ok(status) if status.success() => Ok(()),
             Ok(status) => Err(Failure::Failed(format!("the judge ended with {status}"))),
             Err(e) => Err(Failure::Failed(format!("cannot run {}: {e}", self.python.display()))),

@@ -8,13 +8,13 @@ use orchard_bench::harvest::Harvest;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::{WorldFactory, run_episode};
 
-use crate::rows::Row;
+use crate::rows::{Effort, Measured, Row};
 
 /// World-seconds a wall second of the released OrchardBench while picking, on its laptop GPU.
 const RELEASED_RATE: f64 = 0.45;
 
 /// Episodes of the full profile's length, one after the other on one core; their median rate.
-pub fn measure() -> anyhow::Result<Vec<Row>> {
+pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     let harvest = Harvest::paper();
     let protocol = Protocol::paper();
     let seeds = protocol.tuning_seeds.clone();
@@ -35,5 +35,6 @@ pub fn measure() -> anyhow::Result<Vec<Row>> {
     Ok(vec![
         Row::measured("episode.nominal_75s", median, "world-s/s")
             .beside("released OrchardBench, laptop GPU", RELEASED_RATE),
-    ])
+    ]
+    .into())
 }

@@ -1,108 +1,193 @@
-//! Suite `physics`: substeps of tree worlds a second. Every timed world is kicked, and may break and drop fruit.
-//!
-//! MuJoCo's figures stand beside these once it runs on the exported trees in the same suite; until then the
-//! peer columns are null.
+//! Suite `physics`: substeps of tree worlds a second, ours and MuJoCo's in turns. Every timed world is kicked, and
+//! may break and drop fruit. `docs/performance.md` tells what each row means.
 
-use std::sync::Arc;
+mod contact;
+mod forest;
+mod limit;
+mod memory;
+mod peer;
+mod pushed;
+mod scaling;
+mod trees;
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::process::Command;
+use std::time::Duration;
 
 use anyhow::Context;
-use orchard_batch::{Batch, Isa, TreeWorld};
-use orchard_fruit::place;
-use orchard_spec::{Purpose, Spec, Stream};
-use orchard_treegen::grow;
+use indicatif::{ProgressBar, ProgressStyle};
+use orchard_batch::Isa;
 
-use super::timing::median_cpu_seconds;
-use crate::rows::Row;
+use super::timing::{Rounds, Side, alternate};
+use crate::rows::{Effort, Measured, Row};
+use forest::Planting;
+use limit::Peaks;
+use peer::{Course, Peer};
 
-const SEED: u64 = 1;
-/// Links of the tree that the figures are about, and how far a tree may be from it, either way.
+/// The tree that the figures are about.
 const LINKS: usize = 151;
-const LINKS_TOLERANCE: usize = 15;
+const FRUIT: u32 = 30;
 /// Worlds of a batch.
 const WORLDS: usize = 512;
 /// Threads that share a batch.
 const THREADS: usize = 2;
-/// World indices among which trees of the right size are looked for.
-const SEARCHED: u32 = 20_000;
-/// Largest rate that a kick gives a joint [rad/s].
-const KICK: f64 = 1.0;
-/// Frames of a round: long enough to be timed, short enough that the kick is still felt.
-const FRAMES: u32 = 60;
+/// Worlds of the seed among which the trees are looked for.
+const SEARCHED: u32 = 8192;
+/// Frames of a course: short enough that everything is still on the move at its end.
+const FRAMES: u32 = 15;
 
-pub fn measure() -> anyhow::Result<Vec<Row>> {
-    let spec = Arc::new(Spec::paper());
-    let substeps = f64::from(FRAMES * spec.sim.substeps.get());
-    let like = |world: &u32| {
-        grow(&spec, SEED, *world).is_ok_and(|tree| tree.segments.len().abs_diff(LINKS) <= LINKS_TOLERANCE)
-    };
-    let candidates: Vec<u32> = (0..SEARCHED).filter(like).take(WORLDS).collect();
-    let first = *candidates.first().context("no tree of the right size grows")?;
+/// How much is measured.
+#[derive(Debug, Clone, Copy)]
+struct Plan {
+    rounds: usize,
+    /// Courses of one tree a round, and of MuJoCo's slower one.
+    repeats: u32,
+    peer_repeats: u32,
+    /// Courses of the batches a round.
+    batch_repeats: u32,
+    /// Worlds of MuJoCo's batch, whose models take long to load.
+    peer_worlds: usize,
+    /// Substeps times links of a round of one size of tree, about.
+    work: f64,
+}
 
-    let mut one = vec![TreeWorld::grow(spec.clone(), SEED, first)?];
-    kick(&mut one);
-    eprintln!("one tree: {} links, {} fruit", one[0].plant().tree.len(), one[0].plant().fruit.len());
-    let seconds = median_cpu_seconds(
-        || one[0].clone(),
-        |mut world| {
-            for _ in 0..FRAMES {
-                std::hint::black_box(world.step());
+impl Plan {
+    fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Full => Self {
+                rounds: 9,
+                repeats: 300,
+                peer_repeats: 60,
+                batch_repeats: 4,
+                peer_worlds: WORLDS,
+                work: 1e6,
+            },
+            Effort::Quick => {
+                Self { rounds: 3, repeats: 30, peer_repeats: 6, batch_repeats: 1, peer_worlds: 64, work: 2e5 }
             }
-        },
-    );
-    let mut rows = vec![Row::measured("physics.one_tree", substeps / seconds, "substeps/s")];
-
-    let skeleton = grow(&spec, SEED, first)?;
-    let fruit = place(&spec.fruit, &skeleton, SEED, first);
-    let siblings = (0..WORLDS as u32).map(|world| {
-        let (mut own, mut stream) = (skeleton.clone(), Stream::new(SEED, world, Purpose::Test));
-        for segment in &mut own.segments {
-            segment.length *= stream.uniform(0.9, 1.1);
-            segment.radius *= stream.uniform(0.95, 1.05);
         }
-        TreeWorld::new(spec.clone(), &own, fruit.clone())
-    });
-    let siblings = siblings.collect::<Result<Vec<_>, _>>()?;
-    rows.extend(batch_rows("physics.batch_512", siblings, substeps)?);
-    if candidates.len() == WORLDS {
-        let grown = candidates.iter().map(|&world| TreeWorld::grow(spec.clone(), SEED, world));
-        let grown = grown.collect::<Result<Vec<_>, _>>()?;
-        rows.extend(batch_rows("physics.batch_512_topologies", grown, substeps)?);
+    }
+}
+
+/// Everything that the rows share.
+struct Bench {
+    plan: Plan,
+    peer: RefCell<Option<Peer>>,
+    peaks: Peaks,
+    bar: ProgressBar,
+    /// Substeps a frame.
+    substeps: u32,
+}
+
+pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
+    let peer = match Peer::start() {
+        Ok(peer) => Some(peer),
+        Err(reason) => {
+            eprintln!("NO COMPARISON with MuJoCo: {reason}");
+            None
+        }
+    };
+    let bar = spinner();
+    let mut context = BTreeMap::new();
+    context.insert("mujoco", peer.as_ref().map(|peer| peer.version.clone()));
+    context.insert("rustc", rustc_version());
+    context.insert("instructions_f32", Some(format!("{:?}", Isa::best())));
+    context.insert("instructions_f64", Some(format!("those of every {} processor", std::env::consts::ARCH)));
+
+    say(&bar, "growing trees");
+    let spec = forest::spec_with_fruit(FRUIT)?;
+    let substeps = spec.sim.substeps.get();
+    let mut forest = forest::nearest(spec, LINKS, WORLDS, SEARCHED)?;
+    forest.sort_by_key(Planting::depth_squares);
+    say(&bar, "peak rates of the processor");
+    let peaks = Peaks::measure();
+    let bench = Bench { plan: Plan::new(effort), peer: RefCell::new(peer), peaks, bar, substeps };
+
+    let mut rows = trees::rows(&bench, &forest)?;
+    let untouched = rows[0].value;
+    rows.push(contact::row(&bench, &forest, untouched)?);
+    rows.extend(scaling::rows(&bench)?);
+    bench.bar.finish_and_clear();
+    Ok(Measured { rows, context })
+}
+
+/// What is being done, and for how long.
+fn spinner() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Tells what is being done: beside the spinner, or in a line where there is no terminal.
+fn say(bar: &ProgressBar, what: &str) {
+    if bar.is_hidden() {
+        eprintln!("{what}");
     } else {
-        eprintln!("only {} trees of the right size: no batch of different topologies", candidates.len());
+        bar.set_message(what.to_owned());
     }
-    Ok(rows)
 }
 
-/// Gives every joint a random rate.
-fn kick(worlds: &mut [TreeWorld]) {
-    for (world, index) in worlds.iter_mut().zip(0..) {
-        let mut stream = Stream::new(SEED + 1, index, Purpose::Test);
-        for v in &mut world.data_mut().v {
-            *v = stream.uniform(-KICK, KICK);
+/// The compiler beside which this runs, which is the one that `cargo xtask` built it with.
+fn rustc_version() -> Option<String> {
+    let output = Command::new("rustc").arg("--version").output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    Some(text.trim().to_owned())
+}
+
+impl Bench {
+    fn say(&self, what: &str) {
+        say(&self.bar, what);
+    }
+
+    /// Figures of ours, and of MuJoCo's subject of a name, in turns. Ours give substeps/s, MuJoCo's is a course
+    /// of some worlds on some threads.
+    fn beside_peer<'a>(
+        &'a self,
+        name: &'a str,
+        mut sides: Vec<Side<'a>>,
+        course: Course,
+        worlds: usize,
+        threads: usize,
+    ) -> anyhow::Result<(Vec<Rounds>, Option<Rounds>)> {
+        let is_compared = self.peer.borrow().is_some();
+        if is_compared {
+            sides.push(Box::new(move || {
+                let mut peer = self.peer.borrow_mut();
+                let timed = peer.as_mut().context("no MuJoCo")?.time(name, course)?;
+                anyhow::ensure!(timed.fastest > 0.0, "MuJoCo's {name} stands still");
+                let substeps = f64::from(course.steps * course.repeats) * worlds as f64;
+                Ok(substeps * threads as f64 / timed.seconds)
+            }));
         }
+        self.say(name);
+        let mut figures = alternate(self.plan.rounds, &mut sides)?;
+        let theirs = if is_compared { figures.pop() } else { None };
+        Ok((figures, theirs))
     }
-}
 
-/// Rate of a batch if its threads have a core each, by processor time, and its memory a world.
-fn batch_rows(name: &str, mut worlds: Vec<TreeWorld>, substeps: f64) -> anyhow::Result<Vec<Row>> {
-    kick(&mut worlds);
-    let batch = Batch::new(&worlds)?;
-    let links: usize = worlds.iter().map(|world| world.plant().tree.len()).sum();
-    let fruit: usize = worlds.iter().map(|world| world.plant().fruit.len()).sum();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(THREADS).build()?;
-    let mut events = 0;
-    let seconds =
-        median_cpu_seconds(|| batch.clone(), |mut batch| events = pool.install(|| batch.step(FRAMES)).len());
-    eprintln!(
-        "{name}: {:?}, {:.0} links and {:.0} fruit a tree, {events} breaks and detachments",
-        Isa::best(),
-        links as f64 / WORLDS as f64,
-        fruit as f64 / WORLDS as f64
-    );
-    let rate = substeps * WORLDS as f64 * THREADS as f64 / seconds;
-    let memory = batch.bytes() as f64 / WORLDS as f64;
-    Ok(vec![
-        Row::measured(name, rate, "substeps/s"),
-        Row::measured(&format!("{name}.memory"), memory, "bytes/world"),
-    ])
+    /// Loads models into MuJoCo, if it is there.
+    fn load(&self, name: &str, models: impl FnOnce() -> anyhow::Result<Vec<String>>) -> anyhow::Result<()> {
+        if let Some(peer) = self.peer.borrow_mut().as_mut() {
+            self.say(&format!("{name}: models for MuJoCo"));
+            let models = models()?;
+            let threads = if models.len() > 1 { THREADS } else { 1 };
+            peer.load(name, &models, threads)?;
+        }
+        Ok(())
+    }
+
+    /// A row of substeps a second.
+    fn row(&self, name: &str, ours: &Rounds, theirs: Option<&Rounds>) -> Row {
+        let mut row = Row::measured(name, ours.median(), "substeps/s");
+        row.spread = Some(ours.spread());
+        if let Some((theirs, peer)) = theirs.zip(self.peer.borrow().as_ref()) {
+            row = row.beside(&format!("MuJoCo {}", peer.version), theirs.median());
+            row.peer_spread = Some(theirs.spread());
+        }
+        row
+    }
 }

@@ -32,16 +32,57 @@ pub fn cpu_time() -> Duration {
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }
 
-/// Median over rounds of the processor time [s] that `work` takes on what `prepare` gives it, which is not timed.
-pub fn median_cpu_seconds<T>(mut prepare: impl FnMut() -> T, mut work: impl FnMut(T)) -> f64 {
-    let mut seconds: Vec<f64> = (0..ROUNDS)
-        .map(|_| {
-            let subject = prepare();
-            let start = cpu_time();
-            work(subject);
-            (cpu_time() - start).as_secs_f64()
-        })
-        .collect();
-    seconds.sort_by(f64::total_cmp);
-    seconds[ROUNDS / 2]
+/// Figures of the rounds of one measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rounds(Vec<f64>);
+
+impl Rounds {
+    /// The median.
+    pub fn median(&self) -> f64 {
+        let mut sorted = self.0.clone();
+        sorted.sort_by(f64::total_cmp);
+        let half = sorted.len() / 2;
+        if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
+    }
+
+    /// Smallest and largest.
+    pub fn spread(&self) -> [f64; 2] {
+        [self.0.iter().copied().fold(f64::INFINITY, f64::min), self.0.iter().copied().fold(0.0, f64::max)]
+    }
+}
+
+/// Something that can be measured over and over.
+pub type Side<'a> = Box<dyn FnMut() -> anyhow::Result<f64> + 'a>;
+
+/// Measures all sides in turns, round by round, so that what slows the machine down for a while hits them alike.
+pub fn alternate(rounds: usize, sides: &mut [Side<'_>]) -> anyhow::Result<Vec<Rounds>> {
+    let mut figures = vec![Rounds(Vec::with_capacity(rounds)); sides.len()];
+    for _ in 0..rounds {
+        for (side, figures) in sides.iter_mut().zip(&mut figures) {
+            figures.0.push(side()?);
+        }
+    }
+    Ok(figures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_take_turns() {
+        let calls = std::cell::RefCell::new(Vec::new());
+        let calls = &calls;
+        let side = |name: f64| -> Side<'_> {
+            Box::new(move || {
+                calls.borrow_mut().push(name);
+                Ok(name + calls.borrow().len() as f64)
+            })
+        };
+        let figures = alternate(3, &mut [side(0.0), side(10.0)]).unwrap();
+        assert_eq!(*calls.borrow(), [0.0, 10.0, 0.0, 10.0, 0.0, 10.0]);
+        assert_eq!(figures[0], Rounds(vec![1.0, 3.0, 5.0]));
+        assert_eq!((figures[1].median(), figures[1].spread()), (14.0, [12.0, 16.0]));
+        assert_eq!(Rounds(vec![4.0, 1.0]).median(), 2.5);
+    }
 }

@@ -4,14 +4,14 @@ use orchard_spec::Spec;
 use orchard_treegen::grow;
 
 use super::timing::rate;
-use crate::rows::Row;
+use crate::rows::{Effort, Measured, Row};
 
 /// Whole default trees, a new one each time, on one core.
-pub fn measure() -> anyhow::Result<Vec<Row>> {
+pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     let spec = Spec::paper();
     let per_second = rate(|world| {
         std::hint::black_box(grow(&spec, 1, world)?);
         Ok(())
     })?;
-    Ok(vec![Row::measured("trees.grow", per_second, "trees/s")])
+    Ok(vec![Row::measured("trees.grow", per_second, "trees/s")].into())
 }

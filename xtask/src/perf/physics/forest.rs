@@ -1,0 +1,158 @@
+//! The trees that are timed.
+
+use std::sync::Arc;
+
+use anyhow::Context;
+use orchard_batch::TreeWorld;
+use orchard_fruit::{Fruit, place};
+use orchard_spec::{Purpose, Spec, Stream};
+use orchard_treegen::{Segment, Skeleton, grow};
+use rayon::prelude::*;
+
+/// Seed of all trees and kicks.
+const SEED: u64 = 1;
+/// Largest rate that a kick gives a joint [rad/s].
+const KICK: f64 = 1.0;
+/// By how much lengths and radii of siblings differ, at most: their wood stays of the same kind.
+const SIBLING_LENGTH: f64 = 0.1;
+const SIBLING_RADIUS: f64 = 0.05;
+
+/// A tree with its fruit, not yet in a model.
+#[derive(Debug, Clone)]
+pub struct Planting {
+    pub spec: Arc<Spec>,
+    pub skeleton: Skeleton,
+    pub fruit: Vec<Fruit>,
+}
+
+impl Planting {
+    fn grow(spec: &Arc<Spec>, world: u32) -> anyhow::Result<Self> {
+        let skeleton = grow(spec, SEED, world)?;
+        let fruit = place(&spec.fruit, &skeleton, SEED, world);
+        Ok(Self { spec: spec.clone(), skeleton, fruit })
+    }
+
+    /// The tree in a world, every joint kicked at a rate of its own.
+    pub fn kicked(&self, index: u32) -> anyhow::Result<TreeWorld> {
+        let mut world = TreeWorld::new(self.spec.clone(), &self.skeleton, self.fruit.clone())?;
+        kick(&mut world.data_mut().v, index);
+        Ok(world)
+    }
+
+    /// The same wood, without fruit, cut into more segments: each into as many pieces as make up the count.
+    pub fn refined(&self, segments: usize) -> Self {
+        let coarse = &self.skeleton.segments;
+        let mut fine: Vec<Segment> = Vec::with_capacity(segments);
+        let mut last_piece = Vec::with_capacity(coarse.len());
+        for (index, segment) in coarse.iter().enumerate() {
+            let pieces = segments * (index + 1) / coarse.len() - segments * index / coarse.len();
+            let mut parent = segment.parent.map(|parent: usize| last_piece[parent]);
+            let length = segment.length / pieces as f64;
+            for piece in 0..pieces {
+                let p_base_world = segment.p_base_world + segment.heading() * (length * piece as f64);
+                fine.push(Segment { parent, p_base_world, length, ..segment.clone() });
+                parent = Some(fine.len() - 1);
+            }
+            last_piece.push(fine.len() - 1);
+        }
+        let skeleton = Skeleton { segments: fine, fruit_sites: Vec::new(), leaves: Vec::new() };
+        Self { spec: self.spec.clone(), skeleton, fruit: Vec::new() }
+    }
+
+    /// Sum over the links of the square of their depth, the root's being 1: what a sparse factorisation of the
+    /// joint-space inertia costs, up to a factor.
+    pub fn depth_squares(&self) -> usize {
+        self.depths().iter().map(|depth| depth * depth).sum()
+    }
+
+    /// Mean depth of the links.
+    pub fn mean_depth(&self) -> f64 {
+        let depths = self.depths();
+        depths.iter().sum::<usize>() as f64 / depths.len() as f64
+    }
+
+    fn depths(&self) -> Vec<usize> {
+        let mut depths = Vec::with_capacity(self.skeleton.segments.len());
+        for segment in &self.skeleton.segments {
+            depths.push(segment.parent.map_or(1, |parent: usize| 1 + depths[parent]));
+        }
+        depths
+    }
+
+    /// A tree of the same topology with dimensions of its own.
+    pub fn sibling(&self, index: u32) -> Self {
+        let mut sibling = self.clone();
+        let mut stream = Stream::new(SEED, index, Purpose::Test);
+        for segment in &mut sibling.skeleton.segments {
+            segment.length *= stream.uniform(1.0 - SIBLING_LENGTH, 1.0 + SIBLING_LENGTH);
+            segment.radius *= stream.uniform(1.0 - SIBLING_RADIUS, 1.0 + SIBLING_RADIUS);
+        }
+        sibling
+    }
+}
+
+/// Gives every degree of freedom a random rate; `index` chooses the kick.
+pub fn kick(v: &mut [f64], index: u32) {
+    let mut stream = Stream::new(SEED + 1, index, Purpose::Test);
+    for v in v {
+        *v = stream.uniform(-KICK, KICK);
+    }
+}
+
+/// The paper's orchard with a count of fruit a tree.
+pub fn spec_with_fruit(fruit: u32) -> anyhow::Result<Spec> {
+    let mut spec = Spec::paper();
+    spec.fruit.count = spec.fruit.count.with_value(fruit).map_err(anyhow::Error::msg)?;
+    Ok(spec)
+}
+
+/// The `count` trees nearest to a number of links that carry all their fruit, nearest first, of the first
+/// `searched` worlds.
+pub fn nearest(spec: Spec, links: usize, count: usize, searched: u32) -> anyhow::Result<Vec<Planting>> {
+    let spec = Arc::new(spec);
+    let mut found: Vec<(usize, u32)> = (0..searched)
+        .into_par_iter()
+        .filter_map(|world| Some((grow(&spec, SEED, world).ok()?.segments.len().abs_diff(links), world)))
+        .collect();
+    found.sort_unstable();
+    let fruit = spec.fruit.count.get() as usize;
+    let mut plantings = Vec::with_capacity(count);
+    for (_, world) in found {
+        if plantings.len() == count {
+            break;
+        }
+        let planting = Planting::grow(&spec, world)?;
+        if planting.fruit.len() == fruit {
+            plantings.push(planting);
+        }
+    }
+    let complete = plantings.len() == count;
+    complete.then_some(plantings).with_context(|| format!("too few trees with {fruit} fruit"))
+}
+
+/// The paper's grammar with a bound on a tree's segments, without fruit.
+pub fn spec_with_segments(most: u32) -> anyhow::Result<Spec> {
+    let mut spec = spec_with_fruit(0)?;
+    let grammar = &mut spec.tree.central_leader;
+    grammar.segments_max = grammar.segments_max.with_value(most).map_err(anyhow::Error::msg)?;
+    Ok(spec)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refined_tree_is_the_same_wood() {
+        let tree = nearest(spec_with_segments(50).unwrap(), 50, 1, 8).unwrap().remove(0);
+        let fine = tree.refined(333);
+        assert_eq!(fine.skeleton.segments.len(), 333);
+        let length = |tree: &Planting| tree.skeleton.segments.iter().map(|s| s.length).sum::<f64>();
+        assert!((length(&fine) - length(&tree)).abs() < 1e-12);
+        for segment in &fine.skeleton.segments {
+            let Some(parent) = segment.parent else { continue };
+            let gap = (fine.skeleton.segments[parent].p_tip_world() - segment.p_base_world).norm();
+            assert!(gap < 1e-12, "{gap}");
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! MuJoCo as a process beside ours, which steps exported trees when it is told to.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+
+use anyhow::Context;
+use orchard_bench::store::write_bytes;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use crate::judge::python::{Environment, folder};
+
+/// The worker of `tests/judge/speed.py`, which tells the protocol.
+pub struct Peer {
+    process: Child,
+    requests: Option<ChildStdin>,
+    answers: BufReader<ChildStdout>,
+    /// MuJoCo's version.
+    pub version: String,
+}
+
+/// What is done with a loaded subject.
+#[derive(Debug, Clone, Copy)]
+pub struct Course {
+    /// Steps from the start to where the clock starts.
+    pub lead: u32,
+    /// Steps that are timed.
+    pub steps: u32,
+    /// How often they are, each time from the same state.
+    pub repeats: u32,
+}
+
+/// A timed course.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Timed {
+    /// Processor time of all repeats, all threads [s].
+    pub seconds: f64,
+    /// Largest velocity at the end of the course, in the slowest world [rad/s, m/s].
+    pub fastest: f64,
+}
+
+/// Contacts of the timed part of a course.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Watched {
+    /// Mean number.
+    pub contacts: f64,
+    /// Smallest number.
+    pub fewest: u32,
+    /// Whether the state is still finite.
+    pub finite: bool,
+}
+
+impl Peer {
+    /// Starts MuJoCo. The error says why there is none.
+    pub fn start() -> Result<Self, String> {
+        let environment = Environment::install()?;
+        let mut command = environment.script("speed.py");
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut process = command.spawn().map_err(|e| format!("cannot run Python: {e}"))?;
+        let (requests, answers) = (process.stdin.take(), process.stdout.take());
+        let answers = BufReader::new(answers.ok_or("Python has no output")?);
+        let mut peer = Self { process, requests, answers, version: String::new() };
+        let hello: Value = peer.answer().map_err(|e| format!("MuJoCo does not start: {e:#}"))?;
+        peer.version = hello["version"].as_str().unwrap_or("of unknown version").to_owned();
+        Ok(peer)
+    }
+
+    /// Loads models under a name, each from the text of its file. Gives the degrees of freedom of the first.
+    pub fn load(&mut self, name: &str, models: &[String], threads: usize) -> anyhow::Result<u64> {
+        let folder = folder().join("speed");
+        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let write = |(index, text): (usize, &String)| -> anyhow::Result<PathBuf> {
+            let file: PathBuf = folder.join(format!("{name}-{index}.xml"));
+            write_bytes(&file, text.as_bytes())?;
+            Ok(file)
+        };
+        let files = models.iter().enumerate().map(write).collect::<anyhow::Result<Vec<_>>>()?;
+        let loaded: Value =
+            self.ask(json!({ "do": "load", "name": name, "files": files, "threads": threads }))?;
+        remove(&files, &folder);
+        loaded["dofs"].as_u64().context("MuJoCo does not tell its degrees of freedom")
+    }
+
+    /// Times a course.
+    pub fn time(&mut self, name: &str, course: Course) -> anyhow::Result<Timed> {
+        let Course { lead, steps, repeats } = course;
+        self.ask(json!({ "do": "time", "name": name, "lead": lead, "steps": steps, "repeats": repeats }))
+    }
+
+    /// Counts the contacts on a course.
+    pub fn watch(&mut self, name: &str, course: Course) -> anyhow::Result<Watched> {
+        self.ask(json!({ "do": "watch", "name": name, "lead": course.lead, "steps": course.steps }))
+    }
+
+    fn ask<T: DeserializeOwned>(&mut self, request: Value) -> anyhow::Result<T> {
+        let requests = self.requests.as_mut().context("MuJoCo has ended")?;
+        writeln!(requests, "{request}").and_then(|()| requests.flush()).context("MuJoCo has ended")?;
+        self.answer()
+    }
+
+    fn answer<T: DeserializeOwned>(&mut self) -> anyhow::Result<T> {
+        let mut line = String::new();
+        self.answers.read_line(&mut line).context("MuJoCo has ended")?;
+        anyhow::ensure!(!line.is_empty(), "MuJoCo has ended");
+        serde_json::from_str(&line).with_context(|| format!("MuJoCo answers {line}"))
+    }
+}
+
+/// The models are loaded: their files, some 60 MB, have done their work.
+fn remove(files: &[PathBuf], folder: &Path) {
+    for file in files {
+        // A file that stays is in the way of nothing.
+        let _ = std::fs::remove_file(file);
+    }
+    let _ = std::fs::remove_dir(folder);
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // The end of its input ends the worker.
+        self.requests = None;
+        let _ = self.process.wait();
+    }
+}
