@@ -127,7 +127,14 @@ mod tests {
 
     fn ball(friction: f64) -> Ball {
         let inertia = 0.4 * MASS * RADIUS * RADIUS;
-        Ball { radius: RADIUS, inertia, friction, stiffness: STIFFNESS, spin_loss: 0.0, w_world: Vec3::zeros() }
+        Ball {
+            radius: RADIUS,
+            inertia,
+            friction,
+            stiffness: STIFFNESS,
+            spin_loss: 0.0,
+            w_world: Vec3::zeros(),
+        }
     }
 
     /// Substeps on the ground from a velocity: what velocity is left, and the lowest height.

@@ -2,9 +2,9 @@
 
 use orchard_geometry::{Mat3, Vec3};
 
-use super::{ContactReport, in_series};
 use super::law::Law;
 use super::paths::Paths;
+use super::{ContactReport, in_series};
 use crate::data::Data;
 use crate::model::{Model, Owner};
 use crate::spatial::Wrench;

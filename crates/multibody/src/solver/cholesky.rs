@@ -90,9 +90,9 @@ pub(crate) fn entries(model: &Model, kinematics: &Kinematics, system: &System) -
         for (k, column) in (model.v_start[index]..model.v_start[index + 1]).enumerate() {
             let axis = kinematics.axes[column];
             let wrench = if k < body.joint.translations() {
-                Wrench { torque: inertia.coupling * axis, force: inertia.linear * axis }
+                inertia.of_translation(&axis)
             } else {
-                Wrench { torque: inertia.angular * axis, force: inertia.coupling.tr_mul(&axis) }
+                inertia.of_rotation(&axis)
             };
             for_ancestors(model, kinematics, index, wrench, |dof, value| {
                 if dof <= column {

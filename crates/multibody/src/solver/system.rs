@@ -98,13 +98,13 @@ impl System {
         );
         for point in &self.points {
             if let Some((body, r)) = &point.anchor {
-                out[*body].add_point_mass(point.kappa, r);
+                out[*body] += ArticulatedInertia::of_rigid(point.kappa, r, Symmetric3::ZERO);
             }
         }
         for (index, body) in model.bodies.iter().enumerate().rev() {
             if let Some(parent) = body.parent {
                 let child = out[index];
-                out[parent.index()].add_shifted(&child, &kinematics.links[index].r_parent);
+                out[parent.index()] += child.shifted(&kinematics.links[index].r_parent);
             }
         }
     }
