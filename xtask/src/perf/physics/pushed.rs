@@ -193,6 +193,7 @@ fn add_capsule(builder: &mut ModelBuilder, offset: f64, friction: f64) -> BodyId
         x_owner_shape: Pose::translation(0.0, 0.0, -0.5 * LENGTH),
         groups: CAPSULE,
         friction,
+        stiffness: f64::INFINITY,
     });
     body
 }
