@@ -4,35 +4,13 @@ mod common;
 
 use std::sync::Arc;
 
+use common::touching::*;
 use common::*;
-use nalgebra::Translation3;
 use orchard_geometry::{ConvexHull, HeightField, Mat3, Pose, Rotation, Shape, Vec3, math};
 use orchard_multibody::*;
 
-const H: f64 = 1.0 / 180.0;
-const STIFFNESS: f64 = 5e4;
-const ALL: Groups = Groups { member: 1, filter: 1 };
-
-fn collider(owner: Owner, shape: Shape, x_owner_shape: Pose, friction: f64) -> Collider {
-    Collider { owner, shape, x_owner_shape, groups: ALL, friction, stiffness: 2.0 * STIFFNESS }
-}
-
-fn free_body(mass: f64, i_com: Mat3) -> Body {
-    Body {
-        parent: None,
-        joint: JointKind::Free,
-        x_parent_joint: Pose::identity(),
-        inertia: SpatialInertia { mass, p_com: Vec3::zeros(), i_com },
-    }
-}
-
 fn ball_inertia(mass: f64, radius: f64) -> Mat3 {
     Mat3::identity() * (0.4 * mass * radius * radius)
-}
-
-/// Pose whose z axis is tilted from the vertical towards +x.
-fn tilted(angle: f64) -> Pose {
-    Pose::from_parts(Translation3::identity(), Rotation::from_scaled_axis(Vec3::y() * angle))
 }
 
 /// A square field of `count` x `count` nodes with heights `z(x, y)`.
@@ -70,15 +48,6 @@ fn on_ground(
 fn place(data: &mut Data, pose: &Pose) {
     data.q[..3].copy_from_slice(pose.translation.vector.as_slice());
     data.q[3..7].copy_from_slice(pose.rotation.coords.as_slice());
-}
-
-fn run(model: &Model, data: &mut Data, seconds: f64) -> StepReport {
-    let mut report = StepReport::default();
-    for _ in 0..(seconds / H).round() as usize {
-        step(model, data, &settings(H, GRAVITY), &mut report);
-        assert!(report.converged, "{} iterations, residual {:e}", report.newton_iterations, report.residual);
-    }
-    report
 }
 
 /// Force on the body: it is collider 1, the ground is a.
@@ -170,7 +139,7 @@ fn a_hull_of_a_box_rests_as_the_box_does_and_does_not_rock() {
             let model = on_ground(ground.clone(), pose, shape, (mass, i_com), 0.6);
             let mut data = Data::new(&model);
             let turn = Rotation::from_scaled_axis(Vec3::new(0.1, 0.15, 0.3));
-            place(&mut data, &Pose::from_parts(Translation3::new(0.02, 0.03, 0.08), turn));
+            place(&mut data, &Pose::from_parts(Vec3::new(0.02, 0.03, 0.08).into(), turn));
             run(&model, &mut data, 4.0);
             let rest = data.q.clone();
             let report = run(&model, &mut data, 5.0);

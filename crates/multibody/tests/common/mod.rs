@@ -6,6 +6,8 @@ use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
 use orchard_multibody::*;
 use orchard_spec::{Purpose, Stream};
 
+pub mod touching;
+
 pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
 pub fn stream(seed: u64) -> Stream {
