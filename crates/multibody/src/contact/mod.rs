@@ -22,6 +22,7 @@ mod polytope;
 mod root;
 mod rows;
 mod terrain;
+mod touch;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -35,10 +36,11 @@ use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
 use delassus::Delassus;
 use matrix_free::{Coordinates, MatrixFree};
-use narrow::{NarrowScratch, Touch};
+use narrow::NarrowScratch;
 use newton::{Newton, Outcome};
 use paths::Paths;
 use rows::{Block, Guess};
+use touch::Touch;
 
 /// Rows up to which [`ContactPath::ByRows`] takes the direct path: where the dense factor and the iterations were
 /// measured to cost the same (`docs/computation/dynamics.md`, "Which path").

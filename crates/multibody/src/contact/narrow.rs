@@ -5,37 +5,13 @@ use orchard_geometry::{Pose, Shape, Vec3, inverse_transform, transform};
 use super::core::{Core, CoreBuffers};
 use super::polytope::{self, Clipper};
 use super::terrain;
+use super::touch::{SAME_POINT, Touch, closest_points_of_segments};
 
 /// Distance under which two surfaces' directions are taken from the shapes, not from their closest points [m].
 const COINCIDENT: f64 = 1e-9;
 
-/// Contact points of a pair nearer than this are one [m].
-pub(super) const SAME_POINT: f64 = 1e-6;
-
 /// Most contact points of a pair: the corners of a box.
 const MOST_POINTS: usize = 8;
-
-/// Two surfaces near each other.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Touch {
-    /// Halfway between the surfaces.
-    pub p_world: Vec3,
-    /// Unit normal from b to a.
-    pub n_world: Vec3,
-    /// Distance; negative while they overlap.
-    pub gap: f64,
-}
-
-impl Touch {
-    /// From the point of b's surface, the normal from b to a, and the gap.
-    pub fn from_b(p_b: Vec3, n_world: Vec3, gap: f64) -> Touch {
-        Touch { p_world: p_b + n_world * (0.5 * gap), n_world, gap }
-    }
-
-    pub fn flipped(self) -> Touch {
-        Touch { n_world: -self.n_world, ..self }
-    }
-}
 
 /// A sphere or capsule: all points within `radius` of a segment.
 struct Round {
@@ -166,19 +142,6 @@ fn round_round(a: &Round, b: &Round) -> Touch {
         square.try_normalize(COINCIDENT).unwrap_or_else(Vec3::z)
     };
     Touch::from_b(p_b + n_world * b.radius, n_world, distance - a.radius - b.radius)
-}
-
-/// Closest points of two segments (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
-pub(super) fn closest_points_of_segments(a0: &Vec3, a1: &Vec3, b0: &Vec3, b1: &Vec3) -> (Vec3, Vec3) {
-    let (along_a, along_b, between) = (a1 - a0, b1 - b0, a0 - b0);
-    let (aa, bb, ab) = (along_a.norm_squared(), along_b.norm_squared(), along_a.dot(&along_b));
-    let (ar, br) = (along_a.dot(&between), along_b.dot(&between));
-    let clamped = |top: f64, bottom: f64| if bottom > 0.0 { (top / bottom).clamp(0.0, 1.0) } else { 0.0 };
-    // The closest point of line a to line b (parallel lines: the start), then of segment b to it, then of a.
-    let mut s = clamped(ab * br - ar * bb, aa * bb - ab * ab);
-    let t = clamped(ab * s + br, bb);
-    s = clamped(ab * t - ar, aa);
-    (a0 + along_a * s, b0 + along_b * t)
 }
 
 /// Ends or corners of a shape against the half-space under the local plane z = 0.

@@ -8,7 +8,8 @@ use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::query;
 use parry3d_f64::shape as parry;
 
-use super::narrow::{NarrowScratch, Touch, touches};
+use super::narrow::{NarrowScratch, touches};
+use super::touch::Touch;
 
 const MARGIN: f64 = 0.02;
 /// How much too far parry's GJK may stop [m]: its bound on the distance stalls before its tolerance is met (2e-6 seen). The

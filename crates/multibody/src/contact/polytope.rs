@@ -7,7 +7,7 @@
 use orchard_geometry::Vec3;
 
 use super::core::{Core, Plane};
-use super::narrow::{SAME_POINT, Touch, closest_points_of_segments};
+use super::touch::{SAME_POINT, Touch, closest_points_of_segments};
 
 /// Sine between two edges under which they have no common normal worth the name.
 const PARALLEL: f64 = 1e-6;

@@ -10,7 +10,7 @@ use orchard_geometry::height_field::{
 use orchard_geometry::{Aabb, Pose, Vec3, transform};
 
 use super::core::Core;
-use super::narrow::{SAME_POINT, Touch};
+use super::touch::{SAME_POINT, Touch};
 
 /// Cosine by which a direction may leave the normals of a corner or edge: round-off.
 const ROUND_OFF: f64 = 1e-9;
