@@ -29,6 +29,11 @@ impl Normal {
         let time = if gap > 0.0 { h } else { h + settings.contact_dissipation_time };
         Self { admittance: h * stiffness * time, v_hat: -gap / time }
     }
+
+    /// Impulse [N s] on what ends the substep with a vertical velocity; negative where the ground would have to pull.
+    fn impulse(&self, v_z: f64) -> f64 {
+        self.admittance * (self.v_hat - v_z)
+    }
 }
 
 /// A ball off its stem.
@@ -78,8 +83,8 @@ pub(crate) struct DebrisTip {
     pub friction: f64,
     /// Contact stiffness of the pair [N/m].
     pub stiffness: f64,
-    /// What held it in the last substep.
-    held: Option<Normal>,
+    /// What held it in the last substep, and its vertical velocity before [m/s].
+    held: Option<(Normal, f64)>,
 }
 
 /// A damper at the tip and the impulse that it gives while the tip's velocity stays as it is.
@@ -98,17 +103,19 @@ impl DebrisTip {
         Self { row, radius, friction, stiffness, held: None }
     }
 
-    /// What the ground does over the next substep to a tip at height `z` with the velocity `v`. Friction follows the
-    /// normal impulse of the substep before: before the solve it is not known how much of an impact the limb takes.
-    pub fn meet_ground(&mut self, settings: &StepSettings, z: f64, v: Vec3) -> Prop {
-        let pressed_before = self.held.map_or(0.0, |held| (held.admittance * (held.v_hat - v.z)).max(0.0));
+    /// What the ground does over the next substep to a tip at height `z` with the velocity `v`, of which the substep
+    /// before changed the vertical one by `lift`. Before the solve it is not known how much of an impact the limb takes,
+    /// nor whether it will press at all: friction follows the normal impulse of the substep before, and a tip that
+    /// pressed then is held on, since the limb's stiff joints turn a rebound round within the substep.
+    pub fn meet_ground(&mut self, settings: &StepSettings, z: f64, v: Vec3, lift: f64) -> Prop {
+        let pressed_before = self.held.map_or(0.0, |(held, v_z)| held.impulse(v_z + lift).max(0.0));
         let normal = Normal::new(settings, self.stiffness, z - self.radius);
-        let pressed = normal.admittance * (normal.v_hat - v.z);
-        if pressed <= 0.0 {
+        let pressed = normal.impulse(v.z);
+        if pressed <= 0.0 && pressed_before == 0.0 {
             self.held = None;
             return Prop::default();
         }
-        self.held = Some(normal);
+        self.held = Some((normal, v.z));
         let slip = Vec3::new(v.x, v.y, 0.0);
         let across = self.friction * pressed_before / slip.norm().max(CREEP);
         Prop { across, normal: normal.admittance, impulse: Vec3::new(0.0, 0.0, pressed) - across * slip }
@@ -171,11 +178,23 @@ mod tests {
     fn the_ground_neither_pulls_nor_acts_at_a_distance() {
         let settings = step_settings(&Spec::paper().sim);
         let mut tip = DebrisTip::new(0, 0.01, 0.5, STIFFNESS);
-        assert_eq!(tip.meet_ground(&settings, 0.5, Vec3::new(1.0, 0.0, -4.0)), Prop::default());
-        assert_eq!(tip.meet_ground(&settings, 0.009, Vec3::new(0.0, 0.0, 4.0)), Prop::default());
-        let prop = tip.meet_ground(&settings, 0.009, Vec3::new(1.0, 0.0, -1.0));
+        assert_eq!(tip.meet_ground(&settings, 0.5, Vec3::new(1.0, 0.0, -4.0), 0.0), Prop::default());
+        assert_eq!(tip.meet_ground(&settings, 0.009, Vec3::new(0.0, 0.0, 4.0), 0.0), Prop::default());
+        let prop = tip.meet_ground(&settings, 0.009, Vec3::new(1.0, 0.0, -1.0), 0.0);
         assert!(prop.impulse.z > 0.0 && prop.across == 0.0, "{prop:?}");
         // Held before, it is braked.
-        assert!(tip.meet_ground(&settings, 0.009, Vec3::new(1.0, 0.0, 0.0)).impulse.x < 0.0);
+        assert!(tip.meet_ground(&settings, 0.009, Vec3::new(1.0, 0.0, 0.0), 1.0).impulse.x < 0.0);
+    }
+
+    #[test]
+    fn a_rebound_is_held_until_the_ground_would_have_had_to_pull() {
+        let settings = step_settings(&Spec::paper().sim);
+        let mut tip = DebrisTip::new(0, 0.01, 0.5, STIFFNESS);
+        let down = Vec3::new(0.0, 0.0, -1.0);
+        assert!(tip.meet_ground(&settings, 0.009, down, 0.0).normal > 0.0);
+        // Stopped by the ground, then turned up by the limb: what follows is not known yet.
+        assert!(tip.meet_ground(&settings, 0.009, -down, 1.0).normal > 0.0);
+        // It would have gone on up.
+        assert_eq!(tip.meet_ground(&settings, 0.009, -down, 0.0), Prop::default());
     }
 }

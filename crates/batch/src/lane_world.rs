@@ -39,6 +39,8 @@ pub(crate) struct LaneWorld {
     pub rupture: Rupture,
     /// Drag, springs and dampers of each link, as the f64 state has them.
     pub wood: Vec<Wood>,
+    /// Rows of the joints that broke.
+    pub broken_rows: Vec<usize>,
     /// Fruit off the stem: its index, and the ball that it is.
     pub loose: Vec<(usize, Ball)>,
     /// Tips of the links of broken limbs.
@@ -52,6 +54,8 @@ impl LaneWorld {
         let rupture = world.rupture().clone();
         let shadow = (!rupture.breaks().is_empty()).then(|| Box::new(world.data().clone()));
         let wood = vec![Wood::default(); walk.links.len()];
+        let is_broken = |segment: &usize| rupture.breaks().iter().any(|b| b.segment == *segment);
+        let broken_rows = (0..walk.links.len()).filter(|row| is_broken(&walk.links[*row])).collect();
         Self {
             index,
             plant: world.plant().clone(),
@@ -59,6 +63,7 @@ impl LaneWorld {
             fruit_row,
             rupture,
             wood,
+            broken_rows,
             loose: Vec::new(),
             debris: Vec::new(),
             shadow,
@@ -80,6 +85,7 @@ impl LaneWorld {
         forward_kinematics(model, data);
         self.rupture.break_joint(tree, model, data, &spec.wood, spec.sim.gravity.si(), segment);
         self.plant.fruit.weigh_on(data, |segment| self.rupture.is_debris(segment));
+        self.broken_rows.extend(self.walk.links.iter().position(|link| *link == segment));
     }
 
     /// From now on a fruit is loose, with the angular velocity that it has.
@@ -111,21 +117,18 @@ impl LaneWorld {
         }
     }
 
-    /// Rows of the joints that broke.
-    pub fn broken_rows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.rupture.breaks().iter().filter_map(|b| self.walk.links.iter().position(|l| *l == b.segment))
-    }
-
-    /// Dampers of the broken joints for the next substep, from their rates (row, rad/s), in the same order.
-    pub fn brake(&mut self, rates: &[(usize, [f64; 2])]) -> Vec<(usize, f64)> {
+    /// Sets the dampers of the broken joints for the next substep, from their rates by row [rad/s].
+    pub fn brake(&mut self, rate: impl Fn(usize) -> [f64; 2]) {
         let Plant { spec, model, tree, settings, .. } = &*self.plant;
-        let Some(data) = self.shadow.as_deref_mut() else { return Vec::new() };
+        let Some(data) = self.shadow.as_deref_mut() else { return };
         let dof = |row: usize| model.dofs(tree.bodies[self.walk.links[row]]).start;
-        for &(row, rate) in rates {
-            data.v[dof(row)..dof(row) + 2].copy_from_slice(&rate);
+        for &row in &self.broken_rows {
+            data.v[dof(row)..dof(row) + 2].copy_from_slice(&rate(row));
         }
         self.rupture.begin_substep(tree, model, data, &spec.wood, settings.h);
-        rates.iter().map(|&(row, _)| (row, data.damping[dof(row)])).collect()
+        for &row in &self.broken_rows {
+            self.wood[row].damping = data.damping[dof(row)];
+        }
     }
 
     /// Whether so many frames over the direct pull, or over the stem tension, take a fruit off.

@@ -164,8 +164,10 @@ pub(crate) mod tip_motion {
     pub const Z: usize = 0;
     /// Velocity [m/s] (3).
     pub const V: usize = 1;
+    /// What the latest substep changed of the vertical velocity, before the link turned [m/s].
+    pub const LIFT: usize = 4;
     /// Fields.
-    pub const FIELDS: usize = 4;
+    pub const FIELDS: usize = 5;
 }
 
 /// What the ground does to a link's tip, kept only in tiles with debris.

@@ -4,7 +4,7 @@
 #[path = "lanes/common.rs"]
 mod common;
 
-use common::{kick, siblings};
+use common::{drop_fruit, kick, siblings, state, tip_over, tips};
 use orchard_batch::Batch;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,19 +30,41 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
+/// Kicked trees, fruit on the ground, and trees that lie on it.
+fn orchard() -> (Batch, usize) {
+    let mut worlds = siblings(20);
+    kick(&mut worlds, 0.5);
+    worlds[..8].iter_mut().for_each(|world| _ = drop_fruit(world, 0.1));
+    let broken: Vec<usize> = worlds[5..12].iter_mut().map(|world| tip_over(world, 4.0)).collect();
+    let mut batch = Batch::new(&worlds).unwrap();
+    (5..).zip(broken).for_each(|(index, segment)| batch.break_branch(index, segment));
+    let mut settled = 0;
+    // Until nothing has happened for a second.
+    while settled < 60 {
+        settled = if batch.step(1).is_empty() { settled + 1 } else { 0 };
+    }
+    let lowest = |index: usize| {
+        let data = state(&batch, &worlds, index);
+        tips(&worlds[index], &data).iter().fold(f64::INFINITY, |m, tip| m.min(tip.z))
+    };
+    let fallen = (0..worlds.len()).filter(|index| lowest(*index) < 0.01).count();
+    (batch, fallen)
+}
+
 /// Frames without an event allocate nothing once the threads are there; the one test of this binary, so that nothing else
 /// counts.
 #[test]
 fn frames_without_events_allocate_nothing() {
-    let mut worlds = siblings(20);
-    kick(&mut worlds, 0.5);
-    let mut batch = Batch::new(&worlds).unwrap();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let count = pool.install(|| {
-        batch.step(5);
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
-        assert_eq!(batch.step(60), []);
-        ALLOCATIONS.load(Ordering::Relaxed) - before
-    });
-    assert_eq!(count, 0);
+    let (mut batch, fallen) = orchard();
+    assert_eq!(fallen, 7);
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let count = pool.install(|| {
+            assert_eq!(batch.step(20), []);
+            let before = ALLOCATIONS.load(Ordering::Relaxed);
+            assert_eq!(batch.step(60), []);
+            ALLOCATIONS.load(Ordering::Relaxed) - before
+        });
+        assert_eq!(count, 0, "{threads} threads");
+    }
 }

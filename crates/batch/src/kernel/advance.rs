@@ -2,17 +2,17 @@
 
 use super::lane::{Lane, Lane3, axpy, cross_add, dot, load3, store3};
 use super::{Step, View, gather};
-use crate::layout::{change, fruit, fruit_work, link, work};
+use crate::layout::{change, fruit, fruit_work, link, tip_motion, work};
 use crate::schedule::NO_SLOT;
 use pulp::Simd;
 
 #[inline(always)]
 pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
-    let View { rows, sources, masks, links, work, fruit, fruit_work, changes, .. } = view;
+    let View { rows, sources, masks, links, work, fruit, fruit_work, changes, tip_motion, .. } = view;
     // Two slots beyond those of the schedule.
     let Some((scratch, changes)) = changes.split_last_mut() else { return };
     let childless = changes.len() - 1;
-    for ((row, link), work) in rows.iter().zip(links.iter_mut()).zip(work.iter()) {
+    for (k, ((row, link), work)) in rows.iter().zip(links.iter_mut()).zip(work.iter()).enumerate() {
         let (first, count) = row.sources;
         if count > 1 {
             gather(simd, &sources[first..first + count], &masks[first..first + count], changes, scratch);
@@ -22,6 +22,9 @@ pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
         let moved = Moved::new(simd, link, work, if count > 1 { scratch } else { parent }, step);
         store3::<S>(&mut own[change::TURN..], moved.turn);
         store3::<S>(&mut own[change::SHIFT..], moved.shift);
+        if let Some(motion) = tip_motion.get_mut(k) {
+            motion[tip_motion::LIFT] = moved.shift[2].value;
+        }
         for k in row.fruit.0..row.fruit.1 {
             fruit_advance(simd, &mut fruit[k], &fruit_work[k], &moved, step);
         }

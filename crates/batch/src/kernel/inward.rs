@@ -56,13 +56,18 @@ fn scatter<S: Simd>(
     delivered: usize,
 ) {
     let (first, count) = row.sources;
-    let zero = Lane::splat(simd, 0.0);
     for (source, mask) in sources[first..first + count].iter().zip(&masks[first..first + count]) {
         let Ok([from, to]) = loads.get_disjoint_mut([delivered, source.slot]) else { continue };
-        for (from, to) in from.iter().zip(to) {
-            let part = Lane::load(simd, *from).where_set(*mask, zero);
+        let brought = from.iter().zip(to);
+        if source.is_first {
+            for (from, to) in brought {
+                *to = Lane::load(simd, *from).only(*mask).value;
+            }
+        } else {
             // The sign of a zero reaches no state: sums that a state is made of start from +0.
-            *to = if source.is_first { part.value } else { (Lane::load(simd, *to) + part).value };
+            for (from, to) in brought {
+                *to = (Lane::load(simd, *to) + Lane::load(simd, *from).only(*mask)).value;
+            }
         }
     }
 }

@@ -79,14 +79,22 @@ impl<S: Simd> Lane<S> {
         Self { simd: self.simd, value: self.simd.negate_mul_add_e_f32s(self.value, b.value, c.value) }
     }
 
-    /// `self` in the worlds where the bits of `mask` are set, elsewhere `otherwise`.
+    /// `self` in the worlds where the bits of `mask` are set, elsewhere 0.
     #[inline(always)]
-    pub fn where_set(self, mask: S::f32s, otherwise: Self) -> Self {
+    pub fn only(self, mask: S::f32s) -> Self {
         let simd = self.simd;
-        let bits = |value: S::f32s| simd.transmute_u32s_f32s(value);
-        let own = simd.and_u32s(bits(mask), bits(self.value));
-        let other = simd.and_u32s(simd.not_u32s(bits(mask)), bits(otherwise.value));
-        Self { simd, value: simd.transmute_f32s_u32s(simd.or_u32s(own, other)) }
+        let bits = simd.and_u32s(simd.transmute_u32s_f32s(mask), simd.transmute_u32s_f32s(self.value));
+        Self { simd, value: simd.transmute_f32s_u32s(bits) }
+    }
+
+    /// `self` in some worlds, elsewhere `otherwise`.
+    #[inline(always)]
+    pub fn where_true(self, worlds: S::m32s, otherwise: Self) -> Self {
+        let simd = self.simd;
+        // As bits: pulp's selection of floats is not always inlined.
+        let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
+        let chosen = simd.select_u32s(worlds, bits(self), bits(otherwise));
+        Self { simd, value: simd.transmute_f32s_u32s(chosen) }
     }
 
     /// The worlds in which `self` is above `limit`.
@@ -110,11 +118,7 @@ impl<S: Simd> Lane<S> {
     /// `then` in the worlds where `self > limit`, elsewhere `otherwise`.
     #[inline(always)]
     pub fn if_above(self, limit: Self, then: Self, otherwise: Self) -> Self {
-        let simd = self.simd;
-        // As bits: pulp's selection of floats is not always inlined.
-        let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
-        let chosen = simd.select_u32s(self.above(limit), bits(then), bits(otherwise));
-        Self { simd, value: simd.transmute_f32s_u32s(chosen) }
+        then.where_true(self.above(limit), otherwise)
     }
 
     /// Sine and cosine of angles within an eighth of a turn, by minimax polynomials.
@@ -177,6 +181,12 @@ pub(crate) fn sin_cos_pair<S: Simd>(a: Lane<S>, b: Lane<S>) -> [(Lane<S>, Lane<S
     } else {
         [a.sin_cos_within_an_eighth(), b.sin_cos_within_an_eighth()]
     }
+}
+
+/// The worlds in which the bits of a mask are set.
+#[inline(always)]
+pub(crate) fn lanes_of<S: Simd>(simd: S, mask: S::f32s) -> S::m32s {
+    simd.equal_u32s(simd.transmute_u32s_f32s(mask), simd.splat_u32s(u32::MAX))
 }
 
 #[inline(always)]

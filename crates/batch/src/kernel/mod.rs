@@ -12,7 +12,7 @@ mod outward;
 
 use crate::layout::{Aligned, change, fruit, fruit_work, limit, link, load, prop, tip, tip_motion, work};
 use crate::schedule::{Row, Schedule, Source};
-use lane::Lane;
+use lane::{Lane, lanes_of};
 use pulp::{Simd, WithSimd, bytemuck};
 
 /// Numbers of a substep.
@@ -202,10 +202,39 @@ fn gather<S: Simd, const N: usize>(
     slots: &[[S::f32s; N]],
     parents: &mut [S::f32s; N],
 ) {
-    for (k, (source, mask)) in sources.iter().zip(masks).enumerate() {
+    match sources.len() {
+        2 => merge::<S, N, 2>(simd, sources, masks, slots, parents),
+        3 => merge::<S, N, 3>(simd, sources, masks, slots, parents),
+        _ => merge::<S, N, 4>(simd, sources, masks, slots, parents),
+    }
+    for (source, mask) in sources.iter().zip(masks).skip(4) {
+        let is_here = lanes_of(simd, *mask);
         for (to, from) in parents.iter_mut().zip(&slots[source.slot]) {
-            let other = Lane::load(simd, if k == 0 { *from } else { *to });
-            *to = Lane::load(simd, *from).where_set(*mask, other).value;
+            *to = Lane::load(simd, *from).where_true(is_here, Lane::load(simd, *to)).value;
         }
+    }
+}
+
+/// The first `K` sources together, field by field, so that nothing half put together goes to memory.
+#[inline(always)]
+fn merge<S: Simd, const N: usize, const K: usize>(
+    simd: S,
+    sources: &[Source],
+    masks: &[S::f32s],
+    slots: &[[S::f32s; N]],
+    parents: &mut [S::f32s; N],
+) {
+    let mut from = [&slots[sources[0].slot]; K];
+    let mut is_here = [lanes_of(simd, masks[0]); K];
+    for k in 1..K {
+        from[k] = &slots[sources[k].slot];
+        is_here[k] = lanes_of(simd, masks[k]);
+    }
+    for (field, to) in parents.iter_mut().enumerate() {
+        let mut merged = Lane::load(simd, from[0][field]);
+        for k in 1..K {
+            merged = Lane::load(simd, from[k][field]).where_true(is_here[k], merged);
+        }
+        *to = merged.value;
     }
 }

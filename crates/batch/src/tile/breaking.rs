@@ -34,7 +34,8 @@ impl Tile {
                 let motion = |field: usize| (tip.row * tip_motion::FIELDS + field) * lanes + lane;
                 let z = f64::from(tip_motion[motion(tip_motion::Z)]);
                 let v = vector(tip_motion, motion(tip_motion::V));
-                let Prop { across, normal, impulse } = tip.meet_ground(settings, z, v);
+                let lift = f64::from(tip_motion[motion(tip_motion::LIFT)]);
+                let Prop { across, normal, impulse } = tip.meet_ground(settings, z, v, lift);
                 let numbers = [across, normal, impulse.x, impulse.y, impulse.z];
                 for (field, number) in numbers.into_iter().enumerate() {
                     props[(tip.row * prop::FIELDS + field) * lanes + lane] = number as f32;
@@ -45,20 +46,13 @@ impl Tile {
 
     /// Friction and brake of broken joints, which follow their rates.
     pub(super) fn brake(&mut self) {
-        for lane in 0..self.worlds.len() {
-            if self.worlds[lane].rupture.breaks().is_empty() {
-                continue;
-            }
-            let rates: Vec<(usize, [f64; 2])> = self.worlds[lane]
-                .broken_rows()
-                .map(|row| (row, [0, 1].map(|k| f64::from(self.link(row, link::V + k, lane)))))
-                .collect();
-            for (row, damping) in self.worlds[lane].brake(&rates) {
-                let h = self.worlds[lane].plant.settings.h;
-                let wood = &mut self.worlds[lane].wood[row];
-                wood.damping = damping;
-                let armature = wood.armature(h);
-                *self.link_mut(row, link::ARMATURE, lane) = armature as f32;
+        let lanes = self.lanes;
+        let links = self.numbers.links.as_mut_slice();
+        for (lane, world) in self.worlds.iter_mut().enumerate().filter(|(_, w)| !w.broken_rows.is_empty()) {
+            let at = |row: usize, field: usize| (row * link::FIELDS + field) * lanes + lane;
+            world.brake(|row| [0, 1].map(|k| f64::from(links[at(row, link::V + k)])));
+            for &row in &world.broken_rows {
+                links[at(row, link::ARMATURE)] = world.wood[row].armature(world.plant.settings.h) as f32;
             }
         }
     }

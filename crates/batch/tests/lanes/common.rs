@@ -43,6 +43,27 @@ pub fn kick(worlds: &mut [TreeWorld], rate: f64) {
     }
 }
 
+/// Lifts fruit 0 of a world off its stem, `height` above the ground.
+pub fn drop_fruit(world: &mut TreeWorld, height: f64) -> usize {
+    let plant = world.plant().clone();
+    let point = plant.fruit.points[0].index();
+    let data = world.data_mut();
+    data.tethered[point] = false;
+    data.point_quadratic_drag[point] = plant.fruit.air_drag(0);
+    data.groups[plant.fruit.colliders[0].index()] = plant.fruit.groups.loose;
+    data.point_p_world[point].z = plant.fruit.fruit[0].radius + height;
+    data.point_v_world[point] = Vec3::zeros();
+    point
+}
+
+/// Gives a tree's trunk a rate [rad/s] just above the root, at the segment that is returned, so that it topples when broken there.
+pub fn tip_over(world: &mut TreeWorld, rate: f64) -> usize {
+    const SEGMENT: usize = 2;
+    let plant = world.plant().clone();
+    world.data_mut().v[plant.model.dofs(plant.tree.bodies[SEGMENT]).start] = rate;
+    SEGMENT
+}
+
 /// A world's state in a batch, kinematics included.
 pub fn state(batch: &Batch, worlds: &[TreeWorld], world: usize) -> Data {
     let mut data = worlds[world].data().clone();

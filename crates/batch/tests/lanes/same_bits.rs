@@ -1,35 +1,89 @@
 //! A world's result depends on nothing but itself.
 
-use crate::common::{bits, grown, kick, siblings, state};
+use crate::common::{bits, drop_fruit, grown, kick, siblings, state, tip_over, tips};
 use orchard_batch::{Batch, Isa, TreeWorld};
 
-/// Kicked, with a limb broken after a while: every part of a step takes part.
-fn run(worlds: &[TreeWorld], isa: Isa) -> (Batch, Vec<Vec<u64>>) {
-    let mut batch = Batch::with_isa(worlds, isa).unwrap();
-    batch.step(20);
-    for (index, world) in worlds.iter().enumerate() {
-        batch.break_branch(index, world.plant().tree.len() / 2);
+/// A way to make worlds do all that a step can do.
+struct Course {
+    worlds: Vec<TreeWorld>,
+    /// Segment to break at the beginning, of each world.
+    broken_first: Option<usize>,
+    /// Frames before and after a limb breaks.
+    frames: [u32; 2],
+}
+
+impl Course {
+    /// Kicked, with a limb broken after a while.
+    fn kicked() -> Self {
+        let mut worlds = orchard();
+        kick(&mut worlds, 3.0);
+        Self { worlds, broken_first: None, frames: [20, 20] }
     }
-    batch.step(20);
-    let states = (0..worlds.len()).map(|index| bits(&state(&batch, worlds, index))).collect();
-    (batch, states)
+
+    /// Toppled, with fruit that has fallen and rolls.
+    fn fallen() -> Self {
+        let mut worlds = orchard();
+        kick(&mut worlds, 0.5);
+        let mut broken_first = None;
+        for (world, index) in worlds.iter_mut().zip(0..) {
+            let point = drop_fruit(world, 0.05 * f64::from(index));
+            world.data_mut().point_v_world[point].x = 0.5;
+            broken_first = Some(tip_over(world, 4.0 - 0.1 * f64::from(index)));
+        }
+        Self { worlds, broken_first, frames: [130, 0] }
+    }
+
+    fn all() -> [Self; 2] {
+        [Self::kicked(), Self::fallen()]
+    }
+
+    fn run(&self, worlds: &[TreeWorld], isa: Isa) -> (Batch, Vec<Vec<u64>>) {
+        let mut batch = Batch::with_isa(worlds, isa).unwrap();
+        let all = 0..worlds.len();
+        self.broken_first
+            .iter()
+            .for_each(|segment| all.clone().for_each(|index| batch.break_branch(index, *segment)));
+        batch.step(self.frames[0]);
+        if self.frames[1] > 0 {
+            all.clone().for_each(|index| batch.break_branch(index, worlds[index].plant().tree.len() / 2));
+            batch.step(self.frames[1]);
+        }
+        let states = all.map(|index| bits(&state(&batch, worlds, index))).collect();
+        (batch, states)
+    }
 }
 
 fn orchard() -> Vec<TreeWorld> {
     let mut worlds = siblings(9);
     worlds.extend(grown(4));
-    kick(&mut worlds, 3.0);
     worlds
 }
 
 #[test]
+fn fallen_worlds_lie_on_the_ground() {
+    let course = Course::fallen();
+    let (batch, _) = course.run(&course.worlds, Isa::best());
+    for (index, world) in course.worlds.iter().enumerate() {
+        let data = state(&batch, &course.worlds, index);
+        let lowest = tips(world, &data).iter().fold(f64::INFINITY, |m, tip| m.min(tip.z));
+        let gap =
+            data.point_p_world[world.plant().fruit.points[0].index()].z - world.plant().fruit.fruit[0].radius;
+        assert!(lowest < 0.01 && gap < 1e-3, "world {index}: {lowest} {gap}");
+    }
+}
+
+#[test]
 fn alone_or_in_any_company() {
-    let worlds = orchard();
-    for isa in Isa::available() {
-        let (_, together) = run(&worlds, isa);
-        for (index, expected) in together.iter().enumerate() {
-            let (_, alone) = run(&worlds[index..=index], isa);
-            assert_eq!(&alone[0], expected, "{isa:?}, world {index}");
+    for course in Course::all() {
+        let worlds = &course.worlds;
+        for isa in Isa::available() {
+            let (_, together) = course.run(worlds, isa);
+            let (_, other_company) = course.run(&worlds[3..], isa);
+            assert_eq!(other_company, together[3..], "{isa:?}");
+            for (index, expected) in together.iter().enumerate() {
+                let (_, alone) = course.run(&worlds[index..=index], isa);
+                assert_eq!(&alone[0], expected, "{isa:?}, world {index}");
+            }
         }
     }
 }
@@ -37,40 +91,44 @@ fn alone_or_in_any_company() {
 /// How a product and sum are rounded is all that differs between instruction sets.
 #[test]
 fn sets_that_round_alike_agree() {
-    let worlds = orchard();
-    for is_fused in [true, false] {
-        let mut results = Isa::available()
-            .into_iter()
-            .filter(|isa| isa.is_fused() == is_fused)
-            .map(|isa| run(&worlds, isa).1);
-        if let Some(first) = results.next() {
-            assert!(results.all(|other| other == first), "fused: {is_fused}");
+    for course in Course::all() {
+        for is_fused in [true, false] {
+            let mut results = Isa::available()
+                .into_iter()
+                .filter(|isa| isa.is_fused() == is_fused)
+                .map(|isa| course.run(&course.worlds, isa).1);
+            if let Some(first) = results.next() {
+                assert!(results.all(|other| other == first), "fused: {is_fused}");
+            }
         }
     }
 }
 
 #[test]
 fn any_number_of_threads() {
-    let worlds = orchard();
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(&worlds, Isa::best()).1)
-    };
-    let one = on(1);
-    assert_eq!(on(2), one);
-    assert_eq!(on(5), one);
+    for course in Course::all() {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| course.run(&course.worlds, Isa::best()).1)
+        };
+        let one = on(1);
+        assert_eq!(on(2), one);
+        assert_eq!(on(5), one);
+    }
 }
 
 #[test]
 fn a_clone_goes_on_alike_and_frames_may_be_taken_at_once() {
-    let worlds = orchard();
-    let (mut batch, _) = run(&worlds, Isa::best());
-    let mut copy = batch.clone();
-    batch.step(10);
-    for _ in 0..10 {
-        copy.step(1);
-    }
-    for index in 0..worlds.len() {
-        assert_eq!(bits(&state(&copy, &worlds, index)), bits(&state(&batch, &worlds, index)));
+    for course in Course::all() {
+        let worlds = &course.worlds;
+        let (mut batch, _) = course.run(worlds, Isa::best());
+        let mut copy = batch.clone();
+        batch.step(10);
+        for _ in 0..10 {
+            copy.step(1);
+        }
+        for index in 0..worlds.len() {
+            assert_eq!(bits(&state(&copy, worlds, index)), bits(&state(&batch, worlds, index)));
+        }
     }
 }
