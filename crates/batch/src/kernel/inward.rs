@@ -34,10 +34,12 @@ pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>) {
         let source = sources[first];
         let to = if count == 1 { source.slot } else { delivered };
         let Ok([from, to]) = loads.get_disjoint_mut([borne, to]) else { continue };
-        if count == 1 && !source.is_first {
-            eliminate::<S, true>(simd, from, link, work, to);
-        } else {
-            eliminate::<S, false>(simd, from, link, work, to);
+        let adds = count == 1 && !source.is_first;
+        match (adds, borne == nothing) {
+            (true, true) => eliminate::<S, true, true>(simd, from, link, work, to),
+            (true, false) => eliminate::<S, true, false>(simd, from, link, work, to),
+            (false, true) => eliminate::<S, false, true>(simd, from, link, work, to),
+            (false, false) => eliminate::<S, false, false>(simd, from, link, work, to),
         }
         if count > 1 {
             scatter(simd, row, sources, masks, loads, delivered);
@@ -158,11 +160,90 @@ fn deliver<S: Simd, const ADD: bool>(
     *to = if ADD { value.beside(*to) + value } else { value }.value;
 }
 
+/// What a link bears at its tip and half its own mass there, moved to its origin, with what the two halves leave over:
+/// M, H' = H + [d] M, J' = J + [d] H^T - H' [d].
+struct Borne<S: Simd> {
+    m: [Lane<S>; 6],
+    coupling: [Lane3<S>; 3],
+    angular: [Lane<S>; 6],
+}
+
+impl<S: Simd> Borne<S> {
+    // (Spelt out: `array::map` is not inlined into code for other instructions.)
+    #[inline(always)]
+    fn new(
+        simd: S,
+        from: &[S::f32s; load::FIELDS],
+        d: Lane3<S>,
+        half_mass: Lane<S>,
+        across: Lane<S>,
+        along: Lane3<S>,
+    ) -> Self {
+        let borne = |field: usize| Lane::load(simd, from[field]);
+        let m = [
+            borne(load::LINEAR) + half_mass,
+            borne(load::LINEAR + 1),
+            borne(load::LINEAR + 2),
+            borne(load::LINEAR + 3) + half_mass,
+            borne(load::LINEAR + 4),
+            borne(load::LINEAR + 5) + half_mass,
+        ];
+        let old = |column: usize| load3(simd, &from[load::COUPLING + 3 * column..]);
+        let coupling = [
+            cross_add(d, [m[0], m[1], m[2]], old(0)),
+            cross_add(d, [m[1], m[3], m[4]], old(1)),
+            cross_add(d, [m[2], m[4], m[5]], old(2)),
+        ];
+        let own = |i: usize, j: usize| along[i].mul_add(d[j], borne(load::ANGULAR + place(i, j)));
+        let old = [old(0), old(1), old(2)];
+        let angular = [
+            moved(0, 0, d, &old, &coupling, own(0, 0) + across),
+            moved(0, 1, d, &old, &coupling, own(0, 1)),
+            moved(0, 2, d, &old, &coupling, own(0, 2)),
+            moved(1, 1, d, &old, &coupling, own(1, 1) + across),
+            moved(1, 2, d, &old, &coupling, own(1, 2)),
+            moved(2, 2, d, &old, &coupling, own(2, 2) + across),
+        ];
+        Self { m, coupling, angular }
+    }
+
+    /// The same of a link that bears nothing: the products with zeros left out, so that no bit changes.
+    #[inline(always)]
+    fn nothing(simd: S, d: Lane3<S>, half_mass: Lane<S>, across: Lane<S>, along: Lane3<S>) -> Self {
+        let zero = Lane::splat(simd, 0.0);
+        let dm = scale(half_mass, d);
+        let own = |i: usize, j: usize| along[i] * d[j];
+        Self {
+            m: [half_mass, zero, zero, half_mass, zero, half_mass],
+            coupling: [[zero, dm[2], -dm[1]], [-dm[2], zero, dm[0]], [dm[1], -dm[0], zero]],
+            angular: [
+                d[1].mul_add(dm[1], d[2].mul_add(dm[2], own(0, 0) + across)),
+                d[0].take_from(dm[1], own(0, 1)),
+                d[0].take_from(dm[2], own(0, 2)),
+                d[2].mul_add(dm[2], d[0].mul_add(dm[0], own(1, 1) + across)),
+                d[1].take_from(dm[2], own(1, 2)),
+                d[0].mul_add(dm[0], d[1].mul_add(dm[1], own(2, 2) + across)),
+            ],
+        }
+    }
+}
+
+/// [`by_columns`] of the coupling of a link that bears nothing, rounded likewise.
+#[inline(always)]
+fn alone_by_columns<S: Simd>(dm: Lane3<S>, a: Lane3<S>) -> Lane3<S> {
+    [
+        dm[2].mul_add(a[1], -(dm[1] * a[2])),
+        dm[2].take_from(a[0], dm[0] * a[2]),
+        dm[1].mul_add(a[0], -(dm[0] * a[1])),
+    ]
+}
+
 /// Eliminates a joint: leaves the factor in `work` and what the parent bears in `to`, or adds it there.
 ///
-/// Entries of the matrix are used as soon as they are known, so that few have to wait in memory.
+/// `ALONE` if the link bears nothing; `from` is not read then. Entries of the matrix are used as soon as they are known, so
+/// that few have to wait in memory.
 #[inline(always)]
-fn eliminate<S: Simd, const ADD: bool>(
+fn eliminate<S: Simd, const ADD: bool, const ALONE: bool>(
     simd: S,
     from: &[S::f32s; load::FIELDS],
     link: &[S::f32s; link::FIELDS],
@@ -170,42 +251,24 @@ fn eliminate<S: Simd, const ADD: bool>(
     to: &mut [S::f32s; load::FIELDS],
 ) {
     let number = |field: usize| Lane::load(simd, link[field]);
-    let borne = |field: usize| Lane::load(simd, from[field]);
     let d = load3(simd, &work[work::D..]);
     let a_1 = load3(simd, &work[work::AXES..]);
     let a_2 = load3(simd, &work[work::AXES + 3..]);
     let half_mass = number(link::HALF_MASS);
 
-    // What is borne at the tip and half the link, moved to the origin, with S the two axes:
-    // M, H' = H + [d] M, J' = J + [d] H^T - H' [d]; U = (J' S, H'^T S).
-    // (Spelt out: `array::map` is not inlined into code for other instructions.)
-    let m = [
-        borne(load::LINEAR) + half_mass,
-        borne(load::LINEAR + 1),
-        borne(load::LINEAR + 2),
-        borne(load::LINEAR + 3) + half_mass,
-        borne(load::LINEAR + 4),
-        borne(load::LINEAR + 5) + half_mass,
-    ];
-    let old = |column: usize| load3(simd, &from[load::COUPLING + 3 * column..]);
-    let coupling = [
-        cross_add(d, [m[0], m[1], m[2]], old(0)),
-        cross_add(d, [m[1], m[3], m[4]], old(1)),
-        cross_add(d, [m[2], m[4], m[5]], old(2)),
-    ];
-    let (u_1f, u_2f) = (by_columns(&coupling, a_1), by_columns(&coupling, a_2));
-
+    // With S the two axes, U = (J' S, H'^T S).
     let (across, along) = (number(link::ACROSS), scale(number(link::ALONG), d));
-    let own = |i: usize, j: usize| along[i].mul_add(d[j], borne(load::ANGULAR + place(i, j)));
-    let old = [old(0), old(1), old(2)];
-    let angular = [
-        moved(0, 0, d, &old, &coupling, own(0, 0) + across),
-        moved(0, 1, d, &old, &coupling, own(0, 1)),
-        moved(0, 2, d, &old, &coupling, own(0, 2)),
-        moved(1, 1, d, &old, &coupling, own(1, 1) + across),
-        moved(1, 2, d, &old, &coupling, own(1, 2)),
-        moved(2, 2, d, &old, &coupling, own(2, 2) + across),
-    ];
+    let Borne { m, coupling, angular } = if ALONE {
+        Borne::nothing(simd, d, half_mass, across, along)
+    } else {
+        Borne::new(simd, from, d, half_mass, across, along)
+    };
+    let (u_1f, u_2f) = if ALONE {
+        let dm = scale(half_mass, d);
+        (alone_by_columns(dm, a_1), alone_by_columns(dm, a_2))
+    } else {
+        (by_columns(&coupling, a_1), by_columns(&coupling, a_2))
+    };
     let (u_1n, u_2n) = (symmetric(&angular, a_1), symmetric(&angular, a_2));
     // The other half stands at the origin.
     let linear = [m[0] + half_mass, m[1], m[2], m[3] + half_mass, m[4], m[5] + half_mass];
@@ -220,10 +283,14 @@ fn eliminate<S: Simd, const ADD: bool>(
     let share = d_12 * i_11;
     let s_1 = i_11.sqrt();
     let s_2 = (d_11 / d_12.take_from(d_12, d_11 * d_22)).sqrt();
-    let force = load3(simd, &from[load::FORCE..]);
-    let torque = sub(load3(simd, &from[load::TORQUE..]), load3(simd, &work[work::RESISTANCE..]));
-    let n = cross_add(d, force, torque);
-    let f = sub(force, load3(simd, &work[work::RESISTANCE + 3..]));
+    let (torque, force) =
+        (load3(simd, &work[work::RESISTANCE..]), load3(simd, &work[work::RESISTANCE + 3..]));
+    let (n, f) = if ALONE {
+        ([-torque[0], -torque[1], -torque[2]], [-force[0], -force[1], -force[2]])
+    } else {
+        let borne = load3(simd, &from[load::FORCE..]);
+        (cross_add(d, borne, sub(load3(simd, &from[load::TORQUE..]), torque)), sub(borne, force))
+    };
     let h_stiffness = number(link::H_STIFFNESS);
     let spring_1 = h_stiffness.mul_add(number(link::Q), armature * number(link::V));
     let spring_2 = h_stiffness.mul_add(number(link::Q + 1), armature * number(link::V + 1));
