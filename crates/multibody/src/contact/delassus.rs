@@ -21,6 +21,8 @@ pub(super) struct Delassus {
     residual: Vec<Vec3>,
     w_residual: Vec<Vec3>,
     dp: Vec<Vec3>,
+    /// Blocks on which the impulses of the last product were not zero.
+    loaded: Vec<usize>,
     /// Block and column of L behind each active row.
     active: Vec<(usize, usize)>,
     matrix: Vec<f64>,
@@ -43,9 +45,11 @@ impl Delassus {
     }
 
     /// Velocity changes of the rows under impulses: `W p`.
-    fn multiply(&self, p: &[Vec3], out: &mut [Vec3]) {
+    fn multiply(&mut self, p: &[Vec3], out: &mut [Vec3]) {
+        self.loaded.clear();
+        self.loaded.extend((0..p.len()).filter(|&k| p[k] != Vec3::zeros()));
         for (row, out) in self.blocks.chunks_exact(self.count).zip(out) {
-            *out = row.iter().zip(p).fold(Vec3::zeros(), |sum, (block, p)| sum + block * p);
+            *out = self.loaded.iter().fold(Vec3::zeros(), |sum, &k| sum + row[k] * p[k]);
         }
     }
 
@@ -56,7 +60,7 @@ impl Delassus {
             self.active.extend((0..response.rank).map(|column| (k, column)));
         }
         let size = self.active.len();
-        self.matrix.clear();
+        // What an earlier matrix left above the diagonal is not read.
         self.matrix.resize(size * size, 0.0);
         self.rhs.clear();
         for &(k, column) in &self.active {
@@ -67,10 +71,12 @@ impl Delassus {
         for (b, of_b) in responses.iter().enumerate().filter(active) {
             let mut row_start = column_start;
             for (a, of_a) in responses.iter().enumerate().skip(b).filter(active) {
-                let product: Mat3 = of_a.root.tr_mul(&self.blocks[a * self.count + b]) * of_b.root;
-                for i in 0..of_a.rank {
-                    for j in 0..of_b.rank {
-                        self.matrix[(column_start + j) * size + row_start + i] = product[(i, j)];
+                let block = &self.blocks[a * self.count + b];
+                for j in 0..of_b.rank {
+                    let response = block * of_b.root.column(j);
+                    let first = (column_start + j) * size + row_start;
+                    for (i, entry) in self.matrix[first..first + of_a.rank].iter_mut().enumerate() {
+                        *entry = of_a.root.column(i).dot(&response);
                     }
                 }
                 row_start += of_a.rank;
@@ -91,7 +97,9 @@ impl Unknown for Delassus {
         }
         self.p.clear();
         self.p.extend(blocks.iter().map(|block| block.guess));
-        self.multiply(&self.p, change);
+        let p = std::mem::take(&mut self.p);
+        self.multiply(&p, change);
+        self.p = p;
     }
 
     fn residual(&mut self, blocks: &[Block], responses: &[Response]) -> f64 {
@@ -108,15 +116,18 @@ impl Unknown for Delassus {
 
     fn direction(&mut self, responses: &[Response], _residual: f64, change: &mut [Vec3]) -> Direction {
         let mut w_residual = std::mem::take(&mut self.w_residual);
-        self.multiply(&self.residual, &mut w_residual);
-        self.w_residual = w_residual;
+        let residual = std::mem::take(&mut self.residual);
+        self.multiply(&residual, &mut w_residual);
+        (self.w_residual, self.residual) = (w_residual, residual);
         self.assemble_active(responses);
         cholesky_solve(&mut self.matrix, &mut self.rhs);
         self.dp.copy_from_slice(&self.residual);
         for (&(k, column), x) in self.active.iter().zip(&self.rhs) {
             self.dp[k] -= responses[k].root.column(column) * *x;
         }
-        self.multiply(&self.dp, change);
+        let dp = std::mem::take(&mut self.dp);
+        self.multiply(&dp, change);
+        self.dp = dp;
         let along = |p: &[Vec3]| change.iter().zip(p).map(|(dv, p)| dv.dot(p)).sum();
         Direction { slope: along(&self.p), curvature: along(&self.dp), iterations: 0 }
     }
@@ -133,17 +144,24 @@ fn cholesky_solve(matrix: &mut [f64], x: &mut [f64]) {
     let size = x.len();
     for j in 0..size {
         let (done, rest) = matrix.split_at_mut(j * size);
-        let column = &mut rest[..size];
-        for left in done.chunks_exact(size) {
-            let factor = left[j];
-            if factor != 0.0 {
-                for (entry, other) in column[j..].iter_mut().zip(&left[j..]) {
-                    *entry -= factor * other;
-                }
+        let column = &mut rest[j..size];
+        // Four columns at a time: the entries are loaded and stored once for all.
+        let mut fours = done.chunks_exact(4 * size);
+        for four in &mut fours {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &four[k * size + j..(k + 1) * size]);
+            let (f_a, f_b, f_c, f_d) = (a[0], b[0], c[0], d[0]);
+            for ((((entry, a), b), c), d) in column.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *entry = *entry - f_a * a - f_b * b - f_c * c - f_d * d;
             }
         }
-        let scale = 1.0 / column[j].sqrt();
-        column[j..].iter_mut().for_each(|entry| *entry *= scale);
+        for left in fours.remainder().chunks_exact(size) {
+            let factor = left[j];
+            for (entry, other) in column.iter_mut().zip(&left[j..]) {
+                *entry -= factor * other;
+            }
+        }
+        let scale = 1.0 / column[0].sqrt();
+        column.iter_mut().for_each(|entry| *entry *= scale);
     }
     for j in 0..size {
         let column = &matrix[j * size..(j + 1) * size];

@@ -21,6 +21,7 @@ mod paths;
 mod polytope;
 mod root;
 mod rows;
+mod stems;
 mod terrain;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
@@ -201,11 +202,7 @@ impl ContactScratch {
         if self.blocks.is_empty() {
             return;
         }
-        self.paths.clear(model, data);
-        for block in &self.blocks {
-            self.paths.push(model, data, &block.loads);
-        }
-        self.paths.finish();
+        self.paths.assemble(model, data, &self.blocks);
         rows::regularise(settings, &self.paths, &mut self.blocks);
     }
 

@@ -2,22 +2,24 @@
 //!
 //! With `A^-1 = L^-T D^-1 L^-1` and `D^-1 = C C^T`, an impulse at a contact only passes through the joints
 //! between its links and the world: its column of `Y = C^T L^-1 J^T` is as sparse as that path. Then
-//! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity.
+//! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity. A stretch that
+//! all paths of a tree share counts as six coordinates ([`super::stems`]).
 
 use std::ops::Range;
 
 use orchard_geometry::{Mat3, Vec3};
 
 use super::root::lower_root;
-use super::rows::Load;
+use super::rows::{Block, Load};
+use super::stems::{self, Stems};
 use crate::data::Data;
 use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
 
-/// A joint, point body or spin that a path passes.
+/// A joint, point body, spin or stem that a path passes.
 #[derive(Debug, Clone)]
 struct Node {
-    /// Link, or number of links + point body, or number of both + spin.
+    /// Link (a stem: its upper end), or number of links + point body, or number of both + spin.
     key: usize,
     width: usize,
 }
@@ -31,9 +33,20 @@ struct Run {
     start: usize,
 }
 
+/// A stretch of links that is followed once for all blocks.
+#[derive(Debug, Clone)]
+struct Stem {
+    /// Its upper end.
+    link: usize,
+    /// C of the inverse inertia there, torques before forces.
+    root: [f64; stems::WIDTH * stems::WIDTH],
+}
+
 /// Y of all blocks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Paths {
+    finder: Stems,
+    stems: Vec<Stem>,
     /// Nodes of each block.
     blocks: Vec<Range<usize>>,
     nodes: Vec<Node>,
@@ -69,8 +82,23 @@ impl Carrier {
 }
 
 impl Paths {
+    /// Follows the paths of all blocks.
+    pub fn assemble(&mut self, model: &Model, data: &Data, blocks: &[Block]) {
+        self.clear(model, data);
+        let mut finder = std::mem::take(&mut self.finder);
+        for link in finder.find(model, data, blocks) {
+            self.add_stem(model, data, link);
+        }
+        self.finder = finder;
+        for block in blocks {
+            self.push(model, data, &block.loads);
+        }
+        self.finish();
+    }
+
     /// Forgets all blocks.
-    pub fn clear(&mut self, model: &Model, data: &Data) {
+    fn clear(&mut self, model: &Model, data: &Data) {
+        self.stems.clear();
         self.blocks.clear();
         self.nodes.clear();
         self.y.clear();
@@ -81,7 +109,7 @@ impl Paths {
 
     /// Numbers the coordinates once all blocks are there, leaves first: what follows each other on a path then
     /// mostly does so in memory.
-    pub fn finish(&mut self) {
+    fn finish(&mut self) {
         self.dimension = 0;
         self.first_coordinate.resize(self.widths.len(), 0);
         for (first, width) in self.first_coordinate.iter_mut().zip(&self.widths).rev() {
@@ -160,8 +188,34 @@ impl Paths {
         sum
     }
 
+    /// Sums up the way from a link to the root: unit wrenches there pass it as a block would.
+    fn add_stem(&mut self, model: &Model, data: &Data, link: usize) {
+        let units = [Vec3::x(), Vec3::y(), Vec3::z()];
+        let torques = units.map(|torque| Wrench { torque, ..Wrench::ZERO });
+        let forces = units.map(|force| Wrench { force, ..Wrench::ZERO });
+        for wrenches in [torques, forces] {
+            self.push(model, data, &[Load::Body { body: link, wrenches }, Load::None]);
+        }
+        let mut inverse_inertia = [0.0; stems::WIDTH * stems::WIDTH];
+        let (of_torques, of_forces) = self.y.split_at(self.y.len() / 2);
+        for (t, f) in of_torques.iter().zip(of_forces) {
+            let y = [t.x, t.y, t.z, f.x, f.y, f.z];
+            for (row, a) in inverse_inertia.chunks_exact_mut(stems::WIDTH).zip(y) {
+                row.iter_mut().zip(y).for_each(|(entry, b)| *entry += a * b);
+            }
+        }
+        let mut root = [0.0; stems::WIDTH * stems::WIDTH];
+        lower_root::<{ stems::WIDTH }>(&inverse_inertia, &mut root);
+        for node in self.nodes.drain(..) {
+            self.widths[node.key] = 0;
+        }
+        self.y.clear();
+        self.blocks.clear();
+        self.stems.push(Stem { link, root });
+    }
+
     /// Adds a block of three rows, with its load on each side.
-    pub fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
+    fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
         let first = self.nodes.len();
         let mut carriers = [Carrier { body: None, wrenches: [Wrench::ZERO; 3] }; 2];
         for (carrier, load) in carriers.iter_mut().zip(loads) {
@@ -191,6 +245,11 @@ impl Paths {
                 other
             };
             let wrenches = &mut carrier.wrenches;
+            if let Some(stem) = self.stems.iter().position(|stem| stem.link == body) {
+                self.pass_stem(stem, wrenches);
+                carrier.body = None;
+                continue;
+            }
             match model.bodies[body].joint {
                 JointKind::Weld => {}
                 JointKind::Hinge(_) => self.pass_joint::<0, 1>(model, data, body, wrenches, loads),
@@ -215,6 +274,21 @@ impl Paths {
     fn touch(&mut self, key: usize, width: usize) -> bool {
         self.nodes.push(Node { key, width });
         std::mem::replace(&mut self.widths[key], width) == 0
+    }
+
+    /// Ends a path at a stem: `C^T P`.
+    fn pass_stem(&mut self, stem: usize, wrenches: &[Wrench; 3]) {
+        self.touch(self.stems[stem].link, stems::WIDTH);
+        let [a, b, c] = wrenches;
+        let part = |k: usize| Vec3::new(a.torque[k], b.torque[k], c.torque[k]);
+        let pull = |k: usize| Vec3::new(a.force[k], b.force[k], c.force[k]);
+        let p = [part(0), part(1), part(2), pull(0), pull(1), pull(2)];
+        let root = &self.stems[stem].root;
+        for column in 0..stems::WIDTH {
+            let below = p.iter().enumerate().skip(column);
+            self.y
+                .push(below.fold(Vec3::zeros(), |sum, (row, p)| sum + p * root[row * stems::WIDTH + column]));
+        }
     }
 
     /// Eliminates a point body; what it passes to its anchor comes back.
