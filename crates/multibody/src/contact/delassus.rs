@@ -15,8 +15,10 @@ use super::rows::Block;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Delassus {
     count: usize,
-    /// W, block row after block row.
+    /// W, block row after block row, where a known row or column crosses.
     blocks: Vec<Mat3>,
+    /// Blocks whose row and column of W are there.
+    is_known: Vec<bool>,
     p: Vec<Vec3>,
     residual: Vec<Vec3>,
     w_residual: Vec<Vec3>,
@@ -30,34 +32,47 @@ pub(super) struct Delassus {
 }
 
 impl Delassus {
-    /// Multiplies the paths out.
-    pub fn assemble(&mut self, paths: &Paths, count: usize) {
+    /// Forgets the matrix.
+    pub fn clear(&mut self, count: usize) {
         self.count = count;
-        self.blocks.clear();
         self.blocks.resize(count * count, Mat3::zeros());
-        for row in 0..count {
-            for column in 0..=row {
+        self.is_known.clear();
+        self.is_known.resize(count, false);
+    }
+
+    /// Multiplies the paths out for the column and row of a block, unless they are there. Blocks that never carry
+    /// load need none.
+    fn know(&mut self, paths: &Paths, column: usize) {
+        if std::mem::replace(&mut self.is_known[column], true) {
+            return;
+        }
+        for row in 0..self.count {
+            if row == column || !self.is_known[row] {
                 let block = paths.inverse_inertia(row, column);
-                self.blocks[row * count + column] = block;
-                self.blocks[column * count + row] = block.transpose();
+                self.blocks[row * self.count + column] = block;
+                self.blocks[column * self.count + row] = block.transpose();
             }
         }
     }
 
     /// Velocity changes of the rows under impulses: `W p`.
-    fn multiply(&mut self, p: &[Vec3], out: &mut [Vec3]) {
+    fn multiply(&mut self, paths: &Paths, p: &[Vec3], out: &mut [Vec3]) {
         self.loaded.clear();
-        self.loaded.extend((0..p.len()).filter(|&k| p[k] != Vec3::zeros()));
+        for k in (0..p.len()).filter(|&k| p[k] != Vec3::zeros()) {
+            self.loaded.push(k);
+            self.know(paths, k);
+        }
         for (row, out) in self.blocks.chunks_exact(self.count).zip(out) {
             *out = self.loaded.iter().fold(Vec3::zeros(), |sum, &k| sum + row[k] * p[k]);
         }
     }
 
     /// Lower triangle of `I + L^T W L`, column after column, and `L^T W r`.
-    fn assemble_active(&mut self, responses: &[Response]) {
+    fn assemble_active(&mut self, paths: &Paths, responses: &[Response]) {
         self.active.clear();
-        for (k, response) in responses.iter().enumerate() {
+        for (k, response) in responses.iter().enumerate().filter(|(_, response)| response.rank > 0) {
             self.active.extend((0..response.rank).map(|column| (k, column)));
+            self.know(paths, k);
         }
         let size = self.active.len();
         // What an earlier matrix left above the diagonal is not read.
@@ -89,25 +104,34 @@ impl Delassus {
     }
 }
 
-impl Unknown for Delassus {
+/// [`Delassus`] on the paths of a step.
+pub(super) struct Direct<'a> {
+    pub paths: &'a Paths,
+    pub delassus: &'a mut Delassus,
+}
+
+impl Unknown for Direct<'_> {
     fn start(&mut self, blocks: &[Block], change: &mut [Vec3]) {
-        for buffer in [&mut self.residual, &mut self.w_residual, &mut self.dp] {
+        let matrix = &mut *self.delassus;
+        matrix.clear(blocks.len());
+        for buffer in [&mut matrix.residual, &mut matrix.w_residual, &mut matrix.dp] {
             buffer.clear();
             buffer.resize(blocks.len(), Vec3::zeros());
         }
-        self.p.clear();
-        self.p.extend(blocks.iter().map(|block| block.guess));
-        let p = std::mem::take(&mut self.p);
-        self.multiply(&p, change);
-        self.p = p;
+        let mut p = std::mem::take(&mut matrix.p);
+        p.clear();
+        p.extend(blocks.iter().map(|block| block.guess));
+        matrix.multiply(self.paths, &p, change);
+        matrix.p = p;
     }
 
     fn residual(&mut self, blocks: &[Block], responses: &[Response]) -> f64 {
+        let Delassus { p, residual, .. } = &mut *self.delassus;
         let (mut size, mut of_p, mut of_gamma) = (0.0, 0.0, 0.0);
         for (k, (block, response)) in blocks.iter().zip(responses).enumerate() {
-            self.residual[k] = response.impulse - self.p[k];
-            size += block.w * self.residual[k].norm_squared();
-            of_p += block.w * self.p[k].norm_squared();
+            residual[k] = response.impulse - p[k];
+            size += block.w * residual[k].norm_squared();
+            of_p += block.w * p[k].norm_squared();
             of_gamma += block.w * response.impulse.norm_squared();
         }
         let scale = f64::max(of_p, of_gamma);
@@ -115,25 +139,25 @@ impl Unknown for Delassus {
     }
 
     fn direction(&mut self, responses: &[Response], _residual: f64, change: &mut [Vec3]) -> Direction {
-        let mut w_residual = std::mem::take(&mut self.w_residual);
-        let residual = std::mem::take(&mut self.residual);
-        self.multiply(&residual, &mut w_residual);
-        (self.w_residual, self.residual) = (w_residual, residual);
-        self.assemble_active(responses);
-        cholesky_solve(&mut self.matrix, &mut self.rhs);
-        self.dp.copy_from_slice(&self.residual);
-        for (&(k, column), x) in self.active.iter().zip(&self.rhs) {
-            self.dp[k] -= responses[k].root.column(column) * *x;
+        let matrix = &mut *self.delassus;
+        let (residual, mut dp) = (std::mem::take(&mut matrix.residual), std::mem::take(&mut matrix.dp));
+        let mut w_residual = std::mem::take(&mut matrix.w_residual);
+        matrix.multiply(self.paths, &residual, &mut w_residual);
+        matrix.w_residual = w_residual;
+        matrix.assemble_active(self.paths, responses);
+        cholesky_solve(&mut matrix.matrix, &mut matrix.rhs);
+        dp.copy_from_slice(&residual);
+        for (&(k, column), x) in matrix.active.iter().zip(&matrix.rhs) {
+            dp[k] -= responses[k].root.column(column) * *x;
         }
-        let dp = std::mem::take(&mut self.dp);
-        self.multiply(&dp, change);
-        self.dp = dp;
+        matrix.multiply(self.paths, &dp, change);
+        (matrix.residual, matrix.dp) = (residual, dp);
         let along = |p: &[Vec3]| change.iter().zip(p).map(|(dv, p)| dv.dot(p)).sum();
-        Direction { slope: along(&self.p), curvature: along(&self.dp), iterations: 0 }
+        Direction { slope: along(&matrix.p), curvature: along(&matrix.dp), iterations: 0 }
     }
 
     fn advance(&mut self, length: f64) {
-        for (p, dp) in self.p.iter_mut().zip(&self.dp) {
+        for (p, dp) in self.delassus.p.iter_mut().zip(&self.delassus.dp) {
             *p += dp * length;
         }
     }

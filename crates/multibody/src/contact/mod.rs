@@ -34,7 +34,7 @@ use crate::solver::{self, LinearSolve, Solver};
 use crate::spatial::Wrench;
 use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
-use delassus::Delassus;
+use delassus::{Delassus, Direct};
 use matrix_free::{Coordinates, MatrixFree};
 use narrow::{NarrowScratch, Touch};
 use newton::{Newton, Outcome};
@@ -220,8 +220,8 @@ impl ContactScratch {
             ContactPath::Delassus => true,
         };
         if is_direct {
-            self.delassus.assemble(&self.paths, self.blocks.len());
-            self.newton.solve(&self.blocks, &mut self.delassus)
+            let mut unknown = Direct { paths: &self.paths, delassus: &mut self.delassus };
+            self.newton.solve(&self.blocks, &mut unknown)
         } else {
             let mut unknown = MatrixFree { paths: &self.paths, coordinates: &mut self.coordinates };
             self.newton.solve(&self.blocks, &mut unknown)

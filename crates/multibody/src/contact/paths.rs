@@ -5,16 +5,21 @@
 //! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity. A stretch that
 //! all paths of a tree share counts as six coordinates ([`super::stems`]).
 
+mod carrier;
+mod stem;
+
 use std::ops::Range;
 
 use orchard_geometry::{Mat3, Vec3};
 
 use super::root::lower_root;
 use super::rows::{Block, Load};
-use super::stems::{self, Stems};
+use super::stems::Stems;
 use crate::data::Data;
 use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
+use carrier::Carrier;
+use stem::Stem;
 
 /// A joint, point body, spin or stem that a path passes.
 #[derive(Debug, Clone)]
@@ -31,15 +36,6 @@ struct Run {
     coordinates: Range<usize>,
     /// Its first entry in `y`.
     start: usize,
-}
-
-/// A stretch of links that is followed once for all blocks.
-#[derive(Debug, Clone)]
-struct Stem {
-    /// Its upper end.
-    link: usize,
-    /// C of the inverse inertia there, torques before forces.
-    root: [f64; stems::WIDTH * stems::WIDTH],
 }
 
 /// Y of all blocks.
@@ -62,23 +58,6 @@ pub(super) struct Paths {
     runs: Vec<Run>,
     /// Runs of each block.
     block_runs: Vec<Range<usize>>,
-}
-
-/// Impulses on their way to the root.
-#[derive(Clone, Copy)]
-struct Carrier {
-    body: Option<usize>,
-    wrenches: [Wrench; 3],
-}
-
-impl Carrier {
-    /// Takes over what the other one carries.
-    fn merge(&mut self, other: &mut Carrier) {
-        for (sum, wrench) in self.wrenches.iter_mut().zip(&other.wrenches) {
-            *sum += *wrench;
-        }
-        other.body = None;
-    }
 }
 
 impl Paths {
@@ -188,32 +167,6 @@ impl Paths {
         sum
     }
 
-    /// Sums up the way from a link to the root: unit wrenches there pass it as a block would.
-    fn add_stem(&mut self, model: &Model, data: &Data, link: usize) {
-        let units = [Vec3::x(), Vec3::y(), Vec3::z()];
-        let torques = units.map(|torque| Wrench { torque, ..Wrench::ZERO });
-        let forces = units.map(|force| Wrench { force, ..Wrench::ZERO });
-        for wrenches in [torques, forces] {
-            self.push(model, data, &[Load::Body { body: link, wrenches }, Load::None]);
-        }
-        let mut inverse_inertia = [0.0; stems::WIDTH * stems::WIDTH];
-        let (of_torques, of_forces) = self.y.split_at(self.y.len() / 2);
-        for (t, f) in of_torques.iter().zip(of_forces) {
-            let y = [t.x, t.y, t.z, f.x, f.y, f.z];
-            for (row, a) in inverse_inertia.chunks_exact_mut(stems::WIDTH).zip(y) {
-                row.iter_mut().zip(y).for_each(|(entry, b)| *entry += a * b);
-            }
-        }
-        let mut root = [0.0; stems::WIDTH * stems::WIDTH];
-        lower_root::<{ stems::WIDTH }>(&inverse_inertia, &mut root);
-        for node in self.nodes.drain(..) {
-            self.widths[node.key] = 0;
-        }
-        self.y.clear();
-        self.blocks.clear();
-        self.stems.push(Stem { link, root });
-    }
-
     /// Adds a block of three rows, with its load on each side.
     fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
         let first = self.nodes.len();
@@ -274,21 +227,6 @@ impl Paths {
     fn touch(&mut self, key: usize, width: usize) -> bool {
         self.nodes.push(Node { key, width });
         std::mem::replace(&mut self.widths[key], width) == 0
-    }
-
-    /// Ends a path at a stem: `C^T P`.
-    fn pass_stem(&mut self, stem: usize, wrenches: &[Wrench; 3]) {
-        self.touch(self.stems[stem].link, stems::WIDTH);
-        let [a, b, c] = wrenches;
-        let part = |k: usize| Vec3::new(a.torque[k], b.torque[k], c.torque[k]);
-        let pull = |k: usize| Vec3::new(a.force[k], b.force[k], c.force[k]);
-        let p = [part(0), part(1), part(2), pull(0), pull(1), pull(2)];
-        let root = &self.stems[stem].root;
-        for column in 0..stems::WIDTH {
-            let below = p.iter().enumerate().skip(column);
-            self.y
-                .push(below.fold(Vec3::zeros(), |sum, (row, p)| sum + p * root[row * stems::WIDTH + column]));
-        }
     }
 
     /// Eliminates a point body; what it passes to its anchor comes back.

@@ -1,8 +1,8 @@
-//! Stems: the part of a tree between its root and the link where the paths of all its contacts part.
+//! Stems: the part of a tree between its root and the link where the paths of its contacts part.
 //!
-//! A stem has two to three dozen coordinates, but what reaches its upper end is one wrench P, and all of them
-//! together answer with `P^T Lambda P`, Lambda the inverse inertia of that link with all below it on the path
-//! (operational space: Khatib 1987). Six coordinates `C^T P`, `Lambda = C C^T`, therefore stand for the whole stem.
+//! Whatever acts above reaches the upper end of a stem as one wrench P, and the joints of the stem answer with
+//! `P^T Lambda P`, Lambda the inverse inertia of that link (the operational-space inertia of Khatib 1987). Six
+//! coordinates `C^T P`, `Lambda = C C^T`, therefore stand for all those of the stem.
 
 use super::rows::{Block, Load};
 use crate::data::Data;
