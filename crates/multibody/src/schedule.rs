@@ -13,6 +13,16 @@ pub(crate) enum Slot {
     Two([usize; 2]),
 }
 
+impl Slot {
+    /// Its links.
+    pub fn links(&self) -> &[usize] {
+        match self {
+            Slot::One(links) => links,
+            Slot::Two(links) => links,
+        }
+    }
+}
+
 /// Orders links by their distance from the root, which has parents before their children forwards and after
 /// them backwards, and keeps the two far apart: no visit has to wait for the one before it.
 pub(crate) fn schedule(bodies: &[Body]) -> Vec<Slot> {

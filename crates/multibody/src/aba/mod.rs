@@ -50,6 +50,12 @@ impl Impulse {
         }
     }
 
+    /// Whether nothing acts on a link and the degrees of freedom of its joint.
+    #[inline]
+    fn is_zero(&self, link: usize, dofs: std::ops::Range<usize>) -> bool {
+        self.body[link] == Wrench::ZERO && self.dof[dofs].iter().all(|impulse| *impulse == 0.0)
+    }
+
     /// Sets all to zero.
     pub fn clear(&mut self) {
         self.dof.fill(0.0);
@@ -228,7 +234,12 @@ pub(crate) fn solve_with(
         }
     }
     for slot in model.schedule.iter().rev() {
-        for_slot!(model, slot, solve_up(model, kinematics, factor, impulse, change));
+        // Where nothing pushes from here on outwards, nothing is passed on: most links of a contact's solve.
+        if slot.links().iter().all(|&link| impulse.is_zero(link, model.dof_range(link))) {
+            slot.links().iter().for_each(|&link| change.dof[model.dof_range(link)].fill(0.0));
+        } else {
+            for_slot!(model, slot, solve_up(model, kinematics, factor, impulse, change));
+        }
     }
     for slot in &model.schedule {
         for_slot!(model, slot, solve_down(model, kinematics, factor, change));

@@ -1,10 +1,10 @@
 //! Broad phase: which pairs of colliders may touch in this step.
 
-use orchard_geometry::{Aabb, Pose, Vec3};
+use orchard_geometry::{Aabb, Pose, Vec3, transform};
 
 use super::x_world_shape;
 use crate::data::Data;
-use crate::model::{ColliderId, Groups, Model, Owner};
+use crate::model::{Collider, ColliderId, Groups, Model, Owner};
 
 /// Colliders of the same groups, with their common bounding box.
 #[derive(Debug, Clone)]
@@ -12,6 +12,36 @@ struct Cluster {
     groups: Groups,
     members: Vec<ColliderId>,
     aabb: Aabb,
+}
+
+/// A sphere on the owner of a collider.
+#[derive(Debug, Clone, Copy)]
+struct Sphere {
+    p_owner: Vec3,
+    radius: f64,
+}
+
+impl Sphere {
+    fn about(collider: &Collider) -> Option<Sphere> {
+        let Aabb { min, max } = collider.shape.aabb(&Pose::identity());
+        let sphere = Sphere {
+            p_owner: transform(&collider.x_owner_shape, &(0.5 * (min + max))),
+            radius: 0.5 * (max - min).norm(),
+        };
+        sphere.radius.is_finite().then_some(sphere)
+    }
+
+    fn aabb(&self, data: &Data, owner: Owner) -> Aabb {
+        let p_world = match owner {
+            Owner::World => self.p_owner,
+            Owner::Body(id) => {
+                let link = &data.kinematics.links[id.index()];
+                link.origin() + link.turned(&self.p_owner)
+            }
+            Owner::Point(id) => data.point_p_world[id.index()] + self.p_owner,
+        };
+        Aabb { min: p_world, max: p_world }.grown(self.radius)
+    }
 }
 
 /// Candidate pairs, and buffers to find them.
@@ -22,7 +52,12 @@ pub(super) struct BroadPhase {
     /// The groups that the clusters were made for.
     groups: Vec<Groups>,
     clusters: Vec<Cluster>,
+    /// What each collider stays inside of; `None` without end.
+    spheres: Vec<Option<Sphere>>,
+    /// Poses of the colliders that were placed in this search.
     poses: Vec<Pose>,
+    is_placed: Vec<bool>,
+    /// Bounding boxes, of the sphere until the collider is placed.
     boxes: Vec<Aabb>,
     near: [Vec<ColliderId>; 2],
 }
@@ -44,49 +79,70 @@ impl BroadPhase {
         if self.groups != data.groups || self.poses.len() != model.colliders.len() {
             self.cluster(model, data);
         }
-        for cluster in &mut self.clusters {
-            cluster.aabb = EMPTY;
-            for id in &cluster.members {
-                let collider = model.collider(*id);
+        // Half the margin on each side of a pair.
+        let reach = 0.5 * margin;
+        let BroadPhase { pairs, clusters, spheres, poses, is_placed, boxes, near, .. } = self;
+        is_placed.fill(false);
+        let mut place = |id: ColliderId, boxes: &mut [Aabb]| {
+            if !std::mem::replace(&mut is_placed[id.index()], true) {
+                let collider = model.collider(id);
                 let pose = x_world_shape(&data.kinematics, &data.point_p_world, collider);
-                // Half the margin on each side of a pair.
-                let aabb = collider.shape.aabb(&pose).grown(0.5 * margin);
-                self.poses[id.index()] = pose;
-                self.boxes[id.index()] = aabb;
-                cluster.aabb = cluster.aabb.union(&aabb);
+                boxes[id.index()] = collider.shape.aabb(&pose).grown(reach);
+                poses[id.index()] = pose;
+            }
+        };
+        for cluster in &mut *clusters {
+            cluster.aabb = EMPTY;
+            for &id in &cluster.members {
+                match &spheres[id.index()] {
+                    Some(sphere) => {
+                        boxes[id.index()] = sphere.aabb(data, model.collider(id).owner).grown(reach);
+                    }
+                    None => place(id, boxes),
+                }
+                cluster.aabb = cluster.aabb.union(&boxes[id.index()]);
             }
         }
-        for (index, one) in self.clusters.iter().enumerate() {
-            for other in &self.clusters[index..] {
+        for (index, one) in clusters.iter().enumerate() {
+            for other in &clusters[index..] {
                 if !one.groups.may_touch(other.groups) || !one.aabb.overlaps(&other.aabb) {
                     continue;
                 }
-                for (near, (cluster, partner)) in self.near.iter_mut().zip([(one, other), (other, one)]) {
+                // The fewer first: their own boxes are tight.
+                let (few, many) =
+                    if one.members.len() <= other.members.len() { (one, other) } else { (other, one) };
+                let mut partner = many.aabb;
+                for (near, cluster) in near.iter_mut().zip([few, many]) {
                     near.clear();
-                    let reaches = |id: &&ColliderId| self.boxes[id.index()].overlaps(&partner.aabb);
+                    let reaches = |id: &&ColliderId| boxes[id.index()].overlaps(&partner);
                     near.extend(cluster.members.iter().filter(reaches));
+                    near.iter().for_each(|&id| place(id, boxes));
+                    partner = near.iter().fold(EMPTY, |all, id| all.union(&boxes[id.index()]));
                 }
                 let is_same = std::ptr::eq(one, other);
-                for &a in &self.near[0] {
-                    for &b in &self.near[1] {
-                        if (is_same && b <= a) || !self.boxes[a.index()].overlaps(&self.boxes[b.index()]) {
+                for &a in &near[0] {
+                    for &b in &near[1] {
+                        if (is_same && b <= a) || !boxes[a.index()].overlaps(&boxes[b.index()]) {
                             continue;
                         }
                         if can_respond(model, a, b) {
-                            self.pairs.push((a.min(b), a.max(b)));
+                            pairs.push((a.min(b), a.max(b)));
                         }
                     }
                 }
             }
         }
-        self.pairs.sort_unstable();
+        pairs.sort_unstable();
     }
 
     /// Sorts the colliders by their groups; those that may touch nothing are left out.
     fn cluster(&mut self, model: &Model, data: &Data) {
         self.groups.clone_from(&data.groups);
         self.poses.resize(model.colliders.len(), Pose::identity());
+        self.is_placed.resize(model.colliders.len(), false);
         self.boxes.resize(model.colliders.len(), EMPTY);
+        self.spheres.clear();
+        self.spheres.extend(model.colliders.iter().map(Sphere::about));
         self.clusters.clear();
         for (index, &groups) in data.groups.iter().enumerate() {
             if !data.groups.iter().any(|&other| groups.may_touch(other)) {

@@ -15,12 +15,16 @@ use super::rows::Block;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Delassus {
     count: usize,
-    /// W, block row after block row.
+    /// W, block row after block row, where a known row or column crosses.
     blocks: Vec<Mat3>,
+    /// Blocks whose row and column of W are there.
+    is_known: Vec<bool>,
     p: Vec<Vec3>,
     residual: Vec<Vec3>,
     w_residual: Vec<Vec3>,
     dp: Vec<Vec3>,
+    /// Blocks on which the impulses of the last product were not zero.
+    loaded: Vec<usize>,
     /// Block and column of L behind each active row.
     active: Vec<(usize, usize)>,
     matrix: Vec<f64>,
@@ -28,35 +32,50 @@ pub(super) struct Delassus {
 }
 
 impl Delassus {
-    /// Multiplies the paths out.
-    pub fn assemble(&mut self, paths: &Paths, count: usize) {
+    /// Forgets the matrix.
+    pub fn clear(&mut self, count: usize) {
         self.count = count;
-        self.blocks.clear();
         self.blocks.resize(count * count, Mat3::zeros());
-        for row in 0..count {
-            for column in 0..=row {
+        self.is_known.clear();
+        self.is_known.resize(count, false);
+    }
+
+    /// Multiplies the paths out for the column and row of a block, unless they are there. Blocks that never carry
+    /// load need none.
+    fn know(&mut self, paths: &Paths, column: usize) {
+        if std::mem::replace(&mut self.is_known[column], true) {
+            return;
+        }
+        for row in 0..self.count {
+            if row == column || !self.is_known[row] {
                 let block = paths.inverse_inertia(row, column);
-                self.blocks[row * count + column] = block;
-                self.blocks[column * count + row] = block.transpose();
+                self.blocks[row * self.count + column] = block;
+                self.blocks[column * self.count + row] = block.transpose();
             }
         }
     }
 
     /// Velocity changes of the rows under impulses: `W p`.
-    fn multiply(&self, p: &[Vec3], out: &mut [Vec3]) {
+    fn multiply(&mut self, paths: &Paths, p: &[Vec3], out: &mut [Vec3]) {
+        self.loaded.clear();
+        for k in (0..p.len()).filter(|&k| p[k] != Vec3::zeros()) {
+            self.loaded.push(k);
+            self.know(paths, k);
+        }
         for (row, out) in self.blocks.chunks_exact(self.count).zip(out) {
-            *out = row.iter().zip(p).fold(Vec3::zeros(), |sum, (block, p)| sum + block * p);
+            *out = self.loaded.iter().fold(Vec3::zeros(), |sum, &k| sum + row[k] * p[k]);
         }
     }
 
     /// Lower triangle of `I + L^T W L`, column after column, and `L^T W r`.
-    fn assemble_active(&mut self, responses: &[Response]) {
+    fn assemble_active(&mut self, paths: &Paths, responses: &[Response]) {
         self.active.clear();
-        for (k, response) in responses.iter().enumerate() {
+        for (k, response) in responses.iter().enumerate().filter(|(_, response)| response.rank > 0) {
             self.active.extend((0..response.rank).map(|column| (k, column)));
+            self.know(paths, k);
         }
         let size = self.active.len();
-        self.matrix.clear();
+        // What an earlier matrix left above the diagonal is not read.
         self.matrix.resize(size * size, 0.0);
         self.rhs.clear();
         for &(k, column) in &self.active {
@@ -67,10 +86,12 @@ impl Delassus {
         for (b, of_b) in responses.iter().enumerate().filter(active) {
             let mut row_start = column_start;
             for (a, of_a) in responses.iter().enumerate().skip(b).filter(active) {
-                let product: Mat3 = of_a.root.tr_mul(&self.blocks[a * self.count + b]) * of_b.root;
-                for i in 0..of_a.rank {
-                    for j in 0..of_b.rank {
-                        self.matrix[(column_start + j) * size + row_start + i] = product[(i, j)];
+                let block = &self.blocks[a * self.count + b];
+                for j in 0..of_b.rank {
+                    let response = block * of_b.root.column(j);
+                    let first = (column_start + j) * size + row_start;
+                    for (i, entry) in self.matrix[first..first + of_a.rank].iter_mut().enumerate() {
+                        *entry = of_a.root.column(i).dot(&response);
                     }
                 }
                 row_start += of_a.rank;
@@ -83,23 +104,34 @@ impl Delassus {
     }
 }
 
-impl Unknown for Delassus {
+/// [`Delassus`] on the paths of a step.
+pub(super) struct Direct<'a> {
+    pub paths: &'a Paths,
+    pub delassus: &'a mut Delassus,
+}
+
+impl Unknown for Direct<'_> {
     fn start(&mut self, blocks: &[Block], change: &mut [Vec3]) {
-        for buffer in [&mut self.residual, &mut self.w_residual, &mut self.dp] {
+        let matrix = &mut *self.delassus;
+        matrix.clear(blocks.len());
+        for buffer in [&mut matrix.residual, &mut matrix.w_residual, &mut matrix.dp] {
             buffer.clear();
             buffer.resize(blocks.len(), Vec3::zeros());
         }
-        self.p.clear();
-        self.p.extend(blocks.iter().map(|block| block.guess));
-        self.multiply(&self.p, change);
+        let mut p = std::mem::take(&mut matrix.p);
+        p.clear();
+        p.extend(blocks.iter().map(|block| block.guess));
+        matrix.multiply(self.paths, &p, change);
+        matrix.p = p;
     }
 
     fn residual(&mut self, blocks: &[Block], responses: &[Response]) -> f64 {
+        let Delassus { p, residual, .. } = &mut *self.delassus;
         let (mut size, mut of_p, mut of_gamma) = (0.0, 0.0, 0.0);
         for (k, (block, response)) in blocks.iter().zip(responses).enumerate() {
-            self.residual[k] = response.impulse - self.p[k];
-            size += block.w * self.residual[k].norm_squared();
-            of_p += block.w * self.p[k].norm_squared();
+            residual[k] = response.impulse - p[k];
+            size += block.w * residual[k].norm_squared();
+            of_p += block.w * p[k].norm_squared();
             of_gamma += block.w * response.impulse.norm_squared();
         }
         let scale = f64::max(of_p, of_gamma);
@@ -107,22 +139,25 @@ impl Unknown for Delassus {
     }
 
     fn direction(&mut self, responses: &[Response], _residual: f64, change: &mut [Vec3]) -> Direction {
-        let mut w_residual = std::mem::take(&mut self.w_residual);
-        self.multiply(&self.residual, &mut w_residual);
-        self.w_residual = w_residual;
-        self.assemble_active(responses);
-        cholesky_solve(&mut self.matrix, &mut self.rhs);
-        self.dp.copy_from_slice(&self.residual);
-        for (&(k, column), x) in self.active.iter().zip(&self.rhs) {
-            self.dp[k] -= responses[k].root.column(column) * *x;
+        let matrix = &mut *self.delassus;
+        let (residual, mut dp) = (std::mem::take(&mut matrix.residual), std::mem::take(&mut matrix.dp));
+        let mut w_residual = std::mem::take(&mut matrix.w_residual);
+        matrix.multiply(self.paths, &residual, &mut w_residual);
+        matrix.w_residual = w_residual;
+        matrix.assemble_active(self.paths, responses);
+        cholesky_solve(&mut matrix.matrix, &mut matrix.rhs);
+        dp.copy_from_slice(&residual);
+        for (&(k, column), x) in matrix.active.iter().zip(&matrix.rhs) {
+            dp[k] -= responses[k].root.column(column) * *x;
         }
-        self.multiply(&self.dp, change);
+        matrix.multiply(self.paths, &dp, change);
+        (matrix.residual, matrix.dp) = (residual, dp);
         let along = |p: &[Vec3]| change.iter().zip(p).map(|(dv, p)| dv.dot(p)).sum();
-        Direction { slope: along(&self.p), curvature: along(&self.dp), iterations: 0 }
+        Direction { slope: along(&matrix.p), curvature: along(&matrix.dp), iterations: 0 }
     }
 
     fn advance(&mut self, length: f64) {
-        for (p, dp) in self.p.iter_mut().zip(&self.dp) {
+        for (p, dp) in self.delassus.p.iter_mut().zip(&self.delassus.dp) {
             *p += dp * length;
         }
     }
@@ -133,17 +168,24 @@ fn cholesky_solve(matrix: &mut [f64], x: &mut [f64]) {
     let size = x.len();
     for j in 0..size {
         let (done, rest) = matrix.split_at_mut(j * size);
-        let column = &mut rest[..size];
-        for left in done.chunks_exact(size) {
-            let factor = left[j];
-            if factor != 0.0 {
-                for (entry, other) in column[j..].iter_mut().zip(&left[j..]) {
-                    *entry -= factor * other;
-                }
+        let column = &mut rest[j..size];
+        // Four columns at a time: the entries are loaded and stored once for all.
+        let mut fours = done.chunks_exact(4 * size);
+        for four in &mut fours {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &four[k * size + j..(k + 1) * size]);
+            let (f_a, f_b, f_c, f_d) = (a[0], b[0], c[0], d[0]);
+            for ((((entry, a), b), c), d) in column.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *entry = *entry - f_a * a - f_b * b - f_c * c - f_d * d;
             }
         }
-        let scale = 1.0 / column[j].sqrt();
-        column[j..].iter_mut().for_each(|entry| *entry *= scale);
+        for left in fours.remainder().chunks_exact(size) {
+            let factor = left[j];
+            for (entry, other) in column.iter_mut().zip(&left[j..]) {
+                *entry -= factor * other;
+            }
+        }
+        let scale = 1.0 / column[0].sqrt();
+        column.iter_mut().for_each(|entry| *entry *= scale);
     }
     for j in 0..size {
         let column = &matrix[j * size..(j + 1) * size];

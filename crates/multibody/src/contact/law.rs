@@ -85,6 +85,8 @@ impl Law {
     }
 
     /// Impulse and derivative at the velocity `v` of the rows.
+    // Inlined: a line search wants the impulse only.
+    #[inline(always)]
     pub fn respond(&self, v: &Vec3) -> Response {
         match *self {
             Law::Open { .. } => Response::NONE,
@@ -99,6 +101,7 @@ impl Law {
 }
 
 /// The three regions of the cone: open, sticking, sliding.
+#[inline(always)]
 fn respond_on_cone(v: &Vec3, friction: f64, r_t: f64, r_n: f64, v_hat: f64) -> Response {
     let y_n = (v_hat - v.z) / r_n;
     let (y_1, y_2) = (-v.x / r_t, -v.y / r_t);

@@ -21,6 +21,7 @@ mod paths;
 mod polytope;
 mod root;
 mod rows;
+mod stems;
 mod terrain;
 mod touch;
 
@@ -34,7 +35,7 @@ use crate::solver::{self, LinearSolve, Solver};
 use crate::spatial::Wrench;
 use crate::step::{StepReport, StepSettings};
 use broad::BroadPhase;
-use delassus::Delassus;
+use delassus::{Delassus, Direct};
 use matrix_free::{Coordinates, MatrixFree};
 use narrow::NarrowScratch;
 use newton::{Newton, Outcome};
@@ -203,11 +204,7 @@ impl ContactScratch {
         if self.blocks.is_empty() {
             return;
         }
-        self.paths.clear(model, data);
-        for block in &self.blocks {
-            self.paths.push(model, data, &block.loads);
-        }
-        self.paths.finish();
+        self.paths.assemble(model, data, &self.blocks);
         rows::regularise(settings, &self.paths, &mut self.blocks);
     }
 
@@ -225,8 +222,8 @@ impl ContactScratch {
             ContactPath::Delassus => true,
         };
         if is_direct {
-            self.delassus.assemble(&self.paths, self.blocks.len());
-            self.newton.solve(&self.blocks, &mut self.delassus)
+            let mut unknown = Direct { paths: &self.paths, delassus: &mut self.delassus };
+            self.newton.solve(&self.blocks, &mut unknown)
         } else {
             let mut unknown = MatrixFree { paths: &self.paths, coordinates: &mut self.coordinates };
             self.newton.solve(&self.blocks, &mut unknown)

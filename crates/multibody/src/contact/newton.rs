@@ -111,7 +111,8 @@ impl Newton {
     /// Length that minimises the cost along the direction, to a share of its first slope: the full step unless
     /// it overshoots, else the root of the slope by the Illinois variant of the false position.
     fn search_line(&self, blocks: &[Block], direction: &Direction) -> f64 {
-        let (mut low, mut slope_low) = (0.0, self.slope(blocks, direction, 0.0));
+        let falls = self.dv.iter().zip(&self.responses).map(|(dv, response)| dv.dot(&response.impulse));
+        let (mut low, mut slope_low) = (0.0, falls.fold(direction.slope, |slope, fall| slope - fall));
         let (mut high, mut slope_high) = (1.0, self.slope(blocks, direction, 1.0));
         let goal = SLOPE_SHARE * slope_low.abs();
         if slope_high <= goal {

@@ -2,22 +2,29 @@
 //!
 //! With `A^-1 = L^-T D^-1 L^-1` and `D^-1 = C C^T`, an impulse at a contact only passes through the joints
 //! between its links and the world: its column of `Y = C^T L^-1 J^T` is as sparse as that path. Then
-//! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity.
+//! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity. A stretch that
+//! all paths of a tree share counts as six coordinates ([`super::stems`]).
+
+mod carrier;
+mod stem;
 
 use std::ops::Range;
 
 use orchard_geometry::{Mat3, Vec3};
 
 use super::root::lower_root;
-use super::rows::Load;
+use super::rows::{Block, Load};
+use super::stems::Stems;
 use crate::data::Data;
 use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
+use carrier::Carrier;
+use stem::Stem;
 
-/// A joint, point body or spin that a path passes.
+/// A joint, point body, spin or stem that a path passes.
 #[derive(Debug, Clone)]
 struct Node {
-    /// Link, or number of links + point body, or number of both + spin.
+    /// Link (a stem: its upper end), or number of links + point body, or number of both + spin.
     key: usize,
     width: usize,
 }
@@ -34,6 +41,8 @@ struct Run {
 /// Y of all blocks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Paths {
+    finder: Stems,
+    stems: Vec<Stem>,
     /// Nodes of each block.
     blocks: Vec<Range<usize>>,
     nodes: Vec<Node>,
@@ -51,26 +60,24 @@ pub(super) struct Paths {
     block_runs: Vec<Range<usize>>,
 }
 
-/// Impulses on their way to the root.
-#[derive(Clone, Copy)]
-struct Carrier {
-    body: Option<usize>,
-    wrenches: [Wrench; 3],
-}
-
-impl Carrier {
-    /// Takes over what the other one carries.
-    fn merge(&mut self, other: &mut Carrier) {
-        for (sum, wrench) in self.wrenches.iter_mut().zip(&other.wrenches) {
-            *sum += *wrench;
-        }
-        other.body = None;
-    }
-}
-
 impl Paths {
+    /// Follows the paths of all blocks.
+    pub fn assemble(&mut self, model: &Model, data: &Data, blocks: &[Block]) {
+        self.clear(model, data);
+        let mut finder = std::mem::take(&mut self.finder);
+        for link in finder.find(model, data, blocks) {
+            self.add_stem(model, data, link);
+        }
+        self.finder = finder;
+        for block in blocks {
+            self.push(model, data, &block.loads);
+        }
+        self.finish();
+    }
+
     /// Forgets all blocks.
-    pub fn clear(&mut self, model: &Model, data: &Data) {
+    fn clear(&mut self, model: &Model, data: &Data) {
+        self.stems.clear();
         self.blocks.clear();
         self.nodes.clear();
         self.y.clear();
@@ -81,7 +88,7 @@ impl Paths {
 
     /// Numbers the coordinates once all blocks are there, leaves first: what follows each other on a path then
     /// mostly does so in memory.
-    pub fn finish(&mut self) {
+    fn finish(&mut self) {
         self.dimension = 0;
         self.first_coordinate.resize(self.widths.len(), 0);
         for (first, width) in self.first_coordinate.iter_mut().zip(&self.widths).rev() {
@@ -161,7 +168,7 @@ impl Paths {
     }
 
     /// Adds a block of three rows, with its load on each side.
-    pub fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
+    fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
         let first = self.nodes.len();
         let mut carriers = [Carrier { body: None, wrenches: [Wrench::ZERO; 3] }; 2];
         for (carrier, load) in carriers.iter_mut().zip(loads) {
@@ -191,6 +198,11 @@ impl Paths {
                 other
             };
             let wrenches = &mut carrier.wrenches;
+            if let Some(stem) = self.stems.iter().position(|stem| stem.link == body) {
+                self.pass_stem(stem, wrenches);
+                carrier.body = None;
+                continue;
+            }
             match model.bodies[body].joint {
                 JointKind::Weld => {}
                 JointKind::Hinge(_) => self.pass_joint::<0, 1>(model, data, body, wrenches, loads),

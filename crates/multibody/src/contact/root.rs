@@ -1,14 +1,18 @@
 //! Square roots of small matrices.
 
+/// A pivot below this share of its diagonal entry is round-off.
+const PIVOT_TOLERANCE: f64 = 1e-14;
+
 /// Lower triangular C of a symmetric positive semidefinite matrix `C C^T`, both row after row. A frozen degree
-/// of freedom is a zero row, and stays one.
+/// of freedom is a zero row, and stays one; what has no inertia of its own in other ways has a zero column.
 pub(super) fn lower_root<const N: usize>(matrix: &[f64], root: &mut [f64]) {
     for i in 0..N {
         for j in 0..=i {
             let done: f64 = (0..j).map(|k| root[i * N + k] * root[j * N + k]).sum();
             let rest = matrix[i * N + j] - done;
             root[i * N + j] = match (i == j, root[j * N + j]) {
-                (true, _) => rest.max(0.0).sqrt(),
+                (true, _) if rest <= PIVOT_TOLERANCE * matrix[i * N + i] => 0.0,
+                (true, _) => rest.sqrt(),
                 (false, pivot) if pivot > 0.0 => rest / pivot,
                 _ => 0.0,
             };
