@@ -81,8 +81,11 @@ impl Ledger {
     fn energy(&self, world: &World) -> f64 {
         let (model, data) = (world.model(), world.data());
         let of_motors = self.motors.iter().flat_map(|(body, _)| model.qs(*body).zip(model.dofs(*body)));
-        let springs: f64 =
-            of_motors.map(|(q, dof)| 0.5 * data.stiffness[dof] * (data.q[q] - data.rest[dof]).powi(2)).sum();
+        let spring = |(q, dof): (usize, usize)| {
+            let stretch = data.q[q] - data.rest[dof];
+            0.5 * data.stiffness[dof] * stretch * stretch
+        };
+        let springs: f64 = of_motors.map(spring).sum();
         energy(model, data, &self.gravity).total() - springs
     }
 }
