@@ -16,8 +16,8 @@ const ONE_TREE_RATIO: f64 = 6.0;
 const BATCH_RATIO: f64 = 45.0;
 const TOPOLOGIES_SHARE: f64 = 0.5;
 
-const ONE_TREE_LIMIT: &str = "Limited by latency: a link waits for its parent's result, and sines and quotients are long chains; one number \
-                              at a time leaves most of each register empty";
+const ONE_TREE_LIMIT: &str = "Limited by bringing two links into each register and back, by the copies and spills that its two-operand \
+                              instructions need, and by sines and quotients, which are long chains";
 const BATCH_LIMIT: &str = "Limited by loads and stores, which pass the numbers of a link between registers and cache, about one for every two \
                            operations, by chains from link to link, and by sums and products that have no partner to make one instruction";
 
