@@ -3,12 +3,17 @@
 //! One module a format; text and bytes go in and out, no file is opened here. `docs/exchange.md` tells what each
 //! file holds and what is lost.
 
+pub mod gltf;
 pub mod json;
 pub mod mtg;
+pub mod urdf;
+pub mod usd;
 
 mod digitised;
+mod wood;
 
 pub use digitised::{DigitisedTree, TreeFault};
+pub use wood::Wood;
 
 /// Why a file is no tree.
 #[derive(Debug, thiserror::Error)]
