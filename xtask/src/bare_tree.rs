@@ -26,6 +26,17 @@ impl BareTree {
     /// The tree of a world, as the benchmark grows it.
     pub fn new(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<Self> {
         let skeleton = grow(spec, seed, world).with_context(|| format!("seed {seed}, tree {world}"))?;
+        Self::of_skeleton(spec, skeleton, format!("{}-{seed}-{world}", spec.preset), seed, world)
+    }
+
+    /// A given tree; seed and world choose its fruit.
+    pub fn of_skeleton(
+        spec: &Spec,
+        skeleton: Skeleton,
+        name: String,
+        seed: u64,
+        world: u32,
+    ) -> anyhow::Result<Self> {
         let gravity = spec.sim.gravity.si();
         let mut builder = ModelBuilder::new();
         let no_contact = TreeGroups { wood: Groups::NONE, debris: Groups::NONE };
@@ -49,7 +60,6 @@ impl BareTree {
         tree.reset(&model, &mut data, &spec.wood);
         data.linear_drag.fill(0.0);
         data.angular_drag.fill(0.0);
-        let name = format!("{}-{seed}-{world}", spec.preset);
         Ok(Self { name, skeleton, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
     }
 

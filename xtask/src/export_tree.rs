@@ -1,32 +1,40 @@
-//! `cargo xtask export-tree`: a world's tree and fruit as a model for another engine.
+//! `cargo xtask export-tree`: a tree as a file of other tools.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::ValueEnum;
 use orchard_bench::store::write_bytes;
+use orchard_exchange::{Wood, gltf, json, mtg, urdf, usd};
 use orchard_spec::Spec;
 
 use crate::bare_tree::BareTree;
 use crate::failure::Failure;
 
-/// Writes a tree with its fruit as a model for another physics engine.
+/// Writes a tree as a file of other tools.
 #[derive(clap::Args)]
 #[command(
-    after_help = "The file holds the very equations of the simulator: two hinges a joint with springs and dampers, inertias, fruit on\n\
-                  tethers. Drag, the tether's reaction cap, rupture and contacts are left out. docs/computation/judge.md tells how.\n\n\
-                  Example:\n  cargo xtask export-tree --seed 20250704 --out tree.xml"
+    after_help = "docs/exchange.md tells what each format holds. The MuJoCo model holds the very equations of the simulator, fruit\n\
+                  included; drag, the tether's reaction cap, rupture and contacts are left out (docs/computation/judge.md).\n\
+                  With --from a digitised tree takes the place of a grown one; seed and tree then choose its leaves and fruit.\n\n\
+                  Examples:\n  cargo xtask export-tree --seed 20250704 --out tree.xml\n  \
+                  cargo xtask export-tree --seed 20250704 --format gltf --out tree.glb\n  \
+                  cargo xtask export-tree --from measured.mtg --format mjcf --out tree.xml"
 )]
 pub struct Args {
-    /// Seed of the population
-    #[arg(long, value_name = "S")]
-    seed: u64,
+    /// Seed of the population; 0 where --from gives the tree
+    #[arg(long, value_name = "S", required_unless_present = "from")]
+    seed: Option<u64>,
     /// Which of the seed's trees
     #[arg(long, default_value_t = 0, value_name = "N")]
     tree: u32,
+    /// A digitised tree: a skeleton in JSON (.json) or a multiscale tree graph (.mtg)
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
     /// Configuration
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
     preset: Preset,
-    /// Format of the file; mjcf is MuJoCo's
+    /// Format of the file
     #[arg(long, value_enum, default_value_t = Format::Mjcf)]
     format: Format,
     /// The file to write
@@ -39,23 +47,65 @@ enum Preset {
     Paper,
 }
 
+/// A format of trees.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Format {
+pub enum Format {
+    /// MuJoCo's model, with springs and fruit
     Mjcf,
+    /// Links and joints, without springs
+    Urdf,
+    /// Universal Scene Description as text, with rigid bodies and springs
+    Usd,
+    /// Binary glTF 2.0, the wood's shape
+    Gltf,
+    /// Multiscale tree graph
+    Mtg,
+    /// The skeleton, every bit of it
+    Json,
 }
 
-/// Time step that the file asks for [s].
+/// Time step that an MJCF file asks for [s].
 const TIME_STEP: f64 = 1e-3;
+
+impl Format {
+    /// Usual ending of a file's name.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Mjcf => "xml",
+            Self::Urdf => "urdf",
+            Self::Usd => "usda",
+            Self::Gltf => "glb",
+            Self::Mtg => "mtg",
+            Self::Json => "json",
+        }
+    }
+
+    /// The file of a tree.
+    pub fn write(self, tree: &BareTree, spec: &Spec) -> anyhow::Result<Vec<u8>> {
+        let skeleton = &tree.skeleton;
+        let wood = || Wood::new(skeleton, &spec.wood);
+        Ok(match self {
+            Self::Mjcf => tree.mjcf(TIME_STEP)?.into_bytes(),
+            Self::Urdf => urdf::write(&tree.name, &wood()?)?.into_bytes(),
+            Self::Usd => usd::write(&wood()?).into_bytes(),
+            Self::Gltf => gltf::write(&wood()?)?,
+            Self::Mtg => mtg::write(skeleton).into_bytes(),
+            Self::Json => json::write(skeleton).into_bytes(),
+        })
+    }
+}
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let spec = match args.preset {
         Preset::Paper => Spec::paper(),
     };
-    let tree = BareTree::new(&spec, args.seed, args.tree)?;
-    let text = match args.format {
-        Format::Mjcf => tree.mjcf(TIME_STEP)?,
+    let seed = args.seed.unwrap_or(0);
+    let tree = match &args.from {
+        None => BareTree::new(&spec, seed, args.tree)?,
+        Some(file) => import(&spec, file, seed, args.tree)?,
     };
-    write_bytes(&args.out, text.as_bytes()).map_err(|e| Failure::BadInput(e.to_string()))?;
+    let bytes = args.format.write(&tree, &spec)?;
+    write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
     eprintln!(
         "{}: {} links, {} fruit",
         args.out.display(),
@@ -63,4 +113,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         tree.model.points().len()
     );
     Ok(())
+}
+
+/// Reads a digitised tree; the ending of the file's name tells the format.
+fn import(spec: &Spec, file: &Path, seed: u64, world: u32) -> Result<BareTree, Failure> {
+    let bad = |problem: String| Failure::BadInput(format!("--from {}: {problem}", file.display()));
+    let read = match file.extension().and_then(|extension| extension.to_str()) {
+        Some("json") => json::read,
+        Some("mtg") => mtg::read,
+        _ => return Err(bad("trees are read from .json and .mtg".into())),
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
+    let skeleton = read(&text).map_err(|e| bad(e.to_string()))?.into_skeleton(spec, seed, world);
+    let name = file.file_stem().map_or("tree".into(), |stem| stem.to_string_lossy().into_owned());
+    Ok(BareTree::of_skeleton(spec, skeleton, name, seed, world).context("the imported tree")?)
 }

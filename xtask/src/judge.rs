@@ -1,7 +1,6 @@
 //! `cargo xtask judge`: the tree physics against MuJoCo.
 
 mod paths;
-pub mod python;
 
 use std::path::Path;
 
@@ -12,8 +11,8 @@ use serde::Serialize;
 
 use crate::bare_tree::BareTree;
 use crate::failure::Failure;
+use crate::python::{self, Verdict};
 use paths::TreePaths;
-use python::Environment;
 
 /// Steps exported trees with MuJoCo and compares rest, pull and release with our own paths.
 #[derive(clap::Args)]
@@ -24,14 +23,8 @@ use python::Environment;
 )]
 pub struct Args {}
 
-/// What came of it.
-pub enum Verdict {
-    /// The engines agree.
-    Agreed,
-    /// MuJoCo cannot be had here; why.
-    Skipped(String),
-}
-
+/// Folder of the script and of what the last run wrote.
+pub const SUITE: &str = "judge";
 /// Seeds and trees that are compared.
 const TREES: [(u64, u32); 3] = [(20250704, 0), (1, 0), (2, 3)];
 /// Time step of our paths [s].
@@ -54,17 +47,14 @@ pub fn run(_: &Args) -> Result<(), Failure> {
 
 /// Compares, or tells why it cannot. In continuous integration there is no excuse.
 pub fn judge() -> Result<Verdict, Failure> {
-    let environment = match Environment::install() {
+    let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
-        Err(reason) if std::env::var_os("CI").is_some_and(|ci| ci == "true") => {
-            return Err(Failure::Failed(format!("MuJoCo is needed in continuous integration: {reason}")));
-        }
-        Err(reason) => return Ok(Verdict::Skipped(reason)),
+        Err(skipped) => return Ok(skipped),
     };
     let spec = Spec::paper();
-    let cases = TREES.map(|(seed, tree)| write_case(&spec, seed, tree, &python::folder()));
+    let cases = TREES.map(|(seed, tree)| write_case(&spec, seed, tree, &python::folder(SUITE)));
     let cases = cases.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-    environment.compare(&cases)?;
+    environment.compare("judge.py", &cases)?;
     Ok(Verdict::Agreed)
 }
 

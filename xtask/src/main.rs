@@ -7,6 +7,8 @@ mod failure;
 mod headline;
 mod judge;
 mod perf;
+mod python;
+mod read_back;
 mod render;
 mod rows;
 mod test;
@@ -41,6 +43,7 @@ enum Command {
     Render(render::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
+    ReadBack(read_back::Args),
     Perf(perf::Args),
     Validate(validate::Args),
     Test(test::Args),
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
             Command::Render(args) => render::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
+            Command::ReadBack(args) => read_back::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Test(args) => test::run(&args),

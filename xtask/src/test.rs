@@ -3,13 +3,14 @@
 use std::process::Command;
 
 use crate::failure::Failure;
-use crate::judge::{self, Verdict};
-use crate::{tidy, workspace};
+use crate::judge;
+use crate::python::Verdict;
+use crate::{read_back, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge.\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge,\n  cargo xtask read-back.\n\
                         All steps run; the last lines say which passed."
 )]
 pub struct Args {}
@@ -23,17 +24,13 @@ enum Outcome {
 
 pub fn run(_: &Args) -> Result<(), Failure> {
     type Step = (&'static str, fn() -> Result<Outcome, Failure>);
-    let steps: [Step; 5] = [
+    let steps: [Step; 6] = [
         ("format", || cargo(&["fmt", "--all", "--check"])),
         ("clippy", || cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])),
         ("tidy", || tidy::run(&tidy::Args {}).map(|()| Outcome::Passed)),
         ("tests", || cargo(&["test", "--workspace", "--quiet"])),
-        ("judge", || {
-            judge::judge().map(|verdict| match verdict {
-                Verdict::Agreed => Outcome::Passed,
-                Verdict::Skipped(reason) => Outcome::Skipped(reason),
-            })
-        }),
+        ("judge", || judge::judge().map(outcome)),
+        ("read-back", || read_back::read_back().map(outcome)),
     ];
     let mut results = Vec::new();
     for (name, step) in steps {
@@ -55,6 +52,13 @@ pub fn run(_: &Args) -> Result<(), Failure> {
         Ok(())
     } else {
         Err(Failure::Failed(format!("{failed} of {} steps failed", results.len())))
+    }
+}
+
+fn outcome(verdict: Verdict) -> Outcome {
+    match verdict {
+        Verdict::Agreed => Outcome::Passed,
+        Verdict::Skipped(reason) => Outcome::Skipped(reason),
     }
 }
 

@@ -21,7 +21,7 @@ every source key in configs/ resolves in docs/references.bib\n  no source file i
 pub struct Args {}
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 17] = [
+const LAYERS: [&str; 18] = [
     "quantity",
     "spec",
     "geometry",
@@ -30,6 +30,7 @@ const LAYERS: [&str; 17] = [
     "camera",
     "perception",
     "treephys",
+    "exchange",
     "fruit",
     "batch",
     "robot",

@@ -6,7 +6,7 @@ use crate::{skeleton::Segment, turtle::Internode};
 
 /// Places every internode and gives it a frame: the parent's frame, turned by the smallest rotation that
 /// carries the parent's heading onto its own. Frames so carry no twist about the wood.
-pub(crate) fn segments(internodes: &[Internode], radii: &[f64]) -> Vec<Segment> {
+pub fn segments(internodes: &[Internode], radii: &[f64]) -> Vec<Segment> {
     let mut segments: Vec<Segment> = Vec::with_capacity(internodes.len());
     for (internode, &radius) in internodes.iter().zip(radii) {
         let (p_base_world, r_world_parent) = match internode.parent {

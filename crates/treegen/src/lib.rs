@@ -9,6 +9,7 @@ pub mod turtle;
 
 mod assemble;
 mod clearance;
+mod dress;
 mod error;
 mod fruit_sites;
 mod leaves;
@@ -17,6 +18,8 @@ mod skeleton;
 
 use orchard_spec::{Purpose, Spec, Stream, tree::GrammarKind};
 
+pub use assemble::segments;
+pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
 pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton};
 

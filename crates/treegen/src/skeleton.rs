@@ -1,11 +1,13 @@
 //! The grown tree as a plain value.
 
 use orchard_geometry::{Pose, Rotation, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A tree: internode segments in parent-before-child order, and the places where fruit and leaves may sit.
 ///
 /// World frame: the trunk base is the origin, z up.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Skeleton {
     /// Internodes; a parent always stands before its children.
     pub segments: Vec<Segment>,
@@ -16,7 +18,8 @@ pub struct Skeleton {
 }
 
 /// One internode: a straight piece of wood of constant radius that starts at its parent's tip.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Segment {
     /// Index of the parent; `None` for the trunk's first.
     pub parent: Option<usize>,
@@ -33,7 +36,8 @@ pub struct Segment {
 }
 
 /// A place where a fruit's stem may be attached.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FruitSite {
     /// Segment that carries it.
     pub segment: usize,
@@ -44,7 +48,8 @@ pub struct FruitSite {
 }
 
 /// One leaf blade, rigid to its segment.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct LeafSite {
     /// Segment that carries it.
     pub segment: usize,

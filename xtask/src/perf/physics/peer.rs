@@ -10,7 +10,8 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::judge::python::{Environment, folder};
+use crate::judge::SUITE;
+use crate::python::{Environment, folder};
 
 /// The worker of `tests/judge/speed.py`, which tells the protocol.
 pub struct Peer {
@@ -55,7 +56,7 @@ pub struct Watched {
 impl Peer {
     /// Starts MuJoCo. The error says why there is none.
     pub fn start() -> Result<Self, String> {
-        let environment = Environment::install()?;
+        let environment = Environment::install(SUITE)?;
         let mut command = environment.script("speed.py");
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = command.spawn().map_err(|e| format!("cannot run Python: {e}"))?;
@@ -69,7 +70,7 @@ impl Peer {
 
     /// Loads models under a name, each from the text of its file. Gives the degrees of freedom of the first.
     pub fn load(&mut self, name: &str, models: &[String], threads: usize) -> anyhow::Result<u64> {
-        let folder = folder().join("speed");
+        let folder = folder(SUITE).join("speed");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let write = |(index, text): (usize, &String)| -> anyhow::Result<PathBuf> {
             let file: PathBuf = folder.join(format!("{name}-{index}.xml"));

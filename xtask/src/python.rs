@@ -1,4 +1,4 @@
-//! MuJoCo's environment: a Python virtual environment with the pinned packages, for whatever runs beside it.
+//! Python virtual environments with pinned packages, one a suite: other people's tools beside ours.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,16 +15,35 @@ pub struct Environment {
     source: PathBuf,
 }
 
-/// Where the environment stands, and what the last comparison wrote.
-pub fn folder() -> PathBuf {
-    workspace::root().join("target").join("judge")
+/// What came of a comparison with other people's tools.
+pub enum Verdict {
+    /// They agree with us.
+    Agreed,
+    /// They cannot be had here; why.
+    Skipped(String),
+}
+
+/// Where a suite's environment stands, and what its last run wrote.
+pub fn folder(suite: &str) -> PathBuf {
+    workspace::root().join("target").join(suite)
+}
+
+/// The environment of a suite, or why it cannot be had. In continuous integration there is no excuse.
+pub fn environment(suite: &str) -> Result<Result<Environment, Verdict>, Failure> {
+    match Environment::install(suite) {
+        Ok(environment) => Ok(Ok(environment)),
+        Err(reason) if std::env::var_os("CI").is_some_and(|ci| ci == "true") => Err(Failure::Failed(
+            format!("the packages of tests/{suite} are needed in continuous integration: {reason}"),
+        )),
+        Err(reason) => Ok(Err(Verdict::Skipped(reason))),
+    }
 }
 
 impl Environment {
-    /// Makes the virtual environment `target/judge/venv` with the packages that `tests/judge/requirements.txt` pins,
-    /// unless it is there already. The error says why MuJoCo cannot be had.
-    pub fn install() -> Result<Self, String> {
-        Self::install_from(&workspace::root().join("tests").join("judge"), &folder())
+    /// Makes the virtual environment `target/SUITE/venv` with the packages that `tests/SUITE/requirements.txt` pins,
+    /// unless it is there already. The error says why they cannot be had.
+    pub fn install(suite: &str) -> Result<Self, String> {
+        Self::install_from(&workspace::root().join("tests").join(suite), &folder(suite))
     }
 
     fn install_from(source: &Path, folder: &Path) -> Result<Self, String> {
@@ -37,7 +56,7 @@ impl Environment {
         if environment.python.exists() && std::fs::read(&installed).is_ok_and(|text| text == wanted) {
             return Ok(environment);
         }
-        eprintln!("installing MuJoCo into {}", venv.display());
+        eprintln!("installing pinned packages into {}", venv.display());
         let mut make = Command::new("python3");
         quiet(make.args(["-m", "venv", "--clear"]).arg(&venv), "cannot make a virtual environment")?;
         let mut install = Command::new(&environment.python);
@@ -47,18 +66,18 @@ impl Environment {
         Ok(environment)
     }
 
-    /// A command that runs a script of `tests/judge`.
+    /// A command that runs a script of the suite.
     pub fn script(&self, name: &str) -> Command {
         let mut command = Command::new(&self.python);
         command.arg(self.source.join(name));
         command
     }
 
-    /// Lets the judge compare.
-    pub fn compare(&self, cases: &[PathBuf]) -> Result<(), Failure> {
-        match self.script("judge.py").args(cases).status() {
+    /// Lets a script compare.
+    pub fn compare(&self, script: &str, cases: &[PathBuf]) -> Result<(), Failure> {
+        match self.script(script).args(cases).status() {
             Ok(status) if status.success() => Ok(()),
-            Ok(status) => Err(Failure::Failed(format!("the judge ended with {status}"))),
+            Ok(status) => Err(Failure::Failed(format!("{script} ended with {status}"))),
             Err(e) => Err(Failure::Failed(format!("cannot run {}: {e}", self.python.display()))),
         }
     }

@@ -1,0 +1,163 @@
+//! The one gate through which every tree from outside passes.
+
+use std::ops::RangeInclusive;
+
+use orchard_geometry::Vec3;
+use orchard_spec::Spec;
+use orchard_treegen::{FruitSite, LeafSite, Segment, Skeleton, dress_with_fruit_sites, dress_with_leaves};
+
+/// Lengths of segments and blades that are taken for real [m]. Outside it a file holds noise or another unit.
+const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
+/// Radii that are taken for real [m].
+const RADIUS: RangeInclusive<f64> = 1e-4..=5.0;
+/// How far a segment's base may lie from its parent's tip, the root's from the origin [m]: below what anybody
+/// measures, above the rounding of text with seven digits.
+const GAP: f64 = 1e-6;
+/// How far a quaternion's norm may be from 1: rounding of text with seven digits.
+const NORM: f64 = 1e-6;
+
+/// What is wrong with a tree.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{part} {index}: {field} is {value}: {rule}")]
+pub struct TreeFault {
+    /// `segment`, `fruit site` or `leaf`.
+    pub part: &'static str,
+    /// Its index, from 0.
+    pub index: usize,
+    /// The field.
+    pub field: &'static str,
+    /// Its value.
+    pub value: String,
+    /// What holds of every tree.
+    pub rule: String,
+}
+
+/// A tree from outside whose values are sound: one root at the origin, parents before children, every base on its
+/// parent's tip, finite positive sizes, no wood under the ground. Fruit sites and leaves may be unknown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DigitisedTree {
+    segments: Vec<Segment>,
+    fruit_sites: Option<Vec<FruitSite>>,
+    leaves: Option<Vec<LeafSite>>,
+}
+
+impl DigitisedTree {
+    /// Checks a tree.
+    ///
+    /// # Errors
+    /// The first fault, with the part, the field and its value.
+    pub fn new(
+        segments: Vec<Segment>,
+        fruit_sites: Option<Vec<FruitSite>>,
+        leaves: Option<Vec<LeafSite>>,
+    ) -> Result<Self, TreeFault> {
+        if segments.is_empty() {
+            return Err(fault("segment", 0, "index", "absent".into(), "a tree has at least one segment"));
+        }
+        for index in 0..segments.len() {
+            check_segment(&segments, index)?;
+        }
+        for (index, site) in fruit_sites.iter().flatten().enumerate() {
+            let at = ("fruit site", index);
+            carrier(at, site.segment, &segments)?;
+            point(at, "p_segment", &site.p_segment)?;
+            within(at, "outerness", site.outerness, &(0.0..=1.0))?;
+        }
+        for (index, leaf) in leaves.iter().flatten().enumerate() {
+            let at = ("leaf", index);
+            carrier(at, leaf.segment, &segments)?;
+            point(at, "x_segment_leaf.translation", &leaf.x_segment_leaf.translation.vector)?;
+            unit(at, "x_segment_leaf.rotation", leaf.x_segment_leaf.rotation.quaternion().norm())?;
+            within(at, "length", leaf.length, &LENGTH)?;
+            within(at, "width", leaf.width, &LENGTH)?;
+            within(at, "size_class", f64::from(leaf.size_class), &(0.0..=2.0))?;
+        }
+        Ok(Self { segments, fruit_sites, leaves })
+    }
+
+    /// The wood.
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// The skeleton. Fruit sites and leaves that the file told are kept; unknown ones are placed by the config's
+    /// rules, leaves with the random numbers of one world of a seed.
+    pub fn into_skeleton(self, spec: &Spec, seed: u64, world: u32) -> Skeleton {
+        let fruit_sites = self.fruit_sites.unwrap_or_else(|| dress_with_fruit_sites(spec, &self.segments));
+        let leaves = self.leaves.unwrap_or_else(|| dress_with_leaves(spec, &self.segments, seed, world));
+        Skeleton { segments: self.segments, fruit_sites, leaves }
+    }
+}
+
+type At = (&'static str, usize);
+
+fn fault(
+    part: &'static str,
+    index: usize,
+    field: &'static str,
+    value: String,
+    rule: impl Into<String>,
+) -> TreeFault {
+    TreeFault { part, index, field, value, rule: rule.into() }
+}
+
+fn check_segment(segments: &[Segment], index: usize) -> Result<(), TreeFault> {
+    let (at, segment) = (("segment", index), &segments[index]);
+    let (p_joint, joint) = match segment.parent {
+        None if index == 0 => (Vec3::zeros(), "the origin"),
+        None => return Err(fault(at.0, index, "parent", "none".into(), "only segment 0 is a root")),
+        Some(parent) if parent < index => (segments[parent].p_tip_world(), "its parent's tip"),
+        Some(parent) => {
+            let rule = "a parent stands before its children";
+            return Err(fault(at.0, index, "parent", parent.to_string(), rule));
+        }
+    };
+    within(at, "length", segment.length, &LENGTH)?;
+    within(at, "radius", segment.radius, &RADIUS)?;
+    point(at, "p_base_world", &segment.p_base_world)?;
+    unit(at, "r_world_segment", segment.r_world_segment.quaternion().norm())?;
+    if (segment.p_base_world - p_joint).norm() > GAP {
+        let rule = format!("it lies within {GAP:e} m of {joint}, {}", text(&p_joint));
+        return Err(fault(at.0, index, "p_base_world", text(&segment.p_base_world), rule));
+    }
+    let tip = segment.p_tip_world();
+    if tip.z < -GAP {
+        return Err(fault(at.0, index, "tip", text(&tip), "wood stands above the ground, z = 0"));
+    }
+    Ok(())
+}
+
+fn carrier(at: At, segment: usize, segments: &[Segment]) -> Result<(), TreeFault> {
+    if segment < segments.len() {
+        return Ok(());
+    }
+    let rule = format!("the tree has {} segments, numbered from 0", segments.len());
+    Err(fault(at.0, at.1, "segment", segment.to_string(), rule))
+}
+
+/// A comparison that NaN fails.
+fn within(at: At, field: &'static str, value: f64, range: &RangeInclusive<f64>) -> Result<(), TreeFault> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let rule = format!("the allowed range is [{}, {}]", range.start(), range.end());
+    Err(fault(at.0, at.1, field, value.to_string(), rule))
+}
+
+fn unit(at: At, field: &'static str, norm: f64) -> Result<(), TreeFault> {
+    if (norm - 1.0).abs() <= NORM {
+        return Ok(());
+    }
+    Err(fault(at.0, at.1, field, format!("a quaternion of norm {norm}"), "a rotation has norm 1"))
+}
+
+fn point(at: At, field: &'static str, p: &Vec3) -> Result<(), TreeFault> {
+    if p.iter().all(|x| x.abs() <= *LENGTH.end()) {
+        return Ok(());
+    }
+    Err(fault(at.0, at.1, field, text(p), format!("coordinates lie within {} m", LENGTH.end())))
+}
+
+fn text(p: &Vec3) -> String {
+    format!("({}, {}, {})", p.x, p.y, p.z)
+}

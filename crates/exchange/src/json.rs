@@ -1,0 +1,74 @@
+//! A skeleton as JSON: every bit of it, with a version of the schema.
+
+use orchard_treegen::{FruitSite, LeafSite, Segment, Skeleton};
+use serde::{Deserialize, Serialize};
+
+use crate::{DigitisedTree, ImportError};
+
+/// What the field `format` says.
+pub const FORMAT: &str = "orchard-skeleton";
+/// Version of the schema. It grows when a field changes its meaning, comes or goes.
+pub const SCHEMA_VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Written<'a> {
+    format: &'static str,
+    schema_version: u32,
+    #[serde(flatten)]
+    skeleton: &'a Skeleton,
+}
+
+/// The version is read before the rest, which another version may have in another form.
+#[derive(Deserialize)]
+struct Head {
+    format: String,
+    schema_version: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Read {
+    #[serde(rename = "format")]
+    _format: String,
+    #[serde(rename = "schema_version")]
+    _schema_version: u32,
+    segments: Vec<Segment>,
+    fruit_sites: Option<Vec<FruitSite>>,
+    leaves: Option<Vec<LeafSite>>,
+}
+
+/// Writes a skeleton; [`read`] gives the same bits back.
+pub fn write(skeleton: &Skeleton) -> String {
+    let file = Written { format: FORMAT, schema_version: SCHEMA_VERSION, skeleton };
+    let text = serde_json::to_string_pretty(&file);
+    text.unwrap_or_else(|e| unreachable!("numbers and lists have a form in JSON: {e}")) + "\n"
+}
+
+/// Reads a tree; `fruit_sites` and `leaves` may be missing.
+///
+/// # Errors
+/// The field, line and column of what cannot be read, or the fault of what is no tree.
+pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
+    let head: Head = parse(text)?;
+    if head.format != FORMAT {
+        return Err(version("format", head.format, FORMAT));
+    }
+    if head.schema_version != SCHEMA_VERSION {
+        return Err(version("schema_version", head.schema_version, SCHEMA_VERSION));
+    }
+    let Read { segments, fruit_sites, leaves, .. } = parse(text)?;
+    Ok(DigitisedTree::new(segments, fruit_sites, leaves)?)
+}
+
+fn version(field: &'static str, found: impl ToString, read: impl ToString) -> ImportError {
+    ImportError::Version { field, found: found.to_string(), read: read.to_string() }
+}
+
+fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, ImportError> {
+    let mut json = serde_json::Deserializer::from_str(text);
+    let problem = |field: String, problem: String| ImportError::Json { field, problem };
+    let value = serde_path_to_error::deserialize(&mut json)
+        .map_err(|e| problem(e.path().to_string(), e.inner().to_string()))?;
+    json.end().map_err(|e| problem("end of the file".into(), e.to_string()))?;
+    Ok(value)
+}

@@ -1,0 +1,89 @@
+//! Wood as a multiscale tree graph (MTG), the text format in which digitised plants are kept.
+//!
+//! Two scales: the plant `P` and its internodes `I`. An internode carries the position of its tip and its diameter; its base is its parent's tip.
+//! Grammar: C. Godin, Y. Caraglio, "A multiscale model of plant topological structures" (1998), as AMAPmod codes it.
+
+mod code;
+mod read;
+
+use std::fmt::Write;
+
+use orchard_treegen::{Segment, Skeleton};
+
+pub use read::read;
+
+/// Columns of features after the codes.
+const FEATURES: [(&str, &str); 5] =
+    [("XX", "REAL"), ("YY", "REAL"), ("ZZ", "REAL"), ("TopDia", "REAL"), ("Order", "INT")];
+
+/// Writes the wood of a skeleton. Internode `I<n>` is segment n - 1. Fruit sites, leaves and the segments' turn about
+/// their own axes have no place in the file.
+pub fn write(skeleton: &Skeleton) -> String {
+    let lines = lines(skeleton);
+    // One column for the plant and the trunk, one more for each branching, and at least one.
+    let columns = 1 + lines.iter().map(|line| line.column).max().unwrap_or(0);
+    let mut text = HEAD.to_owned();
+    let mut put = |line: std::fmt::Arguments| {
+        text.write_fmt(line).unwrap_or_else(|e| unreachable!("a string takes all text: {e}"));
+    };
+    for (name, kind) in FEATURES {
+        put(format_args!("{name}\t{kind}\n"));
+    }
+    put(format_args!("\nMTG:\nENTITY-CODE{}", "\t".repeat(columns - 1)));
+    for (name, _) in FEATURES {
+        put(format_args!("\t{name}"));
+    }
+    put(format_args!("\n/P1\n"));
+    for Line { segment, column, edge } in lines {
+        let Segment { radius, order, .. } = skeleton.segments[segment];
+        let tip = skeleton.segments[segment].p_tip_world();
+        let (before, after) = ("\t".repeat(column), "\t".repeat(columns - column));
+        put(format_args!("{before}{edge}I{}{after}", segment + 1));
+        put(format_args!("{:?}\t{:?}\t{:?}\t{:?}\t{order}\n", tip.x, tip.y, tip.z, 2.0 * radius));
+    }
+    text
+}
+
+const HEAD: &str = "CODE:\tFORM-A
+
+CLASSES:
+SYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION
+$\t0\tFREE\tFREE\tIMPLICIT
+P\t1\tFREE\tFREE\tEXPLICIT
+I\t2\tFREE\tFREE\tEXPLICIT
+
+DESCRIPTION:
+LEFT\tRIGHT\tRELTYPE\tMAX
+I\tI\t+\t?
+I\tI\t<\t?
+
+FEATURES:
+NAME\tTYPE
+";
+
+struct Line {
+    segment: usize,
+    column: usize,
+    edge: &'static str,
+}
+
+/// The segments axis by axis: what branches off a segment stands between it and its successor, a column further in.
+fn lines(skeleton: &Skeleton) -> Vec<Line> {
+    let children = skeleton.children();
+    let roots = (0..skeleton.segments.len()).rev().filter(|&i| skeleton.segments[i].parent.is_none());
+    let mut open: Vec<Line> = roots.map(|segment| Line { segment, column: 0, edge: "^/" }).collect();
+    let mut lines = Vec::with_capacity(skeleton.segments.len());
+    while let Some(line) = open.pop() {
+        let order = |i: usize| skeleton.segments[i].order;
+        let branches = &children[line.segment];
+        let successor = branches.iter().copied().find(|&i| order(i) == order(line.segment));
+        if let Some(segment) = successor {
+            open.push(Line { segment, column: line.column, edge: "^<" });
+        }
+        for &segment in branches.iter().rev().filter(|&&i| Some(i) != successor) {
+            open.push(Line { segment, column: line.column + 1, edge: "+" });
+        }
+        lines.push(line);
+    }
+    lines
+}

@@ -1,0 +1,70 @@
+//! `cargo xtask read-back`: exported trees read by tools that nobody here wrote.
+
+use std::path::PathBuf;
+
+use orchard_bench::store::{write_bytes, write_json};
+use orchard_spec::Spec;
+use serde::Serialize;
+
+use crate::bare_tree::BareTree;
+use crate::export_tree::Format;
+use crate::failure::Failure;
+use crate::python::{self, Verdict};
+
+/// Reads exported trees back with mujoco, yourdfpy, usd-core and trimesh and compares them with their skeletons.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Needs python3 with venv, and the network on the first run: packages go into target/exchange/venv.\n\
+                  Where they cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails."
+)]
+pub struct Args {}
+
+/// Folder of the script and of what the last run wrote.
+const SUITE: &str = "exchange";
+/// Seeds and trees that are compared.
+const TREES: [(u64, u32); 2] = [(20250704, 0), (2, 3)];
+/// The formats that have a reader.
+const FORMATS: [Format; 5] = [Format::Json, Format::Mjcf, Format::Urdf, Format::Usd, Format::Gltf];
+
+/// What the Python side reads.
+#[derive(Serialize)]
+struct Case {
+    /// Stem of the files' names.
+    name: String,
+    /// Density of the wood [kg/m^3].
+    density: f64,
+}
+
+pub fn run(_: &Args) -> Result<(), Failure> {
+    if let Verdict::Skipped(reason) = read_back()? {
+        eprintln!("SKIPPED: exported trees are not read back: {reason}");
+    }
+    Ok(())
+}
+
+/// Exports and compares, or tells why it cannot.
+pub fn read_back() -> Result<Verdict, Failure> {
+    let environment = match python::environment(SUITE)? {
+        Ok(environment) => environment,
+        Err(skipped) => return Ok(skipped),
+    };
+    let spec = Spec::paper();
+    let cases = TREES.map(|(seed, tree)| write_case(&spec, seed, tree));
+    let cases = cases.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    environment.compare("read_back.py", &cases)?;
+    Ok(Verdict::Agreed)
+}
+
+fn write_case(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<PathBuf> {
+    let folder = python::folder(SUITE);
+    let tree = BareTree::new(spec, seed, world)?;
+    for format in FORMATS {
+        write_bytes(
+            &folder.join(format!("{}.{}", tree.name, format.extension())),
+            &format.write(&tree, spec)?,
+        )?;
+    }
+    let file = folder.join(format!("{}.case", tree.name));
+    write_json(&file, &Case { name: tree.name, density: spec.wood.density.si() })?;
+    Ok(file)
+}
