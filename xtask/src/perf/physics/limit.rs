@@ -5,6 +5,7 @@
 //! is measured: as many independent chains of products and sums as keep the pipelines full.
 
 use orchard_batch::TreeWorld;
+use orchard_treephys::TreeBody;
 use pulp::{Simd, WithSimd};
 
 use crate::perf::timing::cpu_time;
@@ -30,14 +31,18 @@ const PEAK_ROUNDS: usize = 5;
 
 /// Floating-point operations of a substep of a world.
 pub fn operations(world: &TreeWorld) -> f64 {
-    let plant = world.plant();
-    let links = plant.tree.len();
+    operations_of(&world.plant().tree, world.plant().fruit.len())
+}
+
+/// Floating-point operations of a substep of a tree with so many fruit, without contacts.
+pub fn operations_of(tree: &TreeBody, fruit: usize) -> f64 {
+    let links = tree.len();
     // Every link but the root is a child; the first of each parent needs no addition.
-    let mut parents: Vec<usize> = plant.tree.parent.iter().flatten().copied().collect();
+    let mut parents: Vec<usize> = tree.parent.iter().flatten().copied().collect();
     let children = parents.len();
     parents.sort_unstable();
     parents.dedup();
-    (links * LINK + (children - parents.len()) * SIBLING + plant.fruit.len() * FRUIT) as f64
+    (links * LINK + (children - parents.len()) * SIBLING + fruit * FRUIT) as f64
 }
 
 /// Peak rates of one core [operations/s].

@@ -11,6 +11,7 @@ use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 use rayon::prelude::*;
 
 use super::forest::{Planting, kick};
+use super::limit::operations_of;
 use super::peer::Watched;
 
 /// The capsule: upright, over the canopy's whole height, so heavy that wood does not slow it. A thinner one slips
@@ -166,6 +167,11 @@ impl PushedTree {
     pub fn losses(&self) -> (usize, usize) {
         let loose = self.data.tethered.iter().filter(|tethered| !**tethered).count();
         (self.rupture.breaks().len(), loose)
+    }
+
+    /// Floating-point operations of a substep without contacts.
+    pub fn operations(&self) -> f64 {
+        operations_of(&self.tree, self.fruit.len())
     }
 
     /// The model at its present state for MuJoCo.
