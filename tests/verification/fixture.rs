@@ -1,10 +1,7 @@
 //! Wood alone in a world, without a robot.
 
 use orchard_geometry::{Vec3, rotation_from_z, transform};
-use orchard_multibody::{
-    ContactPath, Data, Groups, Integrator, Model, ModelBuilder, Solver, StepReport, StepSettings,
-    equilibrium, step,
-};
+use orchard_multibody::{Data, Groups, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step};
 use orchard_spec::Spec;
 use orchard_spec::wood::{JointLaw, WoodSpec};
 use orchard_treegen::{Segment, Skeleton};
@@ -61,15 +58,7 @@ impl Wood {
         let mut data = Data::new(&model);
         tree.reset(&model, &mut data, &spec);
         let sim = Spec::paper().sim;
-        let settings = StepSettings {
-            h: sim.substep(),
-            gravity: Vec3::zeros(),
-            contact_dissipation_time: sim.contact_dissipation_time.si(),
-            contact_margin: sim.contact_margin.si(),
-            integrator: Integrator::LinearlyImplicitEuler,
-            solver: Solver::default(),
-            contact_path: ContactPath::default(),
-        };
+        let settings = StepSettings { gravity: Vec3::zeros(), ..orchard_treephys::step_settings(&sim) };
         Self { spec, skeleton, model, data, tree, settings }
     }
 
