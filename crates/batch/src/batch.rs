@@ -1,5 +1,6 @@
 //! Many worlds, tile by tile.
 
+use crate::fault::Status;
 use crate::isa::Isa;
 use crate::tile::{BatchEvent, Tile};
 use crate::tree_world::TreeWorld;
@@ -106,6 +107,13 @@ impl Batch {
         let mut events: Vec<BatchEvent> = self.tiles.iter_mut().flat_map(Tile::drain_events).collect();
         events.sort_unstable();
         events
+    }
+
+    /// Whether a world runs. One that is found to be non-finite at the end of a frame is reported by that frame's
+    /// events and stands still from then on: it takes no more inputs, and [`Self::store`] gives what was found.
+    pub fn status(&self, world: usize) -> Status {
+        let (tile, lane) = self.places[world];
+        self.tiles[tile].status(lane)
     }
 
     /// Writes a world's state into the f64 state of its model: joints, fruit, tethers, and the springs, dampers

@@ -1,6 +1,6 @@
 //! Which vector instructions to use, found out at run time.
 
-use crate::kernel::Work;
+use crate::kernel::{Baseline, Found, Instructions, Work};
 use pulp::Simd;
 
 /// A set of vector instructions.
@@ -15,17 +15,25 @@ pub enum Isa {
     /// x86-64 with AVX2 and fused multiply-add: 8 worlds.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// x86-64 up to SSE 4.2: 4 worlds.
+    /// Any x86-64: 4 worlds.
     #[cfg(target_arch = "x86_64")]
-    Sse4,
-    /// ARM with NEON: 4 worlds.
+    Sse2,
+    /// ARM with NEON, fused: 4 worlds.
     #[cfg(target_arch = "aarch64")]
     Neon,
-    /// Any processor: 1 world.
+    /// The code of SSE2 on another processor, with what all of its kind have (NEON on ARM): 4 worlds.
+    #[cfg(not(target_arch = "x86_64"))]
     Portable,
 }
 
 impl Isa {
+    /// What every processor of the target has.
+    #[cfg(target_arch = "x86_64")]
+    pub const BASELINE: Self = Self::Sse2;
+    /// What every processor of the target has.
+    #[cfg(not(target_arch = "x86_64"))]
+    pub const BASELINE: Self = Self::Portable;
+
     /// What this processor has, fastest first.
     pub fn available() -> Vec<Self> {
         let mut available = Vec::new();
@@ -37,15 +45,12 @@ impl Isa {
             if pulp::x86::V3::is_available() {
                 available.push(Self::Avx2);
             }
-            if pulp::x86::V2::is_available() {
-                available.push(Self::Sse4);
-            }
         }
         #[cfg(target_arch = "aarch64")]
         if pulp::aarch64::Neon::is_available() {
             available.push(Self::Neon);
         }
-        available.push(Self::Portable);
+        available.push(Self::BASELINE);
         available
     }
 
@@ -59,11 +64,9 @@ impl Isa {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 | Self::Avx2 => true,
-            #[cfg(target_arch = "x86_64")]
-            Self::Sse4 => false,
             #[cfg(target_arch = "aarch64")]
             Self::Neon => true,
-            Self::Portable => false,
+            Self::BASELINE => Baseline::IS_FUSED,
         }
     }
 
@@ -71,14 +74,12 @@ impl Isa {
     pub fn lanes(self) -> usize {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => pulp::x86::V4::F32_LANES,
+            Self::Avx512 => pulp::x86::V4::LANES,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => pulp::x86::V3::F32_LANES,
-            #[cfg(target_arch = "x86_64")]
-            Self::Sse4 => pulp::x86::V2::F32_LANES,
+            Self::Avx2 => pulp::x86::V3::LANES,
             #[cfg(target_arch = "aarch64")]
-            Self::Neon => pulp::aarch64::Neon::F32_LANES,
-            Self::Portable => pulp::Scalar::F32_LANES,
+            Self::Neon => pulp::aarch64::Neon::LANES,
+            Self::BASELINE => Baseline::LANES,
         }
     }
 
@@ -86,18 +87,16 @@ impl Isa {
     ///
     /// # Panics
     /// If the processor does not have it: a batch is only made with one that it has.
-    pub(crate) fn run(self, work: Work) -> bool {
+    pub(crate) fn run(self, work: Work) -> Found {
         const MISSING: &str = "a batch is made with instructions that the processor has";
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => Simd::vectorize(pulp::x86::V4::try_new().expect(MISSING), work),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => Simd::vectorize(pulp::x86::V3::try_new().expect(MISSING), work),
-            #[cfg(target_arch = "x86_64")]
-            Self::Sse4 => Simd::vectorize(pulp::x86::V2::try_new().expect(MISSING), work),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => Simd::vectorize(pulp::aarch64::Neon::try_new().expect(MISSING), work),
-            Self::Portable => Simd::vectorize(pulp::Scalar, work),
+            Self::BASELINE => work.with(Baseline),
         }
     }
 }

@@ -1,7 +1,9 @@
 //! What a world in a lane has of its own: its plant, and the f64 rules of breaking.
 
+use crate::fault::{Quarantine, Status};
 use crate::ground::{Ball, DebrisTip};
 use crate::schedule::Walk;
+use crate::tile::Remains;
 use crate::tree_world::{Plant, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::contact::in_series;
@@ -47,6 +49,8 @@ pub(crate) struct LaneWorld {
     pub debris: Vec<DebrisTip>,
     /// The f64 state that the rules of breaking work on; there from the first break.
     shadow: Option<Box<Data>>,
+    /// When and why it was stopped, and its numbers then.
+    stopped: Option<(Quarantine, Remains)>,
 }
 
 impl LaneWorld {
@@ -67,7 +71,39 @@ impl LaneWorld {
             loose: Vec::new(),
             debris: Vec::new(),
             shadow,
+            stopped: None,
         }
+    }
+
+    /// Whether it has not been stopped.
+    pub fn is_running(&self) -> bool {
+        self.stopped.is_none()
+    }
+
+    /// Whether it has joints whose dampers follow their rates.
+    pub fn is_braking(&self) -> bool {
+        self.is_running() && !self.broken_rows.is_empty()
+    }
+
+    pub fn status(&self) -> Status {
+        self.stopped.as_ref().map_or(Status::Running, |(quarantine, _)| Status::Quarantined(*quarantine))
+    }
+
+    /// Stops it for good.
+    pub fn quarantine(&mut self, quarantine: Quarantine, remains: Remains) {
+        self.stopped = Some((quarantine, remains));
+    }
+
+    /// The numbers of a world that was stopped.
+    pub fn remains(&self) -> Option<&Remains> {
+        self.stopped.as_ref().map(|(_, remains)| remains)
+    }
+
+    /// A fruit of a running world whose spin, which is in no vector, is not finite.
+    pub fn bad_spin(&self) -> Option<usize> {
+        let is_bad = |ball: &Ball| !ball.w_world.iter().all(|x| x.is_finite());
+        let found = self.loose.iter().find(|(_, ball)| is_bad(ball)).filter(|_| self.is_running())?;
+        Some(found.0)
     }
 
     /// The f64 state, to be brought up to date and given back.

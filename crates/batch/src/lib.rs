@@ -21,6 +21,7 @@
 //! ```
 
 mod batch;
+mod fault;
 mod ground;
 mod isa;
 mod kernel;
@@ -31,6 +32,7 @@ mod tile;
 mod tree_world;
 
 pub use batch::{Batch, BatchError};
+pub use fault::{Fault, Quarantine, Status};
 pub use isa::Isa;
 pub use tile::BatchEvent;
 pub use tree_world::{Plant, TreeEvent, TreeWorld, TreeWorldError};

@@ -2,9 +2,13 @@
 
 mod breaking;
 mod load;
+mod quarantine;
 
+pub(crate) use quarantine::Remains;
+
+use crate::fault::Status;
 use crate::isa::Isa;
-use crate::kernel::{Numbers, Phase, Step, Work};
+use crate::kernel::{Found, Numbers, Phase, Step, Work};
 use crate::lane_world::LaneWorld;
 use crate::layout::{fruit, limit, link, work};
 use crate::schedule::{Schedule, Walk};
@@ -86,7 +90,7 @@ impl Tile {
             frame: 0,
             events: Vec::new(),
         };
-        tile.pad();
+        (0..lanes).for_each(|lane| tile.pad(lane));
         for (lane, ((&(index, world), walk), fruit_at)) in worlds.iter().zip(walks).zip(fruit_at).enumerate()
         {
             let mut fruit_row = vec![0; world.plant().fruit.len()];
@@ -105,8 +109,16 @@ impl Tile {
         &mut self.numbers.stem_limits.as_mut_slice()[(fruit_row * limit::FIELDS + field) * self.lanes + lane]
     }
 
+    /// Whether a lane's world runs.
+    pub fn status(&self, lane: usize) -> Status {
+        self.worlds[lane].status()
+    }
+
     /// Sets the external force [N] and torque [N m] on a link, at and about its centre of mass.
     pub fn push(&mut self, lane: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
+        if !self.worlds[lane].is_running() {
+            return;
+        }
         let Some(row) = self.worlds[lane].walk.links.iter().position(|link| *link == segment) else { return };
         self.pushes.retain(|push| (push.row, push.lane) != (row, lane));
         if !self.worlds[lane].rupture.is_debris(segment) {
@@ -117,6 +129,9 @@ impl Tile {
 
     /// Sets the external force on a fruit [N].
     pub fn pull(&mut self, lane: usize, fruit_index: usize, force_world: Vec3) {
+        if !self.worlds[lane].is_running() {
+            return;
+        }
         let row = self.worlds[lane].fruit_row[fruit_index];
         for k in 0..3 {
             *self.fruit_mut(row, fruit::FORCE + k, lane) = force_world[k] as f32;
@@ -138,8 +153,12 @@ impl Tile {
                 self.push_links();
             }
             self.frame += 1;
+            let found = self.work(Phase::Test);
+            if found.non_finite || self.worlds.iter().any(|world| world.bad_spin().is_some()) {
+                self.quarantine();
+            }
             // Rarely is anything over a limit, or was it so a frame ago.
-            if self.work(Phase::Test) || self.is_counting {
+            if found.over_limit || self.is_counting {
                 self.is_counting = false;
                 self.snap();
                 self.detach();
@@ -147,7 +166,7 @@ impl Tile {
         }
     }
 
-    fn work(&mut self, phase: Phase) -> bool {
+    fn work(&mut self, phase: Phase) -> Found {
         self.isa.run(Work { numbers: &mut self.numbers, step: self.step, phase })
     }
 
@@ -178,16 +197,26 @@ impl Tile {
         self.numbers.bytes() + size_of::<u32>() * counts
     }
 
+    /// A number of a lane's world, quarantined or not.
     fn link(&self, row: usize, field: usize, lane: usize) -> f32 {
-        self.numbers.links.as_slice()[(row * link::FIELDS + field) * self.lanes + lane]
+        let at = row * link::FIELDS + field;
+        match self.worlds[lane].remains() {
+            Some(remains) => remains.links[at],
+            None => self.numbers.links.as_slice()[at * self.lanes + lane],
+        }
     }
 
     fn link_mut(&mut self, row: usize, field: usize, lane: usize) -> &mut f32 {
         &mut self.numbers.links.as_mut_slice()[(row * link::FIELDS + field) * self.lanes + lane]
     }
 
+    /// Likewise.
     fn fruit(&self, row: usize, field: usize, lane: usize) -> f32 {
-        self.numbers.fruit.as_slice()[(row * fruit::FIELDS + field) * self.lanes + lane]
+        let at = row * fruit::FIELDS + field;
+        match self.worlds[lane].remains() {
+            Some(remains) => remains.fruit[at],
+            None => self.numbers.fruit.as_slice()[at * self.lanes + lane],
+        }
     }
 
     fn fruit_mut(&mut self, row: usize, field: usize, lane: usize) -> &mut f32 {

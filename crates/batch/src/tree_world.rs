@@ -1,5 +1,6 @@
 //! One tree with its fruit and nothing else, in f64: what a batch is made of and held against.
 
+use crate::fault::Fault;
 use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, RestRule, Touch, place};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
@@ -56,6 +57,11 @@ pub enum TreeEvent {
     Detached {
         /// Index of the fruit.
         fruit: usize,
+    },
+    /// The world is no longer finite and stands still from now on. Only a batch looks for it.
+    Quarantined {
+        /// What was found.
+        fault: Fault,
     },
 }
 

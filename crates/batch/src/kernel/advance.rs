@@ -1,13 +1,13 @@
 //! Velocity changes and the new state, root to tips.
 
+use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, axpy, cross_add, dot, load3, store3};
 use super::{Step, View, gather};
 use crate::layout::{change, fruit, fruit_work, link, tip_motion, work};
 use crate::schedule::NO_SLOT;
-use pulp::Simd;
 
 #[inline(always)]
-pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
+pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>, step: Step) {
     let View { rows, sources, masks, links, work, fruit, fruit_work, changes, tip_motion, .. } = view;
     // Two slots beyond those of the schedule.
     let Some((scratch, changes)) = changes.split_last_mut() else { return };
@@ -32,19 +32,19 @@ pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
 }
 
 /// Change of a link's velocity in the substep, at its tip.
-struct Moved<S: Simd> {
+struct Moved<S: Instructions> {
     turn: Lane3<S>,
     shift: Lane3<S>,
 }
 
-impl<S: Simd> Moved<S> {
+impl<S: Instructions> Moved<S> {
     /// The joint's new rates and angles.
     #[inline(always)]
     fn new(
         simd: S,
-        link: &mut [S::f32s; link::FIELDS],
-        work: &[S::f32s; work::FIELDS],
-        parent: &[S::f32s; change::FIELDS],
+        link: &mut [S::Vector; link::FIELDS],
+        work: &[S::Vector; work::FIELDS],
+        parent: &[S::Vector; change::FIELDS],
         step: Step,
     ) -> Self {
         let h = Lane::splat(simd, step.h);
@@ -69,10 +69,10 @@ impl<S: Simd> Moved<S> {
 
 /// The new state of a fruit, its stem's end having moved with the link.
 #[inline(always)]
-fn fruit_advance<S: Simd>(
+fn fruit_advance<S: Instructions>(
     simd: S,
-    fruit: &mut [S::f32s; fruit::FIELDS],
-    left: &[S::f32s; fruit_work::FIELDS],
+    fruit: &mut [S::Vector; fruit::FIELDS],
+    left: &[S::Vector; fruit_work::FIELDS],
     moved: &Moved<S>,
     step: Step,
 ) {

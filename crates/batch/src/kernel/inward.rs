@@ -1,16 +1,16 @@
 //! Elimination of the joints, tips to root.
 
 use super::View;
+use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, axmy, cross_add, dot, dot_add, load3, scale, store3, sub};
 use crate::layout::{fruit_work, link, load, prop, work};
 use crate::schedule::{NO_SLOT, Row, Source};
-use pulp::Simd;
 
 /// Places of the entries of a symmetric matrix.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 #[inline(always)]
-pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>) {
+pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>) {
     let View { rows, sources, masks, links, work, fruit_work, loads, props, .. } = view;
     // Three slots beyond those of the schedule.
     let (nothing, scratch, delivered) = (loads.len() - 3, loads.len() - 2, loads.len() - 1);
@@ -49,12 +49,12 @@ pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>) {
 
 /// Brings what is delivered to the slots of the row's parents.
 #[inline(always)]
-fn scatter<S: Simd>(
+fn scatter<S: Instructions>(
     simd: S,
     row: &Row,
     sources: &[Source],
-    masks: &[S::f32s],
-    loads: &mut [[S::f32s; load::FIELDS]],
+    masks: &[S::Vector],
+    loads: &mut [[S::Vector; load::FIELDS]],
     delivered: usize,
 ) {
     let (first, count) = row.sources;
@@ -76,7 +76,12 @@ fn scatter<S: Simd>(
 
 /// Adds `-m [r][r]`, `m [r]`, `m 1`.
 #[inline(always)]
-fn add_point_mass<S: Simd>(simd: S, load: &mut [S::f32s; load::FIELDS], mass: Lane<S>, r: Lane3<S>) {
+fn add_point_mass<S: Instructions>(
+    simd: S,
+    load: &mut [S::Vector; load::FIELDS],
+    mass: Lane<S>,
+    r: Lane3<S>,
+) {
     let mr = scale(mass, r);
     let square = dot(mr, r);
     for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
@@ -97,7 +102,7 @@ fn add_point_mass<S: Simd>(simd: S, load: &mut [S::f32s; load::FIELDS], mass: La
 
 /// Adds what the ground does to the tip.
 #[inline(always)]
-fn prop_up<S: Simd>(simd: S, load: &mut [S::f32s; load::FIELDS], prop: &[S::f32s; prop::FIELDS]) {
+fn prop_up<S: Instructions>(simd: S, load: &mut [S::Vector; load::FIELDS], prop: &[S::Vector; prop::FIELDS]) {
     for (to, from) in [
         (load::LINEAR, prop::ACROSS),
         (load::LINEAR + 3, prop::ACROSS),
@@ -112,26 +117,26 @@ fn prop_up<S: Simd>(simd: S, load: &mut [S::f32s; load::FIELDS], prop: &[S::f32s
 
 /// Rows of a matrix from its columns, times a vector: the transpose's product.
 #[inline(always)]
-fn by_columns<S: Simd>(columns: &[Lane3<S>; 3], a: Lane3<S>) -> Lane3<S> {
+fn by_columns<S: Instructions>(columns: &[Lane3<S>; 3], a: Lane3<S>) -> Lane3<S> {
     [dot(columns[0], a), dot(columns[1], a), dot(columns[2], a)]
 }
 
 /// A symmetric matrix times a vector.
 #[inline(always)]
-fn symmetric<S: Simd>(m: &[Lane<S>; 6], a: Lane3<S>) -> Lane3<S> {
+fn symmetric<S: Instructions>(m: &[Lane<S>; 6], a: Lane3<S>) -> Lane3<S> {
     [dot([m[0], m[1], m[2]], a), dot([m[1], m[3], m[4]], a), dot([m[2], m[4], m[5]], a)]
 }
 
 /// Component i of d x r, added to c.
 #[inline(always)]
-fn cross_at<S: Simd>(i: usize, d: Lane3<S>, r: Lane3<S>, c: Lane<S>) -> Lane<S> {
+fn cross_at<S: Instructions>(i: usize, d: Lane3<S>, r: Lane3<S>, c: Lane<S>) -> Lane<S> {
     let (j, k) = ((i + 1) % 3, (i + 2) % 3);
     d[j].mul_add(r[k], d[k].take_from(r[j], c))
 }
 
 /// Entry i, j of J' = J + [d] H^T - H' [d].
 #[inline(always)]
-fn moved<S: Simd>(
+fn moved<S: Instructions>(
     i: usize,
     j: usize,
     d: Lane3<S>,
@@ -150,8 +155,8 @@ const fn place(i: usize, j: usize) -> usize {
 
 /// An entry of A - G G^T or of P - G L^-1 y.
 #[inline(always)]
-fn deliver<S: Simd, const ADD: bool>(
-    to: &mut S::f32s,
+fn deliver<S: Instructions, const ADD: bool>(
+    to: &mut S::Vector,
     value: Lane<S>,
     (g_1, h_1): (Lane<S>, Lane<S>),
     (g_2, h_2): (Lane<S>, Lane<S>),
@@ -162,18 +167,18 @@ fn deliver<S: Simd, const ADD: bool>(
 
 /// What a link bears at its tip and half its own mass there, moved to its origin, with what the two halves leave over:
 /// M, H' = H + [d] M, J' = J + [d] H^T - H' [d].
-struct Borne<S: Simd> {
+struct Borne<S: Instructions> {
     m: [Lane<S>; 6],
     coupling: [Lane3<S>; 3],
     angular: [Lane<S>; 6],
 }
 
-impl<S: Simd> Borne<S> {
+impl<S: Instructions> Borne<S> {
     // (Spelt out: `array::map` is not inlined into code for other instructions.)
     #[inline(always)]
     fn new(
         simd: S,
-        from: &[S::f32s; load::FIELDS],
+        from: &[S::Vector; load::FIELDS],
         d: Lane3<S>,
         half_mass: Lane<S>,
         across: Lane<S>,
@@ -230,7 +235,7 @@ impl<S: Simd> Borne<S> {
 
 /// [`by_columns`] of the coupling of a link that bears nothing, rounded likewise.
 #[inline(always)]
-fn alone_by_columns<S: Simd>(dm: Lane3<S>, a: Lane3<S>) -> Lane3<S> {
+fn alone_by_columns<S: Instructions>(dm: Lane3<S>, a: Lane3<S>) -> Lane3<S> {
     [
         dm[2].mul_add(a[1], -(dm[1] * a[2])),
         dm[2].take_from(a[0], dm[0] * a[2]),
@@ -243,12 +248,12 @@ fn alone_by_columns<S: Simd>(dm: Lane3<S>, a: Lane3<S>) -> Lane3<S> {
 /// `ALONE` if the link bears nothing; `from` is not read then. Entries of the matrix are used as soon as they are known, so
 /// that few have to wait in memory.
 #[inline(always)]
-fn eliminate<S: Simd, const ADD: bool, const ALONE: bool>(
+fn eliminate<S: Instructions, const ADD: bool, const ALONE: bool>(
     simd: S,
-    from: &[S::f32s; load::FIELDS],
-    link: &[S::f32s; link::FIELDS],
-    work: &mut [S::f32s; work::FIELDS],
-    to: &mut [S::f32s; load::FIELDS],
+    from: &[S::Vector; load::FIELDS],
+    link: &[S::Vector; link::FIELDS],
+    work: &mut [S::Vector; work::FIELDS],
+    to: &mut [S::Vector; load::FIELDS],
 ) {
     let number = |field: usize| Lane::load(simd, link[field]);
     let d = load3(simd, &work[work::D..]);

@@ -1,118 +1,103 @@
 //! A vector of f32, one entry a world, with operators; three of them make a vector in space.
 
-use pulp::Simd;
+use super::instructions::Instructions;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// One number of every world in a tile.
 #[derive(Clone, Copy)]
-pub(crate) struct Lane<S: Simd> {
+pub(crate) struct Lane<S: Instructions> {
     simd: S,
     /// The register.
-    pub value: S::f32s,
+    pub value: S::Vector,
 }
 
 /// A vector in space of every world in a tile.
 pub(crate) type Lane3<S> = [Lane<S>; 3];
 
 macro_rules! binary {
-    ($trait:ident, $name:ident, $method:ident) => {
-        impl<S: Simd> $trait for Lane<S> {
+    ($trait:ident, $method:ident) => {
+        impl<S: Instructions> $trait for Lane<S> {
             type Output = Self;
             #[inline(always)]
-            fn $name(self, other: Self) -> Self {
+            fn $method(self, other: Self) -> Self {
                 Self { simd: self.simd, value: self.simd.$method(self.value, other.value) }
             }
         }
     };
 }
-binary!(Add, add, add_f32s);
-binary!(Sub, sub, sub_f32s);
-binary!(Mul, mul, mul_f32s);
-binary!(Div, div, div_f32s);
+binary!(Add, add);
+binary!(Sub, sub);
+binary!(Mul, mul);
+binary!(Div, div);
 
-impl<S: Simd> Neg for Lane<S> {
+impl<S: Instructions> Neg for Lane<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { simd: self.simd, value: self.simd.neg_f32s(self.value) }
+        Self { simd: self.simd, value: self.simd.neg(self.value) }
     }
 }
 
-impl<S: Simd> Lane<S> {
+impl<S: Instructions> Lane<S> {
     /// The same number in every world.
     #[inline(always)]
     pub fn splat(simd: S, number: f32) -> Self {
-        Self { simd, value: simd.splat_f32s(number) }
+        Self { simd, value: simd.splat(number) }
     }
 
     /// From memory.
     #[inline(always)]
-    pub fn load(simd: S, value: S::f32s) -> Self {
+    pub fn load(simd: S, value: S::Vector) -> Self {
         Self { simd, value }
     }
 
     /// From memory, for use with `self`.
     #[inline(always)]
-    pub fn beside(self, value: S::f32s) -> Self {
+    pub fn beside(self, value: S::Vector) -> Self {
         Self { simd: self.simd, value }
     }
-
-    /// Whether a product and sum are rounded once. Not on SSE and on the portable path, where pulp would go
-    /// through a library call for each lane.
-    const IS_FUSED: bool = S::F32_LANES > 4 || (cfg!(target_arch = "aarch64") && S::F32_LANES > 1);
 
     /// `self * b + c`, with one rounding where the processor has such an instruction.
     #[inline(always)]
     pub fn mul_add(self, b: Self, c: Self) -> Self {
-        if !Self::IS_FUSED {
-            return self * b + c;
-        }
-        Self { simd: self.simd, value: self.simd.mul_add_e_f32s(self.value, b.value, c.value) }
+        Self { simd: self.simd, value: self.simd.mul_add(self.value, b.value, c.value) }
     }
 
     /// `c - self * b`, likewise.
     #[inline(always)]
     pub fn take_from(self, b: Self, c: Self) -> Self {
-        if !Self::IS_FUSED {
-            return c - self * b;
-        }
-        Self { simd: self.simd, value: self.simd.negate_mul_add_e_f32s(self.value, b.value, c.value) }
+        Self { simd: self.simd, value: self.simd.take_from(self.value, b.value, c.value) }
     }
 
     /// `self` in the worlds where the bits of `mask` are set, elsewhere 0.
     #[inline(always)]
-    pub fn only(self, mask: S::f32s) -> Self {
+    pub fn only(self, mask: S::Vector) -> Self {
         let simd = self.simd;
-        let bits = simd.and_u32s(simd.transmute_u32s_f32s(mask), simd.transmute_u32s_f32s(self.value));
-        Self { simd, value: simd.transmute_f32s_u32s(bits) }
+        Self { simd, value: simd.vector(simd.and(simd.bits(mask), simd.bits(self.value))) }
     }
 
     /// `self` in some worlds, elsewhere `otherwise`.
     #[inline(always)]
-    pub fn where_true(self, worlds: S::m32s, otherwise: Self) -> Self {
-        let simd = self.simd;
-        // As bits: pulp's selection of floats is not always inlined.
-        let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
-        let chosen = simd.select_u32s(worlds, bits(self), bits(otherwise));
-        Self { simd, value: simd.transmute_f32s_u32s(chosen) }
+    pub fn where_true(self, worlds: S::Worlds, otherwise: Self) -> Self {
+        Self { simd: self.simd, value: self.simd.select(worlds, self.value, otherwise.value) }
     }
 
     /// The worlds in which `self` is above `limit`.
     #[inline(always)]
-    fn above(self, limit: Self) -> S::m32s {
-        self.simd.greater_than_f32s(self.value, limit.value)
+    fn above(self, limit: Self) -> S::Worlds {
+        self.simd.above(self.value, limit.value)
     }
 
     /// Whether `self` is above `limit` in any world.
     #[inline(always)]
     pub fn any_above(self, limit: Self) -> bool {
-        self.simd.first_true_m32s(self.above(limit)) < S::F32_LANES
+        self.simd.any(self.above(limit))
     }
 
     /// Square root.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        Self { simd: self.simd, value: self.simd.sqrt_f32s(self.value) }
+        Self { simd: self.simd, value: self.simd.sqrt(self.value) }
     }
 
     /// `then` in the worlds where `self > limit`, elsewhere `otherwise`.
@@ -152,17 +137,17 @@ impl<S: Simd> Lane<S> {
         let (sine, cosine) = r.sin_cos_within_an_eighth();
 
         // Quarter turns as bits: an odd number swaps the two, the second bit turns the sign.
-        let bits = |lane: Self| simd.transmute_u32s_f32s(lane.value);
-        let lane = |bits| Self { simd, value: simd.transmute_f32s_u32s(bits) };
+        let bits = |lane: Self| simd.bits(lane.value);
+        let lane = |bits| Self { simd, value: simd.vector(bits) };
         let count = bits(shifted);
-        let (zero, one) = (simd.splat_u32s(0), simd.splat_u32s(1));
-        let (two, sign) = (simd.splat_u32s(2), simd.splat_u32s(1 << 31));
-        let is_odd = simd.sub_u32s(zero, simd.and_u32s(count, one));
-        let swap = simd.and_u32s(is_odd, simd.xor_u32s(bits(sine), bits(cosine)));
+        let (zero, one) = (simd.splat_bits(0), simd.splat_bits(1));
+        let (two, sign) = (simd.splat_bits(2), simd.splat_bits(1 << 31));
+        let is_odd = simd.sub_bits(zero, simd.and(count, one));
+        let swap = simd.and(is_odd, simd.xor(bits(sine), bits(cosine)));
         // 0 - 2 has the sign bit, 0 - 0 has not.
-        let sign_of = |count| simd.and_u32s(sign, simd.sub_u32s(zero, simd.and_u32s(count, two)));
-        let s = simd.xor_u32s(simd.xor_u32s(bits(sine), swap), sign_of(count));
-        let c = simd.xor_u32s(simd.xor_u32s(bits(cosine), swap), sign_of(simd.add_u32s(count, one)));
+        let sign_of = |count| simd.and(sign, simd.sub_bits(zero, simd.and(count, two)));
+        let s = simd.xor(simd.xor(bits(sine), swap), sign_of(count));
+        let c = simd.xor(simd.xor(bits(cosine), swap), sign_of(simd.add_bits(count, one)));
         (lane(s), lane(c))
     }
 }
@@ -170,12 +155,12 @@ impl<S: Simd> Lane<S> {
 /// Sine and cosine of two angles. Most joints bend by less than an eighth of a turn; the reduction by no quarter turn at
 /// all is exact, so that leaving it out changes no bit.
 #[inline(always)]
-pub(crate) fn sin_cos_pair<S: Simd>(a: Lane<S>, b: Lane<S>) -> [(Lane<S>, Lane<S>); 2] {
+pub(crate) fn sin_cos_pair<S: Instructions>(a: Lane<S>, b: Lane<S>) -> [(Lane<S>, Lane<S>); 2] {
     /// Just under pi/4.
     const EIGHTH: f32 = 0.785;
     let simd = a.simd;
-    let size = |x: Lane<S>| simd.abs_f32s(x.value);
-    let largest = Lane { simd, value: simd.max_f32s(size(a), size(b)) };
+    let size = |x: Lane<S>| simd.abs(x.value);
+    let largest = Lane { simd, value: simd.max(size(a), size(b)) };
     if largest.any_above(Lane::splat(simd, EIGHTH)) {
         [a.sin_cos(), b.sin_cos()]
     } else {
@@ -185,62 +170,62 @@ pub(crate) fn sin_cos_pair<S: Simd>(a: Lane<S>, b: Lane<S>) -> [(Lane<S>, Lane<S
 
 /// The worlds in which the bits of a mask are set.
 #[inline(always)]
-pub(crate) fn lanes_of<S: Simd>(simd: S, mask: S::f32s) -> S::m32s {
-    simd.equal_u32s(simd.transmute_u32s_f32s(mask), simd.splat_u32s(u32::MAX))
+pub(crate) fn lanes_of<S: Instructions>(simd: S, mask: S::Vector) -> S::Worlds {
+    simd.worlds(simd.bits(mask))
 }
 
 #[inline(always)]
-pub(crate) fn load3<S: Simd>(simd: S, from: &[S::f32s]) -> Lane3<S> {
+pub(crate) fn load3<S: Instructions>(simd: S, from: &[S::Vector]) -> Lane3<S> {
     [Lane::load(simd, from[0]), Lane::load(simd, from[1]), Lane::load(simd, from[2])]
 }
 
 #[inline(always)]
-pub(crate) fn store3<S: Simd>(to: &mut [S::f32s], v: Lane3<S>) {
+pub(crate) fn store3<S: Instructions>(to: &mut [S::Vector], v: Lane3<S>) {
     for (to, v) in to.iter_mut().zip(v) {
         *to = v.value;
     }
 }
 
 #[inline(always)]
-pub(crate) fn add<S: Simd>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
+pub(crate) fn add<S: Instructions>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn sub<S: Simd>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
+pub(crate) fn sub<S: Instructions>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn scale<S: Simd>(s: Lane<S>, v: Lane3<S>) -> Lane3<S> {
+pub(crate) fn scale<S: Instructions>(s: Lane<S>, v: Lane3<S>) -> Lane3<S> {
     [s * v[0], s * v[1], s * v[2]]
 }
 
 /// `s v + c`.
 #[inline(always)]
-pub(crate) fn axpy<S: Simd>(s: Lane<S>, v: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
+pub(crate) fn axpy<S: Instructions>(s: Lane<S>, v: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
     [s.mul_add(v[0], c[0]), s.mul_add(v[1], c[1]), s.mul_add(v[2], c[2])]
 }
 
 /// `c - s v`.
 #[inline(always)]
-pub(crate) fn axmy<S: Simd>(s: Lane<S>, v: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
+pub(crate) fn axmy<S: Instructions>(s: Lane<S>, v: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
     [s.take_from(v[0], c[0]), s.take_from(v[1], c[1]), s.take_from(v[2], c[2])]
 }
 
 #[inline(always)]
-pub(crate) fn dot<S: Simd>(a: Lane3<S>, b: Lane3<S>) -> Lane<S> {
+pub(crate) fn dot<S: Instructions>(a: Lane3<S>, b: Lane3<S>) -> Lane<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 /// `a . b + c`.
 #[inline(always)]
-pub(crate) fn dot_add<S: Simd>(a: Lane3<S>, b: Lane3<S>, c: Lane<S>) -> Lane<S> {
+pub(crate) fn dot_add<S: Instructions>(a: Lane3<S>, b: Lane3<S>, c: Lane<S>) -> Lane<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2].mul_add(b[2], c)))
 }
 
 #[inline(always)]
-pub(crate) fn cross<S: Simd>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
+pub(crate) fn cross<S: Instructions>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
     [
         a[1].mul_add(b[2], -(a[2] * b[1])),
         a[2].mul_add(b[0], -(a[0] * b[2])),
@@ -250,7 +235,7 @@ pub(crate) fn cross<S: Simd>(a: Lane3<S>, b: Lane3<S>) -> Lane3<S> {
 
 /// `a x b + c`.
 #[inline(always)]
-pub(crate) fn cross_add<S: Simd>(a: Lane3<S>, b: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
+pub(crate) fn cross_add<S: Instructions>(a: Lane3<S>, b: Lane3<S>, c: Lane3<S>) -> Lane3<S> {
     [
         a[1].mul_add(b[2], a[2].take_from(b[1], c[0])),
         a[2].mul_add(b[0], a[0].take_from(b[2], c[1])),
@@ -261,16 +246,23 @@ pub(crate) fn cross_add<S: Simd>(a: Lane3<S>, b: Lane3<S>, c: Lane3<S>) -> Lane3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::Baseline;
     use orchard_geometry::math;
 
+    /// Fused and not.
     #[test]
     fn sine_and_cosine() {
         let mut worst = 0.0_f64;
         for k in -40_000..40_000 {
             let angle = k as f32 * 1.234e-3;
-            let (s, c) = Lane::splat(pulp::Scalar, angle).sin_cos();
             let (s_exact, c_exact) = math::sin_cos(f64::from(angle));
-            worst = worst.max((f64::from(s.value) - s_exact).abs()).max((f64::from(c.value) - c_exact).abs());
+            let mut hold = |s: f32, c: f32| {
+                worst = worst.max((f64::from(s) - s_exact).abs()).max((f64::from(c) - c_exact).abs());
+            };
+            let (s, c) = Lane::splat(pulp::Scalar, angle).sin_cos();
+            hold(s.value, c.value);
+            let (s, c) = Lane::splat(Baseline, angle).sin_cos();
+            hold(s.value.to_array()[3], c.value.to_array()[3]);
         }
         // One unit in the last place of a number near 1, and the reduction's rest at 50 rad.
         assert!(worst < 1.5e-7, "{worst}");

@@ -5,6 +5,7 @@
 //! `orchard_multibody`, for universal joints, links that are symmetric about their own axis, and fruit on stems.
 
 mod advance;
+mod instructions;
 mod inward;
 mod lane;
 mod limits;
@@ -12,6 +13,7 @@ mod outward;
 
 use crate::layout::{Aligned, change, fruit, fruit_work, limit, link, load, prop, tip, tip_motion, work};
 use crate::schedule::{Row, Schedule, Source};
+pub(crate) use instructions::{Baseline, Instructions};
 use lane::{Lane, lanes_of};
 use pulp::{Simd, WithSimd, bytemuck};
 
@@ -29,10 +31,19 @@ pub(crate) struct Step {
 pub(crate) enum Phase {
     /// Kinematics and right-hand side of the present state.
     Start,
-    /// Whether a joint or a stem is over its limit.
+    /// The tests at the end of a frame.
     Test,
     /// Velocity change and new state, with its kinematics and right-hand side, from those of the last one.
     Advance,
+}
+
+/// What the tests at the end of a frame found in any world.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Found {
+    /// A joint or stem over its limit.
+    pub over_limit: bool,
+    /// A state that is no finite number, or whose square is none.
+    pub non_finite: bool,
 }
 
 /// The numbers of a tile.
@@ -128,44 +139,51 @@ pub(crate) struct Work<'a> {
 }
 
 impl WithSimd for Work<'_> {
-    /// The answer of a test; false of other phases.
-    type Output = bool;
+    type Output = Found;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
+    fn with_simd<S: Simd>(self, simd: S) -> Found {
+        self.with(simd)
+    }
+}
+
+impl Work<'_> {
+    /// Does it. Phases other than the test find nothing.
+    #[inline(always)]
+    pub fn with<S: Instructions>(self, simd: S) -> Found {
         let mut view = View::new(self.numbers);
         match self.phase {
             Phase::Start => outward::run(simd, &mut view, self.step),
-            Phase::Test => return limits::any_over(simd, &view),
+            Phase::Test => return limits::find(simd, &view),
             Phase::Advance => {
                 inward::run(simd, &mut view);
                 advance::run(simd, &mut view, self.step);
                 outward::run(simd, &mut view, self.step);
             }
         }
-        false
+        Found::default()
     }
 }
 
 /// The numbers of a tile as vectors.
-struct View<'a, S: Simd> {
+struct View<'a, S: Instructions> {
     rows: &'a [Row],
     sources: &'a [Source],
-    masks: &'a [S::f32s],
-    links: &'a mut [[S::f32s; link::FIELDS]],
-    work: &'a mut [[S::f32s; work::FIELDS]],
-    bend_limits: &'a [S::f32s],
-    stem_limits: &'a [[S::f32s; limit::FIELDS]],
-    fruit: &'a mut [[S::f32s; fruit::FIELDS]],
-    fruit_work: &'a mut [[S::f32s; fruit_work::FIELDS]],
-    tips: &'a mut [[S::f32s; tip::FIELDS]],
-    changes: &'a mut [[S::f32s; change::FIELDS]],
-    loads: &'a mut [[S::f32s; load::FIELDS]],
-    tip_motion: &'a mut [[S::f32s; tip_motion::FIELDS]],
-    props: &'a mut [[S::f32s; prop::FIELDS]],
+    masks: &'a [S::Vector],
+    links: &'a mut [[S::Vector; link::FIELDS]],
+    work: &'a mut [[S::Vector; work::FIELDS]],
+    bend_limits: &'a [S::Vector],
+    stem_limits: &'a [[S::Vector; limit::FIELDS]],
+    fruit: &'a mut [[S::Vector; fruit::FIELDS]],
+    fruit_work: &'a mut [[S::Vector; fruit_work::FIELDS]],
+    tips: &'a mut [[S::Vector; tip::FIELDS]],
+    changes: &'a mut [[S::Vector; change::FIELDS]],
+    loads: &'a mut [[S::Vector; load::FIELDS]],
+    tip_motion: &'a mut [[S::Vector; tip_motion::FIELDS]],
+    props: &'a mut [[S::Vector; prop::FIELDS]],
 }
 
-impl<'a, S: Simd> View<'a, S> {
+impl<'a, S: Instructions> View<'a, S> {
     #[inline(always)]
     fn new(numbers: &'a mut Numbers) -> Self {
         View {
@@ -173,7 +191,7 @@ impl<'a, S: Simd> View<'a, S> {
             sources: &numbers.schedule.sources,
             masks: bytemuck::cast_slice(numbers.masks.as_slice()),
             bend_limits: bytemuck::cast_slice(numbers.bend_limits.as_slice()),
-            stem_limits: bytemuck::cast_slice::<_, S::f32s>(numbers.stem_limits.as_slice()).as_chunks().0,
+            stem_limits: bytemuck::cast_slice::<_, S::Vector>(numbers.stem_limits.as_slice()).as_chunks().0,
             links: rows::<S, _>(numbers.links.as_mut_slice()),
             work: rows::<S, _>(numbers.work.as_mut_slice()),
             fruit: rows::<S, _>(numbers.fruit.as_mut_slice()),
@@ -188,19 +206,19 @@ impl<'a, S: Simd> View<'a, S> {
 }
 
 #[inline(always)]
-fn rows<S: Simd, const N: usize>(numbers: &mut [f32]) -> &mut [[S::f32s; N]] {
-    let vectors: &mut [S::f32s] = bytemuck::cast_slice_mut(numbers);
+fn rows<S: Instructions, const N: usize>(numbers: &mut [f32]) -> &mut [[S::Vector; N]] {
+    let vectors: &mut [S::Vector] = bytemuck::cast_slice_mut(numbers);
     vectors.as_chunks_mut().0
 }
 
 /// Puts what a row's parents have left in their slots together, each for its lanes.
 #[inline(always)]
-fn gather<S: Simd, const N: usize>(
+fn gather<S: Instructions, const N: usize>(
     simd: S,
     sources: &[Source],
-    masks: &[S::f32s],
-    slots: &[[S::f32s; N]],
-    parents: &mut [S::f32s; N],
+    masks: &[S::Vector],
+    slots: &[[S::Vector; N]],
+    parents: &mut [S::Vector; N],
 ) {
     match sources.len() {
         2 => merge::<S, N, 2>(simd, sources, masks, slots, parents),
@@ -217,12 +235,12 @@ fn gather<S: Simd, const N: usize>(
 
 /// The first `K` sources together, field by field, so that nothing half put together goes to memory.
 #[inline(always)]
-fn merge<S: Simd, const N: usize, const K: usize>(
+fn merge<S: Instructions, const N: usize, const K: usize>(
     simd: S,
     sources: &[Source],
-    masks: &[S::f32s],
-    slots: &[[S::f32s; N]],
-    parents: &mut [S::f32s; N],
+    masks: &[S::Vector],
+    slots: &[[S::Vector; N]],
+    parents: &mut [S::Vector; N],
 ) {
     let mut from = [&slots[sources[0].slot]; K];
     let mut is_here = [lanes_of(simd, masks[0]); K];

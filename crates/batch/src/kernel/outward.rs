@@ -1,15 +1,15 @@
 //! Kinematics and right-hand side, root to tips.
 
+use super::instructions::Instructions;
 use super::lane::{
     Lane, Lane3, add, axmy, axpy, cross, cross_add, dot, load3, scale, sin_cos_pair, store3, sub,
 };
 use super::{Step, View, gather};
 use crate::layout::{fruit, fruit_work, link, tip, tip_motion, work};
 use crate::schedule::NO_SLOT;
-use pulp::Simd;
 
 #[inline(always)]
-pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
+pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>, step: Step) {
     let View { rows, sources, masks, links, work, fruit, fruit_work, tips, tip_motion, .. } = view;
     // Two slots beyond those of the schedule.
     let Some((scratch, tips)) = tips.split_last_mut() else { return };
@@ -46,7 +46,7 @@ pub(super) fn run<S: Simd>(simd: S, view: &mut View<S>, step: Step) {
 }
 
 /// A link's state.
-struct Here<S: Simd> {
+struct Here<S: Instructions> {
     axes: [Lane3<S>; 3],
     w: Lane3<S>,
     /// Velocity, position and bias accelerations at the origin.
@@ -62,11 +62,11 @@ struct Here<S: Simd> {
 
 /// Kinematics of one link from its parent's tip, and its resistance: the impulse on it with the sign turned.
 #[inline(always)]
-fn link_outward<S: Simd>(
+fn link_outward<S: Instructions>(
     simd: S,
-    link: &[S::f32s; link::FIELDS],
-    work: &mut [S::f32s; work::FIELDS],
-    parent: &[S::f32s; tip::FIELDS],
+    link: &[S::Vector; link::FIELDS],
+    work: &mut [S::Vector; work::FIELDS],
+    parent: &[S::Vector; tip::FIELDS],
     step: Step,
 ) -> Here<S> {
     let number = |field: usize| Lane::load(simd, link[field]);
@@ -124,11 +124,11 @@ fn link_outward<S: Simd>(
 
 /// One fruit: eliminated as a leaf, its impulse goes to the link.
 #[inline(always)]
-fn fruit_outward<S: Simd>(
+fn fruit_outward<S: Instructions>(
     simd: S,
-    fruit: &[S::f32s; fruit::FIELDS],
-    left: &mut [S::f32s; fruit_work::FIELDS],
-    work: &mut [S::f32s; work::FIELDS],
+    fruit: &[S::Vector; fruit::FIELDS],
+    left: &mut [S::Vector; fruit_work::FIELDS],
+    work: &mut [S::Vector; work::FIELDS],
     here: &Here<S>,
     step: Step,
 ) {

@@ -14,7 +14,7 @@ impl Tile {
         let Numbers { fruit, fruit_work, tip_motion, props, .. } = &mut self.numbers;
         let (fruit, fruit_work) = (fruit.as_slice(), fruit_work.as_mut_slice());
         let (tip_motion, props) = (tip_motion.as_slice(), props.as_mut_slice());
-        for (lane, world) in self.worlds.iter_mut().enumerate() {
+        for (lane, world) in self.worlds.iter_mut().enumerate().filter(|(_, world)| world.is_running()) {
             let settings = &world.plant.settings;
             let vector = |from: &[f32], at: usize| Vec3::from_fn(|k, _| f64::from(from[at + k * lanes]));
             for (i, ball) in &mut world.loose {
@@ -48,7 +48,7 @@ impl Tile {
     pub(super) fn brake(&mut self) {
         let lanes = self.lanes;
         let links = self.numbers.links.as_mut_slice();
-        for (lane, world) in self.worlds.iter_mut().enumerate().filter(|(_, w)| !w.broken_rows.is_empty()) {
+        for (lane, world) in self.worlds.iter_mut().enumerate().filter(|(_, w)| w.is_braking()) {
             let at = |row: usize, field: usize| (row * link::FIELDS + field) * lanes + lane;
             world.brake(|row| [0, 1].map(|k| f64::from(links[at(row, link::V + k)])));
             for &row in &world.broken_rows {
@@ -89,6 +89,9 @@ impl Tile {
 
     /// Breaks a joint in place, by the rule of the f64 world.
     pub fn break_joint(&mut self, lane: usize, segment: usize) {
+        if !self.worlds[lane].is_running() {
+            return;
+        }
         let mut data = self.worlds[lane].take_shadow();
         self.store(lane, &mut data);
         self.worlds[lane].break_joint(&mut data, segment);

@@ -14,19 +14,18 @@ const PADDING_ARMATURE: f32 = 1.0;
 const PADDING_MASS: f32 = 1.0;
 
 impl Tile {
-    /// Fills every lane with links and fruit that have no effect and never move.
-    pub(super) fn pad(&mut self) {
-        for lane in 0..self.lanes {
-            for row in 0..self.numbers.schedule.rows.len() {
-                *self.link_mut(row, link::DIRECTION + 2, lane) = 1.0;
-                *self.link_mut(row, link::ARMATURE, lane) = PADDING_ARMATURE;
-            }
-            for row in 0..self.numbers.schedule.fruit_rows() {
-                *self.fruit_mut(row, fruit::MASS, lane) = PADDING_MASS;
-            }
-            for k in 0..3 {
-                *self.world_frame_mut(tip::AXES + 4 * k, lane) = 1.0;
-            }
+    /// Gives a lane of zeros links and fruit that have no effect and never move.
+    pub(super) fn pad(&mut self, lane: usize) {
+        for row in 0..self.numbers.schedule.rows.len() {
+            *self.link_mut(row, link::DIRECTION + 2, lane) = 1.0;
+            *self.link_mut(row, link::ARMATURE, lane) = PADDING_ARMATURE;
+        }
+        for row in 0..self.numbers.schedule.fruit_rows() {
+            *self.fruit_mut(row, fruit::MASS, lane) = PADDING_MASS;
+        }
+        for k in 0..3 {
+            *self.world_frame_mut(tip::AXES + 4 * k, lane) = 1.0;
+            *self.world_frame_mut(tip::P + k, lane) = 0.0;
         }
     }
 
@@ -204,7 +203,11 @@ impl Tile {
     }
 
     fn is_hanging(&self, fruit_row: usize, lane: usize) -> bool {
-        let limits = self.numbers.stem_limits.as_slice();
-        limits[(fruit_row * limit::FIELDS + limit::PULL) * self.lanes + lane].is_finite()
+        let at = fruit_row * limit::FIELDS + limit::PULL;
+        let limit = match self.worlds[lane].remains() {
+            Some(remains) => remains.stem_limits[at],
+            None => self.numbers.stem_limits.as_slice()[at * self.lanes + lane],
+        };
+        limit.is_finite()
     }
 }

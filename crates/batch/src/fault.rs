@@ -1,0 +1,36 @@
+//! Worlds of a batch that went wrong.
+
+/// What of a world is no longer a finite number, or so large that its square is none in f32.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+pub enum Fault {
+    /// Angles or rates of a joint: of the first segment, since one joint takes the whole tree along.
+    #[error("the state of the joint at the base of segment {segment} is not finite")]
+    Joint {
+        /// Segment.
+        segment: usize,
+    },
+    /// Motion of a fruit, while all joints are finite.
+    #[error("the motion of fruit {fruit} is not finite")]
+    Fruit {
+        /// Index of the fruit.
+        fruit: usize,
+    },
+}
+
+/// When and why a world of a batch was stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quarantine {
+    /// Frame at whose end it was found, from 1.
+    pub frame: u32,
+    /// What was found.
+    pub fault: Fault,
+}
+
+/// Whether a world of a batch runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// It runs.
+    Running,
+    /// Something became non-finite; the world stands still from then on.
+    Quarantined(Quarantine),
+}
