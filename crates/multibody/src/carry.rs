@@ -32,6 +32,12 @@ pub(crate) struct Carry {
     links: Vec<Twist>,
 }
 
+impl Carry {
+    pub fn new(model: &Model) -> Carry {
+        Carry { share: 0.0, q: vec![0.0; model.nq()], links: vec![Twist::ZERO; model.bodies.len()] }
+    }
+}
+
 /// Decides how far velocity products are carried in a substep of length `h`, and looks back at the last pose if they
 /// are. Kinematics are valid before and after.
 pub(crate) fn look_back(model: &Model, data: &mut Data, h: f64) {
@@ -42,14 +48,13 @@ pub(crate) fn look_back(model: &Model, data: &mut Data, h: f64) {
         return;
     }
     let mut carry = std::mem::take(&mut data.carry);
-    carry.q.clone_from(&data.q);
+    carry.q.copy_from_slice(&data.q);
     move_joints(model, data, -h);
     forward_kinematics(model, data);
-    carry.links.clear();
-    carry.links.extend(data.kinematics.links.iter().map(|link| Twist {
-        angular: in_link(link, &link.velocity.angular),
-        linear: link.velocity.linear_at(&link.r_com),
-    }));
+    for (carried, link) in carry.links.iter_mut().zip(&data.kinematics.links) {
+        carried.angular = in_link(link, &link.velocity.angular);
+        carried.linear = link.velocity.linear_at(&link.r_com);
+    }
     data.q.copy_from_slice(&carry.q);
     forward_kinematics(model, data);
     data.carry = carry;

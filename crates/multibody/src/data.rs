@@ -120,7 +120,7 @@ impl Data {
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),
             capped: vec![false; points],
             kinematics: Kinematics::new(model),
-            carry: Carry::default(),
+            carry: Carry::new(model),
             factor: Factor::new(model),
             impulse: Impulse::new(model),
             change: Change::new(model),
