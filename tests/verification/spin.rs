@@ -54,7 +54,9 @@ fn fling(seed: u64, share: f64, rate: f64, all_one_way: bool) -> Result<(), Stri
         rupture.begin_substep(&wood.tree, &wood.model, &mut wood.data, &wood.spec, wood.settings.h);
         wood.step();
         let now = staggered_energy(&wood);
-        if !(now <= bound + ROUND_OFF * start.abs()) {
+        // Not a number is not bounded either.
+        let is_bounded = now <= bound + ROUND_OFF * start.abs();
+        if !is_bounded {
             return Err(format!("substep {substep}: {now} J after {bound} J, {start} J at the start"));
         }
         bound = now;
