@@ -213,7 +213,7 @@ fn breaking_a_limb_keeps_the_world_sane() {
 }
 
 /// Joints break four times a second, anywhere, while the live wood is kicked: twigs whip, whole trees come down.
-/// Nothing gets faster than the explicit velocity products can follow (one radian a substep), and the fruit
+/// Nothing turns by more than one radian a substep, and the fruit
 /// that the fall shakes off lands within reach of the tree.
 #[test]
 fn breaking_everything_stays_bounded() {

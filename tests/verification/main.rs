@@ -11,6 +11,7 @@ mod modes;
 mod paper_cases;
 mod rails;
 mod rams;
+mod spin;
 mod stem_pendulum;
 mod symmetry;
 mod twig;

@@ -104,11 +104,12 @@ fn run_over(angle: f64) -> (f64, usize) {
 }
 
 /// At 1.1 m/s, whatever way the twig points, its axis stays out of the chassis to 1 mm in every substep, the base goes
-/// on, and the twig bends or breaks. No armature and no contact left out.
+/// on, and the twig bends or breaks. No armature and no contact left out. `-- --nocapture` prints the distances.
 #[test]
 fn a_heavy_base_runs_over_a_twig() {
     for degrees in [20.0_f64, 30.0, 45.0, 70.0, 90.0, 120.0, 150.0] {
         let (closest, breaks) = run_over(degrees.to_radians());
+        println!("twig at {degrees} deg: axis outside by {:.2} mm or more, {breaks} breaks", 1e3 * closest);
         assert!(closest >= -0.001, "{degrees} deg: {closest} m, {breaks} breaks");
     }
 }

@@ -4,6 +4,7 @@ use orchard_geometry::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::aba::{Change, Factor, Impulse};
+use crate::carry::Carry;
 use crate::contact::ContactScratch;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Groups, JointKind, Model, PointId};
@@ -67,6 +68,7 @@ pub struct Data {
     /// Whether each tether's reaction was capped in the last step.
     pub(crate) capped: Vec<bool>,
     pub(crate) kinematics: Kinematics,
+    pub(crate) carry: Carry,
     pub(crate) factor: Factor,
     pub(crate) impulse: Impulse,
     pub(crate) change: Change,
@@ -118,6 +120,7 @@ impl Data {
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),
             capped: vec![false; points],
             kinematics: Kinematics::new(model),
+            carry: Carry::new(model),
             factor: Factor::new(model),
             impulse: Impulse::new(model),
             change: Change::new(model),

@@ -40,6 +40,7 @@
 
 pub mod aba;
 pub mod builder;
+mod carry;
 pub mod contact;
 pub mod data;
 pub mod energy;

@@ -41,6 +41,7 @@ macro_rules! state_of_data {
                     $($field,)*
                     contact,
                     capped: _,
+                    carry: _,
                     kinematics: _,
                     factor: _,
                     impulse: _,

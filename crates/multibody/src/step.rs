@@ -9,7 +9,7 @@ use crate::data::Data;
 use crate::kinematics::{forward_kinematics, rotation_by};
 use crate::model::{JointKind, Model};
 use crate::solver::{self, LinearSolve, Solver};
-use crate::{impulse, midpoint};
+use crate::{carry, impulse, midpoint};
 
 /// How a substep goes from forces to velocities and positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -100,9 +100,11 @@ pub(crate) fn free_change(
     gravity: &Vec3,
     solver: Solver,
 ) -> LinearSolve {
+    carry::look_back(model, data, h);
     impulse::cap_tethers(model, data, h, gravity);
     solver::factor(solver, model, data, h);
     impulse::assemble(model, data, h, h, gravity);
+    carry::exchange(model, data, h);
     solve_free(model, data, solver)
 }
 
@@ -142,6 +144,14 @@ pub(crate) fn add_change(data: &mut Data) {
 
 /// Moves the positions for a time `h` with the velocities.
 pub(crate) fn move_positions(model: &Model, data: &mut Data, h: f64) {
+    move_joints(model, data, h);
+    for (index, p_world) in data.point_p_world.iter_mut().enumerate() {
+        *p_world += data.point_v_world[index] * h;
+    }
+}
+
+/// Moves the joints for a time `h` with their velocities.
+pub(crate) fn move_joints(model: &Model, data: &mut Data, h: f64) {
     for run in &model.runs {
         for (q, v) in data.q[run.qs()].iter_mut().zip(&data.v[run.dofs()]) {
             *q += h * v;
@@ -153,9 +163,6 @@ pub(crate) fn move_positions(model: &Model, data: &mut Data, h: f64) {
             *q += h * v;
         }
         turn(&mut q[3..], &(Vec3::from_column_slice(&v[3..]) * h));
-    }
-    for (index, p_world) in data.point_p_world.iter_mut().enumerate() {
-        *p_world += data.point_v_world[index] * h;
     }
 }
 

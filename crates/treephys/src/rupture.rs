@@ -70,8 +70,8 @@ impl Rupture {
     /// ramped moment tau as the secant damper tau / omega, which the step takes implicitly, so that it
     /// dissipates at any rate and on any axis, however little inertia that axis has. omega is the rate expected at the end of
     /// the substep, by extrapolation, and at least `friction_regularisation`. A brake that grows with the fourth
-    /// power of the rate keeps whipping twigs below the rate at which a universal joint's velocity products,
-    /// which the step takes explicitly, would get out of hand (1/h); a falling limb does not feel it.
+    /// power of the rate keeps whipping twigs about the configured limit, against the joint before them; a falling
+    /// limb does not feel it. That the step stays bounded at any rate is its own doing (decision 10).
     pub fn begin_substep(
         &mut self,
         tree: &TreeBody,

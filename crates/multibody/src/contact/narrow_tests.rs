@@ -297,3 +297,50 @@ fn what_is_under_terrain_is_pushed_up() {
         assert!(found.iter().all(|touch| touch.n_world.z > 0.0 && touch.gap < 0.0), "kind {kind}: {found:?}");
     }
 }
+
+/// How far a shape reaches along a direction, by parry's support map [m].
+fn reach(shape: &parry::SharedShape, pose: &DPose3, along: &Vec3) -> f64 {
+    let along = DVec3::new(along.x, along.y, along.z);
+    shape.as_support_map().unwrap().support_point(pose, along).dot(along)
+}
+
+/// Parry's contacts of spheres, capsules, boxes and hulls, apart and overlapping. The signed distance of convex shapes is the largest
+/// separation along any direction, and a normal is a direction where it is found. So, with parry as the judge and to round-off:
+///
+/// - along our normal the shapes are our gap apart, measured by parry's support maps;
+/// - along parry's normal they are no farther apart, else ours would not be the largest;
+/// - parry's distance, that of two points of the shapes, is no smaller.
+///
+/// How much larger it may be is up to parry: its GJK and EPA stall (1e-5 m off with capsules, and two in 9,000 pairs by
+/// millimetres, with overlapping boxes, along the same normal). One pair in 300 may be off by more than a micrometre; where the distances agree to
+/// 1e-9 m, so do the normals to `sqrt(2 1e-9 / 2e-3)` = 1e-3 rad, capsules being 2 mm thick at least.
+#[test]
+fn depths_and_normals_are_those_that_parry_finds() {
+    const EXACT: f64 = 1e-12;
+    let mut rng = stream(37);
+    let (mut pairs, mut off) = ([[0; 2]; 16], 0);
+    for round in 0..16000 {
+        let kinds = [rng.integer(0, 3), rng.integer(0, 3)];
+        let [a, b] = kinds.map(|kind| random_shape(&mut rng, kind));
+        let (pose_a, pose_b) = (random_pose(&mut rng, 0.12), random_pose(&mut rng, 0.12));
+        let found = contacts((&a, &pose_a), (&b, &pose_b));
+        let Some(ours) = found.iter().min_by(|x, y| x.gap.total_cmp(&y.gap)) else { continue };
+        let ((shapes_a, x_a), (shapes_b, x_b)) = (judge(&a, &pose_a), judge(&b, &pose_b));
+        let (parry_a, parry_b) = (&shapes_a[0], &shapes_b[0]);
+        let theirs = query::contact(&x_a, &**parry_a, &x_b, &**parry_b, 2.0 * MARGIN).unwrap().unwrap();
+        // Ours points from b to a, parry's from a to b.
+        let n_theirs = -Vec3::new(theirs.normal1.x, theirs.normal1.y, theirs.normal1.z);
+        let apart = |n: &Vec3| -reach(parry_a, &x_a, &-n) - reach(parry_b, &x_b, n);
+        let case = format!("round {round}: {kinds:?} {ours:?} {theirs:?}");
+        assert!((apart(&ours.n_world) - ours.gap).abs() < EXACT, "{case}");
+        assert!(apart(&n_theirs) < ours.gap + EXACT, "{case}");
+        assert!(theirs.dist > ours.gap - EXACT, "{case}");
+        let excess = theirs.dist - ours.gap;
+        assert!(excess > 1e-9 || (n_theirs - ours.n_world).norm() < 1e-3, "{case}");
+        off += usize::from(excess > 1e-6);
+        pairs[(4 * kinds[0] + kinds[1]) as usize][usize::from(ours.gap < 0.0)] += 1;
+    }
+    let total: usize = pairs.iter().flatten().sum();
+    assert!(off * 300 < total, "{off} of {total}");
+    assert!(pairs.iter().flatten().all(|&count| count > 25), "{pairs:?}");
+}
