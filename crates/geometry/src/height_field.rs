@@ -231,6 +231,16 @@ impl HeightField {
         if [x, y] == [p.x, p.y] && p.z < z { -distance } else { distance }
     }
 
+    /// Which column a place along x lies on: whole numbers are columns of nodes.
+    pub(crate) fn column_at(&self, x: f64) -> f64 {
+        (x + self.reach(0)) / self.spacing[0]
+    }
+
+    /// Which row a place along y lies on.
+    pub(crate) fn row_at(&self, y: f64) -> f64 {
+        (y + self.reach(1)) / self.spacing[1]
+    }
+
     /// Half the field's length along x (0) or y (1) [m].
     fn reach(&self, k: usize) -> f64 {
         0.5 * self.spacing[k] * ([self.columns, self.rows][k] - 1) as f64
