@@ -10,6 +10,7 @@ use orchard_spec::Spec;
 
 use crate::bare_tree::BareTree;
 use crate::failure::Failure;
+use crate::tree_args::{SpecArgs, read_tree};
 
 /// Writes a tree as a file of other tools.
 #[derive(clap::Args)]
@@ -31,20 +32,14 @@ pub struct Args {
     /// A digitised tree: a skeleton in JSON (.json) or a multiscale tree graph (.mtg)
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
-    /// Configuration
-    #[arg(long, value_enum, default_value_t = Preset::Paper)]
-    preset: Preset,
+    #[command(flatten)]
+    spec: SpecArgs,
     /// Format of the file
     #[arg(long, value_enum, default_value_t = Format::Mjcf)]
     format: Format,
     /// The file to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Preset {
-    Paper,
 }
 
 /// A format of trees.
@@ -96,9 +91,7 @@ impl Format {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let spec = match args.preset {
-        Preset::Paper => Spec::paper(),
-    };
+    let spec = args.spec.read()?;
     let seed = args.seed.unwrap_or(0);
     let tree = match &args.from {
         None => BareTree::new(&spec, seed, args.tree)?,
@@ -115,16 +108,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads a digitised tree; the ending of the file's name tells the format.
+/// A digitised tree with the name of its file.
 fn import(spec: &Spec, file: &Path, seed: u64, world: u32) -> Result<BareTree, Failure> {
-    let bad = |problem: String| Failure::BadInput(format!("--from {}: {problem}", file.display()));
-    let read = match file.extension().and_then(|extension| extension.to_str()) {
-        Some("json") => json::read,
-        Some("mtg") => mtg::read,
-        _ => return Err(bad("trees are read from .json and .mtg".into())),
-    };
-    let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
-    let skeleton = read(&text).map_err(|e| bad(e.to_string()))?.into_skeleton(spec, seed, world);
+    let skeleton = read_tree(file, spec, seed, world)?;
     let name = file.file_stem().map_or("tree".into(), |stem| stem.to_string_lossy().into_owned());
     Ok(BareTree::of_skeleton(spec, skeleton, name, seed, world).context("the imported tree")?)
 }

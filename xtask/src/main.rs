@@ -13,6 +13,7 @@ mod render;
 mod rows;
 mod test;
 mod tidy;
+mod tree_args;
 mod validate;
 mod workspace;
 

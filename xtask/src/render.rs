@@ -1,6 +1,7 @@
 //! `cargo xtask render`: a picture of an episode at one moment, beside what the wrist camera sees.
 
 use crate::failure::Failure;
+use crate::tree_args::{SpecArgs, read_tree};
 use anyhow::Context;
 use orchard_bench::store::write_bytes;
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
@@ -8,7 +9,6 @@ use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
 use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{Observation, RobotModel};
-use orchard_spec::Spec;
 use orchard_world::World;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +18,8 @@ use std::sync::Arc;
 #[command(
     after_help = "The episode runs with the baseline picker up to --time. Beside the outside view stands the latest wrist\n\
                   depth image (bright is near) with a circle for every fruit that the picker detected in it.\n\n\
-                  Example:\n  cargo xtask render --seed 20250704 --time 12 --out tree.png"
+                  Examples:\n  cargo xtask render --seed 20250704 --time 12 --out tree.png\n  \
+                  cargo xtask render --from measured.mtg --out tree.png"
 )]
 pub struct Args {
     /// Seed of the population
@@ -28,10 +29,15 @@ pub struct Args {
     #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true,
           value_parser = clap::value_parser!(u32).range(0..))]
     tree: u32,
+    #[command(flatten)]
+    spec: SpecArgs,
+    /// A digitised tree: a skeleton in JSON (.json) or a multiscale tree graph (.mtg)
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
     /// Moment of the episode [s]
     #[arg(long, default_value_t = 0.0, value_name = "SECONDS", allow_negative_numbers = true)]
     time: f64,
-    /// Largest bump or hollow of the ground [m]; level ground if not given
+    /// Largest bump or hollow of the ground [m]; the config's ground if not given
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     terrain: Option<f64>,
     /// Height of the picture [px]
@@ -55,15 +61,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::BadInput(format!("--time {}: the allowed range is [0, {LATEST}] s", args.time)));
     }
     check_folder(&args.out)?;
-    let mut spec = Spec::paper();
+    let mut spec = args.spec.read()?;
     if let Some(amplitude) = args.terrain {
         let terrain = spec.terrain.with_amplitude(amplitude);
         spec.terrain = terrain.map_err(|e| Failure::BadInput(format!("--terrain {amplitude}: {e}")))?;
     }
     let spec = Arc::new(spec);
     let robot = Arc::new(RobotModel::paper());
-    let mut world = World::new(spec.clone(), robot.clone(), args.seed, args.tree)
-        .with_context(|| format!("seed {}, tree {}", args.seed, args.tree))?;
+    let (seed, tree) = (args.seed, args.tree);
+    let built = match &args.from {
+        None => World::new(spec.clone(), robot.clone(), seed, tree),
+        Some(file) => {
+            let skeleton = read_tree(file, &spec, seed, tree)?;
+            World::with_tree(spec.clone(), robot.clone(), skeleton, seed, tree)
+        }
+    };
+    let mut world = built.with_context(|| format!("seed {seed}, tree {tree}"))?;
     let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
     let mut wrist_view = None;
     while f64::from(world.frame()) * spec.sim.frame() <= args.time {

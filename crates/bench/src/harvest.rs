@@ -50,7 +50,7 @@ impl Harvest {
             seeds,
             frame: spec.sim.frame(),
             config_hash: config_hash(&[
-                ("world.toml", orchard_spec::PAPER_TOML),
+                ("world.toml", orchard_spec::Preset::Paper.toml()),
                 ("robot.toml", orchard_robot::PAPER_TOML),
                 ("robot.urdf", orchard_robot::PAPER_URDF),
                 ("perception.toml", orchard_perception::config::PAPER_TOML),

@@ -1,15 +1,20 @@
 //! What is written is read back, and what is damaged is refused with a reason.
 
 use orchard_exchange::{ImportError, json, mtg};
-use orchard_spec::Spec;
-use orchard_treegen::{Skeleton, grow, grow_ternary};
+use orchard_spec::{Preset, Spec};
+use orchard_treegen::{Skeleton, grow};
 use proptest::prelude::*;
 
 fn trees() -> Vec<Skeleton> {
     let spec = Spec::paper();
     let mut trees: Vec<Skeleton> = (0..3).map(|seed| grow(&spec, seed, 0).unwrap()).collect();
-    trees.push(grow_ternary(&spec, 3).unwrap());
+    trees.push(canonical());
     trees
+}
+
+/// The canonical ternary tree.
+fn canonical() -> Skeleton {
+    grow(&Spec::preset(Preset::Ternary), 0, 0).unwrap()
 }
 
 #[test]
@@ -88,7 +93,7 @@ fn errors_name_line_field_and_value() {
         let error = mtg_error(from, to);
         assert!(error.starts_with(told), "{to}: {error}");
     }
-    let text = json::write(&grow_ternary(&Spec::paper(), 1).unwrap());
+    let text = json::write(&small());
     let json_error = |from: &str, to: &str| json::read(&text.replacen(from, to, 1)).unwrap_err().to_string();
     assert_eq!(
         json_error("\"schema_version\": 1", "\"schema_version\": 9"),
@@ -118,7 +123,9 @@ fn damaged(text: String) -> impl Strategy<Value = String> {
 }
 
 fn small() -> Skeleton {
-    grow_ternary(&Spec::paper(), 2).unwrap()
+    let text = "preset = 'small'\nbase = 'ternary'\n[tree.grammar.ternary]\n\
+                derivations = { value = 2, range = [0, 8], unit = 'derivations', source = 'x' }";
+    grow(&Spec::from_toml("small", text).unwrap(), 0, 0).unwrap()
 }
 
 proptest! {

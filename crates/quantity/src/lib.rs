@@ -5,16 +5,17 @@
 //! ```toml
 //! density = { value = 850.0, range = [780.0, 1000.0], unit = "kg/m3", source = "fpl2010woodhandbook" }
 //! crotch_angle = { low = 42.0, high = 65.0, range = [0.0, 90.0], unit = "deg", source = "orchardbench" }
+//! trunk_radius = { mean = 27.0, sd = 2.0, low = 25.0, high = 30.0, range = [1.0, 500.0], unit = "mm", source = "brym2018" }
 //! ```
 //!
-//! and read into a [`Quantity`] or a [`Span`]. A value outside its range is refused when the file is read.
+//! and read into a [`Quantity`], a [`Span`] or a [`Normal`]. A value outside its range is refused when the file is read.
 //! [`Quantity::si`] and [`Span::si`] give SI numbers, so that millimetres or degrees never reach the physics.
 //! `source` is a key of `docs/references.bib`; `cargo xtask tidy` checks that it resolves.
 
 mod parse;
 mod unit;
 
-pub use parse::{ConfigError, from_toml};
+pub use parse::{ConfigError, from_table, from_toml, parse};
 pub use unit::Unit;
 
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,19 @@ pub struct Quantity {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RawSpan")]
 pub struct Span {
+    low: f64,
+    high: f64,
+    range: [f64; 2],
+    unit: Unit,
+    source: String,
+}
+
+/// A normal distribution cut off at both ends, with the range that the ends must keep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawNormal")]
+pub struct Normal {
+    mean: f64,
+    sd: f64,
     low: f64,
     high: f64,
     range: [f64; 2],
@@ -62,6 +76,18 @@ struct RawQuantity {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawSpan {
+    low: f64,
+    high: f64,
+    range: [f64; 2],
+    unit: Unit,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawNormal {
+    mean: f64,
+    sd: f64,
     low: f64,
     high: f64,
     range: [f64; 2],
@@ -105,6 +131,20 @@ impl TryFrom<RawSpan> for Span {
             return Err(format!("low {} is above high {}", raw.low, raw.high));
         }
         Ok(Self { low: raw.low, high: raw.high, range: raw.range, unit: raw.unit, source: raw.source })
+    }
+}
+
+impl TryFrom<RawNormal> for Normal {
+    type Error = String;
+
+    fn try_from(raw: RawNormal) -> Result<Self, String> {
+        let RawNormal { mean, sd, low, high, range, unit, source } = raw;
+        check(low, &range, unit.symbol())?;
+        check(high, &range, unit.symbol())?;
+        // Draws outside the ends are drawn again: a mean between them makes that seldom.
+        check(mean, &[low, high], unit.symbol())?;
+        check(sd, &[0.0, range[1] - range[0]], unit.symbol())?;
+        Ok(Self { mean, sd, low, high, range, unit, source })
     }
 }
 
@@ -174,6 +214,29 @@ impl Span {
     pub fn contains_si(&self, value: f64) -> bool {
         let (low, high) = self.si();
         (low..=high).contains(&value)
+    }
+
+    /// Key of the source in `docs/references.bib`.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+}
+
+impl Normal {
+    /// Mean before the ends are cut off, in SI units.
+    pub fn mean_si(&self) -> f64 {
+        self.mean * self.unit.to_si()
+    }
+
+    /// Standard deviation before the ends are cut off, in SI units.
+    pub fn sd_si(&self) -> f64 {
+        self.sd * self.unit.to_si()
+    }
+
+    /// Both ends, in SI units.
+    pub fn ends_si(&self) -> (f64, f64) {
+        let k = self.unit.to_si();
+        (self.low * k, self.high * k)
     }
 
     /// Key of the source in `docs/references.bib`.

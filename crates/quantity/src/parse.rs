@@ -19,17 +19,34 @@ pub struct ConfigError {
 /// # Errors
 /// The text is not TOML, a field is missing or unknown, or a value leaves its range.
 pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
-    let error = |field: String, problem: String| ConfigError { file: file.to_owned(), field, problem };
-    let de =
-        toml::Deserializer::parse(text).map_err(|e| error(".".into(), e.message().replace('\n', " ")))?;
-    serde_path_to_error::deserialize(de)
-        .map_err(|e| error(e.path().to_string(), e.inner().message().replace('\n', " ")))
+    from_table(file, parse(file, text)?)
+}
+
+/// Reads TOML text into a table.
+///
+/// # Errors
+/// The text is not TOML.
+pub fn parse(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
+    text.parse().map_err(|e: toml::de::Error| error(file, ".".into(), e.message()))
+}
+
+/// Reads a config struct from a table.
+///
+/// # Errors
+/// A field is missing or unknown, or a value leaves its range.
+pub fn from_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, ConfigError> {
+    serde_path_to_error::deserialize(table)
+        .map_err(|e| error(file, e.path().to_string(), e.inner().message()))
+}
+
+fn error(file: &str, field: String, problem: &str) -> ConfigError {
+    ConfigError { file: file.to_owned(), field, problem: problem.replace('\n', " ") }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Quantity, Span};
+    use crate::{Normal, Quantity, Span};
 
     #[derive(Debug, serde::Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -42,6 +59,7 @@ mod tests {
     struct Doc {
         wood: Wood,
         angle: Option<Span>,
+        radius: Option<Normal>,
     }
 
     fn read(text: &str) -> Result<Doc, ConfigError> {
@@ -59,6 +77,27 @@ mod tests {
         let (low, high) = doc.angle.unwrap().si();
         assert!(
             (low - std::f64::consts::FRAC_PI_2).abs() < 1e-15 && (high - std::f64::consts::PI).abs() < 1e-15
+        );
+    }
+
+    #[test]
+    fn a_normal_has_its_mean_between_its_ends() {
+        let radius = |mean: f64, sd: f64| {
+            let line = format!(
+                "radius = {{ mean = {mean}, sd = {sd}, low = 20, high = 30, range = [1, 500], unit = 'mm', source = 'x' }}"
+            );
+            let wood = "[wood]\ndensity = { value = 850, range = [780, 1000], unit = 'kg/m3', source = 'x' }";
+            read(&format!("{line}\n{wood}")).map_err(|e| e.to_string())
+        };
+        let normal = radius(25.0, 2.0).unwrap().radius.unwrap();
+        assert_eq!((normal.mean_si(), normal.sd_si(), normal.ends_si()), (0.025, 0.002, (0.02, 0.03)));
+        assert_eq!(
+            radius(31.0, 2.0).unwrap_err(),
+            "a.toml: radius: 31 is outside the allowed range [20, 30] mm"
+        );
+        assert_eq!(
+            radius(25.0, -1.0).unwrap_err(),
+            "a.toml: radius: -1 is outside the allowed range [0, 499] mm"
         );
     }
 

@@ -5,6 +5,7 @@
 //! of the OrchardBench paper. Robot, detector and picker keep their config in their own crates, so that the
 //! last two need not see this one (it can make seeds, and a seed regrows the tree).
 
+mod preset;
 mod streams;
 
 pub mod camera;
@@ -16,13 +17,11 @@ pub mod terrain;
 pub mod tree;
 pub mod wood;
 
+pub use preset::Preset;
 pub use streams::{Purpose, Stream};
 
-use orchard_quantity::{ConfigError, from_toml};
+use orchard_quantity::ConfigError;
 use serde::{Deserialize, Serialize};
-
-/// The preset `paper` as TOML text.
-pub const PAPER_TOML: &str = include_str!("../configs/paper/world.toml");
 
 /// Everything that defines a world besides its seed and its robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,23 +48,30 @@ pub struct Spec {
 }
 
 impl Spec {
-    /// Reads a spec from TOML text; `file` names it in errors.
+    /// Reads a spec from TOML text; `file` names it in errors. With `base = "NAME"` the text holds only what
+    /// differs from that preset: a constant (value or interval, range, unit, source) or a grammar takes the place of the
+    /// preset's, and what is not said stays.
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range.
+    /// Not TOML, no such base, a field missing or unknown, a value outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_toml(file, text)
+        preset::read(file, text)
     }
 
-    /// The preset `paper`.
+    /// A preset.
     ///
     /// # Panics
-    /// Never: the embedded file is read in this crate's tests.
-    pub fn paper() -> Self {
-        match Self::from_toml("paper/world.toml", PAPER_TOML) {
+    /// Never: the embedded files are read in this crate's tests.
+    pub fn preset(preset: Preset) -> Self {
+        match Self::from_toml(preset.name(), preset.toml()) {
             Ok(spec) => spec,
             Err(e) => unreachable!("embedded preset: {e}"),
         }
+    }
+
+    /// The preset `paper`.
+    pub fn paper() -> Self {
+        Self::preset(Preset::Paper)
     }
 }
 
@@ -74,18 +80,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn embedded_preset_reads() {
-        let spec = Spec::from_toml("paper/world.toml", PAPER_TOML).unwrap();
-        assert_eq!(spec.preset, "paper");
-    }
-
-    #[test]
     fn unknown_field_and_value_out_of_range_are_named() {
-        let text = PAPER_TOML.replacen("density = {", "densty = {", 1);
+        let paper = Preset::Paper.toml();
+        let text = paper.replacen("density = {", "densty = {", 1);
         let e = Spec::from_toml("x.toml", &text).unwrap_err().to_string();
         assert!(e.starts_with("x.toml: wood") && e.contains("densty"), "{e}");
 
-        let text = PAPER_TOML.replacen("density = { value = 850.0", "density = { value = 8.5", 1);
+        let text = paper.replacen("density = { value = 850.0", "density = { value = 8.5", 1);
         let e = Spec::from_toml("x.toml", &text).unwrap_err().to_string();
         assert!(e.contains("wood.density") && e.contains("8.5") && e.contains("[780, 1000]"), "{e}");
     }

@@ -100,6 +100,17 @@ impl Stream {
         mean + sigma * radius * libm::cos(std::f64::consts::TAU * self.unit())
     }
 
+    /// Normal deviate between the ends of a distribution; what falls outside is drawn again.
+    pub fn cut_normal(&mut self, normal: &orchard_quantity::Normal) -> f64 {
+        let (low, high) = normal.ends_si();
+        loop {
+            let value = self.normal(normal.mean_si(), normal.sd_si());
+            if (low..=high).contains(&value) {
+                return value;
+            }
+        }
+    }
+
     /// Fisher-Yates shuffle.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TreeSpec {
-    /// Which grammar grows the tree.
-    pub grammar: GrammarKind,
+    /// The grammar that grows the tree, with its parameters.
+    pub grammar: Grammar,
     /// Height of the highest tip after rescaling.
     pub height: Quantity,
     /// Least height of a branch's lowest point above the ground.
@@ -21,20 +21,17 @@ pub struct TreeSpec {
     pub pipe_exponent: Quantity,
     /// Fruit sites on one internode that may carry fruit, evenly spaced, the last at its tip.
     pub fruit_sites: Count,
-    /// The ternary bracketed grammar.
-    pub ternary: TernarySpec,
-    /// The stochastic central-leader apple grammar.
-    pub central_leader: CentralLeaderSpec,
 }
 
-/// The grammars that a config can name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// The grammars that a config can choose: `[tree.grammar.NAME]` holds the parameters of the one that it names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum GrammarKind {
+#[expect(clippy::large_enum_variant, reason = "a config holds one")]
+pub enum Grammar {
     /// Ternary bracketed L-system with Honda's angles; no random number.
-    Ternary,
+    Ternary(TernarySpec),
     /// Stochastic apple tree with a central leader.
-    CentralLeader,
+    CentralLeader(CentralLeaderSpec),
 }
 
 /// Ternary bracketed parametric L-system. Lengths are relative: the tree is rescaled to its height.

@@ -3,9 +3,6 @@
 /// A config that is valid field by field but describes no tree.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TreegenError {
-    /// The number of derivations leaves its allowed range.
-    #[error("tree.ternary.derivations: {0}")]
-    Derivations(String),
     /// A branch starts so low that no lift brings its lowest point above the clearance.
     #[error(
         "tree.clearance: segment {segment} cannot be brought {clearance} m above the ground on a tree {height} m tall"

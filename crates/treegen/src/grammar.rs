@@ -1,4 +1,26 @@
-//! The grammars. A new one is a new file that implements [`crate::lsystem::Grammar`].
+//! The grammars, a file each: productions, and the parameters that a tree draws for them.
+//!
+//! Rewriting is [`crate::lsystem`]'s, interpretation [`crate::turtle`]'s; the intervals that parameters are drawn from stand in
+//! the config (`orchard_spec::tree`). A new grammar is a new file here, a table of parameters there and a line in [`draw`].
 
 pub mod central_leader;
 pub mod ternary;
+
+use crate::lsystem;
+use crate::turtle::{self, Internode};
+use central_leader::CentralLeader;
+use orchard_spec::{Stream, tree::Grammar};
+use ternary::Ternary;
+
+/// Derives the grammar that a config chooses and draws its string.
+pub(crate) fn draw(grammar: &Grammar, stream: Stream) -> Vec<Internode> {
+    match grammar {
+        Grammar::Ternary(spec) => drawn(Ternary::new(spec)),
+        Grammar::CentralLeader(spec) => drawn(CentralLeader::new(spec, stream)),
+    }
+}
+
+fn drawn(mut grammar: impl lsystem::Grammar) -> Vec<Internode> {
+    let derivations = grammar.derivations();
+    turtle::interpret(&lsystem::derive(&mut grammar, derivations))
+}

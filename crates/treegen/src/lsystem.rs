@@ -35,6 +35,9 @@ pub trait Grammar {
     /// The growing points and their parameters.
     type Apex: Copy;
 
+    /// Derivations that a tree of this grammar takes.
+    fn derivations(&self) -> u32;
+
     /// The string before the first derivation.
     fn axiom(&mut self) -> Vec<Module<Self::Apex>>;
 
@@ -73,6 +76,10 @@ mod tests {
 
     impl Grammar for Algae {
         type Apex = char;
+
+        fn derivations(&self) -> u32 {
+            7
+        }
 
         fn axiom(&mut self) -> Vec<Module<char>> {
             vec![Module::Apex('a')]

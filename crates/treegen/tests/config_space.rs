@@ -2,38 +2,45 @@
 
 mod common;
 
-use common::{assert_sound, paper_with};
-use orchard_spec::{Spec, tree::GrammarKind};
-use orchard_treegen::{TreegenError, grow, grow_ternary};
+use common::{assert_sound, central_leader, paper_with};
+use orchard_spec::Spec;
+use orchard_treegen::{TreegenError, grow};
 use proptest::prelude::*;
+
+/// The canonical tree of some derivations.
+fn ternary_spec(derivations: u32) -> Result<Spec, String> {
+    let text = format!(
+        "preset = 'test'\nbase = 'ternary'\n[tree.grammar.ternary]\n\
+         derivations = {{ value = {derivations}, range = [0, 8], unit = 'derivations', source = 'x' }}"
+    );
+    Spec::from_toml("test.toml", &text).map_err(|e| e.to_string())
+}
 
 #[test]
 fn ternary_tree_has_its_exact_count() {
-    let spec = Spec::paper();
     let mut power = 1;
     for n in 1..=6 {
         power *= 3;
-        let tree = grow_ternary(&spec, n).unwrap();
+        let spec = ternary_spec(n).unwrap();
+        let tree = grow(&spec, 0, 0).unwrap();
         assert_eq!(tree.segments.len(), 1 + 2 * (power - 1));
         assert_sound(&spec, &tree);
     }
 }
 
 #[test]
-fn config_names_the_grammar() {
-    let mut spec = Spec::paper();
-    spec.tree.grammar = GrammarKind::Ternary;
-    let n = spec.tree.ternary.derivations.get();
-    assert_eq!(grow(&spec, 0, 0).unwrap(), grow_ternary(&spec, n).unwrap());
-    let e = paper_with("tree", "grammar", "'quaternary'").unwrap_err();
-    assert!(e.starts_with("test.toml: tree.grammar: ") && e.contains("central-leader"), "{e}");
+fn a_grammar_that_is_not_there_is_an_error() {
+    let e = paper_with("tree.grammar.quaternary", "n", "4").unwrap_err();
+    assert!(e.starts_with("test.toml: tree.grammar") && e.contains("central-leader"), "{e}");
 }
 
 #[test]
 fn too_many_derivations_is_an_error() {
-    let e = grow_ternary(&Spec::paper(), 30).unwrap_err();
-    assert!(matches!(&e, TreegenError::Derivations(_)));
-    assert_eq!(e.to_string(), "tree.ternary.derivations: 30 is outside the allowed range [0, 8] derivations");
+    let e = ternary_spec(30).unwrap_err();
+    assert_eq!(
+        e,
+        "test.toml: tree.grammar.ternary.derivations: 30 is outside the allowed range [0, 8] derivations"
+    );
 }
 
 #[test]
@@ -50,8 +57,11 @@ fn count_spans_are_checked() {
         ("{ low = 5, high = 4, range = [1, 12], unit = 'limbs', source = 'x' }", "low 5 is above high 4"),
         ("{ low = 2.5, high = 4, range = [1, 12], unit = 'limbs', source = 'x' }", "expected u32"),
     ] {
-        let e = paper_with("tree.central_leader", "scaffolds", value).unwrap_err();
-        assert!(e.starts_with("test.toml: tree.central_leader.scaffolds") && e.contains(problem), "{e}");
+        let e = paper_with("tree.grammar.central-leader", "scaffolds", value).unwrap_err();
+        assert!(
+            e.starts_with("test.toml: tree.grammar.central-leader.scaffolds") && e.contains(problem),
+            "{e}"
+        );
     }
 }
 
@@ -64,7 +74,7 @@ proptest! {
         world in 0_u32..10_000, height in 1.5..6.0_f64, clearance in 0.0..0.3_f64, droop in 0.0..60.0_f64,
     ) {
         let droop = format!("{{ low = {droop}, high = {droop}, range = [0, 60], unit = 'deg', source = 'x' }}");
-        let mut spec = paper_with("tree.central_leader", "droop", &droop).unwrap();
+        let mut spec = paper_with("tree.grammar.central-leader", "droop", &droop).unwrap();
         spec.tree.height = spec.tree.height.with_value(height).unwrap();
         spec.tree.clearance = spec.tree.clearance.with_value(clearance).unwrap();
         assert_sound(&spec, &grow(&spec, 1, world).unwrap());
@@ -82,7 +92,7 @@ proptest! {
         tree.clearance = tree.clearance.with_value(clearance).unwrap();
         tree.pipe_exponent = tree.pipe_exponent.with_value(exponent).unwrap();
         tree.trunk_radius = tree.trunk_radius.with_value(trunk).unwrap();
-        let grammar = &mut tree.central_leader;
+        let grammar = central_leader(&mut spec);
         grammar.branch_orders = grammar.branch_orders.with_value(orders).unwrap();
         grammar.segments_max = grammar.segments_max.with_value(bound).unwrap();
         if let Ok(tree) = grow(&spec, 2, world) {
@@ -95,7 +105,7 @@ proptest! {
     #[test]
     fn a_value_out_of_range_is_refused(divergence in 361.0..1e9_f64) {
         let value = format!("{{ low = 0, high = {divergence}, range = [0, 360], unit = 'deg', source = 'x' }}");
-        let e = paper_with("tree.central_leader", "divergence", &value).unwrap_err();
-        prop_assert!(e.starts_with("test.toml: tree.central_leader.divergence: "), "{}", e);
+        let e = paper_with("tree.grammar.central-leader", "divergence", &value).unwrap_err();
+        prop_assert!(e.starts_with("test.toml: tree.grammar.central-leader.divergence: "), "{}", e);
     }
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{ROUNDING, assert_sound, paper_with};
+use common::{ROUNDING, assert_sound, central_leader, paper_with};
 use orchard_geometry::{math, transform};
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, grow};
@@ -68,20 +68,12 @@ fn same_seed_same_bytes_other_world_other_topology() {
 /// Without wobble and droop, and with nothing low enough to be lifted, the angles are the drawn ones.
 #[test]
 fn branching_angles_are_the_configured_ones() {
-    let mut spec = paper_with(
-        "tree.central_leader",
-        "droop",
-        "{ low = 0, high = 0, range = [0, 1], unit = 'deg', source = 'x' }",
-    )
-    .unwrap();
-    let still = paper_with(
-        "tree.central_leader",
-        "wobble",
-        "{ low = 0, high = 0, range = [0, 1], unit = 'deg', source = 'x' }",
-    );
-    spec.tree.central_leader.wobble = still.unwrap().tree.central_leader.wobble;
+    let still = "{ low = 0, high = 0, range = [0, 1], unit = 'deg', source = 'x' }";
+    let mut spec = paper_with("tree.grammar.central-leader", "droop", still).unwrap();
+    let mut without_wobble = paper_with("tree.grammar.central-leader", "wobble", still).unwrap();
+    central_leader(&mut spec).wobble = central_leader(&mut without_wobble).wobble.clone();
     spec.tree.clearance = spec.tree.clearance.with_value(0.0).unwrap();
-    let grammar = &spec.tree.central_leader;
+    let grammar = central_leader(&mut spec).clone();
     for tree in default_trees(&spec) {
         let limbs = tree
             .segments

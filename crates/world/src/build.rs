@@ -9,7 +9,7 @@ use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
-use orchard_treegen::{Skeleton, TreegenError, grow};
+use orchard_treegen::{Skeleton, TreegenError};
 use orchard_treephys::{TreeBody, TreeGroups, step_settings};
 
 /// A world that cannot be built.
@@ -43,8 +43,13 @@ pub(crate) struct Parts {
     pub settings: StepSettings,
 }
 
-pub(crate) fn build(spec: &Spec, robot: &RobotModel, seed: u64, world: u32) -> Result<Parts, WorldError> {
-    let skeleton = grow(spec, seed, world)?;
+pub(crate) fn build(
+    spec: &Spec,
+    robot: &RobotModel,
+    skeleton: Skeleton,
+    seed: u64,
+    world: u32,
+) -> Result<Parts, WorldError> {
     let gravity = spec.sim.gravity.si();
     let ground = Ground::new(spec, robot, seed, world)?;
     let mut builder = ModelBuilder::new();

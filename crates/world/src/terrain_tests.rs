@@ -1,6 +1,5 @@
 use super::*;
-use orchard_quantity::Quantity;
-use orchard_spec::Spec;
+use orchard_spec::{Preset, Spec};
 
 const EXTENT: f64 = 10.0;
 
@@ -10,10 +9,6 @@ fn spec() -> TerrainSpec {
 
 fn field(spec: &TerrainSpec, seed: u64) -> HeightField {
     height_field(spec, EXTENT, seed, 0).unwrap()
-}
-
-fn with(quantity: &Quantity, value: f64) -> Quantity {
-    quantity.with_value(value).unwrap()
 }
 
 /// Places all over the ground that are no nodes.
@@ -95,7 +90,7 @@ fn the_trunk_stands_on_a_disc_that_rises_smoothly() {
         last = share;
     }
     assert_eq!((rise(&spec, 0.0), rise(&spec, first), last), (0.0, 0.0, 1.0));
-    let abrupt = TerrainSpec { blend_width: with(&spec.blend_width, 0.0), ..spec };
+    let abrupt = TerrainSpec { blend_width: spec.blend_width.with_value(0.0).unwrap(), ..spec };
     assert_eq!((rise(&abrupt, first), rise(&abrupt, first + 1e-9)), (0.0, 1.0));
 }
 
@@ -151,8 +146,8 @@ fn the_field_reaches_as_far_as_the_world() {
 #[test]
 fn what_does_not_fit_together_is_refused() {
     let text = |from: &str, to: &str| {
-        let text = orchard_spec::PAPER_TOML.replacen(from, to, 1);
-        assert_ne!(text, orchard_spec::PAPER_TOML, "{from}");
+        let text = Preset::Paper.toml().replacen(from, to, 1);
+        assert_ne!(text, Preset::Paper.toml(), "{from}");
         Spec::from_toml("world.toml", &text).unwrap()
     };
     let refused = |spec: &Spec, extent| height_field(&spec.terrain, extent, 0, 0).unwrap_err().to_string();

@@ -13,7 +13,7 @@ use orchard_geometry::{HeightField, Intrinsics, Pose, Shape, Vec3, inverse_trans
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
 use orchard_spec::Spec;
-use orchard_treegen::Skeleton;
+use orchard_treegen::{Skeleton, grow};
 use orchard_treephys::{Rupture, TreeBody};
 use std::sync::Arc;
 
@@ -69,7 +69,23 @@ impl World {
     /// # Errors
     /// The tree does not grow, the robot lacks a part, or the loaded tree finds no rest.
     pub fn new(spec: Arc<Spec>, robot: Arc<RobotModel>, seed: u64, world: u32) -> Result<Self, WorldError> {
-        let parts = build(&spec, &robot, seed, world)?;
+        let skeleton = grow(&spec, seed, world)?;
+        Self::with_tree(spec, robot, skeleton, seed, world)
+    }
+
+    /// Builds a world around a tree that was not grown from the seed: a digitised one, say. Seed and index draw all else:
+    /// fruit, stems, the robot's start.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_tree(
+        spec: Arc<Spec>,
+        robot: Arc<RobotModel>,
+        skeleton: Skeleton,
+        seed: u64,
+        world: u32,
+    ) -> Result<Self, WorldError> {
+        let parts = build(&spec, &robot, skeleton, seed, world)?;
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
         parts.fruit.reset(&mut data);

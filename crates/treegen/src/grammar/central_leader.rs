@@ -108,13 +108,6 @@ impl<'a> CentralLeader<'a> {
         }
     }
 
-    /// Derivations after which no tree of this config has an apex left: the leader's tiers, then one bud and
-    /// one axis an order, each with a last rewriting that removes the spent apex.
-    pub fn derivations(&self) -> u32 {
-        let axis = self.spec.axis_internodes.high() + 2;
-        self.spec.leader_internodes.high() * (self.limbs + 1) + axis * (self.spec.branch_orders.get() + 1)
-    }
-
     /// Reserves the internodes of a new axis, if the bound on the tree's size allows them.
     fn commit(&mut self, internodes: u32) -> bool {
         let fits = self.committed + internodes <= self.spec.segments_max.get();
@@ -240,6 +233,13 @@ impl<'a> CentralLeader<'a> {
 impl Grammar for CentralLeader<'_> {
     type Apex = Apex;
 
+    /// Derivations after which no tree of this config has an apex left: the leader's tiers, then one bud and
+    /// one axis an order, each with a last rewriting that removes the spent apex.
+    fn derivations(&self) -> u32 {
+        let axis = self.spec.axis_internodes.high() + 2;
+        self.spec.leader_internodes.high() * (self.limbs + 1) + axis * (self.spec.branch_orders.get() + 1)
+    }
+
     /// `/(phase) Leader`
     fn axiom(&mut self) -> Vec<Module<Apex>> {
         let phase = self.stream.uniform(0.0, std::f64::consts::TAU);
@@ -259,12 +259,12 @@ impl Grammar for CentralLeader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lsystem::derive;
-    use orchard_spec::{Purpose, Spec};
+    use crate::lsystem::{Grammar as _, derive};
+    use orchard_spec::{Purpose, Spec, tree::Grammar};
 
     #[test]
     fn no_apex_is_left() {
-        let spec = Spec::paper().tree.central_leader;
+        let Grammar::CentralLeader(spec) = Spec::paper().tree.grammar else { panic!("another grammar") };
         for world in 0..50 {
             let mut grammar = CentralLeader::new(&spec, Stream::new(5, world, Purpose::Growth));
             let derivations = grammar.derivations();

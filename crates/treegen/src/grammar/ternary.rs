@@ -9,6 +9,7 @@ use crate::lsystem::{Command, Grammar, Module};
 /// The grammar with its angles [rad], lengths and factors.
 #[derive(Debug, Clone)]
 pub struct Ternary {
+    derivations: u32,
     branch_angle: f64,
     divergence: [f64; 2],
     elongation: f64,
@@ -26,6 +27,7 @@ impl Ternary {
     /// The grammar of a config.
     pub fn new(spec: &TernarySpec) -> Self {
         Self {
+            derivations: spec.derivations.get(),
             branch_angle: spec.branch_angle.si(),
             divergence: [spec.divergence_1.si(), spec.divergence_2.si()],
             elongation: spec.elongation.si(),
@@ -39,6 +41,10 @@ impl Ternary {
 
 impl Grammar for Ternary {
     type Apex = Apex;
+
+    fn derivations(&self) -> u32 {
+        self.derivations
+    }
 
     /// `!(1) F(trunk) /(roll) A`
     fn axiom(&mut self) -> Vec<Module<Apex>> {
@@ -77,10 +83,18 @@ impl Grammar for Ternary {
 mod tests {
     use super::*;
     use crate::{lsystem::derive, turtle::interpret};
+    use orchard_spec::{Preset, Spec, tree::Grammar};
+
+    fn canonical() -> TernarySpec {
+        match Spec::preset(Preset::Ternary).tree.grammar {
+            Grammar::Ternary(spec) => spec,
+            other => panic!("another grammar: {other:?}"),
+        }
+    }
 
     #[test]
     fn internodes_elongate_and_thicken() {
-        let spec = orchard_spec::Spec::paper().tree.ternary;
+        let spec = canonical();
         let drawn = interpret(&derive(&mut Ternary::new(&spec), 2));
         let (lr, vr) = (spec.elongation.si(), spec.thickening.si());
         // Equal but for the order of two multiplications.
@@ -95,7 +109,7 @@ mod tests {
 
     #[test]
     fn internode_count_is_exact() {
-        let spec = orchard_spec::Spec::paper().tree.ternary;
+        let spec = canonical();
         let mut power = 1;
         for n in 0..=6 {
             assert_eq!(interpret(&derive(&mut Ternary::new(&spec), n)).len(), 1 + 2 * (power - 1), "n = {n}");

@@ -1,18 +1,24 @@
 //! Config variants and the invariants that every tree must keep.
 
-use orchard_spec::{PAPER_TOML, Spec};
+use orchard_spec::Spec;
+use orchard_spec::tree::{CentralLeaderSpec, Grammar};
 use orchard_treegen::Skeleton;
 
 /// Rounding of a sum of some dozens of lengths of about a metre.
 pub const ROUNDING: f64 = 1e-12;
 
-/// The preset `paper` with one line replaced; the line is found by what it starts with, in its table.
+/// The preset `paper` with one constant replaced.
 pub fn paper_with(table: &str, key: &str, value: &str) -> Result<Spec, String> {
-    let start = PAPER_TOML.find(&format!("[{table}]\n")).expect("the preset has the table");
-    let line = start + PAPER_TOML[start..].find(&format!("\n{key} = ")).expect("the table has the key") + 1;
-    let end = line + PAPER_TOML[line..].find('\n').expect("the line ends");
-    let text = format!("{}{key} = {value}{}", &PAPER_TOML[..line], &PAPER_TOML[end..]);
+    let text = format!("preset = 'test'\nbase = 'paper'\n[{table}]\n{key} = {value}\n");
     Spec::from_toml("test.toml", &text).map_err(|e| e.to_string())
+}
+
+/// The parameters of the central-leader grammar.
+pub fn central_leader(spec: &mut Spec) -> &mut CentralLeaderSpec {
+    match &mut spec.tree.grammar {
+        Grammar::CentralLeader(grammar) => grammar,
+        other => panic!("another grammar: {other:?}"),
+    }
 }
 
 /// Parents before children, chained end to end, finite, of positive size, tapering, above the clearance, as

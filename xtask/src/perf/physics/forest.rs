@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use orchard_batch::TreeWorld;
 use orchard_fruit::{Fruit, place};
+use orchard_spec::tree::Grammar;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Segment, Skeleton, grow};
 use rayon::prelude::*;
@@ -133,7 +134,9 @@ pub fn nearest(spec: Spec, links: usize, count: usize, searched: u32) -> anyhow:
 /// The paper's grammar with a bound on a tree's segments, without fruit.
 pub fn spec_with_segments(most: u32) -> anyhow::Result<Spec> {
     let mut spec = spec_with_fruit(0)?;
-    let grammar = &mut spec.tree.central_leader;
+    let Grammar::CentralLeader(grammar) = &mut spec.tree.grammar else {
+        bail!("the paper's grammar is another")
+    };
     grammar.segments_max = grammar.segments_max.with_value(most).map_err(anyhow::Error::msg)?;
     Ok(spec)
 }

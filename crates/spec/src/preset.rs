@@ -1,0 +1,173 @@
+//! The configs that come with the crate, and what a config takes over from its base.
+
+use orchard_quantity::{ConfigError, from_table, parse};
+use std::fmt;
+use std::str::FromStr;
+
+use crate::Spec;
+
+macro_rules! presets {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
+        /// A config that comes with the crate.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Preset {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Preset {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Name, as configs and command lines write it.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// The file as TOML text.
+            pub fn toml(self) -> &'static str {
+                match self {
+                    $(Self::$variant => include_str!(concat!("../configs/", $name, "/world.toml")),)*
+                }
+            }
+        }
+    };
+}
+
+presets! {
+    /// The figures of the OrchardBench paper, completed by those of its released code.
+    Paper = "paper";
+    /// The paper's canonical tree, which needs no random number.
+    Ternary = "ternary";
+}
+
+impl fmt::Display for Preset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Preset {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL.iter().copied().find(|preset| preset.name() == name).ok_or_else(|| {
+            let names: Vec<&str> = Self::ALL.iter().map(|preset| preset.name()).collect();
+            format!("no preset '{name}'; the presets are: {}", names.join(", "))
+        })
+    }
+}
+
+/// The field by which a config names the preset that it changes.
+const BASE: &str = "base";
+
+/// The field that holds a config's own name.
+const NAME: &str = "preset";
+
+/// The table of which a config chooses one entry: another choice takes the base's place whole.
+const CHOICE: &str = "grammar";
+
+/// Fields that make a table one constant; it is replaced whole.
+const CONSTANT: [&str; 3] = ["value", "low", "mean"];
+
+/// Reads a spec; what it leaves open is its base's.
+pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
+    from_table(file, with_base(file, text)?)
+}
+
+/// The whole table of a config.
+fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
+    let mut table = parse(file, text)?;
+    let Some(base) = table.remove(BASE) else { return Ok(table) };
+    let named =
+        base.as_str().ok_or_else(|| "the name of a preset is text".to_owned()).and_then(Preset::from_str);
+    let preset =
+        named.map_err(|problem| ConfigError { file: file.to_owned(), field: BASE.to_owned(), problem })?;
+    let mut whole = with_base(preset.name(), preset.toml())?;
+    // A config that differs needs a name of its own.
+    whole.remove(NAME);
+    lay_over(&mut whole, table);
+    Ok(whole)
+}
+
+/// Puts the entries of one table over those of another: constants, choices and whatever is no table replace what was there.
+fn lay_over(below: &mut toml::Table, above: toml::Table) {
+    for (key, value) in above {
+        match (below.get_mut(&key), value) {
+            (Some(toml::Value::Table(old)), toml::Value::Table(new)) if merges(&key, old, &new) => {
+                lay_over(old, new);
+            }
+            (_, value) => {
+                below.insert(key, value);
+            }
+        }
+    }
+}
+
+fn merges(key: &str, old: &toml::Table, new: &toml::Table) -> bool {
+    let constant = CONSTANT.iter().any(|field| new.contains_key(*field));
+    let other_choice = key == CHOICE && !new.keys().eq(old.keys());
+    !constant && !other_choice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tree::Grammar;
+
+    #[test]
+    fn every_preset_reads_and_knows_its_name() {
+        for &preset in Preset::ALL {
+            let spec = read(preset.name(), preset.toml()).unwrap();
+            assert_eq!(spec.preset, preset.name());
+            assert_eq!(preset.name().parse(), Ok(preset));
+        }
+        let e = "lemon".parse::<Preset>().unwrap_err();
+        assert!(e.contains("'lemon'") && e.contains("paper, ternary"), "{e}");
+    }
+
+    #[test]
+    fn a_config_holds_what_differs_from_its_base() {
+        let text = "preset = 'mine'\nbase = 'paper'\n[wood]\nrigid = true\n\
+                    density = { value = 900, range = [780, 1000], unit = 'kg/m3', source = 'x' }";
+        let mine = read("mine.toml", text).unwrap();
+        let paper = Spec::paper();
+        assert_eq!(mine.wood.density.si(), 900.0);
+        assert_eq!(mine.wood.density.source(), "x");
+        let wood =
+            crate::wood::WoodSpec { density: paper.wood.density.clone(), rigid: false, ..mine.wood.clone() };
+        assert!(mine.wood.rigid);
+        assert_eq!(Spec { preset: paper.preset.clone(), wood, ..mine }, paper);
+    }
+
+    #[test]
+    fn another_grammar_takes_the_place_of_the_bases() {
+        let ternary = Spec::preset(Preset::Ternary);
+        assert!(matches!(ternary.tree.grammar, Grammar::Ternary(_)));
+        // The same grammar keeps what is not said.
+        let text = "preset = 'two'\nbase = 'ternary'\n[tree.grammar.ternary]\n\
+                    derivations = { value = 2, range = [0, 8], unit = 'derivations', source = 'x' }";
+        let Grammar::Ternary(two) = read("x", text).unwrap().tree.grammar else { panic!("another grammar") };
+        let Grammar::Ternary(four) = ternary.tree.grammar else { panic!("another grammar") };
+        assert_eq!(two.derivations.get(), 2);
+        assert_eq!(crate::tree::TernarySpec { derivations: four.derivations.clone(), ..two }, four);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let error = |text: &str| read("a.toml", text).unwrap_err().to_string();
+        assert!(
+            error("base = 'lemon'").starts_with("a.toml: base: no preset 'lemon'; the presets are: paper")
+        );
+        assert_eq!(error("base = 3"), "a.toml: base: the name of a preset is text");
+        let e = error("base = 'paper'\n[tree.grammar.quaternary]\nn = 4");
+        assert!(e.starts_with("a.toml: tree.grammar") && e.contains("quaternary"), "{e}");
+        let e = error(
+            "base = 'paper'\n[tree.grammar.central-leader]\nlimbs = { low = 3, high = 60, range = [1, 24], unit = 'limbs', source = 'x' }",
+        );
+        assert!(e.starts_with("a.toml: tree.grammar.central-leader.limbs: 60 is outside"), "{e}");
+        let e = error("base = 'paper'");
+        assert!(e.contains("missing field `preset`"), "{e}");
+        let e = error("base = 'paper'\n[wood]\nweight = 1");
+        assert!(e.starts_with("a.toml: wood.weight"), "{e}");
+    }
+}
