@@ -174,13 +174,13 @@ fn heights_and_nodes_are_where_the_grid_puts_them() {
     }
 }
 
-/// A turned rectangle over the ground, its half-extents up to 0.3 m.
+/// A turned rectangle that stays on the bumps, its half-extents up to 0.2 m.
 fn rectangle(draws: &mut impl FnMut() -> f64) -> Footprint {
     let (sin, cos) = math::sin_cos(draws() * std::f64::consts::TAU);
     Footprint {
-        centre: [1.4 * (draws() - 0.5), 1.0 * (draws() - 0.5)],
+        centre: [0.6 * (draws() - 0.5), 0.2 * (draws() - 0.5)],
         ahead: [cos, sin],
-        half: [0.3 * draws(), 0.3 * draws()],
+        half: [0.2 * draws(), 0.2 * draws()],
     }
 }
 

@@ -346,7 +346,9 @@ impl State {
     fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command) {
         let Parts { model, handle, settings, .. } = parts;
         let (h, gravity) = (settings.h, &settings.gravity);
-        let ride_height = parts.ground.ride_height(&handle.x_world_base(&self.data));
+        let twist = self.data.velocity(handle.base);
+        let x_world_base = handle.x_world_base(&self.data);
+        let ride_height = parts.ground.ride_height_ahead(&x_world_base, &twist.linear, twist.angular.z);
         let height = ride_height - parts.x_world_odom.translation.z;
         self.servos.apply(model, &mut self.data, handle, command, height, gravity, h);
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
