@@ -264,10 +264,10 @@ fn the_camera_sees_the_ground_where_it_is() {
         world.data_mut().q[q] -= 0.9;
         let model = world.model().clone();
         forward_kinematics(&model, world.data_mut());
-        let depth = world.observe().depth.unwrap();
+        let observation = world.observe();
+        let (depth, intrinsics) = (observation.depth.unwrap(), observation.intrinsics);
         let x_world_camera = world.x_world_camera();
         let truth = world.camera_truth().unwrap();
-        let intrinsics = world.observe().intrinsics;
         for v in 0..depth.height() {
             for u in 0..depth.width() {
                 if truth.image.label[(u, v)] == Label::Ground {
@@ -302,4 +302,24 @@ fn snapshots_know_their_ground() {
     assert_eq!(state_hash(&one), state_hash(&two));
     let mut other = world(spec(0.11), 5);
     assert!(other.restore(&snapshot).unwrap_err().to_string().contains("another spec"));
+}
+
+#[test]
+#[ignore = "scratch"]
+fn scratch_low_fruit() {
+    let (mut n, mut lowest, mut wood) = (0, f64::INFINITY, 0);
+    for seed in 0..40 {
+        let world = world(spec(AMPLITUDE), seed);
+        for f in world.fruit_truth() {
+            let gap = field(&world).signed_distance(&f.p_world) - f.radius;
+            n += usize::from(gap < 0.0);
+            lowest = lowest.min(gap);
+        }
+        for (i, s) in world.skeleton().segments.iter().enumerate() {
+            let x = world.data().x_world_body(world.tree().bodies[i]);
+            let tip = transform(x, &Vec3::new(0.0, 0.0, s.length));
+            wood += usize::from(field(&world).signed_distance(&tip) < s.radius);
+        }
+    }
+    println!("{n} fruit of {} under ground, lowest {lowest}; wood tips {wood}", 40 * 40);
 }
