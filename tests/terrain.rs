@@ -55,8 +55,27 @@ fn steepest(world: &World) -> (Vec3, Vec3) {
     middles.filter(|(p, _)| far(p)).min_by(|a, b| a.1.z.total_cmp(&b.1.z)).unwrap()
 }
 
+/// Sine of the largest angle between two triangles that share an edge.
+fn sharpest(field: &HeightField) -> f64 {
+    let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a)).normalize();
+    let corners =
+        |nodes: [[i64; 2]; 3]| Some([field.node(nodes[0])?, field.node(nodes[1])?, field.node(nodes[2])?]);
+    let mut sharpest = 0.0_f64;
+    for [column, row] in field.cells().iter() {
+        let [lower, upper] = HeightField::triangles_of([column, row]);
+        let [_, left] = HeightField::triangles_of([column - 1, row]);
+        let [_, below] = HeightField::triangles_of([column, row - 1]);
+        let Some(lower) = corners(lower).map(normal) else { continue };
+        for other in [upper, left, below].into_iter().filter_map(corners).map(normal) {
+            sharpest = sharpest.max(lower.cross(&other).norm());
+        }
+    }
+    sharpest
+}
+
 /// A fruit laid on the steepest slope rolls down and comes to rest. Its energy, with that of the overlaps of the
-/// contact law, never rises.
+/// contact law, rises by no more than the overlap with a triangle that it rolls into within one step, and those are
+/// nothing against what it loses.
 #[test]
 fn a_fruit_rolls_down_a_slope_and_comes_to_rest() {
     (0..6_u64).into_par_iter().for_each(|seed| {
@@ -66,15 +85,16 @@ fn a_fruit_rolls_down_a_slope_and_comes_to_rest() {
         spec.sim.substeps = spec.sim.substeps.with_value(1).unwrap();
         let stiffness = [&spec.sim.ground_stiffness, &spec.fruit.contact_stiffness].map(|k| k.si());
         let stiffness = stiffness[0] * stiffness[1] / (stiffness[0] + stiffness[1]);
-        let gravity = spec.sim.gravity.si();
+        let (gravity, h) = (spec.sim.gravity.si(), spec.sim.substep());
         let mut world = world(spec, seed);
+        let sine = sharpest(field(&world));
         let (p_slope, n) = steepest(&world);
         let (radius, mass) = (world.fruit().fruit[0].radius, world.fruit().fruit[0].mass);
         put(&mut world, 0, p_slope + n * radius);
         let point = world.fruit().points[0].index();
         let collider = world.fruit().colliders[0];
-        let mut before = f64::INFINITY;
-        let (mut worst, mut frames) = (0.0_f64, 0);
+        let mut energies = Vec::new();
+        let mut gained = 0.0;
         while !matches!(world.fruit_lives().phase(0), Phase::Asleep(_)) {
             let data = world.data();
             let (v, w) = (data.point_v_world[point], data.point_w_world[point]);
@@ -84,18 +104,16 @@ fn a_fruit_rolls_down_a_slope_and_comes_to_rest() {
             world.step(&hold());
             let contacts = world.report().contacts.iter().filter(|c| c.a == collider || c.b == collider);
             let overlaps: f64 = contacts.map(|c| 0.5 * stiffness * c.gap * c.gap.min(0.0)).sum();
-            worst = worst.max(energy + overlaps - before);
-            before = energy + overlaps;
-            frames += 1;
-            assert!(frames < 180 * 120, "seed {seed}: still rolling after two minutes");
+            let rise = energies.last().map_or(0.0, |before| energy + overlaps - before);
+            let into = h * v.norm() * sine;
+            assert!(rise <= 0.5 * stiffness * into * into + 1e-9, "seed {seed}: energy rose by {rise:e} J");
+            gained += rise.max(0.0);
+            energies.push(energy + overlaps);
+            assert!(energies.len() < 180 * 120, "seed {seed}: still rolling after two minutes");
         }
-        println!(
-            "seed {seed}: slope {:.2}, rest after {:.1} s, worst {worst:e} J",
-            n.xy().norm() / n.z,
-            f64::from(frames) / 180.0
-        );
+        let lost = energies[0] - energies[energies.len() - 1];
         let p = world.data().point_p_world[point];
-        assert!(worst < 1e-6, "seed {seed}: energy rose by {worst:e} J");
+        assert!(gained < 0.02 * lost, "seed {seed}: gained {gained:e} J while it lost {lost} J");
         assert!(p.z < p_slope.z + n.z * radius - 0.01, "seed {seed}: it rests {} m high", p.z);
         let sunk = field(&world).signed_distance(&p) - radius;
         assert!(sunk.abs() < 1e-4, "seed {seed}: it rests {sunk} m over the ground");
@@ -201,7 +219,8 @@ fn the_chassis_rides_over_bumps() {
     ];
     (0..12_usize).into_par_iter().for_each(|case| {
         let mut world = world(spec(AMPLITUDE), case as u64);
-        let (mut lowest, mut highest_over, mut span) = (f64::INFINITY, 0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
+        let (mut lowest, mut highest_over, mut span) =
+            (f64::INFINITY, 0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
         let mut steepest = 0.0_f64;
         let mut last = highest(&world);
         for _ in 0..300 {
@@ -217,7 +236,6 @@ fn the_chassis_rides_over_bumps() {
             assert!((height - (z - world.x_world_odom().translation.z)).abs() < 1e-12);
         }
         assert_eq!(*world.status(), Status::Running);
-        println!("case {case}: {lowest:.4} to {highest_over:.4} over the ground, climb {steepest:.2} m/s, span {:.3}", span.1 - span.0);
         // The servo is short by less than 5 ms of climb (`LAGS_AHEAD` in the world's ground).
         assert!(lowest > -5e-3 * steepest, "case {case}: {lowest} m under the ground");
         assert!(highest_over < AMPLITUDE, "case {case}: {highest_over} m over the ground");
@@ -304,22 +322,18 @@ fn snapshots_know_their_ground() {
     assert!(other.restore(&snapshot).unwrap_err().to_string().contains("another spec"));
 }
 
+/// Even on the highest bumps nothing that grows is under the ground: fruit and wood meet the ground only once they fall.
 #[test]
-#[ignore = "scratch"]
-fn scratch_low_fruit() {
-    let (mut n, mut lowest, mut wood) = (0, f64::INFINITY, 0);
-    for seed in 0..40 {
+fn no_tree_grows_into_the_bumps() {
+    (0..40_u64).into_par_iter().for_each(|seed| {
         let world = world(spec(AMPLITUDE), seed);
-        for f in world.fruit_truth() {
-            let gap = field(&world).signed_distance(&f.p_world) - f.radius;
-            n += usize::from(gap < 0.0);
-            lowest = lowest.min(gap);
+        for (i, fruit) in world.fruit_truth().iter().enumerate() {
+            assert!(field(&world).signed_distance(&fruit.p_world) > fruit.radius, "seed {seed}, fruit {i}");
         }
-        for (i, s) in world.skeleton().segments.iter().enumerate() {
+        for (i, segment) in world.skeleton().segments.iter().enumerate() {
             let x = world.data().x_world_body(world.tree().bodies[i]);
-            let tip = transform(x, &Vec3::new(0.0, 0.0, s.length));
-            wood += usize::from(field(&world).signed_distance(&tip) < s.radius);
+            let tip = transform(x, &Vec3::new(0.0, 0.0, segment.length));
+            assert!(field(&world).signed_distance(&tip) > segment.radius, "seed {seed}, segment {i}");
         }
-    }
-    println!("{n} fruit of {} under ground, lowest {lowest}; wood tips {wood}", 40 * 40);
+    });
 }
