@@ -37,6 +37,9 @@ pub struct Args {
     /// Moment of the episode [s]
     #[arg(long, default_value_t = 0.0, value_name = "SECONDS", allow_negative_numbers = true)]
     time: f64,
+    /// Largest bump or hollow of the ground [m]; the config's ground if not given
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    terrain: Option<f64>,
     /// Height of the picture [px]
     #[arg(long, default_value_t = 720, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(64..=4096))]
     height: u32,
@@ -58,7 +61,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::BadInput(format!("--time {}: the allowed range is [0, {LATEST}] s", args.time)));
     }
     check_folder(&args.out)?;
-    let spec = Arc::new(args.spec.read()?);
+    let mut spec = args.spec.read()?;
+    if let Some(amplitude) = args.terrain {
+        let terrain = spec.terrain.with_amplitude(amplitude);
+        spec.terrain = terrain.map_err(|e| Failure::BadInput(format!("--terrain {amplitude}: {e}")))?;
+    }
+    let spec = Arc::new(spec);
     let robot = Arc::new(RobotModel::paper());
     let (seed, tree) = (args.seed, args.tree);
     let built = match &args.from {

@@ -21,6 +21,9 @@ pub enum TreeWorldError {
     /// The tree does not grow.
     #[error("the tree does not grow: {0}")]
     Growth(#[from] TreegenError),
+    /// Bumps, which a batch does not know.
+    #[error("terrain.enabled = true: trees without a robot stand on level ground")]
+    Terrain,
     /// The parts make no valid model.
     #[error("the tree makes no valid model: {0}")]
     Model(#[from] ModelError),
@@ -91,11 +94,14 @@ impl TreeWorld {
     /// A given tree with given fruit, in static equilibrium.
     ///
     /// # Errors
-    /// The parts make no valid model, or the tree finds no rest.
+    /// The ground is to be bumpy, the parts make no valid model, or the tree finds no rest.
     pub fn new(spec: Arc<Spec>, skeleton: &Skeleton, fruit: Vec<Fruit>) -> Result<Self, TreeWorldError> {
         const APART: Groups = Groups::NONE;
         const GROUND: Groups = Groups { member: 1, filter: 2 };
         const OFF_THE_TREE: Groups = Groups { member: 2, filter: 1 };
+        if spec.terrain.enabled {
+            return Err(TreeWorldError::Terrain);
+        }
         let gravity = spec.sim.gravity.si();
         let mut builder = ModelBuilder::new();
         builder.add_collider(Collider {

@@ -43,7 +43,7 @@ impl Harvest {
             params: ConditionParams {
                 fruit_count: spec.fruit.count.get(),
                 foliage_density: spec.foliage.density.si(),
-                terrain_amplitude_m: 0.0,
+                terrain_amplitude_m: if spec.terrain.enabled { spec.terrain.amplitude.si() } else { 0.0 },
                 trees,
                 horizon_s: horizon,
             },

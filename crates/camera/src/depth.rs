@@ -2,7 +2,7 @@
 
 use crate::primitive::{Hit, Primitive, for_each_primitive};
 use crate::{Label, NO_INSTANCE, Scene};
-use orchard_geometry::{DepthImage, Image, Intrinsics, Pose};
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 
 /// Depth with its truth, pixel for pixel.
 ///
@@ -72,8 +72,9 @@ pub(crate) fn rasterise(
     depth.pixels_mut().fill(f32::INFINITY);
     index.pixels_mut().fill(NO_INSTANCE);
     let x_camera_world = x_world_camera.inverse();
+    let view = view(intrinsics, far);
     for (i, item) in (0_u32..).zip(&scene.items) {
-        for_each_primitive(item, &x_camera_world, |primitive| match primitive {
+        for_each_primitive(item, &x_camera_world, &view, |primitive| match primitive {
             Primitive::Sphere(p) => scan(p, i, intrinsics, far, depth, index),
             Primitive::Capsule(p) => scan(p, i, intrinsics, far, depth, index),
             Primitive::Box(p) => scan(p, i, intrinsics, far, depth, index),
@@ -81,6 +82,20 @@ pub(crate) fn rasterise(
             Primitive::Triangle(p) => scan(p, i, intrinsics, far, depth, index),
         });
     }
+}
+
+/// The camera and the corners of its view at depth `far`: their convex hull holds all that a ray can meet up to there.
+/// No points where `far` is infinite.
+fn view(intrinsics: &Intrinsics, far: f64) -> Vec<Vec3> {
+    // A depth is rounded to f32 before it is held against `far`.
+    let end = far * (1.0 + f64::from(f32::EPSILON));
+    if !end.is_finite() {
+        return Vec::new();
+    }
+    let (right, bottom) = (intrinsics.width as f64, intrinsics.height as f64);
+    let corners = [(-1.0, -1.0), (right, -1.0), (-1.0, bottom), (right, bottom)];
+    let rays = corners.map(|(u, v)| intrinsics.ray(u, v) * end);
+    rays.into_iter().chain([Vec3::zeros()]).collect()
 }
 
 /// Draws one primitive into the z-buffer.

@@ -11,10 +11,10 @@ pub use false_color::{depth_picture, depth_picture_enlarged};
 
 use crate::depth::rasterise;
 use crate::primitive::{Primitive, for_each_primitive};
-use crate::{NO_INSTANCE, Scene};
+use crate::{Geometry, Item, NO_INSTANCE, Scene};
 use light::Lighting;
 use material::Palette;
-use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3, math};
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, math};
 
 /// Light and image quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,12 +58,23 @@ pub fn picture(
     let lighting = Lighting::new(scene, &style.sun_world);
     let palette = Palette::new();
     let x_camera_world = x_world_camera.inverse();
-    let primitives_of = |item| {
+    let primitives_of = |item, within: &[Vec3]| {
         let mut all: Vec<Primitive> = Vec::new();
-        for_each_primitive(item, &x_camera_world, |p| all.push(*p));
+        for_each_primitive(item, &x_camera_world, within, |p| all.push(*p));
         all
     };
-    let primitives: Vec<_> = scene.items.iter().map(primitives_of).collect();
+    // Terrain has too many to try: of it only those at the place in question are taken.
+    let is_terrain = |item: &Item| matches!(item.geometry, Geometry::Shape(Shape::HeightField(_)));
+    let listed = |item| if is_terrain(item) { Vec::new() } else { primitives_of(item, &[]) };
+    let primitives: Vec<_> = scene.items.iter().map(listed).collect();
+    let surface_at = |index: usize, ray: &Vec3, z: f64| {
+        let rounding = 2.0 * f64::from(f32::EPSILON);
+        let ends = [ray * (z * (1.0 - rounding)), ray * (z * (1.0 + rounding))];
+        let here = is_terrain(&scene.items[index]).then(|| primitives_of(&scene.items[index], &ends));
+        let candidates = here.as_ref().unwrap_or(&primitives[index]);
+        let hits = candidates.iter().filter_map(|p| p.hit_with_normal(ray));
+        hits.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
     let samples = side * side;
     let sample = |u: usize, v: usize, k: usize| -> Vec3 {
         let ray = fine.ray(u as f64, v as f64);
@@ -73,8 +84,9 @@ pub fn picture(
         if item == NO_INSTANCE {
             return sky;
         }
-        let hits = primitives[item as usize].iter().filter_map(|p| p.hit_with_normal(&ray));
-        let Some((z, normal)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) else { return sky };
+        let Some((z, normal)) = surface_at(item as usize, &ray, f64::from(depth[(u, v)])) else {
+            return sky;
+        };
         let outer_side = normal.dot(&ray) < 0.0;
         let facing = if outer_side { normal } else { -normal };
         let surface = Surface {

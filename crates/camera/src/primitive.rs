@@ -4,7 +4,7 @@
 
 use crate::bounds::Bounds;
 use crate::{Geometry, Item, blade};
-use orchard_geometry::{Mat3, Pose, Shape, Vec3, transform};
+use orchard_geometry::{Aabb, Mat3, Pose, Shape, Vec3, inverse_transform, transform};
 
 /// A form that a ray can meet, in the camera frame.
 #[derive(Debug, Clone, Copy)]
@@ -70,8 +70,14 @@ pub(crate) trait Hit {
     fn bounds(&self) -> Bounds;
 }
 
-/// Calls `f` with every primitive of an item.
-pub(crate) fn for_each_primitive(item: &Item, x_camera_world: &Pose, mut f: impl FnMut(&Primitive)) {
+/// Calls `f` with every primitive of an item; of terrain, which may be large, only with those that can meet the convex
+/// hull of the points `within` (camera frame; no points: everywhere).
+pub(crate) fn for_each_primitive(
+    item: &Item,
+    x_camera_world: &Pose,
+    within: &[Vec3],
+    mut f: impl FnMut(&Primitive),
+) {
     let x = x_camera_world * item.x_world_item;
     let p = x.translation.vector;
     match &item.geometry {
@@ -100,7 +106,13 @@ pub(crate) fn for_each_primitive(item: &Item, x_camera_world: &Pose, mut f: impl
             }
         }
         Geometry::Shape(Shape::HeightField(field)) => {
-            for corners in field.triangles(field.cells()) {
+            let points = within.iter().map(|p| inverse_transform(&x, p)).map(|p| Aabb { min: p, max: p });
+            let around = points.reduce(|a, b| a.union(&b));
+            let cells = match &around {
+                None => Some(field.cells()),
+                Some(around) => field.cells_under(around).filter(|_| field.bounds().overlaps(around)),
+            };
+            for corners in cells.into_iter().flat_map(|cells| field.triangles(cells)) {
                 f(&Primitive::Triangle(Triangle::new(corners.map(|v| transform(&x, &v)))));
             }
         }

@@ -231,6 +231,16 @@ impl HeightField {
         if [x, y] == [p.x, p.y] && p.z < z { -distance } else { distance }
     }
 
+    /// Which column a place along x lies on: whole numbers are columns of nodes.
+    pub(crate) fn column_at(&self, x: f64) -> f64 {
+        (x + self.reach(0)) / self.spacing[0]
+    }
+
+    /// Which row a place along y lies on.
+    pub(crate) fn row_at(&self, y: f64) -> f64 {
+        (y + self.reach(1)) / self.spacing[1]
+    }
+
     /// Half the field's length along x (0) or y (1) [m].
     fn reach(&self, k: usize) -> f64 {
         0.5 * self.spacing[k] * ([self.columns, self.rows][k] - 1) as f64
@@ -241,15 +251,23 @@ impl HeightField {
         Vec3::new(x, y, z)
     }
 
+    /// Whether a node and its six neighbours lie in one plane.
     fn lies_in_a_plane(&self, node: Node) -> bool {
-        let Some(p) = self.node(node) else { return false };
+        let Some(middle) = self.index(node) else { return false };
         let mut spokes = [Vec3::zeros(); 6];
         for (spoke, step) in spokes.iter_mut().zip(NEIGHBOURS) {
-            let Some(other) = self.node([node[0] + step[0], node[1] + step[1]]) else { return false };
-            *spoke = other - p;
+            let Some(other) = self.index([node[0] + step[0], node[1] + step[1]]) else { return false };
+            let along = [0, 1].map(|k| self.spacing[k] * step[k] as f64);
+            *spoke = Vec3::new(along[0], along[1], self.heights[other] - self.heights[middle]);
         }
-        let normal = spokes[0].cross(&spokes[1]);
-        spokes.iter().all(|spoke| normal.dot(spoke).abs() <= COPLANAR * normal.norm() * spoke.norm())
+        // The first two spokes span the plane.
+        let [east, north, others @ ..] = spokes;
+        let normal = east.cross(&north);
+        let most = COPLANAR * COPLANAR * normal.norm_squared();
+        others.iter().all(|spoke| {
+            let out = normal.dot(spoke);
+            out * out <= most * spoke.norm_squared()
+        })
     }
 }
 

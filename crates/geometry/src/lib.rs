@@ -3,12 +3,14 @@
 //! Conventions: SI units, z up, right-handed; `p_world` is a point in the world frame, `x_world_camera` the
 //! pose of the camera in the world (it maps camera coordinates to world coordinates).
 
+pub mod footprint;
 pub mod height_field;
 pub mod hull;
 pub mod image;
 pub mod math;
 pub mod shape;
 
+pub use footprint::Footprint;
 pub use height_field::{HeightField, HeightFieldError};
 pub use hull::{ConvexHull, HullError};
 pub use image::{DepthImage, Image, Intrinsics};

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use orchard_geometry::height_field::closest_on_triangle;
 use orchard_geometry::{
-    ConvexHull, HeightField, HeightFieldError, HullError, Pose, Rotation, Shape, Vec3, math, transform,
+    ConvexHull, Footprint, HeightField, HeightFieldError, HullError, Pose, Rotation, Shape, Vec3, math,
+    transform,
 };
 
 /// Numbers that look random: digits far behind the point of a sine.
@@ -171,4 +172,85 @@ fn heights_and_nodes_are_where_the_grid_puts_them() {
         let p = transform(&pose, &p);
         assert!((0..3).all(|k| aabb.min[k] < p[k] + 1e-12 && p[k] < aabb.max[k] + 1e-12));
     }
+}
+
+/// A turned rectangle that stays on the bumps, its half-extents up to 0.2 m.
+fn rectangle(draws: &mut impl FnMut() -> f64) -> Footprint {
+    let (sin, cos) = math::sin_cos(draws() * std::f64::consts::TAU);
+    Footprint {
+        centre: [0.6 * (draws() - 0.5), 0.2 * (draws() - 0.5)],
+        ahead: [cos, sin],
+        half: [0.2 * draws(), 0.2 * draws()],
+    }
+}
+
+/// Numbers in [0, 1): van der Corput's sequence in a base of its own for each rectangle's number.
+fn draws(rectangle: usize) -> impl FnMut() -> f64 {
+    const BASES: [usize; 5] = [2, 3, 5, 7, 11];
+    let mut number = 0;
+    move || {
+        let (base, mut rest, mut share, mut value) = (BASES[number % 5], rectangle + 1, 1.0, 0.0);
+        number += 1;
+        while rest > 0 {
+            share /= base as f64;
+            value += share * (rest % base) as f64;
+            rest /= base;
+        }
+        value
+    }
+}
+
+/// The place at shares (-1 to 1) of a rectangle's half-extents.
+fn place_in(f: &Footprint, along: f64, across: f64) -> [f64; 2] {
+    let ([c, s], [x, y]) = (f.ahead, f.centre);
+    let (along, across) = (along * f.half[0], across * f.half[1]);
+    [x + c * along - s * across, y + s * along + c * across]
+}
+
+/// No place under a rectangle is higher than its highest ground, and the highest of many places comes near it.
+#[test]
+fn the_highest_ground_under_a_rectangle_is_that_of_all_its_places() {
+    const SIDE: usize = 60;
+    let field = bumps();
+    // Height differences of neighbours over their distance, along x and y together.
+    let steepest = 0.2 * (7.0 + 5.0);
+    for number in 0..300 {
+        let f = rectangle(&mut draws(number));
+        let share = |k: usize| 2.0 * k as f64 / SIDE as f64 - 1.0;
+        let places = (0..=SIDE).flat_map(|i| (0..=SIDE).map(move |k| (share(i), share(k))));
+        let sampled = places.filter_map(|(a, b)| {
+            let [x, y] = place_in(&f, a, b);
+            field.height(x, y)
+        });
+        let sampled = sampled.reduce(f64::max).unwrap();
+        let highest = field.highest_under(&f).unwrap();
+        let step = f.half[0].max(f.half[1]) / SIDE as f64;
+        // A place on the border may lie on either side of it by round-off.
+        assert!(sampled <= highest + 1e-12, "{f:?}: {highest} < {sampled}");
+        assert!(highest <= sampled + 2.0 * steepest * step, "{f:?}: {highest} > {sampled}");
+        // A little farther on it is a little different.
+        let moved = Footprint { centre: [f.centre[0] + 1e-6, f.centre[1] - 1e-6], ..f };
+        assert!((field.highest_under(&moved).unwrap() - highest).abs() < steepest * 1e-6 + 1e-12, "{f:?}");
+    }
+}
+
+#[test]
+fn on_a_slope_the_highest_ground_is_under_a_corner() {
+    let (a, b) = (0.3, -0.2);
+    let z = |k: usize| a * 0.1 * ((k % 31) as f64 - 15.0) + b * 0.1 * ((k / 31) as f64 - 15.0);
+    let field = HeightField::new(31, 31, [0.1; 2], (0..31 * 31).map(z).collect()).unwrap();
+    for number in 0..100 {
+        let f = rectangle(&mut draws(number));
+        let ([x, y], [c, s], [l, w]) = (f.centre, f.ahead, f.half);
+        let expected = a * x + b * y + (a * c + b * s).abs() * l + (b * c - a * s).abs() * w;
+        assert!((field.highest_under(&f).unwrap() - expected).abs() < 1e-14, "{f:?}");
+    }
+    let beside = Footprint { centre: [5.0, 0.0], ahead: [1.0, 0.0], half: [1.0, 1.0] };
+    assert_eq!(field.highest_under(&beside), None);
+    for nowhere in [f64::NAN, f64::INFINITY, 1e300] {
+        assert_eq!(field.highest_under(&Footprint { centre: [nowhere, 0.0], ..beside }), None);
+    }
+    // Half beside the field: the part that is on it.
+    let on_the_border = Footprint { centre: [1.5, 0.0], ahead: [1.0, 0.0], half: [0.25, 0.1] };
+    assert!((field.highest_under(&on_the_border).unwrap() - (0.45 + 0.02)).abs() < 1e-14);
 }

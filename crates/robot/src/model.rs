@@ -7,7 +7,7 @@ use crate::config::RobotConfig;
 use crate::handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 use crate::io::{ARM_DOF, Command};
 use crate::roles::Roles;
-use orchard_geometry::{Pose, Rotation};
+use orchard_geometry::{Aabb, Pose, Rotation, Vec3};
 use orchard_multibody::{
     Body, BodyId, Collider, Coupling, Data, JointKind, Model, ModelBuilder, Owner, SpatialInertia,
     forward_kinematics,
@@ -71,6 +71,21 @@ impl RobotModel {
     /// Interior of the bucket.
     pub fn bucket(&self) -> Bucket {
         self.roles.bucket
+    }
+
+    /// Box about the chassis in the base frame; a point at its origin if the robot has no chassis shapes.
+    pub fn chassis(&self) -> Aabb {
+        let roles = &self.roles;
+        let x_base_link = roles.x_link_base.inverse();
+        let shapes = self.articulation.links[roles.base].shapes.iter();
+        let chassis = shapes.filter(|s| s.part == self.config.parts.base_link);
+        let boxes = chassis.map(|s| s.shape.aabb(&(x_base_link * s.x_link_shape)));
+        boxes.reduce(|a, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() })
+    }
+
+    /// Time by which the height servo is behind a set point that moves evenly [s].
+    pub fn height_lag(&self) -> f64 {
+        self.config.height.damping.si() / self.config.height.stiffness.si()
     }
 
     /// Mass of the whole robot [kg].
@@ -212,11 +227,8 @@ impl RobotModel {
 
 /// Everything that moves with the base, start posture, in the odom frame.
 fn whole_inertia(articulation: &Articulation, roles: &Roles, config: &RobotConfig) -> SpatialInertia {
-    let mut whole = SpatialInertia {
-        mass: 0.0,
-        p_com: orchard_geometry::Vec3::zeros(),
-        i_com: orchard_geometry::Mat3::zeros(),
-    };
+    let mut whole =
+        SpatialInertia { mass: 0.0, p_com: Vec3::zeros(), i_com: orchard_geometry::Mat3::zeros() };
     let mut x_odom_links: Vec<Pose> = Vec::with_capacity(articulation.links.len());
     for (i, link) in articulation.links.iter().enumerate() {
         let q = match (roles.arm.iter().position(|&l| l == i), roles.fingers.contains(&i)) {

@@ -13,6 +13,7 @@ pub mod episode;
 pub mod foliage;
 pub mod fruit;
 pub mod sim;
+pub mod terrain;
 pub mod tree;
 pub mod wood;
 
@@ -30,6 +31,8 @@ pub struct Spec {
     pub preset: String,
     /// Time, gravity and contact.
     pub sim: sim::SimSpec,
+    /// Bumps of the ground.
+    pub terrain: terrain::TerrainSpec,
     /// Growth.
     pub tree: tree::TreeSpec,
     /// Material and rupture.

@@ -1,9 +1,11 @@
 //! Spec, robot and seed -> the constant part of a world.
 
+use crate::ground::Ground;
 use crate::groups;
+use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
 use orchard_fruit::{FruitGroups, FruitSet, place};
-use orchard_geometry::{Pose, Rotation, Shape, Vec3, math};
+use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
@@ -16,6 +18,9 @@ pub enum WorldError {
     /// The tree does not grow.
     #[error("the tree does not grow: {0}")]
     Growth(#[from] TreegenError),
+    /// The ground cannot be made.
+    #[error(transparent)]
+    Terrain(#[from] TerrainError),
     /// The parts make no valid model.
     #[error("the world makes no valid model: {0}")]
     Model(#[from] ModelError),
@@ -28,6 +33,7 @@ pub enum WorldError {
 #[derive(Debug, Clone)]
 pub(crate) struct Parts {
     pub skeleton: Skeleton,
+    pub ground: Ground,
     pub model: Model,
     pub tree: TreeBody,
     pub fruit: FruitSet,
@@ -45,11 +51,12 @@ pub(crate) fn build(
     world: u32,
 ) -> Result<Parts, WorldError> {
     let gravity = spec.sim.gravity.si();
+    let ground = Ground::new(spec, robot, seed, world)?;
     let mut builder = ModelBuilder::new();
 
-    let ground = builder.add_collider(Collider {
+    let ground_collider = builder.add_collider(Collider {
         owner: Owner::World,
-        shape: Shape::HalfSpace,
+        shape: ground.shape(),
         x_owner_shape: Pose::identity(),
         groups: groups::GROUND_GROUPS,
         friction: spec.sim.ground_friction.si(),
@@ -73,7 +80,8 @@ pub(crate) fn build(
             asleep: groups::ASLEEP_GROUPS,
         },
     );
-    let x_world_odom = start_pose(robot.config().start.distance.si(), seed, world);
+    let mut x_world_odom = start_pose(robot.config().start.distance.si(), seed, world);
+    x_world_odom.translation.z = ground.ride_height(&x_world_odom);
     let handle = robot.add_to(
         &mut builder,
         &x_world_odom,
@@ -85,12 +93,12 @@ pub(crate) fn build(
         },
     );
     let model = builder.build()?;
-    let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground, &handle);
+    let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &handle);
     let settings = step_settings(&spec.sim);
-    Ok(Parts { skeleton, model, tree, fruit, handle, colliders, x_world_odom, settings })
+    Ok(Parts { skeleton, ground, model, tree, fruit, handle, colliders, x_world_odom, settings })
 }
 
-/// The robot starts at its distance from the trunk, at a random bearing, and faces it.
+/// The robot starts at its distance from the trunk, at a random bearing, and faces it; heights are left to the ground.
 fn start_pose(distance: f64, seed: u64, world: u32) -> Pose {
     let bearing = Stream::new(seed, world, Purpose::RobotStart).uniform(0.0, std::f64::consts::TAU);
     let (sin, cos) = math::sin_cos(bearing);

@@ -1,6 +1,7 @@
 //! Which world a snapshot belongs to, told by content: it does not depend on the code that built the world.
 
 use crate::build::Parts;
+use orchard_geometry::HeightField;
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,7 @@ pub(crate) struct Identity {
     robot: Hash,
     seed: u64,
     world: u32,
-    /// What moves: other code may grow another tree from the same seed.
+    /// What moves, and the ground: other code may grow another tree from the same seed.
     model: Hash,
 }
 
@@ -54,12 +55,13 @@ pub enum Difference {
 impl Identity {
     pub fn new(spec: &Spec, robot: &RobotModel, seed: u64, world: u32, parts: &Parts) -> Self {
         let model = &parts.model;
+        let ground = parts.ground.field().map(HeightField::heights);
         Self {
             spec: hash(&[&json(spec)]),
             robot: hash(&[robot.urdf().as_bytes(), &json(robot.config())]),
             seed,
             world,
-            model: hash(&[&bytes(&(model.bodies(), model.points(), model.couplings()))]),
+            model: hash(&[&bytes(&(model.bodies(), model.points(), model.couplings(), ground))]),
         }
     }
 

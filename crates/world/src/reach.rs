@@ -14,7 +14,7 @@ const SLOPES: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
 
 impl World {
     /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
-    /// the arm's reach sphere from an admissible stand-off. A stand-off is a place of the base on flat ground
+    /// the arm's reach sphere from an admissible stand-off. A stand-off is a place of the base on the ground
     /// that faces the fruit, keeps the shoulder at an admissible horizontal distance from it, and keeps the
     /// chassis off the trunk.
     pub fn reachable(&self) -> Vec<bool> {
@@ -57,11 +57,14 @@ impl World {
             let stand_off = near + (far - near) * share;
             let (sin, cos) = math::sin_cos(heading);
             let ahead = Vec3::new(cos, sin, 0.0);
-            let shoulder = Vec3::new(p_world.x, p_world.y, p_base_shoulder.z) - ahead * stand_off;
+            let mut shoulder = Vec3::new(p_world.x, p_world.y, p_base_shoulder.z) - ahead * stand_off;
             let rotation = Rotation::from_axis_angle(&Vec3::z_axis(), heading);
             let p_world_base = shoulder - rotation * p_base_shoulder;
-            let x_world_base =
+            let mut x_world_base =
                 Pose::from_parts(Vec3::new(p_world_base.x, p_world_base.y, 0.0).into(), rotation);
+            let ride_height = self.parts.ground.ride_height(&x_world_base);
+            x_world_base.translation.z = ride_height;
+            shoulder.z += ride_height;
             let distance = (p_world - shoulder).norm();
             self.clears_trunk(&x_world_base, trunk_radius).then_some(StandOff { x_world_base, distance })
         })

@@ -13,6 +13,7 @@ pub(crate) struct Visible<'a> {
     pub leaves: &'a [LeafSite],
     pub fruit_radius: &'a [f64],
     pub robot: Vec<(Shape, Pose)>,
+    pub ground: Shape,
 }
 
 /// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index.
@@ -22,7 +23,7 @@ pub(crate) fn build(
     fruit_points: &[orchard_multibody::PointId],
 ) -> Scene {
     let mut scene = Scene::default();
-    scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
+    scene.push(Geometry::Shape(visible.ground.clone()), Pose::identity(), Label::Ground, NO_INSTANCE);
     for (i, (&body, shape)) in visible.tree.bodies.iter().zip(visible.shapes).enumerate() {
         scene.push(Geometry::Shape(shape.clone()), *data.x_world_body(body), Label::Wood, i as u32);
     }
@@ -40,6 +41,12 @@ pub(crate) fn build(
         scene.push(Geometry::Shape(shape.clone()), *pose, Label::Robot, i as u32);
     }
     scene
+}
+
+/// Draws level ground at a height [m].
+pub(crate) fn push_plain(scene: &mut Scene, height: f64) {
+    let pose = Pose::translation(0.0, 0.0, height);
+    scene.push(Geometry::Shape(Shape::HalfSpace), pose, Label::Ground, NO_INSTANCE);
 }
 
 /// Draws a stem from its spur to the skin of its fruit.

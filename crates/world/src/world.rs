@@ -9,7 +9,7 @@ use crate::snapshot::Shot;
 use crate::touch::{FruitTouch, fruit_touches};
 use orchard_camera::Scene;
 use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
-use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
+use orchard_geometry::{HeightField, Intrinsics, Pose, Shape, Vec3, inverse_transform};
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
 use orchard_spec::Spec;
@@ -27,9 +27,6 @@ fn bucket_motion(data: &Data, handle: &RobotHandle) -> (Pose, impl Fn(&Vec3) -> 
 
 /// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
-
-/// Set point of the chassis height on flat ground [m].
-const FLAT_GROUND: f64 = 0.0;
 
 /// One orchard world. A clone goes on with the same bits; [`World::snapshot`] is smaller and can be written down.
 #[derive(Debug, Clone)]
@@ -186,14 +183,19 @@ impl World {
             leaves: &self.parts.skeleton.leaves,
             fruit_radius: &fruit_radius,
             robot: self.robot_shapes(data),
+            ground: self.parts.ground.shape(),
         };
         scene::build(&visible, data, &self.parts.fruit.points)
     }
 
-    /// The scene as people expect it: with stems, which are thinner than a pixel of the depth camera.
+    /// The scene as people expect it: with stems, which are thinner than a pixel of the depth camera, and
+    /// with a plain round the modelled part of bumpy ground.
     pub fn picture_scene(&self) -> Scene {
         let mut scene = self.scene();
         let data = &self.state.data;
+        if let Some(field) = self.terrain() {
+            scene::push_plain(&mut scene, field.bounds().min.z);
+        }
         for (i, &point) in self.parts.fruit.points.iter().enumerate() {
             let anchor = data.anchor_p_world(&self.parts.model, point);
             if let (Some(p_anchor), true) = (anchor, data.tethered[point.index()]) {
@@ -242,6 +244,11 @@ impl World {
     /// The grown tree.
     pub fn skeleton(&self) -> &Skeleton {
         &self.parts.skeleton
+    }
+
+    /// The bumps of the ground; `None` where it is the plane z = 0.
+    pub fn terrain(&self) -> Option<&HeightField> {
+        self.parts.ground.field()
     }
 
     /// The multibody model.
@@ -339,7 +346,11 @@ impl State {
     fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command) {
         let Parts { model, handle, settings, .. } = parts;
         let (h, gravity) = (settings.h, &settings.gravity);
-        self.servos.apply(model, &mut self.data, handle, command, FLAT_GROUND, gravity, h);
+        let twist = self.data.velocity(handle.base);
+        let x_world_base = handle.x_world_base(&self.data);
+        let ride_height = parts.ground.ride_height_ahead(&x_world_base, &twist.linear, twist.angular.z);
+        let height = ride_height - parts.x_world_odom.translation.z;
+        self.servos.apply(model, &mut self.data, handle, command, height, gravity, h);
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
         step(model, &mut self.data, settings, &mut self.report);
