@@ -1,12 +1,13 @@
 //! Spec, robot and seed -> the constant part of a world.
 
 use crate::groups;
+use crate::scenery::{self, Strut};
 use crate::touch::{Part, parts};
 use orchard_fruit::{FruitGroups, FruitSet, place};
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
-use orchard_spec::{Purpose, Spec, Stream};
+use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, TreegenError};
 use orchard_treephys::{TreeBody, TreeGroups, step_settings};
 
@@ -28,6 +29,7 @@ pub enum WorldError {
 #[derive(Debug, Clone)]
 pub(crate) struct Parts {
     pub skeleton: Skeleton,
+    pub struts: Vec<Strut>,
     pub model: Model,
     pub tree: TreeBody,
     pub fruit: FruitSet,
@@ -40,7 +42,7 @@ pub(crate) struct Parts {
 pub(crate) fn build(
     spec: &Spec,
     robot: &RobotModel,
-    skeleton: Skeleton,
+    mut skeleton: Skeleton,
     seed: u64,
     world: u32,
 ) -> Result<Parts, WorldError> {
@@ -55,6 +57,9 @@ pub(crate) fn build(
         friction: spec.sim.ground_friction.si(),
         stiffness: spec.sim.ground_stiffness.si(),
     });
+    let struts = scenery::struts(spec.scenery.as_ref());
+    let scenery = scenery::add_to(&mut builder, spec.scenery.as_ref(), &struts);
+    scenery::clear_fruit_sites(&mut skeleton, &struts, &spec.fruit, spec.sim.contact_margin.si());
     let tree = TreeBody::add_to(
         &mut builder,
         &skeleton,
@@ -73,7 +78,10 @@ pub(crate) fn build(
             asleep: groups::ASLEEP_GROUPS,
         },
     );
-    let x_world_odom = start_pose(robot.config().start.distance.si(), seed, world);
+    let x_world_odom = start_pose(
+        robot.config().start.distance.si(),
+        scenery::start_bearing(spec.scenery.as_ref(), seed, world),
+    );
     let handle = robot.add_to(
         &mut builder,
         &x_world_odom,
@@ -85,14 +93,13 @@ pub(crate) fn build(
         },
     );
     let model = builder.build()?;
-    let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground, &handle);
+    let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground, &scenery, &handle);
     let settings = step_settings(&spec.sim);
-    Ok(Parts { skeleton, model, tree, fruit, handle, colliders, x_world_odom, settings })
+    Ok(Parts { skeleton, struts, model, tree, fruit, handle, colliders, x_world_odom, settings })
 }
 
-/// The robot starts at its distance from the trunk, at a random bearing, and faces it.
-fn start_pose(distance: f64, seed: u64, world: u32) -> Pose {
-    let bearing = Stream::new(seed, world, Purpose::RobotStart).uniform(0.0, std::f64::consts::TAU);
+/// The robot starts at its distance from the trunk and faces it.
+fn start_pose(distance: f64, bearing: f64) -> Pose {
     let (sin, cos) = math::sin_cos(bearing);
     Pose::from_parts(
         Vec3::new(distance * cos, distance * sin, 0.0).into(),

@@ -186,6 +186,7 @@ impl World {
             leaves: &self.parts.skeleton.leaves,
             fruit_radius: &fruit_radius,
             robot: self.robot_shapes(data),
+            struts: &self.parts.struts,
         };
         scene::build(&visible, data, &self.parts.fruit.points)
     }
