@@ -5,7 +5,7 @@
 
 use crate::groups;
 use orchard_camera::{Geometry, Item, Label, Rgb};
-use orchard_geometry::{Pose, Rotation, Shape, Vec3, math, rotation_from_z};
+use orchard_geometry::{Pose, Shape, Vec3, math, rotation_from_z};
 use orchard_multibody::{Collider, ColliderId, ModelBuilder, Owner};
 use orchard_spec::fruit::FruitSpec;
 use orchard_spec::scenery::ScenerySpec;
