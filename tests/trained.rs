@@ -100,8 +100,8 @@ fn posts_and_wires_stand_clear() {
                     }
                     _ => continue,
                 };
-                let is_trunk = item.label == Label::Wood
-                    && world.skeleton().segments[item.instance as usize].order == 0;
+                let is_trunk =
+                    item.label == Label::Wood && world.skeleton().segments[item.instance as usize].order == 0;
                 for &strut in &scenery {
                     if strut.2 > spec.wire_radius.si() || is_trunk || item.label == Label::Fruit {
                         assert!(gap(solid, strut) > 0.0, "{preset}, world {index}: {item:?}");
@@ -210,8 +210,9 @@ fn uprights_sway_in_the_measured_band() {
             let fruit = world.fruit().fruit.iter().filter(|f| f.segment == i).map(|f| f.mass);
             density * std::f64::consts::PI * s.radius * s.radius * s.length + fruit.sum::<f64>()
         };
-        let roots = (0..segments.len())
-            .filter(|&i| segments[i].order == 1 && segments[i].parent.is_some_and(|p| segments[p].order == 0));
+        let roots = (0..segments.len()).filter(|&i| {
+            segments[i].order == 1 && segments[i].parent.is_some_and(|p| segments[p].order == 0)
+        });
         for root in roots {
             let carried = world.tree().subtree(root);
             let joints: Vec<usize> = carried.iter().copied().filter(|&i| segments[i].order == 1).collect();
@@ -220,7 +221,8 @@ fn uprights_sway_in_the_measured_band() {
             let mut inertia = DMatrix::<f64>::zeros(n, n);
             for &i in &carried {
                 // Middle of the upright's own wood; spurs and their fruit move with their base.
-                let height = if segments[i].order == 1 { 0.5 * (z(i) + segments[i].p_tip_world().z) } else { z(i) };
+                let height =
+                    if segments[i].order == 1 { 0.5 * (z(i) + segments[i].p_tip_world().z) } else { z(i) };
                 let arm: Vec<f64> = joints.iter().map(|&j| (height - z(j)).max(0.0)).collect();
                 inertia += DMatrix::from_fn(n, n, |a, b| mass(i) * arm[a] * arm[b]);
             }
