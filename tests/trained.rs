@@ -162,23 +162,26 @@ fn a_limb_that_breaks_in_the_wires_falls() {
     });
 }
 
-/// Who drives at a row is stopped by it.
+/// Who drives at a row beside its tree meets the wires, and nothing bursts.
 #[test]
-fn the_robot_cannot_drive_through_a_row() {
+fn the_robot_meets_the_wires() {
     for preset in TRAINED {
         let mut world = world(preset, 1);
+        let start = world.x_world_odom();
+        // Towards the gap between the tree and the next post, which no branch reaches.
+        let p_gap_world = Vec3::new(-1.6, 0.0, 0.0);
+        let v_base = start.rotation.inverse() * (p_gap_world - start.translation.vector).normalize() * 0.5;
         let mut drive = RobotModel::paper().start_command();
-        drive.base_velocity = [0.5, 0.0, 0.0];
-        let side = world.x_world_odom().translation.y.signum();
+        drive.base_velocity = [v_base.x, v_base.y, 0.0];
         let mut met = false;
         for _ in 0..360 {
             world.step(&drive);
             met |= !against_scenery(&world, world.report()).is_empty();
         }
-        assert_eq!(*world.status(), Status::Running, "{preset}");
         let base = world.handle().x_world_base(world.data()).translation.vector;
-        println!("{preset}: {base:?} met {met}");
-        assert!(met && base.y * side > 0.0, "{preset}: {met}, {base:?}");
+        println!("{preset}: from {:?} to {base:?}, met {met}", start.translation.vector);
+        assert_eq!(*world.status(), Status::Running, "{preset}");
+        assert!(met, "{preset}: {base:?}");
     }
 }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Support of one row, along the world's x axis through the tree: posts, and wires from the first to the last of them.
 ///
 /// The posts stand upright up to `fork_height`, and from there in one upright plane or in two that lean into the
-/// alleys on both sides. The wires are stapled to the posts' outer sides.
+/// alleys on both sides. The wires run outside of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenerySpec {
@@ -28,6 +28,8 @@ pub struct ScenerySpec {
     pub lowest_wire: Quantity,
     /// Distance from wire to wire in their plane.
     pub wire_spacing: Quantity,
+    /// Distance of a wire from the plane of the posts' axes, on the side of the alley: on brackets, clear of the trunk.
+    pub wire_offset: Quantity,
     /// Radius of a wire.
     pub wire_radius: Quantity,
     /// Friction coefficient.

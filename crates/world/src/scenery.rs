@@ -63,10 +63,9 @@ pub(crate) fn struts(spec: Option<&ScenerySpec>) -> Vec<Strut> {
     }
     for plane in &planes {
         for k in 0..spec.wires.get() {
-            // Stapled to the posts' outer side.
             let p = plane.at_height(spec.lowest_wire.si())
                 + plane.up * (f64::from(k) * spec.wire_spacing.si())
-                + plane.outward * (radius + wire_radius);
+                + plane.outward * spec.wire_offset.si();
             let [p_base_world, p_tip_world] = [p - Vec3::x() * half_row, p + Vec3::x() * half_row];
             struts.push(Strut { p_base_world, p_tip_world, radius: wire_radius, is_wire: true });
         }
@@ -179,9 +178,9 @@ mod tests {
         assert!(Spec::paper().scenery.is_none() && struts(None).is_empty());
     }
 
-    /// Wires lie level along the row, on the posts' skin, from the first post to the last.
+    /// Wires lie level along the row, at their distance from the posts, from the first post to the last.
     #[test]
-    fn wires_touch_the_posts() {
+    fn wires_run_along_the_posts() {
         for preset in [Preset::TallSpindle, Preset::VTrellis, Preset::VerticalUfo] {
             let (spec, struts) = scenery(preset);
             let (wires, posts): (Vec<_>, Vec<_>) = struts.iter().partition(|s| s.is_wire);
@@ -194,7 +193,10 @@ mod tests {
                 assert!(along.yz().norm() == 0.0 && (along.x - 15.0).abs() < 1e-12);
                 for end in [&wire.p_base_world, &wire.p_tip_world] {
                     let gap = posts.iter().map(|p| p.distance(end)).fold(f64::INFINITY, f64::min);
-                    assert!((gap - wire.radius).abs() < 1e-12, "{preset}: {gap}");
+                    assert!(
+                        (gap + spec.post_radius.si() - spec.wire_offset.si()).abs() < 1e-12,
+                        "{preset}: {gap}"
+                    );
                 }
             }
         }
@@ -207,7 +209,7 @@ mod tests {
         let rise = spec.lowest_wire.si() - spec.fork_height.si()
             + f64::from(spec.wires.get() - 1) * spec.wire_spacing.si() * math::sin(spec.lean.si());
         let (sin, cos) = math::sin_cos(spec.lean.si());
-        let off = (spec.post_radius.si() + spec.wire_radius.si()) * sin;
+        let off = spec.wire_offset.si() * sin;
         assert!((top - (rise * cos / sin + off)).abs() < 1e-12, "{top}");
         let sum: f64 = struts.iter().map(|s| s.p_tip_world.y).sum();
         assert!(sum.abs() < 1e-12, "{sum}");
