@@ -122,7 +122,12 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     let scale = (world.spec().tree.height.si() / 2.4).max(1.0);
     let eye = Vec3::new(4.4 * math::cos(bearing), 4.4 * math::sin(bearing), 1.9) * scale;
     let target = Vec3::new(0.25 * base.x, 0.25 * base.y, 1.1 * scale);
-    picture(&world.picture_scene(), &intrinsics, &look_at(&eye, &target), &PictureStyle::default())
+    // In a row the view moves along it to the tree's middle.
+    let segments = &world.skeleton().segments;
+    let x_middle = segments.iter().map(|s| s.p_tip_world().x).sum::<f64>() / segments.len() as f64;
+    let aside = world.spec().scenery.as_ref().map_or_else(Vec3::zeros, |_| Vec3::x() * x_middle);
+    let x_world_camera = look_at(&(eye + aside), &(target + aside));
+    picture(&world.picture_scene(), &intrinsics, &x_world_camera, &PictureStyle::default())
 }
 
 /// The depth image of an observation with what the picker took for fruit in it.

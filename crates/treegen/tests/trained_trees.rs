@@ -52,7 +52,8 @@ fn trained_trees_are_sound_and_of_bounded_size() {
         }
         counts.sort_unstable();
         sites.sort_unstable();
-        assert!(counts[0] >= 90 && counts[299] <= 250, "{preset}: {} {}", counts[0], counts[299]);
+        // About 100 to 250; a UFO of six uprights on which two buds abort has the fewest.
+        assert!(counts[0] >= 80 && counts[299] <= 250, "{preset}: {} {}", counts[0], counts[299]);
         assert!(sites[0] >= 2 * spec.fruit.count.get() as usize, "{preset}: {sites:?}");
     }
 }
