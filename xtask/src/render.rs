@@ -10,6 +10,7 @@ use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{Observation, RobotModel};
 use orchard_world::World;
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -111,16 +112,30 @@ fn check_folder(out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// From a little above head height, at right angles to the robot's way to the trunk.
+/// From a little above head height: at right angles to the robot's way to the trunk, or from the robot's alley across
+/// the row. Trees taller than the default are seen from farther away.
 fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     const VERTICAL_FOV: f64 = 0.75;
     let intrinsics = Intrinsics::from_vertical_fov(height * 4 / 3, height, VERTICAL_FOV);
     let x_world_base = world.handle().x_world_base(world.data());
     let base = x_world_base.translation.vector;
-    let bearing = math::atan2(base.y, base.x) + 1.05;
-    let eye = Vec3::new(4.4 * math::cos(bearing), 4.4 * math::sin(bearing), 1.9);
-    let target = Vec3::new(0.25 * base.x, 0.25 * base.y, 1.1);
-    picture(&world.picture_scene(), &intrinsics, &look_at(&eye, &target), &PictureStyle::default())
+    let robot = math::atan2(base.y, base.x);
+    let bearing = match &world.spec().scenery {
+        None => robot + 1.05,
+        Some(_) => {
+            let alley = FRAC_PI_2.copysign(robot);
+            alley + if robot < alley { 0.55 } else { -0.55 }
+        }
+    };
+    let scale = (world.spec().tree.height.si() / 2.4).max(1.0);
+    let eye = Vec3::new(4.4 * math::cos(bearing), 4.4 * math::sin(bearing), 1.9) * scale;
+    let target = Vec3::new(0.25 * base.x, 0.25 * base.y, 1.1 * scale);
+    // In a row the view moves along it to the tree's middle.
+    let segments = &world.skeleton().segments;
+    let x_middle = segments.iter().map(|s| s.p_tip_world().x).sum::<f64>() / segments.len() as f64;
+    let aside = world.spec().scenery.as_ref().map_or_else(Vec3::zeros, |_| Vec3::x() * x_middle);
+    let x_world_camera = look_at(&(eye + aside), &(target + aside));
+    picture(&world.picture_scene(), &intrinsics, &x_world_camera, &PictureStyle::default())
 }
 
 /// The depth image of an observation with what the picker took for fruit in it.

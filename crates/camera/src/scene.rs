@@ -18,6 +18,8 @@ pub enum Label {
     Robot,
     /// The ground.
     Ground,
+    /// A post or a wire.
+    Scenery,
 }
 
 /// Instance of a pixel that shows nothing.

@@ -12,6 +12,7 @@ pub mod camera;
 pub mod episode;
 pub mod foliage;
 pub mod fruit;
+pub mod scenery;
 pub mod sim;
 pub mod terrain;
 pub mod tree;
@@ -45,6 +46,9 @@ pub struct Spec {
     pub camera: camera::CameraSpec,
     /// Reach.
     pub episode: episode::EpisodeSpec,
+    /// Posts and wires; a tree without them stands alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenery: Option<scenery::ScenerySpec>,
 }
 
 impl Spec {

@@ -38,6 +38,12 @@ presets! {
     Paper = "paper";
     /// The paper's canonical tree, which needs no random number.
     Ternary = "ternary";
+    /// Tall spindle: a tall, slender central leader with weak, pendant laterals, on a wire.
+    TallSpindle = "tall-spindle";
+    /// V-trellis: two leaders that lean into the alleys.
+    VTrellis = "v-trellis";
+    /// Vertical UFO: upright fruiting offshoots on a trunk laid along the lowest wire.
+    VerticalUfo = "vertical-ufo";
 }
 
 impl fmt::Display for Preset {

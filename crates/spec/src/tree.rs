@@ -1,5 +1,9 @@
 //! How a tree grows.
 
+mod trained;
+
+pub use trained::{ShootSpec, UprightsSpec, VTrellisSpec};
+
 use orchard_quantity::{Count, Quantity, Span};
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +36,10 @@ pub enum Grammar {
     Ternary(TernarySpec),
     /// Stochastic apple tree with a central leader.
     CentralLeader(CentralLeaderSpec),
+    /// Two leaders that lean into the alleys, for a V-trellis.
+    VTrellis(VTrellisSpec),
+    /// Upright fruiting offshoots on a level trunk.
+    Uprights(UprightsSpec),
 }
 
 /// Ternary bracketed parametric L-system. Lengths are relative: the tree is rescaled to its height.

@@ -4,19 +4,28 @@
 //! the config (`orchard_spec::tree`). A new grammar is a new file here, a table of parameters there and a line in [`draw`].
 
 pub mod central_leader;
+pub mod shoot;
 pub mod ternary;
+pub mod uprights;
+pub mod v_trellis;
+
+mod pieces;
 
 use crate::lsystem;
 use crate::turtle::{self, Internode};
 use central_leader::CentralLeader;
 use orchard_spec::{Stream, tree::Grammar};
 use ternary::Ternary;
+use uprights::Uprights;
+use v_trellis::VTrellis;
 
 /// Derives the grammar that a config chooses and draws its string.
 pub(crate) fn draw(grammar: &Grammar, stream: Stream) -> Vec<Internode> {
     match grammar {
         Grammar::Ternary(spec) => drawn(Ternary::new(spec)),
         Grammar::CentralLeader(spec) => drawn(CentralLeader::new(spec, stream)),
+        Grammar::VTrellis(spec) => drawn(VTrellis::new(spec, stream)),
+        Grammar::Uprights(spec) => drawn(Uprights::new(spec, stream)),
     }
 }
 

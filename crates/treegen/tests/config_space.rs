@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{assert_sound, central_leader, paper_with};
+use common::{central_leader, paper_with, sound::assert_sound};
 use orchard_spec::Spec;
 use orchard_treegen::{TreegenError, grow};
 use proptest::prelude::*;

@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::{ROUNDING, assert_sound, central_leader, paper_with};
+use common::sound::{ROUNDING, assert_sound};
+use common::{central_leader, paper_with};
 use orchard_geometry::{math, transform};
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, grow};

@@ -2,13 +2,14 @@
 
 use crate::ground::Ground;
 use crate::groups;
+use crate::scenery::{self, Strut};
 use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
 use orchard_fruit::{FruitGroups, FruitSet, place};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
-use orchard_spec::{Purpose, Spec, Stream};
+use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, TreegenError};
 use orchard_treephys::{TreeBody, TreeGroups, step_settings};
 
@@ -34,6 +35,7 @@ pub enum WorldError {
 pub(crate) struct Parts {
     pub skeleton: Skeleton,
     pub ground: Ground,
+    pub struts: Vec<Strut>,
     pub model: Model,
     pub tree: TreeBody,
     pub fruit: FruitSet,
@@ -46,7 +48,7 @@ pub(crate) struct Parts {
 pub(crate) fn build(
     spec: &Spec,
     robot: &RobotModel,
-    skeleton: Skeleton,
+    mut skeleton: Skeleton,
     seed: u64,
     world: u32,
 ) -> Result<Parts, WorldError> {
@@ -62,6 +64,9 @@ pub(crate) fn build(
         friction: spec.sim.ground_friction.si(),
         stiffness: spec.sim.ground_stiffness.si(),
     });
+    let struts = scenery::struts(spec.scenery.as_ref());
+    let scenery = scenery::add_to(&mut builder, spec.scenery.as_ref(), &struts);
+    scenery::clear_fruit_sites(&mut skeleton, &struts, &spec.fruit, spec.sim.contact_margin.si());
     let tree = TreeBody::add_to(
         &mut builder,
         &skeleton,
@@ -80,7 +85,8 @@ pub(crate) fn build(
             asleep: groups::ASLEEP_GROUPS,
         },
     );
-    let mut x_world_odom = start_pose(robot.config().start.distance.si(), seed, world);
+    let bearing = scenery::start_bearing(spec.scenery.as_ref(), seed, world);
+    let mut x_world_odom = start_pose(robot.config().start.distance.si(), bearing);
     x_world_odom.translation.z = ground.ride_height(&x_world_odom);
     let handle = robot.add_to(
         &mut builder,
@@ -93,14 +99,13 @@ pub(crate) fn build(
         },
     );
     let model = builder.build()?;
-    let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &handle);
+    let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &scenery, &handle);
     let settings = step_settings(&spec.sim);
-    Ok(Parts { skeleton, ground, model, tree, fruit, handle, colliders, x_world_odom, settings })
+    Ok(Parts { skeleton, ground, struts, model, tree, fruit, handle, colliders, x_world_odom, settings })
 }
 
-/// The robot starts at its distance from the trunk, at a random bearing, and faces it; heights are left to the ground.
-fn start_pose(distance: f64, seed: u64, world: u32) -> Pose {
-    let bearing = Stream::new(seed, world, Purpose::RobotStart).uniform(0.0, std::f64::consts::TAU);
+/// The robot starts at its distance from the trunk and faces it; heights are left to the ground.
+fn start_pose(distance: f64, bearing: f64) -> Pose {
     let (sin, cos) = math::sin_cos(bearing);
     Pose::from_parts(
         Vec3::new(distance * cos, distance * sin, 0.0).into(),

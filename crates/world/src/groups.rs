@@ -1,7 +1,8 @@
 //! Who may touch whom: the paper's group filter.
 //!
 //! The robot touches wood, fruit and ground; tree and fruit never touch each other; a broken sub-tree meets
-//! the ground only; loose fruit meets the ground, the robot, other loose fruit and fruit at rest.
+//! the ground only; loose fruit meets the ground, the robot, other loose fruit and fruit at rest. The posts and wires of a row,
+//! which the paper has not, meet what the ground meets, and the chassis.
 
 use orchard_multibody::Groups;
 
@@ -12,20 +13,23 @@ const HANGING: u32 = 1 << 3;
 const LOOSE: u32 = 1 << 4;
 const ASLEEP: u32 = 1 << 5;
 const ROBOT: u32 = 1 << 6;
+const SCENERY: u32 = 1 << 7;
 
 /// The ground.
 pub const GROUND_GROUPS: Groups = Groups { member: GROUND, filter: DEBRIS | LOOSE | ROBOT };
 /// Live wood.
 pub const WOOD_GROUPS: Groups = Groups { member: WOOD, filter: ROBOT };
 /// Broken sub-trees.
-pub const DEBRIS_GROUPS: Groups = Groups { member: DEBRIS, filter: GROUND };
+pub const DEBRIS_GROUPS: Groups = Groups { member: DEBRIS, filter: GROUND | SCENERY };
 /// Fruit on its stem.
 pub const HANGING_GROUPS: Groups = Groups { member: HANGING, filter: ROBOT };
 /// Fruit off its stem.
-pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT | LOOSE | ASLEEP };
+pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT | LOOSE | ASLEEP | SCENERY };
 /// Fruit at rest: a fixed obstacle for other loose fruit.
 pub const ASLEEP_GROUPS: Groups = Groups { member: ASLEEP, filter: LOOSE };
 /// Arm and fingers.
-pub const ROBOT_GROUPS: Groups = Groups { member: ROBOT, filter: GROUND | WOOD | HANGING | LOOSE };
+pub const ROBOT_GROUPS: Groups = Groups { member: ROBOT, filter: GROUND | WOOD | HANGING | LOOSE | SCENERY };
 /// Chassis and bucket: carried over the ground by the height servo, so they do not touch it.
-pub const BASE_GROUPS: Groups = Groups { member: ROBOT, filter: WOOD | HANGING | LOOSE };
+pub const BASE_GROUPS: Groups = Groups { member: ROBOT, filter: WOOD | HANGING | LOOSE | SCENERY };
+/// Posts and wires.
+pub const SCENERY_GROUPS: Groups = Groups { member: SCENERY, filter: DEBRIS | LOOSE | ROBOT };

@@ -1,4 +1,4 @@
-//! One simulated orchard world: tree, fruit, leaves, ground, robot and camera.
+//! One simulated orchard world: tree, fruit, leaves, posts and wires, ground, robot and camera.
 //!
 //! [`World::new`] is a function of (spec, robot, seed, world index) alone. A frame is
 //! observation -> command -> [`World::step`] -> [`WorldEvent`]s; nothing that a controller receives holds a
@@ -14,6 +14,7 @@ pub mod groups;
 mod identity;
 mod reach;
 mod scene;
+mod scenery;
 mod snapshot;
 pub mod terrain;
 mod touch;

@@ -1,6 +1,7 @@
 //! Which fruit the robot can reach: the paper's sphere rule, and inverse kinematics.
 
 use crate::World;
+use crate::scenery::same_alley;
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, inverse_transform, math};
 use orchard_robot::IkTarget;
 use std::f64::consts::TAU;
@@ -16,7 +17,7 @@ impl World {
     /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
     /// the arm's reach sphere from an admissible stand-off. A stand-off is a place of the base on the ground
     /// that faces the fruit, keeps the shoulder at an admissible horizontal distance from it, and keeps the
-    /// chassis off the trunk.
+    /// chassis off the trunk; in a row of trees it lies in the alley in which the robot starts.
     pub fn reachable(&self) -> Vec<bool> {
         let reach = self.spec().episode.reach_radius.si();
         self.start_p_world().iter().map(|p| self.stand_offs(p).any(|s| s.distance <= reach)).collect()
@@ -45,7 +46,7 @@ impl World {
         self.fruit().points.iter().map(|point| self.start().point_p_world[point.index()]).collect()
     }
 
-    /// Admissible stand-offs before a fruit that keep the chassis off the trunk.
+    /// Admissible stand-offs before a fruit that keep the chassis off the trunk, in the robot's alley.
     fn stand_offs<'a>(&'a self, p_world: &Vec3) -> impl Iterator<Item = StandOff> + 'a {
         let p_world = *p_world;
         let p_base_shoulder = self.p_base_shoulder();
@@ -66,7 +67,9 @@ impl World {
             x_world_base.translation.z = ride_height;
             shoulder.z += ride_height;
             let distance = (p_world - shoulder).norm();
-            self.clears_trunk(&x_world_base, trunk_radius).then_some(StandOff { x_world_base, distance })
+            (self.clears_trunk(&x_world_base, trunk_radius)
+                && same_alley(&self.parts.struts, &self.x_world_odom(), &x_world_base))
+            .then_some(StandOff { x_world_base, distance })
         })
     }
 

@@ -1,12 +1,14 @@
 //! What the camera can see of a world's present state.
 
+use crate::scenery::{self, Strut};
 use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z};
 use orchard_multibody::Data;
 use orchard_treegen::LeafSite;
 use orchard_treephys::TreeBody;
 
-/// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, ground.
+/// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, posts and wires,
+/// ground.
 pub(crate) struct Visible<'a> {
     pub tree: &'a TreeBody,
     pub shapes: &'a [Shape],
@@ -14,9 +16,11 @@ pub(crate) struct Visible<'a> {
     pub fruit_radius: &'a [f64],
     pub robot: Vec<(Shape, Pose)>,
     pub ground: Shape,
+    pub struts: &'a [Strut],
 }
 
-/// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index.
+/// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index, number of
+/// the post or wire.
 pub(crate) fn build(
     visible: &Visible<'_>,
     data: &Data,
@@ -40,6 +44,7 @@ pub(crate) fn build(
     for (i, (shape, pose)) in visible.robot.iter().enumerate() {
         scene.push(Geometry::Shape(shape.clone()), *pose, Label::Robot, i as u32);
     }
+    scene.items.extend(scenery::items(visible.struts));
     scene
 }
 

@@ -10,6 +10,7 @@ pub(crate) enum Part {
     Wood,
     Fruit(usize),
     Finger(usize),
+    Scenery,
     Robot,
 }
 
@@ -19,10 +20,14 @@ pub(crate) fn parts(
     wood: &[ColliderId],
     fruit: &[ColliderId],
     ground: ColliderId,
+    scenery: &[ColliderId],
     handle: &RobotHandle,
 ) -> Vec<Part> {
     let mut parts = vec![Part::Robot; model.colliders().len()];
     parts[ground.index()] = Part::Ground;
+    for c in scenery {
+        parts[c.index()] = Part::Scenery;
+    }
     for c in wood {
         parts[c.index()] = Part::Wood;
     }

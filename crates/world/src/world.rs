@@ -184,6 +184,7 @@ impl World {
             fruit_radius: &fruit_radius,
             robot: self.robot_shapes(data),
             ground: self.parts.ground.shape(),
+            struts: &self.parts.struts,
         };
         scene::build(&visible, data, &self.parts.fruit.points)
     }

@@ -49,6 +49,7 @@ impl Palette {
             Label::Wood => self.bark(item, s),
             Label::Robot => robot(item),
             Label::Ground => self.ground(s),
+            Label::Scenery => self.weathered_wood(item, s),
             Label::None => Material::matt(Vec3::repeat(0.5)),
         };
         if let Some([r, g, b]) = item.color {
@@ -91,6 +92,13 @@ impl Palette {
         let patch = self.noise.rough(&(s.p_world * 14.0));
         let brown = mix(Vec3::new(0.105, 0.07, 0.045), Vec3::new(0.25, 0.185, 0.135), 1.6 * streak - 0.3);
         Material::matt(mix(brown, Vec3::new(0.27, 0.25, 0.20), 1.4 * patch - 0.55))
+    }
+
+    /// Silver-grey, grained along the post.
+    fn weathered_wood(&self, item: &Item, s: &Surface) -> Material {
+        let local = inverse_transform(&item.x_world_item, &s.p_world);
+        let grain = self.noise.rough(&Vec3::new(160.0 * local.x, 160.0 * local.y, 6.0 * local.z));
+        Material::matt(mix(Vec3::new(0.20, 0.18, 0.15), Vec3::new(0.42, 0.40, 0.36), 1.5 * grain - 0.25))
     }
 
     /// Grass, and a bare strip about the trunk.
