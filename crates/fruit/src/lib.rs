@@ -5,8 +5,10 @@
 
 mod lives;
 mod place;
+mod rehang;
 mod set;
 
 pub use lives::{FruitEvent, FruitLives, Phase, RestRule, Resting, Touch};
 pub use place::{Fruit, place};
+pub use rehang::rehang;
 pub use set::{FruitGroups, FruitSet};

@@ -44,7 +44,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
             let fruit = Fruit {
                 segment: site.segment,
                 p_segment: site.p_segment,
-                p_hang_world: p_anchor - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius),
+                p_hang_world: hang_point(spec, &p_anchor, radius),
                 radius,
                 mass: sizes.within(spec.mass.si()),
                 detach_force: stems.within(spec.detach_force.si()),
@@ -66,10 +66,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
             if placed.len() == count {
                 return true;
             }
-            let crowded = placed.iter().any(|other| {
-                (other.p_hang_world - fruit.p_hang_world).norm() < spacing * (other.radius + fruit.radius)
-            });
-            if crowded {
+            if crowded(&placed, fruit, spacing) {
                 return false;
             }
             if draws.chance(*chance) {
@@ -87,6 +84,18 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
     placed
 }
 
+/// Centre of a fruit that hangs straight down from its stem's anchor [m], world.
+pub(crate) fn hang_point(spec: &FruitSpec, p_anchor_world: &Vec3, radius: f64) -> Vec3 {
+    p_anchor_world - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius)
+}
+
+/// Whether a fruit would hang nearer to one of the others than the spacing allows.
+pub(crate) fn crowded(others: &[Fruit], fruit: &Fruit, spacing: f64) -> bool {
+    others.iter().any(|other| {
+        (other.p_hang_world - fruit.p_hang_world).norm() < spacing * (other.radius + fruit.radius)
+    })
+}
+
 fn eligible(spec: &FruitSpec, skeleton: &Skeleton, site: &FruitSite) -> bool {
     let segment = &skeleton.segments[site.segment];
     u32::from(segment.order) >= spec.min_order.get() && segment.radius < spec.spur_radius_max.si()
@@ -100,7 +109,7 @@ fn draw_radius(spec: &FruitSpec, stream: &mut Stream) -> f64 {
     if step > 0.0 { (low + ((drawn - low) / step).round() * step).min(high) } else { drawn }
 }
 
-fn clear_of_wood_and_ground(skeleton: &Skeleton, fruit: &Fruit) -> bool {
+pub(crate) fn clear_of_wood_and_ground(skeleton: &Skeleton, fruit: &Fruit) -> bool {
     if fruit.p_hang_world.z < 2.0 * fruit.radius {
         return false;
     }
