@@ -3,6 +3,7 @@
 //! [`place`] chooses spurs and sizes; [`FruitSet`] puts the fruit into a multibody model as point
 //! bodies on tethers; [`FruitLives`] follows every fruit from its stem to the bucket or the ground.
 
+mod clear;
 mod lives;
 mod place;
 mod rehang;

@@ -1,7 +1,8 @@
 //! Fruit that stay on their wood when it changes its form.
 
 use crate::Fruit;
-use crate::place::{clear_of_wood_and_ground, crowded, hang_point};
+use crate::clear::Wood;
+use crate::place::{crowded, hang_point};
 use orchard_spec::fruit::FruitSpec;
 use orchard_treegen::{Skeleton, carried_to};
 
@@ -9,6 +10,7 @@ use orchard_treegen::{Skeleton, carried_to};
 /// proportion. Radius and mass are as given. As with [`crate::place`], a fruit that would not hang clear of wood, ground and the
 /// fruit before it does not set.
 pub fn rehang(spec: &FruitSpec, fruit: Vec<Fruit>, from: &Skeleton, to: &Skeleton) -> Vec<Fruit> {
+    let wood = Wood::new(to);
     let mut set: Vec<Fruit> = Vec::with_capacity(fruit.len());
     for fruit in fruit {
         let segment = &to.segments[fruit.segment];
@@ -16,7 +18,7 @@ pub fn rehang(spec: &FruitSpec, fruit: Vec<Fruit>, from: &Skeleton, to: &Skeleto
         let p_anchor_world = segment.p_base_world + segment.r_world_segment * p_segment;
         let p_hang_world = hang_point(spec, &p_anchor_world, fruit.radius);
         let fruit = Fruit { p_segment, p_hang_world, ..fruit };
-        if clear_of_wood_and_ground(to, &fruit) && !crowded(&set, &fruit, spec.spacing.si()) {
+        if wood.leaves_clear(&fruit) && !crowded(&set, &fruit, spec.spacing.si()) {
             set.push(fruit);
         }
     }
