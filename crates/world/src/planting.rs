@@ -54,11 +54,14 @@ impl Planting {
         } else {
             None
         };
-        let mut fruit = variation.fruit(&spec.randomisation, base.fruit);
-        if variation.moves_fruit() {
-            let now = skeleton.as_ref().unwrap_or(&base.skeleton);
-            fruit = rehang(&spec.fruit, fruit, &base.skeleton, now);
-        }
+        let fruit = rehang(
+            &spec.fruit,
+            &variation.resized(&spec.randomisation, base.fruit),
+            &variation.fruit_order,
+            variation.fruit_count,
+            &base.skeleton,
+            skeleton.as_ref().unwrap_or(&base.skeleton),
+        );
         let skeleton = skeleton.unwrap_or(base.skeleton);
         Ok(Self { spec, skeleton, fruit, appearance: variation.appearance })
     }

@@ -65,7 +65,7 @@ fn of_axis(v: &Variation, axis: Axis) -> String {
         Axis::RuptureStress => bits(&v.rupture_stress),
         Axis::FruitSize => bits(&v.fruit_size),
         Axis::FruitMass => bits(&v.fruit_mass),
-        Axis::FruitVisible => bits(&v.fruit_visible),
+        Axis::FruitVisible => bits(&v.fruit_count),
         Axis::LeafSize => bits(&v.leaf_size),
         Axis::LeafDensity => bits(&v.leaf_density),
         Axis::WoodTint => bits(&appearance.wood),
@@ -161,8 +161,7 @@ fn draws_keep_to_their_intervals() {
         }
         assert!(v.habit.lean_world.norm() <= 5.0_f64.to_radians() && v.habit.lean_world.z == 0.0);
         assert!(v.habit.twist.abs() <= 22.0_f64.to_radians());
-        let visible = v.fruit_visible.iter().filter(|&&there| there).count();
-        assert!((22..=40).contains(&visible), "{visible}");
+        assert!((22..=40).contains(&v.fruit_count), "{}", v.fruit_count);
         let own = v.constants(&spec);
         assert_eq!(own.wood.density.si(), base.wood.density.si() * v.wood_density);
         assert_eq!(own.sim, base.sim);
@@ -206,7 +205,8 @@ fn modes_share_what_they_say() {
     assert_ne!(topology(&draw(&free, 0, 0)), topology(&draw(&free, 1, 0)));
 }
 
-/// Fruit hang clear of the wood that bears them, as placed fruit do, and few do not find room.
+/// Fruit hang clear of the wood that bears them, as placed fruit do. With all of them asked for, few do not find room;
+/// with the drawn part asked for, there are as many unless fewer find room.
 #[test]
 fn fruit_hang_clear_of_reshaped_wood() {
     let spec = spec(Mode::DistinctTopology, |axis| f64::from(u8::from(axis != Axis::FruitVisible)));
@@ -230,6 +230,15 @@ fn fruit_hang_clear_of_reshaped_wood() {
         }
     }
     assert!(there * 10 > grown * 8, "{there} of {grown} fruit are left");
+
+    let drawn = self::spec(Mode::DistinctTopology, |_| 1.0);
+    for world in 0..40 {
+        let n = place(&drawn.fruit, &grow(&drawn, SEED, world).unwrap(), SEED, world).len();
+        let stream = |axis| Mode::DistinctTopology.stream(axis, SEED, world, 0);
+        let asked = Variation::draw(&drawn.randomisation, 1, n, stream).fruit_count;
+        let have_room = draw(&spec, world, 0).fruit.len();
+        assert_eq!(draw(&drawn, world, 0).fruit.len(), asked.min(have_room));
+    }
 }
 
 #[test]

@@ -19,8 +19,10 @@ pub(super) struct Variation {
     pub rupture_stress: f64,
     pub fruit_size: f64,
     pub fruit_mass: f64,
-    /// Which of the base tree's fruit there are.
-    pub fruit_visible: Vec<bool>,
+    /// The order in which the base tree's fruit are asked whether they hang clear.
+    pub fruit_order: Vec<usize>,
+    /// How many of them there are to be.
+    pub fruit_count: usize,
     pub leaf_size: f64,
     pub leaf_density: f64,
     pub appearance: Appearance,
@@ -34,6 +36,7 @@ impl Variation {
         fruit: usize,
         stream: impl Fn(Axis) -> Stream,
     ) -> Self {
+        let (fruit_order, fruit_count) = visible(spec, fruit, stream(Axis::FruitVisible));
         Self {
             habit: habit(spec, segments, &stream),
             wood_density: spec.wood_density.draw(&mut stream(Axis::WoodDensity)),
@@ -41,7 +44,8 @@ impl Variation {
             rupture_stress: spec.rupture_stress.draw(&mut stream(Axis::RuptureStress)),
             fruit_size: spec.fruit_size.draw(&mut stream(Axis::FruitSize)),
             fruit_mass: spec.fruit_mass.draw(&mut stream(Axis::FruitMass)),
-            fruit_visible: visible(spec, fruit, stream(Axis::FruitVisible)),
+            fruit_order,
+            fruit_count,
             leaf_size: spec.leaf_size.draw(&mut stream(Axis::LeafSize)),
             leaf_density: spec.leaf_density.draw(&mut stream(Axis::LeafDensity)),
             appearance: appearance(spec, &stream),
@@ -72,21 +76,14 @@ impl Variation {
         Arc::new(own)
     }
 
-    /// Whether fruit may hang elsewhere than on the base tree, or be of other size.
-    pub fn moves_fruit(&self) -> bool {
-        !self.habit.is_neutral() || self.fruit_size != 1.0
-    }
-
-    /// The base tree's fruit that there are, in their size and mass.
-    pub fn fruit(&self, spec: &RandomisationSpec, fruit: Vec<Fruit>) -> Vec<Fruit> {
+    /// Fruit in this tree's size and mass.
+    pub fn resized(&self, spec: &RandomisationSpec, fruit: Vec<Fruit>) -> Vec<Fruit> {
         let resized = |fruit: Fruit| Fruit {
             radius: spec.fruit_size.apply(fruit.radius, self.fruit_size),
             mass: spec.fruit_mass.apply(fruit.mass, self.fruit_mass),
             ..fruit
         };
-        let seen =
-            fruit.into_iter().zip(&self.fruit_visible).filter_map(|(fruit, &seen)| seen.then_some(fruit));
-        seen.map(resized).collect()
+        fruit.into_iter().map(resized).collect()
     }
 }
 
@@ -112,16 +109,12 @@ fn lean(spec: &RandomisationSpec, mut stream: Stream) -> Vec3 {
     Vec3::new(cos, sin, 0.0) * angle
 }
 
-/// A part of all fruit, in an order that no strength changes: a weaker dial shows what a stronger one shows, and more.
-fn visible(spec: &RandomisationSpec, fruit: usize, mut stream: Stream) -> Vec<bool> {
+/// Some of all fruit, in an order that no strength changes: a weaker dial shows what a stronger one shows, and more.
+fn visible(spec: &RandomisationSpec, fruit: usize, mut stream: Stream) -> (Vec<usize>, usize) {
     let part = spec.fruit_visible.draw(&mut stream);
     let mut order: Vec<usize> = (0..fruit).collect();
     stream.shuffle(&mut order);
-    let mut visible = vec![false; fruit];
-    for &i in &order[..((part * fruit as f64).round() as usize).min(fruit)] {
-        visible[i] = true;
-    }
-    visible
+    (order, (part * fruit as f64).round() as usize)
 }
 
 fn appearance(spec: &RandomisationSpec, stream: &impl Fn(Axis) -> Stream) -> Appearance {
