@@ -1,6 +1,6 @@
 //! Reset, step, observe and act over many worlds.
 //!
-//! An [`Env`] is N worlds of one seed, each with its own tree. Worlds share nothing, so the result of a world
+//! An [`Env`] is N worlds of one seed, with trees as the spec's randomisation says (by default each its own). Worlds share nothing, so the result of a world
 //! does not depend on how many others run or on how many threads run them.
 //!
 //! ```no_run
