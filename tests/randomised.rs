@@ -141,7 +141,7 @@ fn other_modes_stay_as_they_are() {
     for mode in [Mode::Homogeneous, Mode::DistinctDimensions, Mode::DistinctTopology] {
         let mut env = Env::new(Arc::new(randomised(mode)), robot(), SEED, 0..2, Backend::Cpu).unwrap();
         let start: Vec<_> = env.worlds().iter().map(state_hash).collect();
-        env.step(&vec![robot().start_command(); 2]).unwrap();
+        env.step(&[robot().start_command(); 2]).unwrap();
         env.reset().unwrap();
         assert_eq!(env.worlds().iter().map(state_hash).collect::<Vec<_>>(), start, "{mode:?}");
         assert!(env.worlds().iter().all(|world| world.episode() == 0));

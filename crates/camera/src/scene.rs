@@ -102,3 +102,30 @@ impl Scene {
         self.items.push(Item { geometry, x_world_item, label, instance, color: None, tint: None });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn hues_turn_about_grey() {
+        let (red, green, grey) = (Vec3::x(), Vec3::y(), Vec3::repeat(0.4));
+        let third = Tint::hue(TAU / 3.0);
+        // Rounding of a rotation.
+        assert!((third.apply(red) - green).norm() < 1e-15);
+        assert!((Tint::hue(0.7).apply(grey) - grey).norm() < 1e-15);
+        let color = Vec3::new(0.3, 0.2, 0.25);
+        assert!((Tint::hue(0.1).apply(color).sum() - color.sum()).abs() < 1e-15);
+        assert!(Tint::hue(-0.5).apply(red).min() >= 0.0);
+    }
+
+    #[test]
+    fn tints_follow_one_another() {
+        let gains = Tint::gains(Vec3::new(2.0, 3.0, 4.0));
+        let color = Vec3::new(0.1, 0.2, 0.3);
+        assert_eq!(gains.apply(color), Vec3::new(0.1 * 2.0, 0.2 * 3.0, 0.3 * 4.0));
+        let both = Tint::hue(TAU / 3.0).then(gains);
+        assert!((both.apply(Vec3::x()) - Vec3::y() * 3.0).norm() < 1e-14);
+    }
+}

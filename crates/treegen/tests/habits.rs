@@ -21,7 +21,9 @@ fn wild(n: usize, droop: f64, lean: f64, spread: f64, twist: f64) -> Habit {
     Habit {
         length: (0..n).map(|_| stream.uniform(0.6, 1.6)).collect(),
         radius: (0..n).map(|_| stream.uniform(0.6, 1.6)).collect(),
-        bend: (0..n).map(|_| (stream.normal(0.0, 0.15), stream.uniform(0.0, 6.28))).collect(),
+        bend: (0..n)
+            .map(|_| (stream.normal(0.0, 0.15), stream.uniform(0.0, std::f64::consts::TAU)))
+            .collect(),
         droop,
         lean_world: Vec3::x() * lean,
         fork_spread: spread,

@@ -252,3 +252,24 @@ fn the_scene_of_a_planting_shows_all_of_it() {
     assert_eq!(count(Label::Wood), segments + fruit, "segments and stems");
     assert!(scene.items.iter().filter(|item| item.label == Label::Fruit).all(|item| item.tint.is_some()));
 }
+
+/// A world's picture has the planting's colours; what the depth camera sees has none.
+#[test]
+fn pictures_are_coloured_and_measurements_are_not() {
+    use orchard_camera::Label;
+    let spec = spec(Mode::DistinctTopology, |_| 1.0);
+    let world =
+        crate::World::new(spec.clone(), Arc::new(orchard_robot::RobotModel::paper()), SEED, 2).unwrap();
+    assert!(world.scene().items.iter().all(|item| item.tint.is_none()));
+    let appearance = draw(&spec, 2, 0).appearance;
+    for item in world.picture_scene().items {
+        let expected = match item.label {
+            _ if item.instance == orchard_camera::NO_INSTANCE => None,
+            Label::Wood => appearance.wood,
+            Label::Leaf => appearance.leaf,
+            Label::Fruit => appearance.fruit,
+            _ => None,
+        };
+        assert_eq!(item.tint, expected);
+    }
+}
