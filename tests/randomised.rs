@@ -8,6 +8,7 @@ use orchard_spec::randomisation::{Axis, Mode};
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_tests::state_hash;
 use orchard_world::{Difference, Planting, SnapshotError, Status, World};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -44,6 +45,32 @@ fn strength_zero_is_the_paper_world_bit_for_bit() {
         }
         assert_eq!((hash_after(&spec, 0), hash_after(&spec, 30)), before, "{mode:?}");
     }
+}
+
+/// 10,000 randomised trees: none is refused, and none has a self-evident absurdity.
+#[test]
+fn ten_thousand_plantings_make_sense() {
+    let spec = Arc::new(randomised(Mode::DistinctTopology));
+    let (clearance, rounding) = (spec.tree.clearance.si(), 1e-12);
+    (0..10_000_u32).into_par_iter().for_each(|index| {
+        let planting = Planting::draw(&spec, SEED, index, 0).unwrap_or_else(|e| panic!("tree {index}: {e}"));
+        let segments = &planting.skeleton.segments;
+        for s in segments {
+            assert!(s.length > 1e-3 && s.radius > 1e-3, "tree {index}");
+            let lowest = s.p_base_world.z.min(s.p_tip_world().z) - s.radius;
+            assert!(s.order == 0 || lowest >= clearance - rounding, "tree {index}: wood at {lowest} m");
+            assert!(s.p_tip_world().z > 0.0, "tree {index}");
+            if let Some(parent) = s.parent.map(|p| &segments[p]) {
+                assert!(s.radius <= parent.radius, "tree {index}: a child thicker than its parent");
+                assert!((s.p_base_world - parent.p_tip_world()).norm() < rounding, "tree {index}");
+            }
+        }
+        // Few trees have no twig of the order that bears leaves.
+        let bears = segments.iter().any(|s| u32::from(s.order) >= planting.spec.foliage.lowest_order());
+        assert_eq!(bears, !planting.skeleton.leaves.is_empty(), "tree {index}");
+        assert!(!planting.fruit.is_empty(), "tree {index}");
+        assert!(planting.fruit.iter().all(|fruit| fruit.radius > 0.0 && fruit.mass > 0.0));
+    });
 }
 
 /// A tree of a planting with kicked joints.
