@@ -3,7 +3,7 @@
 
 use orchard_env::{Backend, Env};
 use orchard_robot::{Command, RobotModel};
-use orchard_spec::Spec;
+use orchard_spec::{Preset, Spec};
 use orchard_tests::fingerprint;
 use orchard_world::{Status, World, WorldEvent};
 use std::ops::Range;
@@ -24,17 +24,17 @@ fn command(index: u32, frame: u32) -> Command {
     command
 }
 
-fn world(index: u32) -> World {
-    World::new(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), SEED, index).unwrap()
+fn world(preset: Preset, index: u32) -> World {
+    World::new(Arc::new(Spec::preset(preset)), Arc::new(RobotModel::paper()), SEED, index).unwrap()
 }
 
 /// The same world with a joint that is no number.
-fn spoilt(of: &World) -> World {
-    let mut sick = world(SICK);
+fn spoilt(preset: Preset, of: &World) -> World {
+    let mut sick = world(preset, SICK);
     sick.restore(&of.snapshot()).unwrap();
     let q = sick.model().qs(sick.tree().bodies[5]).start;
     sick.data_mut().q[q] = f64::NAN;
-    let mut spoilt = world(SICK);
+    let mut spoilt = world(preset, SICK);
     spoilt.restore(&sick.snapshot()).unwrap();
     spoilt
 }
@@ -42,12 +42,12 @@ fn spoilt(of: &World) -> World {
 /// What a world shows and what happens in it, frame by frame.
 type Story = Vec<([u8; 32], Vec<WorldEvent>)>;
 
-fn alone(index: u32) -> Story {
-    let mut world = world(index);
+fn alone(preset: Preset, index: u32) -> Story {
+    let mut world = world(preset, index);
     let mut story = Story::new();
     for frame in 0..FRAMES {
         if (index, frame) == (SICK, SPOILT_AT) {
-            world = spoilt(&world);
+            world = spoilt(preset, &world);
         }
         let observation = world.observe();
         let print = fingerprint(&world, &observation);
@@ -58,17 +58,17 @@ fn alone(index: u32) -> Story {
     story
 }
 
-fn together(indices: Range<u32>, threads: usize) -> Vec<Story> {
+fn together(preset: Preset, indices: Range<u32>, threads: usize) -> Vec<Story> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        let (spec, robot) = (Arc::new(Spec::paper()), Arc::new(RobotModel::paper()));
+        let (spec, robot) = (Arc::new(Spec::preset(preset)), Arc::new(RobotModel::paper()));
         let mut env = Env::new(spec, robot, SEED, indices.clone(), Backend::Cpu).unwrap();
         let mut stories = vec![Story::new(); indices.len()];
         for frame in 0..FRAMES {
             if let (SPOILT_AT, true) = (frame, indices.contains(&SICK)) {
                 let mut snapshots = env.snapshot();
                 let place = (SICK - indices.start) as usize;
-                snapshots[place] = spoilt(&env.worlds()[place]).snapshot();
+                snapshots[place] = spoilt(preset, &env.worlds()[place]).snapshot();
                 env.restore(&snapshots).unwrap();
             }
             let observations = env.observe();
@@ -84,12 +84,11 @@ fn together(indices: Range<u32>, threads: usize) -> Vec<Story> {
     })
 }
 
-#[test]
-fn worlds_do_not_notice_their_company() {
-    let alone: Vec<Story> = (0..8).map(alone).collect();
-    for threads in [1, 2, 4] {
-        for indices in [3..4, 3..6, 0..8] {
-            for (index, story) in indices.clone().zip(together(indices.clone(), threads)) {
+fn assert_unnoticed(preset: Preset, threads: &[usize], companies: &[Range<u32>]) {
+    let alone: Vec<Story> = (0..8).map(|index| alone(preset, index)).collect();
+    for &threads in threads {
+        for indices in companies {
+            for (index, story) in indices.clone().zip(together(preset, indices.clone(), threads)) {
                 let differs = story.iter().zip(&alone[index as usize]).position(|(a, b)| a != b);
                 assert_eq!(
                     differs, None,
@@ -98,6 +97,16 @@ fn worlds_do_not_notice_their_company() {
             }
         }
     }
+}
+
+#[test]
+fn worlds_do_not_notice_their_company() {
+    assert_unnoticed(Preset::Paper, &[1, 2, 4], &[3..4, 3..6, 0..8]);
+}
+
+#[test]
+fn randomised_worlds_do_not_either() {
+    assert_unnoticed(Preset::Randomised, &[2], &[3..6, 0..8]);
 }
 
 /// A snapshot of another world is refused by its place, and nothing is restored.

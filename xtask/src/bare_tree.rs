@@ -1,17 +1,21 @@
 //! A world's tree and fruit alone, for other engines: what they have no counterpart for is off.
 
 use anyhow::Context;
-use orchard_fruit::{FruitGroups, FruitSet, place};
+use orchard_fruit::{FruitGroups, FruitSet};
 use orchard_geometry::Vec3;
 use orchard_multibody::{Data, Groups, Model, ModelBuilder, PointBody, Tether, mjcf};
 use orchard_spec::Spec;
-use orchard_treegen::{Skeleton, grow};
+use orchard_treegen::Skeleton;
 use orchard_treephys::{TreeBody, TreeGroups};
+use orchard_world::Planting;
+use std::sync::Arc;
 
 /// A tree with its fruit in a model of its own: no drag, no reaction cap, and nothing touches. Link i is segment i.
 pub struct BareTree {
     /// Name of the model.
     pub name: String,
+    /// The spec with the constants of this tree.
+    pub spec: Arc<Spec>,
     /// The grown tree.
     pub skeleton: Skeleton,
     /// Its model.
@@ -23,10 +27,13 @@ pub struct BareTree {
 }
 
 impl BareTree {
-    /// The tree of a world, as the benchmark grows it.
+    /// The tree of a world, as the benchmark plants it in its first episode.
     pub fn new(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<Self> {
-        let skeleton = grow(spec, seed, world).with_context(|| format!("seed {seed}, tree {world}"))?;
-        Self::of_skeleton(spec, skeleton, format!("{}-{seed}-{world}", spec.preset), seed, world)
+        let spec = Arc::new(spec.clone());
+        let name = format!("{}-{seed}-{world}", spec.preset);
+        let planting =
+            Planting::draw(&spec, seed, world, 0).with_context(|| format!("seed {seed}, tree {world}"))?;
+        Self::of_planting(planting, name)
     }
 
     /// A given tree; seed and world choose its fruit.
@@ -37,6 +44,12 @@ impl BareTree {
         seed: u64,
         world: u32,
     ) -> anyhow::Result<Self> {
+        let spec = Arc::new(spec.clone());
+        Self::of_planting(Planting::of_tree(spec, skeleton, seed, world), name)
+    }
+
+    fn of_planting(planting: Planting, name: String) -> anyhow::Result<Self> {
+        let Planting { spec, skeleton, fruit, .. } = planting;
         let gravity = spec.sim.gravity.si();
         let mut builder = ModelBuilder::new();
         let no_contact = TreeGroups { wood: Groups::NONE, debris: Groups::NONE };
@@ -45,7 +58,7 @@ impl BareTree {
         let mut capped = builder.clone();
         FruitSet::add_to(
             &mut capped,
-            place(&spec.fruit, &skeleton, seed, world),
+            fruit,
             &tree.bodies,
             &spec.fruit,
             gravity,
@@ -60,7 +73,7 @@ impl BareTree {
         tree.reset(&model, &mut data, &spec.wood);
         data.linear_drag.fill(0.0);
         data.angular_drag.fill(0.0);
-        Ok(Self { name, skeleton, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
+        Ok(Self { name, spec, skeleton, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
     }
 
     /// The model as MJCF for steps of `h` [s].

@@ -76,9 +76,9 @@ impl Format {
     }
 
     /// The file of a tree.
-    pub fn write(self, tree: &BareTree, spec: &Spec) -> anyhow::Result<Vec<u8>> {
+    pub fn write(self, tree: &BareTree) -> anyhow::Result<Vec<u8>> {
         let skeleton = &tree.skeleton;
-        let wood = || Wood::new(skeleton, &spec.wood);
+        let wood = || Wood::new(skeleton, &tree.spec.wood);
         Ok(match self {
             Self::Mjcf => tree.mjcf(TIME_STEP)?.into_bytes(),
             Self::Urdf => urdf::write(&tree.name, &wood()?)?.into_bytes(),
@@ -97,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None => BareTree::new(&spec, seed, args.tree)?,
         Some(file) => import(&spec, file, seed, args.tree)?,
     };
-    let bytes = args.format.write(&tree, &spec)?;
+    let bytes = args.format.write(&tree)?;
     write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
     eprintln!(
         "{}: {} links, {} fruit",

@@ -59,10 +59,7 @@ fn write_case(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<PathBuf> {
     let folder = python::folder(SUITE);
     let tree = BareTree::new(spec, seed, world)?;
     for format in FORMATS {
-        write_bytes(
-            &folder.join(format!("{}.{}", tree.name, format.extension())),
-            &format.write(&tree, spec)?,
-        )?;
+        write_bytes(&folder.join(format!("{}.{}", tree.name, format.extension())), &format.write(&tree)?)?;
     }
     let file = folder.join(format!("{}.case", tree.name));
     write_json(&file, &Case { name: tree.name, density: spec.wood.density.si() })?;

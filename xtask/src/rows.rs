@@ -122,6 +122,12 @@ impl Row {
         let pass = Some(self.value.is_some_and(|value| value >= target));
         Self { target: Some(target), pass, ..self }
     }
+
+    /// Asked to be at most some figure.
+    pub fn at_most(self, target: f64) -> Self {
+        let pass = Some(self.value.is_some_and(|value| value <= target));
+        Self { target: Some(target), pass, ..self }
+    }
 }
 
 /// What a suite found.

@@ -81,7 +81,7 @@ pub struct TreeWorld {
 }
 
 impl TreeWorld {
-    /// Grows the tree of a world's index and seed and lets it sag to its static equilibrium.
+    /// Grows the tree of a world's index and seed, before any randomisation, and lets it sag to its static equilibrium.
     ///
     /// # Errors
     /// The tree does not grow or finds no rest.

@@ -81,6 +81,17 @@ mod tests {
     }
 
     #[test]
+    fn a_scaled_quantity_takes_its_range_along() {
+        let doc =
+            read("[wood]\ndensity = { value = 850, range = [780, 1000], unit = 'kg/m3', source = 'x' }");
+        let density = doc.unwrap().wood.density;
+        let half = density.scaled(0.5);
+        assert_eq!((half.si(), half.unit(), half.source()), (425.0, density.unit(), "x"));
+        assert!(half.with_value(390.0).is_ok() && half.with_value(510.0).is_err());
+        assert_eq!(density.scaled(1.0), density);
+    }
+
+    #[test]
     fn a_normal_has_its_mean_between_its_ends() {
         let radius = |mean: f64, sd: f64| {
             let line = format!(

@@ -12,6 +12,7 @@ pub mod camera;
 pub mod episode;
 pub mod foliage;
 pub mod fruit;
+pub mod randomisation;
 pub mod scenery;
 pub mod sim;
 pub mod terrain;
@@ -46,6 +47,8 @@ pub struct Spec {
     pub camera: camera::CameraSpec,
     /// Reach.
     pub episode: episode::EpisodeSpec,
+    /// What varies from one world to the next.
+    pub randomisation: randomisation::RandomisationSpec,
     /// Posts and wires; a tree without them stands alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenery: Option<scenery::ScenerySpec>,

@@ -38,6 +38,8 @@ presets! {
     Paper = "paper";
     /// The paper's canonical tree, which needs no random number.
     Ternary = "ternary";
+    /// The paper's figures with every axis of the domain randomisation at strength 1.
+    Randomised = "randomised";
     /// Tall spindle: a tall, slender central leader with weak, pendant laterals, on a wire.
     TallSpindle = "tall-spindle";
     /// V-trellis: two leaders that lean into the alleys.

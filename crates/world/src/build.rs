@@ -5,7 +5,7 @@ use crate::groups;
 use crate::scenery::{self, Strut};
 use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
-use orchard_fruit::{FruitGroups, FruitSet, place};
+use orchard_fruit::{Fruit, FruitGroups, FruitSet};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
@@ -48,7 +48,8 @@ pub(crate) struct Parts {
 pub(crate) fn build(
     spec: &Spec,
     robot: &RobotModel,
-    mut skeleton: Skeleton,
+    skeleton: Skeleton,
+    fruit: Vec<Fruit>,
     seed: u64,
     world: u32,
 ) -> Result<Parts, WorldError> {
@@ -66,7 +67,6 @@ pub(crate) fn build(
     });
     let struts = scenery::struts(spec.scenery.as_ref());
     let scenery = scenery::add_to(&mut builder, spec.scenery.as_ref(), &struts);
-    scenery::clear_fruit_sites(&mut skeleton, &struts, &spec.fruit, spec.sim.contact_margin.si());
     let tree = TreeBody::add_to(
         &mut builder,
         &skeleton,
@@ -75,7 +75,7 @@ pub(crate) fn build(
     );
     let fruit = FruitSet::add_to(
         &mut builder,
-        place(&spec.fruit, &skeleton, seed, world),
+        fruit,
         &tree.bodies,
         &spec.fruit,
         gravity,

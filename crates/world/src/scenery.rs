@@ -128,8 +128,13 @@ pub(crate) fn clear_fruit_sites(skeleton: &mut Skeleton, struts: &[Strut], fruit
     fruit_sites.retain(|site| {
         let segment = &segments[site.segment];
         let p_hang = segment.p_base_world + segment.r_world_segment * site.p_segment - hang;
-        struts.iter().all(|strut| strut.distance(&p_hang) > radius + margin)
+        is_clear(struts, &p_hang, radius, margin)
     });
+}
+
+/// Whether a fruit about a point is farther than `margin` [m] from every post and wire.
+pub(crate) fn is_clear(struts: &[Strut], p_world: &Vec3, radius: f64, margin: f64) -> bool {
+    struts.iter().all(|strut| strut.distance(p_world) > radius + margin)
 }
 
 /// Bearing of the robot's start, seen from the trunk [rad]: anywhere about a tree that stands alone, in either alley
@@ -154,6 +159,7 @@ pub(crate) fn items(struts: &[Strut]) -> impl Iterator<Item = Item> {
         label: Label::Scenery,
         instance: i as u32,
         color: strut.is_wire.then_some(STEEL),
+        tint: None,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Timing of a piece of work.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 
@@ -10,17 +10,19 @@ const ROUNDS: usize = 5;
 /// Shortest time that a round may take [s]: long against the clock's resolution and a scheduler's slice.
 const ROUND_SECONDS: f64 = 0.4;
 
-/// How often `work` runs a second: the median over rounds. `work` gets a counter that goes on over all calls.
+/// How often `work` runs in a second of processor time: the median over rounds. `work` gets a counter that goes on over all
+/// calls.
 pub fn rate(mut work: impl FnMut(u32) -> anyhow::Result<()>) -> anyhow::Result<f64> {
     let mut call = 0;
     let mut rates = Vec::with_capacity(ROUNDS);
     for _ in 0..ROUNDS {
-        let (start, first) = (Instant::now(), call);
-        while start.elapsed().as_secs_f64() < ROUND_SECONDS {
+        let (start, first) = (cpu_time(), call);
+        let spent = || (cpu_time() - start).as_secs_f64();
+        while spent() < ROUND_SECONDS {
             work(call)?;
             call += 1;
         }
-        rates.push(f64::from(call - first) / start.elapsed().as_secs_f64());
+        rates.push(f64::from(call - first) / spent());
     }
     rates.sort_by(f64::total_cmp);
     Ok(rates[ROUNDS / 2])
@@ -37,6 +39,11 @@ pub fn cpu_time() -> Duration {
 pub struct Rounds(Vec<f64>);
 
 impl Rounds {
+    /// Of figures taken by hand, at least one.
+    pub fn new(figures: Vec<f64>) -> Self {
+        Self(figures)
+    }
+
     /// The median.
     pub fn median(&self) -> f64 {
         let mut sorted = self.0.clone();
