@@ -14,5 +14,5 @@ mod scene;
 mod visibility;
 
 pub use depth::{Frame, render};
-pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene};
+pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene, Tint};
 pub use visibility::{FruitVisibility, fruit_visibility};

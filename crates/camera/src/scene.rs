@@ -1,6 +1,6 @@
 //! What the camera can see: labelled primitives with poses.
 
-use orchard_geometry::{Pose, Shape};
+use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3};
 
 /// What a pixel shows. Truth for metrics and tests; no controller receives it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -25,6 +25,37 @@ pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// Linear-light colour, each channel 0 to 1.
 pub type Rgb = [f32; 3];
+
+/// A change of colour, linear in linear light: it keeps what texture the palette gives a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tint(Mat3);
+
+impl Tint {
+    /// Factors on red, green and blue.
+    pub fn gains(gains: Vec3) -> Self {
+        Self(Mat3::from_diagonal(&gains))
+    }
+
+    /// A turn of the hue about the axis of greys, which keeps the sum of the channels [rad]: a third of a full turn takes
+    /// red to green.
+    pub fn hue(angle: f64) -> Self {
+        Self(
+            Rotation::from_axis_angle(&nalgebra::Unit::new_normalize(Vec3::repeat(1.0)), angle)
+                .to_rotation_matrix()
+                .into_inner(),
+        )
+    }
+
+    /// This and then another.
+    pub fn then(self, next: Self) -> Self {
+        Self(next.0 * self.0)
+    }
+
+    /// The tinted colour. What a turn of a saturated hue would make darker than black is black.
+    pub fn apply(&self, color: Vec3) -> Vec3 {
+        (self.0 * color).map(|channel| channel.max(0.0))
+    }
+}
 
 /// The form of an item, in the item's frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +85,8 @@ pub struct Item {
     pub instance: u32,
     /// Colour in pictures; `None` takes the label's palette.
     pub color: Option<Rgb>,
+    /// Change of that colour; `None` leaves it.
+    pub tint: Option<Tint>,
 }
 
 /// Everything the camera can see.
@@ -66,6 +99,6 @@ pub struct Scene {
 impl Scene {
     /// Adds an item in the palette's colour.
     pub fn push(&mut self, geometry: Geometry, x_world_item: Pose, label: Label, instance: u32) {
-        self.items.push(Item { geometry, x_world_item, label, instance, color: None });
+        self.items.push(Item { geometry, x_world_item, label, instance, color: None, tint: None });
     }
 }

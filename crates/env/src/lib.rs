@@ -105,9 +105,25 @@ impl Env {
         &self.worlds
     }
 
-    /// Brings every world back to its start.
-    pub fn reset(&mut self) {
-        self.worlds.par_iter_mut().for_each(World::reset);
+    /// Goes on to the next episode: every world back at its start, with new dimensions where the spec's randomisation
+    /// samples them anew at every reset.
+    ///
+    /// # Errors
+    /// A world cannot be built in its new dimensions; then no world has changed. The lowest index that fails is named.
+    pub fn reset(&mut self) -> Result<(), EnvError> {
+        let next: Vec<Result<Option<World>, EnvError>> = self
+            .worlds
+            .par_iter()
+            .map(|world| world.resampled().map_err(|source| EnvError::World { world: world.index(), source }))
+            .collect();
+        let next: Vec<Option<World>> = next.into_iter().collect::<Result<_, _>>()?;
+        for (world, next) in self.worlds.iter_mut().zip(next) {
+            match next {
+                Some(next) => *world = next,
+                None => world.reset(),
+            }
+        }
+        Ok(())
     }
 
     /// A snapshot of every world.

@@ -1,5 +1,6 @@
 //! Which spurs carry fruit, and what each fruit is.
 
+use crate::clear::Wood;
 use orchard_geometry::Vec3;
 use orchard_spec::fruit::FruitSpec;
 use orchard_spec::{Purpose, Stream};
@@ -32,6 +33,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
     let mut stems = Stream::new(seed, world, Purpose::Stem);
     let mut draws = Stream::new(seed, world, Purpose::FruitPlacement);
 
+    let wood = Wood::new(skeleton);
     // Every site draws its fruit whether or not it is used, so that the count never shifts a fruit's size.
     let mut free: Vec<(Fruit, f64)> = skeleton
         .fruit_sites
@@ -44,7 +46,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
             let fruit = Fruit {
                 segment: site.segment,
                 p_segment: site.p_segment,
-                p_hang_world: p_anchor - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius),
+                p_hang_world: hang_point(spec, &p_anchor, radius),
                 radius,
                 mass: sizes.within(spec.mass.si()),
                 detach_force: stems.within(spec.detach_force.si()),
@@ -53,7 +55,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
                 * (spec.placement_base.si() + spec.placement_outer.si() * site.outerness);
             (fruit, chance)
         })
-        .filter(|(fruit, _)| clear_of_wood_and_ground(skeleton, fruit))
+        .filter(|(fruit, _)| wood.leaves_clear(fruit))
         .collect();
     draws.shuffle(&mut free);
 
@@ -66,10 +68,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
             if placed.len() == count {
                 return true;
             }
-            let crowded = placed.iter().any(|other| {
-                (other.p_hang_world - fruit.p_hang_world).norm() < spacing * (other.radius + fruit.radius)
-            });
-            if crowded {
+            if crowded(&placed, fruit, spacing) {
                 return false;
             }
             if draws.chance(*chance) {
@@ -87,6 +86,18 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
     placed
 }
 
+/// Centre of a fruit that hangs straight down from its stem's anchor [m], world.
+pub(crate) fn hang_point(spec: &FruitSpec, p_anchor_world: &Vec3, radius: f64) -> Vec3 {
+    p_anchor_world - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius)
+}
+
+/// Whether a fruit would hang nearer to one of the others than the spacing allows.
+pub(crate) fn crowded(others: &[Fruit], fruit: &Fruit, spacing: f64) -> bool {
+    others.iter().any(|other| {
+        (other.p_hang_world - fruit.p_hang_world).norm() < spacing * (other.radius + fruit.radius)
+    })
+}
+
 fn eligible(spec: &FruitSpec, skeleton: &Skeleton, site: &FruitSite) -> bool {
     let segment = &skeleton.segments[site.segment];
     u32::from(segment.order) >= spec.min_order.get() && segment.radius < spec.spur_radius_max.si()
@@ -98,15 +109,4 @@ fn draw_radius(spec: &FruitSpec, stream: &mut Stream) -> f64 {
     let step = spec.radius_step.si();
     let drawn = stream.uniform(low, high);
     if step > 0.0 { (low + ((drawn - low) / step).round() * step).min(high) } else { drawn }
-}
-
-fn clear_of_wood_and_ground(skeleton: &Skeleton, fruit: &Fruit) -> bool {
-    if fruit.p_hang_world.z < 2.0 * fruit.radius {
-        return false;
-    }
-    skeleton.segments.iter().all(|s| {
-        let along = (fruit.p_hang_world - s.p_base_world).dot(&s.heading()).clamp(0.0, s.length);
-        let nearest = s.p_base_world + s.heading() * along;
-        (fruit.p_hang_world - nearest).norm() > fruit.radius + s.radius
-    })
 }

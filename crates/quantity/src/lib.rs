@@ -178,6 +178,12 @@ impl Quantity {
         &self.source
     }
 
+    /// The same quantity times a positive factor: a value derived from the file's, whose range goes with it.
+    pub fn scaled(&self, factor: f64) -> Self {
+        debug_assert!(factor > 0.0, "the ends of the range would change places");
+        Self { value: self.value * factor, range: self.range.map(|end| end * factor), ..self.clone() }
+    }
+
     /// The same quantity with another value, in the same unit.
     ///
     /// # Errors

@@ -12,6 +12,7 @@ pub mod camera;
 pub mod episode;
 pub mod foliage;
 pub mod fruit;
+pub mod randomisation;
 pub mod sim;
 pub mod tree;
 pub mod wood;
@@ -42,6 +43,8 @@ pub struct Spec {
     pub camera: camera::CameraSpec,
     /// Reach.
     pub episode: episode::EpisodeSpec,
+    /// What varies from one world to the next.
+    pub randomisation: randomisation::RandomisationSpec,
 }
 
 impl Spec {

@@ -38,6 +38,8 @@ presets! {
     Paper = "paper";
     /// The paper's canonical tree, which needs no random number.
     Ternary = "ternary";
+    /// The paper's figures with every axis of the domain randomisation at strength 1.
+    Randomised = "randomised";
 }
 
 impl fmt::Display for Preset {

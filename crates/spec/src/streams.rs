@@ -3,6 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
+use crate::randomisation::Axis;
+
 /// What a stream's numbers are for. One stream a (seed, world, purpose): drawing more numbers for one
 /// purpose never shifts those of another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,6 +27,8 @@ pub enum Purpose {
     Terrain,
     /// Colours.
     Appearance,
+    /// How one axis of the domain randomisation varies.
+    Variation(Axis),
     /// Bootstrap resamples.
     Bootstrap,
     /// Test fixtures.
@@ -44,6 +48,7 @@ impl Purpose {
             Purpose::SensorNoise => "sensor-noise",
             Purpose::Terrain => "terrain",
             Purpose::Appearance => "appearance",
+            Purpose::Variation(axis) => axis.stream_name(),
             Purpose::Bootstrap => "bootstrap",
             Purpose::Test => "test",
         }

@@ -38,7 +38,7 @@ pub(crate) fn stand(
 }
 
 /// Height of the highest tip [m].
-fn top(internodes: &[Internode]) -> f64 {
+pub(crate) fn top(internodes: &[Internode]) -> f64 {
     let mut z_tips = Vec::with_capacity(internodes.len());
     for internode in internodes {
         let z_base: f64 = internode.parent.map_or(0.0, |parent| z_tips[parent]);
@@ -50,7 +50,7 @@ fn top(internodes: &[Internode]) -> f64 {
 /// From parents to children: an internode whose capsule dips below the clearance is rotated up about its base
 /// in its vertical plane, and what grows on it turns with it. Lengths stay. The trunk (order 0) stands on the
 /// ground and is exempt. Returns the index of an internode whose base is itself too low.
-fn lift(internodes: &mut [Internode], radii: &[f64], clearance: f64) -> Result<(), usize> {
+pub(crate) fn lift(internodes: &mut [Internode], radii: &[f64], clearance: f64) -> Result<(), usize> {
     let mut z_tips = Vec::with_capacity(internodes.len());
     let mut lifts: Vec<Rotation> = Vec::with_capacity(internodes.len());
     for (i, internode) in internodes.iter_mut().enumerate() {

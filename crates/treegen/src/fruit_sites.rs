@@ -9,7 +9,7 @@ use crate::skeleton::{FruitSite, Segment};
 /// along the segment, the last at its tip, on the bark's underside. `outerness` is the site's horizontal
 /// distance from the trunk's axis over the largest of any tip.
 pub(crate) fn fruit_sites(spec: &Spec, segments: &[Segment]) -> Vec<FruitSite> {
-    let canopy_radius = segments.iter().map(|s| s.p_tip_world().xy().norm()).fold(0.0, f64::max);
+    let canopy_radius = canopy_radius(segments);
     let per_segment = spec.tree.fruit_sites.get();
     let mut sites = Vec::new();
     for (i, segment) in segments.iter().enumerate() {
@@ -23,12 +23,26 @@ pub(crate) fn fruit_sites(spec: &Spec, segments: &[Segment]) -> Vec<FruitSite> {
             let along = segment.length * f64::from(k) / f64::from(per_segment);
             let p_segment = Vec3::z() * along + underside * segment.radius;
             let p_world = segment.p_base_world + segment.heading() * along;
-            let outerness =
-                if canopy_radius > 0.0 { (p_world.xy().norm() / canopy_radius).min(1.0) } else { 0.0 };
-            sites.push(FruitSite { segment: i, p_segment, outerness });
+            sites.push(FruitSite { segment: i, p_segment, outerness: outerness(&p_world, canopy_radius) });
         }
     }
     sites
+}
+
+/// Largest horizontal distance of a tip from the trunk's axis [m].
+pub(crate) fn canopy_radius(segments: &[Segment]) -> f64 {
+    segments.iter().map(|s| s.p_tip_world().xy().norm()).fold(0.0, f64::max)
+}
+
+/// Horizontal distance from the trunk's axis over the canopy's radius.
+pub(crate) fn outerness(p_world: &Vec3, canopy_radius: f64) -> f64 {
+    if canopy_radius > 0.0 { (p_world.xy().norm() / canopy_radius).min(1.0) } else { 0.0 }
+}
+
+/// Where a stem on the bark of a segment is attached after the wood has changed from one form to another: as far along the
+/// segment in proportion, on the underside. Segment frames [m].
+pub fn carried_to(p_segment: &Vec3, from: &Segment, to: &Segment) -> Vec3 {
+    Vec3::z() * (p_segment.z * (to.length / from.length)) + underside(to) * to.radius
 }
 
 /// Unit vector across the wood to its lower side, in the segment's frame; zero where the wood is vertical.

@@ -1,7 +1,7 @@
 //! Apple trees grown by parametric L-systems.
 //!
 //! config + seed -> [`grammar`] -> [`turtle`] -> pipe model -> height and clearance -> [`Skeleton`] with fruit
-//! sites and leaves. Same config, seed and world: same bytes. `docs/computation/growth.md` derives it.
+//! sites and leaves; a [`Habit`] reshapes it. Same config, seed and world: same bytes. `docs/computation/growth.md` derives it.
 
 pub mod grammar;
 pub mod lsystem;
@@ -12,6 +12,7 @@ mod clearance;
 mod dress;
 mod error;
 mod fruit_sites;
+mod habit;
 mod leaves;
 mod pipe;
 mod skeleton;
@@ -21,6 +22,8 @@ use orchard_spec::{Purpose, Spec, Stream};
 pub use assemble::segments;
 pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
+pub use fruit_sites::carried_to;
+pub use habit::{Habit, reshape};
 pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton};
 
 use turtle::Internode;

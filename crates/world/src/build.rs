@@ -2,7 +2,7 @@
 
 use crate::groups;
 use crate::touch::{Part, parts};
-use orchard_fruit::{FruitGroups, FruitSet, place};
+use orchard_fruit::{Fruit, FruitGroups, FruitSet};
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
@@ -41,6 +41,7 @@ pub(crate) fn build(
     spec: &Spec,
     robot: &RobotModel,
     skeleton: Skeleton,
+    fruit: Vec<Fruit>,
     seed: u64,
     world: u32,
 ) -> Result<Parts, WorldError> {
@@ -63,7 +64,7 @@ pub(crate) fn build(
     );
     let fruit = FruitSet::add_to(
         &mut builder,
-        place(&spec.fruit, &skeleton, seed, world),
+        fruit,
         &tree.bodies,
         &spec.fruit,
         gravity,

@@ -16,7 +16,7 @@ const MAGIC: [u8; 8] = *b"\x8ftree\r\n\0";
 
 /// Version of the format that this code writes, and the only one that it reads: whatever changes a field of a
 /// snapshot, or its meaning, raises it.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 const HEADER: usize = MAGIC.len() + size_of::<u32>() + size_of::<u64>();
 const CHECKSUM: usize = 32;
@@ -100,7 +100,9 @@ mod tests {
             file[at] = byte;
             open(&file).map(<[u8]>::to_vec)
         };
-        assert_eq!(with(8, 2), Err(SnapshotError::Version { found: 2, known: FORMAT_VERSION }));
+        for found in [FORMAT_VERSION - 1, FORMAT_VERSION + 1] {
+            assert_eq!(with(8, found as u8), Err(SnapshotError::Version { found, known: FORMAT_VERSION }));
+        }
         assert_eq!(with(19, 0xff).map_err(|e| matches!(e, SnapshotError::CutOff { .. })), Err(true));
         assert_eq!(with(21, b'B'), Err(SnapshotError::Damaged));
         assert_eq!(with(file.len() - 1, file[file.len() - 1] ^ 1), Err(SnapshotError::Damaged));

@@ -13,10 +13,17 @@ type Hash = [u8; 32];
 pub(crate) struct Identity {
     spec: Hash,
     robot: Hash,
-    seed: u64,
-    world: u32,
+    pub start: Start,
     /// What moves: other code may grow another tree from the same seed.
     model: Hash,
+}
+
+/// What a world's random numbers were drawn for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Start {
+    pub seed: u64,
+    pub world: u32,
+    pub episode: u32,
 }
 
 /// In what a snapshot's world differs from the one that was to be restored.
@@ -44,6 +51,14 @@ pub enum Difference {
         /// Of this world.
         here: u32,
     },
+    /// Another episode of the same world, with another draw of the randomisation.
+    #[error("it is a snapshot of episode {saved}, this is episode {here}")]
+    Episode {
+        /// Of the snapshot.
+        saved: u32,
+        /// Of this world.
+        here: u32,
+    },
     /// The same in everything, but this version of the code builds something else from it.
     #[error(
         "it was saved by another version of the code, which built other bodies from this config and seed"
@@ -52,27 +67,29 @@ pub enum Difference {
 }
 
 impl Identity {
-    pub fn new(spec: &Spec, robot: &RobotModel, seed: u64, world: u32, parts: &Parts) -> Self {
+    pub fn new(spec: &Spec, robot: &RobotModel, start: Start, parts: &Parts) -> Self {
         let model = &parts.model;
         Self {
             spec: hash(&[&json(spec)]),
             robot: hash(&[robot.urdf().as_bytes(), &json(robot.config())]),
-            seed,
-            world,
+            start,
             model: hash(&[&bytes(&(model.bodies(), model.points(), model.couplings()))]),
         }
     }
 
     /// The first difference of a saved world from this one.
     pub fn check(&self, saved: &Self) -> Result<(), Difference> {
+        let (there, here) = (saved.start, self.start);
         let found = if saved.spec != self.spec {
             Difference::Spec
         } else if saved.robot != self.robot {
             Difference::Robot
-        } else if saved.seed != self.seed {
-            Difference::Seed { saved: saved.seed, here: self.seed }
-        } else if saved.world != self.world {
-            Difference::World { saved: saved.world, here: self.world }
+        } else if there.seed != here.seed {
+            Difference::Seed { saved: there.seed, here: here.seed }
+        } else if there.world != here.world {
+            Difference::World { saved: there.world, here: here.world }
+        } else if there.episode != here.episode {
+            Difference::Episode { saved: there.episode, here: here.episode }
         } else if saved.model != self.model {
             Difference::Model
         } else {

@@ -3,7 +3,8 @@
 use crate::build::{Parts, WorldError, build};
 use crate::camera::{self, CameraTruth};
 use crate::event::{Status, WorldEvent};
-use crate::identity::Identity;
+use crate::identity::{Identity, Start};
+use crate::planting::{Appearance, Planting};
 use crate::scene;
 use crate::snapshot::Shot;
 use crate::touch::{FruitTouch, fruit_touches};
@@ -13,7 +14,7 @@ use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
 use orchard_spec::Spec;
-use orchard_treegen::{Skeleton, grow};
+use orchard_treegen::Skeleton;
 use orchard_treephys::{Rupture, TreeBody};
 use std::sync::Arc;
 
@@ -34,8 +35,14 @@ const FLAT_GROUND: f64 = 0.0;
 /// One orchard world. A clone goes on with the same bits; [`World::snapshot`] is smaller and can be written down.
 #[derive(Debug, Clone)]
 pub struct World {
+    /// What was asked for.
+    config: Arc<Spec>,
+    /// The same with this world's own constants.
     spec: Arc<Spec>,
     robot: Arc<RobotModel>,
+    appearance: Appearance,
+    /// Whether the tree grew from the seed.
+    grown: bool,
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
     intrinsics: Intrinsics,
@@ -72,12 +79,27 @@ impl World {
     /// # Errors
     /// The tree does not grow, the robot lacks a part, or the loaded tree finds no rest.
     pub fn new(spec: Arc<Spec>, robot: Arc<RobotModel>, seed: u64, world: u32) -> Result<Self, WorldError> {
-        let skeleton = grow(&spec, seed, world)?;
-        Self::with_tree(spec, robot, skeleton, seed, world)
+        Self::of_episode(spec, robot, seed, world, 0)
     }
 
-    /// Builds a world around a tree that was not grown from the seed: a digitised one, say. Seed and index draw all else:
-    /// fruit, stems, the robot's start.
+    /// Builds the world as it is in some episode: the first is 0, the next ones are those of [`Self::resampled`].
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_episode(
+        spec: Arc<Spec>,
+        robot: Arc<RobotModel>,
+        seed: u64,
+        world: u32,
+        episode: u32,
+    ) -> Result<Self, WorldError> {
+        let planting = Planting::draw(&spec, seed, world, episode)?;
+        let start = Start { seed, world, episode };
+        Ok(Self { grown: true, ..Self::around(spec, robot, planting, start)? })
+    }
+
+    /// Builds a world around a tree that was not grown from the seed: a digitised one, say. It is taken as it is, whatever the
+    /// randomisation says. Seed and index draw all else: fruit, stems, the robot's start.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -88,7 +110,18 @@ impl World {
         seed: u64,
         world: u32,
     ) -> Result<Self, WorldError> {
-        let parts = build(&spec, &robot, skeleton, seed, world)?;
+        let planting = Planting::of_tree(spec.clone(), skeleton, seed, world);
+        Self::around(spec, robot, planting, Start { seed, world, episode: 0 })
+    }
+
+    fn around(
+        config: Arc<Spec>,
+        robot: Arc<RobotModel>,
+        planting: Planting,
+        start: Start,
+    ) -> Result<Self, WorldError> {
+        let Planting { spec, skeleton, fruit, appearance } = planting;
+        let parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world)?;
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
         parts.fruit.reset(&mut data);
@@ -96,11 +129,36 @@ impl World {
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let intrinsics = camera::intrinsics(&spec.camera);
         let state = State::new(&parts, &robot, data.clone());
-        let identity = Identity::new(&spec, &robot, seed, world, &parts);
-        Ok(Self { spec, robot, parts: Arc::new(parts), identity, intrinsics, start: Arc::new(data), state })
+        let identity = Identity::new(&config, &robot, start, &parts);
+        Ok(Self {
+            config,
+            spec,
+            robot,
+            appearance,
+            grown: false,
+            parts: Arc::new(parts),
+            identity,
+            intrinsics,
+            start: Arc::new(data),
+            state,
+        })
     }
 
-    /// Brings the world back to its start.
+    /// This world in its next episode, where the randomisation samples anew at every reset; else none, and
+    /// [`Self::reset`] begins the next episode.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn resampled(&self) -> Result<Option<Self>, WorldError> {
+        if !(self.grown && self.config.randomisation.mode.resamples()) {
+            return Ok(None);
+        }
+        let Start { seed, world, episode } = self.identity.start;
+        let next = episode.wrapping_add(1);
+        Self::of_episode(self.config.clone(), self.robot.clone(), seed, world, next).map(Some)
+    }
+
+    /// Brings the world back to the start of its episode.
     pub fn reset(&mut self) {
         self.state = State::new(&self.parts, &self.robot, Data::clone(&self.start));
     }
@@ -172,13 +230,7 @@ impl World {
     }
 
     fn scene_of(&self, data: &Data) -> Scene {
-        let shapes: Vec<Shape> = self
-            .parts
-            .skeleton
-            .segments
-            .iter()
-            .map(|s| Shape::Capsule { radius: s.radius, length: s.length })
-            .collect();
+        let shapes = scene::wood_shapes(&self.parts.skeleton);
         let fruit_radius: Vec<f64> = self.parts.fruit.fruit.iter().map(|f| f.radius).collect();
         let visible = scene::Visible {
             tree: &self.parts.tree,
@@ -190,9 +242,11 @@ impl World {
         scene::build(&visible, data, &self.parts.fruit.points)
     }
 
-    /// The scene as people expect it: with stems, which are thinner than a pixel of the depth camera.
+    /// The scene as people expect it: in the tree's own colours, and with stems, which are thinner than a pixel of the depth
+    /// camera.
     pub fn picture_scene(&self) -> Scene {
         let mut scene = self.scene();
+        self.appearance.paint(&mut scene);
         let data = &self.state.data;
         for (i, &point) in self.parts.fruit.points.iter().enumerate() {
             let anchor = data.anchor_p_world(&self.parts.model, point);
@@ -229,12 +283,22 @@ impl World {
         self.state.frame
     }
 
+    /// Index of the world under its seed.
+    pub fn index(&self) -> u32 {
+        self.identity.start.world
+    }
+
+    /// Number of the episode, from 0, in modes of randomisation that sample anew at every reset; else 0.
+    pub fn episode(&self) -> u32 {
+        self.identity.start.episode
+    }
+
     /// Whether it runs.
     pub fn status(&self) -> &Status {
         &self.state.status
     }
 
-    /// The spec.
+    /// The spec that it was built from, with the wood and foliage that this world's randomisation drew.
     pub fn spec(&self) -> &Spec {
         &self.spec
     }

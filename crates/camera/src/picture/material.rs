@@ -54,6 +54,10 @@ impl Palette {
         if let Some([r, g, b]) = item.color {
             material.color = Vec3::new(r.into(), g.into(), b.into());
         }
+        if let Some(tint) = &item.tint {
+            material.color = tint.apply(material.color);
+            material.transmitted = tint.apply(material.transmitted);
+        }
         material
     }
 

@@ -21,15 +21,22 @@ pub fn central_leader(spec: &mut Spec) -> &mut CentralLeaderSpec {
     }
 }
 
-/// Parents before children, chained end to end, finite, of positive size, tapering, above the clearance, as
-/// tall as asked.
+/// As tall as asked, no wood thinner than a tip, and what [`assert_well_built`] asks.
 pub fn assert_sound(spec: &Spec, tree: &Skeleton) {
+    assert_well_built(spec, tree);
+    let thinnest = spec.tree.tip_radius.si() * (1.0 - ROUNDING);
+    assert!(tree.segments.iter().all(|s| s.radius >= thinnest));
+    let top = tree.segments.iter().map(|s| s.p_tip_world().z).fold(0.0, f64::max);
+    assert!((top - spec.tree.height.si()).abs() <= 10.0 * ROUNDING, "{top}");
+}
+
+/// Parents before children, chained end to end, finite, of positive size, tapering, above the clearance.
+pub fn assert_well_built(spec: &Spec, tree: &Skeleton) {
     let clearance = spec.tree.clearance.si();
-    let mut top = 0.0_f64;
     for (i, segment) in tree.segments.iter().enumerate() {
         let p_tip = segment.p_tip_world();
         assert!(p_tip.iter().all(|x| x.is_finite()), "segment {i}");
-        assert!(segment.length > 1e-3 && segment.radius >= spec.tree.tip_radius.si() * (1.0 - ROUNDING));
+        assert!(segment.length > 1e-3 && segment.radius > 1e-4, "segment {i}");
         match segment.parent {
             Some(parent) => {
                 assert!(parent < i);
@@ -47,7 +54,5 @@ pub fn assert_sound(spec: &Spec, tree: &Skeleton) {
             let lowest = segment.p_base_world.z.min(p_tip.z) - segment.radius;
             assert!(lowest >= clearance - ROUNDING, "segment {i}: {lowest}");
         }
-        top = top.max(p_tip.z);
     }
-    assert!((top - spec.tree.height.si()).abs() <= 10.0 * ROUNDING, "{top}");
 }

@@ -1,0 +1,155 @@
+//! A grown tree in another habit and other dimensions: the same segments, lengthened, thickened and turned.
+//!
+//! Turns go from parents to children: what grows on a segment turns with it, so that a droop of each internode adds up to
+//! the arch of a limb. `docs/computation/randomisation.md` derives it.
+
+use orchard_geometry::{Rotation, Vec3, math, rotation_from_z};
+use orchard_spec::{Spec, Stream};
+use std::f64::consts::PI;
+
+use crate::{
+    FruitSite, Segment, Skeleton, TreegenError, assemble, clearance,
+    fruit_sites::{canopy_radius, carried_to, outerness},
+    leaves,
+    turtle::{Internode, droop_rotation},
+};
+
+/// What becomes of a tree's wood. Lists are per segment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Habit {
+    /// Factors on lengths.
+    pub length: Vec<f64>,
+    /// Factors on radii.
+    pub radius: Vec<f64>,
+    /// Bend at each segment's base [rad], about an axis across the heading, and that axis's azimuth [rad]. The trunk's
+    /// first segment has nothing to bend against.
+    pub bend: Vec<(f64, f64)>,
+    /// Downward bend at the base of every segment of a limb (order 1 and higher) [rad].
+    pub droop: f64,
+    /// Rotation vector of the whole tree about its foot, world [rad].
+    pub lean_world: Vec3,
+    /// Factor on the angle between a lateral and its parent.
+    pub fork_spread: f64,
+    /// Roll of the n-th lateral of an axis about its parent, over n (from 0) [rad].
+    pub twist: f64,
+}
+
+impl Habit {
+    /// Whether it leaves a tree as it is.
+    pub fn is_neutral(&self) -> bool {
+        let ones = |factors: &[f64]| factors.iter().all(|&f| f == 1.0);
+        ones(&self.length)
+            && ones(&self.radius)
+            && self.bend.iter().all(|&(angle, _)| angle == 0.0)
+            && (self.droop, self.fork_spread, self.twist) == (0.0, 1.0, 0.0)
+            && self.lean_world == Vec3::zeros()
+    }
+}
+
+/// A tree in another habit. Segments and fruit sites keep their number and order, fruit sites move with their wood, leaves are
+/// drawn for the new wood as the spec's foliage says. No segment gets thicker than its parent, and branches are lifted
+/// above the spec's clearance once more. The height is what it becomes.
+///
+/// # Errors
+/// A branch starts too low to clear the ground.
+pub fn reshape(
+    spec: &Spec,
+    base: &Skeleton,
+    habit: &Habit,
+    foliage: Stream,
+) -> Result<Skeleton, TreegenError> {
+    let mut internodes = turned(&base.segments, habit);
+    let radii = thickened(&base.segments, &habit.radius);
+    let clearance = spec.tree.clearance.si();
+    clearance::lift(&mut internodes, &radii, clearance).map_err(|segment| TreegenError::Clearance {
+        segment,
+        clearance,
+        height: clearance::top(&internodes),
+    })?;
+    let segments = assemble::segments(&internodes, &radii);
+    let fruit_sites = carried_sites(&base.fruit_sites, &base.segments, &segments);
+    let leaves = leaves::leaves(&spec.foliage, &segments, foliage);
+    Ok(Skeleton { segments, fruit_sites, leaves })
+}
+
+/// Radii under their factors, none above its parent's.
+fn thickened(segments: &[Segment], factors: &[f64]) -> Vec<f64> {
+    let mut radii: Vec<f64> = Vec::with_capacity(segments.len());
+    for (segment, factor) in segments.iter().zip(factors) {
+        let radius = segment.radius * factor;
+        radii.push(segment.parent.map_or(radius, |parent| radius.min(radii[parent])));
+    }
+    radii
+}
+
+/// The walk: headings and lengths of all segments.
+fn turned(segments: &[Segment], habit: &Habit) -> Vec<Internode> {
+    let mut internodes: Vec<Internode> = Vec::with_capacity(segments.len());
+    // What turns a segment turns all that grows on it.
+    let mut turns: Vec<Rotation> = Vec::with_capacity(segments.len());
+    // The first segment of a segment's axis, and laterals of the axis so far (counted there).
+    let mut axes: Vec<usize> = Vec::with_capacity(segments.len());
+    let mut laterals = vec![0_u32; segments.len()];
+    for (i, segment) in segments.iter().enumerate() {
+        let base_heading = segment.heading();
+        let mut turn = segment.parent.map_or(Rotation::from_scaled_axis(habit.lean_world), |p| turns[p]);
+        let mut axis = i;
+        if let Some(parent) = segment.parent {
+            let along = &internodes[parent].heading;
+            if segment.order == segments[parent].order {
+                axis = axes[parent];
+            } else {
+                let ordinal = &mut laterals[axes[parent]];
+                turn = Rotation::from_scaled_axis(along * (habit.twist * f64::from(*ordinal))) * turn;
+                *ordinal += 1;
+                turn = spread(along, &(turn * base_heading), habit.fork_spread) * turn;
+            }
+            if segment.order > 0 {
+                turn = droop_rotation(&(turn * base_heading), habit.droop) * turn;
+            }
+            turn = bent(&(turn * base_heading), habit.bend[i]) * turn;
+        }
+        internodes.push(Internode {
+            parent: segment.parent,
+            heading: (turn * base_heading).normalize(),
+            length: segment.length * habit.length[i],
+            width: segment.radius,
+            order: segment.order,
+        });
+        turns.push(Rotation::new_normalize(turn.into_inner()));
+        axes.push(axis);
+    }
+    internodes
+}
+
+/// Rotation that takes a lateral's angle from its parent's heading times a factor, in the plane of both.
+fn spread(along: &Vec3, heading: &Vec3, factor: f64) -> Rotation {
+    let axis = along.cross(heading);
+    let sine = axis.norm();
+    if sine == 0.0 {
+        return Rotation::identity();
+    }
+    let angle = math::atan2(sine, along.dot(heading));
+    Rotation::from_scaled_axis(axis * (((angle * factor).min(PI) - angle) / sine))
+}
+
+/// Rotation that bends a heading about an axis across it.
+fn bent(heading: &Vec3, (angle, azimuth): (f64, f64)) -> Rotation {
+    let (sin, cos) = math::sin_cos(azimuth);
+    Rotation::from_scaled_axis(rotation_from_z(heading) * Vec3::new(cos, sin, 0.0) * angle)
+}
+
+fn carried_sites(sites: &[FruitSite], from: &[Segment], to: &[Segment]) -> Vec<FruitSite> {
+    let canopy_radius = canopy_radius(to);
+    let carry = |site: &FruitSite| {
+        let p_segment = carried_to(&site.p_segment, &from[site.segment], &to[site.segment]);
+        let segment = &to[site.segment];
+        let p_world = segment.p_base_world + segment.heading() * p_segment.z;
+        FruitSite { segment: site.segment, p_segment, outerness: outerness(&p_world, canopy_radius) }
+    };
+    sites.iter().map(carry).collect()
+}
+
+#[cfg(test)]
+#[path = "habit_tests.rs"]
+mod tests;

@@ -1,0 +1,28 @@
+//! The colours of one tree.
+
+use orchard_camera::{Label, NO_INSTANCE, Scene, Tint};
+
+/// Changes of the palette's colours; `None` leaves them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Appearance {
+    /// Bark.
+    pub wood: Option<Tint>,
+    /// Leaves.
+    pub leaf: Option<Tint>,
+    /// Apples.
+    pub fruit: Option<Tint>,
+}
+
+impl Appearance {
+    /// Colours the tree of a scene: segments, leaves and fruit. Stems, and whatever else has no number, keep the palette's.
+    pub fn paint(&self, scene: &mut Scene) {
+        for item in scene.items.iter_mut().filter(|item| item.instance != NO_INSTANCE) {
+            item.tint = match item.label {
+                Label::Wood => self.wood,
+                Label::Leaf => self.leaf,
+                Label::Fruit => self.fruit,
+                Label::None | Label::Robot | Label::Ground => item.tint,
+            };
+        }
+    }
+}
