@@ -3,11 +3,13 @@
 mod caption;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_camera::picture::{PictureStyle, look_at, picture};
-use orchard_geometry::{Image, Intrinsics, Vec3, math};
+use orchard_camera::{Geometry, Label, NO_INSTANCE};
+use orchard_geometry::{Image, Intrinsics, Pose, Shape, Vec3, math};
 use orchard_spec::tree::Grammar;
 use orchard_spec::{Preset, Spec};
 use orchard_world::{Planting, tree_scene};
@@ -29,6 +31,9 @@ pub struct Args {
     /// Rows of ten randomised trees
     #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     rows: u32,
+    /// Foliage dial of all trees: 0 is none, 1 the reference density
+    #[arg(long, default_value_t = 1.2, value_name = "DIAL", allow_negative_numbers = true)]
+    foliage: f64,
     /// Width of a tree's picture [px]
     #[arg(long, default_value_t = 150, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(48..=512))]
     cell: u32,
@@ -37,15 +42,17 @@ pub struct Args {
     out: PathBuf,
 }
 
+/// Trees before any reset.
+const EPISODE: u32 = 0;
 /// Trees a row.
 const COLUMNS: u32 = 10;
 /// Height of a cell over its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
 /// Where the camera stands and what it looks at [m]: a standing person before a tree of the tallest kind.
 const EYE: Vec3 = Vec3::new(0.0, -9.0, 1.7);
-const TARGET: Vec3 = Vec3::new(0.0, 0.0, 1.42);
+const TARGET: Vec3 = Vec3::new(0.0, 0.0, 1.3);
 /// Height that a cell shows at the trunk [m].
-const SHOWN: f64 = 3.3;
+const SHOWN: f64 = 3.0;
 /// Paper between the cells [px], and its colour.
 const GAP: usize = 3;
 const PAPER: [u8; 3] = [250, 249, 246];
@@ -54,12 +61,12 @@ const PAPER: [u8; 3] = [250, 249, 246];
 struct Group {
     caption: String,
     /// What each of its trees is grown from, and which world of the seed it is.
-    trees: Vec<(Spec, u32)>,
+    trees: Vec<(Arc<Spec>, u32)>,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     picture_file::check_folder(&args.out)?;
-    let groups = groups(args.rows)?;
+    let groups = groups(args.rows, args.foliage)?;
     let cell = [args.cell as usize, (f64::from(args.cell) * ASPECT).round() as usize];
     let count = groups.iter().map(|group| group.trees.len() as u64).sum();
     let bar = ProgressBar::new(count).with_style(
@@ -82,50 +89,60 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// What stands on the sheet, from top to bottom.
-fn groups(rows: u32) -> Result<Vec<Group>, Failure> {
-    let row = |caption: &str, spec: Spec| Group {
-        caption: caption.to_owned(),
-        trees: (0..COLUMNS).map(|world| (spec.clone(), world)).collect(),
-    };
+fn groups(rows: u32, foliage: f64) -> Result<Vec<Group>, Failure> {
     let randomised = Spec::preset(Preset::Randomised);
-    let mut groups = vec![Group {
-        caption: "randomised: a topology, dimensions, habit, material, fruit, leaves and colours of its own for every tree".into(),
-        trees: (0..rows * COLUMNS).map(|world| (randomised.clone(), world)).collect(),
-    }];
-    for (caption, form) in HABITS {
-        groups.push(row(&format!("habit: {caption}"), of_form(&randomised, form)?));
+    let dial = randomised.foliage.density.with_value(foliage);
+    let dial = dial.map_err(|e| Failure::BadInput(format!("--foliage: {e}")))?;
+    let group = |caption: &str, mut spec: Spec, rows: u32| {
+        spec.foliage.density = dial.clone();
+        let spec = Arc::new(spec);
+        let trees = (0..rows * COLUMNS).map(|world| (spec.clone(), world)).collect();
+        Group { caption: caption.to_owned(), trees }
+    };
+    let all = "randomised: every tree has its own topology, dimensions, habit, fruit, leaves and colours";
+    let mut groups = vec![group(all, randomised.clone(), rows)];
+    for (caption, part) in HABITS {
+        groups.push(group(&format!("habit: {caption}"), of_habit(&randomised, part)?, 1));
     }
     for &preset in SYSTEMS {
-        groups.push(row(preset.name(), Spec::preset(preset)));
+        groups.push(group(preset.name(), Spec::preset(preset), 1));
     }
     Ok(groups)
 }
 
-/// Habits, from the lower end of the grammar's form to its upper end.
+/// Habits, as parts of the way from the least droop to the most.
 const HABITS: [(&str, f64); 4] = [("upright", 0.0), ("spreading", 0.35), ("arching", 0.7), ("weeping", 1.0)];
 
 /// Presets of other systems and populations.
 const SYSTEMS: &[Preset] = &[];
 
-/// A population whose trees all have the form at a part of the grammar's interval.
-fn of_form(spec: &Spec, part: f64) -> Result<Spec, Failure> {
+/// A population whose trees all droop by a part of the intervals of the grammar and of the randomisation.
+fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {
     let mut spec = spec.clone();
     let Grammar::CentralLeader(grammar) = &mut spec.tree.grammar else {
         return Err(Failure::Failed("the randomised preset has another grammar".into()));
     };
-    let (low, high) = grammar.form.si();
-    let form = low + part * (high - low);
-    grammar.form = grammar.form.with_ends(form, form).map_err(Failure::Failed)?;
+    for span in [&mut grammar.droop, &mut grammar.form, &mut spec.randomisation.droop.factor] {
+        *span = span.at(part);
+    }
     Ok(spec)
 }
 
 /// One tree.
-fn draw(spec: &Spec, seed: u64, world: u32, [width, height]: [usize; 2]) -> anyhow::Result<Image<[u8; 3]>> {
-    let planting = Planting::draw(spec, seed, world, 0)?;
+fn draw(
+    spec: &Arc<Spec>,
+    seed: u64,
+    world: u32,
+    [width, height]: [usize; 2],
+) -> anyhow::Result<Image<[u8; 3]>> {
+    let mut scene = tree_scene(&Planting::draw(spec, seed, world, EPISODE)?);
+    scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
+    // The camera stands far off, so that a tree's crown is as large as its foot; the air between is not to show.
+    let style = PictureStyle { haze_length: 1.0e3, ..PictureStyle::default() };
     let distance = (EYE - TARGET).norm();
     let fov = 2.0 * math::atan2(0.5 * SHOWN, distance);
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
-    Ok(picture(&tree_scene(&planting), &intrinsics, &look_at(&EYE, &TARGET), &PictureStyle::default()))
+    Ok(picture(&scene, &intrinsics, &look_at(&EYE, &TARGET), &style))
 }
 
 /// Lays the trees out in rows under their captions.
