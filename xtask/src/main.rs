@@ -4,9 +4,11 @@ mod bare_tree;
 mod bench_v1;
 mod export_tree;
 mod failure;
+mod gallery;
 mod headline;
 mod judge;
 mod perf;
+mod picture_file;
 mod python;
 mod read_back;
 mod render;
@@ -42,6 +44,7 @@ struct Cli {
 enum Command {
     BenchV1(bench_v1::Args),
     Render(render::Args),
+    Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
     ReadBack(read_back::Args),
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
             Command::Render(args) => render::run(&args),
+            Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),

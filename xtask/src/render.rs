@@ -1,9 +1,9 @@
 //! `cargo xtask render`: a picture of an episode at one moment, beside what the wrist camera sees.
 
 use crate::failure::Failure;
+use crate::picture_file::{self, paste};
 use crate::tree_args::{SpecArgs, read_tree};
 use anyhow::Context;
-use orchard_bench::store::write_bytes;
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
 use orchard_perception::DetectorConfig;
@@ -11,7 +11,7 @@ use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{Observation, RobotModel};
 use orchard_world::World;
 use std::f64::consts::FRAC_PI_2;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and what the wrist camera sees.
@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(0.0..=LATEST).contains(&args.time) {
         return Err(Failure::BadInput(format!("--time {}: the allowed range is [0, {LATEST}] s", args.time)));
     }
-    check_folder(&args.out)?;
+    picture_file::check_folder(&args.out)?;
     let mut spec = args.spec.read()?;
     if let Some(amplitude) = args.terrain {
         let terrain = spec.terrain.with_amplitude(amplitude);
@@ -90,26 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let outside = outside_view(&world, args.height as usize);
     let sheet = wrist_view.map_or_else(|| outside.clone(), |wrist| beside(&outside, &wrist));
-    let bytes = png(&sheet).context("cannot encode the picture")?;
-    write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
-    Ok(())
-}
-
-/// An episode takes a while: what cannot be written is refused before it.
-fn check_folder(out: &Path) -> Result<(), Failure> {
-    let bad = |problem: &str| Err(Failure::BadInput(format!("--out {}: {problem}", out.display())));
-    let folder = match out.parent() {
-        None => return bad("is no file name"),
-        Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
-        Some(folder) => folder,
-    };
-    if out.is_dir() {
-        return bad("is a folder");
-    }
-    if !folder.is_dir() {
-        return bad(&format!("there is no folder {}", folder.display()));
-    }
-    Ok(())
+    picture_file::write(&args.out, &sheet)
 }
 
 /// From a little above head height: at right angles to the robot's way to the trunk, or from the robot's alley across
@@ -163,24 +144,9 @@ fn beside(left: &Image<[u8; 3]>, right: &Image<[u8; 3]>) -> Image<[u8; 3]> {
     let height = left.height().max(right.height());
     let mut sheet = Image::filled(left.width() + right.width(), height, SHEET);
     for (image, left_edge) in [(left, 0), (right, left.width())] {
-        let top = (height - image.height()) / 2;
-        for v in 0..image.height() {
-            for u in 0..image.width() {
-                sheet[(left_edge + u, top + v)] = image[(u, v)];
-            }
-        }
+        paste(&mut sheet, image, left_edge, (height - image.height()) / 2);
     }
     sheet
-}
-
-fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, image.width() as u32, image.height() as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&image.pixels().concat())?;
-    writer.finish()?;
-    Ok(bytes)
 }
 
 #[cfg(test)]
@@ -193,20 +159,5 @@ mod tests {
         for bad in ["-1", "", "1.5", "18446744073709551616"] {
             assert!(seed(bad).is_err_and(|line| line.contains("[0, 18446744073709551615]")), "{bad}");
         }
-    }
-
-    #[test]
-    fn a_picture_that_cannot_be_written_is_refused() {
-        let refused = |out: &Path| match check_folder(out) {
-            Err(Failure::BadInput(line)) => line,
-            other => panic!("{}: {other:?}", out.display()),
-        };
-        let folder = std::env::temp_dir();
-        assert!(
-            check_folder(&folder.join("tree.png")).is_ok() && check_folder(Path::new("tree.png")).is_ok()
-        );
-        assert!(refused(&folder.join("no such folder").join("tree.png")).contains("no such folder"));
-        assert!(refused(&folder).contains("is a folder"));
-        assert!(refused(Path::new("/")).contains("--out"));
     }
 }

@@ -23,11 +23,13 @@ pub struct PictureStyle {
     pub sun_world: Vec3,
     /// Samples a pixel side: 3 draws 9 samples a pixel.
     pub supersampling: usize,
+    /// Distance over which haze takes 63 % of the contrast [m].
+    pub haze_length: f64,
 }
 
 impl Default for PictureStyle {
     fn default() -> Self {
-        Self { sun_world: Vec3::new(-0.45, -0.50, 0.74).normalize(), supersampling: 3 }
+        Self { sun_world: Vec3::new(-0.45, -0.50, 0.74).normalize(), supersampling: 3, haze_length: 120.0 }
     }
 }
 
@@ -98,7 +100,7 @@ pub fn picture(
         let material = palette.material(&scene.items[item as usize], &surface);
         let color = lighting.shade(&surface, &material, (k, samples));
         // Haze: distance blends into the horizon.
-        let clear = math::exp(-z * ray.norm() / HAZE_LENGTH);
+        let clear = math::exp(-z * ray.norm() / style.haze_length);
         color * clear + lighting.horizon() * (1.0 - clear)
     };
     let pixel = |i: usize| {
@@ -115,9 +117,6 @@ pub fn picture(
     Image::from_pixels(intrinsics.width, intrinsics.height, pixels)
         .unwrap_or_else(|| Image::filled(intrinsics.width, intrinsics.height, [0; 3]))
 }
-
-/// Distance over which haze takes 63 % of the contrast [m].
-const HAZE_LENGTH: f64 = 120.0;
 
 /// The intrinsics of the same view with `side` x `side` samples a pixel.
 fn supersampled(k: &Intrinsics, side: usize) -> Intrinsics {

@@ -207,6 +207,12 @@ impl Span {
         0.5 * (low + high)
     }
 
+    /// The span that holds a single value, a part of the way from the low end (0) to the high end (1).
+    pub fn at(&self, part: f64) -> Self {
+        let value = self.low + part.clamp(0.0, 1.0) * (self.high - self.low);
+        Self { low: value, high: value, ..self.clone() }
+    }
+
     /// The same span with other ends, in the same unit.
     ///
     /// # Errors

@@ -1,0 +1,71 @@
+//! Pictures as PNG files.
+
+use std::path::Path;
+
+use anyhow::Context;
+use orchard_bench::store::write_bytes;
+use orchard_geometry::Image;
+
+use crate::failure::Failure;
+
+/// Drawing takes a while: what cannot be written is refused before it.
+pub fn check_folder(out: &Path) -> Result<(), Failure> {
+    let bad = |problem: &str| Err(Failure::BadInput(format!("--out {}: {problem}", out.display())));
+    let folder = match out.parent() {
+        None => return bad("is no file name"),
+        Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
+        Some(folder) => folder,
+    };
+    if out.is_dir() {
+        return bad("is a folder");
+    }
+    if !folder.is_dir() {
+        return bad(&format!("there is no folder {}", folder.display()));
+    }
+    Ok(())
+}
+
+/// Writes a picture, whole or not at all.
+pub fn write(out: &Path, image: &Image<[u8; 3]>) -> Result<(), Failure> {
+    let bytes = png(image).context("cannot encode the picture")?;
+    write_bytes(out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))
+}
+
+fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width() as u32, image.height() as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&image.pixels().concat())?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// Puts one picture on another, its upper left corner at a pixel.
+pub fn paste(sheet: &mut Image<[u8; 3]>, image: &Image<[u8; 3]>, left: usize, top: usize) {
+    for v in 0..image.height() {
+        for u in 0..image.width() {
+            sheet[(left + u, top + v)] = image[(u, v)];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_that_cannot_be_written_is_refused() {
+        let refused = |out: &Path| match check_folder(out) {
+            Err(Failure::BadInput(line)) => line,
+            other => panic!("{}: {other:?}", out.display()),
+        };
+        let folder = std::env::temp_dir();
+        assert!(
+            check_folder(&folder.join("tree.png")).is_ok() && check_folder(Path::new("tree.png")).is_ok()
+        );
+        assert!(refused(&folder.join("no such folder").join("tree.png")).contains("no such folder"));
+        assert!(refused(&folder).contains("is a folder"));
+        assert!(refused(Path::new("/")).contains("--out"));
+    }
+}
