@@ -48,11 +48,14 @@ const EPISODE: u32 = 0;
 const COLUMNS: u32 = 10;
 /// Height of a cell over its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
-/// Where the camera stands and what it looks at [m]: a standing person before a tree of the tallest kind.
-const EYE: Vec3 = Vec3::new(0.0, -9.0, 1.7);
-const TARGET: Vec3 = Vec3::new(0.0, 0.0, 1.3);
-/// Height that a cell shows at the trunk [m].
+/// How far from the trunk the camera stands, and how high [m].
+const DISTANCE: f64 = 9.0;
+const EYE_HEIGHT: f64 = 1.7;
+/// Height that a cell shows at the trunk [m]; more where the trees are taller than this leaves room for.
 const SHOWN: f64 = 3.0;
+const SHOWN_OVER_HEIGHT: f64 = 1.18;
+/// Bearing of the camera from straight across the row [rad]: rows are seen slantwise, so that their planes show.
+const SLANT: f64 = 0.7;
 /// Paper between the cells [px], and its colour.
 const GAP: usize = 3;
 const PAPER: [u8; 3] = [250, 249, 246];
@@ -128,21 +131,31 @@ fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {
     Ok(spec)
 }
 
-/// One tree.
+/// One tree, in the middle of its cell.
 fn draw(
     spec: &Arc<Spec>,
     seed: u64,
     world: u32,
     [width, height]: [usize; 2],
 ) -> anyhow::Result<Image<[u8; 3]>> {
-    let mut scene = tree_scene(&Planting::draw(spec, seed, world, EPISODE)?);
+    let planting = Planting::draw(spec, seed, world, EPISODE)?;
+    let shown = SHOWN.max(SHOWN_OVER_HEIGHT * spec.tree.height.si());
+    let bearing = if spec.scenery.is_some() { SLANT } else { 0.0 };
+    let towards = Vec3::new(math::sin(bearing), -math::cos(bearing), 0.0);
+    let across = Vec3::z().cross(&towards);
+    let sides = planting.skeleton.segments.iter().map(|s| s.p_tip_world().dot(&across));
+    let (left, right) = sides.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    let foot = across * (0.5 * (left + right));
+    let eye = foot + towards * DISTANCE + Vec3::z() * EYE_HEIGHT;
+    // A little of the ground before the trunk shows too.
+    let target = foot + Vec3::z() * (0.44 * shown);
+    let mut scene = tree_scene(&planting);
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
     // The camera stands far off, so that a tree's crown is as large as its foot; the air between is not to show.
     let style = PictureStyle { haze_length: 1.0e3, ..PictureStyle::default() };
-    let distance = (EYE - TARGET).norm();
-    let fov = 2.0 * math::atan2(0.5 * SHOWN, distance);
+    let fov = 2.0 * math::atan2(0.5 * shown, (eye - target).norm());
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
-    Ok(picture(&scene, &intrinsics, &look_at(&EYE, &TARGET), &style))
+    Ok(picture(&scene, &intrinsics, &look_at(&eye, &target), &style))
 }
 
 /// Lays the trees out in rows under their captions.
