@@ -3,14 +3,15 @@
 //! Turns go from parents to children: what grows on a segment turns with it, so that a droop of each internode adds up to
 //! the arch of a limb. `docs/computation/randomisation.md` derives it.
 
-use orchard_geometry::{Rotation, Vec3, math, rotation_from_z};
-use orchard_spec::{Spec, Stream};
+use orchard_geometry::{Pose, Rotation, Vec3, math, rotation_from_z};
 use std::f64::consts::PI;
 
 use crate::{
-    FruitSite, Segment, Skeleton, TreegenError, assemble, clearance,
-    fruit_sites::{canopy_radius, carried_to, outerness},
-    leaves,
+    FruitSite, LeafSite, Segment, Skeleton, TreegenError, assemble,
+    carry::Carrier,
+    clearance,
+    fruit_sites::{canopy_radius, outerness},
+    leaves::face_up,
     turtle::{Internode, droop_rotation},
 };
 
@@ -46,30 +47,44 @@ impl Habit {
     }
 }
 
-/// A tree in another habit. Segments and fruit sites keep their number and order, fruit sites move with their wood, leaves are
-/// drawn for the new wood as the spec's foliage says. No segment gets thicker than its parent, and branches are lifted
-/// above the spec's clearance once more. The height is what it becomes.
+/// A tree in another habit: the same segments, and on them the same fruit sites and leaves, which keep their places on the
+/// wood; blades are turned about their midribs to face up again. No segment gets thicker than its parent, and branches
+/// are lifted above the ground clearance [m] once more. The height is what it becomes.
 ///
 /// # Errors
 /// A branch starts too low to clear the ground.
-pub fn reshape(
-    spec: &Spec,
-    base: &Skeleton,
-    habit: &Habit,
-    foliage: Stream,
-) -> Result<Skeleton, TreegenError> {
+pub fn reshape(base: &Skeleton, habit: &Habit, clearance: f64) -> Result<Skeleton, TreegenError> {
     let mut internodes = turned(&base.segments, habit);
     let radii = thickened(&base.segments, &habit.radius);
-    let clearance = spec.tree.clearance.si();
     clearance::lift(&mut internodes, &radii, clearance).map_err(|segment| TreegenError::Clearance {
         segment,
         clearance,
         height: clearance::top(&internodes),
     })?;
     let segments = assemble::segments(&internodes, &radii);
-    let fruit_sites = carried_sites(&base.fruit_sites, &base.segments, &segments);
-    let leaves = leaves::leaves(&spec.foliage, &segments, foliage);
-    Ok(Skeleton { segments, fruit_sites, leaves })
+    let carriers: Vec<Carrier> =
+        base.segments.iter().zip(&segments).map(|(a, b)| Carrier::new(a, b)).collect();
+    let canopy_radius = canopy_radius(&segments);
+    let fruit_site = |site: &FruitSite| {
+        let p_segment = carriers[site.segment].point(&site.p_segment);
+        let segment = &segments[site.segment];
+        let p_world = segment.p_base_world + segment.heading() * p_segment.z;
+        FruitSite { p_segment, outerness: outerness(&p_world, canopy_radius), ..site.clone() }
+    };
+    let leaf = |leaf: &LeafSite| carried_leaf(leaf, &carriers[leaf.segment], &segments[leaf.segment]);
+    Ok(Skeleton {
+        fruit_sites: base.fruit_sites.iter().map(fruit_site).collect(),
+        leaves: base.leaves.iter().map(leaf).collect(),
+        segments,
+    })
+}
+
+fn carried_leaf(leaf: &LeafSite, carrier: &Carrier, segment: &Segment) -> LeafSite {
+    let p_segment = carrier.point(&leaf.x_segment_leaf.translation.vector);
+    let midrib = segment.r_world_segment * carrier.direction(&(leaf.x_segment_leaf.rotation * Vec3::x()));
+    let outward = Vec3::new(p_segment.x, p_segment.y, 0.0);
+    let rotation = face_up(&segment.r_world_segment, midrib.normalize(), &outward);
+    LeafSite { x_segment_leaf: Pose::from_parts(p_segment.into(), rotation), ..leaf.clone() }
 }
 
 /// Radii under their factors, none above its parent's.
@@ -137,17 +152,6 @@ fn spread(along: &Vec3, heading: &Vec3, factor: f64) -> Rotation {
 fn bent(heading: &Vec3, (angle, azimuth): (f64, f64)) -> Rotation {
     let (sin, cos) = math::sin_cos(azimuth);
     Rotation::from_scaled_axis(rotation_from_z(heading) * Vec3::new(cos, sin, 0.0) * angle)
-}
-
-fn carried_sites(sites: &[FruitSite], from: &[Segment], to: &[Segment]) -> Vec<FruitSite> {
-    let canopy_radius = canopy_radius(to);
-    let carry = |site: &FruitSite| {
-        let p_segment = carried_to(&site.p_segment, &from[site.segment], &to[site.segment]);
-        let segment = &to[site.segment];
-        let p_world = segment.p_base_world + segment.heading() * p_segment.z;
-        FruitSite { segment: site.segment, p_segment, outerness: outerness(&p_world, canopy_radius) }
-    };
-    sites.iter().map(carry).collect()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use super::*;
 use crate::grow;
+use orchard_spec::Spec;
 
 /// Rounding of a product of some dozens of rotations.
 const ROUNDING: f64 = 1e-13;

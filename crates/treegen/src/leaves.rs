@@ -51,6 +51,12 @@ pub(crate) fn leaves(spec: &FoliageSpec, segments: &[Segment], mut stream: Strea
 fn blade_rotation(r_world_segment: &Rotation, petiole: &Vec3, outward: &Vec3, droop: f64) -> Rotation {
     let petiole_world = r_world_segment * petiole;
     let midrib = (droop_rotation(&petiole_world, droop) * petiole_world).normalize();
+    face_up(r_world_segment, midrib, outward)
+}
+
+/// Rotation in the segment's frame of a blade with a given midrib (unit, world): its upper face looks as far up as the
+/// midrib allows; straight down it looks `outward` (segment frame).
+pub(crate) fn face_up(r_world_segment: &Rotation, midrib: Vec3, outward: &Vec3) -> Rotation {
     let across = |v: Vec3| (v - midrib * midrib.dot(&v)).try_normalize(1e-6);
     // A blade that hangs straight down faces away from the twig.
     let upper = across(Vec3::z()).or_else(|| across(r_world_segment * outward)).unwrap_or_else(|| {

@@ -8,6 +8,7 @@ pub mod lsystem;
 pub mod turtle;
 
 mod assemble;
+mod carry;
 mod clearance;
 mod dress;
 mod error;
@@ -20,9 +21,9 @@ mod skeleton;
 use orchard_spec::{Purpose, Spec, Stream};
 
 pub use assemble::segments;
+pub use carry::carried_to;
 pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
-pub use fruit_sites::carried_to;
 pub use habit::{Habit, reshape};
 pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton};
 

@@ -6,14 +6,10 @@ mod common;
 use common::sound::{ROUNDING, assert_well_built};
 use orchard_geometry::{Vec3, transform};
 use orchard_spec::{Preset, Purpose, Spec, Stream};
-use orchard_treegen::{Habit, Skeleton, grow, reshape};
+use orchard_treegen::{Habit, LeafSite, Skeleton, grow, reshape};
 use proptest::prelude::*;
 
 const SEED: u64 = 19;
-
-fn foliage(world: u32) -> Stream {
-    Stream::new(SEED, world, Purpose::Foliage)
-}
 
 /// A habit far beyond any that a config draws at strength 1.
 fn wild(n: usize, droop: f64, lean: f64, spread: f64, twist: f64) -> Habit {
@@ -33,7 +29,13 @@ fn wild(n: usize, droop: f64, lean: f64, spread: f64, twist: f64) -> Habit {
 
 fn assert_dressed(spec: &Spec, base: &Skeleton, tree: &Skeleton) {
     assert_eq!(tree.leaves.len(), base.leaves.len());
-    for leaf in &tree.leaves {
+    for (before, leaf) in base.leaves.iter().zip(&tree.leaves) {
+        // As far outside the bark as the stretched wood has it.
+        let stretch = tree.segments[leaf.segment].length / base.segments[leaf.segment].length;
+        let outside = |leaf: &LeafSite, tree: &Skeleton| {
+            leaf.x_segment_leaf.translation.vector.xy().norm() - tree.segments[leaf.segment].radius
+        };
+        assert!((outside(leaf, tree) - stretch * outside(before, base)).abs() < ROUNDING);
         let r_world_leaf = tree.segments[leaf.segment].r_world_segment * leaf.x_segment_leaf.rotation;
         assert!((r_world_leaf * Vec3::z()).z > -ROUNDING, "a blade shows its lower face to the sky");
     }
@@ -66,7 +68,7 @@ fn a_neutral_habit_changes_nothing() {
             bend: vec![(0.0, 1.0); n],
             ..wild(n, 0.0, 0.0, 1.0, 0.0)
         };
-        let same = reshape(&spec, &base, &habit, foliage(world)).unwrap();
+        let same = reshape(&base, &habit, spec.tree.clearance.si()).unwrap();
         for (a, b) in base.segments.iter().zip(&same.segments) {
             assert!((a.p_tip_world() - b.p_tip_world()).norm() < ROUNDING);
             assert_eq!((a.length, a.radius, a.order, a.parent), (b.length, b.radius, b.order, b.parent));
@@ -75,6 +77,8 @@ fn a_neutral_habit_changes_nothing() {
             assert!(
                 (a.x_segment_leaf.translation.vector - b.x_segment_leaf.translation.vector).norm() < ROUNDING
             );
+            // The angle between two all but equal quaternions is known to the root of a rounding.
+            assert!(a.x_segment_leaf.rotation.angle_to(&b.x_segment_leaf.rotation) < 1e-7);
             assert_eq!((a.length, a.width, a.segment), (b.length, b.width, b.segment));
         }
         assert_dressed(&spec, &base, &same);
@@ -92,9 +96,9 @@ proptest! {
         let spec = Spec::preset(if ternary { Preset::Ternary } else { Preset::Paper });
         let base = grow(&spec, SEED, world).unwrap();
         let habit = wild(base.segments.len(), droop, lean, spread, twist);
-        let tree = reshape(&spec, &base, &habit, foliage(world)).unwrap();
+        let tree = reshape(&base, &habit, spec.tree.clearance.si()).unwrap();
         assert_well_built(&spec, &tree);
         assert_dressed(&spec, &base, &tree);
-        prop_assert_eq!(&tree, &reshape(&spec, &base, &habit, foliage(world)).unwrap());
+        prop_assert_eq!(&tree, &reshape(&base, &habit, spec.tree.clearance.si()).unwrap());
     }
 }

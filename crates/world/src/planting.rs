@@ -9,10 +9,10 @@ use crate::{scene, scenery};
 use orchard_camera::Scene;
 use orchard_fruit::{Fruit, place, rehang};
 use orchard_geometry::{Shape, transform};
-use orchard_spec::{Purpose, Spec, Stream, randomisation::Mode};
-use orchard_treegen::{Skeleton, TreegenError, dress_with_leaves, grow, reshape};
+use orchard_spec::{Spec, randomisation::Mode};
+use orchard_treegen::{Skeleton, TreegenError, grow, reshape};
 use std::sync::Arc;
-use variation::Variation;
+use variation::{Crop, Variation, draw_habit};
 
 /// A tree with its fruit, the constants that hold for it, and its colours: a function of (spec, seed, world, episode) alone.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,33 +37,24 @@ impl Planting {
         let mode = spec.randomisation.mode;
         // The world whose tree this one's is made of.
         let source = mode.base_world(world);
-        let base = Self::of_tree(spec.clone(), grow(spec, seed, source)?, seed, source);
         if mode == Mode::Homogeneous {
-            return Ok(base);
+            return Ok(Self::of_tree(spec.clone(), grow(spec, seed, source)?, seed, source));
         }
+        let axes = &spec.randomisation;
         let stream = |axis| mode.stream(axis, seed, world, episode);
-        let variation =
-            Variation::draw(&spec.randomisation, base.skeleton.segments.len(), base.fruit.len(), stream);
+        let variation = Variation::draw(axes, stream);
         let spec = variation.constants(spec);
-        let skeleton = if !variation.habit.is_neutral() {
-            let foliage = Stream::new(seed, source, Purpose::Foliage);
-            Some(reshape(&spec, &base.skeleton, &variation.habit, foliage)?)
-        } else if spec.foliage != base.spec.foliage {
-            let leaves = dress_with_leaves(&spec, &base.skeleton.segments, seed, source);
-            Some(Skeleton { leaves, ..base.skeleton.clone() })
-        } else {
-            None
-        };
-        let fruit = rehang(
-            &spec.fruit,
-            &variation.resized(&spec.randomisation, base.fruit),
-            &variation.fruit_order,
-            variation.fruit_count,
-            &base.skeleton,
-            skeleton.as_ref().unwrap_or(&base.skeleton),
-        );
-        let skeleton = skeleton.unwrap_or(base.skeleton);
-        Ok(Self { spec, skeleton, fruit, appearance: variation.appearance })
+        let mut base = grow(&spec, seed, source)?;
+        variation.size_leaves(&mut base.leaves);
+        let fruit = place(&spec.fruit, &base, seed, source);
+        let crop = Crop::draw(axes, fruit.len(), stream);
+        let fruit = crop.resized(axes, fruit);
+        let habit = draw_habit(axes, base.segments.len(), stream);
+        let reshaped =
+            if habit.is_neutral() { None } else { Some(reshape(&base, &habit, spec.tree.clearance.si())?) };
+        let now = reshaped.as_ref().unwrap_or(&base);
+        let fruit = rehang(&spec.fruit, &fruit, &crop.order, crop.count, &base, now);
+        Ok(Self { spec, skeleton: reshaped.unwrap_or(base), fruit, appearance: variation.appearance })
     }
 
     /// A tree that is taken as it is, with fruit placed for a world's index and seed.

@@ -1,6 +1,7 @@
 use super::*;
 use orchard_spec::Preset;
 use orchard_spec::randomisation::Axis;
+use orchard_treegen::Habit;
 
 const SEED: u64 = 23;
 
@@ -19,9 +20,21 @@ fn draw(spec: &Arc<Spec>, world: u32, episode: u32) -> Planting {
     Planting::draw(spec, SEED, world, episode).unwrap()
 }
 
-fn variation(spec: &Spec, world: u32, episode: u32) -> Variation {
-    let mode = spec.randomisation.mode;
-    Variation::draw(&spec.randomisation, 150, 40, |axis| mode.stream(axis, SEED, world, episode))
+/// All that the axes draw, for a tree of 150 segments and 40 fruit.
+struct Drawn {
+    variation: Variation,
+    crop: Crop,
+    habit: Habit,
+}
+
+fn variation(spec: &Spec, world: u32, episode: u32) -> Drawn {
+    let axes = &spec.randomisation;
+    let stream = |axis| axes.mode.stream(axis, SEED, world, episode);
+    Drawn {
+        variation: Variation::draw(axes, stream),
+        crop: Crop::draw(axes, 40, stream),
+        habit: draw_habit(axes, 150, stream),
+    }
 }
 
 /// Debug text tells every bit of an f64 apart, the sign of zero included.
@@ -50,8 +63,9 @@ fn strength_zero_is_the_base_bit_for_bit() {
 }
 
 /// What one axis has drawn.
-fn of_axis(v: &Variation, axis: Axis) -> String {
-    let Variation { habit, appearance, .. } = v;
+fn of_axis(drawn: &Drawn, axis: Axis) -> String {
+    let Drawn { variation: v, crop, habit } = drawn;
+    let appearance = &v.appearance;
     match axis {
         Axis::Scale | Axis::SegmentLength => bits(&habit.length),
         Axis::Stockiness | Axis::SegmentRadius => bits(&habit.radius),
@@ -63,9 +77,9 @@ fn of_axis(v: &Variation, axis: Axis) -> String {
         Axis::WoodDensity => bits(&v.wood_density),
         Axis::YoungsModulus => bits(&v.youngs_modulus),
         Axis::RuptureStress => bits(&v.rupture_stress),
-        Axis::FruitSize => bits(&v.fruit_size),
-        Axis::FruitMass => bits(&v.fruit_mass),
-        Axis::FruitVisible => bits(&v.fruit_count),
+        Axis::FruitSize => bits(&crop.size),
+        Axis::FruitMass => bits(&crop.mass),
+        Axis::FruitVisible => bits(&crop.count),
         Axis::LeafSize => bits(&v.leaf_size),
         Axis::LeafDensity => bits(&v.leaf_density),
         Axis::WoodTint => bits(&appearance.wood),
@@ -148,20 +162,20 @@ fn draws_keep_to_their_intervals() {
     let (size_low, size_high) = axes.fruit_size.limits.si();
     let (mass_low, mass_high) = axes.fruit_mass.limits.si();
     for world in 0..200 {
-        let v = variation(&spec, world, 0);
+        let Drawn { variation: v, crop, habit } = variation(&spec, world, 0);
         for (axis, factor) in [
             (&axes.wood_density, v.wood_density),
             (&axes.youngs_modulus, v.youngs_modulus),
             (&axes.rupture_stress, v.rupture_stress),
-            (&axes.fork_spread, v.habit.fork_spread),
+            (&axes.fork_spread, habit.fork_spread),
             (&axes.leaf_size, v.leaf_size),
             (&axes.leaf_density, v.leaf_density),
         ] {
             assert!(axis.factor.contains_si(factor), "{factor}");
         }
-        assert!(v.habit.lean_world.norm() <= 5.0_f64.to_radians() && v.habit.lean_world.z == 0.0);
-        assert!(v.habit.twist.abs() <= 22.0_f64.to_radians());
-        assert!((22..=40).contains(&v.fruit_count), "{}", v.fruit_count);
+        assert!(habit.lean_world.norm() <= 5.0_f64.to_radians() && habit.lean_world.z == 0.0);
+        assert!(habit.twist.abs() <= 22.0_f64.to_radians());
+        assert!((22..=40).contains(&crop.count), "{}", crop.count);
         let own = v.constants(&spec);
         assert_eq!(own.wood.density.si(), base.wood.density.si() * v.wood_density);
         assert_eq!(own.sim, base.sim);
@@ -235,7 +249,7 @@ fn fruit_hang_clear_of_reshaped_wood() {
     for world in 0..40 {
         let n = place(&drawn.fruit, &grow(&drawn, SEED, world).unwrap(), SEED, world).len();
         let stream = |axis| Mode::DistinctTopology.stream(axis, SEED, world, 0);
-        let asked = Variation::draw(&drawn.randomisation, 1, n, stream).fruit_count;
+        let asked = Crop::draw(&drawn.randomisation, n, stream).count;
         let have_room = draw(&spec, world, 0).fruit.len();
         assert_eq!(draw(&drawn, world, 0).fruit.len(), asked.min(have_room));
     }

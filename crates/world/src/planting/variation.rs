@@ -6,88 +6,105 @@ use orchard_fruit::Fruit;
 use orchard_geometry::{Vec3, math};
 use orchard_spec::randomisation::{Axis, RandomisationSpec};
 use orchard_spec::{Spec, Stream};
-use orchard_treegen::Habit;
+use orchard_treegen::{Habit, LeafSite};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// One draw of every axis, strengths applied.
+/// What holds for a tree whatever its wood: one draw of each axis, strengths applied.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Variation {
-    pub habit: Habit,
     pub wood_density: f64,
     pub youngs_modulus: f64,
     pub rupture_stress: f64,
-    pub fruit_size: f64,
-    pub fruit_mass: f64,
-    /// The order in which the base tree's fruit are asked whether they hang clear.
-    pub fruit_order: Vec<usize>,
-    /// How many of them there are to be.
-    pub fruit_count: usize,
     pub leaf_size: f64,
     pub leaf_density: f64,
     pub appearance: Appearance,
 }
 
 impl Variation {
-    /// Draws every axis from its own stream for a tree of so many segments and fruit.
-    pub fn draw(
-        spec: &RandomisationSpec,
-        segments: usize,
-        fruit: usize,
-        stream: impl Fn(Axis) -> Stream,
-    ) -> Self {
-        let (fruit_order, fruit_count) = visible(spec, fruit, stream(Axis::FruitVisible));
+    /// Draws every axis from its own stream.
+    pub fn draw(spec: &RandomisationSpec, stream: impl Fn(Axis) -> Stream) -> Self {
         Self {
-            habit: habit(spec, segments, &stream),
             wood_density: spec.wood_density.draw(&mut stream(Axis::WoodDensity)),
             youngs_modulus: spec.youngs_modulus.draw(&mut stream(Axis::YoungsModulus)),
             rupture_stress: spec.rupture_stress.draw(&mut stream(Axis::RuptureStress)),
-            fruit_size: spec.fruit_size.draw(&mut stream(Axis::FruitSize)),
-            fruit_mass: spec.fruit_mass.draw(&mut stream(Axis::FruitMass)),
-            fruit_order,
-            fruit_count,
             leaf_size: spec.leaf_size.draw(&mut stream(Axis::LeafSize)),
             leaf_density: spec.leaf_density.draw(&mut stream(Axis::LeafDensity)),
             appearance: appearance(spec, &stream),
         }
     }
 
-    /// The spec with this tree's materials and leaves; the same one where nothing differs.
+    /// The spec with this tree's wood and foliage dial; the same one where nothing differs.
     pub fn constants(&self, spec: &Arc<Spec>) -> Arc<Spec> {
-        let factors =
-            [self.wood_density, self.youngs_modulus, self.rupture_stress, self.leaf_size, self.leaf_density];
+        let factors = [self.wood_density, self.youngs_modulus, self.rupture_stress, self.leaf_density];
         if factors.iter().all(|&f| f == 1.0) {
             return spec.clone();
         }
         let mut own = Spec::clone(spec);
-        let (wood, foliage) = (&mut own.wood, &mut own.foliage);
         for (constant, factor) in [
-            (&mut wood.density, self.wood_density),
-            (&mut wood.youngs_modulus, self.youngs_modulus),
-            (&mut wood.rupture_stress, self.rupture_stress),
-            (&mut foliage.density, self.leaf_density),
-            (&mut foliage.blade_length_base, self.leaf_size),
-            (&mut foliage.blade_length_slope, self.leaf_size),
-            (&mut foliage.blade_width_base, self.leaf_size),
-            (&mut foliage.blade_width_slope, self.leaf_size),
+            (&mut own.wood.density, self.wood_density),
+            (&mut own.wood.youngs_modulus, self.youngs_modulus),
+            (&mut own.wood.rupture_stress, self.rupture_stress),
+            (&mut own.foliage.density, self.leaf_density),
         ] {
             *constant = constant.scaled(factor);
         }
         Arc::new(own)
     }
 
+    /// Gives leaves this tree's size.
+    pub fn size_leaves(&self, leaves: &mut [LeafSite]) {
+        for leaf in leaves {
+            leaf.length *= self.leaf_size;
+            leaf.width *= self.leaf_size;
+        }
+    }
+}
+
+/// What becomes of a base tree's fruit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Crop {
+    pub size: f64,
+    pub mass: f64,
+    /// The order in which the base tree's fruit are asked whether they hang clear: no strength changes it, so that a weaker
+    /// dial shows what a stronger one shows, and more.
+    pub order: Vec<usize>,
+    /// How many of them there are to be.
+    pub count: usize,
+}
+
+impl Crop {
+    /// Draws the axes of so many fruit.
+    pub fn draw(spec: &RandomisationSpec, fruit: usize, stream: impl Fn(Axis) -> Stream) -> Self {
+        let mut visible = stream(Axis::FruitVisible);
+        let part = spec.fruit_visible.draw(&mut visible);
+        let mut order: Vec<usize> = (0..fruit).collect();
+        visible.shuffle(&mut order);
+        Self {
+            size: spec.fruit_size.draw(&mut stream(Axis::FruitSize)),
+            mass: spec.fruit_mass.draw(&mut stream(Axis::FruitMass)),
+            order,
+            count: (part * fruit as f64).round() as usize,
+        }
+    }
+
     /// Fruit in this tree's size and mass.
     pub fn resized(&self, spec: &RandomisationSpec, fruit: Vec<Fruit>) -> Vec<Fruit> {
         let resized = |fruit: Fruit| Fruit {
-            radius: spec.fruit_size.apply(fruit.radius, self.fruit_size),
-            mass: spec.fruit_mass.apply(fruit.mass, self.fruit_mass),
+            radius: spec.fruit_size.apply(fruit.radius, self.size),
+            mass: spec.fruit_mass.apply(fruit.mass, self.mass),
             ..fruit
         };
         fruit.into_iter().map(resized).collect()
     }
 }
 
-fn habit(spec: &RandomisationSpec, segments: usize, stream: &impl Fn(Axis) -> Stream) -> Habit {
+/// Habit and dimensions of a tree of so many segments.
+pub(super) fn draw_habit(
+    spec: &RandomisationSpec,
+    segments: usize,
+    stream: impl Fn(Axis) -> Stream,
+) -> Habit {
     let scale = spec.scale.draw(&mut stream(Axis::Scale));
     let thickness = scale * spec.stockiness.draw(&mut stream(Axis::Stockiness));
     let (mut lengths, mut radii) = (stream(Axis::SegmentLength), stream(Axis::SegmentRadius));
@@ -107,14 +124,6 @@ fn lean(spec: &RandomisationSpec, mut stream: Stream) -> Vec3 {
     let angle = spec.lean.draw(&mut stream);
     let (sin, cos) = math::sin_cos(stream.uniform(0.0, TAU));
     Vec3::new(cos, sin, 0.0) * angle
-}
-
-/// Some of all fruit, in an order that no strength changes: a weaker dial shows what a stronger one shows, and more.
-fn visible(spec: &RandomisationSpec, fruit: usize, mut stream: Stream) -> (Vec<usize>, usize) {
-    let part = spec.fruit_visible.draw(&mut stream);
-    let mut order: Vec<usize> = (0..fruit).collect();
-    stream.shuffle(&mut order);
-    (order, (part * fruit as f64).round() as usize)
 }
 
 fn appearance(spec: &RandomisationSpec, stream: &impl Fn(Axis) -> Stream) -> Appearance {
