@@ -14,6 +14,8 @@ pub struct BareTree {
     pub name: String,
     /// The grown tree.
     pub skeleton: Skeleton,
+    /// Its links.
+    pub tree: TreeBody,
     /// Its model.
     pub model: Model,
     /// Its state: q = 0, at rest.
@@ -60,7 +62,7 @@ impl BareTree {
         tree.reset(&model, &mut data, &spec.wood);
         data.linear_drag.fill(0.0);
         data.angular_drag.fill(0.0);
-        Ok(Self { name, skeleton, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
+        Ok(Self { name, skeleton, tree, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
     }
 
     /// The model as MJCF for steps of `h` [s].

@@ -85,7 +85,7 @@ impl DigitisedTree {
     pub fn into_skeleton(self, spec: &Spec, seed: u64, world: u32) -> Skeleton {
         let fruit_sites = self.fruit_sites.unwrap_or_else(|| dress_with_fruit_sites(spec, &self.segments));
         let leaves = self.leaves.unwrap_or_else(|| dress_with_leaves(spec, &self.segments, seed, world));
-        Skeleton { segments: self.segments, fruit_sites, leaves }
+        Skeleton { segments: self.segments, fruit_sites, leaves, spurs: Vec::new() }
     }
 }
 

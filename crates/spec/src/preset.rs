@@ -38,6 +38,12 @@ presets! {
     Paper = "paper";
     /// The paper's canonical tree, which needs no random number.
     Ternary = "ternary";
+    /// Eight-year-old dwarf trees, fitted to measured ones.
+    Calibrated = "calibrated";
+    /// Eight-year-old trees on rootstocks from dwarf to vigorous, fitted to measured ones.
+    CalibratedMature = "calibrated-mature";
+    /// Four-year-old unpruned trees, fitted to measured ones.
+    CalibratedYoung = "calibrated-young";
 }
 
 impl fmt::Display for Preset {

@@ -1,5 +1,7 @@
 //! How a tree grows.
 
+pub mod annual_shoots;
+
 use orchard_quantity::{Count, Quantity, Span};
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +34,8 @@ pub enum Grammar {
     Ternary(TernarySpec),
     /// Stochastic apple tree with a central leader.
     CentralLeader(CentralLeaderSpec),
+    /// Stochastic apple tree of annual shoots, fitted to measured trees.
+    AnnualShoots(Box<annual_shoots::AnnualShootsSpec>),
 }
 
 /// Ternary bracketed parametric L-system. Lengths are relative: the tree is rescaled to its height.
