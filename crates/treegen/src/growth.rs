@@ -1,6 +1,6 @@
 //! Trees of annual shoots: the skeleton, and the growth units that it stands for.
 
-use orchard_geometry::{Rotation, Vec3, transform};
+use orchard_geometry::{Rotation, Vec3, math, transform};
 use orchard_spec::{Purpose, Spec, Stream, tree::annual_shoots::AnnualShootsSpec};
 
 use crate::grammar::annual_shoots::AnnualShoots;
@@ -8,6 +8,7 @@ use crate::leaves::{Piece, Shoot};
 use crate::links::{self, Links, Place};
 use crate::lsystem::{self, AxisKind, Grammar as _};
 use crate::skeleton::{FruitSite, Segment, Skeleton, Spur};
+use crate::turtle::Internode;
 use crate::{TreegenError, assemble, clearance, fruit_sites, leaves, pipe, turtle};
 
 /// A tree with the growth units of which it consists. They are finer than its segments.
@@ -52,16 +53,16 @@ pub(crate) fn grow(
     let drawn = turtle::interpret(&lsystem::derive(&mut grammar_of_tree, derivations));
     let (least, most) = grammar.link_length.si();
     let mut linked = links::link(&drawn, least, most);
+    if linked.links.is_empty() {
+        return Err(TreegenError::NoShoot);
+    }
 
     let parents: Vec<Option<usize>> = linked.links.iter().map(|link| link.parent).collect();
-    let shed = shed_pipes(grammar, &linked, grammar_of_tree.stream());
-    let radii = pipe::radii(
-        &parents,
-        |link, _| shed[link],
-        spec.tree.tip_radius.si(),
-        grammar_of_tree.trunk_radius(),
-        spec.tree.pipe_exponent.si(),
-    );
+    let structural = structural(&linked.links);
+    let shed = shed_pipes(grammar, &linked.links, &structural, grammar_of_tree.stream());
+    let (trunk_radius, exponent) = (grammar_of_tree.trunk_radius(), spec.tree.pipe_exponent.si());
+    let tip_radius = spec.tree.tip_radius.si().min(thickest_tip(grammar, &parents, trunk_radius, exponent));
+    let radii = pipe::radii(&parents, |link, _| shed[link], tip_radius, trunk_radius, exponent);
     let clearance = spec.tree.clearance.si();
     let lifts = clearance::lift(&mut linked.links, &radii, clearance).map_err(|segment| {
         let height = linked.links[0].length;
@@ -69,7 +70,7 @@ pub(crate) fn grow(
     })?;
     let segments = assemble::segments(&linked.links, &radii);
     let spurs = spurs(&linked, &lifts, &segments);
-    let fruit_sites = fruit_site_list(grammar, &linked, &segments, &spurs);
+    let fruit_sites = fruit_site_list(grammar, &linked.links, &structural, &segments, &spurs);
     let units = growth_units(&linked, &lifts);
     let leaves = match &spec.foliage.leaf_area {
         Some(law) => {
@@ -87,28 +88,54 @@ pub(crate) fn grow(
     Ok(Growth { skeleton: Skeleton { segments, fruit_sites, leaves, spurs }, units })
 }
 
-/// Part of every link in the pipes of branches that are no more: scars stand on all wood in proportion to its
-/// length, and the tips of leader and limbs were cut back.
-fn shed_pipes(grammar: &AnnualShootsSpec, linked: &Links, stream: &mut Stream) -> Vec<f64> {
-    let mut goes_on = vec![false; linked.links.len()];
-    for link in &linked.links {
-        if let Some(parent) = link.parent.filter(|&parent| linked.links[parent].order == link.order) {
+/// Radius of tips that together make up the largest part of the trunk's pipes that they may [m].
+fn thickest_tip(
+    grammar: &AnnualShootsSpec,
+    parents: &[Option<usize>],
+    trunk_radius: f64,
+    exponent: f64,
+) -> f64 {
+    let mut carries = vec![false; parents.len()];
+    for parent in parents.iter().flatten() {
+        carries[*parent] = true;
+    }
+    let tips = carries.iter().filter(|carries| !**carries).count().max(1) as f64;
+    trunk_radius * math::pow(grammar.tip_share.si() / tips, 1.0 / exponent)
+}
+
+/// Whether links belong to the leader or to a limb: what an axis begins as, it stays.
+fn structural(links: &[Internode]) -> Vec<bool> {
+    let mut structural: Vec<bool> = Vec::with_capacity(links.len());
+    for link in links {
+        let own = link.unit.is_some_and(|(_, unit)| unit.axis != AxisKind::Lateral);
+        let before = link.parent.filter(|&parent| links[parent].order == link.order);
+        structural.push(before.map_or(own, |parent| structural[parent]));
+    }
+    structural
+}
+
+/// Part of every link in the pipes of branches that are no more: scars stand on leader and limbs in proportion
+/// to their length, and their tips were cut back.
+fn shed_pipes(
+    grammar: &AnnualShootsSpec,
+    links: &[Internode],
+    structural: &[bool],
+    stream: &mut Stream,
+) -> Vec<f64> {
+    let mut goes_on = vec![false; links.len()];
+    for link in links {
+        if let Some(parent) = link.parent.filter(|&parent| links[parent].order == link.order) {
             goes_on[parent] = true;
         }
     }
-    // Whether an axis is the leader or a limb, from its first link on.
-    let mut structural: Vec<bool> = Vec::with_capacity(linked.links.len());
-    let mut shed = Vec::with_capacity(linked.links.len());
-    for (link, goes_on) in linked.links.iter().zip(goes_on) {
-        let own = link.unit.is_some_and(|(_, unit)| unit.axis != AxisKind::Lateral);
-        let before = link.parent.filter(|&parent| linked.links[parent].order == link.order);
-        structural.push(before.map_or(own, |parent| structural[parent]));
-        let here = structural[structural.len() - 1];
-        let tip = if here && !goes_on { stream.cut_normal(&grammar.cut_tip) } else { 0.0 };
-        let scars = if here { grammar.scars.si() * link.length } else { 0.0 };
-        shed.push(tip + scars);
-    }
-    shed
+    let mut shed = |i: usize| {
+        if !structural[i] {
+            return 0.0;
+        }
+        let tip = if goes_on[i] { 0.0 } else { stream.cut_normal(&grammar.cut_tip) };
+        tip + grammar.scars.si() * links[i].length
+    };
+    (0..links.len()).map(&mut shed).collect()
 }
 
 /// The growth units in the order in which they are drawn.
@@ -175,33 +202,35 @@ fn spurs(linked: &Links, lifts: &[Rotation], segments: &[Segment]) -> Vec<Spur> 
     linked.short.iter().map(spur).collect()
 }
 
-/// Fruit sites: the tips of spurs, and points along laterals, the last at each segment's tip.
+/// Fruit sites: the tips of spurs, and points along limbs and along the laterals that stand on them and on the
+/// leader, as far out on a lateral as it bears.
 fn fruit_site_list(
     grammar: &AnnualShootsSpec,
-    linked: &Links,
+    links: &[Internode],
+    structural: &[bool],
     segments: &[Segment],
     spurs: &[Spur],
 ) -> Vec<FruitSite> {
     let canopy_radius = fruit_sites::canopy_radius(segments);
-    let on_spurs =
-        spurs.iter().map(|spur| (spur.segment, spur.p_segment + spur.heading_segment * spur.length));
-    let spacing = grammar.fruit_site_spacing.si();
-    let on_laterals = linked
-        .links
+    let bearing = bearing_lengths(links, structural, grammar.fruit_reach.si());
+    let on_spurs = spurs
         .iter()
-        .enumerate()
-        .filter(|(_, link)| link.unit.is_some_and(|(_, unit)| unit.axis == AxisKind::Lateral))
-        .flat_map(|(i, _)| {
-            let segment = &segments[i];
-            let underside = fruit_sites::underside(segment);
-            let count = (segment.length / spacing).round().max(1.0);
-            (1..=count as u32).map(move |k| {
-                let along = segment.length * f64::from(k) / count;
-                (i, Vec3::z() * along + underside * segment.radius)
-            })
-        });
+        .filter(|spur| links[spur.segment].order == 0 || spur.p_segment.z <= bearing[spur.segment])
+        .map(|spur| (spur.segment, spur.p_segment + spur.heading_segment * spur.length));
+    let (spacing, stub) = (grammar.fruit_site_spacing.si(), grammar.fruit_stub.si());
+    let along_wood = segments.iter().zip(&bearing).enumerate().flat_map(|(i, (segment, bearing))| {
+        let underside = fruit_sites::underside(segment);
+        let count = (bearing / spacing).round() as u32;
+        (1..=count).map(move |k| {
+            let along = bearing * f64::from(k) / f64::from(count);
+            // Stubs on limbs stand out to the left and to the right in turn.
+            let level = if k % 2 == 0 { Vec3::z().cross(&underside) } else { underside.cross(&Vec3::z()) };
+            let out = if structural[i] { level * stub } else { Vec3::zeros() };
+            (i, Vec3::z() * along + underside * segment.radius + out)
+        })
+    });
     let mut sites: Vec<FruitSite> = on_spurs
-        .chain(on_laterals)
+        .chain(along_wood)
         .map(|(segment, p_segment)| {
             let p_world = transform(&segments[segment].x_world_segment(), &p_segment);
             FruitSite { segment, p_segment, outerness: fruit_sites::outerness(&p_world, canopy_radius) }
@@ -210,6 +239,27 @@ fn fruit_site_list(
     // Stable: spurs of a segment first.
     sites.sort_by_key(|site| site.segment);
     sites
+}
+
+/// Length of every link from its base on which fruit may hang [m].
+fn bearing_lengths(links: &[Internode], structural: &[bool], reach: f64) -> Vec<f64> {
+    // Distance of a lateral's links from its base; infinite on what stands on a lateral.
+    let mut from_base: Vec<f64> = Vec::with_capacity(links.len());
+    for (i, link) in links.iter().enumerate() {
+        from_base.push(match link.parent {
+            Some(parent) if !structural[i] && !structural[parent] && links[parent].order == link.order => {
+                from_base[parent] + links[parent].length
+            }
+            Some(parent) if !structural[i] && !structural[parent] => f64::INFINITY,
+            _ => 0.0,
+        });
+    }
+    let bearing = |i: usize| match (structural[i], links[i].order) {
+        (true, 0) => 0.0,
+        (true, _) => links[i].length,
+        (false, _) => (reach - from_base[i]).clamp(0.0, links[i].length),
+    };
+    (0..links.len()).map(bearing).collect()
 }
 
 /// The shoots of one season as the leaves find them.

@@ -74,12 +74,15 @@ pub(crate) fn link(internodes: &[Internode], least: f64, most: f64) -> Links {
     out
 }
 
+/// Most pieces of one internode: a config that asks for finer links gets these.
+const MOST_PIECES: f64 = 1000.0;
+
 /// The same internodes, each longer than `most` in equal pieces.
 fn cut(internodes: &[Internode], most: f64) -> Vec<Internode> {
     let mut pieces: Vec<Internode> = Vec::with_capacity(internodes.len());
     let mut last_piece = Vec::with_capacity(internodes.len());
     for internode in internodes {
-        let count = (internode.length / most).ceil().max(1.0);
+        let count = (internode.length / most).ceil().clamp(1.0, MOST_PIECES);
         let mut parent = internode.parent.map(|parent| last_piece[parent]);
         for _ in 0..count as usize {
             pieces.push(Internode { parent, length: internode.length / count, ..internode.clone() });
@@ -115,6 +118,13 @@ impl Branching {
     fn axis(&self, first: usize) -> impl Iterator<Item = usize> {
         std::iter::successors(Some(first), |&i| self.next[i])
     }
+}
+
+/// Heading and length of a piece of wood from its base to its tip. What is folded back on itself (by no config
+/// of measured trees) goes up, as long as it is.
+fn straight(chord: &Vec3, whole: f64) -> (Vec3, f64) {
+    const FOLDED: f64 = 1e-3;
+    chord.try_normalize(FOLDED * whole).map_or((Vec3::z(), whole), |heading| (heading, chord.norm()))
 }
 
 /// The walk along one axis.
@@ -215,8 +225,7 @@ impl<'a> Walk<'a> {
     fn settle(&mut self, link: usize, members: &[usize]) {
         let whole: f64 = members.iter().map(|&i| self.drawn[i].length).sum();
         let chord: Vec3 = members.iter().map(|&i| self.drawn[i].heading * self.drawn[i].length).sum();
-        self.out.links[link].length = chord.norm();
-        self.out.links[link].heading = chord / chord.norm();
+        (self.out.links[link].heading, self.out.links[link].length) = straight(&chord, whole);
         let mut from = 0.0;
         for &i in members {
             let to = (from + self.drawn[i].length / whole).min(1.0);
@@ -237,19 +246,87 @@ impl<'a> Walk<'a> {
         let members: Vec<usize> = self.branching.axis(first).collect();
         let whole: f64 = members.iter().map(|&i| self.drawn[i].length).sum();
         let chord: Vec3 = members.iter().map(|&i| self.drawn[i].heading * self.drawn[i].length).sum();
+        let (heading, length) = straight(&chord, whole);
         let branch = self.out.short.len();
-        self.out.short.push(ShortBranch {
-            link,
-            part,
-            heading: chord / chord.norm(),
-            length: chord.norm(),
-            first,
-        });
+        self.out.short.push(ShortBranch { link, part, heading, length, first });
         let mut from = 0.0;
         for i in members {
             let to = (from + self.drawn[i].length / whole).min(1.0);
             self.out.places[i] = Place::Short { branch, from, to };
             from = to;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (parent, length, order), all upright but branches of order 1, which are level.
+    fn tree(pieces: &[(Option<usize>, f64, u8)]) -> Vec<Internode> {
+        let internode = |&(parent, length, order): &(Option<usize>, f64, u8)| {
+            let heading = if order == 0 { Vec3::z() } else { Vec3::x() };
+            Internode { parent, heading, length, width: 1.0, order, unit: None }
+        };
+        pieces.iter().map(internode).collect()
+    }
+
+    fn lengths(links: &Links) -> Vec<f64> {
+        links.links.iter().map(|link| (link.length * 1e3).round()).collect()
+    }
+
+    #[test]
+    fn long_pieces_are_cut_and_short_ones_joined() {
+        let links = link(
+            &tree(&[(None, 0.35, 0), (Some(0), 0.03, 0), (Some(1), 0.05, 0), (Some(2), 0.02, 0)]),
+            0.06,
+            0.12,
+        );
+        // 35 cm make three links, 3 + 5 + 2 cm the fourth.
+        assert_eq!(lengths(&links), [117.0, 117.0, 117.0, 100.0]);
+        assert_eq!(
+            links.links.iter().map(|l| l.parent).collect::<Vec<_>>(),
+            [None, Some(0), Some(1), Some(2)]
+        );
+        let whole: f64 = links.links.iter().map(|link| link.length).sum();
+        assert!((whole - 0.45).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_short_end_joins_the_link_before() {
+        let links = link(&tree(&[(None, 0.1, 0), (Some(0), 0.11, 0), (Some(1), 0.02, 0)]), 0.06, 0.12);
+        assert_eq!(lengths(&links), [100.0, 130.0]);
+        assert_eq!(links.places[1], Place::Link { link: 1, from: 0.0, to: 0.11 / 0.13 });
+        let Place::Link { link: 1, to, .. } = links.places[2] else { panic!("{:?}", links.places[2]) };
+        assert!((to - 1.0).abs() < 1e-12);
+    }
+
+    /// A branch of 3 cm is a spur where it stands; one of 8 cm waits for the end of its link.
+    #[test]
+    fn branches_fork_at_the_ends_of_links_and_spurs_stand_between() {
+        let links = link(
+            &tree(&[
+                (None, 0.02, 0),
+                (Some(0), 0.08, 1),
+                (Some(0), 0.03, 0),
+                (Some(2), 0.03, 1),
+                (Some(2), 0.05, 0),
+                (Some(4), 0.07, 0),
+            ]),
+            0.06,
+            0.12,
+        );
+        assert_eq!(lengths(&links), [100.0, 70.0, 80.0]);
+        assert_eq!((links.links[2].parent, links.links[2].order), (Some(0), 1));
+        assert_eq!(links.short.len(), 1);
+        let spur = &links.short[0];
+        assert_eq!((spur.link, spur.first), (0, 3));
+        assert!((spur.part - 0.5).abs() < 1e-12 && (spur.length - 0.03).abs() < 1e-15);
+        assert_eq!(links.places[3], Place::Short { branch: 0, from: 0.0, to: 1.0 });
+    }
+
+    #[test]
+    fn nothing_gives_nothing() {
+        assert!(link(&[], 0.06, 0.12).links.is_empty());
     }
 }

@@ -64,6 +64,9 @@ pub struct AnnualShootsSpec {
     pub cut_tip: Normal,
     /// Pipes of shed branches a metre of leader or limb, in the unit of `cut_tip`.
     pub scars: Quantity,
+    /// Largest part of the trunk's pipes that living tips make up; where there are more, they are thinner than
+    /// `tree.tip_radius`.
+    pub tip_share: Quantity,
     /// Length of a short shoot.
     pub short_shoot: Normal,
     /// Length of a medium shoot.
@@ -82,8 +85,12 @@ pub struct AnnualShootsSpec {
     pub growth_units_max: Count,
     /// Lengths of simulated links: shorter branches are spurs on a link, longer pieces are cut.
     pub link_length: Span,
-    /// Distance between fruit sites along links that bear them.
+    /// Distance between fruit sites along wood that bears them.
     pub fruit_site_spacing: Quantity,
+    /// Length of the stubs by which fruit sites stand off limbs.
+    pub fruit_stub: Quantity,
+    /// Length of a lateral, from its base, that bears fruit.
+    pub fruit_reach: Quantity,
 }
 
 /// Chances of the length classes; what `short` and `medium` leave is long.

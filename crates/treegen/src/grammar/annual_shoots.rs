@@ -11,6 +11,12 @@ use orchard_spec::tree::annual_shoots::{AnnualShootsSpec, ClassWeights};
 
 use crate::lsystem::{AxisKind, Command, Grammar, Module, Unit};
 
+/// Shortest shoot and distance of nodes [m]: a config that asks for less still gets a tree.
+const LEAST_LENGTH: f64 = 1e-3;
+
+/// Nodes for each growth unit that the tree may have, at most: a long leader stops setting buds there.
+const NODES_A_UNIT: u32 = 16;
+
 /// The grammar of one tree: the parameters drawn once a tree, and the stream for all other draws.
 #[derive(Debug, Clone)]
 pub struct AnnualShoots<'a> {
@@ -26,6 +32,8 @@ pub struct AnnualShoots<'a> {
     limb_scale: f64,
     /// Growth units made.
     units: u32,
+    /// Nodes made.
+    nodes: u32,
     /// Length of the leader so far [m].
     height: f64,
     /// Length of the leader to its next node [m].
@@ -68,10 +76,11 @@ impl<'a> AnnualShoots<'a> {
         let length = stream.cut_normal(&spec.leader_length) * math::pow(size, spec.leader_exponent.si());
         let parts: Vec<f64> = spec.leader_shoots.iter().map(|part| stream.cut_normal(part)).collect();
         let whole: f64 = parts.iter().sum();
-        let leader: Vec<f64> = parts.iter().map(|part| length * part / whole).collect();
+        let leader: Vec<f64> = parts.iter().map(|part| (length * part / whole).max(LEAST_LENGTH)).collect();
         let zone = length * spec.limb_zone.si();
         let bare_trunk = stream.cut_normal(&spec.bare_trunk).min(zone);
-        let limbs = stream.cut_normal(&spec.limbs).round().max(0.0);
+        let most_limbs = f64::from(spec.growth_units_max.get());
+        let limbs = stream.cut_normal(&spec.limbs).round().clamp(0.0, most_limbs);
         let tiers = stream.cut_normal(&spec.limb_tiers).round().clamp(1.0, limbs.max(1.0));
         // One tier in each of as many equal parts of the zone, somewhere in its part.
         let tier_heights: Vec<f64> = (0..tiers as u32)
@@ -92,6 +101,7 @@ impl<'a> AnnualShoots<'a> {
             limb_heights,
             limb_scale: math::pow(size, spec.limb_exponent.si()),
             units: 0,
+            nodes: 0,
             height: 0.0,
             next_node: bare_trunk,
         }
@@ -118,6 +128,11 @@ impl<'a> AnnualShoots<'a> {
         fits
     }
 
+    /// Whether shoots still set nodes.
+    fn sets_nodes(&self) -> bool {
+        self.nodes < NODES_A_UNIT.saturating_mul(self.spec.growth_units_max.get())
+    }
+
     /// A bend of random size about a random axis across the heading: `/(p) &(w) /(-p)`, and its inverse.
     fn draw_wobble(&mut self) -> ([Command; 3], [Command; 3]) {
         let phase = self.stream.uniform(0.0, std::f64::consts::TAU);
@@ -133,7 +148,7 @@ impl<'a> AnnualShoots<'a> {
             AxisKind::Limb => &self.spec.limb_nodes,
             AxisKind::Lateral => &self.spec.lateral_nodes,
         };
-        self.stream.cut_normal(spacing) / self.vigour
+        (self.stream.cut_normal(spacing) / self.vigour).max(LEAST_LENGTH)
     }
 
     /// A node: `/(divergence)`, and unless it is blind `[ &(angle) bud ]`.
@@ -141,6 +156,7 @@ impl<'a> AnnualShoots<'a> {
         let divergence = self.stream.cut_normal(&self.spec.divergence);
         successor.push(Module::Turtle(Command::Roll(divergence)));
         let blind = self.stream.chance(self.spec.blind_nodes.si()) && limb.is_none();
+        self.nodes = self.nodes.saturating_add(1);
         if blind || order >= self.spec.branch_orders.get() {
             return;
         }
@@ -166,7 +182,7 @@ impl<'a> AnnualShoots<'a> {
         successor.extend(bend.map(Module::Turtle));
         let top = self.height + length;
         let gradient = math::pow(self.spec.limb_gradient.si(), f64::from(season));
-        while self.next_node < top {
+        while self.next_node < top && self.sets_nodes() {
             successor.push(Module::Turtle(Command::Forward(self.next_node - self.height)));
             self.height = self.next_node;
             let mut limbs = 0;
@@ -199,7 +215,7 @@ impl<'a> AnnualShoots<'a> {
         } else {
             &self.spec.long_shoot
         };
-        self.stream.cut_normal(class)
+        self.stream.cut_normal(class).max(LEAST_LENGTH)
     }
 
     /// Production of a branch's growing point: a shoot with its nodes, and the tip again.
@@ -211,7 +227,7 @@ impl<'a> AnnualShoots<'a> {
             return;
         }
         let spec = self.spec;
-        let shortest_limb = spec.medium_shoot.ends_si().0;
+        let shortest_limb = spec.medium_shoot.ends_si().0.max(LEAST_LENGTH);
         let limb = limb.filter(|&length| length >= shortest_limb);
         let length = match limb {
             Some(length) => length,
@@ -255,7 +271,7 @@ impl<'a> AnnualShoots<'a> {
         let first = self.node_spacing(axis);
         let mut node = first * self.stream.unit();
         let short = length < self.spec.medium_shoot.ends_si().0;
-        while node < length && !short {
+        while node < length && !short && self.sets_nodes() {
             successor.push(Module::Turtle(Command::Forward(node - drawn)));
             drawn = node;
             self.node(order + 1, season, None, successor);
