@@ -59,6 +59,9 @@ pub struct Target {
     pub unit: Unit,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
+    /// Why grown trees miss it, where they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why_missed: Option<String>,
 }
 
 /// A measured sample by its quantiles at equal steps of probability, from 0 to 1.
@@ -153,10 +156,14 @@ impl Check {
         self.target.holds(self.value)
     }
 
-    /// The same with a note.
+    /// The same with a note; where the target is missed, the reason follows.
     #[must_use]
     pub fn noted(self, note: impl Into<String>) -> Self {
-        Self { note: Some(note.into()), ..self }
+        let mut note = note.into();
+        if let Some(why) = self.target.why_missed.as_ref().filter(|_| !self.passes()) {
+            note = format!("{note}. Missed: {why}");
+        }
+        Self { note: Some(note), ..self }
     }
 }
 

@@ -73,8 +73,10 @@ pub struct AnnualShootsSpec {
     pub medium_shoot: Normal,
     /// Length of a long shoot.
     pub long_shoot: Normal,
-    /// Chance that a shoot of a lateral ends an inflorescence.
-    pub floral: Quantity,
+    /// Chance that a lateral's first shoot ends in an inflorescence.
+    pub floral_first: Quantity,
+    /// Chance that one of its later shoots does.
+    pub floral_later: Quantity,
     /// Bend of a branch's shoot towards the ground (negative: away from it).
     pub droop: Normal,
     /// Largest random bend between two shoots.

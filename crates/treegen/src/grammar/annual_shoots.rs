@@ -239,7 +239,8 @@ impl<'a> AnnualShoots<'a> {
         if !self.commit() {
             return;
         }
-        let floral = limb.is_none() && self.stream.chance(spec.floral.si());
+        let floral = if shoots == 0 { &spec.floral_first } else { &spec.floral_later };
+        let floral = limb.is_none() && self.stream.chance(floral.si());
         let (bend, _) = self.draw_wobble();
         let droop = self.stream.cut_normal(&spec.droop);
         let axis = if limb.is_some() { AxisKind::Limb } else { AxisKind::Lateral };
