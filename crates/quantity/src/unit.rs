@@ -37,6 +37,8 @@ units! {
     SquareMetre = "m2", 1.0;
     /// Square centimetre.
     SquareCentimetre = "cm2", 1e-4;
+    /// Per square centimetre.
+    PerSquareCentimetre = "1/cm2", 1e4;
     /// Degree of arc.
     Degree = "deg", std::f64::consts::PI / 180.0;
     /// Radian.

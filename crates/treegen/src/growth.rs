@@ -1,5 +1,7 @@
 //! Trees of annual shoots: the skeleton, and the growth units that it stands for.
 
+use std::f64::consts::PI;
+
 use orchard_geometry::{Rotation, Vec3, math, transform};
 use orchard_spec::{Purpose, Spec, Stream, tree::annual_shoots::AnnualShootsSpec};
 
@@ -212,7 +214,7 @@ fn fruit_site_list(
     spurs: &[Spur],
 ) -> Vec<FruitSite> {
     let canopy_radius = fruit_sites::canopy_radius(segments);
-    let bearing = bearing_lengths(links, structural, grammar.fruit_reach.si());
+    let bearing = bearing_lengths(grammar, links, structural, segments);
     let on_spurs = spurs
         .iter()
         .filter(|spur| links[spur.segment].order == 0 || spur.p_segment.z <= bearing[spur.segment])
@@ -241,25 +243,30 @@ fn fruit_site_list(
     sites
 }
 
-/// Length of every link from its base on which fruit may hang [m].
-fn bearing_lengths(links: &[Internode], structural: &[bool], reach: f64) -> Vec<f64> {
-    // Distance of a lateral's links from its base; infinite on what stands on a lateral.
-    let mut from_base: Vec<f64> = Vec::with_capacity(links.len());
+/// Length of every link from its base on which fruit may hang [m]: a limb bears from its base as far out as its
+/// cross-section there allows, a lateral on bearing wood as far as its reach.
+fn bearing_lengths(
+    grammar: &AnnualShootsSpec,
+    links: &[Internode],
+    structural: &[bool],
+    segments: &[Segment],
+) -> Vec<f64> {
+    let per_area = grammar.fruit_per_area.si() * grammar.fruit_site_spacing.si();
+    // What an axis may still bear from a link's base on [m].
+    let mut left: Vec<f64> = Vec::with_capacity(links.len());
     for (i, link) in links.iter().enumerate() {
-        from_base.push(match link.parent {
-            Some(parent) if !structural[i] && !structural[parent] && links[parent].order == link.order => {
-                from_base[parent] + links[parent].length
+        let bears = match link.parent {
+            Some(parent) if links[parent].order == link.order => left[parent] - links[parent].length,
+            Some(_) if structural[i] => per_area * PI * segments[i].radius * segments[i].radius,
+            Some(parent) if structural[parent] => {
+                let on_bearing_wood = links[parent].order == 0 || left[parent] >= links[parent].length;
+                if on_bearing_wood { grammar.fruit_reach.si() } else { 0.0 }
             }
-            Some(parent) if !structural[i] && !structural[parent] => f64::INFINITY,
             _ => 0.0,
-        });
+        };
+        left.push(bears);
     }
-    let bearing = |i: usize| match (structural[i], links[i].order) {
-        (true, 0) => 0.0,
-        (true, _) => links[i].length,
-        (false, _) => (reach - from_base[i]).clamp(0.0, links[i].length),
-    };
-    (0..links.len()).map(bearing).collect()
+    links.iter().zip(left).map(|(link, left)| left.clamp(0.0, link.length)).collect()
 }
 
 /// The shoots of one season as the leaves find them.

@@ -91,6 +91,8 @@ pub struct AnnualShootsSpec {
     pub fruit_site_spacing: Quantity,
     /// Length of the stubs by which fruit sites stand off limbs.
     pub fruit_stub: Quantity,
+    /// Fruit sites along a limb over the cross-section of its base: a slender limb bears near its base only.
+    pub fruit_per_area: Quantity,
     /// Length of a lateral, from its base, that bears fruit.
     pub fruit_reach: Quantity,
 }

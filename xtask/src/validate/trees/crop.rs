@@ -19,6 +19,8 @@ struct Load {
     crop: f64,
     /// Largest bending moment of any joint over its rupture moment, at rest; infinite where there is no rest.
     worst: f64,
+    /// The tree and its segment at that joint.
+    at: String,
 }
 
 /// Hangs the fruit of every tree on it, lets it come to rest under their whole weight, and compares.
@@ -40,8 +42,10 @@ pub fn checks(
     let t = &measured.dwarf.targets;
     let worst = each(|load| load.worst);
     let broken = worst.iter().filter(|ratio| **ratio > 1.0).count();
+    let heaviest = loads.iter().max_by(|a, b| a.worst.total_cmp(&b.worst));
+    let at = heaviest.map_or("", |load| load.at.as_str());
     let note = format!(
-        "largest of all joints of all trees at rest; median tree {:.2}; trees with a joint over its rupture moment: {broken}",
+        "largest of all joints of all trees at rest ({at}); median tree {:.2}; trees with a joint over its rupture moment: {broken}",
         quantile(&worst, 0.5)
     );
     let largest = worst.iter().copied().fold(0.0, f64::max);
@@ -62,10 +66,18 @@ fn load(trees: &Population, seed: u64, world: usize) -> anyhow::Result<Load> {
         bare.tree.stiffness[i] * angle / bare.tree.rupture_moment[i]
     };
     // The trunk's base is the soil's grip: it does not break.
-    let worst = (1..bare.tree.len()).map(ratio).fold(0.0, f64::max);
+    let worst = (1..bare.tree.len()).map(|i| (ratio(i), i)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let (worst, segment) = worst.unwrap_or((0.0, 0));
+    let weakest = &bare.skeleton.segments[segment];
+    let at = format!(
+        "tree {world}, segment {segment} of order {}, radius {:.1} mm",
+        weakest.order,
+        1e3 * weakest.radius
+    );
     Ok(Load {
         fruit: bare.model.points().len() as f64,
         crop: bare.model.points().iter().map(|point| point.mass).sum(),
         worst: if at_rest.is_ok() { worst } else { f64::INFINITY },
+        at,
     })
 }
