@@ -22,7 +22,8 @@ pub fn bare_wood(law: JointLaw, damping_time: f64) -> WoodSpec {
 
 /// A straight branch of segments of given (length, radius), from the origin.
 pub fn branch(direction: Vec3, segments: &[(f64, f64)]) -> Skeleton {
-    let mut skeleton = Skeleton { segments: Vec::new(), fruit_sites: Vec::new(), leaves: Vec::new() };
+    let mut skeleton =
+        Skeleton { segments: Vec::new(), fruit_sites: Vec::new(), leaves: Vec::new(), spurs: Vec::new() };
     let mut at = 0.0;
     for (index, &(length, radius)) in segments.iter().enumerate() {
         skeleton.segments.push(Segment {

@@ -18,6 +18,8 @@ pub struct BareTree {
     pub spec: Arc<Spec>,
     /// The grown tree.
     pub skeleton: Skeleton,
+    /// Its links.
+    pub tree: TreeBody,
     /// Its model.
     pub model: Model,
     /// Its state: q = 0, at rest.
@@ -73,7 +75,7 @@ impl BareTree {
         tree.reset(&model, &mut data, &spec.wood);
         data.linear_drag.fill(0.0);
         data.angular_drag.fill(0.0);
-        Ok(Self { name, spec, skeleton, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
+        Ok(Self { name, spec, skeleton, tree, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
     }
 
     /// The model as MJCF for steps of `h` [s].

@@ -117,7 +117,8 @@ fn groups(rows: u32, foliage: f64) -> Result<Vec<Group>, Failure> {
 const HABITS: [(&str, f64); 4] = [("upright", 0.0), ("spreading", 0.35), ("arching", 0.7), ("weeping", 1.0)];
 
 /// Presets of other systems and populations.
-const SYSTEMS: [Preset; 3] = [Preset::TallSpindle, Preset::VTrellis, Preset::VerticalUfo];
+const SYSTEMS: [Preset; 5] =
+    [Preset::Calibrated, Preset::CalibratedYoung, Preset::TallSpindle, Preset::VTrellis, Preset::VerticalUfo];
 
 /// A population whose trees all droop by a part of the intervals of the grammar and of the randomisation.
 fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {

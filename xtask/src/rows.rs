@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use anyhow::Context;
 use orchard_bench::compute::Machine;
-use orchard_bench::store::write_json;
+use orchard_bench::store::{write_bytes, write_json};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -42,6 +43,9 @@ pub struct Row {
     /// The ratio to the peer that the target stands for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_ratio: Option<f64>,
+    /// The interval in which the figure is to lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_interval: Option<[f64; 2]>,
     /// What the machine could do, and what keeps the figure from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<Limit>,
@@ -99,6 +103,7 @@ impl Row {
             spread: None,
             peer_spread: None,
             target_ratio: None,
+            target_interval: None,
             limit: None,
             note: None,
         }
@@ -115,6 +120,17 @@ impl Row {
         let target = self.peer_value.map(|peer| target_ratio * peer);
         let pass = self.ratio.map(|ratio| ratio >= target_ratio);
         Self { target, pass, target_ratio: Some(target_ratio), ..self }
+    }
+
+    /// Asked to lie in an interval about some figure.
+    pub fn within(self, target: f64, interval: [f64; 2]) -> Self {
+        let pass = Some(self.value.is_some_and(|value| (interval[0]..=interval[1]).contains(&value)));
+        Self { target: Some(target), target_interval: Some(interval), pass, ..self }
+    }
+
+    /// The same with a note.
+    pub fn noted(self, note: String) -> Self {
+        Self { note: Some(note), ..self }
     }
 
     /// Asked to be at least some figure.
@@ -137,6 +153,17 @@ pub struct Measured {
     pub rows: Vec<Row>,
     /// What they depend on beside the machine: versions, instructions.
     pub context: BTreeMap<&'static str, Option<String>>,
+    /// Pictures of what was found. They go into a folder beside the file, which has its name.
+    pub pictures: Vec<Picture>,
+}
+
+/// A picture of what a suite found.
+#[derive(Debug)]
+pub struct Picture {
+    /// Name of the file.
+    pub name: String,
+    /// The file.
+    pub svg: String,
 }
 
 impl From<Vec<Row>> for Measured {
@@ -192,10 +219,11 @@ pub fn run_suite(
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
     }
     eprintln!("{}: {}", suite.name, suite.about);
-    let Measured { rows, context } = (suite.measure)(effort)?;
+    let Measured { rows, context, pictures } = (suite.measure)(effort)?;
     let report =
         Report { schema_version: SCHEMA_VERSION, machine: Machine::detect(), context: &context, rows: &rows };
     write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
+    write_pictures(json, &pictures).map_err(|e| Failure::Failed(e.to_string()))?;
     print!("{}", table::markdown(&rows));
     let missed: Vec<&str> = rows.iter().filter(|r| r.pass == Some(false)).map(|r| r.name.as_str()).collect();
     if missed.is_empty() {
@@ -203,6 +231,22 @@ pub fn run_suite(
     } else {
         Err(Failure::Failed(format!("target missed: {}", missed.join(", "))))
     }
+}
+
+/// Writes pictures into the folder `NAME-pictures` beside the file `NAME.json`.
+fn write_pictures(json: &Path, pictures: &[Picture]) -> anyhow::Result<()> {
+    if pictures.is_empty() {
+        return Ok(());
+    }
+    let mut name = json.file_stem().unwrap_or_default().to_owned();
+    name.push("-pictures");
+    let folder = json.with_file_name(name);
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    for picture in pictures {
+        write_bytes(&folder.join(&picture.name), picture.svg.as_bytes())?;
+    }
+    eprintln!("pictures: {}", folder.display());
+    Ok(())
 }
 
 #[cfg(test)]
@@ -258,6 +302,22 @@ mod tests {
         assert_eq!((slower.target, slower.pass), (Some(12.0), Some(false)));
         let faster = Row::measured("a", 12.0, "1/s").beside("b", 2.0).at_least_times(6.0);
         assert_eq!(faster.pass, Some(true));
+    }
+
+    #[test]
+    fn an_interval_holds_its_ends() {
+        let row = |value| Row::measured("a", value, "m").within(1.0, [0.9, 1.2]);
+        assert_eq!([0.9, 1.2, 1.3, f64::NAN].map(|v| row(v).pass), [true, true, false, false].map(Some));
+        assert_eq!((row(1.0).target, row(1.0).target_interval), (Some(1.0), Some([0.9, 1.2])));
+    }
+
+    #[test]
+    fn pictures_go_into_a_folder_beside_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = Picture { name: "a.svg".into(), svg: "<svg/>".into() };
+        write_pictures(&folder.path().join("rows.json"), &[picture]).unwrap();
+        let text = std::fs::read_to_string(folder.path().join("rows-pictures/a.svg")).unwrap();
+        assert_eq!(text, "<svg/>");
     }
 
     #[test]

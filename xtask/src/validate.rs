@@ -1,5 +1,7 @@
 //! `cargo xtask validate`: the simulator against closed forms and measurements, as a file of rows.
 
+mod trees;
+
 use std::path::PathBuf;
 
 use crate::failure::Failure;
@@ -7,6 +9,12 @@ use crate::rows::{Effort, Suite, run_suite};
 
 /// Holds the simulator against closed forms and published measurements and writes the rows to a file.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n\n\
+                  A row has the figure of the grown trees, the measured one as its target, and the interval in which the\n\
+                  figure is to lie. Histograms go into the folder FILE-pictures beside FILE. A missed target ends with exit\n\
+                  code 1; the notes tell why.\n\nExample:\n  cargo xtask validate trees --json trees.json"
+)]
 pub struct Args {
     /// What to validate.
     suite: String,
@@ -15,8 +23,11 @@ pub struct Args {
     json: PathBuf,
 }
 
-/// The suites come with the reports that they fill.
-const SUITES: &[Suite] = &[];
+const SUITES: &[Suite] = &[Suite {
+    name: "trees",
+    about: "200 grown trees of each calibrated preset against measured ones",
+    measure: trees::measure,
+}];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     run_suite("validation", SUITES, &args.suite, &args.json, Effort::Full)

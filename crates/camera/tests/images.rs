@@ -79,7 +79,7 @@ fn pictures_have_sky_light_and_shadow() {
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, 0);
     let plate = Shape::Box { half: Vec3::new(0.3, 0.3, 0.01) };
     scene.push(Geometry::Shape(plate), Pose::translation(0.0, 0.0, 1.0), Label::Robot, 0);
-    let style = PictureStyle { sun_world: Vec3::z(), supersampling: 2 };
+    let style = PictureStyle { sun_world: Vec3::z(), supersampling: 2, ..PictureStyle::default() };
     let x = look_at(&Vec3::new(-3.0, 0.0, 1.6), &Vec3::new(0.0, 0.0, 0.7));
     let k = camera();
     let image = picture(&scene, &k, &x, &style);

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use orchard_geometry::Vec3;
 use orchard_spec::Spec;
-use orchard_treegen::{FruitSite, LeafSite, Segment, Skeleton, dress_with_fruit_sites, dress_with_leaves};
+use orchard_treegen::{
+    FruitSite, LeafSite, Segment, Skeleton, Spur, dress_with_fruit_sites, dress_with_leaves,
+};
 
 /// Lengths of segments and blades that are taken for real [m]. Outside it a file holds noise or another unit.
 const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
@@ -20,7 +22,7 @@ const NORM: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{part} {index}: {field} is {value}: {rule}")]
 pub struct TreeFault {
-    /// `segment`, `fruit site` or `leaf`.
+    /// `segment`, `fruit site`, `leaf` or `spur`.
     pub part: &'static str,
     /// Its index, from 0.
     pub index: usize,
@@ -39,6 +41,7 @@ pub struct DigitisedTree {
     segments: Vec<Segment>,
     fruit_sites: Option<Vec<FruitSite>>,
     leaves: Option<Vec<LeafSite>>,
+    spurs: Vec<Spur>,
 }
 
 impl DigitisedTree {
@@ -72,7 +75,22 @@ impl DigitisedTree {
             within(at, "width", leaf.width, &LENGTH)?;
             within(at, "size_class", f64::from(leaf.size_class), &(0.0..=2.0))?;
         }
-        Ok(Self { segments, fruit_sites, leaves })
+        Ok(Self { segments, fruit_sites, leaves, spurs: Vec::new() })
+    }
+
+    /// The same tree with short branches on its segments.
+    ///
+    /// # Errors
+    /// The first fault, with the part, the field and its value.
+    pub fn with_spurs(self, spurs: Vec<Spur>) -> Result<Self, TreeFault> {
+        for (index, spur) in spurs.iter().enumerate() {
+            let at = ("spur", index);
+            carrier(at, spur.segment, &self.segments)?;
+            point(at, "p_segment", &spur.p_segment)?;
+            within(at, "norm of heading_segment", spur.heading_segment.norm(), &(1.0 - NORM..=1.0 + NORM))?;
+            within(at, "length", spur.length, &LENGTH)?;
+        }
+        Ok(Self { spurs, ..self })
     }
 
     /// The wood.
@@ -85,7 +103,7 @@ impl DigitisedTree {
     pub fn into_skeleton(self, spec: &Spec, seed: u64, world: u32) -> Skeleton {
         let fruit_sites = self.fruit_sites.unwrap_or_else(|| dress_with_fruit_sites(spec, &self.segments));
         let leaves = self.leaves.unwrap_or_else(|| dress_with_leaves(spec, &self.segments, seed, world));
-        Skeleton { segments: self.segments, fruit_sites, leaves }
+        Skeleton { segments: self.segments, fruit_sites, leaves, spurs: self.spurs }
     }
 }
 

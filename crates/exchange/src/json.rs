@@ -1,13 +1,14 @@
 //! A skeleton as JSON: every bit of it, with a version of the schema.
 
-use orchard_treegen::{FruitSite, LeafSite, Segment, Skeleton};
+use orchard_treegen::{FruitSite, LeafSite, Segment, Skeleton, Spur};
 use serde::{Deserialize, Serialize};
 
 use crate::{DigitisedTree, ImportError};
 
 /// What the field `format` says.
 pub const FORMAT: &str = "orchard-skeleton";
-/// Version of the schema. It grows when a field changes its meaning, comes or goes.
+/// Version of the schema. It grows when a field changes its meaning or goes, or when one comes that may not be
+/// missing.
 pub const SCHEMA_VERSION: u32 = 1;
 
 #[derive(Serialize)]
@@ -35,6 +36,8 @@ struct Read {
     segments: Vec<Segment>,
     fruit_sites: Option<Vec<FruitSite>>,
     leaves: Option<Vec<LeafSite>>,
+    #[serde(default)]
+    spurs: Vec<Spur>,
 }
 
 /// Writes a skeleton; [`read`] gives the same bits back.
@@ -44,7 +47,7 @@ pub fn write(skeleton: &Skeleton) -> String {
     text.unwrap_or_else(|e| unreachable!("numbers and lists have a form in JSON: {e}")) + "\n"
 }
 
-/// Reads a tree; `fruit_sites` and `leaves` may be missing.
+/// Reads a tree; `fruit_sites`, `leaves` and `spurs` may be missing.
 ///
 /// # Errors
 /// The field, line and column of what cannot be read, or the fault of what is no tree.
@@ -56,8 +59,8 @@ pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
     if head.schema_version != SCHEMA_VERSION {
         return Err(version("schema_version", head.schema_version, SCHEMA_VERSION));
     }
-    let Read { segments, fruit_sites, leaves, .. } = parse(text)?;
-    Ok(DigitisedTree::new(segments, fruit_sites, leaves)?)
+    let Read { segments, fruit_sites, leaves, spurs, .. } = parse(text)?;
+    Ok(DigitisedTree::new(segments, fruit_sites, leaves)?.with_spurs(spurs)?)
 }
 
 fn version(field: &'static str, found: impl ToString, read: impl ToString) -> ImportError {

@@ -9,6 +9,7 @@ fn trees() -> Vec<Skeleton> {
     let spec = Spec::paper();
     let mut trees: Vec<Skeleton> = (0..3).map(|seed| grow(&spec, seed, 0).unwrap()).collect();
     trees.push(canonical());
+    trees.push(grow(&Spec::preset(Preset::Calibrated), 0, 0).unwrap());
     trees
 }
 

@@ -37,6 +37,7 @@ fn skeleton() -> Skeleton {
         ],
         fruit_sites: Vec::new(),
         leaves: Vec::new(),
+        spurs: Vec::new(),
     }
 }
 

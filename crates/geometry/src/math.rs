@@ -62,6 +62,8 @@ through_libm! {
     exp(x) = libm::exp;
     /// Natural logarithm.
     ln(x) = libm::log;
+    /// Complementary error function.
+    erfc(x) = libm::erfc;
     /// x to the y.
     pow(x, y) = libm::pow;
     /// Length of (x, y).

@@ -29,8 +29,16 @@ units! {
     One = "1", 1.0;
     /// Metre.
     Metre = "m", 1.0;
+    /// Centimetre.
+    Centimetre = "cm", 1e-2;
     /// Millimetre.
     Millimetre = "mm", 1e-3;
+    /// Square metre.
+    SquareMetre = "m2", 1.0;
+    /// Square centimetre.
+    SquareCentimetre = "cm2", 1e-4;
+    /// Per square centimetre.
+    PerSquareCentimetre = "1/cm2", 1e4;
     /// Degree of arc.
     Degree = "deg", std::f64::consts::PI / 180.0;
     /// Radian.

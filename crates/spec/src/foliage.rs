@@ -37,6 +37,45 @@ pub struct FoliageSpec {
     pub petiole_angle: Span,
     /// Downward bend from the petiole to the blade.
     pub blade_droop: Span,
+    /// Leaf area by shoots, for grammars that have them. It takes the place of the leaves an internode and of the
+    /// blade's size, and of the orders that bear leaves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leaf_area: Option<LeafAreaSpec>,
+}
+
+/// Leaf area of a shoot of the last season from its length L: base + slope L at dial 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeafAreaSpec {
+    /// Base of a vegetative shoot.
+    pub vegetative_base: Quantity,
+    /// Slope of a vegetative shoot, an area a length.
+    pub vegetative_slope: Quantity,
+    /// Base of a floral shoot.
+    pub floral_base: Quantity,
+    /// Slope of a floral shoot.
+    pub floral_slope: Quantity,
+    /// Mean area of a blade.
+    pub blade_area: Quantity,
+    /// Width of a blade over its length.
+    pub aspect: Quantity,
+}
+
+impl LeafAreaSpec {
+    /// Leaf area of a shoot of a length [m] at dial 1 [m^2].
+    pub fn of_shoot(&self, length: f64, floral: bool) -> f64 {
+        let (base, slope) = if floral {
+            (&self.floral_base, &self.floral_slope)
+        } else {
+            (&self.vegetative_base, &self.vegetative_slope)
+        };
+        base.si() + slope.si() * length
+    }
+
+    /// Number of blades of about the mean area that make up an area [m^2].
+    pub fn leaves(&self, area: f64) -> u32 {
+        if area > 0.0 { (area / self.blade_area.si()).round().max(1.0) as u32 } else { 0 }
+    }
 }
 
 impl FoliageSpec {

@@ -46,6 +46,12 @@ presets! {
     VTrellis = "v-trellis";
     /// Vertical UFO: upright fruiting offshoots on a trunk laid along the lowest wire.
     VerticalUfo = "vertical-ufo";
+    /// Eight-year-old dwarf trees, fitted to measured ones.
+    Calibrated = "calibrated";
+    /// Eight-year-old trees on rootstocks from dwarf to vigorous, fitted to measured ones.
+    CalibratedMature = "calibrated-mature";
+    /// Four-year-old unpruned trees, fitted to measured ones.
+    CalibratedYoung = "calibrated-young";
 }
 
 impl fmt::Display for Preset {

@@ -105,15 +105,13 @@ impl Stream {
         mean + sigma * radius * libm::cos(std::f64::consts::TAU * self.unit())
     }
 
-    /// Normal deviate between the ends of a distribution; what falls outside is drawn again.
+    /// Normal deviate between the ends of a distribution; what falls outside is drawn again. Where the ends are so
+    /// close together that a thousand draws miss them, the mean.
     pub fn cut_normal(&mut self, normal: &orchard_quantity::Normal) -> f64 {
+        const DRAWS: u32 = 1000;
         let (low, high) = normal.ends_si();
-        loop {
-            let value = self.normal(normal.mean_si(), normal.sd_si());
-            if (low..=high).contains(&value) {
-                return value;
-            }
-        }
+        let mut draws = (0..DRAWS).map(|_| self.normal(normal.mean_si(), normal.sd_si()));
+        draws.find(|value| (low..=high).contains(value)).unwrap_or_else(|| normal.mean_si())
     }
 
     /// Fisher-Yates shuffle.
@@ -150,6 +148,22 @@ mod tests {
         assert_eq!(values, GOLDEN);
     }
     const GOLDEN: [u64; 3] = [761_022_674, 332_419, 353_910_028];
+
+    #[test]
+    fn a_cut_normal_keeps_its_ends_however_close() {
+        let normal = |low: f64, high: f64| -> orchard_quantity::Normal {
+            let text = format!(
+                "x = {{ mean = 1.0, sd = 5.0, low = {low}, high = {high}, range = [-9, 9], unit = '1', source = 'x' }}"
+            );
+            let mut table: std::collections::BTreeMap<String, orchard_quantity::Normal> =
+                orchard_quantity::from_toml("x", &text).unwrap();
+            table.remove("x").unwrap()
+        };
+        let mut s = Stream::new(7, 0, Purpose::Test);
+        let wide = normal(-1.0, 2.0);
+        assert!((0..1000).map(|_| s.cut_normal(&wide)).all(|x| (-1.0..=2.0).contains(&x)));
+        assert_eq!(s.cut_normal(&normal(1.0, 1.0)), 1.0);
+    }
 
     #[test]
     fn moments() {

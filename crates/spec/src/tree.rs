@@ -1,5 +1,6 @@
 //! How a tree grows.
 
+pub mod annual_shoots;
 mod trained;
 
 pub use trained::{ShootSpec, UprightsSpec, VTrellisSpec};
@@ -40,6 +41,8 @@ pub enum Grammar {
     VTrellis(VTrellisSpec),
     /// Upright fruiting offshoots on a level trunk.
     Uprights(UprightsSpec),
+    /// Stochastic apple tree of annual shoots, fitted to measured trees.
+    AnnualShoots(Box<annual_shoots::AnnualShootsSpec>),
 }
 
 /// Ternary bracketed parametric L-system. Lengths are relative: the tree is rescaled to its height.

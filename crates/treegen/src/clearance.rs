@@ -49,8 +49,15 @@ pub(crate) fn top(internodes: &[Internode]) -> f64 {
 
 /// From parents to children: an internode whose capsule dips below the clearance is rotated up about its base
 /// in its vertical plane, and what grows on it turns with it. Lengths stay. The trunk (order 0) stands on the
-/// ground and is exempt. Returns the index of an internode whose base is itself too low.
-pub(crate) fn lift(internodes: &mut [Internode], radii: &[f64], clearance: f64) -> Result<(), usize> {
+/// ground and is exempt. Returns the rotation that every internode got.
+///
+/// # Errors
+/// The index of an internode whose base is itself too low.
+pub(crate) fn lift(
+    internodes: &mut [Internode],
+    radii: &[f64],
+    clearance: f64,
+) -> Result<Vec<Rotation>, usize> {
     let mut z_tips = Vec::with_capacity(internodes.len());
     let mut lifts: Vec<Rotation> = Vec::with_capacity(internodes.len());
     for (i, internode) in internodes.iter_mut().enumerate() {
@@ -73,7 +80,7 @@ pub(crate) fn lift(internodes: &mut [Internode], radii: &[f64], clearance: f64) 
         z_tips.push(z_base + heading.z * internode.length);
         lifts.push(turned);
     }
-    Ok(())
+    Ok(lifts)
 }
 
 /// The unit vector over the same compass direction as `heading` with the given sine of elevation.
@@ -95,7 +102,14 @@ mod tests {
     use super::*;
 
     fn internode(parent: Option<usize>, heading: [f64; 3], order: u8) -> Internode {
-        Internode { parent, heading: Vec3::from(heading).normalize(), length: 1.0, width: 1.0, order }
+        Internode {
+            parent,
+            heading: Vec3::from(heading).normalize(),
+            length: 1.0,
+            width: 1.0,
+            order,
+            unit: None,
+        }
     }
 
     /// A limb that points into the ground, with a child across it: the limb's tip comes to rest on the

@@ -21,4 +21,9 @@ pub enum TreegenError {
         /// Height asked for [m].
         height: f64,
     },
+    /// The leader makes no shoot.
+    #[error(
+        "tree.grammar.annual-shoots.leader_shoots: a tree needs a season, and growth_units_max a growth unit"
+    )]
+    NoShoot,
 }

@@ -3,6 +3,7 @@
 //! Rewriting is [`crate::lsystem`]'s, interpretation [`crate::turtle`]'s; the intervals that parameters are drawn from stand in
 //! the config (`orchard_spec::tree`). A new grammar is a new file here, a table of parameters there and a line in [`draw`].
 
+pub mod annual_shoots;
 pub mod central_leader;
 pub mod shoot;
 pub mod ternary;
@@ -13,6 +14,7 @@ mod pieces;
 
 use crate::lsystem;
 use crate::turtle::{self, Internode};
+use annual_shoots::AnnualShoots;
 use central_leader::CentralLeader;
 use orchard_spec::{Stream, tree::Grammar};
 use ternary::Ternary;
@@ -26,6 +28,7 @@ pub(crate) fn draw(grammar: &Grammar, stream: Stream) -> Vec<Internode> {
         Grammar::CentralLeader(spec) => drawn(CentralLeader::new(spec, stream)),
         Grammar::VTrellis(spec) => drawn(VTrellis::new(spec, stream)),
         Grammar::Uprights(spec) => drawn(Uprights::new(spec, stream)),
+        Grammar::AnnualShoots(spec) => drawn(AnnualShoots::new(spec, stream)),
     }
 }
 

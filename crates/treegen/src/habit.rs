@@ -7,7 +7,7 @@ use orchard_geometry::{Pose, Rotation, Vec3, math, rotation_from_z};
 use std::f64::consts::PI;
 
 use crate::{
-    FruitSite, LeafSite, Segment, Skeleton, TreegenError, assemble,
+    FruitSite, LeafSite, Segment, Skeleton, Spur, TreegenError, assemble,
     carry::Carrier,
     clearance,
     fruit_sites::{canopy_radius, outerness},
@@ -47,7 +47,7 @@ impl Habit {
     }
 }
 
-/// A tree in another habit: the same segments, and on them the same fruit sites and leaves, which keep their places on the
+/// A tree in another habit: the same segments, and on them the same spurs, fruit sites and leaves, which keep their places on the
 /// wood; blades are turned about their midribs to face up again. No segment gets thicker than its parent, and branches
 /// are lifted above the ground clearance [m] once more. The height is what it becomes.
 ///
@@ -72,7 +72,16 @@ pub fn reshape(base: &Skeleton, habit: &Habit, clearance: f64) -> Result<Skeleto
         FruitSite { p_segment, outerness: outerness(&p_world, canopy_radius), ..site.clone() }
     };
     let leaf = |leaf: &LeafSite| carried_leaf(leaf, &carriers[leaf.segment], &segments[leaf.segment]);
+    let spur = |spur: &Spur| {
+        let carrier = &carriers[spur.segment];
+        Spur {
+            p_segment: carrier.point(&spur.p_segment),
+            heading_segment: carrier.direction(&spur.heading_segment),
+            ..spur.clone()
+        }
+    };
     Ok(Skeleton {
+        spurs: base.spurs.iter().map(spur).collect(),
         fruit_sites: base.fruit_sites.iter().map(fruit_site).collect(),
         leaves: base.leaves.iter().map(leaf).collect(),
         segments,
@@ -130,6 +139,7 @@ fn turned(segments: &[Segment], habit: &Habit) -> Vec<Internode> {
             length: segment.length * habit.length[i],
             width: segment.radius,
             order: segment.order,
+            unit: None,
         });
         turns.push(Rotation::new_normalize(turn.into_inner()));
         axes.push(axis);

@@ -29,6 +29,7 @@ fn arm(internodes: usize) -> Vec<Segment> {
         length: 1.0,
         width: 1.0,
         order: u8::from(i > 0),
+        unit: None,
     };
     let limb: Vec<Internode> = (0..=internodes).map(internode).collect();
     assemble::segments(&limb, &vec![0.01; internodes + 1])

@@ -3,8 +3,11 @@
 //! config + seed -> [`grammar`] -> [`turtle`] -> pipe model -> height and clearance -> [`Skeleton`] with fruit
 //! sites and leaves; a [`Habit`] reshapes it. Same config, seed and world: same bytes. `docs/computation/growth.md` derives it.
 
+pub mod calibration;
 pub mod grammar;
+pub mod growth;
 pub mod lsystem;
+pub mod morphometry;
 pub mod turtle;
 
 mod assemble;
@@ -15,17 +18,19 @@ mod error;
 mod fruit_sites;
 mod habit;
 mod leaves;
+mod links;
 mod pipe;
 mod skeleton;
 
-use orchard_spec::{Purpose, Spec, Stream};
+use orchard_spec::{Purpose, Spec, Stream, tree::Grammar};
 
 pub use assemble::segments;
 pub use carry::carried_to;
 pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
+pub use growth::{Growth, GrowthUnit};
 pub use habit::{Habit, reshape};
-pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton};
+pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton, Spur};
 
 use turtle::Internode;
 
@@ -34,18 +39,38 @@ use turtle::Internode;
 /// # Errors
 /// The spec describes a tree that cannot keep its clearance at its height.
 pub fn grow(spec: &Spec, seed: u64, world: u32) -> Result<Skeleton, TreegenError> {
+    if let Grammar::AnnualShoots(_) = spec.tree.grammar {
+        return grow_with_units(spec, seed, world).map(|growth| growth.skeleton);
+    }
     let internodes = grammar::draw(&spec.tree.grammar, Stream::new(seed, world, Purpose::Growth));
     finish(spec, internodes, Stream::new(seed, world, Purpose::Foliage))
+}
+
+/// Grows the same tree as [`grow`] with the growth units that it stands for; a grammar that knows none gives none.
+///
+/// # Errors
+/// As [`grow`].
+pub fn grow_with_units(spec: &Spec, seed: u64, world: u32) -> Result<Growth, TreegenError> {
+    match &spec.tree.grammar {
+        Grammar::AnnualShoots(grammar) => growth::grow(spec, grammar, seed, world),
+        _ => Ok(Growth { skeleton: grow(spec, seed, world)?, units: Vec::new() }),
+    }
 }
 
 /// Radii first (they depend on topology alone), then height and clearance, then what the wood carries.
 fn finish(spec: &Spec, mut internodes: Vec<Internode>, foliage: Stream) -> Result<Skeleton, TreegenError> {
     let tree = &spec.tree;
     let parents: Vec<Option<usize>> = internodes.iter().map(|internode| internode.parent).collect();
-    let radii = pipe::radii(&parents, tree.tip_radius.si(), tree.trunk_radius.si(), tree.pipe_exponent.si());
+    let radii = pipe::radii(
+        &parents,
+        |_, carries| f64::from(u8::from(carries)),
+        tree.tip_radius.si(),
+        tree.trunk_radius.si(),
+        tree.pipe_exponent.si(),
+    );
     clearance::stand(&mut internodes, &radii, tree.height.si(), tree.clearance.si())?;
     let segments = assemble::segments(&internodes, &radii);
     let fruit_sites = fruit_sites::fruit_sites(spec, &segments);
     let leaves = leaves::leaves(&spec.foliage, &segments, foliage);
-    Ok(Skeleton { segments, fruit_sites, leaves })
+    Ok(Skeleton { segments, fruit_sites, leaves, spurs: Vec::new() })
 }

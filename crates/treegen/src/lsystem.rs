@@ -19,6 +19,30 @@ pub enum Command {
     Push,
     /// `]`: return to the state last remembered.
     Pop,
+    /// What is drawn from here on is a new growth unit, until the next one or the closing bracket.
+    Unit(Unit),
+}
+
+/// A growth unit: what one apex makes in one season.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unit {
+    /// Season in which it grew, from 0.
+    pub season: u8,
+    /// Part of the tree that it lengthens.
+    pub axis: AxisKind,
+    /// Whether it ends in an inflorescence.
+    pub floral: bool,
+}
+
+/// What an axis is in the tree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AxisKind {
+    /// Trunk and leader.
+    Leader,
+    /// A structural branch.
+    Limb,
+    /// Any other.
+    Lateral,
 }
 
 /// One letter of the string: a turtle command, or an apex that the grammar rewrites.

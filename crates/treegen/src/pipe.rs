@@ -3,40 +3,40 @@
 //! `r_parent^beta = sum over children of r_child^beta + p`, p >= 0 one constant a tree, with every tip at the
 //! tip radius. The law is linear in r^beta, so an internode above which stand `tips` tips and `forks`
 //! internodes that carry others (itself among them) has `r^beta = tips r_tip^beta + forks p`, and p follows
-//! from the trunk's radius. Where the tips alone make a thicker trunk than asked, p = 0 and the trunk is thicker.
+//! from the trunk's radius. Instead of counting 1 where it carries others and 0 where not, an internode may have
+//! any weight: pipes of branches that were shed or cut off there. Where the tips alone make a thicker trunk than asked, p = 0 and the trunk is thicker.
 
 use orchard_geometry::math;
 
-/// Radius [m] of every internode from its parent's index; parents stand before children.
+/// Radius [m] of every internode from its parent's index; parents stand before children. `weight` gives an
+/// internode's part in p from its index and whether it carries others.
 pub(crate) fn radii(
     parents: &[Option<usize>],
+    weight: impl Fn(usize, bool) -> f64,
     tip_radius: f64,
     trunk_radius: f64,
     exponent: f64,
 ) -> Vec<f64> {
     let tip_term = math::pow(tip_radius, exponent);
     let mut tips = vec![0_u32; parents.len()];
-    let mut forks = vec![0_u32; parents.len()];
+    let mut forks = vec![0.0_f64; parents.len()];
     for (i, parent) in parents.iter().enumerate().rev() {
-        if tips[i] == 0 {
-            tips[i] = 1;
-        } else {
-            forks[i] += 1;
-        }
+        let carries = tips[i] > 0;
+        tips[i] = tips[i].max(1);
+        forks[i] += weight(i, carries);
         if let Some(parent) = *parent {
             tips[parent] += tips[i];
             forks[parent] += forks[i];
         }
     }
     let added = match (tips.first(), forks.first()) {
-        (Some(&tips), Some(&forks)) if forks > 0 => {
-            ((math::pow(trunk_radius, exponent) - f64::from(tips) * tip_term) / f64::from(forks)).max(0.0)
+        (Some(&tips), Some(&forks)) if forks > 0.0 => {
+            ((math::pow(trunk_radius, exponent) - f64::from(tips) * tip_term) / forks).max(0.0)
         }
         _ => 0.0,
     };
-    let radius = |(&tips, &forks): (&u32, &u32)| {
-        math::pow(f64::from(tips) * tip_term + f64::from(forks) * added, 1.0 / exponent)
-    };
+    let radius =
+        |(&tips, &forks): (&u32, &f64)| math::pow(f64::from(tips) * tip_term + forks * added, 1.0 / exponent);
     tips.iter().zip(&forks).map(radius).collect()
 }
 
@@ -44,21 +44,25 @@ pub(crate) fn radii(
 mod tests {
     use super::*;
 
+    fn carrying(_: usize, carries: bool) -> f64 {
+        f64::from(u8::from(carries))
+    }
+
     #[test]
     fn trunk_of_a_fork() {
         // Two tips on a trunk: R^2 = 2 t^2 + p.
-        let r = radii(&[None, Some(0), Some(0)], 1.0, 3.0, 2.0);
+        let r = radii(&[None, Some(0), Some(0)], carrying, 1.0, 3.0, 2.0);
         assert!((r[0] - 3.0).abs() < 1e-15 && r[1] == 1.0 && r[2] == 1.0, "{r:?}");
     }
 
     #[test]
     fn a_trunk_is_never_thinner_than_its_pipes() {
-        let r = radii(&[None, Some(0), Some(0)], 1.0, 1.2, 2.0);
+        let r = radii(&[None, Some(0), Some(0)], carrying, 1.0, 1.2, 2.0);
         assert!((r[0] - 2.0_f64.sqrt()).abs() < 1e-15, "{r:?}");
     }
 
     #[test]
     fn a_lone_internode_is_a_tip() {
-        assert_eq!(radii(&[None], 2.0, 9.0, 2.0), [2.0]);
+        assert_eq!(radii(&[None], carrying, 2.0, 9.0, 2.0), [2.0]);
     }
 }

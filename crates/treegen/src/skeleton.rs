@@ -15,6 +15,9 @@ pub struct Skeleton {
     pub fruit_sites: Vec<FruitSite>,
     /// Leaves.
     pub leaves: Vec<LeafSite>,
+    /// Branches too short to be segments. They move with their segment and carry no load of their own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spurs: Vec<Spur>,
 }
 
 /// One internode: a straight piece of wood of constant radius that starts at its parent's tip.
@@ -47,6 +50,22 @@ pub struct FruitSite {
     pub outerness: f64,
 }
 
+/// A short branch, rigid to its segment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spur {
+    /// Segment that carries it.
+    pub segment: usize,
+    /// Base on the bark, in the segment's frame [m].
+    pub p_segment: Vec3,
+    /// Unit vector from base to tip, in the segment's frame.
+    pub heading_segment: Vec3,
+    /// Length [m].
+    pub length: f64,
+    /// Whether it bears an inflorescence.
+    pub floral: bool,
+}
+
 /// One leaf blade, rigid to its segment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -61,6 +80,13 @@ pub struct LeafSite {
     pub width: f64,
     /// Size class: 0 small, 1 medium, 2 large.
     pub size_class: u8,
+}
+
+impl LeafSite {
+    /// Area of the flat blade [m^2]: an ellipse of its length and width.
+    pub fn area(&self) -> f64 {
+        std::f64::consts::FRAC_PI_4 * self.length * self.width
+    }
 }
 
 impl Segment {

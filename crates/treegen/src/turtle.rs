@@ -2,7 +2,7 @@
 
 use orchard_geometry::{Rotation, Vec3, math};
 
-use crate::lsystem::{Command, Module};
+use crate::lsystem::{Command, Module, Unit};
 
 /// An internode as the turtle draws it. Its base is its parent's tip, the first one's the origin.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +17,8 @@ pub struct Internode {
     pub width: f64,
     /// Number of brackets around it.
     pub order: u8,
+    /// The growth unit that it belongs to and its number in the string; `None` where the grammar has none.
+    pub unit: Option<(u32, Unit)>,
 }
 
 /// The turtle stands at an internode's tip; its frame has +x left, +y up, +z the heading.
@@ -26,12 +28,15 @@ struct State {
     r_world_turtle: Rotation,
     width: f64,
     order: u8,
+    unit: Option<(u32, Unit)>,
 }
 
 /// Draws a string: the turtle starts at the origin, heading up, with width 1.
 pub fn interpret<A>(string: &[Module<A>]) -> Vec<Internode> {
     let mut internodes = Vec::new();
-    let mut state = State { at: None, r_world_turtle: Rotation::identity(), width: 1.0, order: 0 };
+    let mut state =
+        State { at: None, r_world_turtle: Rotation::identity(), width: 1.0, order: 0, unit: None };
+    let mut units = 0;
     let mut stack = Vec::new();
     for module in string {
         let Module::Turtle(command) = module else { continue };
@@ -43,6 +48,7 @@ pub fn interpret<A>(string: &[Module<A>]) -> Vec<Internode> {
                     length,
                     width: state.width,
                     order: state.order,
+                    unit: state.unit,
                 });
                 state.at = Some(internodes.len() - 1);
             }
@@ -56,6 +62,10 @@ pub fn interpret<A>(string: &[Module<A>]) -> Vec<Internode> {
             Command::Push => {
                 stack.push(state);
                 state.order = state.order.saturating_add(1);
+            }
+            Command::Unit(unit) => {
+                state.unit = Some((units, unit));
+                units += 1;
             }
             // A bracket without its opening one leaves the turtle where it is.
             Command::Pop => state = stack.pop().unwrap_or(state),

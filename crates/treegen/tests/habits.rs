@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other suites use the rest")]
 mod common;
 
-use common::sound::{ROUNDING, assert_well_built};
+use common::sound::{ROUNDING, assert_sound_wood};
 use orchard_geometry::{Vec3, transform};
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_treegen::{Habit, LeafSite, Skeleton, grow, reshape};
@@ -97,7 +97,7 @@ proptest! {
         let base = grow(&spec, SEED, world).unwrap();
         let habit = wild(base.segments.len(), droop, lean, spread, twist);
         let tree = reshape(&base, &habit, spec.tree.clearance.si()).unwrap();
-        assert_well_built(&spec, &tree);
+        assert_sound_wood(&spec, &tree);
         assert_dressed(&spec, &base, &tree);
         prop_assert_eq!(&tree, &reshape(&base, &habit, spec.tree.clearance.si()).unwrap());
     }

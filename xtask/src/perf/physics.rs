@@ -109,7 +109,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     rows.push(contact::row(&bench, &forest, untouched)?);
     rows.extend(scaling::rows(&bench)?);
     bench.bar.finish_and_clear();
-    Ok(Measured { rows, context })
+    Ok(Measured { rows, context, ..Measured::default() })
 }
 
 /// What is being done, and for how long.

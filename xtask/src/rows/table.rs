@@ -18,7 +18,11 @@ pub fn markdown(rows: &[Row]) -> String {
                 None => number(row.peer_value),
             },
             row.ratio.map_or_else(String::new, |ratio| format!("{ratio:.2} x")),
-            row.target_ratio.map_or_else(|| number(row.target), |ratio| format!(">= {ratio} x")),
+            match (row.target_interval, row.target_ratio) {
+                (Some(interval), _) => format!("{} ({})", number(row.target), range(Some(interval))),
+                (None, Some(ratio)) => format!(">= {ratio} x"),
+                (None, None) => number(row.target),
+            },
             row.pass.map_or("", |pass| if pass { "pass" } else { "FAIL" }).to_owned(),
         ]
     }));

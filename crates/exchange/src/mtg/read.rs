@@ -192,7 +192,14 @@ impl Reader {
                 line: v.line,
                 problem: "XX, YY and ZZ are those of its base: it has no length".into(),
             })?;
-            internodes.push(Internode { parent: v.parent, heading, length, width: 1.0, order: v.order });
+            internodes.push(Internode {
+                parent: v.parent,
+                heading,
+                length,
+                width: 1.0,
+                order: v.order,
+                unit: None,
+            });
             radii.push(v.radius);
         }
         let tree = DigitisedTree::new(segments(&internodes, &radii), None, None);

@@ -56,7 +56,8 @@ impl Planting {
             }
             last_piece.push(fine.len() - 1);
         }
-        let skeleton = Skeleton { segments: fine, fruit_sites: Vec::new(), leaves: Vec::new() };
+        let skeleton =
+            Skeleton { segments: fine, fruit_sites: Vec::new(), leaves: Vec::new(), spurs: Vec::new() };
         Self { spec: self.spec.clone(), skeleton, fruit: Vec::new() }
     }
 

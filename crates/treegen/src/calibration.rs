@@ -1,0 +1,208 @@
+//! Grown trees against measured ones: the figures of a population beside the targets of
+//! `configs/measured/trees.toml`.
+
+use orchard_quantity::{Quantity, Unit, from_toml};
+use orchard_spec::Spec;
+use serde::{Deserialize, Serialize};
+
+use crate::Growth;
+use crate::morphometry::branches::{Survey, survey};
+use crate::morphometry::shoots::ClassLimits;
+
+pub mod dwarf;
+pub mod mature;
+pub mod young;
+
+const MEASURED_TOML: &str = include_str!("../configs/measured/trees.toml");
+
+/// What was measured on real trees.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// How trees are surveyed.
+    pub survey: SurveyRules,
+    /// Unpruned trees of four seasons.
+    pub young: young::Young,
+    /// Trees of eight seasons on rootstocks of all vigours.
+    pub mature: mature::Mature,
+    /// The dwarf trees among them.
+    pub dwarf: dwarf::Dwarf,
+}
+
+/// How trees are surveyed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurveyRules {
+    /// Branches thinner at their base are twigs.
+    pub branch_diameter: Quantity,
+    /// Dry mass of wood over its fresh volume.
+    pub dry_density: Quantity,
+    /// Growth units below are short.
+    pub short_shoot: Quantity,
+    /// Growth units above are long.
+    pub medium_shoot: Quantity,
+    /// Bandwidth of the kernel that finds the mode of divergences.
+    pub mode_bandwidth: Quantity,
+}
+
+/// A measured figure, and the interval in which a grown population's has to lie.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// The measured figure.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Unit of all three.
+    pub unit: Unit,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+    /// Why grown trees miss it, where they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why_missed: Option<String>,
+}
+
+/// A measured sample by its quantiles at equal steps of probability, from 0 to 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sample {
+    /// Size of the sample.
+    pub n: u32,
+    /// The quantiles.
+    pub quantiles: Vec<f64>,
+    /// Their unit.
+    pub unit: Unit,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// Published moments of a sample.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Moments {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sd: f64,
+    /// Unit of both.
+    pub unit: Unit,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// One figure of a grown population beside its target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Check {
+    /// What was measured.
+    pub name: String,
+    /// The population's figure, in the target's unit.
+    pub value: f64,
+    /// The target.
+    pub target: Target,
+    /// How the figure was found, and why it misses where it does.
+    pub note: Option<String>,
+}
+
+/// A population of trees and how they are surveyed.
+#[derive(Debug, Clone)]
+pub struct Population {
+    /// What they were grown from.
+    pub spec: Spec,
+    /// The trees.
+    pub trees: Vec<Growth>,
+    surveys: Vec<Survey>,
+    limits: ClassLimits,
+}
+
+impl Measured {
+    /// The measured trees that come with the crate.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn embedded() -> Self {
+        match from_toml("measured/trees.toml", MEASURED_TOML) {
+            Ok(measured) => measured,
+            Err(e) => unreachable!("embedded file: {e}"),
+        }
+    }
+
+    /// Surveys a population of trees.
+    pub fn population(&self, spec: Spec, trees: Vec<Growth>) -> Population {
+        let least = self.survey.branch_diameter.si();
+        let surveys = trees.iter().map(|tree| survey(&tree.skeleton, least)).collect();
+        let limits =
+            ClassLimits { short: self.survey.short_shoot.si(), medium: self.survey.medium_shoot.si() };
+        Population { spec, trees, surveys, limits }
+    }
+}
+
+impl Target {
+    /// Whether a figure in the target's unit meets it.
+    pub fn holds(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
+    /// A figure in SI units beside this target.
+    pub fn check(&self, name: &str, value_si: f64) -> Check {
+        Check { name: name.to_owned(), value: value_si / self.unit.to_si(), target: self.clone(), note: None }
+    }
+}
+
+impl Check {
+    /// Whether the target is met.
+    pub fn passes(&self) -> bool {
+        self.target.holds(self.value)
+    }
+
+    /// The same with a note; where the target is missed, the reason follows.
+    #[must_use]
+    pub fn noted(self, note: impl Into<String>) -> Self {
+        let mut note = note.into();
+        if let Some(why) = self.target.why_missed.as_ref().filter(|_| !self.passes()) {
+            note = format!("{note}. Missed: {why}");
+        }
+        Self { note: Some(note), ..self }
+    }
+}
+
+impl Population {
+    /// The trees as an orchard survey sees them.
+    pub fn surveys(&self) -> &[Survey] {
+        &self.surveys
+    }
+
+    /// One figure a tree.
+    pub fn each(&self, figure: impl Fn(&Growth) -> f64) -> Vec<f64> {
+        self.trees.iter().map(figure).collect()
+    }
+
+    /// One figure a surveyed tree.
+    pub fn each_survey(&self, figure: impl Fn(&Survey) -> f64) -> Vec<f64> {
+        self.surveys.iter().map(figure).collect()
+    }
+
+    /// Angles of the limbs from the vertical, base to tip, as [`crate::morphometry::branches`] finds them [rad].
+    pub fn limb_angles(&self) -> Vec<f64> {
+        self.surveys.iter().flat_map(|survey| survey.limbs().map(|limb| limb.angle)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_file_reads_and_its_intervals_hold_what_was_measured() {
+        let measured = Measured::embedded();
+        for target in [
+            &measured.young.targets.growth_units_mean,
+            &measured.mature.targets.mass_diameter,
+            &measured.dwarf.targets.stem_mass,
+        ] {
+            assert!(target.holds(target.value), "{target:?}");
+        }
+        assert!(!measured.dwarf.targets.height.holds(2.4));
+    }
+}

@@ -1,0 +1,78 @@
+//! Dwarf trees of eight seasons.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Check, Measured, Population, Target};
+use crate::Skeleton;
+use crate::morphometry::distribution::{mean_and_sd, quantile};
+
+/// What was measured on them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dwarf {
+    /// Figures.
+    pub targets: DwarfTargets,
+}
+
+/// Figures of dwarf trees.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DwarfTargets {
+    /// Height of the highest tip.
+    pub height: Target,
+    /// Diameter of the trunk.
+    pub trunk_diameter: Target,
+    /// Length of all pieces of wood between forks.
+    pub branch_length: Target,
+    /// Number of these pieces.
+    pub pieces: Target,
+    /// Number of twigs on them.
+    pub twigs: Target,
+    /// Dry mass of the pieces.
+    pub stem_mass: Target,
+    /// Dry mass of the twigs.
+    pub twig_mass: Target,
+    /// Fruit that hang.
+    pub fruit: Target,
+    /// Their mass.
+    pub crop: Target,
+    /// Largest bending moment over the rupture moment.
+    pub load: Target,
+}
+
+impl Measured {
+    /// The figures of dwarf trees, but for those of their crop.
+    pub fn dwarf_checks(&self, trees: &Population) -> Vec<Check> {
+        let t = &self.dwarf.targets;
+        let dry = self.survey.dry_density.si();
+        let mut checks = vec![
+            mean_of(&t.height, "dwarf.height", &trees.each(|tree| height(&tree.skeleton))),
+            mean_of(
+                &t.trunk_diameter,
+                "dwarf.trunk_diameter",
+                &trees.each(|tree| tree.skeleton.segments.first().map_or(0.0, |s| 2.0 * s.radius)),
+            ),
+            mean_of(&t.branch_length, "dwarf.branch_length", &trees.each_survey(|s| s.length())),
+            mean_of(&t.pieces, "dwarf.pieces", &trees.each_survey(|s| s.branches.len() as f64)),
+            mean_of(&t.twigs, "dwarf.twigs", &trees.each_survey(|s| s.twigs as f64)),
+            mean_of(&t.stem_mass, "dwarf.stem_mass", &trees.each_survey(|s| dry * s.volume())),
+        ];
+        let twigs = mean_of(&t.twig_mass, "dwarf.twig_mass", &trees.each_survey(|s| dry * s.twig_volume));
+        checks.push(twigs);
+        checks.extend(self.limb_angle_checks("dwarf", trees));
+        checks
+    }
+}
+
+/// The mean of one figure a tree beside its target, with the range of most of them.
+pub fn mean_of(target: &Target, name: &str, figures: &[f64]) -> Check {
+    let k = target.unit.to_si();
+    let at = |p| quantile(figures, p) / k;
+    let note = format!("mean of {} trees; 5 % to 95 %: {:.3} to {:.3}", figures.len(), at(0.05), at(0.95));
+    target.check(name, mean_and_sd(figures).0).noted(note)
+}
+
+/// Height of the highest tip [m].
+fn height(skeleton: &Skeleton) -> f64 {
+    skeleton.segments.iter().map(|segment| segment.p_tip_world().z).fold(0.0, f64::max)
+}

@@ -1,0 +1,309 @@
+//! Trees of annual shoots: the skeleton, and the growth units that it stands for.
+
+use std::f64::consts::PI;
+
+use orchard_geometry::{Rotation, Vec3, math, transform};
+use orchard_spec::{Purpose, Spec, Stream, tree::annual_shoots::AnnualShootsSpec};
+
+use crate::grammar::annual_shoots::AnnualShoots;
+use crate::leaves::{Piece, Shoot};
+use crate::links::{self, Links, Place};
+use crate::lsystem::{self, AxisKind, Grammar as _};
+use crate::skeleton::{FruitSite, Segment, Skeleton, Spur};
+use crate::turtle::Internode;
+use crate::{TreegenError, assemble, clearance, fruit_sites, leaves, pipe, turtle};
+
+/// A tree with the growth units of which it consists. They are finer than its segments.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Growth {
+    /// What is simulated.
+    pub skeleton: Skeleton,
+    /// Growth units, an axis before its branches' later ones, those of one axis from its base outwards.
+    pub units: Vec<GrowthUnit>,
+}
+
+/// What one apex made in one season.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrowthUnit {
+    /// Branch order: 0 the leader.
+    pub order: u8,
+    /// Season in which it grew, from 0.
+    pub season: u8,
+    /// Part of the tree that it lengthens.
+    pub axis: AxisKind,
+    /// Whether it ends in an inflorescence.
+    pub floral: bool,
+    /// Whether it is the first of its axis.
+    pub first: bool,
+    /// Length [m].
+    pub length: f64,
+    /// Unit heading at its base, world.
+    pub heading_world: Vec3,
+    /// Segment that it stands on or begins with.
+    pub segment: usize,
+}
+
+/// Grows the tree of one world of one seed by annual shoots.
+pub(crate) fn grow(
+    spec: &Spec,
+    grammar: &AnnualShootsSpec,
+    seed: u64,
+    world: u32,
+) -> Result<Growth, TreegenError> {
+    let mut grammar_of_tree = AnnualShoots::new(grammar, Stream::new(seed, world, Purpose::Growth));
+    let derivations = grammar_of_tree.derivations();
+    let drawn = turtle::interpret(&lsystem::derive(&mut grammar_of_tree, derivations));
+    let (least, most) = grammar.link_length.si();
+    let mut linked = links::link(&drawn, least, most);
+    if linked.links.is_empty() {
+        return Err(TreegenError::NoShoot);
+    }
+
+    let parents: Vec<Option<usize>> = linked.links.iter().map(|link| link.parent).collect();
+    let structural = structural(&linked.links);
+    let shed = shed_pipes(grammar, &linked.links, &structural, grammar_of_tree.stream());
+    let (trunk_radius, exponent) = (grammar_of_tree.trunk_radius(), spec.tree.pipe_exponent.si());
+    let tip_radius = spec.tree.tip_radius.si().min(thickest_tip(grammar, &parents, trunk_radius, exponent));
+    let radii = pipe::radii(&parents, |link, _| shed[link], tip_radius, trunk_radius, exponent);
+    let clearance = spec.tree.clearance.si();
+    let lifts = clearance::lift(&mut linked.links, &radii, clearance).map_err(|segment| {
+        let height = linked.links[0].length;
+        TreegenError::Clearance { segment, clearance, height }
+    })?;
+    let segments = assemble::segments(&linked.links, &radii);
+    let spurs = spurs(&linked, &lifts, &segments);
+    let fruit_sites = fruit_site_list(grammar, &linked.links, &structural, &segments, &spurs);
+    let units = growth_units(&linked, &lifts);
+    let leaves = match &spec.foliage.leaf_area {
+        Some(law) => {
+            let shoots = shoots(&linked, &segments, &spurs, derivations.saturating_sub(1));
+            leaves::leaves_of_shoots(
+                &spec.foliage,
+                law,
+                &shoots,
+                &segments,
+                Stream::new(seed, world, Purpose::Foliage),
+            )
+        }
+        None => leaves::leaves(&spec.foliage, &segments, Stream::new(seed, world, Purpose::Foliage)),
+    };
+    Ok(Growth { skeleton: Skeleton { segments, fruit_sites, leaves, spurs }, units })
+}
+
+/// Radius of tips that together make up the largest part of the trunk's pipes that they may [m].
+fn thickest_tip(
+    grammar: &AnnualShootsSpec,
+    parents: &[Option<usize>],
+    trunk_radius: f64,
+    exponent: f64,
+) -> f64 {
+    let mut carries = vec![false; parents.len()];
+    for parent in parents.iter().flatten() {
+        carries[*parent] = true;
+    }
+    let tips = carries.iter().filter(|carries| !**carries).count().max(1) as f64;
+    trunk_radius * math::pow(grammar.tip_share.si() / tips, 1.0 / exponent)
+}
+
+/// Whether links belong to the leader or to a limb: what an axis begins as, it stays.
+fn structural(links: &[Internode]) -> Vec<bool> {
+    let mut structural: Vec<bool> = Vec::with_capacity(links.len());
+    for link in links {
+        let own = link.unit.is_some_and(|(_, unit)| unit.axis != AxisKind::Lateral);
+        let before = link.parent.filter(|&parent| links[parent].order == link.order);
+        structural.push(before.map_or(own, |parent| structural[parent]));
+    }
+    structural
+}
+
+/// Part of every link in the pipes of branches that are no more: scars stand on leader and limbs in proportion
+/// to their length, and their tips were cut back.
+fn shed_pipes(
+    grammar: &AnnualShootsSpec,
+    links: &[Internode],
+    structural: &[bool],
+    stream: &mut Stream,
+) -> Vec<f64> {
+    let mut goes_on = vec![false; links.len()];
+    for link in links {
+        if let Some(parent) = link.parent.filter(|&parent| links[parent].order == link.order) {
+            goes_on[parent] = true;
+        }
+    }
+    let mut shed = |i: usize| {
+        if !structural[i] {
+            return 0.0;
+        }
+        let tip = if goes_on[i] { 0.0 } else { stream.cut_normal(&grammar.cut_tip) };
+        tip + grammar.scars.si() * links[i].length
+    };
+    (0..links.len()).map(&mut shed).collect()
+}
+
+/// The growth units in the order in which they are drawn.
+fn growth_units(linked: &Links, lifts: &[Rotation]) -> Vec<GrowthUnit> {
+    let mut units: Vec<GrowthUnit> = Vec::new();
+    let mut at = Numbered::default();
+    for (internode, &place) in linked.drawn.iter().zip(&linked.places) {
+        let Some((number, unit)) = internode.unit else { continue };
+        let segment = place.link(linked);
+        let index = at.index(number, || {
+            units.push(GrowthUnit {
+                order: internode.order,
+                season: unit.season,
+                axis: unit.axis,
+                floral: unit.floral,
+                first: internode.parent.is_none_or(|parent| linked.drawn[parent].order != internode.order),
+                length: 0.0,
+                heading_world: lifts[segment] * internode.heading,
+                segment,
+            });
+        });
+        units[index].length += internode.length;
+    }
+    units
+}
+
+/// Which entry of a list stands for a growth unit, in order of first sight.
+#[derive(Debug, Default)]
+struct Numbered {
+    of_number: Vec<Option<usize>>,
+    count: usize,
+}
+
+impl Numbered {
+    /// The entry of a unit; `push` makes it on first sight.
+    fn index(&mut self, number: u32, push: impl FnOnce()) -> usize {
+        let number = number as usize;
+        if self.of_number.len() <= number {
+            self.of_number.resize(number + 1, None);
+        }
+        *self.of_number[number].get_or_insert_with(|| {
+            push();
+            self.count += 1;
+            self.count - 1
+        })
+    }
+}
+
+/// The short branches in the frames of their segments, standing on the bark.
+fn spurs(linked: &Links, lifts: &[Rotation], segments: &[Segment]) -> Vec<Spur> {
+    let spur = |branch: &links::ShortBranch| {
+        let segment = &segments[branch.link];
+        let heading_segment = segment.r_world_segment.inverse() * (lifts[branch.link] * branch.heading);
+        let across = Vec3::new(heading_segment.x, heading_segment.y, 0.0);
+        let outward = across.try_normalize(1e-6).unwrap_or_else(Vec3::x);
+        Spur {
+            segment: branch.link,
+            p_segment: Vec3::z() * (branch.part * segment.length) + outward * segment.radius,
+            heading_segment,
+            length: branch.length,
+            floral: linked.drawn[branch.first].unit.is_some_and(|(_, unit)| unit.floral),
+        }
+    };
+    linked.short.iter().map(spur).collect()
+}
+
+/// Fruit sites: the tips of spurs, and points along limbs and along the laterals that stand on them and on the
+/// leader, as far out on a lateral as it bears.
+fn fruit_site_list(
+    grammar: &AnnualShootsSpec,
+    links: &[Internode],
+    structural: &[bool],
+    segments: &[Segment],
+    spurs: &[Spur],
+) -> Vec<FruitSite> {
+    let canopy_radius = fruit_sites::canopy_radius(segments);
+    let bearing = bearing_lengths(grammar, links, structural, segments);
+    let on_spurs = spurs
+        .iter()
+        .filter(|spur| links[spur.segment].order == 0 || spur.p_segment.z <= bearing[spur.segment])
+        .map(|spur| (spur.segment, spur.p_segment + spur.heading_segment * spur.length));
+    let (spacing, stub) = (grammar.fruit_site_spacing.si(), grammar.fruit_stub.si());
+    let along_wood = segments.iter().zip(&bearing).enumerate().flat_map(|(i, (segment, bearing))| {
+        let underside = fruit_sites::underside(segment);
+        let count = (bearing / spacing).round() as u32;
+        (1..=count).map(move |k| {
+            let along = bearing * f64::from(k) / f64::from(count);
+            // Stubs on limbs stand out to the left and to the right in turn.
+            let level = if k % 2 == 0 { Vec3::z().cross(&underside) } else { underside.cross(&Vec3::z()) };
+            let out = if structural[i] { level * stub } else { Vec3::zeros() };
+            (i, Vec3::z() * along + underside * segment.radius + out)
+        })
+    });
+    let mut sites: Vec<FruitSite> = on_spurs
+        .chain(along_wood)
+        .map(|(segment, p_segment)| {
+            let p_world = transform(&segments[segment].x_world_segment(), &p_segment);
+            FruitSite { segment, p_segment, outerness: fruit_sites::outerness(&p_world, canopy_radius) }
+        })
+        .collect();
+    // Stable: spurs of a segment first.
+    sites.sort_by_key(|site| site.segment);
+    sites
+}
+
+/// Length of every link from its base on which fruit may hang [m]: a limb bears from its base as far out as its
+/// cross-section there allows, a lateral on bearing wood as far as its reach.
+fn bearing_lengths(
+    grammar: &AnnualShootsSpec,
+    links: &[Internode],
+    structural: &[bool],
+    segments: &[Segment],
+) -> Vec<f64> {
+    let per_area = grammar.fruit_per_area.si() * grammar.fruit_site_spacing.si();
+    // What an axis may still bear from a link's base on [m].
+    let mut left: Vec<f64> = Vec::with_capacity(links.len());
+    for (i, link) in links.iter().enumerate() {
+        let bears = match link.parent {
+            Some(parent) if links[parent].order == link.order => left[parent] - links[parent].length,
+            Some(_) if structural[i] => per_area * PI * segments[i].radius * segments[i].radius,
+            Some(parent) if structural[parent] => {
+                let on_bearing_wood = links[parent].order == 0 || left[parent] >= links[parent].length;
+                if on_bearing_wood { grammar.fruit_reach.si() } else { 0.0 }
+            }
+            _ => 0.0,
+        };
+        left.push(bears);
+    }
+    links.iter().zip(left).map(|(link, left)| left.clamp(0.0, link.length)).collect()
+}
+
+/// The shoots of one season as the leaves find them.
+fn shoots(linked: &Links, segments: &[Segment], spurs: &[Spur], season: u32) -> Vec<Shoot> {
+    let mut shoots: Vec<Shoot> = Vec::new();
+    let mut at = Numbered::default();
+    for (internode, &place) in linked.drawn.iter().zip(&linked.places) {
+        let Some((number, unit)) = internode.unit else { continue };
+        if u32::from(unit.season) != season {
+            continue;
+        }
+        let piece = match place {
+            Place::Link { link, from, to } => {
+                let Segment { length, radius, .. } = segments[link];
+                let point = |part: f64| Vec3::z() * (part * length);
+                Piece {
+                    segment: link,
+                    p_base_segment: point(from),
+                    p_tip_segment: point(to),
+                    radius,
+                    length: internode.length,
+                }
+            }
+            Place::Short { branch, from, to } => {
+                let spur = &spurs[branch];
+                let point = |part: f64| spur.p_segment + spur.heading_segment * (spur.length * part);
+                Piece {
+                    segment: spur.segment,
+                    p_base_segment: point(from),
+                    p_tip_segment: point(to),
+                    radius: 0.0,
+                    length: internode.length,
+                }
+            }
+        };
+        let index = at.index(number, || shoots.push(Shoot { floral: unit.floral, pieces: Vec::new() }));
+        shoots[index].pieces.push(piece);
+    }
+    shoots
+}

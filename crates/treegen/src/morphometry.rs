@@ -1,0 +1,9 @@
+//! Measurements on trees, as they are made on real ones: pure functions on a skeleton and its growth units.
+//!
+//! [`branches`] cuts a tree into the pieces of wood between forks that orchard surveys measure (Brym and
+//! Ernest 2018); [`allometry`] fits and compares; [`shoots`] counts growth units and reads their angles.
+
+pub mod allometry;
+pub mod branches;
+pub mod distribution;
+pub mod shoots;

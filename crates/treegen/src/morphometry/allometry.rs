@@ -1,0 +1,116 @@
+//! Scaling: pipe exponents at forks, and slopes of standardised major axes.
+
+use orchard_geometry::math;
+
+use super::branches::Branch;
+
+/// Largest exponent looked for; a fork with none below it has none.
+const EXPONENT_MAX: f64 = 50.0;
+
+/// A slope in log-log space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Slope of the standardised major axis: sd(log y) / sd(log x), with the sign of the correlation.
+    pub slope: f64,
+    /// Squared correlation.
+    pub r_squared: f64,
+    /// Pairs.
+    pub n: usize,
+}
+
+/// Standardised (reduced) major axis of log y on log x (Warton et al. 2006, Biol. Rev. 81:259-291). Pairs that have
+/// no logarithm are left out.
+pub fn standardised_major_axis(pairs: impl IntoIterator<Item = (f64, f64)>) -> Slope {
+    let logs: Vec<(f64, f64)> = pairs
+        .into_iter()
+        .filter(|&(x, y)| x > 0.0 && y > 0.0)
+        .map(|(x, y)| (math::ln(x), math::ln(y)))
+        .collect();
+    let n = logs.len() as f64;
+    let (mean_x, mean_y) = logs.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+    for (x, y) in &logs {
+        let (dx, dy) = (x - mean_x, y - mean_y);
+        xx += dx * dx;
+        yy += dy * dy;
+        xy += dx * dy;
+    }
+    Slope { slope: (yy / xx).sqrt().copysign(xy), r_squared: xy * xy / (xx * yy), n: logs.len() }
+}
+
+/// The exponent b of the pipe model at one fork, `sum d_child^b = d_parent^b`; `None` where a child is as thick as
+/// the parent or the children are so thin that no b > 0 exists (a single child).
+pub fn pipe_exponent(parent: f64, children: &[f64]) -> Option<f64> {
+    if children.len() < 2 || children.iter().any(|&child| child >= parent) {
+        return None;
+    }
+    let excess = |b: f64| children.iter().map(|child| math::pow(child / parent, b)).sum::<f64>() - 1.0;
+    let (mut low, mut high) = (0.0, EXPONENT_MAX);
+    if excess(high) > 0.0 {
+        return None;
+    }
+    // The sum falls monotonically from the number of children, at b = 0, to 0. 60 halvings exhaust an f64.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// Children of every piece of wood that ends in a fork: its diameter, and theirs [m].
+fn forks(branches: &[Branch]) -> Vec<(f64, Vec<f64>)> {
+    let mut children = vec![Vec::new(); branches.len()];
+    for branch in branches {
+        if let Some(parent) = branch.parent {
+            children[parent].push(branch.diameter);
+        }
+    }
+    let forks = branches.iter().zip(children).map(|(branch, children)| (branch.diameter, children));
+    forks.filter(|(_, children)| children.len() > 1).collect()
+}
+
+/// The pipe exponents at a tree's forks, where they exist.
+pub fn pipe_exponents(branches: &[Branch]) -> Vec<f64> {
+    forks(branches).iter().filter_map(|(parent, children)| pipe_exponent(*parent, children)).collect()
+}
+
+/// The cross-sections of the children over the parent's, at a tree's forks.
+pub fn area_ratios(branches: &[Branch]) -> Vec<f64> {
+    let ratio = |(parent, children): &(f64, Vec<f64>)| {
+        children.iter().map(|child| child * child).sum::<f64>() / (parent * parent)
+    };
+    forks(branches).iter().map(ratio).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_has_its_exponent() {
+        let pairs = (1..20).map(|k| (f64::from(k), 3.0 * math::pow(f64::from(k), 2.57)));
+        let fit = standardised_major_axis(pairs);
+        assert!((fit.slope - 2.57).abs() < 1e-12 && (fit.r_squared - 1.0).abs() < 1e-12 && fit.n == 19);
+        let falling = standardised_major_axis([(1.0, 4.0), (2.0, 2.0), (4.0, 1.0), (0.0, 5.0)]);
+        assert!((falling.slope + 1.0).abs() < 1e-12 && falling.n == 3);
+    }
+
+    /// The slope is the ratio of standard deviations, whatever the correlation.
+    #[test]
+    fn scatter_steepens_the_major_axis() {
+        let e = std::f64::consts::E;
+        let fit = standardised_major_axis([(1.0, 1.0), (1.0, e * e), (e, e), (e, e * e * e)]);
+        // sd of log x: 1/2; of log y (0, 2, 1, 3): sqrt(5)/2.
+        assert!((fit.slope - 5.0_f64.sqrt()).abs() < 1e-12 && (fit.r_squared - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exponents_of_known_forks() {
+        let b = pipe_exponent(5.0, &[3.0, 4.0]).unwrap();
+        assert!((b - 2.0).abs() < 1e-12, "{b}");
+        let b = pipe_exponent(2.0, &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]).unwrap();
+        assert!((b - 3.0).abs() < 1e-12, "{b}");
+        assert_eq!(pipe_exponent(2.0, &[2.0, 1.0]), None);
+        assert_eq!(pipe_exponent(2.0, &[1.0]), None);
+    }
+}
