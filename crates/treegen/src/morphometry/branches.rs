@@ -127,7 +127,7 @@ fn measure(branch: &mut Branch, members: &[usize], skeleton: &Skeleton) {
             break;
         }
     }
-    if let (Some(base), Some(tip)) = (own().next(), own().last()) {
+    if let (Some(base), Some(tip)) = (own().next(), own().next_back()) {
         let chord = tip.p_tip_world() - base.p_base_world;
         branch.angle = math::atan2(chord.xy().norm(), chord.z);
     }
