@@ -156,14 +156,10 @@ impl Check {
         self.target.holds(self.value)
     }
 
-    /// The same with a note; where the target is missed, the reason follows.
+    /// The same with a note.
     #[must_use]
     pub fn noted(self, note: impl Into<String>) -> Self {
-        let mut note = note.into();
-        if let Some(why) = self.target.why_missed.as_ref().filter(|_| !self.passes()) {
-            note = format!("{note}. Missed: {why}");
-        }
-        Self { note: Some(note), ..self }
+        Self { note: Some(note.into()), ..self }
     }
 }
 

@@ -72,6 +72,8 @@ pub fn tree_scene(planting: &Planting) -> Scene {
     let mut scene = Scene::default();
     let shapes: Vec<Shape> = scene::wood_shapes(skeleton);
     scene::push_tree(&mut scene, &shapes, &skeleton.leaves, |i| skeleton.segments[i].x_world_segment());
+    let anchors = fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
+    scene::push_fine_wood(&mut scene, skeleton, anchors, |i| skeleton.segments[i].x_world_segment());
     for (i, fruit) in fruit.iter().enumerate() {
         scene::push_fruit(&mut scene, i, &fruit.p_hang_world, fruit.radius);
         let x_world_segment = skeleton.segments[fruit.segment].x_world_segment();

@@ -2,9 +2,9 @@
 
 use crate::scenery::{self, Strut};
 use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
-use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z};
+use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z, transform};
 use orchard_multibody::Data;
-use orchard_treegen::{LeafSite, Skeleton};
+use orchard_treegen::{LeafSite, Skeleton, Spur};
 use orchard_treephys::TreeBody;
 
 /// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, posts and wires,
@@ -72,14 +72,51 @@ pub(crate) fn wood_shapes(skeleton: &Skeleton) -> Vec<Shape> {
     skeleton.segments.iter().map(|s| Shape::Capsule { radius: s.radius, length: s.length }).collect()
 }
 
+/// Draws the wood that is too fine to be a segment: spurs, and the stub that bears a fruit off the bark, where no spur does.
+/// Fruit by segment and anchor in its frame [m].
+pub(crate) fn push_fine_wood<'a>(
+    scene: &mut Scene,
+    skeleton: &Skeleton,
+    fruit: impl Iterator<Item = (usize, &'a Vec3)>,
+    x_world_segment: impl Fn(usize) -> Pose,
+) {
+    const RADIUS: f64 = 2.5e-3;
+    let mut push = |segment: usize, p_segment: &Vec3, q_segment: &Vec3| {
+        let x_world = x_world_segment(segment);
+        let ends = [p_segment, q_segment].map(|p| transform(&x_world, p));
+        push_rod(scene, RADIUS, &ends[0], &ends[1], segment as u32);
+    };
+    let tip = |spur: &Spur| spur.p_segment + spur.heading_segment * spur.length;
+    for spur in &skeleton.spurs {
+        push(spur.segment, &spur.p_segment, &tip(spur));
+    }
+    for (segment, p_anchor) in fruit {
+        let p_axis = Vec3::new(0.0, 0.0, p_anchor.z);
+        let off_bark = (p_anchor - p_axis).norm() > skeleton.segments[segment].radius + RADIUS;
+        let on_spur = |spur: &Spur| spur.segment == segment && (tip(spur) - p_anchor).norm() < RADIUS;
+        if off_bark && !skeleton.spurs.iter().any(on_spur) {
+            push(segment, &p_axis, p_anchor);
+        }
+    }
+}
+
 /// Draws a stem from its spur to the skin of its fruit.
 pub(crate) fn push_stem(scene: &mut Scene, p_anchor_world: &Vec3, p_fruit_world: &Vec3, fruit_radius: f64) {
-    const STEM_RADIUS: f64 = 1.5e-3;
+    const RADIUS: f64 = 1.5e-3;
     let along = p_fruit_world - p_anchor_world;
-    let length = along.norm() - fruit_radius;
+    let length = along.norm();
+    if length > fruit_radius {
+        let p_skin_world = p_anchor_world + along * (1.0 - fruit_radius / length);
+        push_rod(scene, RADIUS, p_anchor_world, &p_skin_world, NO_INSTANCE);
+    }
+}
+
+/// Draws a thin piece of wood between two points.
+fn push_rod(scene: &mut Scene, radius: f64, p_world: &Vec3, q_world: &Vec3, instance: u32) {
+    let along = q_world - p_world;
+    let length = along.norm();
     if length > 0.0 {
-        let pose = Pose::from_parts((*p_anchor_world).into(), rotation_from_z(&along.normalize()));
-        let shape = Shape::Capsule { radius: STEM_RADIUS, length };
-        scene.push(Geometry::Shape(shape), pose, Label::Wood, NO_INSTANCE);
+        let pose = Pose::from_parts((*p_world).into(), rotation_from_z(&(along / length)));
+        scene.push(Geometry::Shape(Shape::Capsule { radius, length }), pose, Label::Wood, instance);
     }
 }

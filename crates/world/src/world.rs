@@ -241,12 +241,15 @@ impl World {
         scene::build(&visible, data, &self.parts.fruit.points)
     }
 
-    /// The scene as people expect it: in the tree's own colours, with stems, which are thinner than a pixel of the depth
+    /// The scene as people expect it: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
     /// camera, and with a plain round the modelled part of bumpy ground.
     pub fn picture_scene(&self) -> Scene {
         let mut scene = self.scene();
-        self.appearance.paint(&mut scene);
         let data = &self.state.data;
+        let bodies = &self.parts.tree.bodies;
+        let anchors = self.parts.fruit.fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
+        scene::push_fine_wood(&mut scene, &self.parts.skeleton, anchors, |i| *data.x_world_body(bodies[i]));
+        self.appearance.paint(&mut scene);
         if let Some(field) = self.terrain() {
             scene::push_plain(&mut scene, field.bounds().min.z);
         }

@@ -42,6 +42,9 @@ pub fn markdown(rows: &[Row]) -> String {
         if let Some(note) = &row.note {
             text += &format!("\n{}: {note}.", row.name);
         }
+        if let Some(why) = &row.why_missed {
+            text += &format!("\n{} is missed: {why}.", row.name);
+        }
         if let Some(limit) = &row.limit {
             text += &format!(
                 "\n{}: {} operations a substep, {:.1} Gflop/s a core; {:.0} % of the {:.1} that these instructions reach, {:.0} % of \

@@ -50,11 +50,10 @@ fn grow(measured: &MeasuredTrees, preset: Preset, bar: &ProgressBar) -> anyhow::
 }
 
 fn row(check: Check) -> Row {
-    let target = &check.target;
+    let passes = check.passes();
+    let target = check.target;
     let row = Row::measured(&check.name, check.value, target.unit.symbol())
         .within(target.value, [target.low, target.high]);
-    match check.note {
-        Some(note) => row.noted(note),
-        None => row,
-    }
+    let why_missed = target.why_missed.filter(|_| !passes);
+    Row { note: check.note, why_missed, ..row }
 }
