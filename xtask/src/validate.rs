@@ -13,7 +13,7 @@ use crate::rows::{Effort, Suite, run_suite};
     after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n\n\
                   A row has the figure of the grown trees, the measured one as its target, and the interval in which the\n\
                   figure is to lie. Histograms go into the folder FILE-pictures beside FILE. A missed target ends with exit\n\
-                  code 1; the notes tell why.\n\nExample:\n  cargo xtask validate trees --json trees.json"
+                  code 1, unless its row says why it cannot be met.\n\nExample:\n  cargo xtask validate trees --json trees.json"
 )]
 pub struct Args {
     /// What to validate.
