@@ -46,6 +46,8 @@ impl Planting {
         let spec = variation.constants(spec);
         let mut base = grow(&spec, seed, source)?;
         variation.size_leaves(&mut base.leaves);
+        let struts = scenery::struts(spec.scenery.as_ref());
+        scenery::clear_fruit_sites(&mut base, &struts, &spec);
         let fruit = place(&spec.fruit, &base, seed, source);
         let crop = Crop::draw(axes, fruit.len(), stream);
         let fruit = crop.resized(axes, fruit);
@@ -53,14 +55,16 @@ impl Planting {
         let reshaped =
             if habit.is_neutral() { None } else { Some(reshape(&base, &habit, spec.tree.clearance.si())?) };
         let now = reshaped.as_ref().unwrap_or(&base);
-        let fruit = rehang(&spec.fruit, &fruit, &crop.order, crop.count, &base, now);
+        let mut fruit = rehang(&spec.fruit, &fruit, &crop.order, crop.count, &base, now);
+        let margin = spec.sim.contact_margin.si();
+        fruit.retain(|fruit| scenery::is_clear(&struts, &fruit.p_hang_world, fruit.radius, margin));
         Ok(Self { spec, skeleton: reshaped.unwrap_or(base), fruit, appearance: variation.appearance })
     }
 
     /// A tree that is taken as it is, with fruit placed for a world's index and seed.
     pub fn of_tree(spec: Arc<Spec>, mut skeleton: Skeleton, seed: u64, world: u32) -> Self {
         let struts = scenery::struts(spec.scenery.as_ref());
-        scenery::clear_fruit_sites(&mut skeleton, &struts, &spec.fruit, spec.sim.contact_margin.si());
+        scenery::clear_fruit_sites(&mut skeleton, &struts, &spec);
         let fruit = place(&spec.fruit, &skeleton, seed, world);
         Self { spec, skeleton, fruit, appearance: Appearance::default() }
     }

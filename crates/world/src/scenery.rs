@@ -7,9 +7,8 @@ use crate::groups;
 use orchard_camera::{Geometry, Item, Label, Rgb};
 use orchard_geometry::{Pose, Shape, Vec3, math, rotation_from_z};
 use orchard_multibody::{Collider, ColliderId, ModelBuilder, Owner};
-use orchard_spec::fruit::FruitSpec;
 use orchard_spec::scenery::ScenerySpec;
-use orchard_spec::{Purpose, Stream};
+use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::Skeleton;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -120,8 +119,9 @@ pub(crate) fn add_to(
     struts.iter().map(|strut| builder.add_collider(collider(strut))).collect()
 }
 
-/// Takes away the sites whose largest fruit would hang in a post or a wire, or nearer to one than `margin` [m].
-pub(crate) fn clear_fruit_sites(skeleton: &mut Skeleton, struts: &[Strut], fruit: &FruitSpec, margin: f64) {
+/// Takes away the sites whose largest fruit would hang in a post or a wire, or nearer to one than the contact margin.
+pub(crate) fn clear_fruit_sites(skeleton: &mut Skeleton, struts: &[Strut], spec: &Spec) {
+    let (fruit, margin) = (&spec.fruit, spec.sim.contact_margin.si());
     let radius = fruit.radius.si().1;
     let hang = Vec3::z() * (fruit.stem_length.si() + radius);
     let Skeleton { segments, fruit_sites, .. } = skeleton;
@@ -171,7 +171,7 @@ pub(crate) fn same_alley(struts: &[Strut], x_world_start: &Pose, x_world_base: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_spec::{Preset, Spec};
+    use orchard_spec::Preset;
 
     fn scenery(preset: Preset) -> (ScenerySpec, Vec<Strut>) {
         let spec = Spec::preset(preset).scenery.unwrap();
