@@ -20,10 +20,8 @@ use crate::picture_file::{self, paste};
 
 /// Draws a sheet of trees: a hundred randomised ones, a row a habit and a row a training system.
 #[derive(clap::Args)]
-#[command(
-    after_help = "All trees stand at the same distance from the camera, so that their sizes compare.\n\n\
-                  Examples:\n  cargo xtask gallery --out trees.png\n  cargo xtask gallery --seed 7 --rows 2 --cell 240 --out few.png"
-)]
+#[command(after_help = "All trees of a group are drawn in one scale, so that their sizes compare.\n\n\
+                  Examples:\n  cargo xtask gallery --out trees.png\n  cargo xtask gallery --seed 7 --rows 2 --cell 240 --out few.png")]
 pub struct Args {
     /// Seed of the population
     #[arg(long, default_value_t = 20250704, value_name = "S")]
@@ -51,9 +49,9 @@ const ASPECT: f64 = 1.25;
 /// How far from the trunk the camera stands, and how high [m].
 const DISTANCE: f64 = 9.0;
 const EYE_HEIGHT: f64 = 1.7;
-/// Height that a cell shows at the trunk [m]; more where the trees are taller than this leaves room for.
+/// Height that a cell shows at the trunk [m]; more where a group's tallest tree needs it.
 const SHOWN: f64 = 3.0;
-const SHOWN_OVER_HEIGHT: f64 = 1.18;
+const SHOWN_OVER_TOP: f64 = 1.16;
 /// Bearing of the camera from straight across the row [rad]: rows are seen slantwise, so that their planes show.
 const SLANT: f64 = 0.7;
 /// Paper between the cells [px], and its colour.
@@ -78,14 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     );
     let drawn: Vec<Vec<Image<[u8; 3]>>> = groups
         .iter()
-        .map(|group| {
-            let trees = group.trees.par_iter().map(|(spec, world)| {
-                let image = draw(spec, args.seed, *world, cell);
-                bar.inc(1);
-                image
-            });
-            trees.collect::<anyhow::Result<_>>().with_context(|| group.caption.clone())
-        })
+        .map(|group| group.draw(args.seed, cell, &bar).with_context(|| group.caption.clone()))
         .collect::<anyhow::Result<_>>()?;
     bar.finish_and_clear();
     picture_file::write(&args.out, &sheet(&groups, &drawn, cell))
@@ -132,15 +123,26 @@ fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {
     Ok(spec)
 }
 
+impl Group {
+    /// All its trees, in one scale.
+    fn draw(&self, seed: u64, cell: [usize; 2], bar: &ProgressBar) -> anyhow::Result<Vec<Image<[u8; 3]>>> {
+        let plant = |(spec, world): &(Arc<Spec>, u32)| Ok(Planting::draw(spec, seed, *world, EPISODE)?);
+        let plantings: Vec<Planting> = self.trees.par_iter().map(plant).collect::<anyhow::Result<_>>()?;
+        let tips = plantings.iter().flat_map(|planting| &planting.skeleton.segments);
+        let top = tips.map(|segment| segment.p_tip_world().z).fold(0.0, f64::max);
+        let shown = SHOWN.max(SHOWN_OVER_TOP * top);
+        let picture = |planting: &Planting| {
+            let image = draw(planting, shown, cell);
+            bar.inc(1);
+            image
+        };
+        Ok(plantings.par_iter().map(picture).collect())
+    }
+}
+
 /// One tree, in the middle of its cell.
-fn draw(
-    spec: &Arc<Spec>,
-    seed: u64,
-    world: u32,
-    [width, height]: [usize; 2],
-) -> anyhow::Result<Image<[u8; 3]>> {
-    let planting = Planting::draw(spec, seed, world, EPISODE)?;
-    let shown = SHOWN.max(SHOWN_OVER_HEIGHT * spec.tree.height.si());
+fn draw(planting: &Planting, shown: f64, [width, height]: [usize; 2]) -> Image<[u8; 3]> {
+    let spec = &planting.spec;
     let bearing = if spec.scenery.is_some() { SLANT } else { 0.0 };
     let towards = Vec3::new(math::sin(bearing), -math::cos(bearing), 0.0);
     let across = Vec3::z().cross(&towards);
@@ -150,13 +152,13 @@ fn draw(
     let eye = foot + towards * DISTANCE + Vec3::z() * EYE_HEIGHT;
     // A little of the ground before the trunk shows too.
     let target = foot + Vec3::z() * (0.44 * shown);
-    let mut scene = tree_scene(&planting);
+    let mut scene = tree_scene(planting);
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
     // The camera stands far off, so that a tree's crown is as large as its foot; the air between is not to show.
     let style = PictureStyle { haze_length: 1.0e3, ..PictureStyle::default() };
     let fov = 2.0 * math::atan2(0.5 * shown, (eye - target).norm());
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
-    Ok(picture(&scene, &intrinsics, &look_at(&eye, &target), &style))
+    picture(&scene, &intrinsics, &look_at(&eye, &target), &style)
 }
 
 /// Lays the trees out in rows under their captions.
