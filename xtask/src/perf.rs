@@ -18,7 +18,7 @@ use crate::rows::{Effort, Suite, run_suite};
                   Rows of physics (151 links, 30 fruit, 390 degrees of freedom; medians of processor time, in turns with MuJoCo):\n  \
                   physics.one_tree              one tree, one core, f64\n  \
                   physics.batch_512             512 trees of one topology, dimensions of their own, 2 threads\n  \
-                  physics.batch_512_topologies  512 trees, each of its own topology, 2 threads\n  \
+                  physics.batch_512_topologies  512 trees, each of its own topology, 2 threads; .share over the row before\n  \
                   physics.contact_8             one tree with a capsule that is pushed through its canopy, f64\n  \
                   physics.segments.*            one substep of trees of 50 to 2,000 segments, f64 and a tree of a lane\n  \
                   physics.fruit.*               the same of one tree with 20 to 80 fruit\n  \

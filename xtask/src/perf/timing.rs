@@ -52,6 +52,11 @@ impl Rounds {
         if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
     }
 
+    /// Round by round over the figures of a side that was measured in turns with this one: what slowed a round down slowed both.
+    pub fn over(&self, other: &Self) -> Self {
+        Self(self.0.iter().zip(&other.0).map(|(a, b)| a / b).collect())
+    }
+
     /// Smallest and largest.
     pub fn spread(&self) -> [f64; 2] {
         [self.0.iter().copied().fold(f64::INFINITY, f64::min), self.0.iter().copied().fold(0.0, f64::max)]
@@ -75,6 +80,12 @@ pub fn alternate(rounds: usize, sides: &mut [Side<'_>]) -> anyhow::Result<Vec<Ro
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slow_round_leaves_the_ratio() {
+        let (fast, slow) = (Rounds::new(vec![4.0, 2.0, 4.0]), Rounds::new(vec![2.0, 1.0, 2.0]));
+        assert_eq!(slow.over(&fast), Rounds::new(vec![0.5; 3]));
+    }
 
     #[test]
     fn sides_take_turns() {

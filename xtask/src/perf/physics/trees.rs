@@ -117,9 +117,12 @@ fn batches(bench: &Bench, typical: &Planting, forest: &[Planting]) -> anyhow::Re
         row.limit = Some(bench.peaks.of_lanes(rate / THREADS as f64, mean(limit::operations), BATCH_LIMIT));
         row
     };
+    let shares = ours[1].over(&ours[0]);
+    let share = Row::measured("physics.batch_512_topologies.share", shares.median(), "1");
     let mut rows = vec![
         row(0, &siblings).at_least_times(BATCH_RATIO),
-        row(1, &grown).at_least(TOPOLOGIES_SHARE * ours[0].median()),
+        row(1, &grown),
+        Row { spread: Some(shares.spread()), ..share }.at_least(TOPOLOGIES_SHARE),
     ];
     for (name, memory) in names.iter().zip(memory) {
         rows.push(Row::measured(&format!("{name}.memory"), memory, "bytes/world"));
