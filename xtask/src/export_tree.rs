@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let spec = args.spec.read()?;
     let seed = args.seed.unwrap_or(0);
     let tree = match &args.from {
-        None => BareTree::new(&spec, seed, args.tree)?,
+        None => BareTree::new(&spec, seed, args.tree).map_err(bad_tree)?,
         Some(file) => import(&spec, file, seed, args.tree)?,
     };
     let bytes = args.format.write(&tree)?;
@@ -108,9 +108,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// A tree is a function of its config, its file and its seed: what cannot be built was asked for.
+fn bad_tree(e: anyhow::Error) -> Failure {
+    Failure::BadInput(format!("{e:#}"))
+}
+
 /// A digitised tree with the name of its file.
 fn import(spec: &Spec, file: &Path, seed: u64, world: u32) -> Result<BareTree, Failure> {
     let skeleton = read_tree(file, spec, seed, world)?;
     let name = file.file_stem().map_or("tree".into(), |stem| stem.to_string_lossy().into_owned());
-    Ok(BareTree::of_skeleton(spec, skeleton, name, seed, world).context("the imported tree")?)
+    BareTree::of_skeleton(spec, skeleton, name, seed, world).context("the imported tree").map_err(bad_tree)
 }

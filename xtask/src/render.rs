@@ -3,7 +3,6 @@
 use crate::failure::Failure;
 use crate::picture_file::{self, paste};
 use crate::tree_args::{SpecArgs, read_tree};
-use anyhow::Context;
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
 use orchard_perception::DetectorConfig;
@@ -77,7 +76,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             World::with_tree(spec.clone(), robot.clone(), skeleton, seed, tree)
         }
     };
-    let mut world = built.with_context(|| format!("seed {seed}, tree {tree}"))?;
+    // A world is a function of what was asked for.
+    let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {tree}: {e}")))?;
     let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
     let mut wrist_view = None;
     while f64::from(world.frame()) * spec.sim.frame() <= args.time {

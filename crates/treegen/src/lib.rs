@@ -39,11 +39,7 @@ use turtle::Internode;
 /// # Errors
 /// The spec describes a tree that cannot keep its clearance at its height.
 pub fn grow(spec: &Spec, seed: u64, world: u32) -> Result<Skeleton, TreegenError> {
-    if let Grammar::AnnualShoots(_) = spec.tree.grammar {
-        return grow_with_units(spec, seed, world).map(|growth| growth.skeleton);
-    }
-    let internodes = grammar::draw(&spec.tree.grammar, Stream::new(seed, world, Purpose::Growth));
-    finish(spec, internodes, Stream::new(seed, world, Purpose::Foliage))
+    grow_with_units(spec, seed, world).map(|growth| growth.skeleton)
 }
 
 /// Grows the same tree as [`grow`] with the growth units that it stands for; a grammar that knows none gives none.
@@ -53,7 +49,11 @@ pub fn grow(spec: &Spec, seed: u64, world: u32) -> Result<Skeleton, TreegenError
 pub fn grow_with_units(spec: &Spec, seed: u64, world: u32) -> Result<Growth, TreegenError> {
     match &spec.tree.grammar {
         Grammar::AnnualShoots(grammar) => growth::grow(spec, grammar, seed, world),
-        _ => Ok(Growth { skeleton: grow(spec, seed, world)?, units: Vec::new() }),
+        grammar => {
+            let internodes = grammar::draw(grammar, Stream::new(seed, world, Purpose::Growth));
+            let skeleton = finish(spec, internodes, Stream::new(seed, world, Purpose::Foliage))?;
+            Ok(Growth { skeleton, units: Vec::new() })
+        }
     }
 }
 

@@ -56,7 +56,9 @@ pub(crate) fn struts(spec: Option<&ScenerySpec>) -> Vec<Strut> {
         if spec.fork_height.si() > 0.0 {
             struts.push(strut(along_row, fork));
         }
-        for plane in &planes {
+        // A post no taller than its fork ends there.
+        let arms = if spec.post_height.si() > spec.fork_height.si() { planes.as_slice() } else { &[] };
+        for plane in arms {
             struts.push(strut(fork, along_row + plane.at_height(spec.post_height.si())));
         }
     }
@@ -177,6 +179,16 @@ mod tests {
         let spec = Spec::preset(preset).scenery.unwrap();
         let struts = struts(Some(&spec));
         (spec, struts)
+    }
+
+    #[test]
+    fn a_post_no_taller_than_its_fork_has_no_arms() {
+        let mut spec = Spec::preset(Preset::VTrellis).scenery.unwrap();
+        let whole = struts(Some(&spec)).len();
+        spec.post_height = spec.post_height.with_value(spec.fork_height.value()).unwrap();
+        let cut = struts(Some(&spec));
+        assert_eq!(cut.len(), whole - 2 * spec.posts.get() as usize);
+        assert!(cut.iter().all(|strut| (strut.p_tip_world - strut.p_base_world).norm() > 0.0));
     }
 
     #[test]
