@@ -284,15 +284,15 @@ fn the_camera_sees_the_ground_where_it_is() {
         let (depth, intrinsics) = (observation.depth.unwrap(), observation.intrinsics);
         let x_world_camera = world.x_world_camera();
         let truth = world.camera_truth().unwrap();
-        let camera = &world.spec().camera;
+        let (near, far) = world.spec().camera.range();
         let mut whole = Frame::new(intrinsics.width, intrinsics.height);
-        render(&truth.scene, &intrinsics, &x_world_camera, camera.near.si(), 1e6, &mut whole);
-        let in_range = |z: &f32| if f64::from(*z) <= camera.far.si() { *z } else { 0.0 };
+        render(&truth.scene, &intrinsics, &x_world_camera, near, 1e6, &mut whole);
+        let in_range = |z: &f32| if f64::from(*z) <= far { *z } else { 0.0 };
         let expected: Vec<f32> = whole.depth.pixels().iter().map(in_range).collect();
         assert!(depth.pixels() == expected, "seed {seed}");
         for v in 0..depth.height() {
             for u in 0..depth.width() {
-                if truth.image.label[(u, v)] == Label::Ground {
+                if truth.capture.truth.label[(u, v)] == Label::Ground {
                     let p_camera = intrinsics.back_project(u as f64, v as f64, f64::from(depth[(u, v)]));
                     let p = transform(&x_world_camera, &p_camera);
                     let z = field(&world).height(p.x, p.y).unwrap();

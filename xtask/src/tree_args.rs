@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use orchard_exchange::{json, mtg};
+use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
 use orchard_treegen::Skeleton;
 
@@ -17,17 +18,38 @@ pub struct SpecArgs {
     /// Configuration file; with `base = "NAME"` it holds only what differs from that preset
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
+    /// Depth camera in place of the configuration's: ideal, paper, or a file of figures that differ
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    camera: Option<String>,
 }
 
 impl SpecArgs {
     /// Reads it.
     pub fn read(&self) -> Result<Spec, Failure> {
-        let Some(file) = &self.config else { return Ok(Spec::preset(self.preset)) };
-        let name = file.display().to_string();
-        let text =
-            std::fs::read_to_string(file).map_err(|e| Failure::BadInput(format!("--config {name}: {e}")))?;
-        Spec::from_toml(&name, &text).map_err(|e| Failure::BadInput(e.to_string()))
+        let mut spec = match &self.config {
+            None => Spec::preset(self.preset),
+            Some(file) => {
+                let name = file.display().to_string();
+                let text = std::fs::read_to_string(file)
+                    .map_err(|e| Failure::BadInput(format!("--config {name}: {e}")))?;
+                Spec::from_toml(&name, &text).map_err(|e| Failure::BadInput(e.to_string()))?
+            }
+        };
+        if let Some(camera) = &self.camera {
+            spec.camera = read_camera(camera)?;
+        }
+        Ok(spec)
     }
+}
+
+/// A camera by its name or from its file.
+fn read_camera(camera: &str) -> Result<CameraSpec, Failure> {
+    if !camera.ends_with(".toml") {
+        return CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera: {e}")));
+    }
+    let text =
+        std::fs::read_to_string(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
+    CameraSpec::from_toml(camera, &text).map_err(|e| Failure::BadInput(e.to_string()))
 }
 
 /// Reads a digitised tree; the ending of the file's name tells the format. Seed and world draw its leaves where the file

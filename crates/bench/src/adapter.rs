@@ -34,13 +34,9 @@ impl BenchWorld for World {
     }
 
     fn visible_fruit(&self) -> Vec<VisibleFruit> {
-        let pixels = self.camera_truth().map_or(&[][..], |truth| &truth.visible_px);
-        pixels
-            .iter()
-            .enumerate()
-            .filter(|(_, pixels)| **pixels > 0)
-            .map(|(fruit, &pixels)| VisibleFruit { fruit: fruit as u32, pixels })
-            .collect()
+        let views = self.camera_truth().map_or(&[][..], |truth| &truth.fruit);
+        let seen = views.iter().filter(|view| view.visible_px > 0);
+        seen.map(|view| VisibleFruit { fruit: view.instance, pixels: view.visible_px }).collect()
     }
 
     fn x_world_odom(&self) -> Pose {

@@ -51,6 +51,7 @@ impl Harvest {
             frame: spec.sim.frame(),
             config_hash: config_hash(&[
                 ("world.toml", orchard_spec::Preset::Paper.toml()),
+                ("camera.toml", orchard_spec::camera::PAPER_TOML),
                 ("robot.toml", orchard_robot::PAPER_TOML),
                 ("robot.urdf", orchard_robot::PAPER_URDF),
                 ("perception.toml", orchard_perception::config::PAPER_TOML),

@@ -26,6 +26,7 @@ mod run_tests;
 mod stall;
 pub mod store;
 pub mod summary;
+pub mod vantage;
 pub mod zones;
 
 pub use harness::run_episode;

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
+use crate::vantage::VantageSpec;
+
 /// The protocol of preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
 
@@ -22,6 +24,8 @@ pub struct Protocol {
     pub full: Profile,
     /// What counts as what.
     pub rules: Rules,
+    /// The detection task.
+    pub detect: DetectRules,
     /// Percentiles of the zone frame.
     pub zones: ZoneRules,
     /// Confidence intervals.
@@ -54,6 +58,16 @@ pub struct Rules {
     pub stall_joint: Quantity,
     /// Fewest valid pixels of a visible fruit.
     pub visible_pixels: Count,
+}
+
+/// The detection task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectRules {
+    /// Views a tree.
+    pub views: Count,
+    /// Where they are taken from.
+    pub vantage: VantageSpec,
 }
 
 /// Percentiles between which a canopy is cut into vertical thirds.

@@ -11,8 +11,10 @@ mod bounds;
 mod depth;
 mod primitive;
 mod scene;
+mod sensor;
 mod visibility;
 
 pub use depth::{Frame, render};
 pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene, Tint};
-pub use visibility::{FruitVisibility, fruit_visibility};
+pub use sensor::{Capture, Sensor};
+pub use visibility::{FruitView, PixelBox, fruit_views};

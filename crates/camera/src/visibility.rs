@@ -1,45 +1,86 @@
-//! Ground truth of visibility.
+//! Ground truth of the fruit in an image.
 
 use crate::depth::rasterise;
-use crate::{Frame, Label, NO_INSTANCE, Scene};
-use orchard_geometry::{Image, Intrinsics, Pose};
+use crate::{Frame, Geometry, Item, Label, NO_INSTANCE, Scene};
+use orchard_geometry::{Image, Intrinsics, Pose, Shape, Vec3, inverse_transform};
 
-/// How much of one fruit an image shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FruitVisibility {
+/// One fruit in one image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FruitView {
     /// Instance of the fruit.
     pub instance: u32,
     /// Pixels that show it with a valid depth.
     pub visible_px: u32,
     /// Pixels that the fruit alone in the world would cover at any range, cut by the image's border.
     pub unoccluded_px: u32,
+    /// The smallest box about the pixels that show it.
+    pub visible_box: Option<PixelBox>,
+    /// Centre in the camera frame [m].
+    pub p_camera: Vec3,
+    /// Radius [m].
+    pub radius: f64,
 }
 
-/// Visibility of every fruit of the scene, in scene order. `frame` is the image of that scene.
-pub fn fruit_visibility(
+/// A box of pixels, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelBox {
+    /// First and last column.
+    pub u: (usize, usize),
+    /// First and last row.
+    pub v: (usize, usize),
+}
+
+impl PixelBox {
+    fn around(self, u: usize, v: usize) -> Self {
+        Self { u: (self.u.0.min(u), self.u.1.max(u)), v: (self.v.0.min(v), self.v.1.max(v)) }
+    }
+}
+
+impl FruitView {
+    /// Visible part of what the image could show of it; 0 where it is out of view.
+    pub fn visible_fraction(&self) -> f64 {
+        f64::from(self.visible_px) / f64::from(self.unoccluded_px.max(1))
+    }
+}
+
+/// Every fruit (a ball labelled [`Label::Fruit`]) of the scene, in scene order. `frame` is the image of that scene.
+pub fn fruit_views(
     frame: &Frame,
     scene: &Scene,
     intrinsics: &Intrinsics,
     x_world_camera: &Pose,
-) -> Vec<FruitVisibility> {
+) -> Vec<FruitView> {
     let mut visible = std::collections::BTreeMap::new();
-    for (label, instance) in frame.label.pixels().iter().zip(frame.instance.pixels()) {
+    let width = intrinsics.width.max(1);
+    for (i, (label, instance)) in frame.label.pixels().iter().zip(frame.instance.pixels()).enumerate() {
         if *label == Label::Fruit {
-            *visible.entry(*instance).or_insert(0) += 1;
+            let (u, v) = (i % width, i / width);
+            let (count, bounds) = visible.entry(*instance).or_insert((0, PixelBox { u: (u, u), v: (v, v) }));
+            (*count, *bounds) = (*count + 1, bounds.around(u, v));
         }
     }
     let mut depth = Image::filled(intrinsics.width, intrinsics.height, 0.0);
     let mut index = Image::filled(intrinsics.width, intrinsics.height, NO_INSTANCE);
     let mut alone = Scene { items: Vec::with_capacity(1) };
-    let mut of = |fruit: &crate::Item| {
+    let mut view = |fruit: &Item, radius: f64| {
         alone.items.clear();
         alone.items.push(fruit.clone());
         rasterise(&alone, intrinsics, x_world_camera, f64::INFINITY, &mut depth, &mut index);
-        FruitVisibility {
+        let seen = visible.get(&fruit.instance);
+        FruitView {
             instance: fruit.instance,
-            visible_px: visible.get(&fruit.instance).copied().unwrap_or(0),
+            visible_px: seen.map_or(0, |(count, _)| *count),
             unoccluded_px: index.pixels().iter().filter(|&&i| i != NO_INSTANCE).count() as u32,
+            visible_box: seen.map(|(_, bounds)| *bounds),
+            p_camera: inverse_transform(x_world_camera, &fruit.x_world_item.translation.vector),
+            radius,
         }
     };
-    scene.items.iter().filter(|i| i.label == Label::Fruit).map(&mut of).collect()
+    let mut out = Vec::new();
+    for item in scene.items.iter().filter(|item| item.label == Label::Fruit) {
+        if let Geometry::Shape(Shape::Sphere { radius }) = item.geometry {
+            out.push(view(item, radius));
+        }
+    }
+    out
 }

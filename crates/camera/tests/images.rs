@@ -3,7 +3,7 @@
 mod common;
 
 use orchard_camera::picture::{PictureStyle, look_at, picture};
-use orchard_camera::{Frame, Geometry, Label, NO_INSTANCE, Scene, fruit_visibility, render};
+use orchard_camera::{Frame, Geometry, Label, NO_INSTANCE, Scene, fruit_views, render};
 use orchard_geometry::{Intrinsics, Pose, Shape, Vec3};
 
 fn camera() -> Intrinsics {
@@ -47,12 +47,16 @@ fn visibility_counts_pixels() {
     let wall = Shape::Box { half: Vec3::new(0.2, 0.2, 0.01) };
     scene.push(Geometry::Shape(wall), Pose::translation(0.0, 0.2, 0.7), Label::Wood, 0);
     let frame = rendered(&scene);
-    let seen = fruit_visibility(&frame, &scene, &camera(), &Pose::identity());
+    let seen = fruit_views(&frame, &scene, &camera(), &Pose::identity());
     assert_eq!(seen.iter().map(|s| s.instance).collect::<Vec<_>>(), [4, 9, 5]);
     // The image's centre row lies between pixels: exactly half.
     assert_eq!(2 * seen[0].visible_px, seen[0].unoccluded_px);
     assert_eq!(seen[1].visible_px, seen[1].unoccluded_px);
-    assert_eq!((seen[2].visible_px, seen[2].unoccluded_px), (0, 0));
+    assert_eq!((seen[2].visible_px, seen[2].unoccluded_px, seen[2].visible_box), (0, 0, None));
+    assert_eq!([0.5, 1.0, 0.0], [0, 1, 2].map(|i| seen[i].visible_fraction()));
+    assert_eq!((seen[1].p_camera, seen[1].radius), (orchard_geometry::Vec3::new(-0.5, 0.0, 1.0), 0.1));
+    let (whole, half) = (seen[1].visible_box.unwrap(), seen[0].visible_box.unwrap());
+    assert_eq!(whole.v.1 - whole.v.0 + 1, 2 * (half.v.1 - half.v.0 + 1));
     // Disc of the ball: tangent cone, pi f^2 r^2 / (z^2 - r^2), to the pixels on its rim.
     let f = camera().fx;
     let disc = std::f64::consts::PI * f * f * 0.01 / 0.99;
@@ -104,5 +108,5 @@ fn empty_scenes_and_images_are_fine() {
         96 * 72
     );
     assert!(rendered(&empty).depth.pixels().iter().all(|&z| z == 0.0));
-    assert!(fruit_visibility(&rendered(&empty), &empty, &camera(), &Pose::identity()).is_empty());
+    assert!(fruit_views(&rendered(&empty), &empty, &camera(), &Pose::identity()).is_empty());
 }

@@ -56,7 +56,7 @@ pub struct Spec {
 
 impl Spec {
     /// Reads a spec from TOML text; `file` names it in errors. With `base = "NAME"` the text holds only what
-    /// differs from that preset: a constant (value or interval, range, unit, source) or a grammar takes the place of the
+    /// differs from that preset: a constant (value or interval, range, unit, source), a grammar or a camera takes the place of the
     /// preset's, and what is not said stays.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::Spec;
+use crate::camera::CameraSpec;
 
 macro_rules! presets {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
@@ -77,15 +78,42 @@ const BASE: &str = "base";
 /// The field that holds a config's own name.
 const NAME: &str = "preset";
 
-/// The table of which a config chooses one entry: another choice takes the base's place whole.
-const CHOICE: &str = "grammar";
+/// The tables of which a config chooses one entry: another choice takes the base's place whole.
+const CHOICES: [&str; 2] = ["grammar", CAMERA];
+
+/// The table that chooses a camera.
+const CAMERA: &str = "camera";
 
 /// Fields that make a table one constant; it is replaced whole.
 const CONSTANT: [&str; 3] = ["value", "low", "mean"];
 
 /// Reads a spec; what it leaves open is its base's.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
-    from_table(file, with_base(file, text)?)
+    let mut table = with_base(file, text)?;
+    if let Some(toml::Value::Table(cameras)) = table.get_mut(CAMERA) {
+        complete_cameras(cameras)?;
+    }
+    from_table(file, table)
+}
+
+/// Reads a camera; it may leave open what the file of that camera says.
+pub(crate) fn read_camera(file: &str, text: &str) -> Result<CameraSpec, ConfigError> {
+    let mut table = parse(file, text)?;
+    complete_cameras(&mut table)?;
+    from_table(file, table)
+}
+
+/// Lays what a config says of a camera over that camera's own file. Names that no camera has are left to the reader.
+fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
+    for (name, said) in cameras.iter_mut() {
+        let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
+        if let (Some((_, text)), toml::Value::Table(said)) = (own, said) {
+            let mut whole = parse(&format!("camera/{name}.toml"), text)?;
+            lay_over(&mut whole, std::mem::take(said));
+            *said = whole;
+        }
+    }
+    Ok(())
 }
 
 /// The whole table of a config.
@@ -119,7 +147,7 @@ fn lay_over(below: &mut toml::Table, above: toml::Table) {
 
 fn merges(key: &str, old: &toml::Table, new: &toml::Table) -> bool {
     let constant = CONSTANT.iter().any(|field| new.contains_key(*field));
-    let other_choice = key == CHOICE && !new.keys().eq(old.keys());
+    let other_choice = CHOICES.contains(&key) && !new.keys().eq(old.keys());
     !constant && !other_choice
 }
 
@@ -164,6 +192,25 @@ mod tests {
         let Grammar::Ternary(four) = ternary.tree.grammar else { panic!("another grammar") };
         assert_eq!(two.derivations.get(), 2);
         assert_eq!(crate::tree::TernarySpec { derivations: four.derivations.clone(), ..two }, four);
+    }
+
+    #[test]
+    fn a_config_chooses_a_camera_and_changes_its_figures() {
+        for (name, _) in CameraSpec::FILES {
+            let text = format!("preset = 'x'\nbase = 'paper'\n[camera.{name}]");
+            let camera = read("x", &text).unwrap().camera;
+            assert_eq!((camera.name(), &camera), (*name, &CameraSpec::named(name).unwrap()));
+        }
+        let text = "preset = 'x'\nbase = 'paper'\n[camera.paper.view]\n\
+                    width = { value = 64, range = [1, 8192], unit = 'px', source = 'x' }";
+        let camera = read("x", text).unwrap().camera;
+        assert_eq!((camera.view().width.get(), camera.view().height.get()), (64, 144));
+        let e = CameraSpec::named("eye").unwrap_err();
+        assert!(e.starts_with("no camera 'eye'; the cameras are: ideal, paper"), "{e}");
+        let e = CameraSpec::from_toml("c.toml", "[ideal]\nrange = 3").unwrap_err().to_string();
+        assert!(e.starts_with("c.toml: ideal.range"), "{e}");
+        let e = CameraSpec::from_toml("c.toml", "[eye]").unwrap_err().to_string();
+        assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected `ideal`"), "{e}");
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub enum Purpose {
     RobotStart,
     /// Depth-sensor noise.
     SensorNoise,
+    /// Where the camera of a data set or of the detection task stands.
+    Vantage,
     /// Ground shape.
     Terrain,
     /// Colours.
@@ -46,6 +48,7 @@ impl Purpose {
             Purpose::Foliage => "foliage",
             Purpose::RobotStart => "robot-start",
             Purpose::SensorNoise => "sensor-noise",
+            Purpose::Vantage => "vantage",
             Purpose::Terrain => "terrain",
             Purpose::Appearance => "appearance",
             Purpose::Variation(axis) => axis.stream_name(),

@@ -1,47 +1,28 @@
-//! The wrist camera of a world, and the truth behind its latest image.
+//! What a world's wrist camera took, and the truth behind it.
 
-use orchard_camera::{Frame, Scene, fruit_visibility, render};
-use orchard_geometry::{Intrinsics, Pose};
-use orchard_spec::camera::CameraSpec;
+use orchard_camera::{Capture, FruitView, Scene, Sensor, fruit_views};
+use orchard_geometry::Pose;
 
-/// The truth behind one depth image.
+/// One image of the wrist camera with the truth behind it.
 #[derive(Debug, Clone)]
 pub struct CameraTruth {
     /// Frame of the world in which it was taken.
     pub frame: u32,
-    /// Depth, labels and instances.
-    pub image: Frame,
+    /// What was measured, and depth, labels and instances as they were.
+    pub capture: Capture,
     /// The scene that it shows.
     pub scene: Scene,
     /// Pose of the optical frame.
     pub x_world_camera: Pose,
-    /// Visible pixels of each fruit, by fruit index.
-    pub visible_px: Vec<u32>,
+    /// What it shows of each fruit, by fruit index.
+    pub fruit: Vec<FruitView>,
 }
 
-/// Intrinsics that the spec describes.
-pub(crate) fn intrinsics(spec: &CameraSpec) -> Intrinsics {
-    Intrinsics::from_vertical_fov(
-        spec.width.get() as usize,
-        spec.height.get() as usize,
-        spec.vertical_fov.si(),
-    )
-}
-
-/// Takes an image.
-pub(crate) fn shoot(
-    spec: &CameraSpec,
-    intrinsics: &Intrinsics,
-    scene: Scene,
-    x_world_camera: Pose,
-    frame: u32,
-    fruit_count: usize,
-) -> CameraTruth {
-    let mut image = Frame::new(intrinsics.width, intrinsics.height);
-    render(&scene, intrinsics, &x_world_camera, spec.near.si(), spec.far.si(), &mut image);
-    let mut visible_px = vec![0; fruit_count];
-    for v in fruit_visibility(&image, &scene, intrinsics, &x_world_camera) {
-        visible_px[v.instance as usize] = v.visible_px;
+impl CameraTruth {
+    /// Takes an image.
+    pub(crate) fn take(sensor: &Sensor, scene: Scene, x_world_camera: Pose, frame: u32) -> Self {
+        let capture = sensor.capture(&scene, &x_world_camera);
+        let fruit = fruit_views(&capture.truth, &scene, sensor.intrinsics(), &x_world_camera);
+        Self { frame, capture, scene, x_world_camera, fruit }
     }
-    CameraTruth { frame, image, scene, x_world_camera, visible_px }
 }

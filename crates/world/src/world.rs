@@ -1,16 +1,16 @@
 //! The world: state, step order, observation.
 
 use crate::build::{Parts, WorldError, build};
-use crate::camera::{self, CameraTruth};
+use crate::camera::CameraTruth;
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
 use crate::planting::{Appearance, Planting};
 use crate::scene;
 use crate::snapshot::Shot;
 use crate::touch::{FruitTouch, fruit_touches};
-use orchard_camera::Scene;
+use orchard_camera::{Scene, Sensor};
 use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
-use orchard_geometry::{HeightField, Intrinsics, Pose, Shape, Vec3, inverse_transform};
+use orchard_geometry::{HeightField, Pose, Shape, Vec3, inverse_transform};
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
 use orchard_spec::Spec;
@@ -42,7 +42,7 @@ pub struct World {
     grown: bool,
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
-    intrinsics: Intrinsics,
+    sensor: Sensor,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
 }
@@ -124,7 +124,7 @@ impl World {
         parts.fruit.reset(&mut data);
         robot.set_start(&parts.model, &mut data, &parts.handle);
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
-        let intrinsics = camera::intrinsics(&spec.camera);
+        let sensor = Sensor::new(&spec.camera);
         let state = State::new(&parts, &robot, data.clone());
         let identity = Identity::new(&config, &robot, start, &parts);
         Ok(Self {
@@ -135,7 +135,7 @@ impl World {
             grown: false,
             parts: Arc::new(parts),
             identity,
-            intrinsics,
+            sensor,
             start: Arc::new(data),
             state,
         })
@@ -192,10 +192,11 @@ impl World {
 
     /// What the robot senses now; on the camera's frames with a depth image.
     pub fn observe(&mut self) -> Observation {
-        let period = (self.spec.sim.frame_rate.si() / self.spec.camera.rate.si()).round().max(1.0) as u32;
+        let period =
+            (self.spec.sim.frame_rate.si() / self.spec.camera.view().rate.si()).round().max(1.0) as u32;
         let depth = self.state.frame.is_multiple_of(period).then(|| {
             let truth = self.shoot(&self.state.data, self.state.frame);
-            let depth = truth.image.depth.clone();
+            let depth = truth.capture.measured.clone();
             let State { data, image, shot, .. } = &mut self.state;
             let shot = shot.get_or_insert_default();
             shot.frame = truth.frame;
@@ -205,20 +206,14 @@ impl World {
         });
         let time = f64::from(self.state.frame) * self.spec.sim.frame();
         let proprioception =
-            observe(&self.parts.model, &self.state.data, &self.parts.handle, time, self.intrinsics);
+            observe(&self.parts.model, &self.state.data, &self.parts.handle, time, *self.sensor.intrinsics());
         Observation { depth, ..proprioception }
     }
 
     /// Takes a depth image of a state.
     pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
-        camera::shoot(
-            &self.spec.camera,
-            &self.intrinsics,
-            self.scene_of(data),
-            self.parts.handle.x_world_camera(data),
-            frame,
-            self.parts.fruit.len(),
-        )
+        let x_world_camera = self.parts.handle.x_world_camera(data);
+        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, frame)
     }
 
     /// The visible scene of the present state.

@@ -1,7 +1,7 @@
 //! Scores the detector against the truth of one image.
 #![allow(dead_code)] // each user takes its part
 
-use orchard_camera::{Frame, Geometry, Label, Scene, fruit_visibility, render};
+use orchard_camera::{Frame, Geometry, Label, Scene, fruit_views, render};
 use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
 use orchard_perception::{Detection, DetectorConfig, detect, mask};
 
@@ -88,7 +88,7 @@ pub fn add_image(
     score.right += matched.iter().flatten().count();
     let range = config.segmentation.range.si();
     let min_pixels = config.segmentation.min_pixels.get();
-    for (seen, (instance, p, _)) in fruit_visibility(&frame, scene, k, x).iter().zip(&fruit) {
+    for (seen, (instance, p, _)) in fruit_views(&frame, scene, k, x).iter().zip(&fruit) {
         let enough = seen.visible_px >= min_pixels && 5 * seen.visible_px >= 2 * seen.unoccluded_px;
         if enough && (range.0..=range.1).contains(&p.z) {
             score.visible += 1;
