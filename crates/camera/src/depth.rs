@@ -5,6 +5,9 @@ use crate::raster::Raster;
 use crate::{Label, NO_INSTANCE, Scene};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose};
 
+/// More than a depth may be off by rounding, f32 included, as a share of it.
+const ROUNDING: f64 = 1e-6;
+
 /// Depth with its truth, pixel for pixel.
 ///
 /// A pixel without a valid depth (nothing there, nearer than `near`, beyond `far`) has depth 0, label
@@ -48,12 +51,12 @@ pub fn render(
         *out = Frame::new(width, height);
     }
     rasterise(scene, intrinsics, x_world_camera, far, &mut out.depth, &mut out.instance);
+    let shown: Vec<(Label, u32)> = scene.items.iter().map(|item| (item.label, item.instance)).collect();
     let pixels = out.depth.pixels_mut().iter_mut().zip(out.label.pixels_mut());
     for ((depth, label), instance) in pixels.zip(out.instance.pixels_mut()) {
         let z = f64::from(*depth);
         if *instance != NO_INSTANCE && z >= near && z <= far {
-            let item = &scene.items[*instance as usize];
-            (*label, *instance) = (item.label, item.instance);
+            (*label, *instance) = shown[*instance as usize];
         } else {
             (*depth, *label, *instance) = (0.0, Label::None, NO_INSTANCE);
         }
@@ -96,10 +99,15 @@ struct Canvas<'a> {
 
 impl Canvas<'_> {
     fn draw(&mut self, raster: &Raster, primitive: &impl Hit) {
+        // What is already nearer than any point of the primitive stays.
+        let nearest = (primitive.depths().0 * (1.0 - ROUNDING)) as f32;
         for row in raster.rows(primitive) {
             let depths = self.depth.pixels_mut()[row.pixels.clone()].iter_mut();
             let items = self.index.pixels_mut()[row.pixels.clone()].iter_mut();
             for ((ray, depth), index) in row.rays().zip(depths).zip(items) {
+                if *depth <= nearest {
+                    continue;
+                }
                 if let Some(z) = primitive.hit(&ray) {
                     let z = z as f32;
                     if z < *depth {

@@ -21,8 +21,8 @@ const SMALL_MS: f64 = 1.5;
 const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
 
-/// A large image of the same view.
-const LARGE: &str = "[paper.view]\nwidth = 640\nheight = 480\n";
+/// Columns and rows of the large image of the same view.
+const LARGE: [u32; 2] = [640, 480];
 
 /// When images are taken in a nominal episode [s]: at the start, on the way to the tree, among its branches. Multiples of
 /// the camera's period.
@@ -54,17 +54,27 @@ struct Eyes {
     config: DetectorConfig,
 }
 
+impl Eyes {
+    fn new() -> anyhow::Result<Self> {
+        let spec = CameraSpec::named("paper").map_err(anyhow::Error::msg)?;
+        let mut large = spec.clone();
+        if let CameraSpec::Paper(camera) = &mut large {
+            let view = &mut camera.view;
+            for (count, pixels) in [&mut view.width, &mut view.height].into_iter().zip(LARGE) {
+                *count = count.with_value(pixels).map_err(anyhow::Error::msg)?;
+            }
+        }
+        Ok(Self { small: Sensor::new(&spec), large: Sensor::new(&large), config: DetectorConfig::paper() })
+    }
+}
+
 /// Images of the wrist camera in nominal episodes of the tuning seeds: processor time each, averaged over the views.
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let plan = match effort {
         Effort::Full => Plan { rounds: 9, repeats: 10 },
         Effort::Quick => Plan { rounds: 3, repeats: 1 },
     };
-    let eyes = Eyes {
-        small: Sensor::new(&CameraSpec::named("paper").map_err(anyhow::Error::msg)?),
-        large: Sensor::new(&CameraSpec::from_toml("the large camera", LARGE)?),
-        config: DetectorConfig::paper(),
-    };
+    let eyes = Eyes::new()?;
     let bar = super::spinner();
     super::say(&bar, "driving the robot to the tree");
     let views = views(&eyes)?;
