@@ -79,8 +79,7 @@ impl Raster {
             let start = v * self.intrinsics.width;
             Some(Row { pixels: start + first..start + last + 1, x: &self.x[first..=last], y: self.y[v] })
         };
-        rect.into_iter()
-            .flat_map(move |rect| (rect.v.0..=rect.v.1).filter_map(move |v| row_of(rect, v)))
+        rect.into_iter().flat_map(move |rect| (rect.v.0..=rect.v.1).filter_map(move |v| row_of(rect, v)))
     }
 
     /// First and last column of row `v`, among those of `columns`, whose rays d are not outside a plane: n . d >= 0.
