@@ -1,11 +1,15 @@
 //! `cargo xtask perf`: how fast the parts are, as a file of rows.
 
 mod episode;
+mod perception;
 mod physics;
 mod timing;
 mod trees;
 
 use std::path::PathBuf;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 use crate::rows::{Effort, Suite, run_suite};
@@ -14,7 +18,8 @@ use crate::rows::{Effort, Suite, run_suite};
 #[derive(clap::Args)]
 #[command(
     after_help = "Suites:\n  trees    trees grown a second of one core, and 512 randomised worlds built\n  physics  substeps of trees a second, beside MuJoCo's\n  \
-                        episode  nominal episodes with picker and camera, one core\n\n\
+                        episode  nominal episodes with picker and camera, one core\n  \
+                        perception  depth images of the wrist camera and the detector on them, one core\n\n\
                   Rows of physics (151 links, 30 fruit, 390 degrees of freedom; medians of processor time, in turns with MuJoCo):\n  \
                   physics.one_tree              one tree, one core, f64\n  \
                   physics.batch_512             512 trees of one topology, dimensions of their own, 2 threads\n  \
@@ -23,6 +28,12 @@ use crate::rows::{Effort, Suite, run_suite};
                   physics.segments.*            one substep of trees of 50 to 2,000 segments, f64 and a tree of a lane\n  \
                   physics.fruit.*               the same of one tree with 20 to 80 fruit\n  \
                   *.memory                      bytes a world\n\
+                  Rows of perception (views of nominal episodes of the tuning seeds; mean over the views, median of rounds of processor time):\n  \
+                  perception.camera.192x144, .640x480     scene from the world, depth and labels\n  \
+                  perception.camera.scene                 the scene alone\n  \
+                  perception.camera.fruit_views.*         what the image shows of each fruit\n  \
+                  perception.mask.192x144                 pixels of robot and ground\n  \
+                  perception.detector.192x144             the detector, masks given\n\
                   MuJoCo needs python3 with venv and, the first time, the network; without it the peer's columns are null.\n\
                   docs/performance.md tells how everything is measured. A missed target ends with exit code 1.\n\n\
                   Examples:\n  cargo xtask perf physics --json physics.json\n  cargo xtask perf trees --json trees.json"
@@ -33,7 +44,7 @@ pub struct Args {
     /// Where to write the rows
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
-    /// Few and short rounds: to see that everything works, not for figures (suite physics)
+    /// Few and short rounds: to see that everything works, not for figures (suites physics and perception)
     #[arg(long)]
     quick: bool,
 }
@@ -54,9 +65,33 @@ const SUITES: &[Suite] = &[
         about: "nominal episodes with picker and camera, one core",
         measure: episode::measure,
     },
+    Suite {
+        name: "perception",
+        about: "depth images of the wrist camera and the detector on them, one core",
+        measure: perception::measure,
+    },
 ];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
     run_suite("perf", SUITES, &args.suite, &args.json, effort)
+}
+
+/// What is being done, and for how long.
+fn spinner() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Tells what is being done: beside the spinner, or in a line where there is no terminal.
+fn say(bar: &ProgressBar, what: &str) {
+    if bar.is_hidden() {
+        eprintln!("{what}");
+    } else {
+        bar.set_message(what.to_owned());
+    }
 }

@@ -9,13 +9,11 @@ const CUT: f64 = 1e-9;
 /// Widening of a rectangle [px], so that rounding of the bounds never loses a pixel that the exact test hits.
 const SLACK: f64 = 1e-6;
 
-/// Slopes x/z and y/z that a primitive spans, and its depths.
+/// Slopes x/z and y/z that a primitive spans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounds {
     x: Interval,
     y: Interval,
-    /// Least and largest z [m].
-    pub(crate) z: (f64, f64),
 }
 
 type Interval = (f64, f64);
@@ -30,7 +28,7 @@ pub(crate) struct PixelRect {
 }
 
 impl Bounds {
-    pub(crate) const EVERYWHERE: Bounds = Bounds { x: WHOLE, y: WHOLE, z: (0.0, f64::INFINITY) };
+    pub(crate) const EVERYWHERE: Bounds = Bounds { x: WHOLE, y: WHOLE };
 
     /// Bounds of all points within `radius` of a segment.
     pub(crate) fn of_capsule(a: &Vec3, b: &Vec3, radius: f64) -> Self {
@@ -40,32 +38,27 @@ impl Bounds {
         } else {
             (around(a, b, 0, radius), around(a, b, 1, radius))
         };
-        Self { x, y, z: (a.z.min(b.z) - radius, a.z.max(b.z) + radius) }
+        Self { x, y }
     }
 
     /// Bounds of the convex hull of points, given its edges (or any set of pairs that includes them).
     pub(crate) fn of_polyhedron(points: &[Vec3], edges: &[(usize, usize)]) -> Self {
-        let (mut x, mut y, mut z) = (EMPTY, EMPTY, EMPTY);
+        let (mut x, mut y) = (EMPTY, EMPTY);
         let mut add = |p: &Vec3| {
             x = hull(x, (p.x / p.z, p.x / p.z));
             y = hull(y, (p.y / p.z, p.y / p.z));
         };
-        for p in points {
-            z = hull(z, (p.z, p.z));
-            if p.z >= CUT {
-                add(p);
+        for p in points.iter().filter(|p| p.z >= CUT) {
+            add(p);
+        }
+        for &(i, j) in edges {
+            let (p, q) = (&points[i], &points[j]);
+            if (p.z < CUT) != (q.z < CUT) {
+                let cut = p + (q - p) * ((CUT - p.z) / (q.z - p.z));
+                add(&Vec3::new(cut.x, cut.y, CUT));
             }
         }
-        if z.0 < CUT && z.1 > CUT {
-            for &(i, j) in edges {
-                let (p, q) = (&points[i], &points[j]);
-                if (p.z < CUT) != (q.z < CUT) {
-                    let cut = p + (q - p) * ((CUT - p.z) / (q.z - p.z));
-                    add(&Vec3::new(cut.x, cut.y, CUT));
-                }
-            }
-        }
-        Self { x, y, z }
+        Self { x, y }
     }
 
     /// The pixels whose rays lie within the slopes; `None` if there are none.

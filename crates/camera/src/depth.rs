@@ -1,8 +1,12 @@
 //! The depth camera: a z-buffer over the screen rectangles of exact primitives.
 
 use crate::primitive::{Hit, Primitive, for_each_primitive};
+use crate::raster::Raster;
 use crate::{Label, NO_INSTANCE, Scene};
-use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose};
+
+/// More than a depth may be off by rounding, f32 included, as a share of it.
+const ROUNDING: f64 = 1e-6;
 
 /// Depth with its truth, pixel for pixel.
 ///
@@ -47,12 +51,12 @@ pub fn render(
         *out = Frame::new(width, height);
     }
     rasterise(scene, intrinsics, x_world_camera, far, &mut out.depth, &mut out.instance);
+    let shown: Vec<(Label, u32)> = scene.items.iter().map(|item| (item.label, item.instance)).collect();
     let pixels = out.depth.pixels_mut().iter_mut().zip(out.label.pixels_mut());
     for ((depth, label), instance) in pixels.zip(out.instance.pixels_mut()) {
         let z = f64::from(*depth);
         if *instance != NO_INSTANCE && z >= near && z <= far {
-            let item = &scene.items[*instance as usize];
-            (*label, *instance) = (item.label, item.instance);
+            (*label, *instance) = shown[*instance as usize];
         } else {
             (*depth, *label, *instance) = (0.0, Label::None, NO_INSTANCE);
         }
@@ -72,56 +76,43 @@ pub(crate) fn rasterise(
     depth.pixels_mut().fill(f32::INFINITY);
     index.pixels_mut().fill(NO_INSTANCE);
     let x_camera_world = x_world_camera.inverse();
-    let view = view(intrinsics, far);
+    let raster = Raster::new(intrinsics, far);
+    let within = raster.view();
     for (i, item) in (0_u32..).zip(&scene.items) {
-        for_each_primitive(item, &x_camera_world, &view, |primitive| match primitive {
-            Primitive::Sphere(p) => scan(p, i, intrinsics, far, depth, index),
-            Primitive::Capsule(p) => scan(p, i, intrinsics, far, depth, index),
-            Primitive::Box(p) => scan(p, i, intrinsics, far, depth, index),
-            Primitive::Plane(p) => scan(p, i, intrinsics, far, depth, index),
-            Primitive::Triangle(p) => scan(p, i, intrinsics, far, depth, index),
+        let mut canvas = Canvas { item: i, depth, index };
+        for_each_primitive(item, &x_camera_world, &within, |primitive| match primitive {
+            Primitive::Sphere(p) => canvas.draw(&raster, p),
+            Primitive::Capsule(p) => canvas.draw(&raster, p),
+            Primitive::Box(p) => canvas.draw(&raster, p),
+            Primitive::Plane(p) => canvas.draw(&raster, p),
+            Primitive::Triangle(p) => canvas.draw(&raster, p),
         });
     }
 }
 
-/// The camera and the corners of its view at depth `far`: their convex hull holds all that a ray can meet up to there.
-/// No points where `far` is infinite.
-fn view(intrinsics: &Intrinsics, far: f64) -> Vec<Vec3> {
-    // A depth is rounded to f32 before it is held against `far`.
-    let end = far * (1.0 + f64::from(f32::EPSILON));
-    if !end.is_finite() {
-        return Vec::new();
-    }
-    let (right, bottom) = (intrinsics.width as f64, intrinsics.height as f64);
-    let corners = [(-1.0, -1.0), (right, -1.0), (-1.0, bottom), (right, bottom)];
-    let rays = corners.map(|(u, v)| intrinsics.ray(u, v) * end);
-    rays.into_iter().chain([Vec3::zeros()]).collect()
+/// The z-buffer while an item is drawn into it.
+struct Canvas<'a> {
+    item: u32,
+    depth: &'a mut DepthImage,
+    index: &'a mut Image<u32>,
 }
 
-/// Draws one primitive into the z-buffer.
-fn scan(
-    primitive: &impl Hit,
-    item: u32,
-    intrinsics: &Intrinsics,
-    far: f64,
-    depth: &mut DepthImage,
-    index: &mut Image<u32>,
-) {
-    let bounds = primitive.bounds();
-    if bounds.z.1 <= 0.0 || bounds.z.0 > far {
-        return;
-    }
-    let Some(rect) = bounds.pixels(intrinsics) else { return };
-    let width = intrinsics.width;
-    for v in rect.v.0..=rect.v.1 {
-        let row = v * width + rect.u.0..=v * width + rect.u.1;
-        let depths = depth.pixels_mut()[row.clone()].iter_mut();
-        let items = index.pixels_mut()[row].iter_mut();
-        for ((u, depth), index) in (rect.u.0..).zip(depths).zip(items) {
-            if let Some(z) = primitive.hit(&intrinsics.ray(u as f64, v as f64)) {
-                let z = z as f32;
-                if z < *depth {
-                    (*depth, *index) = (z, item);
+impl Canvas<'_> {
+    fn draw(&mut self, raster: &Raster, primitive: &impl Hit) {
+        // What is already nearer than any point of the primitive stays.
+        let nearest = (primitive.depths().0 * (1.0 - ROUNDING)) as f32;
+        for row in raster.rows(primitive) {
+            let depths = self.depth.pixels_mut()[row.pixels.clone()].iter_mut();
+            let items = self.index.pixels_mut()[row.pixels.clone()].iter_mut();
+            for ((ray, depth), index) in row.rays().zip(depths).zip(items) {
+                if *depth <= nearest {
+                    continue;
+                }
+                if let Some(z) = primitive.hit(&ray) {
+                    let z = z as f32;
+                    if z < *depth {
+                        (*depth, *index) = (z, self.item);
+                    }
                 }
             }
         }

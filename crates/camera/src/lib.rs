@@ -10,6 +10,7 @@ pub mod picture;
 mod bounds;
 mod depth;
 mod primitive;
+mod raster;
 mod scene;
 mod sensor;
 mod visibility;

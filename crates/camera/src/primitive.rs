@@ -60,14 +60,26 @@ pub(crate) struct Triangle {
     det: f64,
 }
 
+/// Of what has no planes at its sides.
+const NO_SIDES: [Vec3; 3] = [Vec3::new(0.0, 0.0, 0.0); 3];
+
+/// Square of the least distance of a camera from a cylinder's axis, in radii, from which tangent planes are
+/// well conditioned: nearer by they lose more than half of their digits.
+const TANGENT: f64 = 1.0 + 1e-6;
+
 /// What a ray can meet.
 pub(crate) trait Hit {
     /// Depth at which the ray t `d` (`d.z` = 1) meets the surface first, t > 0.
     fn hit(&self, d: &Vec3) -> Option<f64>;
     /// A normal of the surface at a point on it, camera frame, not normalised.
     fn normal(&self, p: &Vec3) -> Vec3;
-    /// The rectangle of the image that the primitive can cover.
+    /// Least and largest z [m].
+    fn depths(&self) -> (f64, f64);
+    /// The slopes that the primitive can cover.
     fn bounds(&self) -> Bounds;
+    /// Normals of planes through the camera, a ray d that hits within depth `far` has n . d >= 0; zeros where there are
+    /// fewer. Not normalised.
+    fn sides(&self, far: f64) -> [Vec3; 3];
 }
 
 /// Calls `f` with every primitive of an item; of terrain, which may be large, only with those that can meet the convex
@@ -81,7 +93,7 @@ pub(crate) fn for_each_primitive(
     let x = x_camera_world * item.x_world_item;
     let p = x.translation.vector;
     match &item.geometry {
-        &Geometry::Shape(Shape::Sphere { radius }) => f(&Primitive::Sphere(Sphere { center: p, radius })),
+        &Geometry::Shape(Shape::Sphere { radius }) => f(&Primitive::Sphere(Sphere::new(&x, radius))),
         &Geometry::Shape(Shape::Capsule { radius, length }) => {
             f(&Primitive::Capsule(Capsule::new(p, x.rotation * Vec3::z(), length, radius)));
         }
@@ -137,12 +149,25 @@ impl Hit for Sphere {
         p - self.center
     }
 
+    fn depths(&self) -> (f64, f64) {
+        (self.center.z - self.radius, self.center.z + self.radius)
+    }
+
     fn bounds(&self) -> Bounds {
         Bounds::of_capsule(&self.center, &self.center, self.radius)
+    }
+
+    fn sides(&self, _far: f64) -> [Vec3; 3] {
+        NO_SIDES
     }
 }
 
 impl Sphere {
+    /// A ball about the origin of a frame.
+    pub(crate) fn new(x_camera_ball: &Pose, radius: f64) -> Self {
+        Self { center: x_camera_ball.translation.vector, radius }
+    }
+
     /// Both roots of |t d - c|^2 = r^2. The discriminant is |d|^2 r^2 - |d x c|^2: no cancellation far away.
     #[inline]
     fn crossings(&self, d: &Vec3) -> Option<(f64, f64)> {
@@ -217,8 +242,26 @@ impl Hit for Capsule {
         p - self.base.center - self.axis * axial
     }
 
+    fn depths(&self) -> (f64, f64) {
+        let (base, tip) = (self.base.depths(), self.tip.depths());
+        (base.0.min(tip.0), base.1.max(tip.1))
+    }
+
     fn bounds(&self) -> Bounds {
         Bounds::of_capsule(&self.base.center, &self.tip.center, self.base.radius)
+    }
+
+    fn sides(&self, _far: f64) -> [Vec3; 3] {
+        // The two planes that touch the infinite cylinder. From the camera the axis lies at q, a distance D away; a
+        // plane's unit normal n is across the axis with n . q = r.
+        let radius = self.base.radius;
+        let distance2 = self.moment.norm_squared();
+        if distance2 <= radius * radius * TANGENT {
+            return NO_SIDES;
+        }
+        let towards = self.axis.cross(&self.moment) * radius;
+        let beside = self.moment * (distance2 - radius * radius).sqrt();
+        [towards + beside, towards - beside, Vec3::zeros()]
     }
 }
 
@@ -248,6 +291,15 @@ impl Hit for Cuboid {
         self.to_local.row(k).transpose() * local[k].signum()
     }
 
+    fn depths(&self) -> (f64, f64) {
+        let half = self.to_local.column(2).abs().dot(&self.half);
+        (self.center.z - half, self.center.z + half)
+    }
+
+    fn sides(&self, _far: f64) -> [Vec3; 3] {
+        NO_SIDES
+    }
+
     fn bounds(&self) -> Bounds {
         let axes = self.to_local.transpose();
         let corner = |i: usize| {
@@ -273,8 +325,19 @@ impl Hit for Plane {
         self.normal
     }
 
+    fn depths(&self) -> (f64, f64) {
+        (0.0, f64::INFINITY)
+    }
+
     fn bounds(&self) -> Bounds {
         Bounds::EVERYWHERE
+    }
+
+    fn sides(&self, far: f64) -> [Vec3; 3] {
+        // Depth offset / (n . d): positive on one side of the horizon, and below `far` a step away from it.
+        let towards = self.normal * self.offset.signum();
+        let horizon = Vec3::z() * (self.offset.abs() / far);
+        [towards - horizon, Vec3::zeros(), Vec3::zeros()]
     }
 }
 
@@ -303,6 +366,15 @@ impl Hit for Triangle {
     fn normal(&self, _p: &Vec3) -> Vec3 {
         let [a, b, c] = self.vertices;
         (b - a).cross(&(c - a))
+    }
+
+    fn depths(&self) -> (f64, f64) {
+        let [a, b, c] = self.vertices.map(|v| v.z);
+        (a.min(b).min(c), a.max(b).max(c))
+    }
+
+    fn sides(&self, _far: f64) -> [Vec3; 3] {
+        self.edges.map(|n| n * self.det.signum())
     }
 
     fn bounds(&self) -> Bounds {

@@ -1,8 +1,9 @@
 //! Ground truth of the fruit in an image.
 
-use crate::depth::rasterise;
-use crate::{Frame, Geometry, Item, Label, NO_INSTANCE, Scene};
-use orchard_geometry::{Image, Intrinsics, Pose, Shape, Vec3, inverse_transform};
+use crate::primitive::{Hit, Sphere};
+use crate::raster::{Raster, Row};
+use crate::{Frame, Geometry, Item, Label, Scene};
+use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
 
 /// One fruit in one image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,28 +60,25 @@ pub fn fruit_views(
             (*count, *bounds) = (*count + 1, bounds.around(u, v));
         }
     }
-    let mut depth = Image::filled(intrinsics.width, intrinsics.height, 0.0);
-    let mut index = Image::filled(intrinsics.width, intrinsics.height, NO_INSTANCE);
-    let mut alone = Scene { items: Vec::with_capacity(1) };
-    let mut view = |fruit: &Item, radius: f64| {
-        alone.items.clear();
-        alone.items.push(fruit.clone());
-        rasterise(&alone, intrinsics, x_world_camera, f64::INFINITY, &mut depth, &mut index);
+    let x_camera_world = x_world_camera.inverse();
+    let raster = Raster::new(intrinsics, f64::INFINITY);
+    let view = |fruit: &Item, radius: f64| {
         let seen = visible.get(&fruit.instance);
+        let ball = Sphere::new(&(x_camera_world * fruit.x_world_item), radius);
+        let in_row = |row: Row<'_>| row.rays().filter(|ray| ball.hit(ray).is_some()).count() as u32;
         FruitView {
             instance: fruit.instance,
             visible_px: seen.map_or(0, |(count, _)| *count),
-            unoccluded_px: index.pixels().iter().filter(|&&i| i != NO_INSTANCE).count() as u32,
+            unoccluded_px: raster.rows(&ball).map(in_row).sum(),
             visible_box: seen.map(|(_, bounds)| *bounds),
             p_camera: inverse_transform(x_world_camera, &fruit.x_world_item.translation.vector),
             radius,
         }
     };
-    let mut out = Vec::new();
-    for item in scene.items.iter().filter(|item| item.label == Label::Fruit) {
-        if let Geometry::Shape(Shape::Sphere { radius }) = item.geometry {
-            out.push(view(item, radius));
-        }
-    }
-    out
+    let fruit = scene.items.iter().filter(|item| item.label == Label::Fruit);
+    let views = fruit.filter_map(|item| match item.geometry {
+        Geometry::Shape(Shape::Sphere { radius }) => Some(view(item, radius)),
+        _ => None,
+    });
+    views.collect()
 }

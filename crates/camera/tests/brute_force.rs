@@ -1,17 +1,14 @@
 //! The renderer against an independent ray caster: every ray against every item, through parry.
 
 mod common;
+#[path = "common/ray_cast.rs"]
+mod ray_cast;
 
 use common::direction;
-use orchard_camera::{Frame, Geometry, Item, Label, NO_INSTANCE, Scene, blade, picture::look_at, render};
-use orchard_geometry::{
-    ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, inverse_transform, rotation_from_z,
-};
+use orchard_camera::{Frame, Geometry, Label, NO_INSTANCE, Scene, picture::look_at, render};
+use orchard_geometry::{ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, rotation_from_z};
 use orchard_spec::{Purpose, Stream};
-use parry3d_f64::math::Vector;
-use parry3d_f64::query::{Ray, RayCast};
-use parry3d_f64::shape;
-use parry3d_f64::utils::Array2;
+use ray_cast::RayCaster;
 use std::sync::Arc;
 
 /// Agreement asked of two float implementations at metres of range, f32 output [m].
@@ -23,75 +20,15 @@ fn rotation(rng: &mut Stream) -> Rotation {
     rotation_from_z(&direction(rng)) * Rotation::from_axis_angle(&Vec3::z_axis(), twist)
 }
 
-fn vector(v: &Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
-}
-
-/// Range parameter of the nearest triangle.
-fn nearest_of(triangles: impl Iterator<Item = shape::Triangle>, ray: &Ray) -> Option<f64> {
-    triangles.filter_map(|t| t.cast_local_ray(ray, 1e3, false)).min_by(f64::total_cmp)
-}
-
-/// Range parameter of the nearest surface of one item along p + t d.
-fn cast(item: &Item, p: &Vec3, d: &Vec3) -> Option<f64> {
-    let x = &item.x_world_item;
-    let d = x.rotation.inverse() * d;
-    let ray = |offset: &Vec3| Ray::new(vector(&(inverse_transform(x, p) - offset)), vector(&d));
-    let here = ray(&Vec3::zeros());
-    match &item.geometry {
-        &Geometry::Shape(Shape::Sphere { radius }) => {
-            shape::Ball::new(radius).cast_local_ray(&here, 1e3, false)
-        }
-        &Geometry::Shape(Shape::Capsule { radius, length }) => {
-            let capsule = shape::Capsule::new(Vector::ZERO, Vector::new(0.0, 0.0, length), radius);
-            capsule.cast_local_ray(&here, 1e3, false)
-        }
-        Geometry::Shape(Shape::Box { half }) => {
-            shape::Cuboid::new(vector(half)).cast_local_ray(&here, 1e3, false)
-        }
-        Geometry::Shape(Shape::HalfSpace) => {
-            shape::HalfSpace::new(Vector::new(0.0, 0.0, 1.0)).cast_local_ray(&here, 1e3, false)
-        }
-        // Triangle by triangle: parry's own traversals of both miss hits.
-        Geometry::Shape(Shape::ConvexHull(hull)) => {
-            let (v, faces) = hull.parry().to_trimesh();
-            let corners = faces.into_iter().map(|face| face.map(|k| v[k as usize]));
-            nearest_of(corners.map(|[a, b, c]| shape::Triangle::new(a, b, c)), &here)
-        }
-        Geometry::Shape(Shape::HeightField(field)) => {
-            // Parry's y is up: its (x, y, z) are our (y, z, x).
-            let turned = |v: Vector| Vector::new(v.y, v.z, v.x);
-            let [dx, dy] = field.spacing();
-            let size = [dx * (field.columns() - 1) as f64, dy * (field.rows() - 1) as f64];
-            let heights = Array2::new(field.columns(), field.rows(), field.heights().to_vec());
-            let same = shape::HeightField::new(heights, Vector::new(size[1], 1.0, size[0]));
-            nearest_of(same.triangles(), &Ray::new(turned(here.origin), turned(here.dir)))
-        }
-        &Geometry::Blade { length, width } => {
-            let v = blade::vertices(length, width);
-            let faces = blade::triangles();
-            let triangle =
-                |[a, b, c]: [usize; 3]| shape::Triangle::new(vector(&v[a]), vector(&v[b]), vector(&v[c]));
-            nearest_of(faces.into_iter().map(triangle), &here)
-        }
-    }
-}
-
-/// Nearest surface of the scene and its item.
-fn nearest(scene: &Scene, p: &Vec3, d: &Vec3) -> Option<(f64, usize)> {
-    let hits = scene.items.iter().enumerate().filter_map(|(i, item)| Some((cast(item, p, d)?, i)));
-    hits.min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
 /// Compares every pixel; a ray that grazes a silhouette within rounding may differ, and is counted instead.
 fn compare(scene: &Scene, k: &Intrinsics, x: &Pose, near: f64, far: f64) -> (usize, usize) {
     let mut frame = Frame::new(1, 1);
     render(scene, k, x, near, far, &mut frame);
+    let caster = RayCaster::new(scene);
     let (mut grazing, mut valid) = (0, 0);
     for v in 0..k.height {
         for u in 0..k.width {
-            let ray = k.ray(u as f64, v as f64);
-            let hit = nearest(scene, &x.translation.vector, &(x.rotation * ray));
+            let hit = caster.at_pixel(k, x, u as f64, v as f64);
             let expected = hit.filter(|(z, _)| (near..=far).contains(z));
             let z = f64::from(frame.depth[(u, v)]);
             let agrees = match expected {
@@ -107,14 +44,8 @@ fn compare(scene: &Scene, k: &Intrinsics, x: &Pose, near: f64, far: f64) -> (usi
             valid += usize::from(expected.is_some());
             if !agrees {
                 // The ray turned by 1e-6 rad either way must meet the two answers.
-                let answers: Vec<Option<f64>> = [(-1.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
-                    .map(|(du, dv)| {
-                        let ray = k.ray(u as f64 + 1e-4 * du, v as f64 + 1e-4 * dv);
-                        nearest(scene, &x.translation.vector, &(x.rotation * ray))
-                            .map(|h| h.0)
-                            .filter(|z| (near..=far).contains(z))
-                    })
-                    .into();
+                let answers = caster.beside_pixel(k, x, u as f64, v as f64);
+                let answers = answers.map(|z| z.filter(|z| (near..=far).contains(z)));
                 let explained = answers.iter().any(|a| (a.unwrap_or(0.0) - z).abs() <= 1e-3);
                 assert!(explained, "({u}, {v}): rendered {z}, cast {hit:?}, around {answers:?}");
                 grazing += 1;

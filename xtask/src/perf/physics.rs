@@ -13,13 +13,13 @@ mod trees;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::process::Command;
-use std::time::Duration;
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use orchard_batch::Isa;
 
 use super::timing::{Rounds, Side, alternate};
+use super::{say, spinner};
 use crate::rows::{Effort, Measured, Row};
 use forest::Planting;
 use limit::Peaks;
@@ -110,25 +110,6 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     rows.extend(scaling::rows(&bench)?);
     bench.bar.finish_and_clear();
     Ok(Measured { rows, context, ..Measured::default() })
-}
-
-/// What is being done, and for how long.
-fn spinner() -> ProgressBar {
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
-}
-
-/// Tells what is being done: beside the spinner, or in a line where there is no terminal.
-fn say(bar: &ProgressBar, what: &str) {
-    if bar.is_hidden() {
-        eprintln!("{what}");
-    } else {
-        bar.set_message(what.to_owned());
-    }
 }
 
 /// The compiler beside which this runs, which is the one that `cargo xtask` built it with.

@@ -1,0 +1,105 @@
+//! Which pixels a primitive may cover: its screen rectangle, and in wide ones the part of each row between planes through
+//! the camera that enclose it. The exact test decides; nothing that it would hit is left out.
+
+use crate::bounds::PixelRect;
+use crate::primitive::Hit;
+use orchard_geometry::{Intrinsics, Vec3};
+use std::ops::Range;
+
+/// Widening of a plane, as a share of the terms of its equation, and of a row's end [px], so that rounding never loses a
+/// pixel that the exact test hits. A normal may have lost half of its digits.
+const SLACK: f64 = 1e-8;
+const SLACK_PX: f64 = 1e-6;
+
+/// Columns of a rectangle from which on it pays to look for the ends of its rows.
+const WIDE: usize = 8;
+
+/// The rays of an image.
+pub(crate) struct Raster {
+    intrinsics: Intrinsics,
+    far: f64,
+    /// x/z of the columns.
+    x: Vec<f64>,
+    /// y/z of the rows.
+    y: Vec<f64>,
+}
+
+/// Neighbours in a row of an image.
+pub(crate) struct Row<'a> {
+    /// Where they stand among all pixels.
+    pub(crate) pixels: Range<usize>,
+    x: &'a [f64],
+    y: f64,
+}
+
+impl Row<'_> {
+    /// Their rays, scaled to z = 1.
+    #[inline]
+    pub(crate) fn rays(&self) -> impl Iterator<Item = Vec3> {
+        self.x.iter().map(|&x| Vec3::new(x, self.y, 1.0))
+    }
+}
+
+impl Raster {
+    /// The rays of a camera that sees up to a depth [m].
+    pub(crate) fn new(intrinsics: &Intrinsics, far: f64) -> Self {
+        let ray = |u: usize, v: usize| intrinsics.ray(u as f64, v as f64);
+        Self {
+            intrinsics: *intrinsics,
+            far,
+            x: (0..intrinsics.width).map(|u| ray(u, 0).x).collect(),
+            y: (0..intrinsics.height).map(|v| ray(0, v).y).collect(),
+        }
+    }
+
+    /// The camera and the corners of its view at depth `far`: their convex hull holds all that a ray can meet up to there.
+    /// No points where `far` is infinite.
+    pub(crate) fn view(&self) -> Vec<Vec3> {
+        // A depth is rounded to f32 before it is held against `far`.
+        let end = self.far * (1.0 + f64::from(f32::EPSILON));
+        if !end.is_finite() {
+            return Vec::new();
+        }
+        let (right, bottom) = (self.intrinsics.width as f64, self.intrinsics.height as f64);
+        let corners = [(-1.0, -1.0), (right, -1.0), (-1.0, bottom), (right, bottom)];
+        let rays = corners.map(|(u, v)| self.intrinsics.ray(u, v) * end);
+        rays.into_iter().chain([Vec3::zeros()]).collect()
+    }
+
+    /// The rows of pixels that may show the primitive.
+    #[inline]
+    pub(crate) fn rows(&self, primitive: &impl Hit) -> impl Iterator<Item = Row<'_>> {
+        let (nearest, farthest) = primitive.depths();
+        let in_depth = farthest > 0.0 && nearest <= self.far;
+        let rect = if in_depth { primitive.bounds().pixels(&self.intrinsics) } else { None };
+        let is_wide = rect.is_some_and(|rect| rect.u.1 - rect.u.0 >= WIDE);
+        let sides = if is_wide { primitive.sides(self.far) } else { [Vec3::zeros(); 3] };
+        let row_of = move |rect: PixelRect, v: usize| {
+            let (first, last) = if is_wide { self.ends(rect.u, v, &sides)? } else { rect.u };
+            let start = v * self.intrinsics.width;
+            Some(Row { pixels: start + first..start + last + 1, x: &self.x[first..=last], y: self.y[v] })
+        };
+        rect.into_iter().flat_map(move |rect| (rect.v.0..=rect.v.1).filter_map(move |v| row_of(rect, v)))
+    }
+
+    /// First and last column of row `v`, among those of `columns`, whose rays d are not outside a plane: n . d >= 0.
+    fn ends(&self, columns: (usize, usize), v: usize, sides: &[Vec3; 3]) -> Option<(usize, usize)> {
+        let Intrinsics { fx, cx, .. } = self.intrinsics;
+        let (mut first, mut last) = (columns.0 as f64, columns.1 as f64);
+        let reach = self.x[columns.0].abs().max(self.x[columns.1].abs());
+        for n in sides {
+            let at_axis = n.y * self.y[v] + n.z;
+            let slack = SLACK * (n.x.abs() * reach + (n.y * self.y[v]).abs() + n.z.abs());
+            // n.x x + at_axis >= -slack
+            let end = (-at_axis - slack) / n.x * fx + cx;
+            if n.x > 0.0 {
+                first = first.max((end - SLACK_PX).ceil());
+            } else if n.x < 0.0 {
+                last = last.min((end + SLACK_PX).floor());
+            } else if at_axis < -slack {
+                return None;
+            }
+        }
+        (first <= last).then_some((first as usize, last as usize))
+    }
+}

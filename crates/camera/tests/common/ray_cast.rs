@@ -1,0 +1,113 @@
+//! An independent ray caster: every ray against every item of a scene, through parry.
+#![allow(dead_code)] // each user takes its part
+
+use orchard_camera::{Geometry, Item, Scene, blade};
+use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::{Ray, RayCast};
+use parry3d_f64::shape::{self, TriMesh};
+use parry3d_f64::utils::Array2;
+
+/// Farther than anything that is looked for, in lengths of the ray's direction.
+const FAR: f64 = 1e3;
+
+/// The items of a scene as parry's shapes.
+pub struct RayCaster {
+    items: Vec<Cast>,
+}
+
+/// One item: its surface is the nearest of its shapes'.
+struct Cast {
+    x_world_item: Pose,
+    shapes: Vec<Box<dyn RayCast>>,
+    /// Whether parry's axes are turned, (x, y, z) for our (y, z, x): its y is up.
+    is_turned: bool,
+}
+
+impl RayCaster {
+    pub fn new(scene: &Scene) -> Self {
+        Self { items: scene.items.iter().map(Cast::new).collect() }
+    }
+
+    /// Range parameter along p + t d of the nearest surface of one item.
+    pub fn cast(&self, item: usize, p_world: &Vec3, d_world: &Vec3) -> Option<f64> {
+        self.items[item].nearest(p_world, d_world)
+    }
+
+    /// Nearest surface of the scene and its item.
+    pub fn nearest(&self, p_world: &Vec3, d_world: &Vec3) -> Option<(f64, usize)> {
+        let hits = self.items.iter().enumerate();
+        hits.filter_map(|(i, item)| Some((item.nearest(p_world, d_world)?, i)))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The same along the ray of a pixel; the range parameter is the depth [m].
+    pub fn at_pixel(&self, k: &Intrinsics, x_world_camera: &Pose, u: f64, v: f64) -> Option<(f64, usize)> {
+        self.nearest(&x_world_camera.translation.vector, &(x_world_camera.rotation * k.ray(u, v)))
+    }
+
+    /// Depths of the nearest surfaces a ten-thousandth of a pixel to each side of a pixel: what a ray that grazes a
+    /// silhouette may meet after rounding.
+    pub fn beside_pixel(&self, k: &Intrinsics, x_world_camera: &Pose, u: f64, v: f64) -> [Option<f64>; 4] {
+        const STEP: f64 = 1e-4;
+        [(-STEP, 0.0), (STEP, 0.0), (0.0, STEP), (0.0, -STEP)]
+            .map(|(du, dv)| self.at_pixel(k, x_world_camera, u + du, v + dv).map(|hit| hit.0))
+    }
+}
+
+impl Cast {
+    fn new(item: &Item) -> Self {
+        let is_turned = matches!(item.geometry, Geometry::Shape(Shape::HeightField(_)));
+        Self { x_world_item: item.x_world_item, shapes: shapes(&item.geometry), is_turned }
+    }
+
+    fn nearest(&self, p_world: &Vec3, d_world: &Vec3) -> Option<f64> {
+        let p = inverse_transform(&self.x_world_item, p_world);
+        let d = self.x_world_item.rotation.inverse() * d_world;
+        let ray = if self.is_turned {
+            Ray::new(Vector::new(p.y, p.z, p.x), Vector::new(d.y, d.z, d.x))
+        } else {
+            Ray::new(vector(&p), vector(&d))
+        };
+        let hits = self.shapes.iter().filter_map(|shape| shape.cast_local_ray(&ray, FAR, false));
+        hits.min_by(f64::total_cmp)
+    }
+}
+
+/// Hulls and blades triangle by triangle, terrain as a mesh: parry's own traversals of hulls and height fields miss hits.
+fn shapes(geometry: &Geometry) -> Vec<Box<dyn RayCast>> {
+    let one = |shape: Box<dyn RayCast>| vec![shape];
+    match geometry {
+        &Geometry::Shape(Shape::Sphere { radius }) => one(Box::new(shape::Ball::new(radius))),
+        &Geometry::Shape(Shape::Capsule { radius, length }) => {
+            one(Box::new(shape::Capsule::new(Vector::ZERO, Vector::new(0.0, 0.0, length), radius)))
+        }
+        Geometry::Shape(Shape::Box { half }) => one(Box::new(shape::Cuboid::new(vector(half)))),
+        Geometry::Shape(Shape::HalfSpace) => one(Box::new(shape::HalfSpace::new(Vector::new(0.0, 0.0, 1.0)))),
+        Geometry::Shape(Shape::ConvexHull(hull)) => {
+            let (vertices, faces) = hull.parry().to_trimesh();
+            triangles(&vertices, faces.iter().map(|face| face.map(|k| k as usize)))
+        }
+        Geometry::Shape(Shape::HeightField(field)) => {
+            let [dx, dy] = field.spacing();
+            let size = [dx * (field.columns() - 1) as f64, dy * (field.rows() - 1) as f64];
+            let heights = Array2::new(field.columns(), field.rows(), field.heights().to_vec());
+            let same = shape::HeightField::new(heights, Vector::new(size[1], 1.0, size[0]));
+            let (vertices, faces) = same.to_trimesh();
+            one(Box::new(TriMesh::new(vertices, faces).expect("terrain has triangles")))
+        }
+        &Geometry::Blade { length, width } => {
+            let vertices = blade::vertices(length, width).map(|v| vector(&v));
+            triangles(&vertices, blade::triangles().into_iter())
+        }
+    }
+}
+
+fn triangles(vertices: &[Vector], faces: impl Iterator<Item = [usize; 3]>) -> Vec<Box<dyn RayCast>> {
+    let triangle = |[a, b, c]: [usize; 3]| shape::Triangle::new(vertices[a], vertices[b], vertices[c]);
+    faces.map(|face| Box::new(triangle(face)) as Box<dyn RayCast>).collect()
+}
+
+fn vector(v: &Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
