@@ -6,7 +6,7 @@ use orchard_bench::WorldFactory;
 use orchard_bench::harvest::Harvest;
 use orchard_bench::interface::BenchController;
 use orchard_bench::protocol::Protocol;
-use orchard_camera::{Capture, Geometry, Label, Scene, Sensor, fruit_views};
+use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
 use orchard_geometry::{Image, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, detect, mask};
 use orchard_spec::camera::CameraSpec;
@@ -20,6 +20,9 @@ use crate::rows::{Effort, Measured, Row};
 const SMALL_MS: f64 = 1.5;
 const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
+
+/// The noise of every image: what it is does not matter here.
+const KEY: ImageKey = ImageKey { seed: 0, world: 0, frame: 0 };
 
 /// Columns and rows of the large image of the same view.
 const LARGE: [u32; 2] = [640, 480];
@@ -51,6 +54,7 @@ struct View {
 struct Eyes {
     small: Sensor,
     large: Sensor,
+    stereo: Sensor,
     config: DetectorConfig,
 }
 
@@ -64,7 +68,9 @@ impl Eyes {
                 *count = count.with_value(pixels).map_err(anyhow::Error::msg)?;
             }
         }
-        Ok(Self { small: Sensor::new(&spec), large: Sensor::new(&large), config: DetectorConfig::paper() })
+        let stereo = CameraSpec::named("d435i").map_err(anyhow::Error::msg)?;
+        let [small, large, stereo] = [&spec, &large, &stereo].map(Sensor::new);
+        Ok(Self { small, large, stereo, config: DetectorConfig::paper() })
     }
 }
 
@@ -79,7 +85,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     super::say(&bar, "driving the robot to the tree");
     let views = views(&eyes)?;
     let image = |sensor: &Sensor, view: &View| {
-        black_box(sensor.capture(&view.world.scene(), &view.x_world_camera));
+        black_box(sensor.capture(&view.world.scene(), &view.x_world_camera, KEY));
     };
     let scene = |view: &View| {
         black_box(view.world.scene());
@@ -87,9 +93,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let fruit = |sensor: &Sensor, capture: &Capture, view: &View| {
         black_box(fruit_views(&capture.truth, &view.scene, sensor.intrinsics(), &view.x_world_camera));
     };
-    let works: [(&str, Option<f64>, &dyn Fn(&View)); 7] = [
+    let works: [(&str, Option<f64>, &dyn Fn(&View)); 8] = [
         ("camera.192x144", Some(SMALL_MS), &|view| image(&eyes.small, view)),
         ("camera.640x480", Some(LARGE_MS), &|view| image(&eyes.large, view)),
+        ("camera.d435i.848x480", None, &|view| image(&eyes.stereo, view)),
         ("camera.scene", None, &scene),
         ("camera.fruit_views.192x144", None, &|view| fruit(&eyes.small, &view.small, view)),
         ("camera.fruit_views.640x480", None, &|view| fruit(&eyes.large, &view.large, view)),
@@ -144,7 +151,8 @@ fn view(eyes: &Eyes, world: World) -> anyhow::Result<View> {
         _ => None,
     };
     let links = scene.items.iter().filter_map(link).filter(|(shape, x)| shape.aabb(x).max.z > 0.0).collect();
-    let [small, large] = [&eyes.small, &eyes.large].map(|sensor| sensor.capture(&scene, &x_world_camera));
+    let [small, large] =
+        [&eyes.small, &eyes.large].map(|sensor| sensor.capture(&scene, &x_world_camera, KEY));
     anyhow::ensure!(small.measured.pixels().iter().any(|&z| z > 0.0), "the image shows nothing");
     let none = Image::filled(0, 0, false);
     let mut view = View { world, scene, x_world_camera, links, small, large, ignored: none };
