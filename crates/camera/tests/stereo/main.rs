@@ -69,7 +69,7 @@ impl Camera {
     }
 }
 
-/// Lowest entry of a table of figures that switches the light-dependent dropout off.
+/// In the shade nothing is dropped.
 const NO_DROPOUT: (&str, f64, &str) = ("sunlight", 0.0, "1");
 
 #[test]
