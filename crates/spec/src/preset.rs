@@ -210,7 +210,28 @@ mod tests {
         let e = CameraSpec::from_toml("c.toml", "[ideal]\nrange = 3").unwrap_err().to_string();
         assert!(e.starts_with("c.toml: ideal.range"), "{e}");
         let e = CameraSpec::from_toml("c.toml", "[eye]").unwrap_err().to_string();
-        assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected `ideal`"), "{e}");
+        assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected one of `ideal`"), "{e}");
+    }
+
+    #[test]
+    fn figures_of_a_camera_keep_to_their_range() {
+        let error = |text: &str| CameraSpec::from_toml("c.toml", text).unwrap_err().to_string();
+        let e = error("[d435i]\nsunlight = { value = 1.5, range = [0, 1], unit = '1', source = 'x' }");
+        assert_eq!(e, "c.toml: d435i.sunlight: 1.5 is outside the allowed range [0, 1] 1");
+        let e = error("[d435i]\nlatency = { value = -1, range = [0, 500], unit = 'ms', source = 'x' }");
+        assert_eq!(e, "c.toml: d435i.latency: -1 is outside the allowed range [0, 500] ms");
+        let e = error(
+            "[d435i]\ndisparity_noise = { low = 0.2, high = 0.1, range = [0, 5], unit = 'px', source = 'x' }",
+        );
+        assert_eq!(e, "c.toml: d435i.disparity_noise: low 0.2 is above high 0.1");
+        // The code's own limit, whatever range a file allows.
+        let e = error("[d435i]\nwindow_radius = { value = 16, range = [0, 99], unit = 'px', source = 'x' }");
+        assert_eq!(
+            e,
+            "c.toml: d435i.window_radius: 16 is outside the range [0, 15] px that the model holds for"
+        );
+        let e = error("[d435i]\nwindow = 3");
+        assert!(e.starts_with("c.toml: d435i.window: unknown field"), "{e}");
     }
 
     #[test]

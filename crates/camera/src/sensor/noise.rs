@@ -10,7 +10,10 @@ use orchard_spec::Stream;
 /// gives the correlation 1 - |k| / w along each axis at a lag of k pixels, two make it smooth. A sum of w^2 uniform
 /// numbers is close to normal: its excess kurtosis is -1.2 / w^2, and it ends at sqrt(3) w standard deviations.
 pub(super) struct Field {
+    /// Sums of bytes over the window.
     sums: Image<i32>,
+    /// Twice the mean of a sum.
+    centre: i32,
     scale: f32,
 }
 
@@ -26,22 +29,24 @@ impl Field {
         let (wide, high) = (width + 2 * margin, height + 2 * margin);
         let mut bytes = vec![0; wide * high];
         stream.fill(&mut bytes);
-        // The odd numbers from -255 to 255: mean exactly 0.
-        let white = bytes.into_iter().map(|byte| 2 * i32::from(byte) - 255).collect();
-        let mut sums = Image::from_pixels(wide, high, white).unwrap_or_else(|| Image::filled(0, 0, 0));
-        for _ in 0..averages {
+        let white = Image::from_pixels(wide, high, bytes).unwrap_or_else(|| Image::filled(0, 0, 0_u8));
+        let mut sums = window_sums(&white, radius);
+        let w = 2 * radius + 1;
+        let mut count = w * w;
+        if averages == 2 {
             sums = window_sums(&sums, radius);
+            count *= w * w;
         }
-        Self { sums, scale: (1.0 / variance(2 * radius + 1, averages).sqrt()) as f32 }
+        Self { sums, centre: 255 * count as i32, scale: (1.0 / variance(w, averages).sqrt()) as f32 }
     }
 
     /// Value at a pixel, by its place in the row-major order.
     pub fn at(&self, i: usize) -> f32 {
-        self.sums.pixels()[i] as f32 * self.scale
+        (2 * self.sums.pixels()[i] - self.centre) as f32 * self.scale
     }
 }
 
-/// Variance of the sums over windows of `w` pixels, from that of the odd numbers within 255, (256^2 - 1) / 3, and the sum
+/// Variance of twice the sums over windows of `w` pixels, from that of twice a byte, (256^2 - 1) / 3, and the sum
 /// of the squared weights along an axis: w, or of weights 1, 2 .. w .. 2, 1.
 fn variance(w: usize, averages: usize) -> f64 {
     let w = w as f64;
@@ -58,7 +63,7 @@ pub(super) fn refusals(
     radius: usize,
     share: f64,
 ) -> Image<i32> {
-    let mut faults = Image::filled(width + 2 * radius, height + 2 * radius, 0);
+    let mut faults = Image::filled(width + 2 * radius, height + 2 * radius, 0_u8);
     if share > 0.0 {
         let w = (2 * radius + 1) as f64;
         let log_sound = math::ln(1.0 - share) / (w * w);

@@ -70,9 +70,9 @@ fn disparities(depth: &DepthImage, focal_baseline: f32) -> Image<f32> {
 
 /// 1 where a pixel's surface is in the other imager's picture too: at column u - d, within the picture and not behind
 /// something nearer.
-fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<i32> {
+fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<u8> {
     let width = disparity.width();
-    let mut seen = Image::filled(width, disparity.height(), 0);
+    let mut seen = Image::filled(width, disparity.height(), 0_u8);
     // Largest disparity in each column of the other picture.
     let mut nearest = vec![0.0_f32; width];
     let rows = disparity.pixels().chunks_exact(width.max(1));
@@ -99,7 +99,7 @@ fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<i32> {
             last = there.map(|there| (there, d));
         }
         for ((u, &d), seen) in row.iter().enumerate().zip(seen) {
-            *seen = i32::from(column(u, d).is_some_and(|there| nearest[there] <= d + surface_step));
+            *seen = u8::from(column(u, d).is_some_and(|there| nearest[there] <= d + surface_step));
         }
     }
     seen

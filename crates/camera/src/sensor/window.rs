@@ -4,7 +4,7 @@ use orchard_geometry::Image;
 
 /// Sums over all windows of 2 `radius` + 1 pixels squared that lie within an image, which so loses `radius` pixels on
 /// every side. The sums must fit in an i32.
-pub(super) fn window_sums(image: &Image<i32>, radius: usize) -> Image<i32> {
+pub(super) fn window_sums<T: Copy + Into<i32>>(image: &Image<T>, radius: usize) -> Image<i32> {
     let (width, span) = (image.width(), 2 * radius + 1);
     let less = |n: usize| n.saturating_sub(2 * radius);
     let mut sums = Image::filled(less(width), less(image.height()), 0);
@@ -13,9 +13,9 @@ pub(super) fn window_sums(image: &Image<i32>, radius: usize) -> Image<i32> {
     }
     let row = |v: usize| &image.pixels()[v * width..(v + 1) * width];
     // Sums down the columns of the window's rows.
-    let mut columns = vec![0; width];
+    let mut columns = vec![0_i32; width];
     for v in 0..image.height() {
-        columns.iter_mut().zip(row(v)).for_each(|(column, x)| *column += x);
+        columns.iter_mut().zip(row(v)).for_each(|(column, &x)| *column += x.into());
         if v + 1 < span {
             continue;
         }
@@ -29,13 +29,13 @@ pub(super) fn window_sums(image: &Image<i32>, radius: usize) -> Image<i32> {
             sum += enters - leaves;
             *out = sum;
         }
-        columns.iter_mut().zip(row(top)).for_each(|(column, x)| *column -= x);
+        columns.iter_mut().zip(row(top)).for_each(|(column, &x)| *column -= x.into());
     }
     sums
 }
 
 /// An image with `margin` pixels of zero on every side.
-pub(super) fn padded(image: &Image<i32>, margin: usize) -> Image<i32> {
+pub(super) fn padded(image: &Image<u8>, margin: usize) -> Image<u8> {
     let width = image.width() + 2 * margin;
     let mut larger = Image::filled(width, image.height() + 2 * margin, 0);
     let rows = image.pixels().chunks_exact(image.width().max(1));
@@ -58,7 +58,7 @@ mod tests {
     fn sums_are_those_of_the_windows() {
         let (width, height) = (13, 9);
         let pixels = (0..width * height).map(|i| (i * i * 7919 % 101) as i32 - 50).collect();
-        let image = Image::from_pixels(width, height, pixels).unwrap();
+        let image = Image::<i32>::from_pixels(width, height, pixels).unwrap();
         for radius in 0..6 {
             let sums = window_sums(&image, radius);
             assert_eq!(sums.width(), width.saturating_sub(2 * radius));
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn padding_counts_what_is_within_the_image() {
-        let image = Image::filled(5, 4, 1);
+        let image = Image::filled(5, 4, 1_u8);
         let sums = window_sums(&padded(&image, 2), 2);
         for v in 0..4 {
             for u in 0..5 {

@@ -19,9 +19,9 @@ fn what_the_other_imager_does_not_see_is_missing() {
         let column = |u: usize, d: f64| (u as f64 - d + 0.5).floor();
         for v in 0..measured.height() {
             let row: Vec<f32> = (0..width).map(|u| measured[(u, v)]).collect();
-            for u in (d_far.ceil() as usize)..width {
+            for (u, &z) in row.iter().enumerate().skip(d_far.ceil() as usize) {
                 let hidden = u < edge && column(u, d_far) >= column(edge, d_near);
-                assert_eq!(row[u] == 0.0, hidden, "{z_near} {z_far}: pixel ({u}, {v})");
+                assert_eq!(z == 0.0, hidden, "{z_near} {z_far}: pixel ({u}, {v})");
             }
             // The shadow is as wide as the disparities differ, to a pixel's rounding.
             let shadow = (d_far.ceil() as usize..edge).filter(|&u| row[u] == 0.0).count() as f64;

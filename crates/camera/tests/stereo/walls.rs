@@ -86,9 +86,9 @@ fn noise_follows_the_law() {
             let off = (found.variance - variance).abs();
             assert!(off < variance_error, "{s} {z}: {} {variance}", found.variance);
 
-            // sigma_z = z^2 sigma_d / (f B), up to terms of the square of sigma_d / d: 8 (sigma_d / d)^2 at most.
+            // sigma_z = z^2 sigma_d / (f B), times 1 + 8 (sigma_d / d)^2 to the next order.
             let sigma_z = z * z * variance.sqrt() / camera.focal_baseline;
-            let curvature = 8.0 * variance / camera.disparity(z).powi(2);
+            let curvature = 8.0 * variance / (camera.disparity(z) * camera.disparity(z));
             let allowed = variance_error / variance + curvature;
             let ratio = found.depth_variance / (sigma_z * sigma_z);
             assert!((ratio - 1.0).abs() < allowed, "{s} {z}: {ratio} of the law");
