@@ -60,8 +60,17 @@ pub(crate) struct Triangle {
     det: f64,
 }
 
-/// Of what has no planes at its sides.
-const NO_SIDES: [Vec3; 3] = [Vec3::new(0.0, 0.0, 0.0); 3];
+/// Normals of planes through the camera, at most as many as a box has edges against its background; zeros where there are fewer.
+pub(crate) type Sides = [Vec3; 6];
+
+/// Of what has none.
+pub(crate) const NO_SIDES: Sides = [Vec3::new(0.0, 0.0, 0.0); 6];
+
+fn sides<const N: usize>(normals: [Vec3; N]) -> Sides {
+    let mut sides = NO_SIDES;
+    sides[..N].copy_from_slice(&normals);
+    sides
+}
 
 /// Square of the least distance of a camera from a cylinder's axis, in radii, from which tangent planes are
 /// well conditioned: nearer by they lose more than half of their digits.
@@ -77,9 +86,8 @@ pub(crate) trait Hit {
     fn depths(&self) -> (f64, f64);
     /// The slopes that the primitive can cover.
     fn bounds(&self) -> Bounds;
-    /// Normals of planes through the camera, a ray d that hits within depth `far` has n . d >= 0; zeros where there are
-    /// fewer. Not normalised.
-    fn sides(&self, far: f64) -> [Vec3; 3];
+    /// Planes through the camera that enclose the primitive: a ray d that hits within depth `far` has n . d >= 0. Not normalised.
+    fn sides(&self, far: f64) -> Sides;
 }
 
 /// Calls `f` with every primitive of an item; of terrain, which may be large, only with those that can meet the convex
@@ -157,7 +165,7 @@ impl Hit for Sphere {
         Bounds::of_capsule(&self.center, &self.center, self.radius)
     }
 
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
+    fn sides(&self, _far: f64) -> Sides {
         NO_SIDES
     }
 }
@@ -251,7 +259,7 @@ impl Hit for Capsule {
         Bounds::of_capsule(&self.base.center, &self.tip.center, self.base.radius)
     }
 
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
+    fn sides(&self, _far: f64) -> Sides {
         // The two planes that touch the infinite cylinder. From the camera the axis lies at q, a distance D away; a
         // plane's unit normal n is across the axis with n . q = r.
         let radius = self.base.radius;
@@ -261,7 +269,7 @@ impl Hit for Capsule {
         }
         let towards = self.axis.cross(&self.moment) * radius;
         let beside = self.moment * (distance2 - radius * radius).sqrt();
-        [towards + beside, towards - beside, Vec3::zeros()]
+        sides([towards + beside, towards - beside])
     }
 }
 
@@ -270,17 +278,16 @@ impl Hit for Cuboid {
     fn hit(&self, d: &Vec3) -> Option<f64> {
         let d = self.to_local * d;
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut beside = false;
         for k in 0..3 {
-            if d[k] == 0.0 {
-                if self.origin[k].abs() > self.half[k] {
-                    return None;
-                }
-            } else {
-                let mid = -self.origin[k] / d[k];
-                let half = (self.half[k] / d[k]).abs();
-                near = near.max(mid - half);
-                far = far.min(mid + half);
-            }
+            let (mid, half) = (-self.origin[k] / d[k], (self.half[k] / d[k]).abs());
+            // Along a slab's faces these are infinite or not a number, which `max` and `min` pass over.
+            near = near.max(mid - half);
+            far = far.min(mid + half);
+            beside |= d[k] == 0.0 && self.origin[k].abs() > self.half[k];
+        }
+        if beside {
+            return None;
         }
         if near > far { None } else { first_positive(near, far) }
     }
@@ -296,8 +303,28 @@ impl Hit for Cuboid {
         (self.center.z - half, self.center.z + half)
     }
 
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
-        NO_SIDES
+    fn sides(&self, _far: f64) -> Sides {
+        // Planes through the edges between a face that the camera is before and one that it is behind.
+        let is_before = |k: usize, sign: f64| sign * self.origin[k] > self.half[k];
+        let mut sides = NO_SIDES;
+        let mut count = 0;
+        for along in 0..3 {
+            let (i, j) = ((along + 1) % 3, (along + 2) % 3);
+            for (si, sj) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                if is_before(i, si) != is_before(j, sj) {
+                    let mut p_edge = -self.origin;
+                    p_edge[i] += si * self.half[i];
+                    p_edge[j] += sj * self.half[j];
+                    let mut axis = Vec3::zeros();
+                    axis[along] = 1.0;
+                    let n = p_edge.cross(&axis);
+                    // The centre is on the inner side.
+                    sides[count] = self.to_local.tr_mul(&n) * -n.dot(&self.origin).signum();
+                    count += 1;
+                }
+            }
+        }
+        sides
     }
 
     fn bounds(&self) -> Bounds {
@@ -333,11 +360,11 @@ impl Hit for Plane {
         Bounds::EVERYWHERE
     }
 
-    fn sides(&self, far: f64) -> [Vec3; 3] {
+    fn sides(&self, far: f64) -> Sides {
         // Depth offset / (n . d): positive on one side of the horizon, and below `far` a step away from it.
         let towards = self.normal * self.offset.signum();
         let horizon = Vec3::z() * (self.offset.abs() / far);
-        [towards - horizon, Vec3::zeros(), Vec3::zeros()]
+        sides([towards - horizon])
     }
 }
 
@@ -373,8 +400,8 @@ impl Hit for Triangle {
         (a.min(b).min(c), a.max(b).max(c))
     }
 
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
-        self.edges.map(|n| n * self.det.signum())
+    fn sides(&self, _far: f64) -> Sides {
+        sides(self.edges.map(|n| n * self.det.signum()))
     }
 
     fn bounds(&self) -> Bounds {
