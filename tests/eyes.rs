@@ -119,7 +119,8 @@ fn distance(item: &Item, p_world: &Vec3) -> f64 {
 #[derive(Debug, Default)]
 struct Tally {
     labels: BTreeMap<Label, usize>,
-    /// Rays whose two nearest surfaces are closer together than the tolerance, and show the other one.
+    /// Rays whose two nearest surfaces are closer together than the tolerance, and show the other one: of two in one plane the
+    /// image shows the earlier item. From below, ground and underside of the robot's base are such a pair.
     ties: usize,
     /// Rays that pass a silhouette so closely that the two round to different sides of it.
     grazing: usize,
@@ -202,7 +203,7 @@ fn check(name: &str, world: &World, expected: &[Label]) {
         assert!(tally.labels.get(label).is_some_and(|&rays| rays >= 10), "{name}: {label:?} in {tally:?}");
     }
     // Each of them is explained; more than one ray in a thousand would still be suspicious.
-    assert!(1000 * (tally.grazing + tally.ties) <= VIEWS * RAYS, "{name}: {tally:?}");
+    assert!(1000 * tally.grazing <= VIEWS * RAYS, "{name}: {tally:?}");
 }
 
 const TREE: [Label; 5] = [Label::Fruit, Label::Leaf, Label::Wood, Label::Robot, Label::Ground];

@@ -2,9 +2,15 @@
 //!
 //! A hit is the nearest crossing of a surface in front of the camera; from inside a solid that is the way out.
 
+mod flat;
+mod round;
+
 use crate::bounds::Bounds;
 use crate::{Geometry, Item, blade};
-use orchard_geometry::{Aabb, Mat3, Pose, Shape, Vec3, inverse_transform, transform};
+use flat::{Cuboid, Plane, Triangle};
+use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
+use round::Capsule;
+pub(crate) use round::Sphere;
 
 /// A form that a ray can meet, in the camera frame.
 #[derive(Debug, Clone, Copy)]
@@ -16,56 +22,17 @@ pub(crate) enum Primitive {
     Triangle(Triangle),
 }
 
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sphere {
-    center: Vec3,
-    radius: f64,
+/// Normals of planes through the camera, at most as many as a box has edges against its background; zeros where there are fewer.
+pub(crate) type Sides = [Vec3; 6];
+
+/// Of what has none.
+pub(crate) const NO_SIDES: Sides = [Vec3::new(0.0, 0.0, 0.0); 6];
+
+fn sides<const N: usize>(normals: [Vec3; N]) -> Sides {
+    let mut sides = NO_SIDES;
+    sides[..N].copy_from_slice(&normals);
+    sides
 }
-
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Capsule {
-    base: Sphere,
-    tip: Sphere,
-    axis: Vec3,
-    length: f64,
-    /// base x axis
-    moment: Vec3,
-    /// base . axis
-    base_axial: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Cuboid {
-    /// Rotation from the camera frame to the box frame.
-    to_local: Mat3,
-    /// The camera in the box frame.
-    origin: Vec3,
-    center: Vec3,
-    half: Vec3,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Plane {
-    normal: Vec3,
-    offset: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Triangle {
-    vertices: [Vec3; 3],
-    /// Cross products of the vertex pairs opposite to each vertex: normals of the planes through the camera
-    /// and an edge (homogeneous edge functions, Olano and Greer 1997: right for any vertex behind the camera).
-    edges: [Vec3; 3],
-    /// v0 . (v1 x v2)
-    det: f64,
-}
-
-/// Of what has no planes at its sides.
-const NO_SIDES: [Vec3; 3] = [Vec3::new(0.0, 0.0, 0.0); 3];
-
-/// Square of the least distance of a camera from a cylinder's axis, in radii, from which tangent planes are
-/// well conditioned: nearer by they lose more than half of their digits.
-const TANGENT: f64 = 1.0 + 1e-6;
 
 /// What a ray can meet.
 pub(crate) trait Hit {
@@ -77,9 +44,8 @@ pub(crate) trait Hit {
     fn depths(&self) -> (f64, f64);
     /// The slopes that the primitive can cover.
     fn bounds(&self) -> Bounds;
-    /// Normals of planes through the camera, a ray d that hits within depth `far` has n . d >= 0; zeros where there are
-    /// fewer. Not normalised.
-    fn sides(&self, far: f64) -> [Vec3; 3];
+    /// Planes through the camera that enclose the primitive: a ray d that hits within depth `far` has n . d >= 0. Not normalised.
+    fn sides(&self, far: f64) -> Sides;
 }
 
 /// Calls `f` with every primitive of an item; of terrain, which may be large, only with those that can meet the convex
@@ -98,12 +64,10 @@ pub(crate) fn for_each_primitive(
             f(&Primitive::Capsule(Capsule::new(p, x.rotation * Vec3::z(), length, radius)));
         }
         &Geometry::Shape(Shape::Box { half }) => {
-            let to_local = x.rotation.to_rotation_matrix().matrix().transpose();
-            f(&Primitive::Box(Cuboid { to_local, origin: -(to_local * p), center: p, half }));
+            f(&Primitive::Box(Cuboid::new(&x, half)));
         }
         Geometry::Shape(Shape::HalfSpace) => {
-            let normal = x.rotation * Vec3::z();
-            f(&Primitive::Plane(Plane { normal, offset: normal.dot(&p) }));
+            f(&Primitive::Plane(Plane::new(&p, x.rotation * Vec3::z())));
         }
         Geometry::Shape(Shape::ConvexHull(hull)) => {
             let v: Vec<Vec3> = hull.vertices().iter().map(|v| transform(&x, v)).collect();
@@ -139,254 +103,6 @@ pub(crate) fn for_each_primitive(
     }
 }
 
-impl Hit for Sphere {
-    #[inline]
-    fn hit(&self, d: &Vec3) -> Option<f64> {
-        self.crossings(d).and_then(|(near, far)| first_positive(near, far))
-    }
-
-    fn normal(&self, p: &Vec3) -> Vec3 {
-        p - self.center
-    }
-
-    fn depths(&self) -> (f64, f64) {
-        (self.center.z - self.radius, self.center.z + self.radius)
-    }
-
-    fn bounds(&self) -> Bounds {
-        Bounds::of_capsule(&self.center, &self.center, self.radius)
-    }
-
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
-        NO_SIDES
-    }
-}
-
-impl Sphere {
-    /// A ball about the origin of a frame.
-    pub(crate) fn new(x_camera_ball: &Pose, radius: f64) -> Self {
-        Self { center: x_camera_ball.translation.vector, radius }
-    }
-
-    /// Both roots of |t d - c|^2 = r^2. The discriminant is |d|^2 r^2 - |d x c|^2: no cancellation far away.
-    #[inline]
-    fn crossings(&self, d: &Vec3) -> Option<(f64, f64)> {
-        let dd = d.norm_squared();
-        let disc = dd * self.radius * self.radius - d.cross(&self.center).norm_squared();
-        (disc >= 0.0).then(|| {
-            let (mid, half) = (d.dot(&self.center) / dd, disc.sqrt() / dd);
-            (mid - half, mid + half)
-        })
-    }
-}
-
-impl Capsule {
-    fn new(base: Vec3, axis: Vec3, length: f64, radius: f64) -> Self {
-        Self {
-            base: Sphere { center: base, radius },
-            tip: Sphere { center: base + axis * length, radius },
-            axis,
-            length,
-            moment: base.cross(&axis),
-            base_axial: base.dot(&axis),
-        }
-    }
-
-    /// The crossing of the capsule that goes with a crossing `t` of its infinite cylinder: that one if it lies
-    /// along the axis, else the same side of the end ball beyond which it lies.
-    #[inline]
-    fn on_capsule(&self, d: &Vec3, t: f64, axial_rate: f64, entering: bool) -> Option<f64> {
-        let axial = t * axial_rate - self.base_axial;
-        let ball = if axial < 0.0 {
-            &self.base
-        } else if axial > self.length {
-            &self.tip
-        } else {
-            return Some(t);
-        };
-        ball.crossings(d).map(|(near, far)| if entering { near } else { far })
-    }
-}
-
-impl Hit for Capsule {
-    #[inline]
-    fn hit(&self, d: &Vec3) -> Option<f64> {
-        // Distance to the axis: |t d x a - base x a| = r, two vectors in the plane across the axis.
-        let across = d.cross(&self.axis);
-        let a = across.norm_squared();
-        let radius = self.base.radius;
-        let off = across.cross(&self.moment).dot(&self.axis);
-        let disc = a * radius * radius - off * off;
-        if disc < 0.0 {
-            return None;
-        }
-        let axial_rate = d.dot(&self.axis);
-        let (near, far) = if a > 0.0 {
-            let (mid, half) = (across.dot(&self.moment) / a, disc.sqrt() / a);
-            (mid - half, mid + half)
-        } else if self.moment.norm_squared() <= radius * radius {
-            // Along the axis, inside the infinite cylinder: always between the end balls' outer crossings.
-            (f64::NEG_INFINITY, f64::INFINITY)
-        } else {
-            return None;
-        };
-        let near = self.on_capsule(d, near, axial_rate, true)?;
-        if near > 0.0 {
-            return Some(near);
-        }
-        self.on_capsule(d, far, axial_rate, false).filter(|&t| t > 0.0)
-    }
-
-    fn normal(&self, p: &Vec3) -> Vec3 {
-        let axial = (p.dot(&self.axis) - self.base_axial).max(0.0).min(self.length);
-        p - self.base.center - self.axis * axial
-    }
-
-    fn depths(&self) -> (f64, f64) {
-        let (base, tip) = (self.base.depths(), self.tip.depths());
-        (base.0.min(tip.0), base.1.max(tip.1))
-    }
-
-    fn bounds(&self) -> Bounds {
-        Bounds::of_capsule(&self.base.center, &self.tip.center, self.base.radius)
-    }
-
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
-        // The two planes that touch the infinite cylinder. From the camera the axis lies at q, a distance D away; a
-        // plane's unit normal n is across the axis with n . q = r.
-        let radius = self.base.radius;
-        let distance2 = self.moment.norm_squared();
-        if distance2 <= radius * radius * TANGENT {
-            return NO_SIDES;
-        }
-        let towards = self.axis.cross(&self.moment) * radius;
-        let beside = self.moment * (distance2 - radius * radius).sqrt();
-        [towards + beside, towards - beside, Vec3::zeros()]
-    }
-}
-
-impl Hit for Cuboid {
-    #[inline]
-    fn hit(&self, d: &Vec3) -> Option<f64> {
-        let d = self.to_local * d;
-        let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
-        for k in 0..3 {
-            if d[k] == 0.0 {
-                if self.origin[k].abs() > self.half[k] {
-                    return None;
-                }
-            } else {
-                let mid = -self.origin[k] / d[k];
-                let half = (self.half[k] / d[k]).abs();
-                near = near.max(mid - half);
-                far = far.min(mid + half);
-            }
-        }
-        if near > far { None } else { first_positive(near, far) }
-    }
-
-    fn normal(&self, p: &Vec3) -> Vec3 {
-        let local = (self.to_local * p + self.origin).component_div(&self.half);
-        let k = local.iamax();
-        self.to_local.row(k).transpose() * local[k].signum()
-    }
-
-    fn depths(&self) -> (f64, f64) {
-        let half = self.to_local.column(2).abs().dot(&self.half);
-        (self.center.z - half, self.center.z + half)
-    }
-
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
-        NO_SIDES
-    }
-
-    fn bounds(&self) -> Bounds {
-        let axes = self.to_local.transpose();
-        let corner = |i: usize| {
-            let sign = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
-            self.center + axes * Vec3::new(sign(1), sign(2), sign(4)).component_mul(&self.half)
-        };
-        let corners: [Vec3; 8] = std::array::from_fn(corner);
-        const EDGES: [(usize, usize); 12] =
-            [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
-        Bounds::of_polyhedron(&corners, &EDGES)
-    }
-}
-
-impl Hit for Plane {
-    #[inline]
-    fn hit(&self, d: &Vec3) -> Option<f64> {
-        // Parallel to the plane: infinite or not a number, both refused by the comparison.
-        let t = self.offset / self.normal.dot(d);
-        (t > 0.0 && t < f64::INFINITY).then_some(t)
-    }
-
-    fn normal(&self, _p: &Vec3) -> Vec3 {
-        self.normal
-    }
-
-    fn depths(&self) -> (f64, f64) {
-        (0.0, f64::INFINITY)
-    }
-
-    fn bounds(&self) -> Bounds {
-        Bounds::EVERYWHERE
-    }
-
-    fn sides(&self, far: f64) -> [Vec3; 3] {
-        // Depth offset / (n . d): positive on one side of the horizon, and below `far` a step away from it.
-        let towards = self.normal * self.offset.signum();
-        let horizon = Vec3::z() * (self.offset.abs() / far);
-        [towards - horizon, Vec3::zeros(), Vec3::zeros()]
-    }
-}
-
-impl Triangle {
-    fn new(vertices: [Vec3; 3]) -> Self {
-        let [a, b, c] = vertices;
-        let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
-        Self { vertices, edges, det: a.dot(&edges[0]) }
-    }
-}
-
-impl Hit for Triangle {
-    #[inline]
-    fn hit(&self, d: &Vec3) -> Option<f64> {
-        // t d = sum of w_i v_i with w_i = t (d . e_i) / det: inside where no w_i is negative.
-        let [w0, w1, w2] = [d.dot(&self.edges[0]), d.dot(&self.edges[1]), d.dot(&self.edges[2])];
-        let inside = if self.det > 0.0 {
-            w0 >= 0.0 && w1 >= 0.0 && w2 >= 0.0
-        } else {
-            self.det < 0.0 && w0 <= 0.0 && w1 <= 0.0 && w2 <= 0.0
-        };
-        let sum = w0 + w1 + w2;
-        (inside && sum != 0.0).then(|| self.det / sum)
-    }
-
-    fn normal(&self, _p: &Vec3) -> Vec3 {
-        let [a, b, c] = self.vertices;
-        (b - a).cross(&(c - a))
-    }
-
-    fn depths(&self) -> (f64, f64) {
-        let [a, b, c] = self.vertices.map(|v| v.z);
-        (a.min(b).min(c), a.max(b).max(c))
-    }
-
-    fn sides(&self, _far: f64) -> [Vec3; 3] {
-        self.edges.map(|n| n * self.det.signum())
-    }
-
-    fn bounds(&self) -> Bounds {
-        Bounds::of_polyhedron(&self.vertices, &[(0, 1), (1, 2), (2, 0)])
-    }
-}
-
-#[inline]
-fn first_positive(near: f64, far: f64) -> Option<f64> {
-    if near > 0.0 { Some(near) } else { (far > 0.0).then_some(far) }
-}
-
 impl Primitive {
     /// Depth and normal (not normalised) where a ray meets the primitive.
     pub(crate) fn hit_with_normal(&self, d: &Vec3) -> Option<(f64, Vec3)> {
@@ -401,4 +117,9 @@ impl Primitive {
             Primitive::Triangle(p) => of(p, d),
         }
     }
+}
+
+#[inline]
+fn first_positive(near: f64, far: f64) -> Option<f64> {
+    if near > 0.0 { Some(near) } else { (far > 0.0).then_some(far) }
 }

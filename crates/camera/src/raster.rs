@@ -2,7 +2,7 @@
 //! the camera that enclose it. The exact test decides; nothing that it would hit is left out.
 
 use crate::bounds::PixelRect;
-use crate::primitive::Hit;
+use crate::primitive::{Hit, NO_SIDES, Sides};
 use orchard_geometry::{Intrinsics, Vec3};
 use std::ops::Range;
 
@@ -73,7 +73,7 @@ impl Raster {
         let in_depth = farthest > 0.0 && nearest <= self.far;
         let rect = if in_depth { primitive.bounds().pixels(&self.intrinsics) } else { None };
         let is_wide = rect.is_some_and(|rect| rect.u.1 - rect.u.0 >= WIDE);
-        let sides = if is_wide { primitive.sides(self.far) } else { [Vec3::zeros(); 3] };
+        let sides = if is_wide { primitive.sides(self.far) } else { NO_SIDES };
         let row_of = move |rect: PixelRect, v: usize| {
             let (first, last) = if is_wide { self.ends(rect.u, v, &sides)? } else { rect.u };
             let start = v * self.intrinsics.width;
@@ -83,19 +83,19 @@ impl Raster {
     }
 
     /// First and last column of row `v`, among those of `columns`, whose rays d are not outside a plane: n . d >= 0.
-    fn ends(&self, columns: (usize, usize), v: usize, sides: &[Vec3; 3]) -> Option<(usize, usize)> {
+    fn ends(&self, columns: (usize, usize), v: usize, sides: &Sides) -> Option<(usize, usize)> {
         let Intrinsics { fx, cx, .. } = self.intrinsics;
         let (mut first, mut last) = (columns.0 as f64, columns.1 as f64);
         let reach = self.x[columns.0].abs().max(self.x[columns.1].abs());
         for n in sides {
             let at_axis = n.y * self.y[v] + n.z;
             let slack = SLACK * (n.x.abs() * reach + (n.y * self.y[v]).abs() + n.z.abs());
-            // n.x x + at_axis >= -slack
-            let end = (-at_axis - slack) / n.x * fx + cx;
+            // Where n.x x + at_axis >= -slack has its end.
+            let end = || (-at_axis - slack) / n.x * fx + cx;
             if n.x > 0.0 {
-                first = first.max((end - SLACK_PX).ceil());
+                first = first.max((end() - SLACK_PX).ceil());
             } else if n.x < 0.0 {
-                last = last.min((end + SLACK_PX).floor());
+                last = last.min((end() + SLACK_PX).floor());
             } else if at_axis < -slack {
                 return None;
             }

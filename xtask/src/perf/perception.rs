@@ -50,6 +50,17 @@ struct View {
     ignored: Image<bool>,
 }
 
+/// What is timed on a view, and what is asked of it [ms].
+struct Work<'a> {
+    name: &'static str,
+    target_ms: Option<f64>,
+    run: Box<dyn Fn(&View) + 'a>,
+}
+
+fn work<'a>(name: &'static str, target_ms: Option<f64>, run: impl Fn(&View) + 'a) -> Work<'a> {
+    Work { name, target_ms, run: Box::new(run) }
+}
+
 /// The cameras and the detector's config.
 struct Eyes {
     small: Sensor,
@@ -93,29 +104,32 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let fruit = |sensor: &Sensor, capture: &Capture, view: &View| {
         black_box(fruit_views(&capture.truth, &view.scene, sensor.intrinsics(), &view.x_world_camera));
     };
-    let works: [(&str, Option<f64>, &dyn Fn(&View)); 8] = [
-        ("camera.192x144", Some(SMALL_MS), &|view| image(&eyes.small, view)),
-        ("camera.640x480", Some(LARGE_MS), &|view| image(&eyes.large, view)),
-        ("camera.d435i.848x480", None, &|view| image(&eyes.stereo, view)),
-        ("camera.scene", None, &scene),
-        ("camera.fruit_views.192x144", None, &|view| fruit(&eyes.small, &view.small, view)),
-        ("camera.fruit_views.640x480", None, &|view| fruit(&eyes.large, &view.large, view)),
-        ("mask.192x144", None, &|view| {
+    let works = [
+        work("camera.192x144", Some(SMALL_MS), |view| image(&eyes.small, view)),
+        work("camera.640x480", Some(LARGE_MS), |view| image(&eyes.large, view)),
+        work("camera.d435i.848x480", None, |view| image(&eyes.stereo, view)),
+        work("camera.scene", None, scene),
+        work("camera.fruit_views.192x144", None, |view| fruit(&eyes.small, &view.small, view)),
+        work("camera.fruit_views.640x480", None, |view| fruit(&eyes.large, &view.large, view)),
+        work("mask.192x144", None, |view| {
             black_box(ignored(&eyes, view));
         }),
-        ("detector.192x144", Some(DETECTOR_MS), &|view| {
+        work("detector.192x144", Some(DETECTOR_MS), |view| {
             let depth = &view.small.measured;
             black_box(detect(depth, eyes.small.intrinsics(), Some(&view.ignored), &eyes.config).is_ok());
         }),
     ];
     super::say(&bar, "images and detections");
-    let timed = time(&plan, &views, &works.map(|(_, _, work)| work));
+    let timed = time(&plan, &views, &works);
     bar.finish_and_clear();
-    let row = |(name, target, _): &(&str, Option<f64>, _), (rounds, slowest): &(Rounds, f64)| {
-        let row = Row::measured(&format!("perception.{name}"), rounds.median(), "ms");
+    let row = |work: &Work<'_>, (rounds, slowest): &(Rounds, f64)| {
+        let row = Row::measured(&format!("perception.{}", work.name), rounds.median(), "ms");
         let note = format!("mean over {} views; slowest view {slowest:.3} ms", views.len());
         let row = Row { spread: Some(rounds.spread()), note: Some(note), ..row };
-        target.map_or(row.clone(), |target| row.at_most(target))
+        match work.target_ms {
+            Some(target) => row.at_most(target),
+            None => row,
+        }
     };
     Ok(works.iter().zip(&timed).map(|(work, timed)| row(work, timed)).collect::<Vec<_>>().into())
 }
@@ -173,7 +187,7 @@ fn ignored(eyes: &Eyes, view: &View) -> Image<bool> {
 
 /// Times each piece of work on all views, in turns: the mean over the views [ms] round by round, and the slowest view's
 /// median [ms].
-fn time(plan: &Plan, views: &[View], works: &[&dyn Fn(&View)]) -> Vec<(Rounds, f64)> {
+fn time(plan: &Plan, views: &[View], works: &[Work<'_>]) -> Vec<(Rounds, f64)> {
     // By work, view and round.
     let mut times = vec![vec![Vec::with_capacity(plan.rounds); views.len()]; works.len()];
     for _ in 0..plan.rounds {
@@ -181,7 +195,7 @@ fn time(plan: &Plan, views: &[View], works: &[&dyn Fn(&View)]) -> Vec<(Rounds, f
             for (view, times) in views.iter().zip(times) {
                 let start = cpu_time();
                 for _ in 0..plan.repeats {
-                    work(view);
+                    (work.run)(view);
                 }
                 times.push(1e3 * (cpu_time() - start).as_secs_f64() / f64::from(plan.repeats));
             }
