@@ -47,10 +47,16 @@ pub struct Fit {
     pub stride: Count,
     /// Distance from the sphere within which a pixel belongs to it: about three sigma of the depth noise.
     pub band: Quantity,
+    /// The band at a depth of one metre, where it grows with depth squared as a stereo camera's noise does; the wider of
+    /// the two bands counts.
+    pub noise: Quantity,
     /// First, wider band of a fit, as a multiple of its RMS; it is halved every round.
     pub trim: Quantity,
     /// Most rounds of collecting pixels and fitting again.
     pub rounds: Count,
+    /// Most pixels that the search looks at, counted again whenever it does, over those of the image: an end for images
+    /// made to have none.
+    pub effort: Count,
 }
 
 /// Gates. Each has a switch, so that an ablation can take it out.

@@ -3,7 +3,9 @@
 use crate::cloud::{Cloud, Pixel};
 use crate::config::DetectorConfig;
 use crate::cylinder;
+use crate::noise::Noise;
 use crate::sphere::Sphere;
+use orchard_geometry::Vec3;
 
 /// The gates, in the order in which they are applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,8 +32,8 @@ pub enum Gate {
 #[derive(Debug, Clone)]
 pub(crate) struct Limits {
     pub(crate) min_pixels: usize,
-    pub(crate) depth_jump: f64,
-    pub(crate) radius: Option<(f64, f64)>,
+    noise: Noise,
+    radius: Option<(f64, f64)>,
     residual: Option<f64>,
     convexity: Option<f64>,
     pixel_ratio: Option<(f64, f64)>,
@@ -45,7 +47,7 @@ impl Limits {
         let g = &config.gates;
         Self {
             min_pixels: config.segmentation.min_pixels.get() as usize,
-            depth_jump: config.segmentation.depth_jump.si(),
+            noise: Noise::new(config),
             radius: g.radius.si(),
             residual: g.residual.si(),
             convexity: g.convexity.si(),
@@ -56,8 +58,15 @@ impl Limits {
         }
     }
 
-    /// The first gate that refuses a sphere supported by some pixels, cheap gates first.
-    pub(crate) fn refusal(&self, cloud: &Cloud, sphere: &Sphere, support: &[usize]) -> Option<Gate> {
+    /// The first gate that refuses a sphere supported by some pixels, cheap gates first. `marks` is one byte a pixel, all
+    /// false, and is left so.
+    pub(crate) fn refusal(
+        &self,
+        cloud: &Cloud,
+        sphere: &Sphere,
+        support: &[usize],
+        marks: &mut [bool],
+    ) -> Option<Gate> {
         // Not a number lies in no interval, so it is refused.
         let outside = |limit: (f64, f64), value: f64| !(limit.0..=limit.1).contains(&value);
         if support.len() < self.min_pixels {
@@ -66,30 +75,25 @@ impl Limits {
         if self.radius.is_some_and(|r| outside(r, sphere.radius)) {
             return Some(Gate::Radius);
         }
-        let points = || support.iter().map(|&i| cloud.points[i]);
-        let rms = sphere.rms(points());
+        if self.pixel_ratio.is_some_and(|r| outside(r, pixel_ratio(cloud, sphere, support.len()))) {
+            return Some(Gate::PixelRatio);
+        }
+        let points: Vec<Vec3> = support.iter().map(|&i| cloud.point(i)).collect();
+        let rms = sphere.rms(points.iter().copied());
         if self.residual.is_some_and(|most| outside((0.0, most), rms)) {
             return Some(Gate::Residual);
         }
-        if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(cloud, sphere, support))) {
+        if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(sphere, &points))) {
             return Some(Gate::Convexity);
-        }
-        if self.pixel_ratio.is_some_and(|r| outside(r, pixel_ratio(cloud, sphere, support.len()))) {
-            return Some(Gate::PixelRatio);
         }
         if self.elongation.is_some_and(|most| outside((0.0, most), elongation(cloud, support))) {
             return Some(Gate::Elongation);
         }
-        if self
-            .isolation
-            .is_some_and(|least| outside((least, 1.0), isolation(cloud, support, self.depth_jump)))
-        {
+        let jump = |z| self.noise.jump(z);
+        if self.isolation.is_some_and(|least| outside((least, 1.0), isolation(cloud, support, jump, marks))) {
             return Some(Gate::Isolation);
         }
-        let cylinder_fits_better = |margin: f64| {
-            let points: Vec<_> = points().collect();
-            rms > margin * cylinder::best_rms(&points)
-        };
+        let cylinder_fits_better = |margin: f64| rms > margin * cylinder::best_rms(&points);
         if self.cylinder.is_some_and(cylinder_fits_better) {
             return Some(Gate::Cylinder);
         }
@@ -99,12 +103,12 @@ impl Limits {
 
 /// Mean cosine between the sphere's outward normal and the direction to the camera: 2/3 for the visible half
 /// of a ball, negative for a bowl.
-fn convexity(cloud: &Cloud, sphere: &Sphere, support: &[usize]) -> f64 {
-    let cosine = |&i: &usize| {
-        let p = cloud.points[i];
-        -(p - sphere.center).normalize().dot(&p.normalize())
+fn convexity(sphere: &Sphere, points: &[Vec3]) -> f64 {
+    let cosine = |p: &Vec3| {
+        let n = p - sphere.center;
+        -n.dot(p) / (n.norm_squared() * p.norm_squared()).sqrt()
     };
-    support.iter().map(cosine).sum::<f64>() / support.len() as f64
+    points.iter().map(cosine).sum::<f64>() / points.len() as f64
 }
 
 /// Pixels over those of the disc that the sphere covers, pi (R f / z)^2.
@@ -133,21 +137,21 @@ fn elongation(cloud: &Cloud, support: &[usize]) -> f64 {
 /// Part of the support's border beyond which the surface ends: the next pixel measures nothing or differs in
 /// depth by more than `jump`. The image's edge says nothing and is left out, and so is a masked pixel at the
 /// same depth: whether the surface goes on under a finger or into the ground cannot be told.
-fn isolation(cloud: &Cloud, support: &[usize], jump: f64) -> f64 {
-    let mut sorted = support.to_vec();
-    sorted.sort_unstable();
+fn isolation(cloud: &Cloud, support: &[usize], jump: impl Fn(f64) -> f64, marks: &mut [bool]) -> f64 {
+    support.iter().for_each(|&i| marks[i] = true);
     let (mut border, mut free) = (0_usize, 0_usize);
     for &i in support {
         for j in cloud.neighbours(i).into_iter().flatten() {
-            if sorted.binary_search(&j).is_ok() {
+            if marks[j] {
                 continue;
             }
             // A pixel without a measurement has z = 0.
-            let ends = (cloud.points[i].z - cloud.points[j].z).abs() > jump;
-            let unknown = cloud.pixels[j] == Pixel::Masked && !ends;
+            let ends = (cloud.z(i) - cloud.z(j)).abs() > jump(cloud.z(i));
+            let unknown = cloud.pixel(j) == Pixel::Masked && !ends;
             border += usize::from(!unknown);
             free += usize::from(ends);
         }
     }
+    support.iter().for_each(|&i| marks[i] = false);
     free as f64 / border.max(1) as f64
 }
