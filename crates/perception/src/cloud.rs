@@ -148,15 +148,52 @@ impl Cloud {
     }
 
     /// Calls `f` with index and point of the usable pixels whose rays meet a ball, row by row; returns how many pixels there
-    /// are. A ball that reaches behind the camera covers none.
+    /// are.
+    pub(crate) fn usable_in_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) -> usize {
+        let mut looks = 0;
+        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+            let (row, y) = (v * self.width, self.slope_y[v]);
+            looks += u1 - u0;
+            let zs = &self.usable_z[row + u0..row + u1];
+            for (u, (&z, &x)) in (u0..u1).zip(zs.iter().zip(&self.slope_x[u0..u1])) {
+                if z > 0.0 {
+                    f(row + u, Vec3::new(x * z, y * z, z));
+                }
+            }
+        });
+        looks
+    }
+
+    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth [m] at which they do first.
+    pub(crate) fn disc_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, f64)) {
+        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+            for i in v * self.width + u0..v * self.width + u1 {
+                if let Some(z) = self.z_of_ball(i, c, radius) {
+                    f(i, z);
+                }
+            }
+        });
+    }
+
+    /// Depth [m] at which a pixel's ray first meets a ball.
+    pub(crate) fn z_of_ball(&self, i: usize, c: &Vec3, radius: f64) -> Option<f64> {
+        let (u, v) = self.uv(i);
+        let ray = self.ray(u, v);
+        let (along, square) = (ray.dot(c), ray.norm_squared());
+        let discriminant = along * along - square * (c.norm_squared() - radius * radius);
+        (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
+    }
+
+    /// Calls `f` with the rows that a ball covers and the columns, the end excluded, that it covers in each. A ball that
+    /// reaches behind the camera covers none.
     ///
     /// The ray (x, y, 1) meets the ball of centre c and radius R where ((x, y, 1).c)^2 >= |(x, y, 1)|^2 (|c|^2 - R^2): between
-    /// two x in each row, and between two y where the same is asked of the plane x = 0.
-    pub(crate) fn usable_in_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) -> usize {
+    /// two x in each row, and between two y where the same is asked in the plane x = 0 of the ball's shadow along x.
+    fn rows_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, (usize, usize))) {
         let k = &self.intrinsics;
         let beyond = c.z * c.z - radius * radius;
         if c.z <= radius || beyond.is_nan() {
-            return 0;
+            return;
         }
         let pixels = |a: f64, b: f64, f: f64, c: f64, n: usize| {
             // A float-to-integer cast saturates, so that far or non-finite ends give an empty span.
@@ -168,22 +205,13 @@ impl Cloud {
         let rows = pixels(y0, y1, k.fy, k.cy, self.height);
         let power = c.norm_squared() - radius * radius;
         let a = power - c.x * c.x;
-        let mut looks = 0;
         for v in rows.0..rows.1 {
-            let (row, y) = (v * self.width, self.slope_y[v]);
+            let y = self.slope_y[v];
             let along = y * c.y + c.z;
             let half = (power * (along * along - a * (y * y + 1.0)).max(0.0)).sqrt();
             let middle = along * c.x;
-            let (u0, u1) = pixels((middle - half) / a, (middle + half) / a, k.fx, k.cx, self.width);
-            looks += u1 - u0;
-            let zs = &self.usable_z[row + u0..row + u1];
-            for (u, (&z, &x)) in (u0..u1).zip(zs.iter().zip(&self.slope_x[u0..u1])) {
-                if z > 0.0 {
-                    f(row + u, Vec3::new(x * z, y * z, z));
-                }
-            }
+            f(v, pixels((middle - half) / a, (middle + half) / a, k.fx, k.cx, self.width));
         }
-        looks
     }
 }
 

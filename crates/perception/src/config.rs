@@ -77,6 +77,9 @@ pub struct Gates {
     pub elongation: LimitGate,
     /// A cylinder may not fit this much better than the sphere.
     pub cylinder: LimitGate,
+    /// No gate of its own: what lies at least this much before the sphere hides it. Elongation then counts hidden pixels of
+    /// the disc as footprint, isolation leaves them out of the border.
+    pub hidden: LimitGate,
 }
 
 /// A gate with one limit.

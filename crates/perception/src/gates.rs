@@ -40,6 +40,7 @@ pub(crate) struct Limits {
     elongation: Option<f64>,
     isolation: Option<f64>,
     cylinder: Option<f64>,
+    hidden: Option<f64>,
 }
 
 impl Limits {
@@ -55,6 +56,7 @@ impl Limits {
             elongation: g.elongation.si(),
             isolation: g.isolation.si(),
             cylinder: g.cylinder.si(),
+            hidden: g.hidden.si(),
         }
     }
 
@@ -86,11 +88,14 @@ impl Limits {
         if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(sphere, &points))) {
             return Some(Gate::Convexity);
         }
-        if self.elongation.is_some_and(|most| outside((0.0, most), elongation(cloud, support))) {
+        let hides = self.hidden.map(|least| least.max(self.noise.growing(sphere.center.z)));
+        if self.elongation.is_some_and(|most| outside((0.0, most), elongation(cloud, sphere, support, hides)))
+        {
             return Some(Gate::Elongation);
         }
         let jump = |z| self.noise.jump(z);
-        if self.isolation.is_some_and(|least| outside((least, 1.0), isolation(cloud, support, jump, marks))) {
+        let mut isolation = || isolation(cloud, sphere, support, jump, hides, marks);
+        if self.isolation.is_some_and(|least| outside((least, 1.0), isolation())) {
             return Some(Gate::Isolation);
         }
         let cylinder_fits_better = |margin: f64| rms > margin * cylinder::best_rms(&points);
@@ -117,27 +122,57 @@ fn pixel_ratio(cloud: &Cloud, sphere: &Sphere, pixels: usize) -> f64 {
     pixels as f64 / (std::f64::consts::PI * radius_px * radius_px)
 }
 
-/// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc.
-fn elongation(cloud: &Cloud, support: &[usize]) -> f64 {
-    let n = support.len() as f64;
-    let uv = || support.iter().map(|&i| cloud.uv(i)).map(|(u, v)| (u as f64, v as f64));
-    let (su, sv) = uv().fold((0.0, 0.0), |s, (u, v)| (s.0 + u, s.1 + v));
-    let (mu, mv) = (su / n, sv / n);
-    let [mut a, mut b, mut c] = [0.0; 3];
-    for (u, v) in uv() {
-        a += (u - mu) * (u - mu);
-        b += (u - mu) * (v - mv);
-        c += (v - mv) * (v - mv);
+/// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc. Pixels of the sphere's disc
+/// that something at least `hides` [m] nearer covers belong to the footprint, as there may be more of the sphere behind.
+fn elongation(cloud: &Cloud, sphere: &Sphere, support: &[usize], hides: Option<f64>) -> f64 {
+    // Whole numbers about a pixel near the footprint's middle: exact.
+    let origin = cloud.uv(support[support.len() / 2]);
+    let [mut n, mut su, mut sv, mut suu, mut suv, mut svv] = [0_i64; 6];
+    let mut add = |i: usize| {
+        let (u, v) = cloud.uv(i);
+        let (u, v) = (u as i64 - origin.0 as i64, v as i64 - origin.1 as i64);
+        n += 1;
+        su += u;
+        sv += v;
+        suu += u * u;
+        suv += u * v;
+        svv += v * v;
+    };
+    support.iter().for_each(|&i| add(i));
+    if let Some(hides) = hides {
+        cloud.disc_of_ball(&sphere.center, sphere.radius, |i, z_sphere| {
+            if is_in_front(cloud.z(i), z_sphere, hides) {
+                add(i);
+            }
+        });
     }
+    let [n, su, sv, suu, suv, svv] = [n, su, sv, suu, suv, svv].map(|x| x as f64);
+    let (a, b, c) = (suu - su * su / n, suv - su * sv / n, svv - sv * sv / n);
     let (mid, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
     // A one-pixel line has no width: infinite, refused.
     (mid + half) / (mid - half).max(0.0)
 }
 
+/// Whether a measurement lies at least `hides` nearer than the sphere.
+fn is_in_front(z: f64, z_sphere: f64, hides: f64) -> bool {
+    z > 0.0 && z <= z_sphere - hides
+}
+
 /// Part of the support's border beyond which the surface ends: the next pixel measures nothing or differs in
-/// depth by more than `jump`. The image's edge says nothing and is left out, and so is a masked pixel at the
-/// same depth: whether the surface goes on under a finger or into the ground cannot be told.
-fn isolation(cloud: &Cloud, support: &[usize], jump: impl Fn(f64) -> f64, marks: &mut [bool]) -> f64 {
+/// depth by more than `jump`. What says nothing is left out: the image's edge, a masked pixel at the same depth (whether the
+/// surface goes on under a finger or into the ground cannot be told), and what lies at least `hides` [m] before the sphere.
+fn isolation(
+    cloud: &Cloud,
+    sphere: &Sphere,
+    support: &[usize],
+    jump: impl Fn(f64) -> f64,
+    hides: Option<f64>,
+    marks: &mut [bool],
+) -> f64 {
+    let hidden = |j: usize| {
+        let z_sphere = hides.and_then(|_| cloud.z_of_ball(j, &sphere.center, sphere.radius));
+        hides.zip(z_sphere).is_some_and(|(hides, z_sphere)| is_in_front(cloud.z(j), z_sphere, hides))
+    };
     support.iter().for_each(|&i| marks[i] = true);
     let (mut border, mut free) = (0_usize, 0_usize);
     for &i in support {
@@ -147,7 +182,7 @@ fn isolation(cloud: &Cloud, support: &[usize], jump: impl Fn(f64) -> f64, marks:
             }
             // A pixel without a measurement has z = 0.
             let ends = (cloud.z(i) - cloud.z(j)).abs() > jump(cloud.z(i));
-            let unknown = cloud.pixel(j) == Pixel::Masked && !ends;
+            let unknown = !ends && (cloud.pixel(j) == Pixel::Masked || hidden(j));
             border += usize::from(!unknown);
             free += usize::from(ends);
         }

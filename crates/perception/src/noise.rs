@@ -22,11 +22,16 @@ impl Noise {
 
     /// Distance from a sphere within which a pixel at a depth [m] belongs to it: max(band, k z^2).
     pub(crate) fn band(&self, z: f64) -> f64 {
-        self.band.max(self.at_metre * z * z)
+        self.band.max(self.growing(z))
     }
 
     /// Difference of depth beyond which a surface ends.
     pub(crate) fn jump(&self, z: f64) -> f64 {
-        self.depth_jump.max(self.at_metre * z * z)
+        self.depth_jump.max(self.growing(z))
+    }
+
+    /// The part of the band that grows with depth.
+    pub(crate) fn growing(&self, z: f64) -> f64 {
+        self.at_metre * z * z
     }
 }
