@@ -28,6 +28,28 @@ pub enum Gate {
     Cylinder,
 }
 
+impl Gate {
+    /// Its name in config files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Gate::MinPixels => "min_pixels",
+            Gate::Radius => "radius",
+            Gate::Residual => "residual",
+            Gate::Convexity => "convexity",
+            Gate::PixelRatio => "pixel_ratio",
+            Gate::Elongation => "elongation",
+            Gate::Isolation => "isolation",
+            Gate::Cylinder => "cylinder",
+        }
+    }
+}
+
+impl std::fmt::Display for Gate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 /// The gates' limits in SI units; `None` where a gate is off.
 #[derive(Debug, Clone)]
 pub(crate) struct Limits {
