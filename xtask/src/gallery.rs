@@ -1,6 +1,6 @@
 //! `cargo xtask gallery`: a sheet of randomised trees.
 
-mod caption;
+pub mod caption;
 
 use std::path::PathBuf;
 use std::sync::Arc;

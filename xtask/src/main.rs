@@ -2,8 +2,10 @@
 
 mod bare_tree;
 mod bench_v1;
+mod detect;
 mod export_tree;
 mod failure;
+mod fuzz;
 mod gallery;
 mod headline;
 mod judge;
@@ -43,6 +45,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    Detect(detect::Args),
     Render(render::Args),
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
@@ -51,6 +54,7 @@ enum Command {
     Perf(perf::Args),
     Validate(validate::Args),
     Test(test::Args),
+    Fuzz(fuzz::Args),
     Tidy(tidy::Args),
 }
 
@@ -58,6 +62,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::Detect(args) => detect::run(&args),
             Command::Render(args) => render::run(&args),
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
@@ -66,6 +71,7 @@ fn main() -> ExitCode {
             Command::Perf(args) => perf::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Test(args) => test::run(&args),
+            Command::Fuzz(args) => fuzz::run(&args),
             Command::Tidy(args) => tidy::run(&args),
         },
         Err(e) if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {

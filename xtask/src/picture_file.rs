@@ -10,7 +10,12 @@ use crate::failure::Failure;
 
 /// Drawing takes a while: what cannot be written is refused before it.
 pub fn check_folder(out: &Path) -> Result<(), Failure> {
-    let bad = |problem: &str| Err(Failure::BadInput(format!("--out {}: {problem}", out.display())));
+    check_folder_of("--out", out)
+}
+
+/// The same for another option than --out.
+pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
+    let bad = |problem: &str| Err(Failure::BadInput(format!("{option} {}: {problem}", out.display())));
     let folder = match out.parent() {
         None => return bad("is no file name"),
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),

@@ -1,10 +1,12 @@
 //! The detector's thresholds.
 
-use orchard_quantity::{ConfigError, Count, Quantity, Span, from_toml};
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse};
 use serde::{Deserialize, Serialize};
 
 /// The preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/perception.toml");
+/// The preset `d435i` as TOML text.
+pub const D435I_TOML: &str = include_str!("../configs/d435i/perception.toml");
 
 /// Every threshold of detector, masks and tracker; read from `perception.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,10 +49,16 @@ pub struct Fit {
     pub stride: Count,
     /// Distance from the sphere within which a pixel belongs to it: about three sigma of the depth noise.
     pub band: Quantity,
+    /// The band at a depth of one metre, where it grows with depth squared as a stereo camera's noise does; the wider of
+    /// the two bands counts.
+    pub noise: Quantity,
     /// First, wider band of a fit, as a multiple of its RMS; it is halved every round.
     pub trim: Quantity,
     /// Most rounds of collecting pixels and fitting again.
     pub rounds: Count,
+    /// Most pixels that the search looks at, counted again whenever it does, over those of the image: an end for images
+    /// made to have none.
+    pub effort: Count,
 }
 
 /// Gates. Each has a switch, so that an ablation can take it out.
@@ -71,6 +79,9 @@ pub struct Gates {
     pub elongation: LimitGate,
     /// A cylinder may not fit this much better than the sphere.
     pub cylinder: LimitGate,
+    /// No gate of its own: what lies at least this much before the sphere hides it. Elongation then counts hidden pixels of
+    /// the disc as footprint, isolation leaves them out of the border.
+    pub hidden: LimitGate,
 }
 
 /// A gate with one limit.
@@ -134,24 +145,69 @@ impl IntervalGate {
 }
 
 impl DetectorConfig {
-    /// Reads a config from TOML text; `file` names it in errors.
+    /// Reads a config from TOML text; `file` names it in errors. With `base = "NAME"` it holds only what differs from
+    /// that preset.
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_toml(file, text)
+        from_table(file, with_base(file, text)?)
     }
 
-    /// The preset `paper`.
+    /// The presets that come with the crate: their names and files.
+    pub const FILES: &[(&str, &str)] = &[("paper", PAPER_TOML), ("d435i", D435I_TOML)];
+
+    /// A preset that comes with the crate.
+    ///
+    /// # Errors
+    /// There is none of that name.
+    pub fn named(name: &str) -> Result<Self, String> {
+        let text = preset_text(name)?;
+        Self::from_toml(&format!("{name}/perception.toml"), text).map_err(|e| e.to_string())
+    }
+
+    /// The preset `paper`: for a camera without errors.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
     pub fn paper() -> Self {
-        match Self::from_toml("paper/perception.toml", PAPER_TOML) {
-            Ok(config) => config,
-            Err(e) => unreachable!("embedded preset: {e}"),
+        Self::named("paper").unwrap_or_else(|e| unreachable!("embedded preset: {e}"))
+    }
+
+    /// The preset `d435i`: for the errors of an Intel RealSense D435i at 848 x 480.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn d435i() -> Self {
+        Self::named("d435i").unwrap_or_else(|e| unreachable!("embedded preset: {e}"))
+    }
+}
+
+/// The field by which a config names the preset that it changes.
+const BASE: &str = "base";
+
+/// The whole table of a config: the entries of its sections take the place of those of its base.
+fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
+    let mut table = parse(file, text)?;
+    let Some(base) = table.remove(BASE) else { return Ok(table) };
+    let bad = |problem: String| ConfigError { file: file.to_owned(), field: BASE.to_owned(), problem };
+    let name = base.as_str().ok_or_else(|| bad("the name of a detector is text".into()))?;
+    let mut whole = with_base(name, preset_text(name).map_err(bad)?)?;
+    for (key, said) in table {
+        match (whole.get_mut(&key), said) {
+            (Some(toml::Value::Table(section)), toml::Value::Table(entries)) => section.extend(entries),
+            (_, said) => drop(whole.insert(key, said)),
         }
     }
+    Ok(whole)
+}
+
+fn preset_text(name: &str) -> Result<&'static str, String> {
+    let known = DetectorConfig::FILES.iter().find(|(known, _)| *known == name);
+    known.map(|(_, text)| *text).ok_or_else(|| {
+        let names: Vec<&str> = DetectorConfig::FILES.iter().map(|(known, _)| *known).collect();
+        format!("no detector '{name}'; the detectors are: {}", names.join(", "))
+    })
 }
 
 #[cfg(test)]
@@ -160,7 +216,27 @@ mod tests {
 
     #[test]
     fn the_preset_reads_and_a_value_out_of_range_is_named() {
-        assert_eq!(DetectorConfig::from_toml("x.toml", PAPER_TOML).unwrap(), DetectorConfig::paper());
+        for (name, text) in DetectorConfig::FILES {
+            assert_eq!(
+                DetectorConfig::from_toml("x.toml", text).unwrap(),
+                DetectorConfig::named(name).unwrap()
+            );
+        }
+        assert_ne!(DetectorConfig::paper(), DetectorConfig::d435i());
+        assert!(DetectorConfig::named("d415").unwrap_err().contains("paper, d435i"));
+        let other = DetectorConfig::from_toml("x.toml", "base = \"paper\"\n[fit]\nrefine = false\n").unwrap();
+        assert_eq!(other.gates, DetectorConfig::paper().gates);
+        assert!(!other.fit.refine && other.fit.band == DetectorConfig::paper().fit.band);
+        for (text, told) in [
+            ("base = 3", "base: the name of a detector is text"),
+            ("base = \"d415\"", "base: no detector 'd415'"),
+            ("base = \"paper\"\n[fitt]\nrefine = true", "unknown field `fitt`"),
+            ("base = \"paper\"\n[fit]\nband = 3", "fit.band"),
+            ("base = \"paper\"\nfit = 3", "fit"),
+        ] {
+            let e = DetectorConfig::from_toml("x.toml", text).unwrap_err().to_string();
+            assert!(e.contains(told), "{e}");
+        }
         let text = PAPER_TOML.replacen("depth_jump = { value = 15.0", "depth_jump = { value = -1.0", 1);
         let e = DetectorConfig::from_toml("x.toml", &text).unwrap_err().to_string();
         assert!(e.contains("segmentation.depth_jump") && e.contains("-1"), "{e}");

@@ -38,6 +38,35 @@ fn images_without_a_measurement_hold_no_fruit() {
     }
 }
 
+/// Images that are hard on the search, of the size of a real camera: none takes more looks than the config allows.
+#[test]
+fn large_images_without_fruit_end() {
+    let mut config = DetectorConfig::paper();
+    config.fit.effort = config.fit.effort.with_value(30).unwrap();
+    let (w, h) = (640, 480);
+    // A hash of the pixel's number in [0, 1).
+    let hash = |i: usize| ((i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f32 / (1 << 24) as f32;
+    let wave =
+        |i: usize, period: f64| orchard_geometry::math::sin(std::f64::consts::TAU * i as f64 / period) as f32;
+    let images: [&dyn Fn(usize) -> f32; 5] = [
+        &|_| 0.5,
+        &|i| 0.5 + 1e-4 * (i % w) as f32 + 2e-4 * (i / w) as f32,
+        &|i| 0.3 + hash(i),
+        &|i| 0.5 + 0.0005 * hash(i),
+        // Waves whose crests and hollows are as curved as apples.
+        &|i| 0.4 + 0.002 * wave(i % w, 23.0) * wave(i / w, 29.0),
+    ];
+    for focal in [1e-6, 20.0, 600.0, 1e7] {
+        let k = Intrinsics { fx: focal, fy: focal, ..intrinsics(w, h) };
+        for image in images {
+            let depth = DepthImage::from_pixels(w, h, (0..w * h).map(image).collect()).unwrap();
+            for d in detect(&depth, &k, None, &config).unwrap() {
+                assert!(d.p_camera.iter().all(|x| x.is_finite()) && d.radius.is_finite(), "{d:?}");
+            }
+        }
+    }
+}
+
 fn any_depth() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => 0.3_f32..1.4,
@@ -46,6 +75,9 @@ fn any_depth() -> impl Strategy<Value = f32> {
         1 => Just(0.0_f32),
         1 => Just(f32::NAN),
         1 => Just(f32::MIN_POSITIVE),
+        1 => Just(1e-40_f32),
+        1 => Just(-0.5_f32),
+        1 => Just(f32::INFINITY),
     ]
 }
 
@@ -54,19 +86,19 @@ proptest! {
 
     #[test]
     fn any_pixels_are_survived(
-        (w, h, pixels, mask) in (0_usize..16, 0_usize..16).prop_flat_map(|(w, h)| (
+        (w, h, pixels, mask) in prop_oneof![(0_usize..16, 0_usize..16), (Just(1_usize), 0_usize..200), (0_usize..200, Just(1_usize))].prop_flat_map(|(w, h)| (
             Just(w), Just(h),
             prop::collection::vec(any_depth(), w * h),
             prop::collection::vec(any::<bool>(), w * h),
         )),
-        refine: bool, gates: bool, fx in prop_oneof![1.0_f64..200.0, any::<f64>()], cx in prop_oneof![0.0_f64..16.0, any::<f64>()],
+        refine: bool, gates: bool, stereo: bool, fx in prop_oneof![1.0_f64..200.0, any::<f64>()], cx in prop_oneof![0.0_f64..16.0, any::<f64>()],
     ) {
         let depth = DepthImage::from_pixels(w, h, pixels).unwrap();
         let mask = Image::from_pixels(w, h, mask).unwrap();
-        let mut config = DetectorConfig::paper();
+        let mut config = if stereo { DetectorConfig::d435i() } else { DetectorConfig::paper() };
         config.fit.refine = refine;
         for gate in [&mut config.gates.residual, &mut config.gates.elongation, &mut config.gates.isolation,
-                     &mut config.gates.convexity, &mut config.gates.cylinder] {
+                     &mut config.gates.convexity, &mut config.gates.cylinder, &mut config.gates.hidden] {
             gate.on = gates;
         }
         config.gates.radius.on = gates;

@@ -69,6 +69,28 @@ fn elongation() {
     });
 }
 
+/// Not a gate: a leaf in front of half of the fruit leaves a crescent, which elongation refuses unless what hides counts.
+#[test]
+fn what_hides_a_fruit_counts_for_it() {
+    let config = DetectorConfig::paper();
+    let ball = ball(Vec3::new(0.0, 0.0, 0.5), 0.035);
+    let front = part(plane(Vec3::new(0.0, 0.0, 0.4), Vec3::z()), |p| p.x > -0.006);
+    let surfaces: [Surface; 2] = [&ball, &front];
+    assert_eq!(found(&surfaces, &config).len(), 1);
+    let mut off = config.clone();
+    off.gates.hidden.on = false;
+    assert!(considered(&surfaces, &off).iter().any(|c| c.refused_by == Some(Gate::Elongation)));
+    assert!(found(&surfaces, &off).is_empty());
+    // Behind the strip there is nothing: what is not hidden must be seen.
+    let strip = part(ball_of(), |p| p.y.abs() < 0.008);
+    let behind = plane(Vec3::new(0.0, 0.0, 0.7), Vec3::z());
+    assert!(found(&[&strip, &behind], &config).is_empty());
+}
+
+fn ball_of() -> impl Fn(&Vec3) -> Option<f64> {
+    ball(Vec3::new(0.0, 0.0, 0.5), 0.035)
+}
+
 #[test]
 fn isolation() {
     // A shallow bump on a wall: the wall goes on where the sphere would turn away.

@@ -1,6 +1,6 @@
 //! Words on a picture.
 
-use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13_BOLD};
+use embedded_graphics::mono_font::{MonoTextStyle, MonoTextStyleBuilder, ascii::FONT_7X13_BOLD};
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
 use embedded_graphics::text::{Baseline, Text};
@@ -19,6 +19,16 @@ pub fn write(image: &mut Image<[u8; 3]>, text: &str, left: usize, top: usize) {
     let style = MonoTextStyle::new(&FONT_7X13_BOLD, INK);
     let corner = Point::new(left as i32, (top + MARGIN) as i32);
     let Ok(_) = Text::with_baseline(text, corner, style, Baseline::Top).draw(&mut Canvas(image));
+}
+
+/// Writes bright letters on a dark label, its upper left corner at a pixel that may lie outside the picture.
+pub fn write_label(image: &mut Image<[u8; 3]>, text: &str, left: i32, top: i32) {
+    const PAPER: Rgb888 = Rgb888::new(12, 14, 16);
+    const INK: Rgb888 = Rgb888::new(235, 240, 235);
+    let style =
+        MonoTextStyleBuilder::new().font(&FONT_7X13_BOLD).text_color(INK).background_color(PAPER).build();
+    let Ok(_) =
+        Text::with_baseline(text, Point::new(left, top), style, Baseline::Top).draw(&mut Canvas(image));
 }
 
 struct Canvas<'a>(&'a mut Image<[u8; 3]>);
