@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
-use crate::vantage::VantageSpec;
+use crate::detect::DetectRules;
 
 /// The protocol of preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
@@ -60,16 +60,6 @@ pub struct Rules {
     pub visible_pixels: Count,
 }
 
-/// The detection task.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DetectRules {
-    /// Views a tree.
-    pub views: Count,
-    /// Where they are taken from.
-    pub vantage: VantageSpec,
-}
-
 /// Percentiles between which a canopy is cut into vertical thirds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -109,7 +99,7 @@ impl Protocol {
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range, fewer tuning seeds than a profile
-    /// asks for.
+    /// asks for, foliage densities that do not ascend or lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let protocol: Self = from_toml(file, text)?;
         for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
@@ -122,7 +112,12 @@ impl Protocol {
                 });
             }
         }
-        Ok(protocol)
+        match protocol.detect.problem() {
+            None => Ok(protocol),
+            Some((field, problem)) => {
+                Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem })
+            }
+        }
     }
 
     /// The protocol of preset `paper`.

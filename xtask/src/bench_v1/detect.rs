@@ -1,0 +1,104 @@
+//! The detection task: what a detector finds in single depth images.
+
+mod figure;
+mod tables;
+
+use std::path::Path;
+
+use anyhow::Context;
+use orchard_bench::detect::{DetectPlan, DetectRecord, DetectResult, PaperTrees, run as run_plan};
+use orchard_bench::protocol::Protocol;
+use orchard_bench::store::{Store, write_bytes};
+use orchard_perception::DetectorConfig;
+use orchard_spec::Spec;
+
+use super::bar::{Bar, Shown};
+use super::{Args, STOP, Scope, ended};
+use crate::failure::Failure;
+use crate::tree_args::read_camera;
+
+/// Name of the figure under the result folder.
+const FIGURE: &str = "detect.svg";
+
+/// What the command line asks for.
+pub struct Asked {
+    trees: PaperTrees,
+    plan: DetectPlan,
+}
+
+impl Asked {
+    /// Reads the command line.
+    pub fn read(args: &Args, scope: &Scope, protocol: &Protocol) -> Result<Self, Failure> {
+        let trees = PaperTrees::new();
+        let camera = args.camera.as_deref().map_or_else(|| Ok(Spec::paper().camera), read_camera)?;
+        let (detector_name, detector) = read_detector(args.detector.as_deref().unwrap_or("paper"))?;
+        let plan = DetectPlan {
+            preset: trees.preset().to_owned(),
+            profile: args.profile.name().to_owned(),
+            seeds: scope.seeds.clone(),
+            trees: scope.trees,
+            camera,
+            detector_name,
+            detector,
+            protocol: protocol.clone(),
+            texts: PaperTrees::texts(),
+        };
+        plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
+        Ok(Self { trees, plan })
+    }
+
+    /// Runs it and reports.
+    pub fn run(&self, scope: &Scope, store: &Store) -> Result<(), Failure> {
+        // Like the summary, a figure of other trees must not outlive the start of a run.
+        store.remove(FIGURE).map_err(|e| Failure::Failed(e.to_string()))?;
+        let keys = self.plan.keys();
+        let steps = keys.iter().map(|key| self.plan.steps(key)).max().unwrap_or(0);
+        let bar = Bar::new(keys.len(), steps, shown);
+        let result = run_plan(&self.plan, &self.trees, store, scope.threads, &STOP, &bar);
+        bar.clear();
+        let DetectResult { summary, .. } = ended(result)?;
+        let rules = &self.plan.protocol.detect;
+        let svg = figure::svg(&summary, rules).context("cannot draw the figure")?;
+        write_bytes(&scope.out.join(FIGURE), svg.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
+        print!("{}", tables::report(&summary, &self.plan));
+        println!("results: {}, {FIGURE}", scope.out.join("detect.json").display());
+        Ok(())
+    }
+}
+
+fn shown(record: &DetectRecord) -> Shown {
+    let images = record.densities.iter().flat_map(|density| &density.images);
+    let detections = || images.clone().flat_map(|image| &image.detections);
+    let told = match &record.quarantined {
+        Some(reason) => format!("quarantined: {reason}"),
+        None => format!(
+            "{} images, {} detections, {} of them right",
+            images.clone().count(),
+            detections().count(),
+            detections().filter(|d| d.fruit.is_some()).count()
+        ),
+    };
+    let ablation: usize = record.ablation.iter().map(|variant| variant.images.len()).sum();
+    Shown {
+        steps: (images.count() + ablation) as u64,
+        line: format!("seed {} tree {}: {told}", record.key.seed, record.key.world),
+    }
+}
+
+/// A detector by its name or from its file, with the name that results give it.
+fn read_detector(detector: &str) -> Result<(String, DetectorConfig), Failure> {
+    if !detector.ends_with(".toml") {
+        return match detector {
+            "paper" => Ok((detector.to_owned(), DetectorConfig::paper())),
+            _ => Err(Failure::BadInput(format!(
+                "--detector: no detector '{detector}'; the detectors are: paper"
+            ))),
+        };
+    }
+    let bad = |e: String| Failure::BadInput(format!("--detector {detector}: {e}"));
+    let text = std::fs::read_to_string(detector).map_err(|e| bad(e.to_string()))?;
+    let config = DetectorConfig::from_toml(detector, &text).map_err(|e| Failure::BadInput(e.to_string()))?;
+    // The folder is no part of a result: the same file elsewhere gives the same bytes.
+    let name = Path::new(detector).file_name().map_or(detector.into(), |name| name.to_string_lossy());
+    Ok((name.into_owned(), config))
+}
