@@ -199,4 +199,28 @@ mod tests {
             assert!(bad.parse::<Seeds>().is_err(), "{bad}");
         }
     }
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn args(line: &[&str]) -> Args {
+        let line = [&["bench-v1"], line].concat();
+        <Line as clap::Parser>::try_parse_from(line).unwrap_or_else(|e| panic!("{e}")).args
+    }
+
+    #[test]
+    fn tasks_on_the_command_line() {
+        assert_eq!(args(&[]).tasks, [TaskName::Harvest]);
+        assert_eq!(args(&["--tasks", "harvest,detect"]).tasks, [TaskName::Harvest, TaskName::Detect]);
+        let check = |line: &[&str]| check_options(&args(line));
+        assert_eq!(check(&["--tasks", "detect", "--camera", "ideal", "--detector", "paper"]), Ok(()));
+        assert_eq!(
+            check(&["--camera", "ideal"]).unwrap_err(),
+            "--camera is for the task detect, which --tasks does not name"
+        );
+        assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
+    }
 }

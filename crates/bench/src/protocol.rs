@@ -143,6 +143,19 @@ mod tests {
         for name in protocol.published.keys() {
             assert!(crate::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
         }
+        let detect = &protocol.detect;
+        for (name, at) in detect.published.iter().chain(&detect.asked) {
+            let known = crate::detect::METRICS.iter().any(|m| m.name == name)
+                || crate::detect::ERRORS.iter().any(|e| e.name == name);
+            assert!(known, "{name}");
+            for at in at {
+                assert!(detect.densities().contains(&at.foliage), "{name} at {}", at.foliage);
+            }
+        }
+        let variants = crate::detect::variants(&orchard_perception::DetectorConfig::paper());
+        for name in detect.ablation.published.keys() {
+            assert!(variants.iter().any(|v| v.name == name), "{name}");
+        }
     }
 
     #[test]
@@ -150,5 +163,18 @@ mod tests {
         let text = PAPER_TOML.replacen("seeds = { value = 3", "seeds = { value = 4", 1);
         let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
         assert_eq!(e, "x.toml: full.seeds: 4 seeds, but tuning_seeds lists 3");
+    }
+
+    #[test]
+    fn densities_that_make_no_sweep_are_refused() {
+        let refused = |from: &str, to: &str| {
+            let text = PAPER_TOML.replacen(from, to, 1);
+            assert_ne!(text, PAPER_TOML);
+            Protocol::from_toml("x.toml", &text).unwrap_err().to_string()
+        };
+        let e = refused("{ value = 0.3, range = [0.0, 3.0]", "{ value = 0.0, range = [0.0, 3.0]");
+        assert_eq!(e, "x.toml: detect.foliage: densities must ascend, each but once");
+        let e = refused("foliage = { value = 0.6", "foliage = { value = 0.7");
+        assert_eq!(e, "x.toml: detect.ablation.foliage: 0.7 is not among detect.foliage");
     }
 }

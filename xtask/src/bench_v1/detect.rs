@@ -102,3 +102,72 @@ fn read_detector(detector: &str) -> Result<(String, DetectorConfig), Failure> {
     let name = Path::new(detector).file_name().map_or(detector.into(), |name| name.to_string_lossy());
     Ok((name.into_owned(), config))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicBool;
+
+    fn bad(detector: &str) -> String {
+        match read_detector(detector) {
+            Err(Failure::BadInput(line)) => line,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn detectors_by_name_and_file() {
+        assert_eq!(read_detector("paper").unwrap(), ("paper".to_owned(), DetectorConfig::paper()));
+        assert_eq!(bad("eagle"), "--detector: no detector 'eagle'; the detectors are: paper");
+        assert!(bad("no/such.toml").starts_with("--detector no/such.toml: "));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("mine.toml");
+        let path = file.to_string_lossy().into_owned();
+        let paper = orchard_perception::config::PAPER_TOML;
+        std::fs::write(&file, paper.replacen("refine = true", "refine = false", 1)).unwrap();
+        let (name, config) = read_detector(&path).unwrap();
+        assert_eq!((&*name, config.fit.refine), ("mine.toml", false));
+        std::fs::write(
+            &file,
+            paper.replacen("depth_jump = { value = 15.0", "depth_jump = { value = -1.0", 1),
+        )
+        .unwrap();
+        let line = bad(&path);
+        assert!(
+            line.contains("mine.toml: segmentation.depth_jump") && line.contains("[0.1, 1000]"),
+            "{line}"
+        );
+    }
+
+    /// One real tree, one view: every table and the figure, with precision and recall side by side.
+    #[test]
+    fn what_people_get_to_see() {
+        let mut protocol = Protocol::paper();
+        protocol.detect.views = protocol.detect.views.with_value(1).unwrap();
+        let plan = DetectPlan {
+            preset: "paper".into(),
+            profile: "quick".into(),
+            seeds: vec![protocol.tuning_seeds[0]],
+            trees: 1,
+            camera: Spec::paper().camera,
+            detector_name: "paper".into(),
+            detector: DetectorConfig::paper(),
+            protocol,
+            texts: PaperTrees::texts(),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let stop = AtomicBool::new(false);
+        let result = run_plan(&plan, &PaperTrees::new(), &store, 1, &stop, &orchard_bench::Silent).unwrap();
+        let text = tables::report(&result.summary, &plan);
+        for part in ["foliage  precision", "upper outer", "without cylinder", "asked: recall >= 0.8"] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        for line in text.lines().filter(|line| line.contains("precision") && line.starts_with("foliage")) {
+            assert!(line.contains("recall"), "{line}");
+        }
+        let svg = figure::svg(&result.summary, &plan.protocol.detect).unwrap();
+        assert!(svg.contains("foliage density") && svg.contains("precision, published"));
+        assert!(!svg.contains("NaN") && !text.contains("NaN"));
+    }
+}

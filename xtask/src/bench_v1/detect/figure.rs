@@ -65,7 +65,7 @@ fn draw(
         .configure_mesh()
         .light_line_style(TRANSPARENT)
         .x_desc("foliage density")
-        .y_desc("part")
+        .y_desc("precision, recall")
         .y_labels(11)
         .draw()?;
     for Line { name, title, color, shift } in lines {
