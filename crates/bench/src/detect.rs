@@ -24,8 +24,8 @@ pub use ablation::{Variant, variants};
 pub use metrics::METRICS;
 pub use plan::{DetectKey, DetectPlan};
 pub use record::{
-    AblationRecord, DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord,
-    SitsOn, TrackRecord,
+    DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord, SitsOn, TrackRecord,
+    VariantRecord,
 };
 pub use rules::{AblationRules, Anchor, AtFoliage, DetectRules, FoundRules};
 pub use run::{DetectResult, run};

@@ -78,7 +78,7 @@ fn shown(record: &DetectRecord) -> Shown {
             detections().filter(|d| d.fruit.is_some()).count()
         ),
     };
-    let ablation: usize = record.ablation.iter().map(|variant| variant.images.len()).sum();
+    let ablation: usize = record.variants.iter().map(|variant| variant.images.len()).sum();
     Shown {
         steps: (images.count() + ablation) as u64,
         line: format!("seed {} tree {}: {told}", record.key.seed, record.key.world),

@@ -34,7 +34,8 @@ impl Trees for FakeTrees {
         let mut stream = Stream::new(seed, world, Purpose::Test);
         let mut scene = Scene::default();
         scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
-        let trunk = Shape::Capsule { radius: 0.03, length: 1.6 };
+        // Thicker than any apple, or its round end would be one.
+        let trunk = Shape::Capsule { radius: 0.08, length: 1.6 };
         scene.push(Geometry::Shape(trunk), Pose::identity(), Label::Wood, 0);
         let mut fruit = Vec::new();
         for i in 0..8 {
@@ -86,7 +87,7 @@ pub fn record(key: &DetectKey, zones: &[Option<Zone>]) -> DetectRecord {
         zone_frame: None,
         fruit: (0..).zip(zones).map(fruit).collect(),
         densities: plan().protocol.detect.densities().into_iter().map(density).collect(),
-        ablation: Vec::new(),
+        variants: Vec::new(),
     }
 }
 

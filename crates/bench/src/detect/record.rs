@@ -20,8 +20,8 @@ pub struct DetectRecord {
     pub fruit: Vec<HangingFruit>,
     /// What was seen and found, by ascending density.
     pub densities: Vec<DensityRecord>,
-    /// The same images with parts of the detector switched off; empty where the key asks for none.
-    pub ablation: Vec<AblationRecord>,
+    /// The ablation: the detector with parts of it switched off; empty where the key asks for none.
+    pub variants: Vec<VariantRecord>,
 }
 
 /// A fruit at rest.
@@ -149,7 +149,7 @@ pub struct TrackRecord {
 
 /// One variant of the detector on the images of the ablation's density.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AblationRecord {
+pub struct VariantRecord {
     /// Name of the variant.
     pub variant: String,
     /// What it reported, image by image.
@@ -179,7 +179,7 @@ impl DetectRecord {
             zone_frame: None,
             fruit: Vec::new(),
             densities: Vec::new(),
-            ablation: Vec::new(),
+            variants: Vec::new(),
         }
     }
 }

@@ -10,7 +10,7 @@ use super::ablation::variants;
 use super::image::View;
 use super::plan::{DetectKey, DetectPlan};
 use super::record::{
-    AblationRecord, DensityRecord, DetectRecord, DetectionRecord, HangingFruit, ImageRecord, TrackRecord,
+    DensityRecord, DetectRecord, DetectionRecord, HangingFruit, ImageRecord, TrackRecord, VariantRecord,
 };
 use super::score::{fruit_seen, score};
 use super::summary::DetectSummary;
@@ -110,7 +110,7 @@ impl<T: Trees> Detect<'_, T> {
         };
         let mut first: Option<(RestingTree, Stand)> = None;
         let mut densities = Vec::new();
-        let mut ablation = Vec::new();
+        let mut records = Vec::new();
         for foliage in rules.densities() {
             let tree = self.trees.tree(key.seed, key.world, foliage).map_err(Ended::Unseen)?;
             let stand = self.stand(key, &tree);
@@ -133,7 +133,7 @@ impl<T: Trees> Detect<'_, T> {
                         Ok(detections(view, &variant.config, &stand)?)
                     };
                     let images = views.iter().map(detections).collect::<Result<_, Ended>>()?;
-                    ablation.push(AblationRecord { variant: variant.name.to_owned(), images });
+                    records.push(VariantRecord { variant: variant.name.to_owned(), images });
                 }
             }
             first.get_or_insert((tree, stand));
@@ -149,7 +149,7 @@ impl<T: Trees> Detect<'_, T> {
         };
         let fruit = (0..).zip(&fruit).map(hanging).collect();
         let key = key.clone();
-        Ok(DetectRecord { key, quarantined: None, zone_frame: zones, fruit, densities, ablation })
+        Ok(DetectRecord { key, quarantined: None, zone_frame: zones, fruit, densities, variants: records })
     }
 
     fn stand(&self, key: &DetectKey, tree: &RestingTree) -> Stand {

@@ -215,7 +215,7 @@ fn ablation(plan: &DetectPlan, trees: &[&DetectRecord]) -> AblationSummary {
     let summary = |name: &str| {
         let tally = |tree: &&DetectRecord| {
             let density = density_of(tree, foliage)?;
-            let variant = tree.ablation.iter().find(|record| record.variant == name)?;
+            let variant = tree.variants.iter().find(|record| record.variant == name)?;
             let fruit = density.images.iter().map(|image| &image.fruit[..]);
             let images = fruit.zip(variant.images.iter().map(|detections| &detections[..]));
             Some(Tally::of(tree, images, &[], rules.found.bins.get()))

@@ -55,6 +55,14 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let result = go(one.path(), &plan(), 1, &heard);
     let whole = files(one.path());
     assert_eq!(whole.len(), 7);
+    for (tree, key) in result.trees.iter().zip(plan().keys()) {
+        let file = &whole[&<DetectRecord as crate::task::Record>::file(&key)];
+        assert_eq!(
+            &serde_json::from_str::<DetectRecord>(file).unwrap(),
+            tree,
+            "a file gives back its record"
+        );
+    }
     // Two trees of the first seed with the ablation, two of the other without.
     let keys = plan().keys();
     let steps: u64 = [0, 1, 3, 4].iter().map(|&i: &usize| plan().steps(&keys[i])).sum();
@@ -77,7 +85,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let tree = &result.trees[0];
     let at = |foliage| tree.densities.iter().find(|d| d.foliage == foliage).unwrap();
     let detections: Vec<_> = at(0.6).images.iter().map(|image| image.detections.clone()).collect();
-    assert_eq!(tree.ablation[0].images, detections);
+    assert_eq!(tree.variants[0].images, detections);
     assert_eq!(nominal.results.images, 8);
 
     // Two threads: the same bytes. A folder with one whole and one damaged file goes on to them.
