@@ -1,33 +1,39 @@
 //! `cargo xtask bench-v1`: the benchmark.
 
+mod bar;
+mod detect;
+mod harvest;
+
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::episode::EpisodeRecord;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::plan::Plan;
-use orchard_bench::protocol::Protocol;
+use orchard_bench::RunError;
+use orchard_bench::protocol::{Profile, Protocol};
 use orchard_bench::store::Store;
-use orchard_bench::{Progress, RunError, RunResult, run as run_plan};
 
 use crate::failure::Failure;
-use crate::headline;
 
-/// Grows trees, lets the robot harvest them and writes the metrics.
+/// Grows trees, lets the robot harvest them or the detector look at them, and writes the metrics.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Files:\n  DIR/summary.json      metrics with 95 % intervals, zones, failure reasons\n  \
+#[command(after_help = "Tasks:\n  harvest   the robot picks fruit for a while\n  \
+detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
+errors, canopy zones, and the detector with each of its gates switched off\n\n\
+Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
-DIR/compute.json      wall time and machine, and nothing else\n\
-The first two are the same bytes on every run of one command, for any number of threads.\n\
+DIR/compute.json      wall time and machine, and nothing else\n  \
+DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
+DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
+DIR/detect.svg        precision and recall against foliage density\n\
+All but compute.json are the same bytes on every run of one command, for any number of threads.\n\
 Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
-cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20"
-)]
+cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
+cargo xtask bench-v1 --tasks detect --profile full")]
 pub struct Args {
+    /// What to run
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [TaskName::Harvest])]
+    tasks: Vec<TaskName>,
     /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s.
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
@@ -37,7 +43,7 @@ pub struct Args {
     /// Trees a seed [default: by profile]
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
-    /// Length of an episode in seconds [default: by profile]
+    /// Length of an episode of the harvest in seconds [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
     /// Threads [default: as many as the machine has]
@@ -46,6 +52,19 @@ pub struct Args {
     /// Where the results go [default: results/bench-v1-PROFILE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Depth camera of the detect task: ideal, paper, or a file of figures that differ [default: paper]
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    camera: Option<String>,
+    /// Detector of the detect task: paper, or a file of all its figures [default: paper]
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    detector: Option<String>,
+}
+
+/// A task of the benchmark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TaskName {
+    Harvest,
+    Detect,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -90,20 +109,28 @@ impl std::str::FromStr for Seeds {
 /// Raised by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 
+/// What all tasks share.
+struct Scope {
+    seeds: Vec<u64>,
+    /// Trees a seed.
+    trees: u32,
+    threads: usize,
+    out: PathBuf,
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let harvest = Harvest::paper();
     let protocol = Protocol::paper();
-    let plan = plan(args, &harvest, &protocol).map_err(Failure::BadInput)?;
-    plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
-    let threads = args.threads.map_or_else(
-        || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-        |threads| threads as usize,
-    );
-    let out = args
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("results/bench-v1-{}", args.profile.name())));
-    let store = Store::open(&out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
+    let profile = match args.profile {
+        ProfileName::Quick => &protocol.quick,
+        ProfileName::Full => &protocol.full,
+    };
+    let scope = scope(args, &protocol, profile).map_err(Failure::BadInput)?;
+    check_options(args).map_err(Failure::BadInput)?;
+    // All input is read before anything is computed.
+    let asks = |task| args.tasks.contains(&task);
+    let harvest = asks(TaskName::Harvest).then(|| harvest::Asked::read(args, &scope, profile)).transpose()?;
+    let detect = asks(TaskName::Detect).then(|| detect::Asked::read(args, &scope, &protocol)).transpose()?;
+    let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {
@@ -112,121 +139,52 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
     .map_err(|e| Failure::Failed(format!("cannot listen to Ctrl-C: {e}")))?;
 
-    let progress = Bar::new(&plan);
-    let result = run_plan(&plan, &harvest, &store, threads, &STOP, &progress);
-    progress.bar.finish_and_clear();
-    match result {
-        Ok(result) => {
-            report(&result, &plan);
-            println!("results: {}", out.join("summary.json").display());
-            Ok(())
-        }
-        Err(e @ RunError::Interrupted { .. }) => Err(Failure::Interrupted(e.to_string())),
-        Err(e) => Err(Failure::Failed(e.to_string())),
+    if let Some(harvest) = harvest {
+        harvest.run(&scope, &store)?;
     }
+    if let Some(detect) = detect {
+        detect.run(&scope, &store)?;
+    }
+    Ok(())
 }
 
-fn plan(args: &Args, harvest: &Harvest, protocol: &Protocol) -> Result<Plan, String> {
-    let profile = match args.profile {
-        ProfileName::Quick => &protocol.quick,
-        ProfileName::Full => &protocol.full,
-    };
+fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, String> {
     let seeds = match &args.seeds {
         Some(Seeds::List(seeds)) => seeds.clone(),
         Some(Seeds::Tuning) => protocol.tuning_seeds.clone(),
         None => protocol.tuning_seeds.iter().copied().take(profile.seeds.get() as usize).collect(),
     };
     let trees = args.trees.unwrap_or_else(|| profile.trees.get());
-    let trees = profile.trees.with_value(trees).map_err(|e| format!("--trees: {e}"))?;
-    let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
-    let horizon = profile.horizon.with_value(horizon).map_err(|e| format!("--horizon: {e}"))?;
-    Ok(harvest.plan(args.profile.name(), seeds, trees.get(), horizon.si()))
-}
-
-fn report(result: &RunResult, plan: &Plan) {
-    let Some(condition) = result.summary.conditions.get(&plan.condition) else { return };
-    println!(
-        "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees x {} s",
-        plan.condition,
-        plan.params.fruit_count,
-        plan.params.foliage_density,
-        plan.seeds,
-        plan.params.trees,
-        plan.params.horizon_s
+    let trees = profile.trees.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
+    let threads = args.threads.map_or_else(
+        || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        |threads| threads as usize,
     );
-    print!("{}", headline::table(condition, &plan.protocol));
-    let counts = |counts: &std::collections::BTreeMap<String, u32>| {
-        let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
-        if list.is_empty() { "none".to_owned() } else { list.join(", ") }
-    };
-    println!("episodes ended: {}", counts(&condition.outcomes));
-    println!("failed attempts: {}", counts(&condition.failures));
-    println!(
-        "{:.0} s on {} threads; {} world-seconds a second",
-        result.compute.wall_s,
-        result.compute.threads,
-        result.compute.world_seconds_per_s.map_or_else(|| "-".to_owned(), |x| format!("{x:.1}"))
-    );
+    let default = || PathBuf::from(format!("results/bench-v1-{}", args.profile.name()));
+    Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(default) })
 }
 
-/// A progress bar on a terminal, a line an episode elsewhere.
-struct Bar {
-    bar: ProgressBar,
-    horizon_frames: u64,
-    total: usize,
-    done: Mutex<usize>,
-}
-
-impl Bar {
-    fn new(plan: &Plan) -> Self {
-        let (total, horizon_frames) = (plan.episodes().len(), u64::from(plan.horizon_frames()));
-        let bar = ProgressBar::new(total as u64 * horizon_frames);
-        if let Ok(style) =
-            ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {elapsed} (about {eta} left)")
-        {
-            bar.set_style(style);
-        }
-        bar.set_message(format!("0/{total} trees"));
-        Self { bar, horizon_frames, total, done: Mutex::new(0) }
-    }
-
-    fn say(&self, line: &str) {
-        if self.bar.is_hidden() {
-            eprintln!("{line}");
-        } else {
-            self.bar.println(line);
+/// An option of a task that is not run would change nothing: better told than ignored.
+fn check_options(args: &Args) -> Result<(), String> {
+    let options = [
+        ("--horizon", args.horizon.is_some(), TaskName::Harvest, "harvest"),
+        ("--camera", args.camera.is_some(), TaskName::Detect, "detect"),
+        ("--detector", args.detector.is_some(), TaskName::Detect, "detect"),
+    ];
+    for (option, given, task, name) in options {
+        if given && !args.tasks.contains(&task) {
+            return Err(format!("{option} is for the task {name}, which --tasks does not name"));
         }
     }
+    Ok(())
 }
 
-impl Progress for Bar {
-    fn frame(&self) {
-        self.bar.inc(1);
-    }
-
-    fn episode(&self, record: &EpisodeRecord, reused: bool) {
-        let computed = if reused { 0 } else { u64::from(record.frames) };
-        self.bar.inc(self.horizon_frames.saturating_sub(computed));
-        // A poisoned counter only means that another thread panicked; the run ends with that.
-        let mut done = self.done.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        *done += 1;
-        self.bar.set_message(format!("{done}/{} trees", self.total));
-        self.say(&format!(
-            "{done}/{}  seed {} tree {}: {} fruit deposited ({} reachable), {} attempts, {} dropped{}",
-            self.total,
-            record.key.seed,
-            record.key.world,
-            record.deposited().count(),
-            record.reachable_count,
-            record.attempts.len(),
-            record.dropped().count(),
-            if reused { " (stored)" } else { "" }
-        ));
-    }
-
-    fn note(&self, line: &str) {
-        self.say(&format!("note: {line}"));
-    }
+/// A run's end as the command's.
+fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
+    result.map_err(|e| match e {
+        RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        e => Failure::Failed(e.to_string()),
+    })
 }
 
 #[cfg(test)]
@@ -240,5 +198,29 @@ mod tests {
         for bad in ["", "5,", "-1", "1.5", "all"] {
             assert!(bad.parse::<Seeds>().is_err(), "{bad}");
         }
+    }
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn args(line: &[&str]) -> Args {
+        let line = [&["bench-v1"], line].concat();
+        <Line as clap::Parser>::try_parse_from(line).unwrap_or_else(|e| panic!("{e}")).args
+    }
+
+    #[test]
+    fn tasks_on_the_command_line() {
+        assert_eq!(args(&[]).tasks, [TaskName::Harvest]);
+        assert_eq!(args(&["--tasks", "harvest,detect"]).tasks, [TaskName::Harvest, TaskName::Detect]);
+        let check = |line: &[&str]| check_options(&args(line));
+        assert_eq!(check(&["--tasks", "detect", "--camera", "ideal", "--detector", "paper"]), Ok(()));
+        assert_eq!(
+            check(&["--camera", "ideal"]).unwrap_err(),
+            "--camera is for the task detect, which --tasks does not name"
+        );
+        assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
     }
 }

@@ -4,6 +4,8 @@ use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::protocol::Protocol;
 use orchard_bench::summary::ConditionSummary;
 
+use crate::columns::columns;
+
 /// The metrics of a condition in the order of their definition, with the paper's nominal figures.
 pub fn table(condition: &ConditionSummary, protocol: &Protocol) -> String {
     let head = ["metric", "mean", "95 % interval", "n", "paper", "unit"].map(str::to_owned);
@@ -20,22 +22,16 @@ pub fn table(condition: &ConditionSummary, protocol: &Protocol) -> String {
             definition.unit.to_owned(),
         ]);
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
-    let widths: [usize; 6] = std::array::from_fn(width);
-    rows.iter()
-        .map(|row| {
-            let [name, mean, interval, n, paper, unit] = row;
-            let [a, b, c, d, e, _] = widths;
-            format!("{name:<a$}  {mean:>b$}  {interval:>c$}  {n:>d$}  {paper:>e$}  {unit}\n")
-        })
-        .collect()
+    columns(&rows, &[0, 5])
 }
 
-fn number(value: Option<f64>) -> String {
+/// Two digits after the point, or that there is none.
+pub fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |x| format!("{x:.2}"))
 }
 
-fn interval(metric: &Metric) -> String {
+/// An interval.
+pub fn interval(metric: &Metric) -> String {
     match metric.ci95 {
         [Some(low), Some(high)] => format!("{low:.2} .. {high:.2}"),
         _ => "-".to_owned(),

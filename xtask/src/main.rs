@@ -2,6 +2,7 @@
 
 mod bare_tree;
 mod bench_v1;
+mod columns;
 mod detect;
 mod export_tree;
 mod failure;

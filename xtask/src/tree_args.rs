@@ -43,7 +43,7 @@ impl SpecArgs {
 }
 
 /// A camera by its name or from its file.
-fn read_camera(camera: &str) -> Result<CameraSpec, Failure> {
+pub fn read_camera(camera: &str) -> Result<CameraSpec, Failure> {
     if !camera.ends_with(".toml") {
         return CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera: {e}")));
     }

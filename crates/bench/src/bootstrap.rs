@@ -51,9 +51,14 @@ impl Resamples {
     /// The percentile interval of a metric; `None` if no resample defines it. Resamples whose denominators sum
     /// to 0 say nothing and are left out.
     pub fn interval(&self, shares: &[Share]) -> Option<[f64; 2]> {
-        let ratios = ascending(self.draws.iter().filter_map(|trees| ratio(trees.iter().map(|&t| shares[t]))));
+        self.interval_of(|trees| ratio(trees.iter().map(|&t| shares[t])))
+    }
+
+    /// The same of any statistic of a list of trees.
+    pub fn interval_of(&self, statistic: impl Fn(&[usize]) -> Option<f64>) -> Option<[f64; 2]> {
+        let values = ascending(self.draws.iter().filter_map(|trees| statistic(trees)));
         let tail = 0.5 * (1.0 - self.confidence);
-        Some([quantile(&ratios, tail)?, quantile(&ratios, 1.0 - tail)?])
+        Some([quantile(&values, tail)?, quantile(&values, 1.0 - tail)?])
     }
 }
 

@@ -5,6 +5,7 @@
 use orchard_geometry::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::task::Record;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Version of the layout of every result file.
@@ -203,6 +204,20 @@ pub struct EpisodeRecord {
     pub detection: DetectionTally,
     /// Largest stem force of the episode [N]; null if it was not finite.
     pub max_stem_pull_n: Option<f64>,
+}
+
+impl Record for EpisodeRecord {
+    type Key = EpisodeKey;
+
+    const FOLDER: &'static str = "episodes";
+
+    fn key(&self) -> &EpisodeKey {
+        &self.key
+    }
+
+    fn file(key: &EpisodeKey) -> String {
+        format!("{}-{}-{:03}.json", key.condition, key.seed, key.world)
+    }
 }
 
 impl EpisodeRecord {

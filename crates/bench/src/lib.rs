@@ -7,6 +7,7 @@ pub mod adapter;
 mod attempts;
 mod bootstrap;
 pub mod compute;
+pub mod detect;
 pub mod episode;
 #[cfg(test)]
 mod fake;
@@ -26,8 +27,10 @@ mod run_tests;
 mod stall;
 pub mod store;
 pub mod summary;
+pub mod task;
 pub mod vantage;
 pub mod zones;
 
 pub use harness::run_episode;
-pub use run::{Progress, RunError, RunResult, Silent, WorldFactory, run};
+pub use run::{RunResult, WorldFactory, run};
+pub use task::{Progress, RunError, Silent};

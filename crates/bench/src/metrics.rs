@@ -8,14 +8,13 @@ use crate::bootstrap::{Resamples, Share, ratio};
 use crate::episode::EpisodeRecord;
 
 /// A metric: its name, its unit and one tree's share of it.
-#[derive(Clone, Copy)]
-pub struct MetricDefinition {
+pub struct MetricDefinition<R> {
     /// Name in `summary.json`.
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
     /// One tree's numerator and denominator.
-    pub share: fn(&EpisodeRecord) -> Share,
+    pub share: fn(&R) -> Share,
 }
 
 /// A metric's estimate. Without anything to measure, all is null and `n` is 0.
@@ -30,7 +29,7 @@ pub struct Metric {
 }
 
 /// All metrics of the nominal condition.
-pub const METRICS: &[MetricDefinition] = &[
+pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     MetricDefinition { name: "harvest_completeness", unit: "1", share: completeness },
     MetricDefinition {
         name: "place_success_per_attempt",
@@ -80,24 +79,38 @@ pub const METRICS: &[MetricDefinition] = &[
     },
 ];
 
-/// Every metric of a set of episodes; `resamples` index into them.
-pub fn estimate(episodes: &[EpisodeRecord], resamples: &Resamples) -> BTreeMap<String, Metric> {
-    METRICS
+impl Metric {
+    /// The ratio of the sums of trees' shares; `resamples` index into them.
+    pub fn of(shares: &[Share], resamples: &Resamples) -> Self {
+        Self {
+            mean: ratio(shares.iter().copied()),
+            ci95: ends(resamples.interval(shares)),
+            n: shares.iter().map(|s| s.denominator).sum::<f64>() as u64,
+        }
+    }
+}
+
+/// The ends of an interval as they are written.
+pub(crate) fn ends(interval: Option<[f64; 2]>) -> [Option<f64>; 2] {
+    interval.map_or([None, None], |ends| ends.map(Some))
+}
+
+/// Every metric of a list over trees' records; `resamples` index into them.
+pub fn estimate<R>(
+    definitions: &[MetricDefinition<R>],
+    records: &[R],
+    resamples: &Resamples,
+) -> BTreeMap<String, Metric> {
+    definitions
         .iter()
         .map(|definition| {
-            let shares: Vec<Share> = episodes.iter().map(definition.share).collect();
-            let [low, high] = match resamples.interval(&shares) {
-                Some([low, high]) => [Some(low), Some(high)],
-                None => [None, None],
-            };
-            let n = shares.iter().map(|s| s.denominator).sum::<f64>() as u64;
-            let mean = ratio(shares.into_iter());
-            (definition.name.to_owned(), Metric { mean, ci95: [low, high], n })
+            let shares: Vec<Share> = records.iter().map(definition.share).collect();
+            (definition.name.to_owned(), Metric::of(&shares, resamples))
         })
         .collect()
 }
 
-fn per(numerator: usize, denominator: usize) -> Share {
+pub(crate) fn per(numerator: usize, denominator: usize) -> Share {
     Share { numerator: numerator as f64, denominator: denominator as f64 }
 }
 
@@ -141,7 +154,7 @@ mod tests {
 
     fn metrics(episodes: &[EpisodeRecord]) -> BTreeMap<String, Metric> {
         let groups = vec![(0..episodes.len()).collect::<Vec<_>>()];
-        estimate(episodes, &Resamples::draw(&groups, &Protocol::paper().bootstrap))
+        estimate(METRICS, episodes, &Resamples::draw(&groups, &Protocol::paper().bootstrap))
     }
 
     /// Two trees, worked out by hand.

@@ -73,17 +73,7 @@ impl Plan {
     /// # Errors
     /// No seed, a seed given twice, no tree, a budget shorter than a frame.
     pub fn check(&self) -> Result<(), PlanError> {
-        if self.seeds.is_empty() {
-            return Err(PlanError::NoSeeds);
-        }
-        for (i, seed) in self.seeds.iter().enumerate() {
-            if self.seeds[..i].contains(seed) {
-                return Err(PlanError::SeedTwice(*seed));
-            }
-        }
-        if self.params.trees == 0 {
-            return Err(PlanError::NoTrees);
-        }
+        check_trees(&self.seeds, self.params.trees)?;
         if !(self.frame..=LONGEST_HORIZON).contains(&self.params.horizon_s) {
             return Err(PlanError::Horizon { horizon: self.params.horizon_s, frame: self.frame });
         }
@@ -113,6 +103,19 @@ impl Plan {
             .map(|(seed, world)| key(seed, world))
             .collect()
     }
+}
+
+/// Checks the seeds and the number of trees a seed.
+pub(crate) fn check_trees(seeds: &[u64], trees: u32) -> Result<(), PlanError> {
+    if seeds.is_empty() {
+        return Err(PlanError::NoSeeds);
+    }
+    for (i, seed) in seeds.iter().enumerate() {
+        if seeds[..i].contains(seed) {
+            return Err(PlanError::SeedTwice(*seed));
+        }
+    }
+    if trees == 0 { Err(PlanError::NoTrees) } else { Ok(()) }
 }
 
 /// SHA-256 over named config texts, hexadecimal. Names and lengths are hashed too, so that text cannot move

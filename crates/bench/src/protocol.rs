@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
-use crate::vantage::VantageSpec;
+use crate::detect::DetectRules;
 
 /// The protocol of preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
@@ -60,16 +60,6 @@ pub struct Rules {
     pub visible_pixels: Count,
 }
 
-/// The detection task.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DetectRules {
-    /// Views a tree.
-    pub views: Count,
-    /// Where they are taken from.
-    pub vantage: VantageSpec,
-}
-
 /// Percentiles between which a canopy is cut into vertical thirds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -109,7 +99,7 @@ impl Protocol {
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range, fewer tuning seeds than a profile
-    /// asks for.
+    /// asks for, foliage densities that do not ascend or lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let protocol: Self = from_toml(file, text)?;
         for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
@@ -122,7 +112,12 @@ impl Protocol {
                 });
             }
         }
-        Ok(protocol)
+        match protocol.detect.problem() {
+            None => Ok(protocol),
+            Some((field, problem)) => {
+                Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem })
+            }
+        }
     }
 
     /// The protocol of preset `paper`.
@@ -148,6 +143,19 @@ mod tests {
         for name in protocol.published.keys() {
             assert!(crate::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
         }
+        let detect = &protocol.detect;
+        for (name, at) in detect.published.iter().chain(&detect.asked) {
+            let known = crate::detect::METRICS.iter().any(|m| m.name == name)
+                || crate::detect::ERRORS.iter().any(|e| e.name == name);
+            assert!(known, "{name}");
+            for at in at {
+                assert!(detect.densities().contains(&at.foliage), "{name} at {}", at.foliage);
+            }
+        }
+        let variants = crate::detect::variants(&orchard_perception::DetectorConfig::paper());
+        for name in detect.ablation.published.keys() {
+            assert!(variants.iter().any(|v| v.name == name), "{name}");
+        }
     }
 
     #[test]
@@ -155,5 +163,18 @@ mod tests {
         let text = PAPER_TOML.replacen("seeds = { value = 3", "seeds = { value = 4", 1);
         let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
         assert_eq!(e, "x.toml: full.seeds: 4 seeds, but tuning_seeds lists 3");
+    }
+
+    #[test]
+    fn densities_that_make_no_sweep_are_refused() {
+        let refused = |from: &str, to: &str| {
+            let text = PAPER_TOML.replacen(from, to, 1);
+            assert_ne!(text, PAPER_TOML);
+            Protocol::from_toml("x.toml", &text).unwrap_err().to_string()
+        };
+        let e = refused("{ value = 0.3, range = [0.0, 3.0]", "{ value = 0.0, range = [0.0, 3.0]");
+        assert_eq!(e, "x.toml: detect.foliage: densities must ascend, each but once");
+        let e = refused("foliage = { value = 0.6", "foliage = { value = 0.7");
+        assert_eq!(e, "x.toml: detect.ablation.foliage: 0.7 is not among detect.foliage");
     }
 }

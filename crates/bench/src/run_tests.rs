@@ -9,10 +9,16 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use crate::episode::EpisodeRecord;
 use crate::fake::{FakeFactory, plan};
 use crate::plan::Plan;
-use crate::run::{Progress, RunError, RunResult, Silent, run};
+use crate::run::{RunResult, run};
 use crate::store::Store;
+use crate::task::{Progress, RunError, Silent};
 
-fn go(folder: &Path, plan: &Plan, threads: usize, progress: &impl Progress) -> Result<RunResult, RunError> {
+fn go(
+    folder: &Path,
+    plan: &Plan,
+    threads: usize,
+    progress: &impl Progress<EpisodeRecord>,
+) -> Result<RunResult, RunError> {
     let store = Store::open(folder).unwrap();
     run(plan, &FakeFactory, &store, threads, &AtomicBool::new(false), progress)
 }
@@ -38,8 +44,8 @@ struct Heard {
     notes: Mutex<Vec<String>>,
 }
 
-impl Progress for Heard {
-    fn episode(&self, _: &EpisodeRecord, reused: bool) {
+impl Progress<EpisodeRecord> for Heard {
+    fn record(&self, _: &EpisodeRecord, reused: bool) {
         let counter = if reused { &self.reused } else { &self.computed };
         counter.fetch_add(1, Ordering::Relaxed);
     }
@@ -120,14 +126,14 @@ struct StopEarly<'a> {
     finished: AtomicU32,
 }
 
-impl Progress for StopEarly<'_> {
-    fn frame(&self) {
+impl Progress<EpisodeRecord> for StopEarly<'_> {
+    fn step(&self) {
         if self.finished.load(Ordering::Relaxed) == 3 {
             self.stop.store(true, Ordering::Relaxed);
         }
     }
 
-    fn episode(&self, _: &EpisodeRecord, _: bool) {
+    fn record(&self, _: &EpisodeRecord, _: bool) {
         self.finished.fetch_add(1, Ordering::Relaxed);
     }
 }

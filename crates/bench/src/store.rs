@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use serde::Serialize;
 
-use crate::episode::{EpisodeKey, EpisodeRecord};
+use crate::task::Record;
 
 /// A result folder.
 #[derive(Debug, Clone)]
@@ -22,14 +22,14 @@ pub struct StoreError {
     source: io::Error,
 }
 
-/// What was found where an episode's file belongs.
+/// What was found where a record's file belongs.
 #[derive(Debug)]
-pub enum Stored {
+pub enum Stored<R> {
     /// No file.
     Missing,
-    /// The whole record of this very episode.
-    Whole(Box<EpisodeRecord>),
-    /// A whole record of another config, code version or horizon.
+    /// The whole record of this very key.
+    Whole(Box<R>),
+    /// A whole record of another key: another config or code version, say.
     Other,
     /// Not a record as this code writes it.
     Damaged,
@@ -41,37 +41,32 @@ impl Store {
     /// # Errors
     /// The folder cannot be made.
     pub fn open(root: &Path) -> Result<Self, StoreError> {
-        let store = Self { root: root.to_owned() };
-        let episodes = store.root.join("episodes");
-        fs::create_dir_all(&episodes).map_err(|e| error(&episodes, e))?;
-        Ok(store)
+        fs::create_dir_all(root).map_err(|e| error(root, e))?;
+        Ok(Self { root: root.to_owned() })
     }
 
-    /// Name of an episode's file under the folder.
-    pub fn episode_name(key: &EpisodeKey) -> String {
-        format!("episodes/{}-{}-{:03}.json", key.condition, key.seed, key.world)
-    }
-
-    /// Looks for a stored episode.
-    pub fn stored(&self, key: &EpisodeKey) -> Stored {
-        let Ok(bytes) = fs::read(self.root.join(Self::episode_name(key))) else {
+    /// Looks for a stored record.
+    pub fn stored<R: Record>(&self, key: &R::Key) -> Stored<R> {
+        let Ok(bytes) = fs::read(self.root.join(R::path(key))) else {
             return Stored::Missing;
         };
-        match serde_json::from_slice::<EpisodeRecord>(&bytes) {
+        match serde_json::from_slice::<R>(&bytes) {
             // Whatever was changed by hand and still reads would not be written like this.
             Ok(record) if encode(&record).ok().as_ref() != Some(&bytes) => Stored::Damaged,
-            Ok(record) if record.key == *key => Stored::Whole(Box::new(record)),
+            Ok(record) if record.key() == key => Stored::Whole(Box::new(record)),
             Ok(_) => Stored::Other,
             Err(_) => Stored::Damaged,
         }
     }
 
-    /// Writes an episode.
+    /// Writes a record, and makes its folder if needed.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_episode(&self, record: &EpisodeRecord) -> Result<(), StoreError> {
-        self.write(&Self::episode_name(&record.key), record)
+    pub fn write_record<R: Record>(&self, record: &R) -> Result<(), StoreError> {
+        let folder = self.root.join(R::FOLDER);
+        fs::create_dir_all(&folder).map_err(|e| error(&folder, e))?;
+        self.write(&R::path(record.key()), record)
     }
 
     /// Writes a JSON file under the folder: to a temporary file first, which then takes the name.
@@ -94,13 +89,14 @@ impl Store {
         }
     }
 
-    /// Episode files that are not among `names`, sorted.
-    pub fn strangers(&self, names: &[String]) -> Vec<String> {
-        let Ok(entries) = fs::read_dir(self.root.join("episodes")) else { return Vec::new() };
+    /// JSON files in a folder under this one that are not among `files`, sorted, with the folder's name.
+    pub fn strangers(&self, folder: &str, files: &[String]) -> Vec<String> {
+        let Ok(entries) = fs::read_dir(self.root.join(folder)) else { return Vec::new() };
         let mut strangers: Vec<String> = entries
             .flatten()
-            .map(|entry| format!("episodes/{}", entry.file_name().to_string_lossy()))
-            .filter(|name| name.ends_with(".json") && !names.contains(name))
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .filter(|name| name.ends_with(".json") && !files.contains(name))
+            .map(|name| format!("{folder}/{name}"))
             .collect();
         strangers.sort();
         strangers
@@ -153,28 +149,32 @@ fn error(path: &Path, source: io::Error) -> StoreError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::FruitState;
+    use crate::episode::{EpisodeKey, EpisodeRecord, FruitState};
     use crate::fake::record;
+
+    fn stored(store: &Store, key: &EpisodeKey) -> Stored<EpisodeRecord> {
+        store.stored(key)
+    }
 
     #[test]
     fn stored_episodes_are_told_apart() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let record = record(&[(FruitState::OnTree, true)]);
-        assert!(matches!(store.stored(&record.key), Stored::Missing));
-        store.write_episode(&record).unwrap();
-        match store.stored(&record.key) {
+        assert!(matches!(stored(&store, &record.key), Stored::Missing));
+        store.write_record(&record).unwrap();
+        match stored(&store, &record.key) {
             Stored::Whole(read) => assert_eq!(*read, record),
             other => panic!("{other:?}"),
         }
         let other = EpisodeKey { config_hash: "other".into(), ..record.key.clone() };
-        assert!(matches!(store.stored(&other), Stored::Other));
+        assert!(matches!(stored(&store, &other), Stored::Other));
 
-        let path = folder.path().join(Store::episode_name(&record.key));
+        let path = folder.path().join(EpisodeRecord::path(&record.key));
         let text = fs::read_to_string(&path).unwrap();
         for damaged in [&text[..text.len() / 2], &text.replace("\"frames\": 0", "\"frames\":  0"), ""] {
             fs::write(&path, damaged).unwrap();
-            assert!(matches!(store.stored(&record.key), Stored::Damaged), "{damaged}");
+            assert!(matches!(stored(&store, &record.key), Stored::Damaged), "{damaged}");
         }
     }
 
@@ -187,8 +187,7 @@ mod tests {
         assert_eq!(fs::read_to_string(folder.path().join("summary.json")).unwrap(), "[\n  3\n]\n");
         store.remove("summary.json").unwrap();
         store.remove("summary.json").unwrap();
-        let left: Vec<_> = fs::read_dir(folder.path()).unwrap().flatten().map(|e| e.file_name()).collect();
-        assert_eq!(left, ["episodes"]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
         assert!(store.write("nowhere/x.json", &0).unwrap_err().to_string().contains("nowhere/x.json"));
     }
 }

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::bootstrap::Resamples;
 use crate::episode::{CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
-use crate::metrics::{Metric, estimate};
+use crate::metrics::{METRICS, Metric, estimate};
 use crate::plan::{ConditionParams, Plan};
-use crate::store::Store;
+use crate::task::Record;
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.
@@ -104,7 +104,7 @@ impl Summary {
             params: plan.params.clone(),
             episodes: episodes.iter().map(line).collect(),
             outcomes: count(episodes.iter().map(|e| status(&e.outcome).to_owned())),
-            metrics: estimate(episodes, &resamples),
+            metrics: estimate(METRICS, episodes, &resamples),
             zones: zones(episodes),
             failures: count(
                 episodes.iter().flat_map(|e| &e.attempts).filter_map(|a| a.failure_reason.clone()),
@@ -141,7 +141,7 @@ fn count(names: impl Iterator<Item = String>) -> BTreeMap<String, u32> {
 
 fn line(e: &EpisodeRecord) -> EpisodeLine {
     EpisodeLine {
-        file: Store::episode_name(&e.key),
+        file: EpisodeRecord::path(&e.key),
         seed: e.key.seed,
         world: e.key.world,
         outcome: e.outcome.clone(),

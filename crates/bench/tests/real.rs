@@ -5,9 +5,13 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use orchard_bench::detect::{PaperTrees, RestingTree, Trees};
 use orchard_bench::harvest::Harvest;
+use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
+use orchard_bench::vantage::vantages;
 use orchard_bench::{RunResult, Silent, run};
+use orchard_camera::{Item, Label};
 
 fn go(folder: &Path, threads: usize) -> RunResult {
     let harvest = Harvest::paper();
@@ -40,4 +44,32 @@ fn same_bytes_for_one_thread_and_two() {
         assert_ne!(episode.fruit[0].p_world, [0.0; 3]);
     }
     assert_ne!(result.episodes[0].fruit, result.episodes[1].fruit);
+}
+
+/// The foliage dial changes nothing but leaves: wood, fruit, ground and views are the same bits at every density.
+#[test]
+fn trees_of_the_detection_task_are_paired() {
+    let rules = Protocol::paper().detect;
+    let trees = PaperTrees::new();
+    let tree = |foliage| trees.tree(20250704, 1, foliage).unwrap();
+    let solids = |tree: &RestingTree| -> Vec<Item> {
+        let kept = |item: &&Item| item.label != Label::Leaf;
+        tree.scene.items.iter().filter(kept).cloned().collect()
+    };
+    let views = |tree: &RestingTree| vantages(&rules.vantage, &tree.scene, 20250704, 1, 8);
+    let bare = tree(0.0);
+    assert!(solids(&bare).iter().all(|item| item.label != Label::Robot));
+    assert_eq!(solids(&bare).len(), bare.scene.items.len());
+    let mut leaves = 0;
+    for foliage in rules.densities().into_iter().skip(1) {
+        let tree = tree(foliage);
+        assert_eq!(solids(&tree), solids(&bare));
+        assert_eq!(
+            (&tree.fruit, &tree.reachable, views(&tree)),
+            (&bare.fruit, &bare.reachable, views(&bare))
+        );
+        let more = tree.scene.items.len() - bare.scene.items.len();
+        assert!(more > leaves, "{foliage}: {more} leaves after {leaves}");
+        leaves = more;
+    }
 }

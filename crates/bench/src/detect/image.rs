@@ -1,0 +1,45 @@
+//! Depth images of a tree, and what the detector gets of them.
+
+use orchard_camera::{Frame, FruitView, Scene, Sensor, fruit_views};
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
+use orchard_perception::mask::ground_mask;
+use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
+
+/// One image: all that the detector gets, and the truth behind it.
+pub(crate) struct View {
+    pub(crate) sight: Sight,
+    pub(crate) x_world_camera: Pose,
+    /// What stands before each pixel.
+    pub(crate) truth: Frame,
+    /// What it shows of each fruit.
+    pub(crate) fruit: Vec<FruitView>,
+}
+
+/// All that the detector gets.
+pub(crate) struct Sight {
+    pub(crate) depth: DepthImage,
+    pub(crate) intrinsics: Intrinsics,
+    /// Pixels of the ground, by the camera's pose.
+    pub(crate) ignored: Image<bool>,
+}
+
+impl View {
+    /// Takes an image.
+    pub(crate) fn take(sensor: &Sensor, scene: &Scene, x_world_camera: &Pose, ground_margin: f64) -> Self {
+        let capture = sensor.capture(scene, x_world_camera);
+        let intrinsics = *sensor.intrinsics();
+        let fruit = fruit_views(&capture.truth, scene, &intrinsics, x_world_camera);
+        let up_camera = x_world_camera.rotation.inverse() * Vec3::z();
+        let height = x_world_camera.translation.z;
+        let ignored = ground_mask(&capture.measured, &intrinsics, &up_camera, height, ground_margin);
+        let sight = Sight { depth: capture.measured, intrinsics, ignored };
+        Self { sight, x_world_camera: *x_world_camera, truth: capture.truth, fruit }
+    }
+}
+
+impl Sight {
+    /// What the detector finds.
+    pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
+        detect(&self.depth, &self.intrinsics, Some(&self.ignored), config)
+    }
+}

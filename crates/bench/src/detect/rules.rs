@@ -1,0 +1,101 @@
+//! The detection task's constants: `[detect]` of `configs/paper/bench.toml`.
+
+use std::collections::BTreeMap;
+
+use orchard_quantity::{Count, Quantity, Span};
+use serde::{Deserialize, Serialize};
+
+use crate::vantage::VantageSpec;
+
+/// The detection task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectRules {
+    /// Views a tree.
+    pub views: Count,
+    /// Foliage densities, the paper's dial, at which every tree is seen.
+    pub foliage: Vec<Quantity>,
+    /// Where the views are taken from.
+    pub vantage: VantageSpec,
+    /// Which fruit ought to be found.
+    pub found: FoundRules,
+    /// The gate ablation.
+    pub ablation: AblationRules,
+    /// The paper's figures of the foliage sweep, by metric.
+    pub published: BTreeMap<String, Vec<AtFoliage>>,
+    /// What is asked of the detector over the tuning seeds, by metric: at least, or of an error at most.
+    pub asked: BTreeMap<String, Vec<AtFoliage>>,
+}
+
+/// A fruit in an image ought to be found if it keeps all of these.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FoundRules {
+    /// Least visible fraction.
+    pub visible_fraction: Quantity,
+    /// Depth of the centre.
+    pub depth: Span,
+    /// Fewest pixels.
+    pub pixels: Count,
+    /// Bins of equal width into which the visible fraction is cut.
+    pub bins: Count,
+}
+
+/// The gate ablation: the views of the first seed's trees at one density.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AblationRules {
+    /// The density, one of those of the sweep.
+    pub foliage: Quantity,
+    /// The paper's figures, by variant.
+    pub published: BTreeMap<String, Anchor>,
+}
+
+/// The paper's figures of one variant of the ablation; for comparison only.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Anchor {
+    /// False positives on wood in 48 views.
+    pub wood: u32,
+    /// Precision.
+    pub precision: f64,
+    /// Change of the single-view recall against the variant without anti-branch gates.
+    pub recall_change: f64,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// A figure at one foliage density; for comparison only.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AtFoliage {
+    /// The density.
+    pub foliage: f64,
+    /// The figure.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+impl DetectRules {
+    /// What is wrong with the densities, as (field, problem).
+    pub(crate) fn problem(&self) -> Option<(&'static str, String)> {
+        let densities = self.densities();
+        if densities.is_empty() {
+            return Some(("detect.foliage", "no density".to_owned()));
+        }
+        if !densities.is_sorted_by(|a, b| a < b) {
+            return Some(("detect.foliage", "densities must ascend, each but once".to_owned()));
+        }
+        let asked = self.ablation.foliage.si();
+        (!densities.contains(&asked))
+            .then(|| ("detect.ablation.foliage", format!("{asked} is not among detect.foliage")))
+    }
+
+    /// Foliage densities of the sweep.
+    pub fn densities(&self) -> Vec<f64> {
+        self.foliage.iter().map(Quantity::si).collect()
+    }
+}

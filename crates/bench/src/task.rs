@@ -1,0 +1,149 @@
+//! A task of the benchmark: independent pieces of work, each with a record in a file of its own.
+//!
+//! Records depend neither on the number of threads nor on the order of completion. A stored whole record with the same key
+//! is reused, so that an interrupted run goes on where it stopped.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::plan::PlanError;
+use crate::store::{Store, StoreError, Stored};
+
+/// What one result file holds.
+pub trait Record: Serialize + DeserializeOwned {
+    /// What the record is a function of. A stored record is reused only if all of this is equal.
+    type Key: PartialEq + Sync;
+    /// Folder of these records under the result folder.
+    const FOLDER: &'static str;
+    /// The record's own key.
+    fn key(&self) -> &Self::Key;
+    /// Name of the file of a key in [`Self::FOLDER`].
+    fn file(key: &Self::Key) -> String;
+    /// The same under the result folder.
+    fn path(key: &Self::Key) -> String {
+        format!("{}/{}", Self::FOLDER, Self::file(key))
+    }
+}
+
+/// A task.
+pub trait Task: Sync {
+    /// Its records.
+    type Record: Record + Send;
+    /// What is to be computed, in the order of the results.
+    fn keys(&self) -> Vec<<Self::Record as Record>::Key>;
+    /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
+    fn compute(
+        &self,
+        key: &<Self::Record as Record>::Key,
+        stop: &AtomicBool,
+        on_step: &mut dyn FnMut(),
+    ) -> Option<Self::Record>;
+}
+
+/// Hears how a run goes on, from several threads.
+pub trait Progress<R>: Sync {
+    /// A step was computed: a frame of some world, an image.
+    fn step(&self) {}
+    /// A record is there: computed now, or reused.
+    fn record(&self, record: &R, reused: bool) {
+        let _ = (record, reused);
+    }
+    /// Something that a user should know.
+    fn note(&self, line: &str) {
+        let _ = line;
+    }
+}
+
+/// Hears nothing.
+pub struct Silent;
+
+impl<R> Progress<R> for Silent {}
+
+/// A run that did not end.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The plan cannot be run.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A result file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The threads cannot be started.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The stop flag was raised. Finished records are stored and will be reused.
+    #[error("interrupted: {done} of {total} {folder} are whole; the same command goes on from there")]
+    Interrupted {
+        /// Folder of the records.
+        folder: &'static str,
+        /// Records stored.
+        done: usize,
+        /// Records planned.
+        total: usize,
+    },
+}
+
+/// A record and the wall time that it took [s], if computed now.
+pub type Timed<R> = (R, Option<f64>);
+
+/// Computes or reuses every record of a task on `threads` threads, in the order of [`Task::keys`].
+///
+/// # Errors
+/// A file cannot be written, or `stop` was raised.
+pub fn run_task<T: Task>(
+    task: &T,
+    store: &Store,
+    threads: usize,
+    stop: &AtomicBool,
+    progress: &impl Progress<T::Record>,
+) -> Result<Vec<Timed<T::Record>>, RunError> {
+    let keys = task.keys();
+    let files: Vec<String> = keys.iter().map(T::Record::file).collect();
+    for name in store.strangers(T::Record::FOLDER, &files) {
+        progress.note(&format!("{name} belongs to another run and is not part of the summary"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let done: Vec<Option<Timed<T::Record>>> = pool.install(|| {
+        keys.par_iter()
+            .with_max_len(1)
+            .map(|key| one(task, key, store, stop, progress))
+            .collect::<Result<_, StoreError>>()
+    })?;
+    let (total, whole) = (keys.len(), done.iter().flatten().count());
+    if whole < total {
+        return Err(RunError::Interrupted { folder: T::Record::FOLDER, done: whole, total });
+    }
+    Ok(done.into_iter().flatten().collect())
+}
+
+/// One record; `None` if stopped.
+fn one<T: Task>(
+    task: &T,
+    key: &<T::Record as Record>::Key,
+    store: &Store,
+    stop: &AtomicBool,
+    progress: &impl Progress<T::Record>,
+) -> Result<Option<Timed<T::Record>>, StoreError> {
+    match store.stored::<T::Record>(key) {
+        Stored::Whole(record) => {
+            progress.record(&record, true);
+            return Ok(Some((*record, None)));
+        }
+        Stored::Damaged => {
+            progress.note(&format!("{} is damaged and is computed again", T::Record::path(key)));
+        }
+        Stored::Missing | Stored::Other => {}
+    }
+    if stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
+    let start = Instant::now();
+    let Some(record) = task.compute(key, stop, &mut || progress.step()) else { return Ok(None) };
+    store.write_record(&record)?;
+    progress.record(&record, false);
+    Ok(Some((record, Some(start.elapsed().as_secs_f64()))))
+}

@@ -1,0 +1,72 @@
+//! How a run goes on, for people.
+
+use std::sync::{Mutex, PoisonError};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::Progress;
+
+/// A progress bar on a terminal, a line a record elsewhere.
+pub struct Bar<R> {
+    bar: ProgressBar,
+    total: usize,
+    /// Steps of a whole record.
+    steps: u64,
+    done: Mutex<usize>,
+    show: fn(&R) -> Shown,
+}
+
+/// What is told of a record.
+pub struct Shown {
+    /// Steps that it took.
+    pub steps: u64,
+    /// One line.
+    pub line: String,
+}
+
+impl<R> Bar<R> {
+    /// A bar over `total` trees of at most `steps` steps each.
+    pub fn new(total: usize, steps: u64, show: fn(&R) -> Shown) -> Self {
+        let bar = ProgressBar::new(total as u64 * steps);
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {elapsed} (about {eta} left)")
+        {
+            bar.set_style(style);
+        }
+        bar.set_message(format!("0/{total} trees"));
+        Self { bar, total, steps, done: Mutex::new(0), show }
+    }
+
+    /// Takes the bar away.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn say(&self, line: &str) {
+        if self.bar.is_hidden() {
+            eprintln!("{line}");
+        } else {
+            self.bar.println(line);
+        }
+    }
+}
+
+impl<R> Progress<R> for Bar<R> {
+    fn step(&self) {
+        self.bar.inc(1);
+    }
+
+    fn record(&self, record: &R, reused: bool) {
+        let Shown { steps, line } = (self.show)(record);
+        let computed = if reused { 0 } else { steps };
+        self.bar.inc(self.steps.saturating_sub(computed));
+        // A poisoned counter only means that another thread panicked; the run ends with that.
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        *done += 1;
+        self.bar.set_message(format!("{done}/{} trees", self.total));
+        self.say(&format!("{done}/{}  {line}{}", self.total, if reused { " (stored)" } else { "" }));
+    }
+
+    fn note(&self, line: &str) {
+        self.say(&format!("note: {line}"));
+    }
+}
