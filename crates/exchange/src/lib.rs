@@ -1,9 +1,11 @@
-//! Skeletons as files of other tools, and digitised trees as skeletons.
+//! Skeletons as files of other tools, digitised trees as skeletons, depth images as cameras write them.
 //!
 //! One module a format; text and bytes go in and out, no file is opened here. `docs/exchange.md` tells what each
 //! file holds and what is lost.
 
+pub mod depth_png;
 pub mod gltf;
+pub mod intrinsics;
 pub mod json;
 pub mod mtg;
 pub mod urdf;

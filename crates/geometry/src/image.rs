@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::math;
+use serde::Serialize;
 
 /// A row-major image.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +65,9 @@ impl<T> std::ops::IndexMut<(usize, usize)> for Image<T> {
 }
 
 /// Pinhole intrinsics; pixel (u, v) has its centre at (u, v) and looks along ((u - cx)/fx, (v - cy)/fy, 1).
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// Serialised as the file of intrinsics that `orchard-exchange` reads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Intrinsics {
     /// Columns.
     pub width: usize,

@@ -1,0 +1,178 @@
+//! Depth images as 16-bit grey PNG, as RealSense and ROS tools write them: depth = value x unit, 0 = no measurement.
+
+use orchard_geometry::{DepthImage, Image};
+use png::{BitDepth, ColorType, Decoder, Encoder, Limits, Transformations};
+
+use crate::intrinsics::MOST_PIXELS;
+
+/// The usual unit [m]: the millimetre.
+pub const MILLIMETRE: f64 = 1e-3;
+
+/// Why bytes are no image of the kind that was asked for.
+#[derive(Debug, thiserror::Error)]
+pub enum PngError {
+    /// Damaged, cut short, or no PNG at all.
+    #[error("cannot be read as PNG: {0}")]
+    Damaged(String),
+    /// A PNG of another kind.
+    #[error("is a PNG of {found}; {wanted} is needed")]
+    Kind {
+        /// What the file holds.
+        found: String,
+        /// What was asked for.
+        wanted: &'static str,
+    },
+    /// More pixels than any depth camera has.
+    #[error("is {width} x {height}; at most {MOST_PIXELS} x {MOST_PIXELS} pixels are read")]
+    TooLarge {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+}
+
+/// Reads a depth image; `unit` [m] is the depth of value 1.
+///
+/// # Errors
+/// No PNG, a damaged one, or one that is not grey of 16 bits.
+pub fn read(bytes: &[u8], unit: f64) -> Result<DepthImage, PngError> {
+    let raw = decode(bytes, &[(ColorType::Grayscale, BitDepth::Sixteen)], "grey of 16 bits")?;
+    let depth = |b: &[u8; 2]| (f64::from(u16::from_be_bytes(*b)) * unit) as f32;
+    let pixels = raw.data.as_chunks::<2>().0.iter().map(depth).collect();
+    raw.image(pixels)
+}
+
+/// Reads a mask from a grey image of 1 or 8 bits: true where it is not black.
+///
+/// # Errors
+/// No PNG, a damaged one, or one of another kind.
+pub fn read_mask(bytes: &[u8]) -> Result<Image<bool>, PngError> {
+    let kinds = [(ColorType::Grayscale, BitDepth::Eight), (ColorType::Grayscale, BitDepth::One)];
+    let raw = decode(bytes, &kinds, "grey of 1 or 8 bits")?;
+    let pixels = match raw.bits {
+        BitDepth::One => {
+            let row_bytes = raw.width.div_ceil(8);
+            let bit = |i: usize| {
+                raw.data[i / raw.width * row_bytes + i % raw.width / 8] >> (7 - i % raw.width % 8) & 1
+            };
+            (0..raw.width * raw.height).map(|i| bit(i) == 1).collect()
+        }
+        _ => raw.data.iter().map(|&value| value > 0).collect(),
+    };
+    raw.image(pixels)
+}
+
+/// Writes a depth image; `unit` [m] is the depth of value 1. Depths round to the nearest value; what is no positive number
+/// or beyond 65535 units is written as 0, no measurement.
+///
+/// # Errors
+/// An image without a pixel, or too large for a PNG.
+pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingError> {
+    let value = |z: &f32| {
+        let steps = (f64::from(*z) / unit).round();
+        if steps >= 1.0 && steps <= f64::from(u16::MAX) { steps as u16 } else { 0 }
+    };
+    let data: Vec<u8> = depth.pixels().iter().flat_map(|z| value(z).to_be_bytes()).collect();
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, depth.width() as u32, depth.height() as u32);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(BitDepth::Sixteen);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&data)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// The first image of a file as it is stored.
+struct Raw {
+    width: usize,
+    height: usize,
+    bits: BitDepth,
+    data: Vec<u8>,
+}
+
+impl Raw {
+    fn image<T>(&self, pixels: Vec<T>) -> Result<Image<T>, PngError> {
+        let cut_short = || PngError::Damaged("it holds fewer pixels than it says".into());
+        Image::from_pixels(self.width, self.height, pixels).ok_or_else(cut_short)
+    }
+}
+
+fn decode(bytes: &[u8], kinds: &[(ColorType, BitDepth)], wanted: &'static str) -> Result<Raw, PngError> {
+    let damaged = |e: png::DecodingError| PngError::Damaged(e.to_string());
+    let mut decoder = Decoder::new_with_limits(std::io::Cursor::new(bytes), Limits { bytes: DECODER_MEMORY });
+    decoder.set_transformations(Transformations::IDENTITY);
+    let mut reader = decoder.read_info().map_err(damaged)?;
+    let info = reader.info();
+    let (width, height, bits) = (info.width, info.height, info.bit_depth);
+    let kind = (info.color_type, bits);
+    if !kinds.contains(&kind) {
+        let found = format!("{:?} of {} bits", kind.0, bits as u8).to_lowercase();
+        return Err(PngError::Kind { found, wanted });
+    }
+    if width as usize > MOST_PIXELS || height as usize > MOST_PIXELS {
+        return Err(PngError::TooLarge { width, height });
+    }
+    let size = reader.output_buffer_size().ok_or(PngError::TooLarge { width, height })?;
+    let mut data = vec![0; size];
+    reader.next_frame(&mut data).map_err(damaged)?;
+    Ok(Raw { width: width as usize, height: height as usize, bits, data })
+}
+
+/// Memory that the decoder may take beside the image itself [bytes].
+const DECODER_MEMORY: usize = 1 << 26;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoded(color: ColorType, bits: BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, 9, 2);
+        encoder.set_color(color);
+        encoder.set_depth(bits);
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn depth_is_read_as_it_was_written_to_half_a_unit() {
+        let pixels = vec![0.0, 0.3, 0.30049, 1.2346, 65.535, 65.536, -1.0, f32::NAN, f32::INFINITY, 4e-4];
+        let depth = DepthImage::from_pixels(5, 2, pixels).unwrap();
+        let read = read(&write(&depth, MILLIMETRE).unwrap(), MILLIMETRE).unwrap();
+        assert_eq!(read.pixels(), [0.0, 0.3, 0.3, 1.235, 65.535, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!((read.width(), read.height()), (5, 2));
+    }
+
+    #[test]
+    fn a_mask_is_true_where_it_is_not_black() {
+        let eight: Vec<u8> = (0..18).map(|i| if i % 3 == 0 { 0 } else { i }).collect();
+        let mask = read_mask(&encoded(ColorType::Grayscale, BitDepth::Eight, &eight)).unwrap();
+        assert!((0..18).all(|i| mask.pixels()[i] == (i % 3 != 0)));
+        let one = read_mask(&encoded(
+            ColorType::Grayscale,
+            BitDepth::One,
+            &[0b1000_0001, 0b1000_0000, 0, 0b1000_0000],
+        ));
+        let expected = [0, 7, 8, 17];
+        assert!((0..18).all(|i| one.as_ref().unwrap().pixels()[i] == expected.contains(&i)));
+    }
+
+    #[test]
+    fn other_files_are_named() {
+        let told = |bytes: &[u8]| read(bytes, MILLIMETRE).unwrap_err().to_string();
+        let eight = encoded(ColorType::Grayscale, BitDepth::Eight, &[1; 18]);
+        assert_eq!(told(&eight), "is a PNG of grayscale of 8 bits; grey of 16 bits is needed");
+        let color = encoded(ColorType::Rgb, BitDepth::Eight, &[1; 54]);
+        assert_eq!(told(&color), "is a PNG of rgb of 8 bits; grey of 16 bits is needed");
+        assert!(told(b"P5 9 2 65535").starts_with("cannot be read as PNG"));
+        assert!(told(b"").starts_with("cannot be read as PNG"));
+        let whole = encoded(ColorType::Grayscale, BitDepth::Sixteen, &[7; 36]);
+        assert!(read(&whole, MILLIMETRE).is_ok());
+        for length in 0..whole.len() - 16 {
+            assert!(told(&whole[..length]).starts_with("cannot be read as PNG"), "{length}");
+        }
+        assert!(read_mask(&whole).unwrap_err().to_string().contains("grey of 1 or 8 bits"));
+    }
+}
