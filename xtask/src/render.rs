@@ -123,7 +123,9 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
 fn wrist_picture(world: &World, observation: &Observation, picker: &impl Controller) -> Image<[u8; 3]> {
     const SCALE: usize = 3;
     let intrinsics = observation.intrinsics;
-    let x_odom_camera = world.x_world_odom().inverse() * world.x_world_camera();
+    let x_world_camera =
+        world.camera_truth().map_or_else(|| world.x_world_camera(), |truth| truth.x_world_camera);
+    let x_odom_camera = world.x_world_odom().inverse() * x_world_camera;
     let seen = picker.record().images.last().map_or(&[][..], |image| &image.detections);
     let circles: Vec<(f64, f64, f64)> = seen
         .iter()

@@ -18,7 +18,7 @@ pub struct SpecArgs {
     /// Configuration file; with `base = "NAME"` it holds only what differs from that preset
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// Depth camera in place of the configuration's: ideal, paper, or a file of figures that differ
+    /// Depth camera in place of the configuration's: ideal, paper, d435i, or a file of figures that differ
     #[arg(long, value_name = "NAME|FILE.toml")]
     camera: Option<String>,
 }

@@ -16,5 +16,5 @@ mod visibility;
 
 pub use depth::{Frame, render};
 pub use scene::{Geometry, Item, Label, NO_INSTANCE, Rgb, Scene, Tint};
-pub use sensor::{Capture, Sensor};
+pub use sensor::{Capture, ImageKey, Sensor};
 pub use visibility::{FruitView, PixelBox, fruit_views};

@@ -1,6 +1,10 @@
 //! Depth cameras as a config describes them: what they see, and what they measure of it.
 
-use crate::{Frame, Scene, render};
+mod noise;
+mod stereo;
+mod window;
+
+use crate::{Frame, Label, NO_INSTANCE, Scene, render};
 use orchard_geometry::{DepthImage, Intrinsics, Pose, math};
 use orchard_spec::camera::{CameraSpec, ViewSpec};
 
@@ -9,6 +13,17 @@ use orchard_spec::camera::{CameraSpec, ViewSpec};
 pub struct Sensor {
     spec: CameraSpec,
     intrinsics: Intrinsics,
+}
+
+/// Which image it is. Its noise is a function of this alone: the same image taken twice has the same bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageKey {
+    /// Seed of the population.
+    pub seed: u64,
+    /// Index of the world under its seed.
+    pub world: u32,
+    /// Frame in which the image is taken, or its number among the images of a world.
+    pub frame: u32,
 }
 
 /// One image: what the camera measured, and the truth behind it.
@@ -32,14 +47,35 @@ impl Sensor {
     }
 
     /// Takes an image; `x_world_camera` is the pose of the optical frame.
-    pub fn capture(&self, scene: &Scene, x_world_camera: &Pose) -> Capture {
+    pub fn capture(&self, scene: &Scene, x_world_camera: &Pose, key: ImageKey) -> Capture {
         let mut truth = Frame::new(self.intrinsics.width, self.intrinsics.height);
-        let (near, far) = self.spec.range();
-        render(scene, &self.intrinsics, x_world_camera, near, far, &mut truth);
+        let range = self.spec.range();
+        let mut draw =
+            |(near, far): (f64, f64)| render(scene, &self.intrinsics, x_world_camera, near, far, &mut truth);
         let measured = match &self.spec {
-            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => truth.depth.clone(),
+            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => {
+                draw(range);
+                truth.depth.clone()
+            }
+            // What is out of range still hides other things and gives windows something to match.
+            CameraSpec::D435i(spec) => {
+                draw((0.0, f64::INFINITY));
+                let measured = stereo::measure(spec, self.intrinsics.fx, &truth.depth, key);
+                keep_range(&mut truth, range);
+                measured
+            }
         };
         Capture { measured, truth }
+    }
+}
+
+/// Takes out of an image what is nearer or farther than a range [m].
+fn keep_range(frame: &mut Frame, (near, far): (f64, f64)) {
+    let pixels = frame.depth.pixels_mut().iter_mut().zip(frame.label.pixels_mut());
+    for ((depth, label), instance) in pixels.zip(frame.instance.pixels_mut()) {
+        if !(near..=far).contains(&f64::from(*depth)) {
+            (*depth, *label, *instance) = (0.0, Label::None, NO_INSTANCE);
+        }
     }
 }
 

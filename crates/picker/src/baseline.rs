@@ -14,7 +14,7 @@ use crate::motion::ArmMotion;
 use crate::plan::{GraspPlan, Target};
 use crate::postures::Postures;
 use crate::record::{AttemptEnd, AttemptId, Event, FailureReason, Record, State};
-use crate::robot_state::RobotState;
+use crate::robot_state::{Memory, RobotState};
 use crate::scan::Scan;
 use orchard_geometry::{Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
@@ -31,13 +31,14 @@ pub struct BaselinePicker {
     pub(crate) blacklist: Blacklist,
     pub(crate) fingers: Fingers,
     pub(crate) attempt: Option<Attempt>,
-    /// Whether this frame brought an image.
+    /// Whether this frame brought an image from where the arm is now.
     pub(crate) fresh_image: bool,
     phase: Phase,
     phase_start: f64,
     held_for: f64,
     next_attempt: AttemptId,
     last_time: Option<f64>,
+    memory: Memory,
     last_command: Command,
     record: Record,
 }
@@ -122,6 +123,7 @@ impl BaselinePicker {
             held_for: 0.0,
             next_attempt: 0,
             last_time: None,
+            memory: Memory::new(&config.sensors),
             last_command: start,
             record: Record::default(),
             arm,
@@ -254,11 +256,14 @@ impl Controller for BaselinePicker {
             self.phase_start = robot.time;
         }
         self.last_time = Some(robot.time);
-        self.fresh_image = observation.depth.is_some();
-        if let Some(depth) = &observation.depth {
-            let (intrinsics, finger_q) = (&observation.intrinsics, &observation.finger_q);
-            let report = self.eyes.see(depth, intrinsics, &robot, finger_q, &self.arm);
+        self.memory.keep(&robot);
+        self.fresh_image = false;
+        if let Some(depth) = &observation.depth
+            && let Some(then) = self.memory.at(observation.depth_time)
+        {
+            let report = self.eyes.see(depth, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
+            self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
         }
         self.motion.advance(&self.arm, robot.dt);
         self.watch_arm(&robot);

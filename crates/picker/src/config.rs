@@ -54,6 +54,8 @@ section! {
     SensorsConfig {
         /// A gap between observations longer than this is not integrated over.
         longest_step: Quantity,
+        /// States of the robot are remembered for so long, to place images that come late.
+        memory: Quantity,
     }
 }
 

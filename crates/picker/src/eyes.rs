@@ -80,13 +80,12 @@ impl Eyes {
         }
     }
 
-    /// Takes an image; what it showed goes into the report.
+    /// Takes an image; what it showed goes into the report. `robot` is the robot's state at the moment that the image shows.
     pub fn see(
         &mut self,
         depth: &DepthImage,
         intrinsics: &Intrinsics,
         robot: &RobotState,
-        finger_q: &[f64; 2],
         arm: &ArmKinematics,
     ) -> ImageReport {
         self.images = self.images.wrapping_add(1);
@@ -95,7 +94,7 @@ impl Eyes {
         let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
         self.blind = (valid as f64) < self.config.blind_fraction.si() * depth.pixels().len() as f64;
 
-        let shapes = visible_shapes(arm, robot, finger_q, &x_base_camera, intrinsics);
+        let shapes = visible_shapes(arm, robot, &x_base_camera, intrinsics);
         let up_camera = x_base_camera.rotation.inverse() * Vec3::z();
         let margins = &self.detector.mask;
         let mut ignored = mask::self_mask(depth, intrinsics, &shapes, margins.robot_margin.si());
@@ -195,7 +194,6 @@ fn seen_through(depth: &DepthImage, intrinsics: &Intrinsics, p_camera: &Vec3, ra
 fn visible_shapes(
     arm: &ArmKinematics,
     robot: &RobotState,
-    finger_q: &[f64; 2],
     x_base_camera: &Pose,
     intrinsics: &Intrinsics,
 ) -> Vec<(Shape, Pose)> {
@@ -211,7 +209,7 @@ fn visible_shapes(
         let outside = centre.xy().norm() * cos - centre.z * sin;
         bounds.max.z > 0.0 && outside <= radius
     };
-    arm.link_shapes(&robot.q, finger_q)
+    arm.link_shapes(&robot.q, &robot.finger_q)
         .into_iter()
         .map(|(shape, x)| (shape, x_camera_base * x))
         .filter(in_view)

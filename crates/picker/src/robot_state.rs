@@ -3,6 +3,7 @@
 use crate::config::SensorsConfig;
 use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{JointVector, Observation};
+use std::collections::VecDeque;
 
 /// Pose and joints at one control frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +16,7 @@ pub(crate) struct RobotState {
     pub torque: JointVector,
     /// Distance between the pads [m].
     pub width: f64,
+    pub finger_q: [f64; 2],
     pub x_odom_base: Pose,
     /// x, y, yaw in odom.
     pub base_pose: [f64; 3],
@@ -49,6 +51,7 @@ impl RobotState {
             v: JointVector::from(o.arm_v),
             torque: JointVector::from(o.arm_torque),
             width: o.finger_q[0] + o.finger_q[1],
+            finger_q: o.finger_q,
             x_odom_base: Pose::from_parts(Vec3::new(x, y, o.base_height).into(), turn),
             base_pose: o.base_pose,
             base_speed: orchard_geometry::math::hypot(o.base_velocity[0], o.base_velocity[1]),
@@ -59,5 +62,83 @@ impl RobotState {
     /// Where the base stands, odom.
     pub fn p_odom(&self) -> Vec3 {
         Vec3::new(self.base_pose[0], self.base_pose[1], 0.0)
+    }
+}
+
+/// The states of the last moments: images come late.
+#[derive(Debug, Clone)]
+pub(crate) struct Memory {
+    states: VecDeque<RobotState>,
+    /// How far it reaches back [s].
+    span: f64,
+    /// Farthest from a state for which it may stand [s].
+    gap: f64,
+}
+
+impl Memory {
+    /// Nothing yet.
+    pub fn new(config: &SensorsConfig) -> Self {
+        Self { states: VecDeque::new(), span: config.memory.si(), gap: config.longest_step.si() }
+    }
+
+    /// Adds the newest state and drops those that are too old, or newer than the newest.
+    pub fn keep(&mut self, now: &RobotState) {
+        let span = now.time - self.span..now.time;
+        self.states.retain(|state| span.contains(&state.time));
+        self.states.push_back(now.clone());
+    }
+
+    /// The state at a moment: the nearest in time, the newest of two. `None` if there was none at that time.
+    pub fn at(&self, time: f64) -> Option<&RobotState> {
+        let off = |state: &RobotState| (state.time - time).abs();
+        let nearest = self.states.iter().rev().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(nearest) <= self.gap).then_some(nearest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::PickerConfig;
+
+    fn state(time: f64) -> RobotState {
+        RobotState {
+            time,
+            dt: 0.0,
+            q: JointVector::zeros(),
+            v: JointVector::zeros(),
+            torque: JointVector::zeros(),
+            width: 0.0,
+            finger_q: [0.0; 2],
+            x_odom_base: Pose::identity(),
+            base_pose: [0.0; 3],
+            base_speed: 0.0,
+            turn_speed: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_memory_holds_the_last_moments() {
+        let config = PickerConfig::paper().sensors;
+        let (span, gap) = (config.memory.si(), config.longest_step.si());
+        let mut memory = Memory::new(&config);
+        assert_eq!(memory.at(0.0), None);
+        let frame = 1.0 / 60.0;
+        for k in 0..600 {
+            memory.keep(&state(f64::from(k) * frame));
+        }
+        let now = 599.0 * frame;
+        let time = |at: f64| memory.at(at).map(|state| state.time);
+        assert_eq!(time(now), Some(now));
+        assert_eq!(time(now - 4.0 * frame), Some(595.0 * frame));
+        assert_eq!(time(now - 4.4 * frame), Some(595.0 * frame));
+        assert!(time(now - span).is_some_and(|t| (t - (now - span)).abs() <= 0.5 * frame + 1e-12));
+        assert_eq!(time(now - span - 1.1 * gap), None);
+        assert_eq!(time(now + 1.1 * gap), None);
+        assert_eq!(time(f64::NAN), None);
+        assert!(memory.states.len() as f64 <= span / frame + 1.0);
+        // A clock that jumps back leaves nothing of the future.
+        memory.keep(&state(1.0));
+        assert_eq!(memory.states.len(), 1);
     }
 }

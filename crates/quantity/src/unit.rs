@@ -45,6 +45,8 @@ units! {
     Radian = "rad", 1.0;
     /// Second.
     Second = "s", 1.0;
+    /// Millisecond.
+    Millisecond = "ms", 1e-3;
     /// Hertz.
     Hertz = "Hz", 1.0;
     /// Per second.

@@ -28,6 +28,8 @@ pub struct Observation {
     pub base_velocity: [f64; 3],
     /// A depth image, on the frames in which the camera delivers one.
     pub depth: Option<DepthImage>,
+    /// The moment that the image shows, as `time`; without an image it says nothing.
+    pub depth_time: f64,
     /// Intrinsics of the depth image.
     pub intrinsics: Intrinsics,
 }

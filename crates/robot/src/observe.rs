@@ -32,6 +32,7 @@ pub fn observe(
         base_height: q(handle.height),
         base_velocity: std::array::from_fn(|k| data.v[rate + k]),
         depth: None,
+        depth_time: time,
         intrinsics,
     }
 }

@@ -15,6 +15,8 @@ pub enum CameraSpec {
     Ideal(IdealSpec),
     /// The paper's: exact within its range.
     Paper(PaperSpec),
+    /// A stereo camera with the errors of an Intel RealSense D435i outdoors.
+    D435i(Box<D435iSpec>),
 }
 
 /// Size, field of view and rate of a pinhole camera with its axis in the middle of the image.
@@ -52,10 +54,75 @@ pub struct PaperSpec {
     pub range: Span,
 }
 
+/// A stereo camera: its errors are errors of the disparity f B / z, the columns by which a point lies farther left in the
+/// right imager's picture (docs/computation/sensor.md).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct D435iSpec {
+    /// What it sees.
+    pub view: ViewSpec,
+    /// Valid depths, as measured.
+    pub range: Span,
+    /// Distance B between the imagers.
+    pub baseline: Quantity,
+    /// The matching window reaches so many pixels to each side.
+    #[serde(deserialize_with = "window_radius")]
+    pub window_radius: Count,
+    /// Standard deviation of the disparity, in the shade and in full sun.
+    pub disparity_noise: Span,
+    /// Smallest step of the disparity.
+    pub disparity_step: Quantity,
+    /// Disparities that differ by more belong to different surfaces.
+    pub surface_step: Quantity,
+    /// Standard deviation of an edge's displacement, along rows and along columns.
+    pub edge_shift: Quantity,
+    /// Least share of a window that must show something that the other imager sees too.
+    pub least_support: Quantity,
+    /// Share of pixels without a match, in the shade and in full sun.
+    pub dropout: Span,
+    /// Light dial: 0 shade, 1 full sun.
+    pub sunlight: Quantity,
+    /// Time from the moment that an image shows to its delivery, in whole frames of the simulation.
+    pub latency: Quantity,
+}
+
+impl D435iSpec {
+    /// Standard deviation of the disparity [px] at the light dial.
+    pub fn disparity_sd(&self) -> f64 {
+        at(&self.disparity_noise, &self.sunlight)
+    }
+
+    /// Share of pixels without a match at the light dial.
+    pub fn dropout_share(&self) -> f64 {
+        at(&self.dropout, &self.sunlight)
+    }
+}
+
+/// A radius for which sums of noise over the window fit in 32 bits.
+fn window_radius<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Count, D::Error> {
+    const LARGEST: u32 = 15;
+    let radius = Count::deserialize(deserializer)?;
+    if radius.get() > LARGEST {
+        let problem =
+            format!("{} is outside the range [0, {LARGEST}] px that the model holds for", radius.get());
+        return Err(serde::de::Error::custom(problem));
+    }
+    Ok(radius)
+}
+
+/// A span's value at a dial from 0 (low end) to 1 (high end).
+fn at(span: &Span, dial: &Quantity) -> f64 {
+    let (low, high) = span.si();
+    low + dial.si() * (high - low)
+}
+
 impl CameraSpec {
     /// The cameras that come with the crate: their names and files.
-    pub const FILES: &[(&str, &str)] =
-        &[("ideal", include_str!("../configs/camera/ideal.toml")), ("paper", PAPER_TOML)];
+    pub const FILES: &[(&str, &str)] = &[
+        ("ideal", include_str!("../configs/camera/ideal.toml")),
+        ("paper", PAPER_TOML),
+        ("d435i", include_str!("../configs/camera/d435i.toml")),
+    ];
 
     /// A camera that comes with the crate.
     ///
@@ -83,6 +150,7 @@ impl CameraSpec {
         match self {
             CameraSpec::Ideal(_) => "ideal",
             CameraSpec::Paper(_) => "paper",
+            CameraSpec::D435i(_) => "d435i",
         }
     }
 
@@ -91,6 +159,7 @@ impl CameraSpec {
         match self {
             CameraSpec::Ideal(camera) => &camera.view,
             CameraSpec::Paper(camera) => &camera.view,
+            CameraSpec::D435i(camera) => &camera.view,
         }
     }
 
@@ -99,6 +168,15 @@ impl CameraSpec {
         match self {
             CameraSpec::Ideal(_) => (0.0, f64::INFINITY),
             CameraSpec::Paper(camera) => camera.range.si(),
+            CameraSpec::D435i(camera) => camera.range.si(),
+        }
+    }
+
+    /// Time from the moment that an image shows to its delivery [s].
+    pub fn latency(&self) -> f64 {
+        match self {
+            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => 0.0,
+            CameraSpec::D435i(camera) => camera.latency.si(),
         }
     }
 }

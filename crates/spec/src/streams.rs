@@ -75,6 +75,19 @@ impl Stream {
         Self(rng)
     }
 
+    /// The part of a stream that belongs to one frame of the world: [`Self::new`]'s, the frame in the upper half of the
+    /// stream number.
+    pub fn of_frame(seed: u64, world: u32, frame: u32, purpose: Purpose) -> Self {
+        let mut stream = Self::new(seed, world, purpose);
+        stream.0.set_stream(u64::from(frame) << 32 | u64::from(world));
+        stream
+    }
+
+    /// Random bytes, for noise by the pixel.
+    pub fn fill(&mut self, bytes: &mut [u8]) {
+        self.0.fill_bytes(bytes);
+    }
+
     /// Uniform in [0, 1), 53 bits.
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
@@ -141,6 +154,19 @@ mod tests {
         {
             assert_ne!(base, other);
         }
+    }
+
+    #[test]
+    fn frames_have_streams_of_their_own() {
+        let first = |world, frame| Stream::of_frame(1, world, frame, Purpose::SensorNoise).0.next_u64();
+        let all = [first(0, 0), first(0, 1), first(1, 0), first(1, 1), first(0, 2)];
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[..i].iter().all(|b| a != b), "{all:?}");
+        }
+        assert_eq!(first(1, 1), all[3]);
+        let mut bytes = [0; 8];
+        Stream::of_frame(1, 1, 1, Purpose::SensorNoise).fill(&mut bytes);
+        assert_eq!(u64::from_le_bytes(bytes), all[3]);
     }
 
     /// The numbers are part of the seed version: a change here changes every tree.

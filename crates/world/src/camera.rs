@@ -1,7 +1,11 @@
 //! What a world's wrist camera took, and the truth behind it.
 
-use orchard_camera::{Capture, FruitView, Scene, Sensor, fruit_views};
+use orchard_camera::{Capture, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::Pose;
+use orchard_multibody::{Data, Motion};
+use orchard_spec::Spec;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// One image of the wrist camera with the truth behind it.
 #[derive(Debug, Clone)]
@@ -20,9 +24,71 @@ pub struct CameraTruth {
 
 impl CameraTruth {
     /// Takes an image.
-    pub(crate) fn take(sensor: &Sensor, scene: Scene, x_world_camera: Pose, frame: u32) -> Self {
-        let capture = sensor.capture(&scene, &x_world_camera);
+    pub(crate) fn take(sensor: &Sensor, scene: Scene, x_world_camera: Pose, key: ImageKey) -> Self {
+        let capture = sensor.capture(&scene, &x_world_camera, key);
         let fruit = fruit_views(&capture.truth, &scene, sensor.intrinsics(), &x_world_camera);
-        Self { frame, capture, scene, x_world_camera, fruit }
+        Self { frame: key.frame, capture, scene, x_world_camera, fruit }
+    }
+}
+
+/// When the camera takes images and how late it delivers them, in frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shutter {
+    period: u32,
+    /// Frames from the moment that an image shows to its delivery.
+    pub latency: u32,
+}
+
+impl Shutter {
+    pub fn new(spec: &Spec) -> Self {
+        let frames = |time: f64| (spec.sim.frame_rate.si() * time).round() as u32;
+        let period = (spec.sim.frame_rate.si() / spec.camera.view().rate.si()).round().max(1.0) as u32;
+        Self { period, latency: frames(spec.camera.latency()) }
+    }
+
+    /// Frame in which the image was taken that is delivered in a frame, if one is.
+    pub fn taken(self, frame: u32) -> Option<u32> {
+        frame.checked_sub(self.latency).filter(|taken| taken.is_multiple_of(self.period))
+    }
+}
+
+/// When a depth image was taken, and where everything was then: enough to draw it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Shot {
+    pub frame: u32,
+    pub motion: Motion,
+}
+
+/// Images of a camera with latency that are taken and not past their delivery, oldest first. They are drawn when they
+/// are delivered.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Flight(VecDeque<Shot>);
+
+impl Flight {
+    /// A frame ends: drops what was delivered before it, and takes an image if one is due. A camera without latency
+    /// has none in flight.
+    pub fn end_frame(&mut self, shutter: Shutter, frame: u32, data: &Data) {
+        let due = |shot: &Shot| shot.frame.saturating_add(shutter.latency);
+        let mut old = None;
+        while self.0.front().is_some_and(|shot| due(shot) < frame) {
+            old = self.0.pop_front();
+        }
+        if shutter.latency > 0 && frame.is_multiple_of(shutter.period) {
+            // An old one's room is used again.
+            let mut shot = old.unwrap_or_default();
+            shot.frame = frame;
+            data.save_motion(&mut shot.motion);
+            self.0.push_back(shot);
+        }
+    }
+
+    /// The image that was taken in a frame.
+    pub fn taken_in(&self, frame: u32) -> Option<&Shot> {
+        self.0.iter().find(|shot| shot.frame == frame)
+    }
+
+    /// All of them.
+    pub fn shots(&self) -> impl Iterator<Item = &Shot> {
+        self.0.iter()
     }
 }

@@ -1,13 +1,13 @@
 //! A world at one moment, in memory or as the bytes of a file.
 
-use crate::camera::CameraTruth;
+use crate::camera::{CameraTruth, Flight, Shot};
 use crate::envelope;
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Difference, Identity};
 use crate::touch::fruit_touches;
 use crate::world::{State, World};
 use orchard_fruit::FruitLives;
-use orchard_multibody::{Data, Motion, StateError, StepReport};
+use orchard_multibody::{Data, StateError, StepReport};
 use orchard_robot::SetPoints;
 use orchard_treephys::Rupture;
 use serde::{Deserialize, Serialize};
@@ -88,14 +88,9 @@ struct Content {
     events: Vec<WorldEvent>,
     gripped: Vec<bool>,
     report: StepReport,
+    /// What the latest depth image was drawn from.
     shot: Option<Shot>,
-}
-
-/// When the latest depth image was taken, and where everything was then: enough to draw it again.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Shot {
-    pub frame: u32,
-    pub motion: Motion,
+    flight: Flight,
 }
 
 impl Snapshot {
@@ -140,6 +135,7 @@ impl World {
             report,
             image,
             shot,
+            flight,
             touches: _,
             touched: _,
             before: _,
@@ -156,6 +152,7 @@ impl World {
             gripped: gripped.clone(),
             report: report.clone(),
             shot: shot.clone(),
+            flight: flight.clone(),
         };
         Snapshot { content, image: image.clone() }
     }
@@ -178,12 +175,13 @@ impl World {
             WorldEvent::BranchSnapped { segment, .. } => segment < segments,
         };
         let contacts = &content.report.contacts;
+        let mut images = content.shot.iter().chain(content.flight.shots());
         let fits = [
             (content.rupture.fits(&parts.tree), "ruptures"),
             (content.fruit.fits(&parts.fruit) && content.gripped.len() == fruit, "fruit"),
             (content.events.iter().all(event_fits), "events"),
             (contacts.iter().all(|c| c.a.index() < colliders && c.b.index() < colliders), "contacts"),
-            (content.shot.as_ref().is_none_or(|shot| shot.motion.fits(&parts.model)), "image"),
+            (images.all(|shot| shot.motion.fits(&parts.model)), "image"),
         ];
         match fits.into_iter().find(|(fits, _)| !fits) {
             Some((_, what)) => Err(SnapshotError::Content(what)),
@@ -209,6 +207,7 @@ impl World {
             gripped,
             report,
             shot,
+            flight,
         } = &snapshot.content;
         let state = &mut self.state;
         state.data.restore(&self.parts.model, data)?;
@@ -224,6 +223,7 @@ impl World {
         contacts.clone_from(&report.contacts);
         state.report = StepReport { contacts, ..*report };
         state.shot.clone_from(shot);
+        state.flight.clone_from(flight);
         fruit_touches(&self.parts.colliders, report, &mut state.touches);
         self.state.image = match (&snapshot.image, shot) {
             (None, Some(shot)) => Some(Arc::new(self.redraw(shot))),
@@ -232,8 +232,8 @@ impl World {
         Ok(())
     }
 
-    /// Draws an earlier image again.
-    fn redraw(&self, shot: &Shot) -> CameraTruth {
+    /// Draws the image of an earlier moment.
+    pub(crate) fn redraw(&self, shot: &Shot) -> CameraTruth {
         let mut then = Data::clone(&self.start);
         then.restore_motion(&shot.motion);
         orchard_multibody::forward_kinematics(&self.parts.model, &mut then);

@@ -1,14 +1,13 @@
 //! The world: state, step order, observation.
 
 use crate::build::{Parts, WorldError, build};
-use crate::camera::CameraTruth;
+use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
 use crate::planting::{Appearance, Planting};
 use crate::scene;
-use crate::snapshot::Shot;
 use crate::touch::{FruitTouch, fruit_touches};
-use orchard_camera::{Scene, Sensor};
+use orchard_camera::{ImageKey, Scene, Sensor};
 use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
 use orchard_geometry::{HeightField, Pose, Shape, Vec3, inverse_transform};
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
@@ -43,6 +42,7 @@ pub struct World {
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
     sensor: Sensor,
+    shutter: Shutter,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
 }
@@ -68,6 +68,8 @@ pub(crate) struct State {
     pub image: Option<Arc<CameraTruth>>,
     /// What the image was drawn from.
     pub shot: Option<Shot>,
+    /// What the next images will be drawn from.
+    pub flight: Flight,
 }
 
 impl World {
@@ -125,7 +127,8 @@ impl World {
         robot.set_start(&parts.model, &mut data, &parts.handle);
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let sensor = Sensor::new(&spec.camera);
-        let state = State::new(&parts, &robot, data.clone());
+        let shutter = Shutter::new(&spec);
+        let state = State::new(&parts, &robot, data.clone(), shutter);
         let identity = Identity::new(&config, &robot, start, &parts);
         Ok(Self {
             config,
@@ -136,6 +139,7 @@ impl World {
             parts: Arc::new(parts),
             identity,
             sensor,
+            shutter,
             start: Arc::new(data),
             state,
         })
@@ -157,7 +161,7 @@ impl World {
 
     /// Brings the world back to the start of its episode.
     pub fn reset(&mut self) {
-        self.state = State::new(&self.parts, &self.robot, Data::clone(&self.start));
+        self.state = State::new(&self.parts, &self.robot, Data::clone(&self.start), self.shutter);
     }
 
     /// Advances one frame under a command: servos, broken joints' friction and physics each substep, then
@@ -174,6 +178,7 @@ impl World {
         }
         state.frame += 1;
         state.end_frame(spec, parts);
+        state.flight.end_frame(self.shutter, state.frame, &state.data);
         if let Some(reason) = state.implausible(&parts.model, spec.sim.plausible_extent.si()) {
             state.status = Status::Quarantined { frame: state.frame, reason };
         }
@@ -190,30 +195,39 @@ impl World {
         }
     }
 
-    /// What the robot senses now; on the camera's frames with a depth image.
+    /// What the robot senses now; with a depth image on the frames in which the camera delivers one. It shows the moment
+    /// [`Observation::depth_time`], the camera's latency ago.
     pub fn observe(&mut self) -> Observation {
-        let period =
-            (self.spec.sim.frame_rate.si() / self.spec.camera.view().rate.si()).round().max(1.0) as u32;
-        let depth = self.state.frame.is_multiple_of(period).then(|| {
-            let truth = self.shoot(&self.state.data, self.state.frame);
-            let depth = truth.capture.measured.clone();
-            let State { data, image, shot, .. } = &mut self.state;
-            let shot = shot.get_or_insert_default();
-            shot.frame = truth.frame;
-            data.save_motion(&mut shot.motion);
-            *image = Some(Arc::new(truth));
-            depth
-        });
-        let time = f64::from(self.state.frame) * self.spec.sim.frame();
+        let time = |frame: u32| f64::from(frame) * self.spec.sim.frame();
+        let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
         let proprioception =
-            observe(&self.parts.model, &self.state.data, &self.parts.handle, time, *self.sensor.intrinsics());
-        Observation { depth, ..proprioception }
+            observe(&self.parts.model, &self.state.data, &self.parts.handle, time(now), intrinsics);
+        let Some(truth) = self.delivered() else { return proprioception };
+        let depth = Some(truth.capture.measured.clone());
+        let depth_time = time(truth.frame);
+        self.state.image = Some(Arc::new(truth));
+        Observation { depth, depth_time, ..proprioception }
+    }
+
+    /// The image that the camera delivers now, if it does.
+    fn delivered(&mut self) -> Option<CameraTruth> {
+        let State { data, shot, flight, frame, .. } = &mut self.state;
+        let taken = self.shutter.taken(*frame)?;
+        if taken == *frame {
+            let shot = shot.get_or_insert_default();
+            shot.frame = taken;
+            data.save_motion(&mut shot.motion);
+            return Some(self.shoot(&self.state.data, taken));
+        }
+        *shot = Some(flight.taken_in(taken)?.clone());
+        self.state.shot.as_ref().map(|shot| self.redraw(shot))
     }
 
     /// Takes a depth image of a state.
     pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
         let x_world_camera = self.parts.handle.x_world_camera(data);
-        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, frame)
+        let Start { seed, world, .. } = self.identity.start;
+        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
     }
 
     /// The visible scene of the present state.
@@ -385,8 +399,10 @@ impl World {
 }
 
 impl State {
-    fn new(parts: &Parts, robot: &RobotModel, data: Data) -> Self {
+    fn new(parts: &Parts, robot: &RobotModel, data: Data, shutter: Shutter) -> Self {
         let n = parts.fruit.len();
+        let mut flight = Flight::default();
+        flight.end_frame(shutter, 0, &data);
         Self {
             rupture: Rupture::new(&parts.tree),
             fruit: FruitLives::new(&parts.fruit),
@@ -402,6 +418,7 @@ impl State {
             before: Motion::default(),
             image: None,
             shot: None,
+            flight,
         }
     }
 

@@ -28,7 +28,7 @@ proptest! {
             }
             let mut o = world.observe();
             time += r[31].abs().min(1.0) * 0.1;
-            o.time = time;
+            (o.time, o.depth_time) = (time, time);
             o.arm_q.copy_from_slice(&r[0..7]);
             o.arm_v.copy_from_slice(&r[7..14]);
             o.arm_torque.copy_from_slice(&r[14..21]);

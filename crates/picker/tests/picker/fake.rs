@@ -124,6 +124,7 @@ impl FakeWorld {
             base_height: 0.0,
             base_velocity: self.base_velocity,
             depth,
+            depth_time: self.time(),
             intrinsics,
         }
     }

@@ -1,0 +1,102 @@
+//! What a stereo camera measures of a true depth image, in the order in which it works.
+//!
+//! Equations, figures and what is left out: `docs/computation/sensor.md`.
+
+use super::ImageKey;
+use super::noise::{Field, refusals};
+use super::window::{padded, window_sums, within};
+use orchard_geometry::{DepthImage, Image};
+use orchard_spec::camera::D435iSpec;
+use orchard_spec::{Purpose, Stream};
+
+/// The measured depth [m], 0 where there is none. `focal` is the horizontal focal length [px]; `truth` holds the depth
+/// of all that can be seen at any range, 0 where there is nothing.
+pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: ImageKey) -> DepthImage {
+    let (width, height) = (truth.width(), truth.height());
+    let (size, radius) = ((width, height), spec.window_radius.get() as usize);
+    let mut stream = Stream::of_frame(key.seed, key.world, key.frame, Purpose::SensorNoise);
+    let noise = Field::draw(&mut stream, size, radius, 1);
+    // Edges run smoothly.
+    let shift_u = Field::draw(&mut stream, size, radius, 2);
+    let shift_v = Field::draw(&mut stream, size, radius, 2);
+    let refused = refusals(&mut stream, size, radius, spec.dropout_share());
+
+    let surface_step = spec.surface_step.si() as f32;
+    let focal_baseline = (focal * spec.baseline.si()) as f32;
+    let disparity = disparities(truth, focal_baseline);
+    let matched = in_both_views(&disparity, surface_step);
+    let support = window_sums(&padded(&matched, radius), radius);
+
+    let (sd, shift) = (spec.disparity_sd() as f32, spec.edge_shift.si() as f32);
+    let (step, least) = (spec.disparity_step.si() as f32, spec.least_support.si() as f32);
+    let (near, far) = spec.range.si();
+    let (near, far) = (near as f32, far as f32);
+    let (d_true, matched, support) = (disparity.pixels(), matched.pixels(), support.pixels());
+    let mut measured = Image::filled(width, height, 0.0_f32);
+    for (v, row) in measured.pixels_mut().chunks_exact_mut(width.max(1)).enumerate() {
+        let window_rows = within(v, height, radius);
+        for (u, z) in row.iter_mut().enumerate() {
+            let i = v * width + u;
+            let in_window = window_rows * within(u, width, radius);
+            if (support[i] as f32) < least * in_window as f32 || refused.pixels()[i] > 0 {
+                continue;
+            }
+            // The window takes the side of an edge on which a pixel near by lies.
+            let there =
+                moved(v, shift * shift_v.at(i), height) * width + moved(u, shift * shift_u.at(i), width);
+            let taken = if (d_true[there] - d_true[i]).abs() > surface_step { there } else { i };
+            let d = d_true[taken];
+            if matched[taken] == 0 || (u as f32) < d {
+                continue;
+            }
+            let steps = ((d + sd * noise.at(i)) / step + 0.5) as i32;
+            let depth = focal_baseline / (steps as f32 * step);
+            if steps > 0 && depth >= near && depth <= far {
+                *z = depth;
+            }
+        }
+    }
+    measured
+}
+
+/// Disparity of each pixel [px], 0 where nothing is.
+fn disparities(depth: &DepthImage, focal_baseline: f32) -> Image<f32> {
+    let mut disparity = depth.clone();
+    for d in disparity.pixels_mut() {
+        *d = if *d > 0.0 { focal_baseline / *d } else { 0.0 };
+    }
+    disparity
+}
+
+/// 1 where a pixel's surface is in the other imager's picture too: at column u - d, within the picture and not behind
+/// something nearer.
+fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<i32> {
+    let width = disparity.width();
+    let mut seen = Image::filled(width, disparity.height(), 0);
+    // Largest disparity in each column of the other picture.
+    let mut nearest = vec![0.0_f32; width];
+    let rows = disparity.pixels().chunks_exact(width.max(1));
+    for (row, seen) in rows.zip(seen.pixels_mut().chunks_exact_mut(width.max(1))) {
+        nearest.fill(0.0);
+        let column = |u: usize, d: f32| {
+            let there = u as f32 - d;
+            (d > 0.0 && there >= 0.0).then_some((there + 0.5) as usize)
+        };
+        for (u, &d) in row.iter().enumerate() {
+            if let Some(nearest) = column(u, d).and_then(|there| nearest.get_mut(there)) {
+                *nearest = nearest.max(d);
+            }
+        }
+        for ((u, &d), seen) in row.iter().enumerate().zip(seen) {
+            let before = column(u, d).and_then(|there| nearest.get(there));
+            *seen = i32::from(before.is_some_and(|&nearest| nearest <= d + surface_step));
+        }
+    }
+    seen
+}
+
+/// The pixel that lies `shift` from pixel `at` along an axis, within the image.
+fn moved(at: usize, shift: f32, length: usize) -> usize {
+    let moved = (at as f32 + shift + 0.5).max(0.0) as usize;
+    moved.min(length - 1)
+}
