@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,7 +13,7 @@ use orchard_bench::store::Store;
 use orchard_bench::{Progress, RunError, RunResult, run as run_plan};
 
 use crate::failure::Failure;
-use crate::headline;
+use crate::{headline, interrupt};
 
 /// Grows trees, lets the robot harvest them and writes the metrics.
 #[derive(clap::Args)]
@@ -87,9 +86,6 @@ impl std::str::FromStr for Seeds {
     }
 }
 
-/// Raised by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let harvest = Harvest::paper();
     let protocol = Protocol::paper();
@@ -105,15 +101,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .unwrap_or_else(|| PathBuf::from(format!("results/bench-v1-{}", args.profile.name())));
     let store = Store::open(&out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|e| Failure::Failed(format!("cannot listen to Ctrl-C: {e}")))?;
-
+    let stop = interrupt::listen()?;
     let progress = Bar::new(&plan);
-    let result = run_plan(&plan, &harvest, &store, threads, &STOP, &progress);
+    let result = run_plan(&plan, &harvest, &store, threads, stop, &progress);
     progress.bar.finish_and_clear();
     match result {
         Ok(result) => {

@@ -2,10 +2,12 @@
 
 mod bare_tree;
 mod bench_v1;
+mod dataset;
 mod export_tree;
 mod failure;
 mod gallery;
 mod headline;
+mod interrupt;
 mod judge;
 mod perf;
 mod picture_file;
@@ -43,6 +45,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    Dataset(dataset::Args),
     Render(render::Args),
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::Dataset(args) => dataset::run(&args),
             Command::Render(args) => render::run(&args),
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
