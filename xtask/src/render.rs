@@ -121,8 +121,9 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
 
 /// The depth image of an observation with what the picker took for fruit in it.
 fn wrist_picture(world: &World, observation: &Observation, picker: &impl Controller) -> Image<[u8; 3]> {
-    const SCALE: usize = 3;
+    const WIDTH: usize = 576;
     let intrinsics = observation.intrinsics;
+    let scale = (WIDTH / intrinsics.width.max(1)).max(1);
     let x_world_camera =
         world.camera_truth().map_or_else(|| world.x_world_camera(), |truth| truth.x_world_camera);
     let x_odom_camera = world.x_world_odom().inverse() * x_world_camera;
@@ -137,7 +138,7 @@ fn wrist_picture(world: &World, observation: &Observation, picker: &impl Control
         .collect();
     let blank = || orchard_geometry::DepthImage::filled(intrinsics.width, intrinsics.height, 0.0);
     let depth = observation.depth.clone().unwrap_or_else(blank);
-    depth_picture_enlarged(&depth, &circles, SCALE)
+    depth_picture_enlarged(&depth, &circles, scale)
 }
 
 /// Two pictures side by side on a dark sheet, the lower one centred.

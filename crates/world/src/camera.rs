@@ -87,8 +87,17 @@ impl Flight {
         self.0.iter().find(|shot| shot.frame == frame)
     }
 
+    #[cfg(test)]
+    pub fn of(shot: Shot) -> Self {
+        Self(VecDeque::from([shot]))
+    }
+
     /// All of them.
     pub fn shots(&self) -> impl Iterator<Item = &Shot> {
         self.0.iter()
     }
 }
+
+#[cfg(test)]
+#[path = "camera_tests.rs"]
+mod tests;

@@ -198,7 +198,8 @@ impl World {
     /// What the robot senses now; with a depth image on the frames in which the camera delivers one. It shows the moment
     /// [`Observation::depth_time`], the camera's latency ago.
     pub fn observe(&mut self) -> Observation {
-        let time = |frame: u32| f64::from(frame) * self.spec.sim.frame();
+        let frame = self.spec.sim.frame();
+        let time = |count: u32| f64::from(count) * frame;
         let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
         let proprioception =
             observe(&self.parts.model, &self.state.data, &self.parts.handle, time(now), intrinsics);

@@ -38,7 +38,7 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
         for (u, z) in row.iter_mut().enumerate() {
             let i = v * width + u;
             let in_window = window_rows * within(u, width, radius);
-            if (support[i] as f32) < least * in_window as f32 || refused.pixels()[i] > 0 {
+            if (support[i] as f32) < least * in_window as f32 {
                 continue;
             }
             // The window takes the side of an edge on which a pixel near by lies.
@@ -46,7 +46,7 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
                 moved(v, shift * shift_v.at(i), height) * width + moved(u, shift * shift_u.at(i), width);
             let taken = if (d_true[there] - d_true[i]).abs() > surface_step { there } else { i };
             let d = d_true[taken];
-            if matched[taken] == 0 || (u as f32) < d {
+            if matched[taken] == 0 || refused.pixels()[there] > 0 || (u as f32) < d {
                 continue;
             }
             let steps = ((d + sd * noise.at(i)) / step + 0.5) as i32;
@@ -80,16 +80,26 @@ fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<i32> {
         nearest.fill(0.0);
         let column = |u: usize, d: f32| {
             let there = u as f32 - d;
-            (d > 0.0 && there >= 0.0).then_some((there + 0.5) as usize)
+            // d > 0, so the column is that of the pixel at most.
+            (d > 0.0 && there >= 0.0).then_some(((there + 0.5) as usize).min(u))
         };
+        let mut last: Option<(usize, f32)> = None;
         for (u, &d) in row.iter().enumerate() {
-            if let Some(nearest) = column(u, d).and_then(|there| nearest.get_mut(there)) {
-                *nearest = nearest.max(d);
+            let there = column(u, d);
+            if let Some(there) = there {
+                nearest[there] = nearest[there].max(d);
+                // A surface that the other imager sees wider leaves no gaps.
+                if let Some((last, d_last)) = last
+                    && there == last + 2
+                    && (d - d_last).abs() <= surface_step
+                {
+                    nearest[last + 1] = nearest[last + 1].max(d.min(d_last));
+                }
             }
+            last = there.map(|there| (there, d));
         }
         for ((u, &d), seen) in row.iter().enumerate().zip(seen) {
-            let before = column(u, d).and_then(|there| nearest.get(there));
-            *seen = i32::from(before.is_some_and(|&nearest| nearest <= d + surface_step));
+            *seen = i32::from(column(u, d).is_some_and(|there| nearest[there] <= d + surface_step));
         }
     }
     seen

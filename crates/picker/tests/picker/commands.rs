@@ -18,7 +18,7 @@ proptest! {
         frames in prop::collection::vec((prop::array::uniform32(reading()), any::<u32>()), 1..30),
         nonsense in any::<bool>(),
     ) {
-        let world = FakeWorld::new(&[(3.0, 0.5, 1.0)]);
+        let mut world = FakeWorld::new(&[(3.0, 0.5, 1.0)]);
         let arm = world.robot.kinematics().clone();
         let mut picker = world.picker();
         let mut time = 0.0;

@@ -5,6 +5,7 @@ use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Rotation, Vec3, inve
 use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{ARM_DOF, Bucket, Command, JointVector, Observation, RobotModel};
+use std::collections::VecDeque;
 
 const FRAME: f64 = 1.0 / 60.0;
 const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
@@ -43,6 +44,9 @@ pub struct FakeWorld {
     pub robot: RobotModel,
     pub fruit: Vec<Fruit>,
     pub sight: Sight,
+    /// Frames from the moment that an image shows to its delivery.
+    pub latency: u32,
+    in_flight: VecDeque<(f64, DepthImage)>,
     /// Stem force at which a fruit comes off [N].
     pub stem_strength: f64,
     pub base: [f64; 3],
@@ -67,6 +71,8 @@ impl FakeWorld {
         Self {
             fruit: fruit.iter().map(place).collect(),
             sight: Sight::Clear,
+            latency: 0,
+            in_flight: VecDeque::new(),
             stem_strength: 22.0,
             base: [0.0; 3],
             q: robot.kinematics().home(),
@@ -101,7 +107,7 @@ impl FakeWorld {
         !matches!(self.sight, Sight::FruitVanishesAfter(t) if self.time() > t)
     }
 
-    pub fn observe(&self) -> Observation {
+    pub fn observe(&mut self) -> Observation {
         let arm = self.robot.kinematics();
         let mut torque = arm.gravity_torque(&self.q, &GRAVITY);
         if let Some(i) = self.gripped
@@ -112,7 +118,13 @@ impl FakeWorld {
             torque += arm.jacobian(&self.q).fixed_rows::<3>(3).transpose() * force;
         }
         let intrinsics = Intrinsics::from_vertical_fov(192, 144, 75f64.to_radians());
-        let depth = self.time_frames.is_multiple_of(IMAGE_PERIOD).then(|| self.shoot(&intrinsics));
+        if self.time_frames.is_multiple_of(IMAGE_PERIOD) {
+            self.in_flight.push_back((self.time(), self.shoot(&intrinsics)));
+        }
+        let taken = self.time_frames.checked_sub(self.latency);
+        let delivered =
+            taken.filter(|frame| frame.is_multiple_of(IMAGE_PERIOD)).and_then(|_| self.in_flight.pop_front());
+        let (depth_time, depth) = delivered.map_or((0.0, None), |(time, image)| (time, Some(image)));
         Observation {
             time: self.time(),
             arm_q: self.q.into(),
@@ -124,7 +136,7 @@ impl FakeWorld {
             base_height: 0.0,
             base_velocity: self.base_velocity,
             depth,
-            depth_time: self.time(),
+            depth_time,
             intrinsics,
         }
     }
