@@ -16,17 +16,35 @@ pub(crate) enum Pixel {
     Empty,
 }
 
-/// A depth image with the point of every pixel that measured one.
+/// A depth image whose pixels can be asked for their points.
 #[derive(Debug, Clone)]
 pub(crate) struct Cloud {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Row by row, camera frame [m]; zero where nothing was measured.
-    pub(crate) points: Vec<Vec3>,
-    pub(crate) pixels: Vec<Pixel>,
+    /// Measured depth row by row [m]; zero where nothing was measured.
+    z: Vec<f64>,
+    /// Depth of usable pixels; zero elsewhere.
+    usable_z: Vec<f64>,
+    pixels: Vec<Pixel>,
+    /// Slopes x/z of the columns and y/z of the rows.
+    slope_x: Vec<f64>,
+    slope_y: Vec<f64>,
     /// Geometric mean of the focal lengths [px].
     pub(crate) focal: f64,
     pub(crate) intrinsics: Intrinsics,
+}
+
+/// Pixels of a rectangle, the ends excluded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Rectangle {
+    pub(crate) u: (usize, usize),
+    pub(crate) v: (usize, usize),
+}
+
+impl Rectangle {
+    pub(crate) fn count(&self) -> usize {
+        (self.u.1 - self.u.0) * (self.v.1 - self.v.0)
+    }
 }
 
 impl Cloud {
@@ -38,31 +56,61 @@ impl Cloud {
     ) -> Result<Self, PerceptionError> {
         let (width, height) = (depth.width(), depth.height());
         check(depth, intrinsics, mask)?;
-        let mut points = Vec::with_capacity(width * height);
-        let mut pixels = Vec::with_capacity(width * height);
-        for (i, &z) in depth.pixels().iter().enumerate() {
-            let z = f64::from(z);
-            let measured = z.is_finite() && z > 0.0;
-            let pixel = if mask.is_some_and(|m| m.pixels()[i]) {
-                Pixel::Masked
-            } else if !measured {
+        let measured = |&z: &f32| if z.is_finite() && z > 0.0 { f64::from(z) } else { 0.0 };
+        let z: Vec<f64> = depth.pixels().iter().map(measured).collect();
+        let classify = |&z: &f64| {
+            if z <= 0.0 {
                 Pixel::Empty
             } else if (range.0..=range.1).contains(&z) {
                 Pixel::Usable
             } else {
                 Pixel::OutOfRange
-            };
-            pixels.push(pixel);
-            let (u, v) = ((i % width) as f64, (i / width) as f64);
-            points.push(if measured { intrinsics.back_project(u, v, z) } else { Vec3::zeros() });
+            }
+        };
+        let mut pixels: Vec<Pixel> = z.iter().map(classify).collect();
+        if let Some(mask) = mask {
+            for (pixel, _) in pixels.iter_mut().zip(mask.pixels()).filter(|(_, masked)| **masked) {
+                *pixel = Pixel::Masked;
+            }
         }
+        let usable = |(&z, &pixel): (&f64, &Pixel)| if pixel == Pixel::Usable { z } else { 0.0 };
+        let usable_z = z.iter().zip(&pixels).map(usable).collect();
+        let slope_x = (0..width).map(|u| intrinsics.ray(u as f64, 0.0).x).collect();
+        let slope_y = (0..height).map(|v| intrinsics.ray(0.0, v as f64).y).collect();
         let focal = (intrinsics.fx * intrinsics.fy).sqrt();
-        Ok(Self { width, height, points, pixels, focal, intrinsics: *intrinsics })
+        let intrinsics = *intrinsics;
+        Ok(Self { width, height, z, usable_z, pixels, slope_x, slope_y, focal, intrinsics })
+    }
+
+    /// Number of pixels.
+    pub(crate) fn len(&self) -> usize {
+        self.pixels.len()
     }
 
     /// Column and row of a pixel.
     pub(crate) fn uv(&self, i: usize) -> (usize, usize) {
         (i % self.width, i / self.width)
+    }
+
+    /// Measured depth of a pixel [m]; zero where nothing was measured.
+    pub(crate) fn z(&self, i: usize) -> f64 {
+        self.z[i]
+    }
+
+    /// What a pixel offers.
+    pub(crate) fn pixel(&self, i: usize) -> Pixel {
+        self.pixels[i]
+    }
+
+    /// Direction of a pixel's ray, scaled to z = 1.
+    pub(crate) fn ray(&self, u: usize, v: usize) -> Vec3 {
+        Vec3::new(self.slope_x[u], self.slope_y[v], 1.0)
+    }
+
+    /// The point of a pixel in the camera frame [m]; zero where nothing was measured.
+    pub(crate) fn point(&self, i: usize) -> Vec3 {
+        let (u, v) = self.uv(i);
+        self.ray(u, v) * self.z[i]
     }
 
     /// The pixels right, left, below and above, where the image has them.
@@ -76,20 +124,93 @@ impl Cloud {
         ]
     }
 
-    /// Calls `f` with the usable pixels of the rectangle of centre (u, v) and half-sizes, clipped to the image.
-    pub(crate) fn usable_around(&self, center: (f64, f64), half: (f64, f64), mut f: impl FnMut(usize)) {
+    /// The rectangle of a centre (u, v) and half-sizes, clipped to the image.
+    pub(crate) fn rectangle(&self, center: (f64, f64), half: (f64, f64)) -> Rectangle {
         // A float-to-integer cast saturates, so that far or non-finite centres give an empty rectangle.
         let span = |c: f64, h: f64, n: usize| {
-            ((c - h).ceil().max(0.0) as usize, ((c + h).floor() + 1.0).max(0.0).min(n as f64) as usize)
+            let end = ((c + h).floor() + 1.0).max(0.0).min(n as f64) as usize;
+            (((c - h).ceil().max(0.0) as usize).min(end), end)
         };
-        let (u0, u1) = span(center.0, half.0, self.width);
-        let (v0, v1) = span(center.1, half.1, self.height);
-        for v in v0..v1 {
-            for i in v * self.width + u0..(v * self.width + u1).max(v * self.width + u0) {
-                if self.pixels[i] == Pixel::Usable {
-                    f(i);
+        Rectangle { u: span(center.0, half.0, self.width), v: span(center.1, half.1, self.height) }
+    }
+
+    /// Calls `f` with index and point of the usable pixels of every `step`-th column and row of a rectangle, row by row.
+    pub(crate) fn usable_in(&self, r: Rectangle, step: usize, mut f: impl FnMut(usize, Vec3)) {
+        for v in (r.v.0..r.v.1).step_by(step) {
+            let (row, y) = (v * self.width, self.slope_y[v]);
+            for u in (r.u.0..r.u.1).step_by(step) {
+                let z = self.usable_z[row + u];
+                if z > 0.0 {
+                    f(row + u, Vec3::new(self.slope_x[u] * z, y * z, z));
                 }
             }
+        }
+    }
+
+    /// Calls `f` with index and point of the usable pixels whose rays meet a ball, row by row; returns how many pixels there
+    /// are.
+    pub(crate) fn usable_in_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) -> usize {
+        let mut looks = 0;
+        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+            let (row, y) = (v * self.width, self.slope_y[v]);
+            looks += u1 - u0;
+            let zs = &self.usable_z[row + u0..row + u1];
+            for (u, (&z, &x)) in (u0..u1).zip(zs.iter().zip(&self.slope_x[u0..u1])) {
+                if z > 0.0 {
+                    f(row + u, Vec3::new(x * z, y * z, z));
+                }
+            }
+        });
+        looks
+    }
+
+    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth [m] at which they do first.
+    pub(crate) fn disc_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, f64)) {
+        self.rows_of_ball(c, radius, |v, (u0, u1)| {
+            for i in v * self.width + u0..v * self.width + u1 {
+                if let Some(z) = self.z_of_ball(i, c, radius) {
+                    f(i, z);
+                }
+            }
+        });
+    }
+
+    /// Depth [m] at which a pixel's ray first meets a ball.
+    pub(crate) fn z_of_ball(&self, i: usize, c: &Vec3, radius: f64) -> Option<f64> {
+        let (u, v) = self.uv(i);
+        let ray = self.ray(u, v);
+        let (along, square) = (ray.dot(c), ray.norm_squared());
+        let discriminant = along * along - square * (c.norm_squared() - radius * radius);
+        (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
+    }
+
+    /// Calls `f` with the rows that a ball covers and the columns, the end excluded, that it covers in each. A ball that
+    /// reaches behind the camera covers none.
+    ///
+    /// The ray (x, y, 1) meets the ball of centre c and radius R where ((x, y, 1).c)^2 >= |(x, y, 1)|^2 (|c|^2 - R^2): between
+    /// two x in each row, and between two y where the same is asked in the plane x = 0 of the ball's shadow along x.
+    fn rows_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, (usize, usize))) {
+        let k = &self.intrinsics;
+        let beyond = c.z * c.z - radius * radius;
+        if c.z <= radius || beyond.is_nan() {
+            return;
+        }
+        let pixels = |a: f64, b: f64, f: f64, c: f64, n: usize| {
+            // A float-to-integer cast saturates, so that far or non-finite ends give an empty span.
+            let end = ((b * f + c).floor() + 1.0).max(0.0).min(n as f64) as usize;
+            (((a * f + c).ceil().max(0.0) as usize).min(end), end)
+        };
+        let reach = radius * (c.y * c.y + beyond).sqrt();
+        let (y0, y1) = ((c.y * c.z - reach) / beyond, (c.y * c.z + reach) / beyond);
+        let rows = pixels(y0, y1, k.fy, k.cy, self.height);
+        let power = c.norm_squared() - radius * radius;
+        let a = power - c.x * c.x;
+        for v in rows.0..rows.1 {
+            let y = self.slope_y[v];
+            let along = y * c.y + c.z;
+            let half = (power * (along * along - a * (y * y + 1.0)).max(0.0)).sqrt();
+            let middle = along * c.x;
+            f(v, pixels((middle - half) / a, (middle + half) / a, k.fx, k.cx, self.width));
         }
     }
 }

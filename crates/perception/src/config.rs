@@ -47,10 +47,16 @@ pub struct Fit {
     pub stride: Count,
     /// Distance from the sphere within which a pixel belongs to it: about three sigma of the depth noise.
     pub band: Quantity,
+    /// The band at a depth of one metre, where it grows with depth squared as a stereo camera's noise does; the wider of
+    /// the two bands counts.
+    pub noise: Quantity,
     /// First, wider band of a fit, as a multiple of its RMS; it is halved every round.
     pub trim: Quantity,
     /// Most rounds of collecting pixels and fitting again.
     pub rounds: Count,
+    /// Most pixels that the search looks at, counted again whenever it does, over those of the image: an end for images
+    /// made to have none.
+    pub effort: Count,
 }
 
 /// Gates. Each has a switch, so that an ablation can take it out.
@@ -71,6 +77,9 @@ pub struct Gates {
     pub elongation: LimitGate,
     /// A cylinder may not fit this much better than the sphere.
     pub cylinder: LimitGate,
+    /// No gate of its own: what lies at least this much before the sphere hides it. Elongation then counts hidden pixels of
+    /// the disc as footprint, isolation leaves them out of the border.
+    pub hidden: LimitGate,
 }
 
 /// A gate with one limit.

@@ -1,6 +1,7 @@
 //! The best cylinder through points, for the comparison with the sphere.
 
 use crate::sphere::root_mean_square;
+use nalgebra::{Matrix3x6, Matrix6, Vector6};
 use orchard_geometry::{Vec3, math};
 
 /// Directions of the coarse search, spread over half the sphere (about 20 degrees apart).
@@ -17,12 +18,11 @@ const LINE: f64 = 1e-12;
 /// direction is searched coarse to fine.
 pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
     let mean = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
-    let centred: Vec<Vec3> = points.iter().map(|p| p - mean).collect();
-    let mut best = (f64::INFINITY, Vec3::z());
-    let consider = |best: &mut (f64, Vec3), axis: Vec3| {
-        let rms = circle_rms(&centred, &axis);
-        if rms < best.0 {
-            *best = (rms, axis);
+    let moments = Moments::new(points.iter().map(|p| p - mean));
+    let mut best: (f64, Vec3, Option<Circle>) = (f64::INFINITY, Vec3::z(), None);
+    let consider = |best: &mut (f64, Vec3, Option<Circle>), axis: Vec3| {
+        if let Some(circle) = moments.circle(&axis).filter(|circle| circle.rms < best.0) {
+            *best = (circle.rms, axis, Some(circle));
         }
     };
     for i in 0..DIRECTIONS {
@@ -37,7 +37,11 @@ pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
         }
         step *= 0.5;
     }
-    best.0
+    let (_, axis, Some(circle)) = best else { return f64::INFINITY };
+    root_mean_square(points.iter().map(|p| {
+        let q = p - mean - circle.center;
+        (q - axis * q.dot(&axis)).norm() - circle.radius
+    }))
 }
 
 /// Point `i` of `n` of a Fibonacci lattice over the half sphere z > 0.
@@ -56,27 +60,69 @@ fn across(axis: &Vec3) -> (Vec3, Vec3) {
     (e1, axis.cross(&e1))
 }
 
-/// RMS radial residual of the least-squares circle of points (about their mean) seen along an axis.
-fn circle_rms(centred: &[Vec3], axis: &Vec3) -> f64 {
-    let (e1, e2) = across(axis);
-    let flat = centred.iter().map(|q| (q.dot(&e1), q.dot(&e2)));
-    let [mut sxx, mut sxy, mut syy, mut mx, mut my, mut square] = [0.0; 6];
-    for (x, y) in flat.clone() {
-        let rr = x * x + y * y;
-        sxx += x * x;
-        sxy += x * y;
-        syy += y * y;
-        mx += x * rr;
-        my += y * rr;
-        square += rr;
+/// A circle across an axis; its centre relative to the points' mean.
+struct Circle {
+    center: Vec3,
+    radius: f64,
+    /// Root mean square of the residuals to first order.
+    rms: f64,
+}
+
+/// Sums over points q about their mean of the products k = (xx, yy, zz, xy, xz, yz), from which the circle across any axis
+/// follows without the points. The squared distance from the axis a through the mean is |q|^2 - (q.a)^2 = w.k with
+/// w = (1 - ax^2, 1 - ay^2, 1 - az^2, -2 ax ay, -2 ax az, -2 ay az).
+struct Moments {
+    count: f64,
+    k: Vector6<f64>,
+    q_k: Matrix3x6<f64>,
+    k_k: Matrix6<f64>,
+}
+
+impl Moments {
+    fn new(points: impl Iterator<Item = Vec3>) -> Self {
+        let (mut count, mut k_sum) = (0.0, Vector6::zeros());
+        let (mut q_k, mut k_k) = (Matrix3x6::zeros(), Matrix6::zeros());
+        for q in points {
+            let k = Vector6::new(q.x * q.x, q.y * q.y, q.z * q.z, q.x * q.y, q.x * q.z, q.y * q.z);
+            count += 1.0;
+            k_sum += k;
+            q_k += q * k.transpose();
+            k_k += k * k.transpose();
+        }
+        Self { count, k: k_sum, q_k, k_k }
     }
-    let det = sxx * syy - sxy * sxy;
-    let flatness = det / (square * square);
-    // Seen edge-on the points are a line: no circle.
-    if flatness.is_nan() || flatness < LINE {
-        return f64::INFINITY;
+
+    /// The least-squares circle of the points seen along an axis; `None` where they are a line.
+    fn circle(&self, axis: &Vec3) -> Option<Circle> {
+        let (e1, e2) = across(axis);
+        let k = &self.k;
+        let second = orchard_geometry::Mat3::new(k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2]);
+        let (second_e1, second_e2) = (second * e1, second * e2);
+        let (sxx, sxy, syy) = (e1.dot(&second_e1), e1.dot(&second_e2), e2.dot(&second_e2));
+        let a = axis;
+        let w = Vector6::new(
+            1.0 - a.x * a.x,
+            1.0 - a.y * a.y,
+            1.0 - a.z * a.z,
+            -2.0 * a.x * a.y,
+            -2.0 * a.x * a.z,
+            -2.0 * a.y * a.z,
+        );
+        let square = w.dot(k);
+        let det = sxx * syy - sxy * sxy;
+        let flatness = det / (square * square);
+        if flatness.is_nan() || flatness < LINE {
+            return None;
+        }
+        let third = self.q_k * w;
+        let (mx, my) = (e1.dot(&third), e2.dot(&third));
+        let (cx, cy) = (0.5 * (syy * mx - sxy * my) / det, 0.5 * (sxx * my - sxy * mx) / det);
+        let b = square / self.count;
+        let radius = (b + cx * cx + cy * cy).sqrt();
+        let fourth = w.dot(&(self.k_k * w));
+        // As for the sphere: sum of ((d - R) (d + R))^2.
+        let left = (fourth - 2.0 * (cx * mx + cy * my) - square * b).max(0.0);
+        let rms = (left / self.count).sqrt() / (2.0 * radius);
+        Some(Circle { center: e1 * cx + e2 * cy, radius, rms })
     }
-    let (cx, cy) = (0.5 * (syy * mx - sxy * my) / det, 0.5 * (sxx * my - sxy * mx) / det);
-    let radius = (square / centred.len() as f64 + cx * cx + cy * cy).sqrt();
-    root_mean_square(flat.map(|(x, y)| ((x - cx) * (x - cx) + (y - cy) * (y - cy)).sqrt() - radius))
 }

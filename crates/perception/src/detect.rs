@@ -2,7 +2,8 @@
 
 use crate::cloud::Cloud;
 use crate::gates::{Gate, Limits};
-use crate::search::{Hypothesis, Search, Unexplained};
+use crate::noise::Noise;
+use crate::search::{Hypothesis, Search};
 use crate::segment::patches;
 use crate::sphere::Sphere;
 use crate::{DetectorConfig, PerceptionError};
@@ -60,30 +61,20 @@ pub fn candidates(
 ) -> Result<Vec<Candidate>, PerceptionError> {
     let cloud = Cloud::new(depth, intrinsics, mask, config.segmentation.range.si())?;
     let limits = Limits::new(config);
-    let search = Search::new(config);
-    let mut unexplained = Unexplained::new(&cloud);
+    let mut marks = vec![false; cloud.len()];
     let mut out = Vec::new();
-    let mut judge = |h: Option<Hypothesis>, unexplained: &mut Unexplained| {
-        let Some(h) = h.filter(|h| h.sphere.center.z > 0.0) else { return };
-        let refused_by = limits.refusal(&cloud, &h.sphere, &h.support);
-        if search.refine {
-            unexplained.remove(&h.support);
-        }
+    let mut judge = |h: Hypothesis| {
+        let refused_by = limits.refusal(&cloud, &h.sphere, &h.support, &mut marks);
         out.push((h, refused_by));
     };
-    // The search joins the pieces of a fruit that a twig cuts, so it looks into small patches too.
-    let least = if search.refine { Sphere::MIN_POINTS } else { limits.min_pixels };
-    for patch in patches(&cloud, limits.depth_jump, least) {
-        let whole = search.whole(&cloud, &patch);
-        if !search.refine {
-            judge(whole, &mut unexplained);
-            continue;
-        }
-        judge(whole.and_then(|h| search.refined(&cloud, h)), &mut unexplained);
-        for seed in search.seeds(&cloud, &patch) {
-            if unexplained.contains(seed) {
-                let local = search.local(&cloud, seed, limits.depth_jump);
-                judge(local.and_then(|h| search.refined(&cloud, h)), &mut unexplained);
+    if config.fit.refine {
+        Search::new(&cloud, config).run(judge);
+    } else {
+        let noise = Noise::new(config);
+        for support in patches(&cloud, |z| noise.jump(z), limits.min_pixels) {
+            let sphere = Sphere::fit(support.iter().map(|&i| cloud.point(i)));
+            if let Some(sphere) = sphere.filter(|s| s.center.z > 0.0) {
+                judge(Hypothesis { sphere, support });
             }
         }
     }
@@ -112,7 +103,7 @@ fn report(cloud: &Cloud, h: &Hypothesis) -> Detection {
     Detection {
         p_camera: h.sphere.center,
         radius: h.sphere.radius,
-        rms: h.sphere.rms(h.support.iter().map(|&i| cloud.points[i])),
+        rms: h.sphere.rms(h.support.iter().map(|&i| cloud.point(i))),
         pixels: h.support.len() as u32,
         // Callers keep z > 0.
         center_px: cloud.intrinsics.project(&h.sphere.center).unwrap_or((f64::NAN, f64::NAN)),

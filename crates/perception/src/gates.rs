@@ -3,7 +3,9 @@
 use crate::cloud::{Cloud, Pixel};
 use crate::config::DetectorConfig;
 use crate::cylinder;
+use crate::noise::Noise;
 use crate::sphere::Sphere;
+use orchard_geometry::Vec3;
 
 /// The gates, in the order in which they are applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,14 +32,15 @@ pub enum Gate {
 #[derive(Debug, Clone)]
 pub(crate) struct Limits {
     pub(crate) min_pixels: usize,
-    pub(crate) depth_jump: f64,
-    pub(crate) radius: Option<(f64, f64)>,
+    noise: Noise,
+    radius: Option<(f64, f64)>,
     residual: Option<f64>,
     convexity: Option<f64>,
     pixel_ratio: Option<(f64, f64)>,
     elongation: Option<f64>,
     isolation: Option<f64>,
     cylinder: Option<f64>,
+    hidden: Option<f64>,
 }
 
 impl Limits {
@@ -45,7 +48,7 @@ impl Limits {
         let g = &config.gates;
         Self {
             min_pixels: config.segmentation.min_pixels.get() as usize,
-            depth_jump: config.segmentation.depth_jump.si(),
+            noise: Noise::new(config),
             radius: g.radius.si(),
             residual: g.residual.si(),
             convexity: g.convexity.si(),
@@ -53,11 +56,19 @@ impl Limits {
             elongation: g.elongation.si(),
             isolation: g.isolation.si(),
             cylinder: g.cylinder.si(),
+            hidden: g.hidden.si(),
         }
     }
 
-    /// The first gate that refuses a sphere supported by some pixels, cheap gates first.
-    pub(crate) fn refusal(&self, cloud: &Cloud, sphere: &Sphere, support: &[usize]) -> Option<Gate> {
+    /// The first gate that refuses a sphere supported by some pixels, cheap gates first. `marks` is one byte a pixel, all
+    /// false, and is left so.
+    pub(crate) fn refusal(
+        &self,
+        cloud: &Cloud,
+        sphere: &Sphere,
+        support: &[usize],
+        marks: &mut [bool],
+    ) -> Option<Gate> {
         // Not a number lies in no interval, so it is refused.
         let outside = |limit: (f64, f64), value: f64| !(limit.0..=limit.1).contains(&value);
         if support.len() < self.min_pixels {
@@ -66,30 +77,28 @@ impl Limits {
         if self.radius.is_some_and(|r| outside(r, sphere.radius)) {
             return Some(Gate::Radius);
         }
-        let points = || support.iter().map(|&i| cloud.points[i]);
-        let rms = sphere.rms(points());
-        if self.residual.is_some_and(|most| outside((0.0, most), rms)) {
-            return Some(Gate::Residual);
-        }
-        if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(cloud, sphere, support))) {
-            return Some(Gate::Convexity);
-        }
         if self.pixel_ratio.is_some_and(|r| outside(r, pixel_ratio(cloud, sphere, support.len()))) {
             return Some(Gate::PixelRatio);
         }
-        if self.elongation.is_some_and(|most| outside((0.0, most), elongation(cloud, support))) {
+        let points: Vec<Vec3> = support.iter().map(|&i| cloud.point(i)).collect();
+        let rms = sphere.rms(points.iter().copied());
+        if self.residual.is_some_and(|most| outside((0.0, most), rms)) {
+            return Some(Gate::Residual);
+        }
+        if self.convexity.is_some_and(|least| outside((least, 1.0), convexity(sphere, &points))) {
+            return Some(Gate::Convexity);
+        }
+        let hides = self.hidden.map(|least| least.max(self.noise.growing(sphere.center.z)));
+        if self.elongation.is_some_and(|most| outside((0.0, most), elongation(cloud, sphere, support, hides)))
+        {
             return Some(Gate::Elongation);
         }
-        if self
-            .isolation
-            .is_some_and(|least| outside((least, 1.0), isolation(cloud, support, self.depth_jump)))
-        {
+        let jump = |z| self.noise.jump(z);
+        let mut isolation = || isolation(cloud, sphere, support, jump, hides, marks);
+        if self.isolation.is_some_and(|least| outside((least, 1.0), isolation())) {
             return Some(Gate::Isolation);
         }
-        let cylinder_fits_better = |margin: f64| {
-            let points: Vec<_> = points().collect();
-            rms > margin * cylinder::best_rms(&points)
-        };
+        let cylinder_fits_better = |margin: f64| rms > margin * cylinder::best_rms(&points);
         if self.cylinder.is_some_and(cylinder_fits_better) {
             return Some(Gate::Cylinder);
         }
@@ -99,12 +108,12 @@ impl Limits {
 
 /// Mean cosine between the sphere's outward normal and the direction to the camera: 2/3 for the visible half
 /// of a ball, negative for a bowl.
-fn convexity(cloud: &Cloud, sphere: &Sphere, support: &[usize]) -> f64 {
-    let cosine = |&i: &usize| {
-        let p = cloud.points[i];
-        -(p - sphere.center).normalize().dot(&p.normalize())
+fn convexity(sphere: &Sphere, points: &[Vec3]) -> f64 {
+    let cosine = |p: &Vec3| {
+        let n = p - sphere.center;
+        -n.dot(p) / (n.norm_squared() * p.norm_squared()).sqrt()
     };
-    support.iter().map(cosine).sum::<f64>() / support.len() as f64
+    points.iter().map(cosine).sum::<f64>() / points.len() as f64
 }
 
 /// Pixels over those of the disc that the sphere covers, pi (R f / z)^2.
@@ -113,41 +122,71 @@ fn pixel_ratio(cloud: &Cloud, sphere: &Sphere, pixels: usize) -> f64 {
     pixels as f64 / (std::f64::consts::PI * radius_px * radius_px)
 }
 
-/// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc.
-fn elongation(cloud: &Cloud, support: &[usize]) -> f64 {
-    let n = support.len() as f64;
-    let uv = || support.iter().map(|&i| cloud.uv(i)).map(|(u, v)| (u as f64, v as f64));
-    let (su, sv) = uv().fold((0.0, 0.0), |s, (u, v)| (s.0 + u, s.1 + v));
-    let (mu, mv) = (su / n, sv / n);
-    let [mut a, mut b, mut c] = [0.0; 3];
-    for (u, v) in uv() {
-        a += (u - mu) * (u - mu);
-        b += (u - mu) * (v - mv);
-        c += (v - mv) * (v - mv);
+/// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc. Pixels of the sphere's disc
+/// that something at least `hides` [m] nearer covers belong to the footprint, as there may be more of the sphere behind.
+fn elongation(cloud: &Cloud, sphere: &Sphere, support: &[usize], hides: Option<f64>) -> f64 {
+    // Whole numbers about a pixel near the footprint's middle: exact.
+    let origin = cloud.uv(support[support.len() / 2]);
+    let [mut n, mut su, mut sv, mut suu, mut suv, mut svv] = [0_i64; 6];
+    let mut add = |i: usize| {
+        let (u, v) = cloud.uv(i);
+        let (u, v) = (u as i64 - origin.0 as i64, v as i64 - origin.1 as i64);
+        n += 1;
+        su += u;
+        sv += v;
+        suu += u * u;
+        suv += u * v;
+        svv += v * v;
+    };
+    support.iter().for_each(|&i| add(i));
+    if let Some(hides) = hides {
+        cloud.disc_of_ball(&sphere.center, sphere.radius, |i, z_sphere| {
+            if is_in_front(cloud.z(i), z_sphere, hides) {
+                add(i);
+            }
+        });
     }
+    let [n, su, sv, suu, suv, svv] = [n, su, sv, suu, suv, svv].map(|x| x as f64);
+    let (a, b, c) = (suu - su * su / n, suv - su * sv / n, svv - sv * sv / n);
     let (mid, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
     // A one-pixel line has no width: infinite, refused.
     (mid + half) / (mid - half).max(0.0)
 }
 
+/// Whether a measurement lies at least `hides` nearer than the sphere.
+fn is_in_front(z: f64, z_sphere: f64, hides: f64) -> bool {
+    z > 0.0 && z <= z_sphere - hides
+}
+
 /// Part of the support's border beyond which the surface ends: the next pixel measures nothing or differs in
-/// depth by more than `jump`. The image's edge says nothing and is left out, and so is a masked pixel at the
-/// same depth: whether the surface goes on under a finger or into the ground cannot be told.
-fn isolation(cloud: &Cloud, support: &[usize], jump: f64) -> f64 {
-    let mut sorted = support.to_vec();
-    sorted.sort_unstable();
+/// depth by more than `jump`. What says nothing is left out: the image's edge, a masked pixel at the same depth (whether the
+/// surface goes on under a finger or into the ground cannot be told), and what lies at least `hides` [m] before the sphere.
+fn isolation(
+    cloud: &Cloud,
+    sphere: &Sphere,
+    support: &[usize],
+    jump: impl Fn(f64) -> f64,
+    hides: Option<f64>,
+    marks: &mut [bool],
+) -> f64 {
+    let hidden = |j: usize| {
+        let z_sphere = hides.and_then(|_| cloud.z_of_ball(j, &sphere.center, sphere.radius));
+        hides.zip(z_sphere).is_some_and(|(hides, z_sphere)| is_in_front(cloud.z(j), z_sphere, hides))
+    };
+    support.iter().for_each(|&i| marks[i] = true);
     let (mut border, mut free) = (0_usize, 0_usize);
     for &i in support {
         for j in cloud.neighbours(i).into_iter().flatten() {
-            if sorted.binary_search(&j).is_ok() {
+            if marks[j] {
                 continue;
             }
             // A pixel without a measurement has z = 0.
-            let ends = (cloud.points[i].z - cloud.points[j].z).abs() > jump;
-            let unknown = cloud.pixels[j] == Pixel::Masked && !ends;
+            let ends = (cloud.z(i) - cloud.z(j)).abs() > jump(cloud.z(i));
+            let unknown = !ends && (cloud.pixel(j) == Pixel::Masked || hidden(j));
             border += usize::from(!unknown);
             free += usize::from(ends);
         }
     }
+    support.iter().for_each(|&i| marks[i] = false);
     free as f64 / border.max(1) as f64
 }

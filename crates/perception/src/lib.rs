@@ -12,6 +12,7 @@ mod detect;
 mod error;
 mod gates;
 pub mod mask;
+mod noise;
 mod search;
 mod segment;
 mod sphere;

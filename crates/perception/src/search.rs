@@ -1,92 +1,119 @@
 //! Spheres within patches: fruit that touches leaves, twigs or other fruit.
 
-use crate::cloud::{Cloud, Pixel};
+use crate::cloud::{Cloud, Rectangle};
 use crate::config::DetectorConfig;
-use crate::sphere::Sphere;
-use orchard_geometry::Vec3;
+use crate::noise::Noise;
+use crate::sphere::{Moments, Sphere};
+use std::cell::Cell;
 
-/// The search's parameters in SI units.
-#[derive(Debug, Clone)]
-pub(crate) struct Search {
-    pub(crate) refine: bool,
+/// Most pixels from the middle of a local fit's window to its edge that are looked at; in wider windows they are taken
+/// evenly spaced. Seventeen a side are plenty for the four numbers of a sphere.
+const WINDOW_STEPS: usize = 8;
+
+/// The search in one image; lengths in SI units.
+#[derive(Debug)]
+pub(crate) struct Search<'a> {
+    cloud: &'a Cloud,
     rounds: u32,
     trim: f64,
-    band: f64,
     window: f64,
     stride: usize,
     radius: (f64, f64),
+    noise: Noise,
+    /// Pixels that may still be looked at.
+    effort: Cell<usize>,
 }
 
-/// A sphere and the pixels that it explains.
+/// A sphere and the pixels that it explains, row by row.
 #[derive(Debug, Clone)]
 pub(crate) struct Hypothesis {
     pub(crate) sphere: Sphere,
     pub(crate) support: Vec<usize>,
 }
 
-impl Search {
-    pub(crate) fn new(config: &DetectorConfig) -> Self {
+/// A first sphere, through some points.
+struct Start {
+    moments: Moments,
+    sphere: Sphere,
+    rms: f64,
+}
+
+impl<'a> Search<'a> {
+    pub(crate) fn new(cloud: &'a Cloud, config: &DetectorConfig) -> Self {
         let c = &config.fit;
         Self {
-            refine: c.refine,
+            cloud,
             rounds: c.rounds.get(),
             trim: c.trim.si(),
-            band: c.band.si(),
             window: c.window.si(),
             stride: c.stride.get() as usize,
             radius: config.gates.radius.limit.si(),
+            noise: Noise::new(config),
+            effort: Cell::new(cloud.len().saturating_mul(c.effort.get() as usize)),
         }
     }
 
-    /// The least-squares sphere of a whole patch.
-    pub(crate) fn whole(&self, cloud: &Cloud, patch: &[usize]) -> Option<Hypothesis> {
-        let sphere = Sphere::fit(points(cloud, patch))?;
-        Some(Hypothesis { sphere, support: patch.to_vec() })
-    }
-
-    /// Pixels of the patch from which a local sphere is tried.
-    pub(crate) fn seeds(&self, cloud: &Cloud, patch: &[usize]) -> Vec<usize> {
-        let on_grid = |&i: &usize| {
-            let (u, v) = cloud.uv(i);
-            u % self.stride == 0 && v % self.stride == 0
-        };
-        patch.iter().copied().filter(on_grid).collect()
+    /// The spheres about the usable pixels of a grid, row by row. A pixel that a sphere explains starts no other. The search
+    /// ends when its effort is spent.
+    pub(crate) fn run(&self, mut judge: impl FnMut(Hypothesis)) {
+        let mut explained = vec![false; self.cloud.len()];
+        let image = Rectangle { u: (0, self.cloud.width), v: (0, self.cloud.height) };
+        self.cloud.usable_in(image, self.stride, |seed, p| {
+            if explained[seed] || self.effort.get() == 0 {
+                return;
+            }
+            if let Some(h) = self.local(seed, &p).and_then(|start| self.refined(start)) {
+                h.support.iter().for_each(|&i| explained[i] = true);
+                judge(h);
+            }
+        });
     }
 
     /// The sphere through the surroundings of one pixel, if it could be a fruit.
-    pub(crate) fn local(&self, cloud: &Cloud, seed: usize, jump: f64) -> Option<Hypothesis> {
-        let z = cloud.points[seed].z;
-        let half = (self.window * self.radius.0 * cloud.focal / z).round().max(1.0);
-        let (u, v) = cloud.uv(seed);
-        let mut support = Vec::new();
-        cloud.usable_around((u as f64, v as f64), (half, half), |i| {
-            if (cloud.points[i].z - z).abs() <= jump {
-                support.push(i);
+    fn local(&self, seed: usize, p_seed: &orchard_geometry::Vec3) -> Option<Start> {
+        let z = p_seed.z;
+        let half = (self.window * self.radius.0 * self.cloud.focal / z).round().max(1.0);
+        let step = (half / WINDOW_STEPS as f64).ceil().max(1.0);
+        let half = (half / step).floor() * step;
+        let (u, v) = self.cloud.uv(seed);
+        let jump = self.noise.jump(z);
+        let mut moments = Moments::about(*p_seed);
+        let window = self.cloud.rectangle((u as f64, v as f64), (half, half));
+        self.spend((2 * WINDOW_STEPS + 1).pow(2).min(window.count()));
+        self.cloud.usable_in(window, step as usize, |_, p| {
+            if (p.z - z).abs() <= jump {
+                moments.add(&p);
             }
         });
-        let sphere = Sphere::fit(points(cloud, &support))?;
-        let plausible = self.radius_plausible(&sphere) && sphere.rms(points(cloud, &support)) <= self.band;
-        plausible.then_some(Hypothesis { sphere, support })
+        let (sphere, rms) = moments.sphere()?;
+        let plausible = self.radius_plausible(&sphere) && rms <= self.noise.band(z);
+        plausible.then_some(Start { moments, sphere, rms })
     }
 
     /// Looks for all pixels on the sphere, fits again, and narrows the band, until it is the noise band and
     /// the support is stable. Occluders may cut the support into several pieces.
-    pub(crate) fn refined(&self, cloud: &Cloud, start: Hypothesis) -> Option<Hypothesis> {
-        let mut h = start;
-        let mut band = (self.trim * h.sphere.rms(points(cloud, &h.support))).max(self.band);
+    fn refined(&self, start: Start) -> Option<Hypothesis> {
+        let Start { mut moments, mut sphere, rms } = start;
+        let narrowest = |sphere: &Sphere| self.noise.band(sphere.center.z);
+        let mut band = (self.trim * rms).max(narrowest(&sphere));
         for _ in 0..self.rounds {
-            let support = self.on_sphere(cloud, &h.sphere, band);
-            let narrowest = band <= self.band;
-            if narrowest && support == h.support {
+            let mut next = Moments::about(moments.origin());
+            self.on_sphere(&sphere, band, |_, p| next.add(&p));
+            // The same sums are those of the same points.
+            let settled = band <= narrowest(&sphere) && next == moments;
+            if settled {
                 break;
             }
-            h = Hypothesis { sphere: Sphere::fit(points(cloud, &support))?, support };
-            if !self.radius_plausible(&h.sphere) {
+            moments = next;
+            sphere = moments.sphere()?.0;
+            if !self.radius_plausible(&sphere) {
                 return None;
             }
-            band = (0.5 * band).max(self.band);
+            band = (0.5 * band).max(narrowest(&sphere));
         }
-        Some(h)
+        let mut support = Vec::new();
+        self.on_sphere(&sphere, band, |i, _| support.push(i));
+        (sphere.center.z > 0.0).then_some(Hypothesis { sphere, support })
     }
 
     /// Half to twice the allowed interval: a first fit from few pixels is rough.
@@ -94,42 +121,20 @@ impl Search {
         (0.5 * self.radius.0..=2.0 * self.radius.1).contains(&sphere.radius)
     }
 
-    /// Usable pixels within `band` of the sphere's near side, row by row.
-    fn on_sphere(&self, cloud: &Cloud, sphere: &Sphere, band: f64) -> Vec<usize> {
-        let mut support = Vec::new();
-        let k = &cloud.intrinsics;
-        let Some(center) = k.project(&sphere.center) else { return support };
-        // The silhouette of a sphere off the axis is a little wider than R f / z: take the nearest depth.
-        let z = (sphere.center.z - sphere.radius).max(0.25 * sphere.center.z);
-        let reach = (sphere.radius + band) / z;
-        cloud.usable_around(center, (k.fx * reach, k.fy * reach), |i| {
-            if sphere.residual(&cloud.points[i]).abs() <= band {
-                support.push(i);
+    /// Usable pixels within `band` of the sphere, row by row.
+    fn on_sphere(&self, sphere: &Sphere, band: f64, mut f: impl FnMut(usize, orchard_geometry::Vec3)) {
+        let (least, most) = ((sphere.radius - band).max(0.0), sphere.radius + band);
+        let (least, most) = (least * least, most * most);
+        let looks = self.cloud.usable_in_ball(&sphere.center, sphere.radius + band, |i, p| {
+            let square = (p - sphere.center).norm_squared();
+            if square >= least && square <= most {
+                f(i, p);
             }
         });
-        support
-    }
-}
-
-fn points<'a>(cloud: &'a Cloud, support: &'a [usize]) -> impl Iterator<Item = Vec3> + Clone + 'a {
-    support.iter().map(|&i| cloud.points[i])
-}
-
-/// Pixels that no accepted sphere explains yet.
-pub(crate) struct Unexplained(Vec<bool>);
-
-impl Unexplained {
-    pub(crate) fn new(cloud: &Cloud) -> Self {
-        Self(cloud.pixels.iter().map(|&p| p == Pixel::Usable).collect())
+        self.spend(looks);
     }
 
-    pub(crate) fn contains(&self, i: usize) -> bool {
-        self.0[i]
-    }
-
-    pub(crate) fn remove(&mut self, support: &[usize]) {
-        for &i in support {
-            self.0[i] = false;
-        }
+    fn spend(&self, pixels: usize) {
+        self.effort.set(self.effort.get().saturating_sub(pixels));
     }
 }

@@ -2,13 +2,13 @@
 
 use crate::cloud::{Cloud, Pixel};
 
-/// 4-connected sets of usable pixels whose neighbours differ in depth by at most `jump` [m], with at least
+/// 4-connected sets of usable pixels whose neighbours differ in depth by at most `jump` [m] at their depth, with at least
 /// `min_pixels`; each in the order in which a flood fill from its first pixel meets them.
-pub(crate) fn patches(cloud: &Cloud, jump: f64, min_pixels: usize) -> Vec<Vec<usize>> {
-    let mut seen = vec![false; cloud.pixels.len()];
+pub(crate) fn patches(cloud: &Cloud, jump: impl Fn(f64) -> f64, min_pixels: usize) -> Vec<Vec<usize>> {
+    let mut seen = vec![false; cloud.len()];
     let mut out = Vec::new();
-    for start in 0..cloud.pixels.len() {
-        if seen[start] || cloud.pixels[start] != Pixel::Usable {
+    for start in 0..cloud.len() {
+        if seen[start] || cloud.pixel(start) != Pixel::Usable {
             continue;
         }
         seen[start] = true;
@@ -16,9 +16,10 @@ pub(crate) fn patches(cloud: &Cloud, jump: f64, min_pixels: usize) -> Vec<Vec<us
         let mut next = 0;
         while let Some(&i) = patch.get(next) {
             next += 1;
+            let most = jump(cloud.z(i));
             for j in cloud.neighbours(i).into_iter().flatten() {
-                let step = (cloud.points[i].z - cloud.points[j].z).abs();
-                if !seen[j] && cloud.pixels[j] == Pixel::Usable && step <= jump {
+                let step = (cloud.z(i) - cloud.z(j)).abs();
+                if !seen[j] && cloud.pixel(j) == Pixel::Usable && step <= most {
                     seen[j] = true;
                     patch.push(j);
                 }

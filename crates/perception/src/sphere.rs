@@ -20,36 +20,13 @@ impl Sphere {
     pub const MIN_POINTS: usize = 4;
 
     /// Least-squares solution of 2 p.c + b = |p|^2 with b = R^2 - |c|^2 (paper, eq. "spherefit").
-    ///
-    /// In coordinates q about the centroid the normal equations decouple: b is the mean of |q|^2, and
-    /// 2 (sum q q^T) c = sum q |q|^2. `None` for fewer than four points or points in a plane.
-    pub fn fit(points: impl Iterator<Item = Vec3> + Clone) -> Option<Self> {
-        let (mut count, mut mean) = (0, Vec3::zeros());
-        for p in points.clone() {
-            count += 1;
-            mean += p;
-        }
-        if count < Self::MIN_POINTS {
-            return None;
-        }
-        let n = count as f64;
-        mean /= n;
-        let (mut scatter, mut moment, mut square) = (Mat3::zeros(), Vec3::zeros(), 0.0);
-        for p in points {
-            let q = p - mean;
-            let qq = q.norm_squared();
-            scatter += q * q.transpose();
-            moment += q * qq;
-            square += qq;
-        }
-        let scale = scatter.trace() / 3.0;
-        let flatness = scatter.determinant() / (scale * scale * scale);
-        if flatness.is_nan() || flatness < FLAT {
-            return None;
-        }
-        let center = scatter.cholesky()?.solve(&moment) * 0.5;
-        let radius = (square / n + center.norm_squared()).sqrt();
-        radius.is_finite().then(|| Self { center: mean + center, radius })
+    /// `None` for fewer than four points or points in a plane.
+    pub fn fit(mut points: impl Iterator<Item = Vec3>) -> Option<Self> {
+        let first = points.next()?;
+        let mut moments = Moments::about(first);
+        moments.add(&first);
+        points.for_each(|p| moments.add(&p));
+        moments.sphere().map(|(sphere, _)| sphere)
     }
 
     /// Signed distance of a point from the surface [m].
@@ -60,6 +37,79 @@ impl Sphere {
     /// Root mean square of the residuals [m]; zero for no points.
     pub fn rms(&self, points: impl Iterator<Item = Vec3>) -> f64 {
         root_mean_square(points.map(|p| self.residual(&p)))
+    }
+}
+
+/// Sums over points q = p - origin from which their sphere follows, whatever their number. The origin should lie among
+/// the points, so that nothing cancels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moments {
+    origin: Vec3,
+    count: usize,
+    q: Vec3,
+    /// Sum of q q^T: xx, xy, xz, yy, yz, zz.
+    qq: [f64; 6],
+    /// Sum of q |q|^2.
+    q_square: Vec3,
+    /// Sum of |q|^4.
+    fourth: f64,
+}
+
+impl Moments {
+    pub(crate) fn about(origin: Vec3) -> Self {
+        Self { origin, count: 0, q: Vec3::zeros(), qq: [0.0; 6], q_square: Vec3::zeros(), fourth: 0.0 }
+    }
+
+    pub(crate) fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
+    #[inline]
+    pub(crate) fn add(&mut self, p: &Vec3) {
+        let q = p - self.origin;
+        let products = [q.x * q.x, q.x * q.y, q.x * q.z, q.y * q.y, q.y * q.z, q.z * q.z];
+        let square = products[0] + products[3] + products[5];
+        self.count += 1;
+        self.q += q;
+        for (sum, product) in self.qq.iter_mut().zip(products) {
+            *sum += product;
+        }
+        self.q_square += q * square;
+        self.fourth += square * square;
+    }
+
+    /// The least-squares sphere and the root mean square of its residuals to first order [m].
+    ///
+    /// In coordinates q' = q - m about the centroid the normal equations decouple: b is the mean of |q'|^2, and
+    /// 2 (sum q' q'^T) c = sum q' |q'|^2. What is left of the squares, sum |q'|^4 - 2 c . sum q' |q'|^2 - n b^2, is the sum
+    /// of ((d - R) (d + R))^2, about 4 R^2 (d - R)^2, over the distances d from the centre.
+    pub(crate) fn sphere(&self) -> Option<(Sphere, f64)> {
+        if self.count < Sphere::MIN_POINTS {
+            return None;
+        }
+        let n = self.count as f64;
+        let m = self.q / n;
+        let mm = m.norm_squared();
+        let [xx, xy, xz, yy, yz, zz] = self.qq;
+        let about_origin = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        let square = xx + yy + zz;
+        let qq_m = about_origin * m;
+        let scatter = about_origin - m * m.transpose() * n;
+        let moment = self.q_square - qq_m * 2.0 - m * (square - 2.0 * n * mm);
+        let fourth = self.fourth - 4.0 * m.dot(&self.q_square) + 4.0 * m.dot(&qq_m) + 2.0 * mm * square
+            - 3.0 * n * mm * mm;
+        let scale = scatter.trace() / 3.0;
+        let flatness = scatter.determinant() / (scale * scale * scale);
+        if flatness.is_nan() || flatness < FLAT {
+            return None;
+        }
+        let center = scatter.cholesky()?.solve(&moment) * 0.5;
+        let b = square / n - mm;
+        let radius = (b + center.norm_squared()).sqrt();
+        let left = (fourth - 2.0 * center.dot(&moment) - n * b * b).max(0.0);
+        let rms = (left / n).sqrt() / (2.0 * radius);
+        (radius.is_finite() && rms.is_finite())
+            .then(|| (Sphere { center: self.origin + m + center, radius }, rms))
     }
 }
 
