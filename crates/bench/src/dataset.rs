@@ -9,11 +9,13 @@ mod folder;
 mod recipe;
 mod run;
 mod tables;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 pub use config::{DatasetConfig, LightDial, PAPER_TOML};
 pub use error::DatasetError;
 pub use recipe::{Plan, Recipe, Seeds};
-pub use run::{Done, Progress, run};
+pub use run::{Done, Progress, Silent, run};
 pub use tables::{CLASSES, Class, NO_INSTANCE};
 pub use tree::view_name;

@@ -24,6 +24,11 @@ pub trait Progress: Sync {
     }
 }
 
+/// Hears nothing.
+pub struct Silent;
+
+impl Progress for Silent {}
+
 /// A finished data set.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Done {
