@@ -5,7 +5,6 @@ mod detect;
 mod harvest;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
 use orchard_bench::RunError;
@@ -13,6 +12,7 @@ use orchard_bench::protocol::{Profile, Protocol};
 use orchard_bench::store::Store;
 
 use crate::failure::Failure;
+use crate::interrupt;
 
 /// Grows trees, lets the robot harvest them or the detector look at them, and writes the metrics.
 #[derive(clap::Args)]
@@ -106,9 +106,6 @@ impl std::str::FromStr for Seeds {
     }
 }
 
-/// Raised by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
-
 /// What all tasks share.
 struct Scope {
     seeds: Vec<u64>,
@@ -132,18 +129,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let detect = asks(TaskName::Detect).then(|| detect::Asked::read(args, &scope, &protocol)).transpose()?;
     let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|e| Failure::Failed(format!("cannot listen to Ctrl-C: {e}")))?;
-
+    let stop = interrupt::listen()?;
     if let Some(harvest) = harvest {
-        harvest.run(&scope, &store)?;
+        harvest.run(&scope, &store, stop)?;
     }
     if let Some(detect) = detect {
-        detect.run(&scope, &store)?;
+        detect.run(&scope, &store, stop)?;
     }
     Ok(())
 }

@@ -3,12 +3,14 @@
 mod bare_tree;
 mod bench_v1;
 mod columns;
+mod dataset;
 mod detect;
 mod export_tree;
 mod failure;
 mod fuzz;
 mod gallery;
 mod headline;
+mod interrupt;
 mod judge;
 mod perf;
 mod picture_file;
@@ -46,6 +48,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    Dataset(dataset::Args),
     Detect(detect::Args),
     Render(render::Args),
     Gallery(gallery::Args),
@@ -63,6 +66,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::Dataset(args) => dataset::run(&args),
             Command::Detect(args) => detect::run(&args),
             Command::Render(args) => render::run(&args),
             Command::Gallery(args) => gallery::run(&args),

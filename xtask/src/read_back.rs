@@ -1,4 +1,6 @@
-//! `cargo xtask read-back`: exported trees read by tools that nobody here wrote.
+//! `cargo xtask read-back`: exported trees and data sets read by tools that nobody here wrote.
+
+mod data_sets;
 
 use std::path::PathBuf;
 
@@ -11,10 +13,10 @@ use crate::export_tree::Format;
 use crate::failure::Failure;
 use crate::python::{self, Verdict};
 
-/// Reads exported trees back with mujoco, yourdfpy, usd-core and trimesh and compares them with their skeletons.
+/// Reads exported trees back with mujoco, yourdfpy, usd-core and trimesh, and data sets with pycocotools, and compares.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Needs python3 with venv, and the network on the first run: packages go into target/exchange/venv.\n\
+    after_help = "Needs python3 with venv, and the network on the first run: packages go into target/exchange/venv and\n                  target/dataset/venv.\n\
                   Where they cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails."
 )]
 pub struct Args {}
@@ -37,13 +39,20 @@ struct Case {
 
 pub fn run(_: &Args) -> Result<(), Failure> {
     if let Verdict::Skipped(reason) = read_back()? {
-        eprintln!("SKIPPED: exported trees are not read back: {reason}");
+        eprintln!("SKIPPED: not everything is read back: {reason}");
     }
     Ok(())
 }
 
-/// Exports and compares, or tells why it cannot.
+/// Writes, reads and compares, or tells why it cannot.
 pub fn read_back() -> Result<Verdict, Failure> {
+    Ok(match (read_trees()?, data_sets::read_back()?) {
+        (Verdict::Agreed, verdict) | (verdict, Verdict::Agreed) => verdict,
+        (Verdict::Skipped(trees), Verdict::Skipped(sets)) => Verdict::Skipped(format!("{trees}; {sets}")),
+    })
+}
+
+fn read_trees() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
         Err(skipped) => return Ok(skipped),

@@ -7,6 +7,7 @@ pub mod adapter;
 mod attempts;
 mod bootstrap;
 pub mod compute;
+pub mod dataset;
 pub mod detect;
 pub mod episode;
 #[cfg(test)]

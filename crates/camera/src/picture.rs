@@ -1,6 +1,7 @@
-//! Pictures of a scene for people: sun with shadow, sky light with ambient occlusion, supersampling.
+//! Colour pictures of a scene: sun with shadow, sky light with ambient occlusion, supersampling.
 //!
-//! Colour here is linear light until the last step; nothing in it is a photometric model.
+//! Colour here is linear light until the last step; nothing in it is a photometric model. The light is chosen by four dials:
+//! where the sun stands, how strong it is beside the sky, and how much cloud is before it.
 
 mod false_color;
 mod light;
@@ -15,12 +16,19 @@ use crate::{Geometry, Item, NO_INSTANCE, Scene};
 use light::Lighting;
 use material::Palette;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, math};
+use std::collections::BTreeMap;
 
 /// Light and image quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PictureStyle {
-    /// Direction towards the sun, world, unit.
+    /// Direction towards the sun, world, unit. A low sun is redder and weaker.
     pub sun_world: Vec3,
+    /// Strength of the sun beside the sky, 1 on a clear day; the sky keeps its own. Below 0 counts as 0.
+    pub sun_strength: f64,
+    /// Part of the sky that cloud covers, 0 to 1. At 1 there is no sun and no cast shadow, and the sky is of one brightness.
+    pub overcast: f64,
+    /// How finely shadows are drawn.
+    pub shadows: ShadowMaps,
     /// Samples a pixel side: 3 draws 9 samples a pixel.
     pub supersampling: usize,
     /// Distance over which haze takes 63 % of the contrast [m].
@@ -29,8 +37,37 @@ pub struct PictureStyle {
 
 impl Default for PictureStyle {
     fn default() -> Self {
-        Self { sun_world: Vec3::new(-0.45, -0.50, 0.74).normalize(), supersampling: 3, haze_length: 120.0 }
+        Self {
+            sun_world: Vec3::new(-0.45, -0.50, 0.74).normalize(),
+            sun_strength: 1.0,
+            overcast: 0.0,
+            shadows: ShadowMaps::default(),
+            supersampling: 3,
+            haze_length: 120.0,
+        }
     }
+}
+
+/// Pixels a side of the maps of what light reaches; each map spans everything that throws shadow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ShadowMaps {
+    /// Of the sun's map.
+    pub sun: usize,
+    /// Of the map of each part of the sky: coarse, since sky light is soft.
+    pub sky: usize,
+}
+
+impl Default for ShadowMaps {
+    fn default() -> Self {
+        Self { sun: 2048, sky: 384 }
+    }
+}
+
+/// Direction towards a sun at an azimuth [rad] from the world's x axis, counter-clockwise seen from above, and an elevation [rad]
+/// over the horizon.
+pub fn sun_direction(azimuth: f64, elevation: f64) -> Vec3 {
+    let ((sin_a, cos_a), (sin_e, cos_e)) = (math::sin_cos(azimuth), math::sin_cos(elevation));
+    Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
 }
 
 /// What a ray of the picture meets.
@@ -52,70 +89,110 @@ pub fn picture(
     x_world_camera: &Pose,
     style: &PictureStyle,
 ) -> Image<[u8; 3]> {
-    let side = style.supersampling.max(1);
-    let fine = supersampled(intrinsics, side);
-    let mut depth = DepthImage::filled(fine.width, fine.height, 0.0);
-    let mut index = Image::filled(fine.width, fine.height, NO_INSTANCE);
-    rasterise(scene, &fine, x_world_camera, f64::INFINITY, &mut depth, &mut index);
-    let lighting = Lighting::new(scene, &style.sun_world);
-    let palette = Palette::new();
-    let x_camera_world = x_world_camera.inverse();
-    let primitives_of = |item, within: &[Vec3]| {
-        let mut all: Vec<Primitive> = Vec::new();
-        for_each_primitive(item, &x_camera_world, within, |p| all.push(*p));
-        all
-    };
-    // Terrain has too many to try: of it only those at the place in question are taken.
-    let is_terrain = |item: &Item| matches!(item.geometry, Geometry::Shape(Shape::HeightField(_)));
-    let listed = |item| if is_terrain(item) { Vec::new() } else { primitives_of(item, &[]) };
-    let primitives: Vec<_> = scene.items.iter().map(listed).collect();
-    let surface_at = |index: usize, ray: &Vec3, z: f64| {
-        let rounding = 2.0 * f64::from(f32::EPSILON);
-        let ends = [ray * (z * (1.0 - rounding)), ray * (z * (1.0 + rounding))];
-        let here = is_terrain(&scene.items[index]).then(|| primitives_of(&scene.items[index], &ends));
-        let candidates = here.as_ref().unwrap_or(&primitives[index]);
-        let hits = candidates.iter().filter_map(|p| p.hit_with_normal(ray));
-        hits.min_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let samples = side * side;
-    let sample = |u: usize, v: usize, k: usize| -> Vec3 {
-        let ray = fine.ray(u as f64, v as f64);
-        let view_world = (x_world_camera.rotation * ray).normalize();
-        let sky = lighting.sky(&view_world);
-        let item = index[(u, v)];
-        if item == NO_INSTANCE {
-            return sky;
-        }
-        let Some((z, normal)) = surface_at(item as usize, &ray, f64::from(depth[(u, v)])) else {
-            return sky;
+    Studio::new(scene, style).picture(intrinsics, x_world_camera)
+}
+
+/// A scene in its light, which is worked out once for any number of pictures.
+pub struct Studio<'a> {
+    scene: &'a Scene,
+    style: PictureStyle,
+    lighting: Lighting,
+    palette: Palette,
+}
+
+impl<'a> Studio<'a> {
+    /// Lights a scene.
+    pub fn new(scene: &'a Scene, style: &PictureStyle) -> Self {
+        Self { scene, style: *style, lighting: Lighting::new(scene, style), palette: Palette::new() }
+    }
+
+    /// A colour picture of the scene (sRGB), seen through a pinhole camera.
+    pub fn picture(&self, intrinsics: &Intrinsics, x_world_camera: &Pose) -> Image<[u8; 3]> {
+        let side = self.style.supersampling.max(1);
+        let mut view = View::new(self, supersampled(intrinsics, side), x_world_camera);
+        let pixel = |i: usize| {
+            let (u, v) = (i % intrinsics.width, i / intrinsics.width);
+            let mut sum = Vec3::zeros();
+            for k in 0..side * side {
+                // Each sample is brought to display range first, so that edges of bright things stay smooth.
+                let (u, v) = (u * side + k % side, v * side + k / side);
+                sum += view.sample(u, v, (k, side * side)).map(display);
+            }
+            let mean = sum / (side * side) as f64;
+            [0, 1, 2].map(|k| (255.0 * mean[k]).round() as u8)
         };
+        let pixels = (0..intrinsics.width * intrinsics.height).map(pixel).collect();
+        Image::from_pixels(intrinsics.width, intrinsics.height, pixels)
+            .unwrap_or_else(|| Image::filled(intrinsics.width, intrinsics.height, [0; 3]))
+    }
+}
+
+/// What the samples of one picture meet.
+struct View<'a> {
+    studio: &'a Studio<'a>,
+    intrinsics: Intrinsics,
+    x_world_camera: &'a Pose,
+    x_camera_world: Pose,
+    depth: DepthImage,
+    index: Image<u32>,
+    /// Primitives of the items that were met so far, in the camera frame.
+    primitives: BTreeMap<u32, Vec<Primitive>>,
+}
+
+impl<'a> View<'a> {
+    fn new(studio: &'a Studio<'a>, intrinsics: Intrinsics, x_world_camera: &'a Pose) -> Self {
+        let mut depth = DepthImage::filled(intrinsics.width, intrinsics.height, 0.0);
+        let mut index = Image::filled(intrinsics.width, intrinsics.height, NO_INSTANCE);
+        rasterise(studio.scene, &intrinsics, x_world_camera, f64::INFINITY, &mut depth, &mut index);
+        let x_camera_world = x_world_camera.inverse();
+        Self { studio, intrinsics, x_world_camera, x_camera_world, depth, index, primitives: BTreeMap::new() }
+    }
+
+    /// Linear light of sample (u, v), which is the `k`-th of `n` of its pixel.
+    fn sample(&mut self, u: usize, v: usize, (k, n): (usize, usize)) -> Vec3 {
+        let Studio { scene, style, lighting, palette } = self.studio;
+        let ray = self.intrinsics.ray(u as f64, v as f64);
+        let view_world = (self.x_world_camera.rotation * ray).normalize();
+        let item = self.index[(u, v)];
+        let met = (item != NO_INSTANCE).then(|| self.meet(item, &ray, f64::from(self.depth[(u, v)])));
+        let Some((z, normal)) = met.flatten() else { return lighting.sky(&view_world) };
         let outer_side = normal.dot(&ray) < 0.0;
         let facing = if outer_side { normal } else { -normal };
         let surface = Surface {
-            p_world: orchard_geometry::transform(x_world_camera, &(ray * z)),
-            n_world: (x_world_camera.rotation * facing).normalize(),
+            p_world: orchard_geometry::transform(self.x_world_camera, &(ray * z)),
+            n_world: (self.x_world_camera.rotation * facing).normalize(),
             outer_side,
             view_world,
         };
         let material = palette.material(&scene.items[item as usize], &surface);
-        let color = lighting.shade(&surface, &material, (k, samples));
+        let color = lighting.shade(&surface, &material, (k, n));
         // Haze: distance blends into the horizon.
         let clear = math::exp(-z * ray.norm() / style.haze_length);
         color * clear + lighting.horizon() * (1.0 - clear)
-    };
-    let pixel = |i: usize| {
-        let (u, v) = (i % intrinsics.width, i / intrinsics.width);
-        let mut sum = Vec3::zeros();
-        for k in 0..samples {
-            // Each sample is brought to display range first, so that edges of bright things stay smooth.
-            sum += sample(u * side + k % side, v * side + k / side, k).map(display);
+    }
+
+    /// Depth and normal (not normalised) where a ray meets an item, which it does at depth `z` rounded to f32.
+    fn meet(&mut self, index: u32, ray: &Vec3, z: f64) -> Option<(f64, Vec3)> {
+        let item = &self.studio.scene.items[index as usize];
+        let nearest = |primitives: &[Primitive]| {
+            let hits = primitives.iter().filter_map(|p| p.hit_with_normal(ray));
+            hits.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        // Terrain has too many to try: of it only those at the place in question are taken.
+        if matches!(item.geometry, Geometry::Shape(Shape::HeightField(_))) {
+            let rounding = 2.0 * f64::from(f32::EPSILON);
+            let ends = [ray * (z * (1.0 - rounding)), ray * (z * (1.0 + rounding))];
+            return nearest(&primitives_of(item, &self.x_camera_world, &ends));
         }
-        let mean = sum / samples as f64;
-        [0, 1, 2].map(|k| (255.0 * mean[k]).round() as u8)
-    };
-    let pixels = (0..intrinsics.width * intrinsics.height).map(pixel).collect();
-    Image::from_pixels(intrinsics.width, intrinsics.height, pixels)
-        .unwrap_or_else(|| Image::filled(intrinsics.width, intrinsics.height, [0; 3]))
+        let x_camera_world = &self.x_camera_world;
+        nearest(self.primitives.entry(index).or_insert_with(|| primitives_of(item, x_camera_world, &[])))
+    }
+}
+
+fn primitives_of(item: &Item, x_camera_world: &Pose, within: &[Vec3]) -> Vec<Primitive> {
+    let mut all = Vec::new();
+    for_each_primitive(item, x_camera_world, within, |p| all.push(*p));
+    all
 }
 
 /// The intrinsics of the same view with `side` x `side` samples a pixel.

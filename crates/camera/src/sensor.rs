@@ -41,6 +41,12 @@ impl Sensor {
         Self { spec: spec.clone(), intrinsics: intrinsics(spec.view()) }
     }
 
+    /// The same camera with another pinhole.
+    #[must_use]
+    pub fn with_intrinsics(self, intrinsics: Intrinsics) -> Self {
+        Self { intrinsics, ..self }
+    }
+
     /// Its intrinsics.
     pub fn intrinsics(&self) -> &Intrinsics {
         &self.intrinsics

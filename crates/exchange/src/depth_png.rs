@@ -85,21 +85,25 @@ pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingErro
 }
 
 /// The first image of a file as it is stored.
-struct Raw {
+pub(crate) struct Raw {
     width: usize,
     height: usize,
     bits: BitDepth,
-    data: Vec<u8>,
+    pub data: Vec<u8>,
 }
 
 impl Raw {
-    fn image<T>(&self, pixels: Vec<T>) -> Result<Image<T>, PngError> {
+    pub fn image<T>(&self, pixels: Vec<T>) -> Result<Image<T>, PngError> {
         let cut_short = || PngError::Damaged("it holds fewer pixels than it says".into());
         Image::from_pixels(self.width, self.height, pixels).ok_or_else(cut_short)
     }
 }
 
-fn decode(bytes: &[u8], kinds: &[(ColorType, BitDepth)], wanted: &'static str) -> Result<Raw, PngError> {
+pub(crate) fn decode(
+    bytes: &[u8],
+    kinds: &[(ColorType, BitDepth)],
+    wanted: &'static str,
+) -> Result<Raw, PngError> {
     let damaged = |e: png::DecodingError| PngError::Damaged(e.to_string());
     let mut decoder = Decoder::new_with_limits(std::io::Cursor::new(bytes), Limits { bytes: DECODER_MEMORY });
     decoder.set_transformations(Transformations::IDENTITY);

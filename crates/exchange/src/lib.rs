@@ -3,8 +3,10 @@
 //! One module a format; text and bytes go in and out, no file is opened here. `docs/exchange.md` tells what each
 //! file holds and what is lost.
 
+pub mod coco;
 pub mod depth_png;
 pub mod gltf;
+pub mod image_png;
 pub mod intrinsics;
 pub mod json;
 pub mod mtg;

@@ -13,7 +13,7 @@ use orchard_perception::DetectorConfig;
 use orchard_spec::Spec;
 
 use super::bar::{Bar, Shown};
-use super::{Args, STOP, Scope, ended};
+use super::{Args, Scope, ended};
 use crate::failure::Failure;
 use crate::tree_args::read_camera;
 
@@ -48,13 +48,13 @@ impl Asked {
     }
 
     /// Runs it and reports.
-    pub fn run(&self, scope: &Scope, store: &Store) -> Result<(), Failure> {
+    pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
         // Like the summary, a figure of other trees must not outlive the start of a run.
         store.remove(FIGURE).map_err(|e| Failure::Failed(e.to_string()))?;
         let keys = self.plan.keys();
         let steps = keys.iter().map(|key| self.plan.steps(key)).max().unwrap_or(0);
         let bar = Bar::new(keys.len(), steps, shown);
-        let result = run_plan(&self.plan, &self.trees, store, scope.threads, &STOP, &bar);
+        let result = run_plan(&self.plan, &self.trees, store, scope.threads, stop, &bar);
         bar.clear();
         let DetectResult { summary, .. } = ended(result)?;
         let rules = &self.plan.protocol.detect;

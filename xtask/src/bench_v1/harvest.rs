@@ -31,10 +31,10 @@ impl Asked {
     }
 
     /// Runs it and reports.
-    pub fn run(&self, scope: &Scope, store: &Store) -> Result<(), Failure> {
+    pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
         let frames = u64::from(self.plan.horizon_frames());
         let bar = Bar::new(self.plan.episodes().len(), frames, shown);
-        let result = run_plan(&self.plan, &self.harvest, store, scope.threads, &super::STOP, &bar);
+        let result = run_plan(&self.plan, &self.harvest, store, scope.threads, stop, &bar);
         bar.clear();
         report(&ended(result)?, &self.plan);
         println!("results: {}", scope.out.join("summary.json").display());

@@ -1,7 +1,7 @@
 //! Sun and sky. Shadow maps are depth images from far away, drawn by the depth camera's rasteriser.
 
 use super::material::Material;
-use super::{Surface, look_at};
+use super::{PictureStyle, Surface, look_at};
 use crate::depth::rasterise;
 use crate::{Geometry, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Mat3, Shape, Vec3, math};
@@ -11,56 +11,105 @@ const DISTANCE: f64 = 100.0;
 /// Offset along the normal, and tolerance in depth, against a surface shading itself [m].
 const OFFSET: f64 = 0.004;
 const BIAS: f64 = 0.004;
-/// Pixels a side of the sun's map.
-const SUN_MAP: usize = 2048;
-/// Pixels a side of a sky map: coarse, since sky light is soft.
-const SKY_MAP: usize = 384;
 /// Sky directions.
 const SKY_DIRECTIONS: usize = 36;
+
+/// What clear sky and an overcast one send: towards the viewer, and onto a surface that faces up or down, where the ground sends
+/// it back.
+struct SkyLight {
+    horizon: Vec3,
+    zenith: Vec3,
+    from_above: Vec3,
+    from_below: Vec3,
+}
+
+fn clear_sky() -> SkyLight {
+    SkyLight {
+        horizon: Vec3::new(1.15, 1.45, 1.75),
+        zenith: Vec3::new(0.16, 0.45, 1.25),
+        from_above: Vec3::new(0.42, 0.52, 0.68),
+        from_below: Vec3::new(0.20, 0.19, 0.12),
+    }
+}
+
+/// White all over.
+fn cloud() -> SkyLight {
+    SkyLight {
+        horizon: Vec3::new(1.52, 1.58, 1.64),
+        zenith: Vec3::new(1.52, 1.58, 1.64),
+        from_above: Vec3::new(1.22, 1.26, 1.30),
+        from_below: Vec3::new(0.28, 0.27, 0.20),
+    }
+}
+
+impl SkyLight {
+    fn under(overcast: f64) -> Self {
+        let (clear, cloud) = (clear_sky(), cloud());
+        let mix = |a: Vec3, b: Vec3| a * (1.0 - overcast) + b * overcast;
+        Self {
+            horizon: mix(clear.horizon, cloud.horizon),
+            zenith: mix(clear.zenith, cloud.zenith),
+            from_above: mix(clear.from_above, cloud.from_above),
+            from_below: mix(clear.from_below, cloud.from_below),
+        }
+    }
+}
 
 /// Everything that lights a picture.
 pub(super) struct Lighting {
     sun_world: Vec3,
-    sun: ShadowMap,
+    /// Light of the sun on a surface that faces it.
+    sun_color: Vec3,
+    /// Light about the sun in the sky.
+    glow: Vec3,
+    /// None where no sun shines.
+    sun: Option<ShadowMap>,
+    sky_light: SkyLight,
     sky: Vec<(Vec3, ShadowMap)>,
 }
 
 impl Lighting {
-    pub(super) fn new(scene: &Scene, sun_world: &Vec3) -> Self {
-        let sun_world = sun_world.try_normalize(0.0).unwrap_or_else(Vec3::z);
+    pub(super) fn new(scene: &Scene, style: &PictureStyle) -> Self {
+        let sun_world = style.sun_world.try_normalize(0.0).unwrap_or_else(Vec3::z);
+        let overcast = style.overcast.clamp(0.0, 1.0);
+        let strength = style.sun_strength.max(0.0) * (1.0 - overcast);
         // The ground is under everything: it receives shadow and throws none.
         let casters =
             Scene { items: scene.items.iter().filter(|i| i.label != Label::Ground).cloned().collect() };
         let bounds = ball_about(&casters);
         let sky = (0..SKY_DIRECTIONS).map(sky_direction);
+        let shines = strength > 0.0;
+        let through_air = through_air(sun_world.z) * strength;
         Self {
             sun_world,
-            sun: ShadowMap::new(&casters, &bounds, &sun_world, SUN_MAP),
-            sky: sky.map(|d| (d, ShadowMap::new(&casters, &bounds, &d, SKY_MAP))).collect(),
+            sun_color: Vec3::new(2.9, 2.6, 2.1).component_mul(&through_air),
+            glow: Vec3::new(0.30, 0.24, 0.15).component_mul(&through_air),
+            sun: shines.then(|| ShadowMap::new(&casters, &bounds, &sun_world, style.shadows.sun)),
+            sky_light: SkyLight::under(overcast),
+            sky: sky.map(|d| (d, ShadowMap::new(&casters, &bounds, &d, style.shadows.sky))).collect(),
         }
     }
 
     /// Sky in a direction.
     pub(super) fn sky(&self, d: &Vec3) -> Vec3 {
         let up = d.z.max(0.0);
-        let zenith = Vec3::new(0.16, 0.45, 1.25);
         let blend = 1.0 - math::exp(-6.0 * up);
         let glow = math::pow(d.dot(&self.sun_world).max(0.0), 24.0);
-        self.horizon() * (1.0 - blend) + zenith * blend + Vec3::new(0.30, 0.24, 0.15) * glow
+        self.horizon() * (1.0 - blend) + self.sky_light.zenith * blend + self.glow * glow
     }
 
     pub(super) fn horizon(&self) -> Vec3 {
-        Vec3::new(1.15, 1.45, 1.75)
+        self.sky_light.horizon
     }
 
     /// Light that a surface sends to the viewer. Sample `k` of `n` of a pixel asks its share of the sky's
     /// directions only; the pixel's mean has asked them all.
     pub(super) fn shade(&self, s: &Surface, m: &Material, (k, n): (usize, usize)) -> Vec3 {
-        let sun_color = Vec3::new(2.9, 2.6, 2.1);
         let facing = s.n_world.dot(&self.sun_world);
         let (front, back) = (facing.max(0.0), (-facing).max(0.0));
         let lit_side = if facing >= 0.0 { s.n_world } else { -s.n_world };
-        let sun = sun_color * self.sun.light(&(s.p_world + lit_side * OFFSET));
+        let lit = self.sun.as_ref().map_or(0.0, |map| map.light(&(s.p_world + lit_side * OFFSET)));
+        let sun = self.sun_color * lit;
         let mut out = m.color.component_mul(&sun) * front;
         out += m.transmitted.component_mul(&sun) * back;
         out += m.color.component_mul(&self.ambient(s, (k, n)));
@@ -83,9 +132,20 @@ impl Lighting {
             open += weight * map.tap(&p);
         }
         let up = 0.5 + 0.5 * s.n_world.z;
-        let sky = Vec3::new(0.42, 0.52, 0.68) * up + Vec3::new(0.20, 0.19, 0.12) * (1.0 - up);
+        let sky = self.sky_light.from_above * up + self.sky_light.from_below * (1.0 - up);
         sky * (0.12 + 0.88 * open / all)
     }
+}
+
+/// Part of the sun's red, green and blue that is left of a high sun's at a sine of its elevation: each falls exponentially with
+/// the air mass, blue first. A sun as high as the default is high.
+fn through_air(sin_elevation: f64) -> Vec3 {
+    const HIGH: f64 = 0.7;
+    const EXTINCTION: [f64; 3] = [0.04, 0.09, 0.18];
+    // At the horizon some forty times the air overhead, as the true atmosphere has.
+    let air_mass = |sin: f64| 1.0 / (sin.max(0.0) + 0.025);
+    let more = (air_mass(sin_elevation) - air_mass(HIGH)).max(0.0);
+    Vec3::from(EXTINCTION.map(|k| math::exp(-k * more)))
 }
 
 /// Direction `i` of a cosine-weighted Fibonacci lattice over the sky.

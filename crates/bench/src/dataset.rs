@@ -1,0 +1,21 @@
+//! Data sets: images of trees from all sides with the truth behind them.
+//!
+//! recipe -> trees (world at rest, views, files, one record a tree) -> annotations, poses, manifest. `docs/dataset.md` states
+//! what each file holds.
+
+mod config;
+mod error;
+mod folder;
+mod recipe;
+mod run;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+pub use config::{DatasetConfig, LightDial, PAPER_TOML};
+pub use error::DatasetError;
+pub use recipe::{Plan, Recipe, Seeds};
+pub use run::{Done, Progress, Silent, run};
+pub use tables::{CLASSES, Class, NO_INSTANCE};
+pub use tree::view_name;

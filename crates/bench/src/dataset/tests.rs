@@ -1,0 +1,239 @@
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use orchard_camera::Sensor;
+use orchard_geometry::Intrinsics;
+use orchard_spec::Spec;
+use orchard_spec::camera::CameraSpec;
+use serde_json::Value;
+
+use super::*;
+
+const SEEDS: Seeds = Seeds { first: 20250704, end: 20250706 };
+
+fn small() -> DatasetConfig {
+    let mut config = DatasetConfig::paper();
+    config.sun_map = config.sun_map.with_value(256).unwrap();
+    config.sky_map = config.sky_map.with_value(48).unwrap();
+    config.supersampling = config.supersampling.with_value(1).unwrap();
+    config
+}
+
+fn plan_of(camera: &str, change: impl FnOnce(&mut DatasetConfig)) -> Plan {
+    let mut config = small();
+    change(&mut config);
+    let spec = Spec { camera: CameraSpec::named(camera).unwrap(), ..Spec::paper() };
+    let k = Intrinsics::from_vertical_fov(64, 48, 1.2);
+    Plan::new(spec, &config, Some(k), SEEDS, 1, 2).unwrap()
+}
+
+fn plan() -> Plan {
+    plan_of("paper", |_| ())
+}
+
+/// Counts views, and raises a flag after some.
+#[derive(Default)]
+struct Count {
+    drawn: AtomicU64,
+    kept: AtomicU64,
+    stop: AtomicBool,
+    stop_after: Option<u64>,
+}
+
+impl Progress for Count {
+    fn views(&self, count: u64, kept: bool) {
+        let counter = if kept { &self.kept } else { &self.drawn };
+        let now = counter.fetch_add(count, Ordering::Relaxed) + count;
+        if self.stop_after == Some(now) {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Count {
+    fn run(&self, plan: &Plan, out: &Path, threads: usize) -> Result<Done, DatasetError> {
+        run(plan, out, threads, &self.stop, self)
+    }
+
+    fn counts(&self) -> (u64, u64) {
+        (self.drawn.load(Ordering::Relaxed), self.kept.load(Ordering::Relaxed))
+    }
+}
+
+fn make(plan: &Plan, out: &Path) -> Done {
+    Count::default().run(plan, out, 1).unwrap()
+}
+
+/// All files under a folder.
+fn contents(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![root.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(folder).unwrap().flatten() {
+            if entry.file_type().unwrap().is_dir() {
+                open.push(entry.path());
+            } else {
+                let name = entry.path().strip_prefix(root).unwrap().display().to_string().replace('\\', "/");
+                found.insert(name, fs::read(entry.path()).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn read(folder: &Path, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap()
+}
+
+#[test]
+fn bytes_do_not_depend_on_threads_or_on_interruptions() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let done = make(&plan(), &at("one"));
+    assert_eq!((done.trees, done.images, done.unfit_depth_px), (2, 4, 0));
+    let whole = contents(&at("one"));
+    // Four images a view, a record a tree, annotations, cameras, intrinsics, recipe, manifest.
+    assert_eq!(whole.len(), 4 * 4 + 2 + 5);
+    Count::default().run(&plan(), &at("two"), 2).unwrap();
+    assert!(contents(&at("two")) == whole);
+
+    let stopped = Count { stop_after: Some(3), ..Count::default() };
+    let error = stopped.run(&plan(), &at("three"), 1).unwrap_err();
+    assert_eq!(error.to_string(), "interrupted: 1 of 2 trees are whole; the same command goes on from there");
+    assert!(!at("three").join("manifest.json").exists());
+    let second = Count::default();
+    second.run(&plan(), &at("three"), 1).unwrap();
+    assert_eq!(second.counts(), (2, 2));
+    assert!(contents(&at("three")) == whole);
+
+    // What is missing, damaged or cut short is made again.
+    fs::remove_file(at("one").join("depth/20250704-000-001.png")).unwrap();
+    let third = Count::default();
+    third.run(&plan(), &at("one"), 1).unwrap();
+    assert_eq!(third.counts(), (2, 2));
+    fs::write(at("one").join("label/20250704-000-000.png"), "x").unwrap();
+    fs::write(at("one").join("trees/20250705-000.json"), "{").unwrap();
+    make(&plan(), &at("one"));
+    assert!(contents(&at("one")) == whole);
+}
+
+#[test]
+fn a_folder_holds_one_recipe() {
+    let folder = tempfile::tempdir().unwrap();
+    make(&plan(), folder.path());
+    let before = contents(folder.path());
+    let other = plan_of("paper", |config| {
+        config.light.sun_elevation = config.light.sun_elevation.with_value(20.0).unwrap();
+    });
+    let error = Count::default().run(&other, folder.path(), 1).unwrap_err();
+    assert!(error.is_bad_input());
+    assert!(error.to_string().contains("its light.sun_elevation_deg is 48.0, not 20.0"), "{error}");
+    assert!(contents(folder.path()) == before);
+
+    let strange = tempfile::tempdir().unwrap();
+    fs::write(strange.path().join("letter.txt"), "").unwrap();
+    let error = Count::default().run(&plan(), strange.path(), 1).unwrap_err();
+    assert!(
+        error.is_bad_input() && error.to_string().contains("holds letter.txt and no data set"),
+        "{error}"
+    );
+    let error = Count::default().run(&plan(), &strange.path().join("letter.txt"), 1).unwrap_err();
+    assert!(error.is_bad_input(), "{error}");
+    fs::write(strange.path().join("recipe.json"), "{").unwrap();
+    let error = Count::default().run(&plan(), strange.path(), 1).unwrap_err();
+    assert!(error.is_bad_input() && error.to_string().contains("recipe.json there is damaged"), "{error}");
+}
+
+#[test]
+fn annotations_and_poses_are_those_of_the_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = make(&plan(), folder.path());
+    let file = read(folder.path(), "annotations.json");
+    let annotations = file["annotations"].as_array().unwrap();
+    assert_eq!(annotations.len() as u64, done.annotations);
+    assert!(done.annotations > 10, "{done:?}");
+    let images = file["images"].as_array().unwrap();
+    let poses = read(folder.path(), "cameras.json");
+    for (i, (image, pose)) in images.iter().zip(poses["poses"].as_array().unwrap()).enumerate() {
+        assert_eq!((&image["id"], &pose["image_id"]), (&Value::from(i + 1), &Value::from(i + 1)));
+        assert_eq!(image["file_name"], pose["file_name"]);
+        let rotation = pose["x_world_camera"]["rotation_xyzw"].as_array().unwrap();
+        let norm: f64 = rotation.iter().map(|q| q.as_f64().unwrap() * q.as_f64().unwrap()).sum();
+        assert!((norm - 1.0).abs() < 1e-12);
+    }
+    for (i, a) in annotations.iter().enumerate() {
+        assert_eq!(a["id"], Value::from(i + 1));
+        let rle: orchard_exchange::coco::Rle = serde_json::from_value(a["segmentation"].clone()).unwrap();
+        let mask = rle.mask().unwrap();
+        let inside: Vec<(usize, usize)> = (0..mask.width() * mask.height())
+            .map(|i| (i % mask.width(), i / mask.width()))
+            .filter(|&p| mask[p])
+            .collect();
+        let range = |of: fn(&(usize, usize)) -> usize| {
+            (inside.iter().map(of).min().unwrap(), inside.iter().map(of).max().unwrap())
+        };
+        let (u, v) = (range(|p| p.0), range(|p| p.1));
+        assert_eq!(a["bbox"], Value::from(vec![u.0, v.0, u.1 - u.0 + 1, v.1 - v.0 + 1]));
+        assert_eq!(a["area"], Value::from(inside.len()));
+        let fraction = a["visible_fraction"].as_f64().unwrap();
+        assert!(fraction > 0.0 && fraction <= 1.0);
+    }
+}
+
+#[test]
+fn depth_that_does_not_fit_is_counted_and_reads_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    // 65535 of these are 0.66 m: most of a tree is farther.
+    let plan = plan_of("ideal", |config| config.depth_unit = config.depth_unit.with_value(0.01).unwrap());
+    let done = make(&plan, folder.path());
+    let mut unfit = 0;
+    for view in 0..4 {
+        let (seed, number) = (SEEDS.first + view / 2, (view % 2) as u32);
+        let name = format!("{}.png", view_name(seed, 0, number));
+        let bytes = |kind: &str| fs::read(folder.path().join(kind).join(&name)).unwrap();
+        let depth = orchard_exchange::depth_png::read(&bytes("depth"), 1e-5).unwrap();
+        let label = orchard_exchange::image_png::read_grey8(&bytes("label")).unwrap();
+        let pixels = depth.pixels().iter().zip(label.pixels());
+        unfit += pixels.filter(|(z, class)| **z == 0.0 && **class > 0).count() as u64;
+    }
+    assert!(unfit > 1000, "{unfit}");
+    assert_eq!(done.unfit_depth_px, unfit);
+}
+
+#[test]
+fn a_camera_that_errs_has_its_truth_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    make(&plan_of("d435i", |_| ()), folder.path());
+    let images = read(folder.path(), "annotations.json")["images"].clone();
+    let path = images[0]["true_depth_file"].as_str().unwrap();
+    let [truth, measured] = [path, images[0]["depth_file"].as_str().unwrap()]
+        .map(|path| fs::read(folder.path().join(path)).unwrap());
+    assert_ne!(truth, measured);
+}
+
+#[test]
+fn what_cannot_be_made_is_told() {
+    let plan = |first, end, trees, views| {
+        Plan::new(Spec::paper(), &small(), None, Seeds { first, end }, trees, views).map(|_| ()).map_err(
+            |e| {
+                assert!(e.is_bad_input());
+                e.to_string()
+            },
+        )
+    };
+    assert_eq!(plan(1, 3, 1, 1), Ok(()));
+    assert!(plan(5, 5, 1, 1).unwrap_err().contains("--seeds 5..5 holds no seed"));
+    assert!(plan(5, 4, 1, 1).unwrap_err().contains("--seeds 5..4 holds no seed"));
+    assert_eq!(plan(1, 2, 0, 1), Err("--trees 0: at least 1 is needed".into()));
+    assert_eq!(plan(1, 2, 1, 0), Err("--views 0: at least 1 is needed".into()));
+    assert!(plan(0, u64::MAX, u32::MAX, u32::MAX).unwrap_err().contains("more images"));
+}
+
+#[test]
+fn the_camera_s_own_pinhole_is_the_default() {
+    let plan = Plan::new(Spec::paper(), &DatasetConfig::paper(), None, SEEDS, 2, 1).unwrap();
+    assert_eq!(plan.recipe().intrinsics, *Sensor::new(&Spec::paper().camera).intrinsics());
+    assert_eq!(plan.trees(), [(20250704, 0), (20250704, 1), (20250705, 0), (20250705, 1)]);
+}

@@ -1,0 +1,227 @@
+//! The views of one tree: its images as files, and a record of them that is written last.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use orchard_camera::picture::Studio;
+use orchard_camera::{Capture, Frame, FruitView, ImageKey, Label, NO_INSTANCE, Scene, fruit_views};
+use orchard_exchange::coco::Rle;
+use orchard_exchange::{depth_png, image_png};
+use orchard_geometry::{DepthImage, Image, Pose};
+use orchard_world::World;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::error::DatasetError;
+use super::folder::Folder;
+use super::recipe::Plan;
+use super::tables;
+use crate::vantage::vantages;
+
+/// A whole tree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct TreeRecord {
+    /// SHA-256 of the recipe that it was made by.
+    pub recipe: String,
+    pub seed: u64,
+    pub world: u32,
+    pub views: Vec<ViewRecord>,
+}
+
+/// The images of one view and what they show.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct ViewRecord {
+    /// Stem of its files' names.
+    pub name: String,
+    pub files: ViewFiles,
+    pub pose: PoseRecord,
+    /// Pixels with a depth that the depth image cannot hold.
+    pub unfit_depth_px: u64,
+    /// Fruit that it shows.
+    pub fruit: Vec<FruitRecord>,
+}
+
+/// The files of one view.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct ViewFiles {
+    pub color: FileRecord,
+    /// What the camera measured.
+    pub depth: FileRecord,
+    pub label: FileRecord,
+    pub instance: FileRecord,
+    /// Where the camera errs, the truth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub true_depth: Option<FileRecord>,
+}
+
+impl ViewFiles {
+    pub fn all(&self) -> impl Iterator<Item = &FileRecord> {
+        [&self.color, &self.depth, &self.label, &self.instance].into_iter().chain(&self.true_depth)
+    }
+}
+
+/// A file that was written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct FileRecord {
+    /// From the folder of the data set.
+    pub path: String,
+    pub sha256: String,
+}
+
+/// Pose of the optical frame in the world: p_world = rotation p_camera + translation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct PoseRecord {
+    pub translation_m: [f64; 3],
+    pub rotation_xyzw: [f64; 4],
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct FruitRecord {
+    pub bbox: [usize; 4],
+    pub segmentation: Rle,
+    #[serde(flatten)]
+    pub truth: FruitTruth,
+}
+
+/// What an annotation says beyond the form of COCO.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct FruitTruth {
+    /// Its value in the instance image.
+    pub instance: u16,
+    pub visible_fraction: f64,
+    /// Pixels that it would cover alone in the world, cut by the image's border.
+    pub unoccluded_px: u32,
+    pub center_camera_m: [f64; 3],
+    pub radius_m: f64,
+}
+
+impl From<&Pose> for PoseRecord {
+    fn from(x: &Pose) -> Self {
+        let q = x.rotation.quaternion();
+        Self { translation_m: x.translation.vector.into(), rotation_xyzw: [q.i, q.j, q.k, q.w] }
+    }
+}
+
+/// Stem of the names of a tree's files.
+pub(super) fn stem(seed: u64, world: u32) -> String {
+    format!("{seed:06}-{world:03}")
+}
+
+/// Stem of the names of a view's files, the same in every folder.
+pub fn view_name(seed: u64, world: u32, view: u32) -> String {
+    format!("{}-{view:03}", stem(seed, world))
+}
+
+/// Draws and writes the views of a tree; none if stopped before the last. `on_view` is called after each.
+pub(super) fn draw(
+    plan: &Plan,
+    folder: &Folder,
+    (seed, world): (u64, u32),
+    stop: &AtomicBool,
+    on_view: impl Fn(),
+) -> Result<Option<TreeRecord>, DatasetError> {
+    let built = World::new(plan.spec.clone(), plan.robot.clone(), seed, world);
+    let built = built.map_err(|source| DatasetError::World { seed, tree: world, source })?;
+    let (scene, colored) = (without_robot(built.scene()), without_robot(built.picture_scene()));
+    let studio = Studio::new(&colored, &plan.style);
+    let poses = vantages(&plan.vantage, &scene, seed, world, plan.recipe.views);
+    let mut views = Vec::with_capacity(poses.len());
+    for (number, x_world_camera) in (0_u32..).zip(&poses) {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let name = view_name(seed, world, number);
+        let capture = plan.sensor.capture(&scene, x_world_camera, ImageKey { seed, world, frame: number });
+        let color = studio.picture(plan.sensor.intrinsics(), x_world_camera);
+        let numbers = numbers((seed, world), &capture.truth)?;
+        let unit = plan.recipe.depth_unit_m;
+        let file = |kind: &str, encoded: Result<Vec<u8>, _>| -> Result<FileRecord, DatasetError> {
+            let bytes = encoded.map_err(|e: png::EncodingError| DatasetError::Png(e.to_string()))?;
+            let path = format!("{kind}/{name}.png");
+            folder.write(&path, &bytes)?;
+            Ok(FileRecord { path, sha256: sha256(&bytes) })
+        };
+        let true_depth = plan.camera_errs().then(|| depth_png::write(&capture.truth.depth, unit));
+        let files = ViewFiles {
+            color: file("color", image_png::write_rgb(&color))?,
+            depth: file("depth", depth_png::write(&capture.measured, unit))?,
+            label: file("label", image_png::write_grey8(&numbers.label))?,
+            instance: file("instance", image_png::write_grey16(&numbers.instance))?,
+            true_depth: true_depth.map(|encoded| file("true_depth", encoded)).transpose()?,
+        };
+        let fruit = fruit_views(&capture.truth, &scene, plan.sensor.intrinsics(), x_world_camera);
+        views.push(ViewRecord {
+            name,
+            files,
+            pose: x_world_camera.into(),
+            unfit_depth_px: unfit(&capture.measured, unit),
+            fruit: fruit.iter().filter_map(|view| fruit_record(&capture, view)).collect(),
+        });
+        on_view();
+    }
+    Ok(Some(TreeRecord { recipe: folder.recipe_hash().to_owned(), seed, world, views }))
+}
+
+fn without_robot(mut scene: Scene) -> Scene {
+    scene.items.retain(|item| item.label != Label::Robot);
+    scene
+}
+
+/// Label and instance images as they are written.
+struct Numbers {
+    label: Image<u8>,
+    instance: Image<u16>,
+}
+
+fn numbers((seed, tree): (u64, u32), frame: &Frame) -> Result<Numbers, DatasetError> {
+    let (width, height) = (frame.label.width(), frame.label.height());
+    let mut out = Numbers {
+        label: Image::filled(width, height, 0),
+        instance: Image::filled(width, height, tables::NO_INSTANCE),
+    };
+    let pixels = frame.label.pixels().iter().zip(frame.instance.pixels());
+    let written = out.label.pixels_mut().iter_mut().zip(out.instance.pixels_mut());
+    for ((shown, number), (label, instance)) in pixels.zip(written) {
+        let class = tables::class(*shown);
+        *label = class.value;
+        if *number != NO_INSTANCE {
+            let fits = u16::try_from(*number).ok().filter(|number| *number != tables::NO_INSTANCE);
+            *instance =
+                fits.ok_or(DatasetError::Instance { seed, tree, class: class.name, instance: *number })?;
+        }
+    }
+    Ok(out)
+}
+
+/// Pixels that have a depth which rounds to no value of the depth image.
+fn unfit(depth: &DepthImage, unit: f64) -> u64 {
+    let is_unfit = |z: &&f32| {
+        let steps = (f64::from(**z) / unit).round();
+        **z > 0.0 && !(1.0..=f64::from(u16::MAX)).contains(&steps)
+    };
+    depth.pixels().iter().filter(is_unfit).count() as u64
+}
+
+/// A fruit that the image shows.
+fn fruit_record(capture: &Capture, view: &FruitView) -> Option<FruitRecord> {
+    let bounds = view.visible_box?;
+    let (label, instance) = (capture.truth.label.pixels(), capture.truth.instance.pixels());
+    let shows = label.iter().zip(instance).map(|(l, i)| *l == Label::Fruit && *i == view.instance).collect();
+    let mask = Image::from_pixels(capture.truth.label.width(), capture.truth.label.height(), shows)?;
+    Some(FruitRecord {
+        bbox: [bounds.u.0, bounds.v.0, bounds.u.1 - bounds.u.0 + 1, bounds.v.1 - bounds.v.0 + 1],
+        segmentation: Rle::of(&mask, |inside| *inside),
+        truth: FruitTruth {
+            // It has a pixel, so it fitted.
+            instance: u16::try_from(view.instance).ok()?,
+            visible_fraction: view.visible_fraction(),
+            unoccluded_px: view.unoccluded_px,
+            center_camera_m: view.p_camera.into(),
+            radius_m: view.radius,
+        },
+    })
+}
+
+/// SHA-256, hexadecimal.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

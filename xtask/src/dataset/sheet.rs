@@ -1,0 +1,64 @@
+//! A look at a data set: some views, each as colour, depth in false colour and classes in colours.
+
+use std::path::Path;
+
+use anyhow::Context;
+use orchard_bench::dataset::{CLASSES, Plan, view_name};
+use orchard_camera::picture::depth_picture;
+use orchard_exchange::{depth_png, image_png};
+use orchard_geometry::Image;
+
+use crate::failure::Failure;
+use crate::picture_file::{self, paste};
+
+/// Most views on a sheet.
+const MOST_VIEWS: usize = 6;
+/// Paper between the pictures [px], and its colour.
+const GAP: usize = 4;
+const PAPER: [u8; 3] = [250, 249, 246];
+
+/// Writes `contact_sheet.png` from the files of a whole data set.
+pub fn write(folder: &Path, plan: &Plan) -> Result<(), Failure> {
+    let rows = chosen(plan).iter().map(|name| row(folder, plan, name)).collect::<anyhow::Result<Vec<_>>>()?;
+    let (width, height) = (plan.recipe().intrinsics.width, plan.recipe().intrinsics.height);
+    let mut sheet = Image::filled(3 * (width + GAP) + GAP, rows.len() * (height + GAP) + GAP, PAPER);
+    for (v, row) in rows.iter().enumerate() {
+        for (u, picture) in row.iter().enumerate() {
+            paste(&mut sheet, picture, GAP + u * (width + GAP), GAP + v * (height + GAP));
+        }
+    }
+    picture_file::write(&folder.join("contact_sheet.png"), &sheet)
+}
+
+/// Names of views, spread over the trees and round them.
+fn chosen(plan: &Plan) -> Vec<String> {
+    let (trees, views) = (plan.trees(), plan.recipe().views as usize);
+    let total = trees.len() * views;
+    let count = total.min(MOST_VIEWS);
+    let name = |i: usize| {
+        // The sides differ from row to row too.
+        let (seed, world) = trees[(i * total / count) / views];
+        let view = if trees.len() == 1 {
+            i * total / count
+        } else {
+            (i * views / count + i * total / count) % views
+        };
+        view_name(seed, world, view as u32)
+    };
+    (0..count).map(name).collect()
+}
+
+fn row(folder: &Path, plan: &Plan, name: &str) -> anyhow::Result<[Image<[u8; 3]>; 3]> {
+    let bytes = |kind: &str| {
+        let path = folder.join(kind).join(format!("{name}.png"));
+        std::fs::read(&path).with_context(|| path.display().to_string())
+    };
+    let color = image_png::read_rgb(&bytes("color")?)?;
+    let depth = depth_png::read(&bytes("depth")?, plan.recipe().depth_unit_m)?;
+    let label = image_png::read_grey8(&bytes("label")?)?;
+    let classes =
+        label.pixels().iter().map(|&value| CLASSES[usize::from(value).min(CLASSES.len() - 1)].color);
+    let classes =
+        Image::from_pixels(label.width(), label.height(), classes.collect()).context("a colour a pixel")?;
+    Ok([color, depth_picture(&depth, &[]), classes])
+}
