@@ -4,6 +4,7 @@ mod figure;
 mod tables;
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use orchard_bench::detect::{DetectPlan, DetectRecord, DetectResult, PaperTrees, run as run_plan};

@@ -1,5 +1,7 @@
 //! The harvest task: a robot picks fruit for a while.
 
+use std::sync::atomic::AtomicBool;
+
 use orchard_bench::episode::EpisodeRecord;
 use orchard_bench::harvest::Harvest;
 use orchard_bench::plan::Plan;

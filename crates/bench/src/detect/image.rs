@@ -1,6 +1,6 @@
 //! Depth images of a tree, and what the detector gets of them.
 
-use orchard_camera::{Frame, FruitView, Scene, Sensor, fruit_views};
+use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
 use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
@@ -25,8 +25,14 @@ pub(crate) struct Sight {
 
 impl View {
     /// Takes an image.
-    pub(crate) fn take(sensor: &Sensor, scene: &Scene, x_world_camera: &Pose, ground_margin: f64) -> Self {
-        let capture = sensor.capture(scene, x_world_camera);
+    pub(crate) fn take(
+        sensor: &Sensor,
+        scene: &Scene,
+        x_world_camera: &Pose,
+        key: ImageKey,
+        ground_margin: f64,
+    ) -> Self {
+        let capture = sensor.capture(scene, x_world_camera, key);
         let intrinsics = *sensor.intrinsics();
         let fruit = fruit_views(&capture.truth, scene, &intrinsics, x_world_camera);
         let up_camera = x_world_camera.rotation.inverse() * Vec3::z();

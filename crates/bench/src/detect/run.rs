@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use orchard_camera::{Geometry, Label, Scene, Sensor};
+use orchard_camera::{Geometry, ImageKey, Label, Scene, Sensor};
 use orchard_geometry::{Pose, Vec3};
 use orchard_perception::{DetectorConfig, PerceptionError, Sighting, Tracker};
 
@@ -120,11 +120,12 @@ impl<T: Trees> Detect<'_, T> {
                 return Err(Ended::Unseen(format!("at foliage {foliage} it is another tree")));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
-            let views: Vec<View> = stand
-                .x_world_camera
-                .iter()
-                .map(|x| View::take(&self.sensor, &tree.scene, x, margin))
-                .collect();
+            // A view has the same noise at every density.
+            let image = |(number, x): (u32, &Pose)| {
+                let noise = ImageKey { seed: key.seed, world: key.world, frame: number };
+                View::take(&self.sensor, &tree.scene, x, noise, margin)
+            };
+            let views: Vec<View> = (0..).zip(&stand.x_world_camera).map(image).collect();
             densities.push(self.density(foliage, &tree.scene, &views, &stand, &mut step)?);
             if key.ablation && foliage == rules.ablation.foliage.si() {
                 for variant in variants(&self.plan.detector) {

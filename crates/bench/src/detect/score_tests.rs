@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::protocol::Protocol;
-use orchard_camera::{Geometry, Scene, Sensor};
+use orchard_camera::{Geometry, ImageKey, Scene, Sensor};
 use orchard_geometry::{Pose, Rotation, Shape};
 use orchard_spec::Spec;
 
@@ -22,7 +22,13 @@ fn view() -> (View, Vec<Ball>) {
     let limb = Geometry::Shape(Shape::Capsule { radius: 0.03, length: 0.4 });
     let upright = Rotation::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
     scene.push(limb, Pose::from_parts(Vec3::new(-0.3, 0.2, 1.0).into(), upright), Label::Wood, 9);
-    let view = View::take(&Sensor::new(&Spec::paper().camera), &scene, &Pose::identity(), 0.06);
+    let view = View::take(
+        &Sensor::new(&Spec::paper().camera),
+        &scene,
+        &Pose::identity(),
+        ImageKey { seed: 0, world: 0, frame: 0 },
+        0.06,
+    );
     let balls = places.map(|p| Ball { p_world: p.into(), radius: RADIUS });
     (view, balls.to_vec())
 }
