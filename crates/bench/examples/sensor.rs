@@ -28,9 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let count =
             |depth: &orchard_geometry::DepthImage| depth.pixels().iter().filter(|&&z| z > 0.0).count();
         println!("{elapsed:.1?}: {} of {} pixels", count(&image.measured), count(&image.truth.depth));
-        let parts =
-            [depth_picture(&image.truth.depth, &[]), depth_picture(&image.measured, &[]), errors(&image)];
-        panels.push(parts);
+        panels.push([depths(&image), errors(&image)]);
     }
     save(&out, &panels)
 }

@@ -7,7 +7,7 @@ use crate::identity::{Identity, Start};
 use crate::planting::{Appearance, Planting};
 use crate::scene;
 use crate::touch::{FruitTouch, fruit_touches};
-use orchard_camera::{ImageKey, Scene, Sensor};
+use orchard_camera::{Scene, Sensor};
 use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
 use orchard_geometry::{HeightField, Pose, Shape, Vec3, inverse_transform};
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
@@ -41,8 +41,8 @@ pub struct World {
     grown: bool,
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
-    sensor: Sensor,
-    shutter: Shutter,
+    pub(crate) sensor: Sensor,
+    pub(crate) shutter: Shutter,
     pub(crate) start: Arc<Data>,
     pub(crate) state: State,
 }
@@ -210,33 +210,12 @@ impl World {
         Observation { depth, depth_time, ..proprioception }
     }
 
-    /// The image that the camera delivers now, if it does.
-    fn delivered(&mut self) -> Option<CameraTruth> {
-        let State { data, shot, flight, frame, .. } = &mut self.state;
-        let taken = self.shutter.taken(*frame)?;
-        if taken == *frame {
-            let shot = shot.get_or_insert_default();
-            shot.frame = taken;
-            data.save_motion(&mut shot.motion);
-            return Some(self.shoot(&self.state.data, taken));
-        }
-        *shot = Some(flight.taken_in(taken)?.clone());
-        self.state.shot.as_ref().map(|shot| self.redraw(shot))
-    }
-
-    /// Takes a depth image of a state.
-    pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
-        let x_world_camera = self.parts.handle.x_world_camera(data);
-        let Start { seed, world, .. } = self.identity.start;
-        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
-    }
-
     /// The visible scene of the present state.
     pub fn scene(&self) -> Scene {
         self.scene_of(&self.state.data)
     }
 
-    fn scene_of(&self, data: &Data) -> Scene {
+    pub(crate) fn scene_of(&self, data: &Data) -> Scene {
         let shapes = scene::wood_shapes(&self.parts.skeleton);
         let fruit_radius: Vec<f64> = self.parts.fruit.fruit.iter().map(|f| f.radius).collect();
         let visible = scene::Visible {
