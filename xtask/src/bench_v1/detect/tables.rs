@@ -95,11 +95,12 @@ fn asked(summary: &DetectSummary, plan: &DetectPlan) -> String {
                 (None, Some(error)) => ("<=", error.value, error.value.is_some_and(|x| x <= *value)),
                 (None, None) => continue,
             };
-            let measured = measured.map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
+            let measured = measured.map_or_else(|| "-".to_owned(), |x| format!("{x:.5}"));
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             let verdict = if kept { "kept" } else { "MISSED" };
-            text +=
-                &format!("asked: {name} {sign} {value}{unit} at foliage {foliage}: {measured}, {verdict}\n");
+            text += &format!(
+                "asked over the tuning seeds: {name} {sign} {value}{unit} at foliage {foliage}: {measured}, {verdict}\n"
+            );
         }
     }
     text
