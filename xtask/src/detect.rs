@@ -29,7 +29,7 @@ use crate::picture_file;
 )]
 pub struct Args {
     #[command(flatten)]
-    input: input::Args,
+    input: input::InputArgs,
     /// Also list the spheres that were refused, each with the first gate that refused it
     #[arg(long)]
     all: bool,

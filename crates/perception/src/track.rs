@@ -61,8 +61,11 @@ impl Tracker {
         Self { config, tracks: Vec::new(), next_id: 0 }
     }
 
-    /// Takes the sightings of one image at a time [s]. Pairs are made nearest first, one to one.
+    /// Takes the sightings of one image at a time [s]. Pairs are made nearest first, one to one. A sighting that is no place is
+    /// passed over.
     pub fn update(&mut self, time: f64, sightings: &[Sighting]) {
+        let is_a_place = |s: &Sighting| s.p_odom.iter().all(|x| x.is_finite()) && s.radius.is_finite();
+        let sightings: Vec<Sighting> = sightings.iter().copied().filter(is_a_place).collect();
         let mut pairs = Vec::new();
         for (t, track) in self.tracks.iter().enumerate() {
             for (s, sighting) in sightings.iter().enumerate() {
@@ -175,5 +178,55 @@ mod tests {
         assert_eq!(tracker.tracks()[0].id, 2, "numbers are never used again");
         tracker.forget(2);
         assert!(tracker.tracks().is_empty());
+    }
+
+    #[test]
+    fn fruit_that_sways_past_another_keeps_its_number() {
+        let mut tracker = Tracker::new(&DetectorConfig::paper());
+        // Two fruit 80 mm apart, nearer than the merge distance, swinging 15 mm against each other.
+        for i in 0..20 {
+            let swing = if i % 2 == 0 { 0.0 } else { 0.015 };
+            tracker.update(0.2 * f64::from(i), &[sighting(0.08 - swing), sighting(swing)]);
+        }
+        let tracks: Vec<(u32, u32)> = tracker.tracks().iter().map(|t| (t.id, t.hits)).collect();
+        assert_eq!(tracks, [(0, 20), (1, 20)]);
+        let x = |i: usize| tracker.tracks()[i].p_odom.x;
+        assert!((x(0) - 0.0725).abs() < 1e-3 && (x(1) - 0.0075).abs() < 1e-3);
+    }
+
+    #[test]
+    fn missed_images_delay_but_do_not_forget() {
+        let mut tracker = Tracker::new(&DetectorConfig::paper());
+        for (time, seen) in [(0.0, true), (0.2, false), (0.4, true), (0.6, false), (0.8, true)] {
+            assert_eq!(tracker.confirmed().count(), 0);
+            let sightings = [sighting(0.0)];
+            tracker.update(time, if seen { &sightings } else { &[] });
+        }
+        assert_eq!(tracker.confirmed().count(), 1);
+    }
+
+    #[test]
+    fn a_second_sighting_of_one_fruit_in_an_image_counts_no_hit() {
+        let mut tracker = Tracker::new(&DetectorConfig::paper());
+        tracker.update(0.0, &[sighting(0.0)]);
+        tracker.update(0.2, &[sighting(0.001), sighting(0.002)]);
+        let hits: Vec<u32> = tracker.tracks().iter().map(|t| t.hits).collect();
+        assert_eq!(hits, [2, 1]);
+        // It is a track of its own, which fades where nothing confirms it.
+        for i in 0..20 {
+            tracker.update(0.4 + 0.2 * f64::from(i), &[sighting(0.0)]);
+        }
+        assert_eq!(tracker.tracks().iter().map(|t| t.id).collect::<Vec<_>>(), [0]);
+    }
+
+    #[test]
+    fn a_sighting_that_is_no_place_is_passed_over() {
+        let mut tracker = Tracker::new(&DetectorConfig::paper());
+        for x in [f64::NAN, f64::INFINITY] {
+            tracker.update(0.0, &[sighting(x), Sighting { p_odom: Vec3::zeros(), radius: x }]);
+        }
+        assert!(tracker.tracks().is_empty());
+        tracker.update(0.0, &[sighting(f64::NAN), sighting(0.0)]);
+        assert_eq!(tracker.tracks().len(), 1);
     }
 }

@@ -9,7 +9,7 @@ use orchard_perception::{DetectorConfig, mask};
 use crate::failure::Failure;
 
 #[derive(clap::Args)]
-pub struct Args {
+pub struct InputArgs {
     /// The depth image: grey, 16 bits
     #[arg(long, value_name = "IMAGE.png")]
     pub depth: PathBuf,
@@ -47,7 +47,7 @@ const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 /// Heights that a camera can have [m].
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
-impl Args {
+impl InputArgs {
     /// Reads everything; what is wrong is told with its option, file, field and range.
     pub fn read(&self) -> Result<Input, Failure> {
         let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {

@@ -1,0 +1,60 @@
+//! The detector on any image, intrinsics, mask and choice of gates: an error or finite detections.
+#![no_main]
+
+use arbitrary::Arbitrary;
+use libfuzzer_sys::fuzz_target;
+use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3};
+use orchard_perception::{DetectorConfig, candidates, mask};
+
+#[derive(Arbitrary, Debug)]
+struct Input {
+    width: u8,
+    height: u8,
+    intrinsics: [f64; 4],
+    usual_intrinsics: bool,
+    stereo: bool,
+    refine: bool,
+    on: [bool; 8],
+    up: [f64; 3],
+    sphere: [f64; 4],
+    masked: bool,
+    /// Depths: some bits of each value choose what it is.
+    pixels: Vec<u16>,
+    odd: f32,
+}
+
+fuzz_target!(|input: Input| {
+    let (width, height) = (usize::from(input.width % 33), usize::from(input.height % 33));
+    let pixel = |i: usize| match input.pixels.get(i % input.pixels.len().max(1)).copied().unwrap_or(0) {
+        0 => 0.0,
+        1 => input.odd,
+        value => f32::from(value) * 2.5e-5,
+    };
+    let Some(depth) = DepthImage::from_pixels(width, height, (0..width * height).map(pixel).collect()) else {
+        return;
+    };
+    let [fx, fy, cx, cy] =
+        if input.usual_intrinsics { [40.0, 40.0, 16.0, 16.0] } else { input.intrinsics };
+    let k = Intrinsics { width, height, fx, fy, cx, cy };
+    let mut config = if input.stereo { DetectorConfig::d435i() } else { DetectorConfig::paper() };
+    config.fit.refine = input.refine;
+    let gates = &mut config.gates;
+    gates.radius.on = input.on[0];
+    gates.residual.on = input.on[1];
+    gates.convexity.on = input.on[2];
+    gates.pixel_ratio.on = input.on[3];
+    gates.elongation.on = input.on[4];
+    gates.isolation.on = input.on[5];
+    gates.cylinder.on = input.on[6];
+    gates.hidden.on = input.on[7];
+    let [x, y, z, radius] = input.sphere;
+    let ball = (Shape::Sphere { radius }, Pose::translation(x, y, z));
+    let ground = mask::ground_mask(&depth, &k, &Vec3::from(input.up), 1.0, 0.05);
+    let mut masked: Image<bool> = mask::self_mask(&depth, &k, &[ball], 0.01);
+    mask::add(&mut masked, &ground);
+    let found = candidates(&depth, &k, input.masked.then_some(&masked), &config);
+    for d in found.into_iter().flatten().map(|c| c.detection) {
+        let numbers = [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
+        assert!(numbers.iter().all(|x| x.is_finite()) && d.p_camera.z > 0.0, "{d:?}");
+    }
+});
