@@ -64,7 +64,7 @@ fn under_a_closed_sky_nothing_casts_a_shadow_and_the_sun_does_not_matter() {
     let closed = drawn(&style(Vec3::z(), 1.0, 1.0));
     let half = drawn(&style(Vec3::z(), 1.0, 0.5));
     assert!(contrast(&clear) > contrast(&half) && contrast(&half) > contrast(&closed));
-    // The plate still hides a part of the sky: less than a tenth of it, weighted by the cosine, is behind a square of 0.6 m at
+    // The plate still hides a part of the sky: a tenth of it, weighted by the cosine, is behind a square of 0.6 m at
     // 1 m, and a display value changes by less than its light.
     assert!(contrast(&closed) < 1.1, "{}", contrast(&closed));
     assert_eq!(closed, drawn(&style(sun_direction(1.0, 0.2), 3.0, 1.0)));
