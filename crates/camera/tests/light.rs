@@ -64,7 +64,7 @@ fn under_a_closed_sky_nothing_casts_a_shadow_and_the_sun_does_not_matter() {
     let closed = drawn(&style(Vec3::z(), 1.0, 1.0));
     let half = drawn(&style(Vec3::z(), 1.0, 0.5));
     assert!(contrast(&clear) > contrast(&half) && contrast(&half) > contrast(&closed));
-    // The plate still hides a part of the sky: less than a tenth of it, weighted by the cosine, is behind a square of 0.6 m at
+    // The plate still hides a part of the sky: a tenth of it, weighted by the cosine, is behind a square of 0.6 m at
     // 1 m, and a display value changes by less than its light.
     assert!(contrast(&closed) < 1.1, "{}", contrast(&closed));
     assert_eq!(closed, drawn(&style(sun_direction(1.0, 0.2), 3.0, 1.0)));
@@ -77,9 +77,9 @@ fn under_a_closed_sky_nothing_casts_a_shadow_and_the_sun_does_not_matter() {
 
 #[test]
 fn a_low_sun_is_redder_and_weaker() {
-    let wall = Vec3::new(0.0, 1.2, 0.8) + sun_direction(3.14, 0.3) * 0.2;
+    let wall = Vec3::new(0.0, 1.2, 0.8) + sun_direction(std::f64::consts::PI, 0.3) * 0.2;
     let red = |elevation: f64| {
-        let image = drawn(&style(sun_direction(3.14, elevation), 1.0, 0.0));
+        let image = drawn(&style(sun_direction(std::f64::consts::PI, elevation), 1.0, 0.0));
         let (k, x) = view();
         let (u, v) = k.project(&inverse_transform(&x, &wall)).unwrap();
         let [r, _, b] = image[(u.round() as usize, v.round() as usize)];

@@ -13,6 +13,8 @@ use crate::picture_file::{self, paste};
 
 /// Most views on a sheet.
 const MOST_VIEWS: usize = 6;
+/// Depths beyond this are drawn alike [m], so that those of the tree differ.
+const SHOWN_DEPTH: f32 = 4.0;
 /// Paper between the pictures [px], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
@@ -36,14 +38,9 @@ fn chosen(plan: &Plan) -> Vec<String> {
     let total = trees.len() * views;
     let count = total.min(MOST_VIEWS);
     let name = |i: usize| {
-        // The sides differ from row to row too.
-        let (seed, world) = trees[(i * total / count) / views];
-        let view = if trees.len() == 1 {
-            i * total / count
-        } else {
-            (i * views / count + i * total / count) % views
-        };
-        view_name(seed, world, view as u32)
+        let image = i * total / count;
+        let (seed, world) = trees[image / views];
+        view_name(seed, world, (image % views) as u32)
     };
     (0..count).map(name).collect()
 }
@@ -54,7 +51,8 @@ fn row(folder: &Path, plan: &Plan, name: &str) -> anyhow::Result<[Image<[u8; 3]>
         std::fs::read(&path).with_context(|| path.display().to_string())
     };
     let color = image_png::read_rgb(&bytes("color")?)?;
-    let depth = depth_png::read(&bytes("depth")?, plan.recipe().depth_unit_m)?;
+    let mut depth = depth_png::read(&bytes("depth")?, plan.recipe().depth_unit_m)?;
+    depth.pixels_mut().iter_mut().for_each(|z| *z = z.min(SHOWN_DEPTH));
     let label = image_png::read_grey8(&bytes("label")?)?;
     let classes =
         label.pixels().iter().map(|&value| CLASSES[usize::from(value).min(CLASSES.len() - 1)].color);

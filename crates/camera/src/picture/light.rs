@@ -94,7 +94,8 @@ impl Lighting {
     pub(super) fn sky(&self, d: &Vec3) -> Vec3 {
         let up = d.z.max(0.0);
         let blend = 1.0 - math::exp(-6.0 * up);
-        let glow = math::pow(d.dot(&self.sun_world).max(0.0), 24.0);
+        let towards = d.dot(&self.sun_world);
+        let glow = if towards > 0.0 { math::pow(towards, 24.0) } else { 0.0 };
         self.horizon() * (1.0 - blend) + self.sky_light.zenith * blend + self.glow * glow
     }
 

@@ -23,8 +23,12 @@ impl Noise {
     }
 
     fn lattice(&self, cell: [i64; 3]) -> f64 {
-        let step = |h: usize, c: i64| self.order[(h + c.rem_euclid(SIZE as i64) as usize) % SIZE];
-        self.values[step(step(step(0, cell[0]), cell[1]), cell[2])]
+        self.values[self.step(self.step(self.step(0, cell[0]), cell[1]), cell[2])]
+    }
+
+    /// Place in the table after one more coordinate.
+    fn step(&self, h: usize, c: i64) -> usize {
+        self.order[(h + c.rem_euclid(SIZE as i64) as usize) % SIZE]
     }
 
     /// A value in [0, 1) that belongs to an instance; `channel` gives independent ones.
@@ -36,17 +40,25 @@ impl Noise {
     pub(super) fn at(&self, p: &Vec3) -> f64 {
         let floor = p.map(f64::floor);
         let smooth = (p - floor).map(|t| t * t * (3.0 - 2.0 * t));
-        let base = [floor.x as i64, floor.y as i64, floor.z as i64];
+        // Both planes of the cell across each axis, and their weights; neighbours share the steps to them.
+        let ends = |k: usize| {
+            let base = floor[k] as i64;
+            [(base, 1.0 - smooth[k]), (base.saturating_add(1), smooth[k])]
+        };
+        let (x, y, z) = (ends(0), ends(1), ends(2));
+        let at_x = x.map(|(c, _)| self.step(0, c));
+        let at_xy = at_x.map(|h| y.map(|(c, _)| self.step(h, c)));
         let mut sum = 0.0;
-        for corner in 0..8_usize {
-            let mut weight = 1.0;
-            let mut cell = base;
-            for k in 0..3 {
-                let upper = corner >> k & 1;
-                weight *= if upper == 1 { smooth[k] } else { 1.0 - smooth[k] };
-                cell[k] = cell[k].saturating_add(upper as i64);
+        for (k, (c, along_z)) in z.into_iter().enumerate() {
+            // On a plane of the lattice, as level ground is, the other plane counts for nothing.
+            if k == 1 && along_z == 0.0 {
+                break;
             }
-            sum += weight * self.lattice(cell);
+            for (j, (_, along_y)) in y.into_iter().enumerate() {
+                for (i, (_, along_x)) in x.into_iter().enumerate() {
+                    sum += along_x * along_y * along_z * self.values[self.step(at_xy[i][j], c)];
+                }
+            }
         }
         sum
     }
