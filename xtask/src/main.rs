@@ -18,6 +18,7 @@ mod python;
 mod read_back;
 mod render;
 mod rows;
+mod sensing_args;
 mod test;
 mod tidy;
 mod tree_args;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use orchard_exchange::{json, mtg};
-use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
 use orchard_treegen::Skeleton;
 
 use crate::failure::Failure;
+use crate::sensing_args::read_camera;
 
 /// The config that defines the worlds.
 #[derive(clap::Args)]
@@ -40,16 +40,6 @@ impl SpecArgs {
         }
         Ok(spec)
     }
-}
-
-/// A camera by its name or from its file.
-pub fn read_camera(camera: &str) -> Result<CameraSpec, Failure> {
-    if !camera.ends_with(".toml") {
-        return CameraSpec::named(camera).map_err(|e| Failure::BadInput(format!("--camera: {e}")));
-    }
-    let text =
-        std::fs::read_to_string(camera).map_err(|e| Failure::BadInput(format!("--camera {camera}: {e}")))?;
-    CameraSpec::from_toml(camera, &text).map_err(|e| Failure::BadInput(e.to_string()))
 }
 
 /// Reads a digitised tree; the ending of the file's name tells the format. Seed and world draw its leaves where the file

@@ -16,7 +16,7 @@ use orchard_spec::Spec;
 use super::bar::{Bar, Shown};
 use super::{Args, Scope, ended};
 use crate::failure::Failure;
-use crate::tree_args::read_camera;
+use crate::sensing_args::{read_camera, read_detector};
 
 /// Name of the figure under the result folder.
 const FIGURE: &str = "detect.svg";
@@ -32,7 +32,7 @@ impl Asked {
     pub fn read(args: &Args, scope: &Scope, protocol: &Protocol) -> Result<Self, Failure> {
         let trees = PaperTrees::new();
         let camera = args.camera.as_deref().map_or_else(|| Ok(Spec::paper().camera), read_camera)?;
-        let (detector_name, detector) = read_detector(args.detector.as_deref().unwrap_or("paper"))?;
+        let (detector_name, detector) = named_detector(args.detector.as_deref().unwrap_or("paper"))?;
         let plan = DetectPlan {
             preset: trees.preset().to_owned(),
             profile: args.profile.name().to_owned(),
@@ -87,18 +87,8 @@ fn shown(record: &DetectRecord) -> Shown {
 }
 
 /// A detector by its name or from its file, with the name that results give it.
-fn read_detector(detector: &str) -> Result<(String, DetectorConfig), Failure> {
-    if !detector.ends_with(".toml") {
-        return match detector {
-            "paper" => Ok((detector.to_owned(), DetectorConfig::paper())),
-            _ => Err(Failure::BadInput(format!(
-                "--detector: no detector '{detector}'; the detectors are: paper"
-            ))),
-        };
-    }
-    let bad = |e: String| Failure::BadInput(format!("--detector {detector}: {e}"));
-    let text = std::fs::read_to_string(detector).map_err(|e| bad(e.to_string()))?;
-    let config = DetectorConfig::from_toml(detector, &text).map_err(|e| Failure::BadInput(e.to_string()))?;
+fn named_detector(detector: &str) -> Result<(String, DetectorConfig), Failure> {
+    let config = read_detector("--detector", detector)?;
     // The folder is no part of a result: the same file elsewhere gives the same bytes.
     let name = Path::new(detector).file_name().map_or(detector.into(), |name| name.to_string_lossy());
     Ok((name.into_owned(), config))
@@ -110,7 +100,7 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     fn bad(detector: &str) -> String {
-        match read_detector(detector) {
+        match named_detector(detector) {
             Err(Failure::BadInput(line)) => line,
             other => panic!("{other:?}"),
         }
@@ -118,15 +108,15 @@ mod tests {
 
     #[test]
     fn detectors_by_name_and_file() {
-        assert_eq!(read_detector("paper").unwrap(), ("paper".to_owned(), DetectorConfig::paper()));
-        assert_eq!(bad("eagle"), "--detector: no detector 'eagle'; the detectors are: paper");
+        assert_eq!(named_detector("paper").unwrap(), ("paper".to_owned(), DetectorConfig::paper()));
+        assert_eq!(bad("eagle"), "--detector: no detector 'eagle'; the detectors are: paper, d435i");
         assert!(bad("no/such.toml").starts_with("--detector no/such.toml: "));
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("mine.toml");
         let path = file.to_string_lossy().into_owned();
         let paper = orchard_perception::config::PAPER_TOML;
         std::fs::write(&file, paper.replacen("refine = true", "refine = false", 1)).unwrap();
-        let (name, config) = read_detector(&path).unwrap();
+        let (name, config) = named_detector(&path).unwrap();
         assert_eq!((&*name, config.fit.refine), ("mine.toml", false));
         std::fs::write(
             &file,

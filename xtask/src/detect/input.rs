@@ -7,6 +7,7 @@ use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 use orchard_perception::{DetectorConfig, mask};
 
 use crate::failure::Failure;
+use crate::sensing_args::read_detector;
 
 #[derive(clap::Args)]
 pub struct InputArgs {
@@ -60,7 +61,7 @@ impl InputArgs {
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
-        let config = self.read_config()?;
+        let config = read_detector("--config", &self.config)?;
         let text = String::from_utf8(bytes("--intrinsics", &self.intrinsics)?)
             .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
         let intrinsics = intrinsics::read(&text).map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
@@ -69,16 +70,6 @@ impl InputArgs {
         self.same_size("--depth", &self.depth, (depth.width(), depth.height()), &intrinsics)?;
         let mask = self.read_mask(&depth, &intrinsics, &config)?;
         Ok(Input { depth, intrinsics, mask, config })
-    }
-
-    fn read_config(&self) -> Result<DetectorConfig, Failure> {
-        if !self.config.ends_with(".toml") {
-            return DetectorConfig::named(&self.config)
-                .map_err(|e| Failure::BadInput(format!("--config: {e}")));
-        }
-        let text =
-            std::fs::read_to_string(&self.config).map_err(|e| bad("--config", Path::new(&self.config), e))?;
-        DetectorConfig::from_toml(&self.config, &text).map_err(|e| Failure::BadInput(e.to_string()))
     }
 
     fn read_mask(

@@ -33,9 +33,10 @@ const CHANGES: &[Change] = &[
     ("no_elongation", "without elongation", |c| c.gates.elongation.on = false),
     ("no_isolation", "without isolation", |c| c.gates.isolation.on = false),
     ("no_cylinder", "without cylinder", |c| c.gates.cylinder.on = false),
-    (PATCH, "one sphere a patch", |c| c.fit.refine = false),
+    ("no_hidden", "without account of what hides", |c| c.gates.hidden.on = false),
+    (PATCH, "one sphere a patch", one_sphere_a_patch),
     (PATCH_NO_ANTI_BRANCH, "one sphere a patch, without the anti-branch gates", |c| {
-        c.fit.refine = false;
+        one_sphere_a_patch(c);
         anti_branch_off(c);
     }),
 ];
@@ -44,6 +45,12 @@ const CHANGES: &[Change] = &[
 fn anti_branch_off(config: &mut DetectorConfig) {
     config.gates.elongation.on = false;
     config.gates.cylinder.on = false;
+}
+
+/// The paper's own way to fit, which knows nothing of what hides a fruit.
+fn one_sphere_a_patch(config: &mut DetectorConfig) {
+    config.fit.refine = false;
+    config.gates.hidden.on = false;
 }
 
 /// Every variant of a detector: as it is; without both gates against branches; without each gate; and with one sphere
@@ -97,8 +104,11 @@ mod tests {
         }
         let both = ["gates.cylinder.on", "gates.elongation.on"];
         assert_eq!(switched(NO_ANTI_BRANCH), both);
-        assert_eq!(switched(PATCH), ["fit.refine"]);
-        assert_eq!(switched(PATCH_NO_ANTI_BRANCH), [&["fit.refine"], &both[..]].concat());
+        assert_eq!(switched(PATCH), ["fit.refine", "gates.hidden.on"]);
+        assert_eq!(
+            switched(PATCH_NO_ANTI_BRANCH),
+            [&["fit.refine"], &both[..], &["gates.hidden.on"]].concat()
+        );
         assert!(switched(ALL_GATES).is_empty());
         assert_eq!(variants(&config).len(), gates.len() + 4);
     }
