@@ -5,15 +5,18 @@ use std::process::Command;
 use crate::failure::Failure;
 use crate::judge;
 use crate::python::Verdict;
-use crate::{read_back, tidy, workspace};
+use crate::{fuzz, read_back, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge,\n  cargo xtask read-back.\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge,\n  cargo xtask read-back, cargo xtask fuzz.\n\
                         All steps run; the last lines say which passed."
 )]
 pub struct Args {}
+
+/// Time for each fuzz target [s].
+const FUZZ_SECONDS: u32 = 20;
 
 /// How a step ended that did not fail.
 enum Outcome {
@@ -24,13 +27,14 @@ enum Outcome {
 
 pub fn run(_: &Args) -> Result<(), Failure> {
     type Step = (&'static str, fn() -> Result<Outcome, Failure>);
-    let steps: [Step; 6] = [
+    let steps: [Step; 7] = [
         ("format", || cargo(&["fmt", "--all", "--check"])),
         ("clippy", || cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])),
         ("tidy", || tidy::run(&tidy::Args {}).map(|()| Outcome::Passed)),
         ("tests", || cargo(&["test", "--workspace", "--quiet"])),
         ("judge", || judge::judge().map(outcome)),
         ("read-back", || read_back::read_back().map(outcome)),
+        ("fuzz", || fuzz::fuzz(FUZZ_SECONDS).map(outcome)),
     ];
     let mut results = Vec::new();
     for (name, step) in steps {
