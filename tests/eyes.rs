@@ -11,6 +11,8 @@ use orchard_geometry::height_field::closest_on_triangle;
 use orchard_geometry::{
     Intrinsics, Pose, Rotation, Vec3, inverse_transform, math, rotation_from_z, transform,
 };
+use orchard_perception::{DetectorConfig, detect, mask};
+use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_world::World;
@@ -280,4 +282,77 @@ fn fruit_views_are_what_pixels_show() {
         }
     }
     assert!(partly >= 20 && hidden >= 5, "{partly} {hidden}");
+}
+
+/// Whether most pixels on a sphere (camera frame) show the robot.
+fn is_robot(frame: &Frame, k: &Intrinsics, p_camera: &Vec3, radius: f64) -> bool {
+    /// A few times the detector's band [m].
+    const NEAR: f64 = 5e-3;
+    let (mut robot, mut other) = (0, 0);
+    for (i, (&z, label)) in frame.depth.pixels().iter().zip(frame.label.pixels()).enumerate() {
+        let p = k.back_project((i % k.width) as f64, (i / k.width) as f64, f64::from(z));
+        if z > 0.0 && ((p - p_camera).norm() - radius).abs() <= NEAR {
+            *if *label == Label::Robot { &mut robot } else { &mut other } += 1;
+        }
+    }
+    robot > other
+}
+
+/// The hand is always in view: the picker's mask from kinematics keeps it out for as long as the robot moves.
+#[test]
+fn the_robot_is_no_fruit_to_itself() {
+    const FRAMES: u32 = 20 * 60;
+    let robot = Arc::new(RobotModel::paper());
+    let mut seen = 0;
+    for tree in 0..2 {
+        let mut world = World::new(Arc::new(Spec::paper()), robot.clone(), 20250704, tree).unwrap();
+        let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
+        for _ in 0..FRAMES {
+            let observation = world.observe();
+            let command = picker.act(&observation);
+            if let (Some(_), Some(truth)) = (&observation.depth, world.camera_truth()) {
+                let x_odom_camera = world.x_world_odom().inverse() * truth.x_world_camera;
+                for d in &picker.record().images.last().unwrap().detections {
+                    let p_camera = inverse_transform(&x_odom_camera, &d.p_odom);
+                    let on_robot =
+                        is_robot(&truth.capture.truth, &observation.intrinsics, &p_camera, d.radius);
+                    assert!(!on_robot, "tree {tree}, {} s", observation.time);
+                    seen += 1;
+                }
+            }
+            world.step(&command);
+        }
+    }
+    assert!(seen > 100, "{seen} detections");
+}
+
+/// Seen from all sides the arm's round links are fruit to a detector without a mask, and none with it.
+#[test]
+fn the_mask_hides_the_links() {
+    let (world, detector) = (world(Spec::paper(), 20250704), DetectorConfig::paper());
+    let scene = world.scene();
+    let k = Intrinsics::from_vertical_fov(192, 144, 1.3);
+    let p_arm = world.handle().x_world_base(world.data()).translation.vector + Vec3::z() * 0.8;
+    let (mut bare, mut masked) = (0, 0);
+    for i in 0..48 {
+        let (sin, cos) = math::sin_cos(2.0 * PI * f64::from(i) / 48.0);
+        let x = look_at(&(p_arm + Vec3::new(cos, sin, 0.1 * f64::from(i % 5)) * 0.7), &p_arm);
+        let mut frame = Frame::new(0, 0);
+        render(&scene, &k, &x, 0.3, 3.0, &mut frame);
+        let link = |item: &Item| match &item.geometry {
+            Geometry::Shape(shape) if item.label == Label::Robot => {
+                Some((shape.clone(), x.inverse() * item.x_world_item))
+            }
+            _ => None,
+        };
+        let links: Vec<_> = scene.items.iter().filter_map(link).collect();
+        let mask = mask::self_mask(&frame.depth, &k, &links, detector.mask.robot_margin.si());
+        let on_robot = |mask| {
+            let found = detect(&frame.depth, &k, mask, &detector).unwrap();
+            found.iter().filter(|d| is_robot(&frame, &k, &d.p_camera, d.radius)).count()
+        };
+        bare += on_robot(None);
+        masked += on_robot(Some(&mask));
+    }
+    assert!(bare > 0 && masked == 0, "{bare} links taken for fruit without a mask, {masked} with it");
 }

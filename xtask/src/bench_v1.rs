@@ -55,7 +55,7 @@ pub struct Args {
     /// Depth camera of the detect task: ideal, paper, or a file of figures that differ [default: paper]
     #[arg(long, value_name = "NAME|FILE.toml")]
     camera: Option<String>,
-    /// Detector of the detect task: paper, or a file of all its figures [default: paper]
+    /// Detector of the detect task: paper, d435i, or a file of figures that differ [default: the one made for the camera]
     #[arg(long, value_name = "NAME|FILE.toml")]
     detector: Option<String>,
 }

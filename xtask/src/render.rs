@@ -2,10 +2,10 @@
 
 use crate::failure::Failure;
 use crate::picture_file::{self, paste};
+use crate::sensing_args::{detector_for, read_detector};
 use crate::tree_args::{SpecArgs, read_tree};
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};
 use orchard_geometry::{Image, Intrinsics, Vec3, inverse_transform, math};
-use orchard_perception::DetectorConfig;
 use orchard_picker::{BaselinePicker, Controller, PickerConfig};
 use orchard_robot::{Observation, RobotModel};
 use orchard_world::World;
@@ -78,7 +78,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     // A world is a function of what was asked for.
     let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {tree}: {e}")))?;
-    let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
+    let detector = read_detector("--camera", detector_for(&spec.camera))?;
+    let mut picker = BaselinePicker::new(&robot, detector, PickerConfig::paper());
     let mut wrist_view = None;
     while f64::from(world.frame()) * spec.sim.frame() <= args.time {
         let observation = world.observe();

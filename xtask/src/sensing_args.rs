@@ -19,6 +19,12 @@ pub fn read_detector(option: &str, detector: &str) -> Result<DetectorConfig, Fai
     })
 }
 
+/// Name of the detector that is made for a camera.
+pub fn detector_for(camera: &CameraSpec) -> &'static str {
+    let made_for = DetectorConfig::FILES.iter().find(|(name, _)| *name == camera.name());
+    made_for.map_or("paper", |(name, _)| name)
+}
+
 fn read<T>(
     option: &str,
     value: &str,

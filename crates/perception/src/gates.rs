@@ -144,35 +144,54 @@ fn pixel_ratio(cloud: &Cloud, sphere: &Sphere, pixels: usize) -> f64 {
     pixels as f64 / (std::f64::consts::PI * radius_px * radius_px)
 }
 
+/// Least variance of a support across its length [px^2], between that of two rows of pixels, 1/4, and of three, 2/3. Two rows
+/// across a cylinder are equal circles, which lie on a sphere exactly: nothing can tell the two apart.
+const TWO_ROWS: f64 = 0.4;
+
 /// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc. Pixels of the sphere's disc
 /// that something at least `hides` [m] nearer covers belong to the footprint, as there may be more of the sphere behind.
+/// Infinite where the support itself is too narrow to show a sphere.
 fn elongation(cloud: &Cloud, sphere: &Sphere, support: &[usize], hides: Option<f64>) -> f64 {
-    // Whole numbers about a pixel near the footprint's middle: exact.
-    let origin = cloud.uv(support[support.len() / 2]);
-    let [mut n, mut su, mut sv, mut suu, mut suv, mut svv] = [0_i64; 6];
-    let mut add = |i: usize| {
-        let (u, v) = cloud.uv(i);
-        let (u, v) = (u as i64 - origin.0 as i64, v as i64 - origin.1 as i64);
-        n += 1;
-        su += u;
-        sv += v;
-        suu += u * u;
-        suv += u * v;
-        svv += v * v;
-    };
-    support.iter().for_each(|&i| add(i));
+    let mut footprint = Footprint::about(cloud.uv(support[support.len() / 2]));
+    support.iter().for_each(|&i| footprint.add(cloud.uv(i)));
+    if footprint.variances().1 < TWO_ROWS {
+        return f64::INFINITY;
+    }
     if let Some(hides) = hides {
         cloud.disc_of_ball(&sphere.center, sphere.radius, |i, z_sphere| {
             if is_in_front(cloud.z(i), z_sphere, hides) {
-                add(i);
+                footprint.add(cloud.uv(i));
             }
         });
     }
-    let [n, su, sv, suu, suv, svv] = [n, su, sv, suu, suv, svv].map(|x| x as f64);
-    let (a, b, c) = (suu - su * su / n, suv - su * sv / n, svv - sv * sv / n);
-    let (mid, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
-    // A one-pixel line has no width: infinite, refused.
-    (mid + half) / (mid - half).max(0.0)
+    let (along, across) = footprint.variances();
+    along / across
+}
+
+/// Second moments of a set of pixels: whole numbers about a pixel near its middle, so exact.
+struct Footprint {
+    origin: (usize, usize),
+    sums: [i64; 6],
+}
+
+impl Footprint {
+    fn about(origin: (usize, usize)) -> Self {
+        Self { origin, sums: [0; 6] }
+    }
+
+    fn add(&mut self, (u, v): (usize, usize)) {
+        let (u, v) = (u as i64 - self.origin.0 as i64, v as i64 - self.origin.1 as i64);
+        let terms = [1, u, v, u * u, u * v, v * v];
+        self.sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+    }
+
+    /// Largest and least variance over all directions [px^2].
+    fn variances(&self) -> (f64, f64) {
+        let [n, su, sv, suu, suv, svv] = self.sums.map(|x| x as f64);
+        let (a, b, c) = (suu - su * su / n, suv - su * sv / n, svv - sv * sv / n);
+        let (mid, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
+        ((mid + half) / n, (mid - half).max(0.0) / n)
+    }
 }
 
 /// Whether a measurement lies at least `hides` nearer than the sphere.

@@ -87,6 +87,21 @@ fn what_hides_a_fruit_counts_for_it() {
     assert!(found(&[&strip, &behind], &config).is_empty());
 }
 
+/// Two rows of pixels across a limb are equal circles, which lie on a sphere exactly. Hidden pixels must not make a fruit of them.
+#[test]
+fn a_limb_seen_through_a_slot_is_no_fruit() {
+    let k = camera();
+    let limb = cylinder_along_x(Vec3::new(0.0, 0.0, 1.1), 0.042);
+    // The image's middle lies between two columns.
+    let slot = part(plane(Vec3::new(0.0, 0.0, 0.6), Vec3::z()), |p| p.x.abs() > 0.6 / k.fx);
+    let depth = image(&k, &[&slot, &limb]);
+    let measured = depth.pixels().iter().filter(|z| **z > 1.0).count();
+    assert!(measured >= 14, "{measured} pixels of the limb");
+    let all = considered(&[&slot, &limb], &DetectorConfig::paper());
+    assert!(all.iter().any(|c| c.refused_by == Some(Gate::Elongation) && c.detection.rms < 1e-6), "{all:?}");
+    assert!(all.iter().all(|c| c.refused_by.is_some()), "{all:?}");
+}
+
 fn ball_of() -> impl Fn(&Vec3) -> Option<f64> {
     ball(Vec3::new(0.0, 0.0, 0.5), 0.035)
 }

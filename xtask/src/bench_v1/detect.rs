@@ -16,7 +16,7 @@ use orchard_spec::Spec;
 use super::bar::{Bar, Shown};
 use super::{Args, Scope, ended};
 use crate::failure::Failure;
-use crate::sensing_args::{read_camera, read_detector};
+use crate::sensing_args::{detector_for, read_camera, read_detector};
 
 /// Name of the figure under the result folder.
 const FIGURE: &str = "detect.svg";
@@ -32,7 +32,8 @@ impl Asked {
     pub fn read(args: &Args, scope: &Scope, protocol: &Protocol) -> Result<Self, Failure> {
         let trees = PaperTrees::new();
         let camera = args.camera.as_deref().map_or_else(|| Ok(Spec::paper().camera), read_camera)?;
-        let (detector_name, detector) = named_detector(args.detector.as_deref().unwrap_or("paper"))?;
+        let (detector_name, detector) =
+            named_detector(args.detector.as_deref().unwrap_or(detector_for(&camera)))?;
         let plan = DetectPlan {
             preset: trees.preset().to_owned(),
             profile: args.profile.name().to_owned(),
