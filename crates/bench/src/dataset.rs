@@ -7,6 +7,7 @@ mod config;
 mod error;
 mod folder;
 mod recipe;
+mod record;
 mod run;
 mod tables;
 #[cfg(test)]

@@ -5,7 +5,7 @@
 use orchard_geometry::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::task::Record;
+use crate::record::Record;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Version of the layout of every result file.

@@ -22,6 +22,7 @@ pub mod metrics;
 pub mod plan;
 pub mod protocol;
 mod quantile;
+mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;

@@ -10,9 +10,10 @@ use crate::episode::{EpisodeKey, EpisodeRecord};
 use crate::harness::{never_started, run_episode};
 use crate::interface::{BenchController, BenchWorld};
 use crate::plan::Plan;
+use crate::record::Record;
 use crate::store::Store;
 use crate::summary::Summary;
-use crate::task::{Progress, Record, RunError, Task, run_task};
+use crate::task::{Progress, RunError, Task, run_task};
 
 /// Makes the worlds of a run, each with its controller.
 pub trait WorldFactory: Sync {

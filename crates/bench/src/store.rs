@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use serde::Serialize;
 
-use crate::task::Record;
+use crate::record::Record;
 
 /// A result folder.
 #[derive(Debug, Clone)]

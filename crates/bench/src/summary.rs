@@ -8,7 +8,7 @@ use crate::bootstrap::Resamples;
 use crate::episode::{CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
 use crate::metrics::{METRICS, Metric, estimate};
 use crate::plan::{ConditionParams, Plan};
-use crate::task::Record;
+use crate::record::Record;
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.

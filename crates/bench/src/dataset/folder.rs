@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::error::DatasetError;
 use super::recipe::{Plan, Recipe};
-use super::tree::{TreeRecord, sha256, stem};
+use super::record::{TreeRecord, sha256, stem};
 use crate::store::{StoreError, write_bytes, write_json};
 
 /// Folders under it.

@@ -12,8 +12,9 @@ use serde::Serialize;
 use super::error::DatasetError;
 use super::folder::Folder;
 use super::recipe::{Plan, Recipe};
+use super::record::{FileRecord, FruitTruth, PoseRecord, TreeRecord, sha256};
 use super::tables::{self, CLASSES, Class};
-use super::tree::{FileRecord, FruitTruth, PoseRecord, TreeRecord, draw, sha256};
+use super::tree::draw;
 use crate::store::write_json;
 
 /// Hears how a run goes on, from several threads.

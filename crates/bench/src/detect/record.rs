@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::plan::DetectKey;
-use crate::task::Record;
+use crate::record::Record;
 use crate::zones::{Zone, ZoneFrame};
 
 /// One tree at every foliage density.

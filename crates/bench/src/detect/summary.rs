@@ -14,7 +14,7 @@ use super::tally::{Found, Tally, ZoneTally};
 use crate::bootstrap::Resamples;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, estimate};
-use crate::task::Record;
+use crate::record::Record;
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.

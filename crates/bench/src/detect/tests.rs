@@ -56,7 +56,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let whole = files(one.path());
     assert_eq!(whole.len(), 7);
     for (tree, key) in result.trees.iter().zip(plan().keys()) {
-        let file = &whole[&<DetectRecord as crate::task::Record>::file(&key)];
+        let file = &whole[&<DetectRecord as crate::record::Record>::file(&key)];
         assert_eq!(
             &serde_json::from_str::<DetectRecord>(file).unwrap(),
             tree,
