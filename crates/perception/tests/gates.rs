@@ -116,6 +116,24 @@ fn isolation() {
     });
 }
 
+/// Two flaps 12 mm before a ball leave a strip of it in view: too near for a jump in depth, far enough to hide. Along them the
+/// ball's border says nothing.
+#[test]
+fn what_hides_a_fruit_is_no_border() {
+    let strip = 0.012;
+    let flap = part(ball(Vec3::new(0.0, 0.0, 0.5), 0.035 + 0.012), move |p| p.y.abs() > strip);
+    let mut config = DetectorConfig::paper();
+    config.gates.elongation.on = false;
+    // The flaps are larger than what is asked for.
+    let gate = &mut config.gates.radius.limit;
+    *gate = gate.with_ends(20.0, 40.0).unwrap();
+    assert_eq!(found(&[&ball_of(), &flap], &config).len(), 1);
+    config.gates.hidden.on = false;
+    let all = considered(&[&ball_of(), &flap], &config);
+    assert!(all.iter().any(|c| c.refused_by == Some(Gate::Isolation)), "{all:?}");
+    assert!(all.iter().all(|c| c.refused_by.is_some()), "{all:?}");
+}
+
 #[test]
 fn cylinder() {
     // A foreshortened limb section about as long as thick.
