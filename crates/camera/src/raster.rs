@@ -17,7 +17,8 @@ const WIDE: usize = 8;
 /// The rays of an image.
 pub(crate) struct Raster {
     intrinsics: Intrinsics,
-    far: f64,
+    /// No depth beyond this one is `far` or less.
+    end: f64,
     /// x/z of the columns.
     x: Vec<f64>,
     /// y/z of the rows.
@@ -46,7 +47,8 @@ impl Raster {
         let ray = |u: usize, v: usize| intrinsics.ray(u as f64, v as f64);
         Self {
             intrinsics: *intrinsics,
-            far,
+            // A depth is rounded to f32 before it is held against `far`.
+            end: far * (1.0 + f64::from(f32::EPSILON)),
             x: (0..intrinsics.width).map(|u| ray(u, 0).x).collect(),
             y: (0..intrinsics.height).map(|v| ray(0, v).y).collect(),
         }
@@ -55,8 +57,7 @@ impl Raster {
     /// The camera and the corners of its view at depth `far`: their convex hull holds all that a ray can meet up to there.
     /// No points where `far` is infinite.
     pub(crate) fn view(&self) -> Vec<Vec3> {
-        // A depth is rounded to f32 before it is held against `far`.
-        let end = self.far * (1.0 + f64::from(f32::EPSILON));
+        let end = self.end;
         if !end.is_finite() {
             return Vec::new();
         }
@@ -70,10 +71,10 @@ impl Raster {
     #[inline]
     pub(crate) fn rows(&self, primitive: &impl Hit) -> impl Iterator<Item = Row<'_>> {
         let (nearest, farthest) = primitive.depths();
-        let in_depth = farthest > 0.0 && nearest <= self.far;
+        let in_depth = farthest > 0.0 && nearest <= self.end;
         let rect = if in_depth { primitive.bounds().pixels(&self.intrinsics) } else { None };
         let is_wide = rect.is_some_and(|rect| rect.u.1 - rect.u.0 >= WIDE);
-        let sides = if is_wide { primitive.sides(self.far) } else { NO_SIDES };
+        let sides = if is_wide { primitive.sides(self.end) } else { NO_SIDES };
         let row_of = move |rect: PixelRect, v: usize| {
             let (first, last) = if is_wide { self.ends(rect.u, v, &sides)? } else { rect.u };
             let start = v * self.intrinsics.width;

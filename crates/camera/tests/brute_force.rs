@@ -43,7 +43,7 @@ fn compare(scene: &Scene, k: &Intrinsics, x: &Pose, near: f64, far: f64) -> (usi
             };
             valid += usize::from(expected.is_some());
             if !agrees {
-                // The ray turned by 1e-6 rad either way must meet the two answers.
+                // The ray moved by a ten-thousandth of a pixel either way must meet the two answers.
                 let answers = caster.beside_pixel(k, x, u as f64, v as f64);
                 let answers = answers.map(|z| z.filter(|z| (near..=far).contains(z)));
                 let explained = answers.iter().any(|a| (a.unwrap_or(0.0) - z).abs() <= 1e-3);

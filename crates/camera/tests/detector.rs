@@ -4,9 +4,10 @@ mod common;
 #[path = "common/score.rs"]
 mod score;
 
-use orchard_camera::Frame;
+use orchard_camera::{Frame, ImageKey, Sensor};
 use orchard_geometry::Intrinsics;
 use orchard_perception::DetectorConfig;
+use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Purpose, Stream};
 use score::{Score, add_image, vantages};
 
@@ -52,33 +53,22 @@ fn noise_as_wide_as_the_band_is_survived() {
     assert!(score.precision() >= 0.9 && score.recall() >= 0.6, "{score:?}");
 }
 
-/// Stereo noise as it is stated for a D435i, sigma_z = z^2 s / (f B), correlated over 3 x 3 pixels: the detector that knows of it
-/// stands it, the one for an exact camera does not.
+/// On images of a D435i the detector that is made for it finds at least half of what ought to be found, as precisely as the paper's
+/// at its densest foliage (0.81); the one for an exact camera, whose band is 1 mm, finds less than a tenth of that.
 #[test]
 fn stereo_noise_needs_the_band_that_grows_with_depth() {
-    let k = Intrinsics { width: 848, height: 480, fx: 446.8, fy: 446.8, cx: 423.5, cy: 239.5 };
-    let per_square_metre = 0.08 / (446.8 * 0.05);
+    let sensor = Sensor::new(&CameraSpec::named("d435i").unwrap());
+    let scene = common::orchard(1, 350, 40);
     let score = |config: &DetectorConfig| {
-        let mut rng = Stream::new(3, 0, Purpose::SensorNoise);
         let mut score = Score::default();
-        let scene = common::orchard(1, 350, 40);
-        for x in vantages(4) {
-            add_image(&mut score, &scene, &k, &x, config, |frame| {
-                let white: Vec<f64> = (0..k.width * k.height).map(|_| rng.normal(0.0, 1.0)).collect();
-                for v in 1..k.height - 1 {
-                    for u in 1..k.width - 1 {
-                        let z = f64::from(frame.depth[(u, v)]);
-                        let window = (v - 1..v + 2).flat_map(|v| white[v * k.width + u - 1..][..3].iter());
-                        // Nine variances of one.
-                        let correlated = window.sum::<f64>() / 3.0;
-                        frame.depth[(u, v)] = (z + z * z * per_square_metre * correlated) as f32;
-                    }
-                }
-            });
+        for (frame, x) in (0..).zip(vantages(4)) {
+            let measured = sensor.capture(&scene, &x, ImageKey { seed: 1, world: 0, frame }).measured;
+            add_image(&mut score, &scene, sensor.intrinsics(), &x, config, |image| image.depth = measured);
         }
         score
     };
     let (knows, exact) = (score(&DetectorConfig::d435i()), score(&DetectorConfig::paper()));
-    assert!(knows.precision() >= 0.9 && knows.recall() >= 0.6, "{knows:?}");
-    assert!(exact.recall() < 0.5 * knows.recall(), "{exact:?}");
+    assert!(knows.visible > 50, "{knows:?}");
+    assert!(knows.precision() >= 0.81 && knows.recall() >= 0.5, "{knows:?}");
+    assert!(exact.recall() < 0.1 * knows.recall(), "{exact:?}");
 }

@@ -35,7 +35,7 @@ pub enum IntrinsicsError {
     /// Lens distortion: the pixels are not those of a pinhole.
     #[error("distortion {value} is not zero; rectify the image and give its pinhole intrinsics")]
     Distorted {
-        /// The largest coefficient.
+        /// The first coefficient that is not zero.
         value: f64,
     },
 }

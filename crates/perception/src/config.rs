@@ -71,7 +71,7 @@ pub struct Gates {
     pub residual: LimitGate,
     /// The surface must bulge towards the camera.
     pub convexity: LimitGate,
-    /// Part of the silhouette border behind which the scene must recede.
+    /// Part of the silhouette border at which depth must jump or end.
     pub isolation: LimitGate,
     /// Pixels over those that the sphere's disc covers, pi (R f / z)^2.
     pub pixel_ratio: IntervalGate,
@@ -80,7 +80,7 @@ pub struct Gates {
     /// A cylinder may not fit this much better than the sphere.
     pub cylinder: LimitGate,
     /// No gate of its own: what lies at least this much before the sphere hides it. Elongation then counts hidden pixels of
-    /// the disc as footprint, isolation leaves them out of the border.
+    /// the disc as footprint, isolation leaves them out of the border where depth does not jump.
     pub hidden: LimitGate,
 }
 

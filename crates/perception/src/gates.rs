@@ -14,12 +14,12 @@ pub enum Gate {
     MinPixels,
     /// Radius.
     Radius,
+    /// Pixel count against that of the sphere's disc.
+    PixelRatio,
     /// RMS of the fit.
     Residual,
     /// Bulges away from the camera.
     Convexity,
-    /// Pixel count against that of the sphere's disc.
-    PixelRatio,
     /// Footprint too long.
     Elongation,
     /// The surface goes on beyond the silhouette.
@@ -199,9 +199,10 @@ fn is_in_front(z: f64, z_sphere: f64, hides: f64) -> bool {
     z > 0.0 && z <= z_sphere - hides
 }
 
-/// Part of the support's border beyond which the surface ends: the next pixel measures nothing or differs in
-/// depth by more than `jump`. What says nothing is left out: the image's edge, a masked pixel at the same depth (whether the
-/// surface goes on under a finger or into the ground cannot be told), and what lies at least `hides` [m] before the sphere.
+/// Part of the support's border at which the surface ends: the next pixel measures nothing or differs in
+/// depth by more than `jump`, to the front or to the back. What says nothing is left out: the image's edge, and without such a jump
+/// a masked pixel (whether the surface goes on under a finger or into the ground cannot be told) and what lies at least
+/// `hides` [m] before the sphere.
 fn isolation(
     cloud: &Cloud,
     sphere: &Sphere,

@@ -18,7 +18,10 @@ pub(crate) struct Search<'a> {
     trim: f64,
     window: f64,
     stride: usize,
-    radius: (f64, f64),
+    /// Radius of the smallest apple.
+    smallest: f64,
+    /// The radius gate, where it is on.
+    radius: Option<(f64, f64)>,
     noise: Noise,
     /// Pixels that may still be looked at.
     effort: Cell<usize>,
@@ -46,8 +49,9 @@ impl<'a> Search<'a> {
             rounds: c.rounds.get(),
             trim: c.trim.si(),
             window: c.window.si(),
-            stride: c.stride.get() as usize,
-            radius: config.gates.radius.limit.si(),
+            stride: c.stride.get().max(1) as usize,
+            smallest: config.gates.radius.limit.si().0,
+            radius: config.gates.radius.si(),
             noise: Noise::new(config),
             effort: Cell::new(cloud.len().saturating_mul(c.effort.get() as usize)),
         }
@@ -72,7 +76,7 @@ impl<'a> Search<'a> {
     /// The sphere through the surroundings of one pixel, if it could be a fruit.
     fn local(&self, seed: usize, p_seed: &orchard_geometry::Vec3) -> Option<Start> {
         let z = p_seed.z;
-        let half = (self.window * self.radius.0 * self.cloud.focal / z).round().max(1.0);
+        let half = (self.window * self.smallest * self.cloud.focal / z).round().max(1.0);
         let step = (half / WINDOW_STEPS as f64).ceil().max(1.0);
         let half = (half / step).floor() * step;
         let (u, v) = self.cloud.uv(seed);
@@ -118,7 +122,7 @@ impl<'a> Search<'a> {
 
     /// Half to twice the allowed interval: a first fit from few pixels is rough.
     fn radius_plausible(&self, sphere: &Sphere) -> bool {
-        (0.5 * self.radius.0..=2.0 * self.radius.1).contains(&sphere.radius)
+        self.radius.is_none_or(|(low, high)| (0.5 * low..=2.0 * high).contains(&sphere.radius))
     }
 
     /// Usable pixels within `band` of the sphere, row by row.

@@ -24,13 +24,16 @@ pub enum CameraSpec {
 #[serde(deny_unknown_fields)]
 pub struct ViewSpec {
     /// Columns.
+    #[serde(deserialize_with = "pixels")]
     pub width: Count,
     /// Rows.
+    #[serde(deserialize_with = "pixels")]
     pub height: Count,
     /// Horizontal field of view; without it pixels are square.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "some_field_of_view")]
     pub horizontal_fov: Option<Quantity>,
     /// Vertical field of view.
+    #[serde(deserialize_with = "field_of_view")]
     pub vertical_fov: Quantity,
     /// Image rate.
     pub rate: Quantity,
@@ -96,6 +99,33 @@ impl D435iSpec {
     pub fn dropout_share(&self) -> f64 {
         at(&self.dropout, &self.sunlight)
     }
+}
+
+/// As many pixels as an image can have, whatever range a file allows.
+fn pixels<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Count, D::Error> {
+    const LARGEST: u32 = 8192;
+    let count = Count::deserialize(deserializer)?;
+    if (1..=LARGEST).contains(&count.get()) {
+        return Ok(count);
+    }
+    let problem = format!("{} is outside the range [1, {LARGEST}] px of an image", count.get());
+    Err(serde::de::Error::custom(problem))
+}
+
+/// An angle that a pinhole can see, whatever range a file allows.
+fn field_of_view<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Quantity, D::Error> {
+    let angle = Quantity::deserialize(deserializer)?;
+    if angle.si() > 0.0 && angle.si() < std::f64::consts::PI {
+        return Ok(angle);
+    }
+    let problem = format!("{} is outside the range (0, 180) deg of a pinhole camera", angle.value());
+    Err(serde::de::Error::custom(problem))
+}
+
+fn some_field_of_view<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Quantity>, D::Error> {
+    field_of_view(deserializer).map(Some)
 }
 
 /// A radius for which sums of noise over the window fit in 32 bits.

@@ -209,6 +209,22 @@ mod tests {
         assert!(e.starts_with("no camera 'eye'; the cameras are: ideal, paper"), "{e}");
         let e = CameraSpec::from_toml("c.toml", "[ideal]\nrange = 3").unwrap_err().to_string();
         assert!(e.starts_with("c.toml: ideal.range"), "{e}");
+        for (view, field) in [
+            ("width = { value = 0, range = [0, 9], unit = 'px', source = 'x' }", "width: 0 "),
+            ("height = { value = 9000, range = [0, 9999], unit = 'px', source = 'x' }", "height: 9000 "),
+            (
+                "vertical_fov = { value = 200, range = [0, 360], unit = 'deg', source = 'x' }",
+                "vertical_fov: 200 ",
+            ),
+            (
+                "horizontal_fov = { value = 0, range = [0, 360], unit = 'deg', source = 'x' }",
+                "horizontal_fov: 0 ",
+            ),
+        ] {
+            let e =
+                CameraSpec::from_toml("c.toml", &format!("[ideal.view]\n{view}")).unwrap_err().to_string();
+            assert!(e.starts_with(&format!("c.toml: ideal.view.{field}")), "{e}");
+        }
         let e = CameraSpec::from_toml("c.toml", "[eye]").unwrap_err().to_string();
         assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected one of `ideal`"), "{e}");
     }

@@ -125,8 +125,10 @@ fn bad(option: &str, file: &Path, problem: impl std::fmt::Display) -> Failure {
 
 /// A direction of any length but zero as a unit vector.
 fn vertical(text: &str) -> Result<Vec3, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
-    let &[x, y, z] = &numbers[..] else { return Err("three numbers are needed, as in 0,-1,0".into()) };
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    let Ok(&[x, y, z]) = numbers.as_deref() else {
+        return Err("three numbers are needed, as in 0,-1,0".into());
+    };
     let up = Vec3::new(x, y, z);
     let length = up.norm();
     if !(length.is_finite() && length > 0.0) {

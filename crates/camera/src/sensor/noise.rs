@@ -64,9 +64,10 @@ pub(super) fn refusals(
     share: f64,
 ) -> Image<i32> {
     let mut faults = Image::filled(width + 2 * radius, height + 2 * radius, 0_u8);
-    if share > 0.0 {
-        let w = (2 * radius + 1) as f64;
-        let log_sound = math::ln(1.0 - share) / (w * w);
+    let w = (2 * radius + 1) as f64;
+    // Zero for shares too small to be told from none.
+    let log_sound = math::ln(1.0 - share) / (w * w);
+    if log_sound < 0.0 {
         // Pixels from one fault to the next are geometrically distributed.
         let mut gap = || (math::ln(1.0 - stream.unit()) / log_sound) as usize;
         let mut at = gap();
@@ -151,7 +152,7 @@ mod tests {
         const IMAGES: u32 = 40;
         let radius = 3;
         let w2 = 49.0_f64;
-        for share in [0.0, 0.001, 0.05, 0.5, 1.0] {
+        for share in [0.0, 1e-17, 0.001, 0.05, 0.5, 1.0] {
             let (mut refused, mut pixels) = (0, 0);
             for frame in 0..IMAGES {
                 let mut stream = Stream::of_frame(20_250_705, 0, frame, Purpose::Test);
