@@ -52,7 +52,7 @@ pub struct Args {
     /// Where the results go [default: results/bench-v1-PROFILE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Depth camera of the detect task: ideal, paper, or a file of figures that differ [default: paper]
+    /// Depth camera of the detect task: ideal, paper, d435i, or a file of figures that differ [default: paper]
     #[arg(long, value_name = "NAME|FILE.toml")]
     camera: Option<String>,
     /// Detector of the detect task: paper, d435i, or a file of figures that differ [default: the one made for the camera]

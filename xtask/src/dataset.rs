@@ -142,7 +142,7 @@ fn read_intrinsics(file: &Path) -> Result<Intrinsics, Failure> {
 }
 
 fn report(done: &Done, out: &Path, plan: &Plan) {
-    println!("{} trees, {} views, {} fruit seen", done.trees, done.images, done.annotations);
+    say!("{} trees, {} views, {} fruit seen", done.trees, done.images, done.annotations);
     if done.unfit_depth_px > 0 {
         let farthest = plan.recipe().depth_unit_m * f64::from(u16::MAX);
         eprintln!(
@@ -150,7 +150,7 @@ fn report(done: &Done, out: &Path, plan: &Plan) {
             done.unfit_depth_px
         );
     }
-    println!("data set: {}", out.join("manifest.json").display());
+    say!("data set: {}", out.join("manifest.json").display());
 }
 
 /// A progress bar on a terminal.

@@ -1,5 +1,13 @@
 //! The project's runner: `cargo xtask COMMAND`, one file a command.
 
+/// Writes a line for whoever reads; one who has read enough and closed the pipe is no failure.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 mod bare_tree;
 mod bench_v1;
 mod columns;

@@ -15,7 +15,7 @@ pub struct SpecArgs {
     /// Configuration that comes with the project
     #[arg(long, value_name = "NAME", default_value_t = Preset::Paper, conflicts_with = "config")]
     preset: Preset,
-    /// Configuration file; with `base = "NAME"` it holds only what differs from that preset
+    /// Configuration file; with a name of its own and `base = "NAME"` it holds only what differs from that preset
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
     /// Depth camera in place of the configuration's: ideal, paper, d435i, or a file of figures that differ

@@ -62,8 +62,8 @@ impl Asked {
         let rules = &self.plan.protocol.detect;
         let svg = figure::svg(&summary, rules).context("cannot draw the figure")?;
         write_bytes(&scope.out.join(FIGURE), svg.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
-        print!("{}", tables::report(&summary, &self.plan));
-        println!("results: {}, {FIGURE}", scope.out.join("detect.json").display());
+        say!("{}", tables::report(&summary, &self.plan).trim_end());
+        say!("results: {}, {FIGURE}", scope.out.join("detect.json").display());
         Ok(())
     }
 }

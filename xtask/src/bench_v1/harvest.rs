@@ -39,7 +39,7 @@ impl Asked {
         let result = run_plan(&self.plan, &self.harvest, store, scope.threads, stop, &bar);
         bar.clear();
         report(&ended(result)?, &self.plan);
-        println!("results: {}", scope.out.join("summary.json").display());
+        say!("results: {}", scope.out.join("summary.json").display());
         Ok(())
     }
 }
@@ -61,7 +61,7 @@ fn shown(record: &EpisodeRecord) -> Shown {
 
 fn report(result: &RunResult, plan: &Plan) {
     let Some(condition) = result.summary.conditions.get(&plan.condition) else { return };
-    println!(
+    say!(
         "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees x {} s",
         plan.condition,
         plan.params.fruit_count,
@@ -70,14 +70,14 @@ fn report(result: &RunResult, plan: &Plan) {
         plan.params.trees,
         plan.params.horizon_s
     );
-    print!("{}", headline::table(condition, &plan.protocol));
+    say!("{}", headline::table(condition, &plan.protocol).trim_end());
     let counts = |counts: &std::collections::BTreeMap<String, u32>| {
         let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
         if list.is_empty() { "none".to_owned() } else { list.join(", ") }
     };
-    println!("episodes ended: {}", counts(&condition.outcomes));
-    println!("failed attempts: {}", counts(&condition.failures));
-    println!(
+    say!("episodes ended: {}", counts(&condition.outcomes));
+    say!("failed attempts: {}", counts(&condition.failures));
+    say!(
         "{:.0} s on {} threads; {} world-seconds a second",
         result.compute.wall_s,
         result.compute.threads,

@@ -26,6 +26,20 @@ pub enum DatasetError {
     /// More images than have numbers.
     #[error("{0} seeds x trees x views are more images than a data set may hold ({MOST_VIEWS})")]
     TooMany(String),
+    /// A colour image that takes too much memory.
+    #[error(
+        "{width} x {height} pixels of --supersampling {side} squared are more than the {most} samples that an image may have"
+    )]
+    Samples {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Samples a pixel side.
+        side: u32,
+        /// The most.
+        most: u64,
+    },
     /// A folder that this data set cannot go into.
     #[error("--out {folder}: {problem}")]
     Folder {
@@ -82,6 +96,7 @@ impl DatasetError {
             Self::NoSeeds { .. }
             | Self::Nothing { .. }
             | Self::TooMany(_)
+            | Self::Samples { .. }
             | Self::Folder { .. }
             | Self::World { .. }
             | Self::Instance { .. } => true,

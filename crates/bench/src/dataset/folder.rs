@@ -49,7 +49,7 @@ impl Folder {
                 write_json(&root.join(RECIPE), &wanted).map_err(|e| refuse(e.to_string()))?;
             }
         }
-        let true_depth = plan.camera_errs().then_some(TRUE_DEPTH);
+        let true_depth = plan.needs_true_depth().then_some(TRUE_DEPTH);
         for name in FOLDERS.into_iter().chain(true_depth) {
             fs::create_dir_all(root.join(name)).map_err(|e| refuse(format!("{name}: {e}")))?;
         }

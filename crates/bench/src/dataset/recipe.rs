@@ -46,8 +46,10 @@ pub struct Recipe {
     pub trees: u32,
     /// Views a tree.
     pub views: u32,
-    /// Name of the depth camera's model.
-    pub camera: &'static str,
+    /// The depth camera, with all its figures.
+    pub camera: CameraSpec,
+    /// Where it stands about a tree.
+    pub vantage: VantageSpec,
     /// Nearest and farthest valid depth [m]; none where there is no limit.
     pub camera_range_m: (f64, Option<f64>),
     /// The pinhole of all images.
@@ -102,6 +104,7 @@ impl Plan {
         let vantage = Protocol::paper().detect.vantage;
         let sensor = Sensor::new(&spec.camera);
         let sensor = intrinsics.map_or(sensor.clone(), |intrinsics| sensor.with_intrinsics(intrinsics));
+        check_samples(sensor.intrinsics(), config.supersampling.get())?;
         let LightDial { sun_azimuth, sun_elevation, sun_strength, overcast } = &config.light;
         let (near, far) = spec.camera.range();
         let recipe = Recipe {
@@ -118,7 +121,8 @@ impl Plan {
             seeds,
             trees,
             views,
-            camera: spec.camera.name(),
+            camera: spec.camera.clone(),
+            vantage: vantage.clone(),
             camera_range_m: (near, Some(far).filter(|far| far.is_finite())),
             intrinsics: *sensor.intrinsics(),
             depth_unit_m: config.depth_unit.si(),
@@ -145,12 +149,9 @@ impl Plan {
         (seeds.first..seeds.end).flat_map(|seed| (0..trees).map(move |world| (seed, world))).collect()
     }
 
-    /// Whether measured depth differs from true depth within the camera's range.
-    pub(super) fn camera_errs(&self) -> bool {
-        match self.spec.camera {
-            CameraSpec::Ideal(_) | CameraSpec::Paper(_) => false,
-            CameraSpec::D435i(_) => true,
-        }
+    /// Whether measured depth differs from true depth: by errors, or where the camera's range ends.
+    pub(super) fn needs_true_depth(&self) -> bool {
+        !matches!(self.spec.camera, CameraSpec::Ideal(_))
     }
 }
 
@@ -168,6 +169,18 @@ fn check(seeds: Seeds, trees: u32, views: u32) -> Result<(), DatasetError> {
         Some(total) if total <= MOST_VIEWS => Ok(()),
         _ => Err(DatasetError::TooMany(format!("{count} x {trees} x {views}"))),
     }
+}
+
+/// Samples of a colour image, of 8 bytes each while it is drawn: a gigabyte a thread.
+const MOST_SAMPLES: u64 = 1 << 27;
+
+fn check_samples(&Intrinsics { width, height, .. }: &Intrinsics, side: u32) -> Result<(), DatasetError> {
+    let samples =
+        [width as u64, height as u64, side.into(), side.into()].into_iter().try_fold(1, u64::checked_mul);
+    if samples.is_some_and(|samples| samples <= MOST_SAMPLES) {
+        return Ok(());
+    }
+    Err(DatasetError::Samples { width, height, side, most: MOST_SAMPLES })
 }
 
 /// A config as text: the order of fields and the shortest digits that give a number back are the same everywhere.

@@ -94,8 +94,8 @@ fn bytes_do_not_depend_on_threads_or_on_interruptions() {
     let done = make(&plan(), &at("one"));
     assert_eq!((done.trees, done.images, done.unfit_depth_px), (2, 4, 0));
     let whole = contents(&at("one"));
-    // Four images a view, a record a tree, annotations, cameras, intrinsics, recipe, manifest.
-    assert_eq!(whole.len(), 4 * 4 + 2 + 5);
+    // Five images a view, a record a tree, annotations, cameras, intrinsics, recipe, manifest.
+    assert_eq!(whole.len(), 5 * 4 + 2 + 5);
     Count::default().run(&plan(), &at("two"), 2).unwrap();
     assert!(contents(&at("two")) == whole);
 
@@ -229,6 +229,28 @@ fn what_cannot_be_made_is_told() {
     assert_eq!(plan(1, 2, 0, 1), Err("--trees 0: at least 1 is needed".into()));
     assert_eq!(plan(1, 2, 1, 0), Err("--views 0: at least 1 is needed".into()));
     assert!(plan(0, u64::MAX, u32::MAX, u32::MAX).unwrap_err().contains("more images"));
+    let huge = Intrinsics { width: 8192, height: 8192, ..*Sensor::new(&Spec::paper().camera).intrinsics() };
+    let mut config = DatasetConfig::paper();
+    config.supersampling = config.supersampling.with_value(8).unwrap();
+    let e = Plan::new(Spec::paper(), &config, Some(huge), SEEDS, 1, 1).map(|_| ()).unwrap_err();
+    assert!(e.is_bad_input() && e.to_string().contains("8192 x 8192 pixels of --supersampling 8"), "{e}");
+}
+
+/// What is too near or too far to be measured shows in the colour image, so it has a label and an annotation all the same: the truth
+/// does not depend on the camera.
+#[test]
+fn what_is_out_of_range_has_its_truth() {
+    let truth = |camera: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        make(&plan_of(camera, |_| ()), folder.path());
+        let name = format!("{}.png", view_name(SEEDS.first, 0, 0));
+        let label = fs::read(folder.path().join("label").join(name)).unwrap();
+        (read(folder.path(), "annotations.json")["annotations"].clone(), label)
+    };
+    let ideal = truth("ideal");
+    assert!(!ideal.0.as_array().unwrap().is_empty());
+    assert_eq!(truth("paper"), ideal);
+    assert_eq!(truth("d435i"), ideal);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_camera::picture::Studio;
-use orchard_camera::{Capture, Frame, FruitView, ImageKey, Label, NO_INSTANCE, Scene, fruit_views};
+use orchard_camera::{Frame, FruitView, ImageKey, Label, NO_INSTANCE, Scene, fruit_views, render};
 use orchard_exchange::coco::Rle;
 use orchard_exchange::{depth_png, image_png};
 use orchard_geometry::{DepthImage, Image};
@@ -42,7 +42,10 @@ pub(super) fn draw(
         let name = view_name(seed, world, number);
         let capture = plan.sensor.capture(&scene, x_world_camera, ImageKey { seed, world, frame: number });
         let color = studio.picture(plan.sensor.intrinsics(), x_world_camera);
-        let numbers = numbers((seed, world), &capture.truth)?;
+        // The colour image knows no range, so neither do its labels.
+        let mut truth = Frame::new(0, 0);
+        render(&scene, plan.sensor.intrinsics(), x_world_camera, 0.0, f64::INFINITY, &mut truth);
+        let numbers = numbers((seed, world), &truth)?;
         let unit = plan.recipe.depth_unit_m;
         let file = |kind: &str, encoded: Result<Vec<u8>, _>| -> Result<FileRecord, DatasetError> {
             let bytes = encoded.map_err(|e: png::EncodingError| DatasetError::Png(e.to_string()))?;
@@ -50,7 +53,7 @@ pub(super) fn draw(
             folder.write(&path, &bytes)?;
             Ok(FileRecord { path, sha256: sha256(&bytes) })
         };
-        let true_depth = plan.camera_errs().then(|| depth_png::write(&capture.truth.depth, unit));
+        let true_depth = plan.needs_true_depth().then(|| depth_png::write(&truth.depth, unit));
         let files = ViewFiles {
             color: file("color", image_png::write_rgb(&color))?,
             depth: file("depth", depth_png::write(&capture.measured, unit))?,
@@ -58,13 +61,13 @@ pub(super) fn draw(
             instance: file("instance", image_png::write_grey16(&numbers.instance))?,
             true_depth: true_depth.map(|encoded| file("true_depth", encoded)).transpose()?,
         };
-        let fruit = fruit_views(&capture.truth, &scene, plan.sensor.intrinsics(), x_world_camera);
+        let fruit = fruit_views(&truth, &scene, plan.sensor.intrinsics(), x_world_camera);
         views.push(ViewRecord {
             name,
             files,
             pose: x_world_camera.into(),
             unfit_depth_px: unfit(&capture.measured, unit),
-            fruit: fruit.iter().filter_map(|view| fruit_record(&capture, view)).collect(),
+            fruit: fruit.iter().filter_map(|view| fruit_record(&truth, view)).collect(),
         });
         on_view();
     }
@@ -112,11 +115,11 @@ fn unfit(depth: &DepthImage, unit: f64) -> u64 {
 }
 
 /// A fruit that the image shows.
-fn fruit_record(capture: &Capture, view: &FruitView) -> Option<FruitRecord> {
+fn fruit_record(truth: &Frame, view: &FruitView) -> Option<FruitRecord> {
     let bounds = view.visible_box?;
-    let (label, instance) = (capture.truth.label.pixels(), capture.truth.instance.pixels());
+    let (label, instance) = (truth.label.pixels(), truth.instance.pixels());
     let shows = label.iter().zip(instance).map(|(l, i)| *l == Label::Fruit && *i == view.instance).collect();
-    let mask = Image::from_pixels(capture.truth.label.width(), capture.truth.label.height(), shows)?;
+    let mask = Image::from_pixels(truth.label.width(), truth.label.height(), shows)?;
     Some(FruitRecord {
         bbox: [bounds.u.0, bounds.v.0, bounds.u.1 - bounds.u.0 + 1, bounds.v.1 - bounds.v.0 + 1],
         segmentation: Rle::of(&mask, |inside| *inside),

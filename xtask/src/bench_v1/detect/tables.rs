@@ -3,10 +3,13 @@
 use orchard_bench::detect::{
     AtFoliage, DensitySummary, DetectPlan, DetectSummary, SitsOn, VariantSummary, variants,
 };
+use orchard_bench::metrics::Metric;
+use orchard_bench::protocol::Protocol;
 use orchard_bench::zones::Zone;
+use orchard_spec::Spec;
 
 use crate::columns::columns;
-use crate::headline::{interval, number};
+use crate::headline::number;
 
 /// All tables.
 pub fn report(summary: &DetectSummary, plan: &DetectPlan) -> String {
@@ -66,10 +69,10 @@ fn sweep(summary: &DetectSummary, plan: &DetectPlan) -> String {
         [
             density.foliage.to_string(),
             number3(precision.mean),
-            interval(precision),
+            interval3(precision),
             number(paper.map(|at| at.value)),
             number3(recall.mean),
-            interval(recall),
+            interval3(recall),
             precision.n.to_string(),
             recall.n.to_string(),
             millimetres(results.errors["centre_error_median_m"].value),
@@ -81,8 +84,22 @@ fn sweep(summary: &DetectSummary, plan: &DetectPlan) -> String {
     table(head, summary.densities.iter().map(row))
 }
 
+/// The interval of a mean that stands with three digits.
+fn interval3(metric: &Metric) -> String {
+    match metric.ci95 {
+        [Some(low), Some(high)] => format!("{low:.3} .. {high:.3}"),
+        _ => "-".to_owned(),
+    }
+}
+
 /// What is asked over the tuning seeds, and whether these results keep it.
 fn asked(summary: &DetectSummary, plan: &DetectPlan) -> String {
+    let Protocol { tuning_seeds, full, .. } = &plan.protocol;
+    let as_asked =
+        plan.seeds == *tuning_seeds && plan.trees == full.trees.get() && plan.camera == Spec::paper().camera;
+    if !as_asked {
+        return "what is asked of the tuning seeds is not judged: other seeds, trees or camera\n".to_owned();
+    }
     let mut text = String::new();
     for (name, list) in &plan.protocol.detect.asked {
         for AtFoliage { foliage, value, unit, .. } in list {
