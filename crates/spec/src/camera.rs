@@ -67,6 +67,7 @@ pub struct D435iSpec {
     /// Valid depths, as measured.
     pub range: Span,
     /// Distance B between the imagers.
+    #[serde(deserialize_with = "positive")]
     pub baseline: Quantity,
     /// The matching window reaches so many pixels to each side.
     #[serde(deserialize_with = "window_radius")]
@@ -74,6 +75,7 @@ pub struct D435iSpec {
     /// Standard deviation of the disparity, in the shade and in full sun.
     pub disparity_noise: Span,
     /// Smallest step of the disparity.
+    #[serde(deserialize_with = "positive")]
     pub disparity_step: Quantity,
     /// Disparities that differ by more belong to different surfaces.
     pub surface_step: Quantity,
@@ -126,6 +128,15 @@ fn some_field_of_view<'de, D: serde::Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<Quantity>, D::Error> {
     field_of_view(deserializer).map(Some)
+}
+
+/// A length or a step that the model divides by, whatever range a file allows.
+fn positive<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Quantity, D::Error> {
+    let quantity = Quantity::deserialize(deserializer)?;
+    if quantity.si() > 0.0 {
+        return Ok(quantity);
+    }
+    Err(serde::de::Error::custom(format!("{} is not greater than 0", quantity.value())))
 }
 
 /// A radius for which sums of noise over the window fit in 32 bits.

@@ -225,6 +225,9 @@ mod tests {
                 CameraSpec::from_toml("c.toml", &format!("[ideal.view]\n{view}")).unwrap_err().to_string();
             assert!(e.starts_with(&format!("c.toml: ideal.view.{field}")), "{e}");
         }
+        let negative = "[d435i]\nbaseline = { value = -50, range = [-99, 99], unit = 'mm', source = 'x' }";
+        let e = CameraSpec::from_toml("c.toml", negative).unwrap_err().to_string();
+        assert_eq!(e, "c.toml: d435i.baseline: -50 is not greater than 0");
         let e = CameraSpec::from_toml("c.toml", "[eye]").unwrap_err().to_string();
         assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected one of `ideal`"), "{e}");
     }
