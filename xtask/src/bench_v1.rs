@@ -10,6 +10,7 @@ use clap::ValueEnum;
 use orchard_bench::RunError;
 use orchard_bench::protocol::{Profile, Protocol};
 use orchard_bench::store::Store;
+use orchard_picker::Kind;
 
 use crate::failure::Failure;
 use crate::interrupt;
@@ -46,6 +47,9 @@ pub struct Args {
     /// Length of an episode of the harvest in seconds [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
+    /// Controller that harvests: baseline, the paper's state machine, or expert
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -58,6 +62,17 @@ pub struct Args {
     /// Detector of the detect task: paper, d435i, or a file of figures that differ [default: the one made for the camera]
     #[arg(long, value_name = "NAME|FILE.toml")]
     detector: Option<String>,
+}
+
+impl Args {
+    /// The controller that the command line names.
+    fn controller(&self) -> Result<Kind, Failure> {
+        let Some(name) = &self.controller else { return Ok(Kind::default()) };
+        Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
+            let known: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+            Failure::BadInput(format!("--controller {name}: there are {}", known.join(", ")))
+        })
+    }
 }
 
 /// A task of the benchmark.
@@ -159,6 +174,7 @@ fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, S
 fn check_options(args: &Args) -> Result<(), String> {
     let options = [
         ("--horizon", args.horizon.is_some(), TaskName::Harvest, "harvest"),
+        ("--controller", args.controller.is_some(), TaskName::Harvest, "harvest"),
         ("--camera", args.camera.is_some(), TaskName::Detect, "detect"),
         ("--detector", args.detector.is_some(), TaskName::Detect, "detect"),
     ];

@@ -109,7 +109,7 @@ fn noted(event: &Event) -> Option<ControllerEvent> {
         Event::AttemptEnded { end: AttemptEnd::Failed(reason), .. } => {
             Some(ControllerEvent::AttemptEnded { failure: Some(name(reason)) })
         }
-        Event::Grasped { .. } => None,
+        Event::Grasped { .. } | Event::StemGaveWay { .. } => None,
     }
 }
 

@@ -25,6 +25,8 @@ pub struct EpisodeKey {
     pub config_hash: String,
     /// Preset of the config.
     pub preset: String,
+    /// Controller that harvested.
+    pub controller: String,
     /// Condition of the benchmark matrix.
     pub condition: String,
     /// Seed.

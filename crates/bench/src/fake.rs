@@ -197,6 +197,7 @@ pub fn plan() -> Plan {
     Plan {
         preset: "paper".into(),
         profile: "quick".into(),
+        controller: "fake".into(),
         condition: "nominal".into(),
         params: ConditionParams {
             fruit_count: 5,
@@ -219,6 +220,7 @@ pub fn key() -> EpisodeKey {
         code_version: CODE_VERSION.into(),
         config_hash: "hash".into(),
         preset: "paper".into(),
+        controller: "fake".into(),
         condition: "nominal".into(),
         seed: 1,
         world: 0,

@@ -1,9 +1,9 @@
-//! The benchmark's own worlds: the preset's trees and robot, harvested by the baseline picker.
+//! The benchmark's own worlds: the preset's trees and robot, harvested by one of the project's controllers.
 
 use std::sync::Arc;
 
 use orchard_perception::DetectorConfig;
-use orchard_picker::{BaselinePicker, PickerConfig};
+use orchard_picker::{Controller, Kind};
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;
 use orchard_world::World;
@@ -19,17 +19,17 @@ pub struct Harvest {
     spec: Arc<Spec>,
     robot: Arc<RobotModel>,
     detector: DetectorConfig,
-    picker: PickerConfig,
+    controller: Kind,
 }
 
 impl Harvest {
-    /// The preset `paper`: 40 fruit, foliage 0.6, flat ground.
-    pub fn paper() -> Self {
+    /// The preset `paper` under a controller: 40 fruit, foliage 0.6, flat ground.
+    pub fn paper(controller: Kind) -> Self {
         Self {
             spec: Arc::new(Spec::paper()),
             robot: Arc::new(RobotModel::paper()),
             detector: DetectorConfig::paper(),
-            picker: PickerConfig::paper(),
+            controller,
         }
     }
 
@@ -39,6 +39,7 @@ impl Harvest {
         Plan {
             preset: spec.preset.clone(),
             profile: profile.to_owned(),
+            controller: self.controller.name().to_owned(),
             condition: "nominal".to_owned(),
             params: ConditionParams {
                 fruit_count: spec.fruit.count.get(),
@@ -55,7 +56,7 @@ impl Harvest {
                 ("robot.toml", orchard_robot::PAPER_TOML),
                 ("robot.urdf", orchard_robot::PAPER_URDF),
                 ("perception.toml", orchard_perception::config::PAPER_TOML),
-                ("picker.toml", orchard_picker::PAPER_TOML),
+                ("picker.toml", self.controller.toml()),
                 ("bench.toml", crate::protocol::PAPER_TOML),
             ]),
             protocol: Protocol::paper(),
@@ -65,12 +66,12 @@ impl Harvest {
 
 impl WorldFactory for Harvest {
     type World = World;
-    type Controller = Recorded<BaselinePicker>;
+    type Controller = Recorded<Box<dyn Controller>>;
 
     fn build(&self, seed: u64, world: u32) -> Result<(World, Self::Controller), String> {
         let world =
             World::new(self.spec.clone(), self.robot.clone(), seed, world).map_err(|e| e.to_string())?;
-        let picker = BaselinePicker::new(&self.robot, self.detector.clone(), self.picker.clone());
-        Ok((world, Recorded::new(picker)))
+        let controller = self.controller.controller(&self.robot, self.detector.clone());
+        Ok((world, Recorded::new(controller)))
     }
 }

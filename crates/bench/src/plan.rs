@@ -28,6 +28,8 @@ pub struct Plan {
     pub preset: String,
     /// Profile whose defaults the run took.
     pub profile: String,
+    /// Name of the controller.
+    pub controller: String,
     /// Name of the condition.
     pub condition: String,
     /// Its parameters.
@@ -92,6 +94,7 @@ impl Plan {
             code_version: CODE_VERSION.to_owned(),
             config_hash: self.config_hash.clone(),
             preset: self.preset.clone(),
+            controller: self.controller.clone(),
             condition: self.condition.clone(),
             seed,
             world,

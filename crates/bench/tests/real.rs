@@ -12,9 +12,10 @@ use orchard_bench::store::Store;
 use orchard_bench::vantage::vantages;
 use orchard_bench::{RunResult, Silent, run};
 use orchard_camera::{Item, Label};
+use orchard_picker::Kind;
 
 fn go(folder: &Path, threads: usize) -> RunResult {
-    let harvest = Harvest::paper();
+    let harvest = Harvest::paper(Kind::Baseline);
     let plan = harvest.plan("quick", vec![20250704, 11], 1, 1.5);
     let store = Store::open(folder).unwrap();
     run(&plan, &harvest, &store, threads, &AtomicBool::new(false), &Silent).unwrap()

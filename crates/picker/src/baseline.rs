@@ -1,21 +1,26 @@
 //! The paper's harvest cycle as a state machine (its Algorithm 1): scan, align, reach, grasp, pull, deposit.
 //!
-//! One file a group of states: `scan.rs`, `approach.rs` (align, reach), `grasp.rs` (grasp, pull), `deposit.rs`
+//! One file a group of states in `baseline/`: `scan.rs`, `approach.rs` (align, reach), `grasp.rs` (grasp, pull), `deposit.rs`
 //! (deposit, retreat). The table of states is in `docs/computation/robot.md`.
 
+mod approach;
+mod deposit;
+mod grasp;
+mod scan;
+
 use crate::Controller;
-use crate::approach::{Align, Reach};
+use crate::baseline::approach::{Align, Reach};
+use crate::baseline::deposit::{Deposit, Retreat};
+use crate::baseline::grasp::{Grasp, Pull};
+use crate::baseline::scan::Scan;
 use crate::blacklist::Blacklist;
 use crate::config::PickerConfig;
-use crate::deposit::{Deposit, Retreat};
 use crate::eyes::Eyes;
-use crate::grasp::{Grasp, Pull};
 use crate::motion::ArmMotion;
 use crate::plan::{GraspPlan, Target};
 use crate::postures::Postures;
 use crate::record::{AttemptEnd, AttemptId, Event, FailureReason, Record, State};
 use crate::robot_state::{Memory, RobotState};
-use crate::scan::Scan;
 use orchard_geometry::{Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
 use orchard_robot::{ArmKinematics, Command, Observation, RobotModel};
@@ -112,7 +117,7 @@ impl BaselinePicker {
         let deck = Vec3::new(room.body_half_x.si(), room.body_half_y.si(), f64::INFINITY);
         Self {
             postures: Postures::new(&arm, &robot.bucket(), &config),
-            eyes: Eyes::new(detector, &config, deck, robot.config().start.distance.si()),
+            eyes: Eyes::new(detector, &config, deck),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
             fingers: Fingers { opening: config.grasp.opening.si(), force: config.grasp.force.si() },
@@ -185,7 +190,15 @@ impl BaselinePicker {
     /// The fingers hold something.
     pub(crate) fn note_grasp(&mut self, robot: &RobotState) {
         if let Some(attempt) = &self.attempt {
-            self.record.events.push(Event::Grasped { time: robot.time, id: attempt.id });
+            let RobotState { time, width, .. } = *robot;
+            self.record.events.push(Event::Grasped { time, id: attempt.id, width });
+        }
+    }
+
+    /// The stem has given way, after a largest pull [N].
+    pub(crate) fn note_release_of_stem(&mut self, robot: &RobotState, pull: f64) {
+        if let Some(attempt) = &self.attempt {
+            self.record.events.push(Event::StemGaveWay { time: robot.time, id: attempt.id, pull });
         }
     }
 

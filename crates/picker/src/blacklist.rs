@@ -26,7 +26,9 @@ impl Blacklist {
     pub fn add(&mut self, p_odom: Vec3, reason: FailureReason, time: f64) {
         use FailureReason as R;
         let duration = match reason {
-            R::NoFruitAtDetection | R::StemTooStrong | R::Slipped | R::MissedBucket => &self.config.long,
+            R::NoFruitAtDetection | R::StemTooStrong | R::Slipped | R::KnockedOffByArm | R::MissedBucket => {
+                &self.config.long
+            }
             R::Unreachable
             | R::ReachStalled
             | R::GraspUnreachable

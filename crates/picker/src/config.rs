@@ -62,6 +62,8 @@ section! {
 section! {
     /// Where the tree is believed to stand.
     BeliefConfig {
+        /// How far straight ahead of the start the tree is first believed to stand.
+        start_distance: Quantity,
         /// Weight of the start belief, in images.
         prior_images: Count,
         /// Points farther from the belief than this are not of the tree.

@@ -38,8 +38,8 @@ pub(crate) struct Belief {
 }
 
 impl Belief {
-    fn new(config: &BeliefConfig, start_distance: f64) -> Self {
-        let p_start = Vec3::new(start_distance, 0.0, 0.0);
+    fn new(config: &BeliefConfig) -> Self {
+        let p_start = Vec3::new(config.start_distance.si(), 0.0, 0.0);
         Self { config: config.clone(), p_start, sum: Vec3::zeros(), images: 0 }
     }
 
@@ -65,14 +65,14 @@ impl Belief {
 }
 
 impl Eyes {
-    /// `start_distance` [m]: how far ahead of the start the protocol puts the trunk.
-    pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3, start_distance: f64) -> Self {
+    /// Nothing seen yet. `deck`: half-extents of the robot's deck, base frame.
+    pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3) -> Self {
         Self {
             tracker: Tracker::new(&detector),
             detector,
             deck,
             config: config.cloud.clone(),
-            belief: Belief::new(&config.belief, start_distance),
+            belief: Belief::new(&config.belief),
             clouds: VecDeque::new(),
             sightings: Vec::new(),
             images: 0,
@@ -223,8 +223,8 @@ mod tests {
     #[test]
     fn the_belief_starts_at_the_protocols_distance_and_follows_what_is_seen() {
         let config = PickerConfig::paper().belief;
-        let mut belief = Belief::new(&config, 2.4);
-        let start = Vec3::new(2.4, 0.0, 0.0);
+        let mut belief = Belief::new(&config);
+        let start = Vec3::new(config.start_distance.si(), 0.0, 0.0);
         assert_eq!(belief.p_odom(), start);
         belief.see(&[]);
         assert_eq!(belief.p_odom(), start);

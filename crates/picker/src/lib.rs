@@ -2,34 +2,43 @@
 //!
 //! A [`Controller`] sees an [`orchard_robot::Observation`] a frame and answers with a command. It keeps a
 //! [`Record`] of what it believed and did, which a benchmark reads and scores against the truth.
-//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception.
+//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat;
+//! [`Kind`] names the controllers of this crate.
 
-mod approach;
 mod baseline;
 mod blacklist;
 mod config;
-mod deposit;
 mod drive;
 mod eyes;
-mod grasp;
+mod kind;
 mod motion;
 mod plan;
 mod postures;
 mod record;
 mod robot_state;
-mod scan;
 
 pub use baseline::BaselinePicker;
 pub use config::{PAPER_TOML, PickerConfig};
+pub use kind::Kind;
 pub use record::{AttemptEnd, AttemptId, Event, FailureReason, ImageReport, Record, State};
 
 use orchard_robot::{Command, Observation};
 
 /// A harvest controller.
-pub trait Controller {
+pub trait Controller: Send {
     /// The command for this control frame.
     fn act(&mut self, observation: &Observation) -> Command;
 
     /// What it has done so far.
     fn record(&self) -> &Record;
+}
+
+impl<C: Controller + ?Sized> Controller for Box<C> {
+    fn act(&mut self, observation: &Observation) -> Command {
+        (**self).act(observation)
+    }
+
+    fn record(&self) -> &Record {
+        (**self).record()
+    }
 }

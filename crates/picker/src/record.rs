@@ -45,6 +45,8 @@ pub enum FailureReason {
     StemTooStrong,
     /// The fruit left the hand before it was over the bucket.
     Slipped,
+    /// The arm pushed the fruit off its stem.
+    KnockedOffByArm,
     /// The fruit was let go beside the bucket.
     MissedBucket,
     /// Something held the base or the arm.
@@ -85,6 +87,17 @@ pub enum Event {
         time: f64,
         /// Attempt.
         id: AttemptId,
+        /// Width between the fingers [m].
+        width: f64,
+    },
+    /// The controller takes the stem as given way.
+    StemGaveWay {
+        /// Time [s].
+        time: f64,
+        /// Attempt.
+        id: AttemptId,
+        /// Largest pull along the withdrawal that the arm's torques told [N].
+        pull: f64,
     },
     /// The controller's state changed.
     StateChanged {

@@ -60,8 +60,6 @@ pub struct Parts {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Distance of the base from the trunk, which it faces.
-    pub distance: Quantity,
     /// Opening of each finger.
     pub finger_opening: Quantity,
     /// Arm joint positions.

@@ -1,4 +1,4 @@
-//! What counts as reachable.
+//! Where an episode starts, and what counts as reachable.
 
 use orchard_quantity::{Quantity, Span};
 use serde::{Deserialize, Serialize};
@@ -12,4 +12,16 @@ pub struct EpisodeSpec {
     pub reach_radius: Quantity,
     /// Admissible horizontal distance from the arm's shoulder to the fruit.
     pub stand_off: Span,
+    /// The robot's start.
+    pub start: StartSpec,
+}
+
+/// Where the robot's base stands at the start, drawn for every world; its bearing from the trunk is any that the scenery allows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StartSpec {
+    /// Horizontal distance from the trunk to the base.
+    pub distance: Span,
+    /// Turn from facing the trunk, positive to the left.
+    pub heading: Span,
 }

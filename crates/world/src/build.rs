@@ -9,7 +9,7 @@ use orchard_fruit::{Fruit, FruitGroups, FruitSet};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
-use orchard_spec::Spec;
+use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Skeleton, TreegenError};
 use orchard_treephys::{TreeBody, TreeGroups, step_settings};
 
@@ -85,8 +85,7 @@ pub(crate) fn build(
             asleep: groups::ASLEEP_GROUPS,
         },
     );
-    let bearing = scenery::start_bearing(spec.scenery.as_ref(), seed, world);
-    let mut x_world_odom = start_pose(robot.config().start.distance.si(), bearing);
+    let mut x_world_odom = start_pose(spec, &mut Stream::new(seed, world, Purpose::RobotStart));
     x_world_odom.translation.z = ground.ride_height(&x_world_odom);
     let handle = robot.add_to(
         &mut builder,
@@ -104,11 +103,14 @@ pub(crate) fn build(
     Ok(Parts { skeleton, ground, struts, model, tree, fruit, handle, colliders, x_world_odom, settings })
 }
 
-/// The robot starts at its distance from the trunk and faces it; heights are left to the ground.
-fn start_pose(distance: f64, bearing: f64) -> Pose {
+/// Where the robot's base starts; heights are left to the ground.
+fn start_pose(spec: &Spec, stream: &mut Stream) -> Pose {
+    let bearing = scenery::start_bearing(spec.scenery.as_ref(), stream);
+    let distance = stream.within(spec.episode.start.distance.si());
+    let heading = stream.within(spec.episode.start.heading.si());
     let (sin, cos) = math::sin_cos(bearing);
     Pose::from_parts(
         Vec3::new(distance * cos, distance * sin, 0.0).into(),
-        Rotation::from_axis_angle(&Vec3::z_axis(), bearing + std::f64::consts::PI),
+        Rotation::from_axis_angle(&Vec3::z_axis(), bearing + std::f64::consts::PI + heading),
     )
 }

@@ -8,7 +8,7 @@ use orchard_camera::{Geometry, Item, Label, Rgb};
 use orchard_geometry::{Pose, Shape, Vec3, math, rotation_from_z};
 use orchard_multibody::{Collider, ColliderId, ModelBuilder, Owner};
 use orchard_spec::scenery::ScenerySpec;
-use orchard_spec::{Purpose, Spec, Stream};
+use orchard_spec::{Spec, Stream};
 use orchard_treegen::Skeleton;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -141,8 +141,7 @@ pub(crate) fn is_clear(struts: &[Strut], p_world: &Vec3, radius: f64, margin: f6
 
 /// Bearing of the robot's start, seen from the trunk [rad]: anywhere about a tree that stands alone, in either alley
 /// of a row.
-pub(crate) fn start_bearing(spec: Option<&ScenerySpec>, seed: u64, world: u32) -> f64 {
-    let mut stream = Stream::new(seed, world, Purpose::RobotStart);
+pub(crate) fn start_bearing(spec: Option<&ScenerySpec>, stream: &mut Stream) -> f64 {
     let bearing = stream.uniform(0.0, TAU);
     match spec {
         None => bearing,
@@ -173,7 +172,7 @@ pub(crate) fn same_alley(struts: &[Strut], x_world_start: &Pose, x_world_base: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_spec::Preset;
+    use orchard_spec::{Preset, Purpose};
 
     fn scenery(preset: Preset) -> (ScenerySpec, Vec<Strut>) {
         let spec = Spec::preset(preset).scenery.unwrap();
@@ -238,7 +237,7 @@ mod tests {
         let (spec, _) = scenery(Preset::VerticalUfo);
         let (mut left, mut right) = (0, 0);
         for world in 0..200 {
-            let bearing = start_bearing(Some(&spec), 3, world);
+            let bearing = start_bearing(Some(&spec), &mut Stream::new(3, world, Purpose::RobotStart));
             assert!(math::sin(bearing).abs() >= 0.5_f64.sqrt() - 1e-12);
             if math::sin(bearing) > 0.0 { left += 1 } else { right += 1 }
         }

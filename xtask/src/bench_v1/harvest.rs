@@ -26,7 +26,7 @@ impl Asked {
         let bad = |e: String| Failure::BadInput(format!("--horizon: {e}"));
         let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
         let horizon = profile.horizon.with_value(horizon).map_err(bad)?;
-        let harvest = Harvest::paper();
+        let harvest = Harvest::paper(args.controller()?);
         let plan = harvest.plan(args.profile.name(), scope.seeds.clone(), scope.trees, horizon.si());
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { harvest, plan })

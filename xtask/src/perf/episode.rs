@@ -7,6 +7,7 @@ use anyhow::Context;
 use orchard_bench::harvest::Harvest;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::{WorldFactory, run_episode};
+use orchard_picker::Kind;
 
 use crate::rows::{Effort, Measured, Row};
 
@@ -15,7 +16,7 @@ const RELEASED_RATE: f64 = 0.45;
 
 /// Episodes of the full profile's length, one after the other on one core; their median rate.
 pub fn measure(_: Effort) -> anyhow::Result<Measured> {
-    let harvest = Harvest::paper();
+    let harvest = Harvest::paper(Kind::Baseline);
     let protocol = Protocol::paper();
     let seeds = protocol.tuning_seeds.clone();
     let plan = harvest.plan("full", seeds, 1, protocol.full.horizon.si());

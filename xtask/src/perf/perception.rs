@@ -9,6 +9,7 @@ use orchard_bench::protocol::Protocol;
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
 use orchard_geometry::{Image, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, detect, mask};
+use orchard_picker::Kind;
 use orchard_spec::camera::CameraSpec;
 use orchard_world::World;
 use std::hint::black_box;
@@ -136,7 +137,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
 
 /// The views: the baseline picker's own, on the first tree of each tuning seed.
 fn views(eyes: &Eyes) -> anyhow::Result<Vec<View>> {
-    let harvest = Harvest::paper();
+    let harvest = Harvest::paper(Kind::Baseline);
     let mut views = Vec::new();
     for seed in Protocol::paper().tuning_seeds {
         let (mut world, mut picker) =

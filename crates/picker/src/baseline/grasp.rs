@@ -1,7 +1,7 @@
 //! Grasp: advance blind and close the fingers. Pull: withdraw until the stem gives way.
 
+use crate::baseline::deposit::Deposit;
 use crate::baseline::{BaselinePicker, Fingers, Next, Phase, STILL};
-use crate::deposit::Deposit;
 use crate::plan::advance_length;
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
@@ -119,6 +119,7 @@ impl BaselinePicker {
         let ended = self.motion.is_over() && (self.arm_arrived(robot) || self.arm_stalled())
             || self.elapsed(robot) > self.config.timeout.pull.si();
         if gave_way || (ended && slack) {
+            self.note_release_of_stem(robot, pull.peak);
             self.motion.go(self.postures.carry(), &self.config.arm, 1.0);
             return Next::Enter(Phase::Deposit(Deposit::Carrying));
         }

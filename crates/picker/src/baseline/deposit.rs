@@ -1,9 +1,9 @@
 //! Deposit: over the bucket and let go. Retreat: the empty hand out of the canopy.
 
+use crate::baseline::scan::Scan;
 use crate::baseline::{Attempt, BaselinePicker, Fingers, Next, Phase, STILL};
 use crate::record::{AttemptEnd, FailureReason, State};
 use crate::robot_state::RobotState;
-use crate::scan::Scan;
 use orchard_geometry::Vec3;
 
 /// Memory of the deposit state.

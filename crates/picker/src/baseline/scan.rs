@@ -1,6 +1,6 @@
 //! Scan: look around, go around the believed tree, choose a target.
 
-use crate::approach::Align;
+use crate::baseline::approach::Align;
 use crate::baseline::{BaselinePicker, Next, Phase, STILL};
 use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of, drive};
 use crate::plan::{GraspPlan, Target, plan};

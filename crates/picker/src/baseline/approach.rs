@@ -1,8 +1,8 @@
 //! Align: drive to the stand-off. Reach: bring the hand before the fruit and look again.
 
+use crate::baseline::grasp::Grasp;
 use crate::baseline::{BaselinePicker, Next, Phase, STILL};
 use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
-use crate::grasp::Grasp;
 use crate::plan::{Target, look_posture, plan};
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;

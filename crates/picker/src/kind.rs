@@ -1,0 +1,39 @@
+//! The controllers of this crate, by name.
+
+use crate::{BaselinePicker, Controller, PAPER_TOML, PickerConfig};
+use orchard_perception::DetectorConfig;
+use orchard_robot::RobotModel;
+
+/// A controller that can be asked for by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// The paper's harvest cycle.
+    #[default]
+    Baseline,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Baseline];
+
+    /// Its name, as results and command lines give it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Baseline => "baseline",
+        }
+    }
+
+    /// Its config as TOML text.
+    pub fn toml(self) -> &'static str {
+        match self {
+            Self::Baseline => PAPER_TOML,
+        }
+    }
+
+    /// One at the start of an episode.
+    pub fn controller(self, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
+        match self {
+            Self::Baseline => Box::new(BaselinePicker::new(robot, detector, PickerConfig::paper())),
+        }
+    }
+}
