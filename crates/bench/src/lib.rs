@@ -30,9 +30,11 @@ mod stall;
 pub mod store;
 pub mod summary;
 pub mod task;
+mod trial;
 pub mod vantage;
 pub mod zones;
 
 pub use harness::run_episode;
 pub use run::{RunResult, WorldFactory, run};
 pub use task::{Progress, RunError, Silent};
+pub use trial::trial;

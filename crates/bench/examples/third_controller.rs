@@ -1,0 +1,32 @@
+//! A third controller: it holds the arm still, turns to the nearest fruit that it sees and drives up to it.
+use orchard_bench::trial;
+use orchard_perception::{DetectorConfig, detect};
+use orchard_picker::{Controller, Record};
+use orchard_robot::{Command, Observation, RobotModel};
+
+struct Greeter {
+    command: Command,
+    record: Record,
+}
+
+impl Controller for Greeter {
+    fn act(&mut self, seen: &Observation) -> Command {
+        if let Some(depth) = &seen.depth {
+            let fruit = detect(depth, &seen.intrinsics, None, &DetectorConfig::paper()).unwrap_or_default();
+            let nearest = fruit.iter().map(|f| f.p_camera).min_by(|a, b| a.z.total_cmp(&b.z));
+            // Optical frame: x right, z ahead. Base: forward [m/s], left [m/s], turn to the left [rad/s].
+            self.command.base_velocity = nearest.map_or([0.2, 0.0, 0.0], |p| [p.z - 0.6, 0.0, -p.x]);
+        }
+        self.command
+    }
+    fn record(&self) -> &Record {
+        &self.record
+    }
+}
+
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let greeter = |robot: &RobotModel| Greeter { command: robot.start_command(), record: Record::default() };
+    let episode = trial("greeter", greeter, 20250704, 0, 10.0)?;
+    println!("{} fruit, {} detached", episode.fruit_total, episode.fruit_detached.len());
+    Ok(())
+}

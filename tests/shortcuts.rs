@@ -1,0 +1,166 @@
+//! Controls against shortcuts: what a controller places without seeing, and what one places that always reaches for the middle
+//! of the tree's fruit. Start poses vary in distance, bearing and heading, so no fixed plan leads to fruit either.
+
+use orchard_bench::adapter::Recorded;
+use orchard_bench::episode::EpisodeRecord;
+use orchard_bench::harvest::Harvest;
+use orchard_bench::interface::{BenchWorld, FruitTruth, VisibleFruit, WorldEvent};
+use orchard_bench::protocol::Protocol;
+use orchard_bench::{WorldFactory, run_episode};
+use orchard_camera::Label;
+use orchard_geometry::{DepthImage, Pose, Vec3, transform};
+use orchard_picker::{Controller, Kind};
+use orchard_robot::{Command, Observation};
+use orchard_world::World;
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+const SECONDS: f64 = 40.0;
+const TREES: u32 = 3;
+/// Largest share of placed attempts that chance may give a controller without eyes.
+const BY_CHANCE: f64 = 0.05;
+
+/// What takes the place of the depth image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sight {
+    Sound,
+    /// Nothing is measured.
+    Blind,
+    /// The fruit are gone, and one phantom hangs in the middle of where they were, whatever is before it.
+    MeanFruit {
+        p_world: Vec3,
+        radius: f64,
+    },
+}
+
+impl Sight {
+    fn mean_fruit(world: &World) -> Self {
+        let fruit = world.fruit_truth();
+        let n = fruit.len() as f64;
+        Sight::MeanFruit {
+            p_world: fruit.iter().map(|f| f.p_world).sum::<Vec3>() / n,
+            radius: fruit.iter().map(|f| f.radius).sum::<f64>() / n,
+        }
+    }
+
+    fn spoil(self, world: &World, observation: &mut Observation) {
+        let (Some(depth), Some(truth)) = (&mut observation.depth, world.camera_truth()) else { return };
+        match self {
+            Sight::Sound => {}
+            Sight::Blind => *depth = DepthImage::filled(depth.width(), depth.height(), 0.0),
+            Sight::MeanFruit { p_world, radius } => {
+                let p_camera = transform(&truth.x_world_camera.inverse(), &p_world);
+                let labels = &truth.capture.truth.label;
+                for v in 0..depth.height() {
+                    for u in 0..depth.width() {
+                        let ray = observation.intrinsics.ray(u as f64, v as f64).normalize();
+                        let along = ray.dot(&p_camera);
+                        let inside = radius * radius - (p_camera - ray * along).norm_squared();
+                        if along > 0.0 && inside > 0.0 {
+                            depth[(u, v)] = ((along - inside.sqrt()) * ray.z) as f32;
+                        } else if labels[(u, v)] == Label::Fruit {
+                            depth[(u, v)] = 0.0;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A world whose images are spoilt.
+struct Spoilt {
+    world: World,
+    sight: Sight,
+}
+
+impl BenchWorld for Spoilt {
+    fn observe(&mut self) -> Observation {
+        let mut observation = self.world.observe();
+        self.sight.spoil(&self.world, &mut observation);
+        observation
+    }
+
+    fn step(&mut self, command: &Command) {
+        self.world.step(command);
+    }
+
+    fn drain_events(&mut self) -> Vec<WorldEvent> {
+        BenchWorld::drain_events(&mut self.world)
+    }
+
+    fn fruit(&self) -> Vec<FruitTruth> {
+        self.world.fruit_truth()
+    }
+
+    fn visible_fruit(&self) -> Vec<VisibleFruit> {
+        BenchWorld::visible_fruit(&self.world)
+    }
+
+    fn x_world_odom(&self) -> Pose {
+        self.world.x_world_odom()
+    }
+
+    fn reachable(&self) -> Vec<bool> {
+        self.world.reachable()
+    }
+
+    fn peak_stem_pull(&self) -> f64 {
+        BenchWorld::peak_stem_pull(&self.world)
+    }
+
+    fn quarantine(&self) -> Option<String> {
+        BenchWorld::quarantine(&self.world)
+    }
+}
+
+/// An episode of the first trees of every tuning seed; `sight` is told each world at its start.
+fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRecord> {
+    let harvest = Harvest::paper(kind);
+    let protocol = Protocol::paper();
+    let plan = harvest.plan("full", protocol.tuning_seeds.clone(), TREES, SECONDS);
+    let run = |key: orchard_bench::episode::EpisodeKey| {
+        let (world, mut controller): (World, Recorded<Box<dyn Controller>>) =
+            harvest.build(key.seed, key.world).expect("a tuning seed");
+        let mut world = Spoilt { sight: sight(&world), world };
+        let never = AtomicBool::new(false);
+        run_episode(key, &mut world, &mut controller, &protocol, plan.frame, &never, &mut || ())
+            .expect("nothing stops it")
+    };
+    plan.episodes().into_par_iter().map(run).collect()
+}
+
+/// Attempts and those that were placed.
+fn count(episodes: &[EpisodeRecord]) -> (usize, usize) {
+    assert!(episodes.iter().all(|e| !e.quarantined()));
+    (episodes.iter().map(|e| e.attempts.len()).sum(), episodes.iter().map(|e| e.placed().count()).sum())
+}
+
+/// The control of the controls.
+#[test]
+fn with_sound_eyes_every_controller_places_fruit() {
+    for kind in Kind::ALL {
+        let (attempts, placed) = count(&episodes(kind, |_| Sight::Sound));
+        println!("{}: {placed} of {attempts} placed", kind.name());
+        assert!(placed as f64 > 4.0 * BY_CHANCE * attempts as f64, "{}", kind.name());
+    }
+}
+
+#[test]
+fn a_blind_camera_places_nothing() {
+    for kind in Kind::ALL {
+        let (attempts, placed) = count(&episodes(kind, |_| Sight::Blind));
+        println!("{} blind: {placed} of {attempts} placed", kind.name());
+        assert!(placed as f64 <= BY_CHANCE * attempts as f64, "{}", kind.name());
+    }
+}
+
+#[test]
+fn reaching_for_the_mean_fruit_position_places_next_to_nothing() {
+    for kind in Kind::ALL {
+        let (attempts, placed) = count(&episodes(kind, Sight::mean_fruit));
+        println!("{} for the mean fruit: {placed} of {attempts} placed", kind.name());
+        assert!(attempts > 0, "{}: it never reached for the phantom", kind.name());
+        assert!(placed as f64 <= BY_CHANCE * attempts as f64, "{}", kind.name());
+    }
+}
