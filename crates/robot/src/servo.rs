@@ -134,7 +134,7 @@ impl Servos {
                     acceleration_max: c.base.turn_acceleration_max.si(),
                 },
                 height: Gains::new(&c.height),
-                arm: Gains::new(&c.arm),
+                arm: Gains { stiffness: c.arm.stiffness.si(), damping: c.arm.damping.si() },
                 finger: Gains { stiffness: c.finger.stiffness.si(), damping: c.finger.damping.si() },
                 finger_speed: kinematics.finger_speed(),
                 finger_force: kinematics.finger_force(),
