@@ -131,10 +131,10 @@ impl<'a> Posture<'a> {
             }
         }
         let mut found = Vec::new();
-        for low in 0..RANKS {
-            for high in low + 1..RANKS {
-                if let Some(gap) = nearest[low][high] {
-                    let gradient = self.gradient(&gap, low, high);
+        for (low, row) in nearest.iter().enumerate() {
+            for (high, gap) in row.iter().enumerate() {
+                if let Some(gap) = gap {
+                    let gradient = self.gradient(gap, low, high);
                     found.push(SelfDistance { distance: gap.distance, links: [low, high], gradient });
                 }
             }
@@ -207,8 +207,17 @@ impl ArmKinematics {
         if q.iter().any(|x| !x.is_finite()) {
             return none;
         }
-        let near = Posture::new(self, q, None).near_itself(&self.pairs, f64::INFINITY);
-        near.into_iter().fold(none, |best, one| if one.distance < best.distance { one } else { best })
+        let mut posture = Posture::new(self, q, None);
+        // Most postures have something near; what is far costs most.
+        for within in [self.qp.influence, f64::INFINITY] {
+            let near = posture.near_itself(&self.pairs, within);
+            let closer =
+                |best: SelfDistance, one: SelfDistance| if one.distance < best.distance { one } else { best };
+            if let Some(closest) = near.into_iter().reduce(closer) {
+                return closest;
+            }
+        }
+        none
     }
 
     /// Whether two links, by the number of arm joints before them, are kept from touching each other.

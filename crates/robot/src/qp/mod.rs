@@ -117,7 +117,7 @@ pub(crate) struct QpParameters {
     angle_weight: f64,
     damping: f64,
     posture_gain: f64,
-    influence: f64,
+    pub influence: f64,
     approach_rate: f64,
     self_clearance: f64,
     self_penalty: f64,
