@@ -82,11 +82,19 @@ pub(crate) struct Posture<'a> {
 }
 
 impl<'a> Posture<'a> {
-    /// `held` is a ball at the TCP: what the hand carries.
+    /// Fingers wide open; `held` is a ball at the TCP: what the hand carries.
     pub fn new(arm: &'a ArmKinematics, q: &JointVector, held: Option<&'a Shape>) -> Self {
+        Self::with_fingers(arm, q, &[arm.finger_stroke(); 2], held)
+    }
+
+    fn with_fingers(
+        arm: &'a ArmKinematics,
+        q: &JointVector,
+        finger_q: &[f64; 2],
+        held: Option<&'a Shape>,
+    ) -> Self {
         let links = arm.chain.link_poses(q);
-        let open = [arm.finger_stroke(); 2];
-        let place = |s: &'a MountedShape| Placed::of(s.rank(), &s.shape, s.placed(&links, &open));
+        let place = |s: &'a MountedShape| Placed::of(s.rank(), &s.shape, s.placed(&links, finger_q));
         let mut placed: Vec<_> = arm.shapes.iter().map(place).collect();
         if let Some(ball) = held {
             let x = links[ARM_DOF - 1] * arm.mounts().x_wrist_tcp;
@@ -203,11 +211,16 @@ impl ArmKinematics {
     /// The two links that are closest to each other, of those that share no joint and do not always overlap; fingers
     /// count as wide open. Infinite, of links 0 and 0, for a robot without such shapes or a posture that is not finite.
     pub fn self_distance(&self, q: &JointVector) -> SelfDistance {
+        self.self_distance_with(q, &[self.finger_stroke(); 2])
+    }
+
+    /// As [`ArmKinematics::self_distance`], with the fingers opened by `finger_q` [m].
+    pub fn self_distance_with(&self, q: &JointVector, finger_q: &[f64; 2]) -> SelfDistance {
         let none = SelfDistance { distance: f64::INFINITY, links: [0, 0], gradient: JointVector::zeros() };
-        if q.iter().any(|x| !x.is_finite()) {
+        if q.iter().chain(finger_q).any(|x| !x.is_finite()) {
             return none;
         }
-        let mut posture = Posture::new(self, q, None);
+        let mut posture = Posture::with_fingers(self, q, finger_q, None);
         // Most postures have something near; what is far costs most.
         for within in [self.qp.influence, f64::INFINITY] {
             let near = posture.near_itself(&self.pairs, within);
