@@ -63,7 +63,7 @@ mod symmetric;
 mod vectors;
 
 pub use builder::{ModelBuilder, ModelError};
-pub use contact::{ContactPath, ContactReport};
+pub use contact::{ContactPath, ContactReport, Gap, GapFinder};
 pub use data::{Data, Motion};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;

@@ -3,8 +3,10 @@
 use crate::RobotError;
 use crate::articulation::{Articulation, Limit};
 use crate::chain::{Chain, Hinge};
+use crate::clearance::{Pairs, watched_pairs};
 use crate::config::{CameraMount, RobotConfig};
 use crate::io::ARM_DOF;
+use crate::qp::QpParameters;
 use crate::roles::Roles;
 use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3};
 
@@ -24,7 +26,10 @@ pub struct ArmKinematics {
     finger_stroke: f64,
     finger_speed: f64,
     finger_force: f64,
-    shapes: Vec<MountedShape>,
+    pub(crate) shapes: Vec<MountedShape>,
+    /// Links that must not touch each other.
+    pub(crate) pairs: Pairs,
+    pub(crate) qp: QpParameters,
 }
 
 /// What is fixed to the last link of the arm, in that link's frame.
@@ -37,8 +42,8 @@ pub(crate) struct WristMounts {
 
 /// A shape on the base, on an arm link or on a finger.
 #[derive(Debug, Clone, PartialEq)]
-struct MountedShape {
-    shape: Shape,
+pub(crate) struct MountedShape {
+    pub shape: Shape,
     mount: Mount,
     x_mount_shape: Pose,
 }
@@ -49,6 +54,30 @@ enum Mount {
     Arm(usize),
     /// A finger's joint frame in the wrist's frame, and its direction of opening.
     Finger(usize, Pose, Vec3),
+}
+
+impl MountedShape {
+    /// Arm joints before it.
+    pub fn rank(&self) -> usize {
+        match self.mount {
+            Mount::Base => 0,
+            Mount::Arm(i) => i + 1,
+            Mount::Finger(..) => ARM_DOF,
+        }
+    }
+
+    /// Its pose in the base frame, given those of the arm's links and the openings of the fingers [m].
+    pub fn placed(&self, links: &[Pose; ARM_DOF], finger_q: &[f64; 2]) -> Pose {
+        let x_base_mount = match &self.mount {
+            Mount::Base => Pose::identity(),
+            Mount::Arm(i) => links[*i],
+            Mount::Finger(i, x_joint, axis) => {
+                let opened = Pose::from_parts((axis * finger_q[*i]).into(), Rotation::identity());
+                links[ARM_DOF - 1] * x_joint * opened
+            }
+        };
+        x_base_mount * self.x_mount_shape
+    }
 }
 
 impl ArmKinematics {
@@ -94,7 +123,7 @@ impl ArmKinematics {
             Err(_) => unreachable!("one hinge for each arm joint"),
         };
         let finger = roles.finger_limits[0];
-        Ok(Self {
+        let mut arm = Self {
             chain: Chain { hinges },
             limits: roles.arm_limits,
             home: JointVector::from_fn(|i, _| config.start.arm_home[i].si()),
@@ -108,7 +137,11 @@ impl ArmKinematics {
             finger_speed: config.finger.speed_max.si().min(finger.velocity),
             finger_force: config.finger.force_max.si().min(finger.effort),
             shapes,
-        })
+            pairs: Default::default(),
+            qp: QpParameters::new(config),
+        };
+        arm.pairs = watched_pairs(&arm);
+        Ok(arm)
     }
 
     /// Limits of the arm joints.
@@ -206,17 +239,7 @@ impl ArmKinematics {
     /// All collision shapes of the robot with their poses, fingers opened by `finger_q` [m].
     pub fn link_shapes(&self, q: &JointVector, finger_q: &[f64; 2]) -> Vec<(Shape, Pose)> {
         let links = self.chain.link_poses(q);
-        let place = |s: &MountedShape| {
-            let x_base_mount = match &s.mount {
-                Mount::Base => Pose::identity(),
-                Mount::Arm(i) => links[*i],
-                Mount::Finger(i, x_joint, axis) => {
-                    let opened = Pose::from_parts((axis * finger_q[*i]).into(), Rotation::identity());
-                    links[ARM_DOF - 1] * x_joint * opened
-                }
-            };
-            (s.shape.clone(), x_base_mount * s.x_mount_shape)
-        };
+        let place = |s: &MountedShape| (s.shape.clone(), s.placed(&links, finger_q));
         self.shapes.iter().map(place).collect()
     }
 }

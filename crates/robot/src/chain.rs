@@ -51,7 +51,8 @@ impl Chain {
         })
     }
 
-    fn axis(&self, i: usize, x: &Pose) -> Vec3 {
+    /// Axis of a joint in the root frame; `x` is the pose of its link.
+    pub fn axis(&self, i: usize, x: &Pose) -> Vec3 {
         x.rotation * self.hinges[i].axis.into_inner()
     }
 

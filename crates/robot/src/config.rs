@@ -23,7 +23,7 @@ pub struct RobotConfig {
     /// Servo of the chassis height.
     pub height: Gains,
     /// Servos of the arm joints.
-    pub arm: Gains,
+    pub arm: ArmDrive,
     /// Servos of the fingers.
     pub finger: FingerDrive,
     /// What its surfaces do in contact.
@@ -32,6 +32,8 @@ pub struct RobotConfig {
     pub camera: CameraMount,
     /// Inverse kinematics.
     pub ik: IkConfig,
+    /// Inverse kinematics by quadratic programs.
+    pub qp: QpConfig,
 }
 
 /// Names of links and joints in the URDF.
@@ -98,6 +100,18 @@ pub struct Gains {
     pub damping: Quantity,
 }
 
+/// Position servos of the arm. Speed and effort limits stand in the URDF, which has no field for acceleration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmDrive {
+    /// Torque per position error.
+    pub stiffness: Quantity,
+    /// Torque per velocity.
+    pub damping: Quantity,
+    /// Largest acceleration of each joint's set point.
+    pub acceleration_max: Quantity,
+}
+
 /// Position servos of the fingers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -161,6 +175,32 @@ pub struct IkConfig {
     pub angle_tolerance: Quantity,
     /// Share of the way home that the free motion goes in one iteration.
     pub home_gain: Quantity,
+}
+
+/// Quadratic programs at control rate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct QpConfig {
+    /// Square of the lever by which an error of turning counts against one of position.
+    pub angle_weight: Quantity,
+    /// Weight of the joint velocities against the tracking error.
+    pub damping: Quantity,
+    /// Rate at which the posture goes to the preferred one where the task leaves it free.
+    pub posture_gain: Quantity,
+    /// Distance at which a constraint on it begins.
+    pub influence: Quantity,
+    /// Largest share of a distance that may be used up in a second.
+    pub approach_rate: Quantity,
+    /// Distance that links keep from each other.
+    pub self_clearance: Quantity,
+    /// Cost of closing in on another link faster than allowed, where it cannot be helped.
+    pub self_penalty: Quantity,
+    /// Cost of closing in on an obstacle faster than allowed.
+    pub canopy_penalty: Quantity,
+    /// Most constraints of links against obstacles; the nearest are taken.
+    pub canopy_rows: Count,
+    /// Most iterations of the interior-point method.
+    pub iterations: Count,
 }
 
 impl RobotConfig {

@@ -15,6 +15,23 @@ pub struct PartGroups {
     pub finger: Groups,
     /// Bucket.
     pub bucket: Groups,
+    /// The lowest of eight neighbouring group bits by which the robot's links meet each other, one for the base and one
+    /// for each link of the arm; `None` lets them pass through each other.
+    pub self_contact: Option<u32>,
+}
+
+impl PartGroups {
+    /// Groups of a collider of part `groups` on the link after `rank` arm joints, of which `watches` says which others it
+    /// must not pass through.
+    pub(crate) fn on_link(&self, groups: Groups, rank: usize, watches: impl Fn(usize) -> bool) -> Groups {
+        let Some(lowest) = self.self_contact else { return groups };
+        let bit = |rank: usize| 1_u32.checked_shl(lowest + rank as u32).unwrap_or(0);
+        let others = (0..=ARM_DOF).filter(|&other| watches(other)).map(bit);
+        Groups {
+            member: groups.member | bit(rank),
+            filter: others.fold(groups.filter, |filter, other| filter | other),
+        }
+    }
 }
 
 /// The robot's colliders by part.

@@ -45,13 +45,13 @@ pub enum IkFailure {
 /// The config in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct IkParameters {
-    iterations: u32,
-    restarts: u32,
-    damping: f64,
-    step_max: f64,
-    position_tolerance: f64,
-    angle_tolerance: f64,
-    home_gain: f64,
+    pub iterations: u32,
+    pub restarts: u32,
+    pub damping: f64,
+    pub step_max: f64,
+    pub position_tolerance: f64,
+    pub angle_tolerance: f64,
+    pub home_gain: f64,
 }
 
 impl IkParameters {
@@ -72,11 +72,11 @@ impl IkParameters {
 const PARALLEL: f64 = 1e-9;
 
 /// Angular part first; the Jacobian's rows are projected to what the target constrains.
-struct Residual {
-    error: Vector6<f64>,
-    jacobian: Jacobian,
-    position: f64,
-    angle: f64,
+pub(crate) struct Residual {
+    pub error: Vector6<f64>,
+    pub jacobian: Jacobian,
+    pub position: f64,
+    pub angle: f64,
 }
 
 /// Rotation vector that carries unit vector `a` onto unit vector `b`.
@@ -100,13 +100,22 @@ impl ArmKinematics {
     /// # Errors
     /// Nothing found, or an input that is not finite.
     pub fn solve(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
-        let mut best = match self.solve_near(target, q_start) {
+        self.with_restarts(q_start, |start| self.solve_near(target, start))
+    }
+
+    /// Tries the start, the home posture and the configured number of further postures.
+    pub(crate) fn with_restarts(
+        &self,
+        q_start: &JointVector,
+        solve: impl Fn(&JointVector) -> Result<JointVector, IkFailure>,
+    ) -> Result<JointVector, IkFailure> {
+        let mut best = match solve(q_start) {
             Err(IkFailure::Unreachable { position, angle }) => (position, angle),
             done => return done,
         };
         for attempt in 0..=self.ik.restarts {
-            let start = if attempt == 0 { self.home } else { self.restart_posture(attempt) };
-            match self.solve_near(target, &start) {
+            let start = if attempt == 0 { self.home } else { self.spread_posture(attempt) };
+            match solve(&start) {
                 Err(IkFailure::Unreachable { position, angle }) if position + angle < best.0 + best.1 => {
                     best = (position, angle);
                 }
@@ -115,6 +124,11 @@ impl ArmKinematics {
             }
         }
         Err(IkFailure::Unreachable { position: best.0, angle: best.1 })
+    }
+
+    /// Whether what is left is within the tolerances.
+    pub(crate) fn meets(&self, residual: &Residual) -> bool {
+        residual.position <= self.ik.position_tolerance && residual.angle <= self.ik.angle_tolerance
     }
 
     /// As [`ArmKinematics::solve`], without restarts: the posture connects to `q_start` continuously.
@@ -137,7 +151,7 @@ impl ArmKinematics {
         Err(IkFailure::Unreachable { position: residual.position, angle: residual.angle })
     }
 
-    fn residual(&self, target: &IkTarget, q: &JointVector) -> Residual {
+    pub(crate) fn residual(&self, target: &IkTarget, q: &JointVector) -> Residual {
         let (x, mut jacobian) = self.tcp_and_jacobian(q);
         let (p, turn) = match target {
             IkTarget::Pose(goal) => {
@@ -189,7 +203,7 @@ impl ArmKinematics {
 
     /// Points that fill the joint ranges evenly: the additive recurrence n * alpha mod 1 with
     /// alpha_k = phi^-k, phi the positive root of x^8 = x + 1.
-    fn restart_posture(&self, attempt: u32) -> JointVector {
+    pub(crate) fn spread_posture(&self, n: u32) -> JointVector {
         let mut phi = 1.1_f64;
         for _ in 0..30 {
             phi = math::pow(1.0 + phi, 1.0 / (ARM_DOF as f64 + 1.0));
@@ -197,7 +211,7 @@ impl ArmKinematics {
         let mut alpha = 1.0;
         JointVector::from_fn(|i, _| {
             alpha /= phi;
-            let fraction = (0.5 + f64::from(attempt) * alpha).fract();
+            let fraction = (0.5 + f64::from(n) * alpha).fract();
             let limit = self.limits[i];
             limit.lower + fraction * (limit.upper - limit.lower)
         })
@@ -205,7 +219,7 @@ impl ArmKinematics {
 }
 
 impl IkTarget {
-    fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         match self {
             IkTarget::Pose(x) => {
                 x.translation.vector.iter().chain(x.rotation.coords.iter()).all(|v| v.is_finite())

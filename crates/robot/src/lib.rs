@@ -7,7 +7,9 @@
 
 mod arm;
 mod articulation;
+mod braking;
 mod chain;
+mod clearance;
 mod config;
 mod error;
 mod handle;
@@ -16,11 +18,13 @@ pub mod io;
 mod model;
 mod observe;
 mod plausible;
+mod qp;
 mod roles;
 mod servo;
 
 pub use arm::{ArmKinematics, Jacobian, JointVector};
 pub use articulation::{Articulation, Frame, Limit, Link, LinkShape, Mimic};
+pub use clearance::SelfDistance;
 pub use config::{PAPER_TOML, PAPER_URDF, RobotConfig};
 pub use error::RobotError;
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
@@ -28,4 +32,5 @@ pub use ik::{IkFailure, IkTarget};
 pub use io::{ARM_DOF, Command, Observation};
 pub use model::RobotModel;
 pub use observe::observe;
+pub use qp::{Obstacle, QpGoal, QpState, QpStatus, QpStep, QpTask};
 pub use servo::{Servos, SetPoints};

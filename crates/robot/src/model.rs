@@ -178,27 +178,30 @@ impl RobotModel {
         &self,
         builder: &mut ModelBuilder,
         bodies: &[BodyId],
-        groups: &PartGroups,
+        part_groups: &PartGroups,
     ) -> RobotColliders {
         let mut colliders = RobotColliders::default();
         let surface = &self.config.surface;
         for (i, link) in self.articulation.links.iter().enumerate() {
+            let on_arm = self.roles.arm.iter().position(|&l| l == i).map(|joint| joint + 1);
+            let on_hand = self.roles.fingers.contains(&i).then_some(ARM_DOF);
+            let rank = on_arm.or(on_hand).unwrap_or(0);
             for s in &link.shapes {
                 let finger = self.roles.fingers.iter().position(|&l| l == i);
                 let (list, groups, friction) = if let Some(f) = finger {
-                    (&mut colliders.fingers[f], groups.finger, surface.finger_friction.si())
+                    (&mut colliders.fingers[f], part_groups.finger, surface.finger_friction.si())
                 } else if s.part == self.config.parts.bucket_link {
-                    (&mut colliders.bucket, groups.bucket, surface.body_friction.si())
+                    (&mut colliders.bucket, part_groups.bucket, surface.body_friction.si())
                 } else if s.part == self.config.parts.base_link {
-                    (&mut colliders.base, groups.base, surface.body_friction.si())
+                    (&mut colliders.base, part_groups.base, surface.body_friction.si())
                 } else {
-                    (&mut colliders.arm, groups.arm, surface.body_friction.si())
+                    (&mut colliders.arm, part_groups.arm, surface.body_friction.si())
                 };
                 list.push(builder.add_collider(Collider {
                     owner: Owner::Body(bodies[i]),
                     shape: s.shape.clone(),
                     x_owner_shape: s.x_link_shape,
-                    groups,
+                    groups: part_groups.on_link(groups, rank, |other| self.kinematics.watches(rank, other)),
                     friction,
                     stiffness: surface.stiffness.si(),
                 }));

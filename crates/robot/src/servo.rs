@@ -6,7 +6,11 @@
 //! inertia J that the joint moves, `(k (target - q - h v) - d v) / (1 + h (d + h k) / J)`, so that a stiff
 //! servo does not flip between the two. The base's velocity drives exert `d / (1 + h d / M) (set - v)`, cut off
 //! at their bound: the same damping, in a form that no collision can push over the bound.
+//!
+//! The arm's set points obey the joints' speed and acceleration limits and come to rest at what is commanded
+//! ([`crate::braking`]); following a command that moves at speed v they are v^2 / (2 a) behind it.
 
+use crate::braking::{stopping_speed, velocity_range};
 use crate::handle::RobotHandle;
 use crate::io::{ARM_DOF, Command};
 use crate::model::RobotModel;
@@ -28,6 +32,7 @@ pub struct SetPoints {
     /// Forward, left, yaw rate, in the base frame.
     base_velocity: [f64; 3],
     arm_target: [f64; ARM_DOF],
+    arm_rate: [f64; ARM_DOF],
     finger_target: [f64; 2],
 }
 
@@ -37,6 +42,7 @@ struct Parameters {
     turn: Drive,
     height: Gains,
     arm: Gains,
+    arm_acceleration: f64,
     finger: Gains,
     finger_speed: f64,
     finger_force: f64,
@@ -118,6 +124,7 @@ impl Servos {
             set: SetPoints {
                 base_velocity: [0.0; 3],
                 arm_target: start.arm_q,
+                arm_rate: [0.0; ARM_DOF],
                 finger_target: [start.finger_q; 2],
             },
             robot: Parameters {
@@ -134,7 +141,8 @@ impl Servos {
                     acceleration_max: c.base.turn_acceleration_max.si(),
                 },
                 height: Gains::new(&c.height),
-                arm: Gains::new(&c.arm),
+                arm: Gains { stiffness: c.arm.stiffness.si(), damping: c.arm.damping.si() },
+                arm_acceleration: c.arm.acceleration_max.si(),
                 finger: Gains { stiffness: c.finger.stiffness.si(), damping: c.finger.damping.si() },
                 finger_speed: kinematics.finger_speed(),
                 finger_force: kinematics.finger_force(),
@@ -152,6 +160,11 @@ impl Servos {
         &self.set
     }
 
+    /// Positions [rad] and velocities [rad/s] of the arm's set points.
+    pub fn arm_set(&self) -> ([f64; ARM_DOF], [f64; ARM_DOF]) {
+        (self.set.arm_target, self.set.arm_rate)
+    }
+
     /// Goes back to earlier set points.
     pub fn restore(&mut self, set: &SetPoints) {
         self.set = *set;
@@ -159,7 +172,7 @@ impl Servos {
 
     /// Sets the inputs of the next substep of length `h` [s]. `height` is the set point of the chassis height
     /// over its rest on flat ground [m], `gravity` [m/s2] points down with its z. What is not finite in a
-    /// command leaves the set point where it is.
+    /// command brings the set point to rest.
     #[allow(
         clippy::too_many_arguments,
         reason = "a world's model, state and robot, and one substep's inputs"
@@ -254,13 +267,22 @@ impl Servos {
         for i in 0..ARM_DOF {
             let limit = arm.limits()[i];
             let target = &mut self.set.arm_target[i];
-            if command.arm_q[i].is_finite() {
-                let wanted = command.arm_q[i].clamp(limit.lower, limit.upper);
-                *target = toward(*target, wanted, limit.velocity * h);
-            }
+            let rate = &mut self.set.arm_rate[i];
+            // Nonsense is no reason to stop dead: the set point brakes.
+            let wanted = if command.arm_q[i].is_finite() { command.arm_q[i] } else { *target };
+            let way = wanted.clamp(limit.lower, limit.upper) - *target;
+            let acceleration = self.robot.arm_acceleration;
+            let (slowest, fastest) = velocity_range(*target, *rate, &limit, acceleration, h);
+            let speed = stopping_speed(way.abs(), acceleration, h).copysign(way);
+            *rate = speed.max(slowest).min(fastest);
+            *target = (*target + *rate * h).clamp(limit.lower, limit.upper);
             let dof = model.dofs(handle.arm[i]).start;
             let joint = Joint { q: q[i], v: data.v[dof], inertia: inertia[i] };
-            write(data, dof, self.robot.arm.input(&joint, *target, holding[i], limit.effort, h));
+            write(
+                data,
+                dof,
+                self.robot.arm.input(&joint, self.set.arm_target[i], holding[i], limit.effort, h),
+            );
         }
     }
 

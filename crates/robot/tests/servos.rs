@@ -20,10 +20,14 @@ struct Bench {
 
 /// The robot alone, or with a fixed block at `obstacle`.
 fn bench(obstacle: Option<(Vec3, Vec3)>) -> Bench {
+    bench_with(obstacle, None)
+}
+
+fn bench_with(obstacle: Option<(Vec3, Vec3)>, self_contact: Option<u32>) -> Bench {
     let robot = RobotModel::paper();
     let mut builder = ModelBuilder::new();
     let here = Groups { member: 1, filter: 2 };
-    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here };
+    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here, self_contact };
     let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
     if let Some((p, half)) = obstacle {
         builder.add_collider(Collider {
@@ -56,7 +60,14 @@ impl Bench {
         let mut report = StepReport::default();
         for _ in 0..(seconds / SUBSTEP).round() as usize {
             self.servos.apply(&self.model, &mut self.data, &self.handle, command, 0.0, &GRAVITY, SUBSTEP);
+            let mut before = orchard_multibody::Motion::default();
+            self.data.save_motion(&mut before);
             step(&self.model, &mut self.data, &settings, &mut report);
+            // As a world does: servos that contact pushed over their limits get them, and the substep is repeated.
+            while self.servos.cap_overshoot(&self.model, &mut self.data, &self.handle) {
+                self.data.restore_motion(&before);
+                step(&self.model, &mut self.data, &settings, &mut report);
+            }
             watch(self);
         }
     }
@@ -195,7 +206,7 @@ fn fingers_hold_with_the_commanded_force() {
     let robot = RobotModel::paper();
     let here = Groups { member: 1, filter: 2 };
     let none = Groups::NONE;
-    let groups = PartGroups { base: none, arm: none, finger: here, bucket: none };
+    let groups = PartGroups { base: none, arm: none, finger: here, bucket: none, self_contact: None };
     let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
     let arm = robot.kinematics();
     let tcp = arm.tcp(&arm.home());
@@ -243,5 +254,154 @@ fn fingers_hold_with_the_commanded_force() {
         } else {
             assert!((o.finger_q[0] - opening).abs() < 1e-3, "{:?}", o.finger_q);
         }
+    }
+}
+
+/// Set points: the published speeds and accelerations, whatever is commanded and however often it changes.
+#[test]
+fn set_points_obey_the_published_speeds_and_accelerations() {
+    let mut bench = bench(None);
+    let limits = *bench.robot.kinematics().limits();
+    let mut command = bench.robot.start_command();
+    let (mut q_set, mut v_set) = bench.servos.arm_set();
+    for n in 0..60 {
+        for (i, limit) in limits.iter().enumerate() {
+            let share = (0.618 * f64::from(n) + 0.37 * i as f64).fract();
+            // Now and then beyond the range.
+            command.arm_q[i] = limit.lower - 0.2 + share * (limit.upper - limit.lower + 0.4);
+        }
+        let seconds = [0.05, 0.3, 0.7][n as usize % 3];
+        bench.run(&command, seconds, |b| {
+            let (q, v) = b.servos.arm_set();
+            let o = b.observe();
+            for i in 0..ARM_DOF {
+                // Round-off of numbers of a few units.
+                assert!(
+                    (v[i] - v_set[i]).abs() <= 10.0 * SUBSTEP + 1e-12,
+                    "joint {i}: {} to {}",
+                    v_set[i],
+                    v[i]
+                );
+                assert!(v[i].abs() <= limits[i].velocity + 1e-12, "joint {i}: {}", v[i]);
+                assert!((q[i] - q_set[i] - v[i] * SUBSTEP).abs() < 1e-12, "joint {i} jumps");
+                assert!(limits[i].lower <= q[i] && q[i] <= limits[i].upper, "joint {i}: {}", q[i]);
+                let effort = limits[i].effort * (1.0 + 1e-9);
+                assert!(o.arm_torque[i].abs() <= effort, "joint {i}: {} N m", o.arm_torque[i]);
+            }
+            (q_set, v_set) = (q, v);
+        });
+    }
+}
+
+/// A commanded step ends on its mark without passing it, in the time of the fastest motion: d = v^2 / a + v (T - 2 v / a).
+#[test]
+fn a_commanded_step_takes_the_shortest_time_that_the_limits_allow() {
+    let mut bench = bench(None);
+    let mut command = bench.robot.start_command();
+    command.arm_q[0] = 1.5;
+    let mut arrived = None;
+    let mut time = 0.0;
+    bench.run(&command, 1.5, |b| {
+        time += SUBSTEP;
+        let q = b.servos.arm_set().0[0];
+        assert!(q <= 1.5 + 1e-12, "{q}");
+        if arrived.is_none() && 1.5 - q < 1e-9 {
+            arrived = Some(time);
+        }
+    });
+    let (v, a): (f64, f64) = (2.62, 10.0);
+    let fastest = 1.5 / v + v / a;
+    // Whole substeps at the start, at the end and where the speed limit is met.
+    let arrived = arrived.expect("it arrives");
+    assert!((arrived - fastest).abs() <= 3.0 * SUBSTEP, "{arrived} against {fastest}");
+}
+
+/// Pushed against something that cannot move, the base stands and its wheels exert the bound for as long as it lasts.
+#[test]
+fn the_base_stalls_at_its_effort_limit() {
+    let mut bench = bench(Some((Vec3::new(1.0, 0.0, 0.1), Vec3::new(0.1, 2.0, 0.1))));
+    let mut command = bench.robot.start_command();
+    command.base_velocity = [1.0, 0.0, 0.5];
+    bench.run(&command, 3.0, |_| {});
+    let dof = bench.model.dofs(bench.handle.planar).start;
+    let before = bench.observe().base_pose;
+    bench.run(&command, 1.0, |b| {
+        let effort = |k: usize| b.data.torque[dof + k] - b.data.damping[dof + k] * b.data.v[dof + k];
+        assert!(math::hypot(effort(0), effort(1)) <= 900.0 * (1.0 + 1e-12));
+        assert!(effort(2).abs() <= 350.0 * (1.0 + 1e-12));
+    });
+    let after = bench.observe().base_pose;
+    // No more than the contact's damping lets creep in a second.
+    let moved = (0..3).map(|k| (after[k] - before[k]).abs()).fold(0.0, f64::max);
+    assert!(moved < 2e-3, "{moved}");
+}
+
+/// Gravity compensation holds the arm where it is: stretched out, folded, and with its torques near their limits.
+#[test]
+fn the_arm_holds_any_posture_without_drift() {
+    for arm_q in [
+        [0.0, 1.4, 0.0, -0.3, 0.0, 1.9, 0.785],
+        [1.2, 0.3, -0.5, -1.8, 0.8, 2.2, -0.4],
+        [-2.0, -0.9, 0.9, -2.6, -1.5, 1.2, 2.0],
+    ] {
+        let mut bench = bench(None);
+        let mut command = bench.robot.start_command();
+        command.arm_q = arm_q;
+        bench.run(&command, 4.0, |_| {});
+        let held = bench.observe().arm_q;
+        let worst = (0..ARM_DOF).map(|i| (held[i] - arm_q[i]).abs()).fold(0.0, f64::max);
+        // The chassis settles on its servo; the arm's own weight is compensated exactly.
+        assert!(worst < 1e-3, "{worst} rad");
+        bench.run(&command, 4.0, |_| {});
+        let later = bench.observe().arm_q;
+        let drift = (0..ARM_DOF).map(|i| (held[i] - later[i]).abs()).fold(0.0, f64::max);
+        assert!(drift < 1e-6, "{drift} rad");
+    }
+}
+
+/// The lowest of the robot's group bits in these tests.
+const LINKS: u32 = 16;
+
+/// Told to go through the bucket's wall, the deck and its own mount, the arm stops at their surfaces.
+#[test]
+fn the_arm_does_not_pass_through_the_robot() {
+    let mut paths = Vec::new();
+    // Swung round over the bucket and down into its wall and floor, beside it onto the deck, back onto its own shoulder.
+    paths.push(([[2.6, -0.6, 0.0, -2.2, 0.0, 1.7, 0.785], [2.6, 0.4, 0.0, -2.6, 0.0, 1.7, 0.785]], "bucket"));
+    paths.push(([[1.6, -0.2, 0.0, -2.4, 0.0, 1.7, 0.785], [1.6, 0.7, 0.0, -2.7, 0.0, 1.7, 0.785]], "deck"));
+    paths.push(([[0.0, -0.7, 0.0, -2.4, 0.0, 1.7, 0.785], [0.0, -0.7, 0.0, -3.04, 0.0, 0.55, 0.785]], "arm"));
+    for ([above, inside], what) in paths {
+        let mut bench = bench_with(None, Some(LINKS));
+        let limits = *bench.robot.kinematics().limits();
+        let mut command = bench.robot.start_command();
+        command.arm_q = above;
+        bench.run(&command, 3.0, |_| {});
+        assert!(bench.robot.kinematics().self_distance(&above.into()).distance > 0.0, "{what}");
+        let at_target = bench.robot.kinematics().self_distance(&inside.into());
+        assert!(at_target.distance < -0.01, "{what}: {at_target:?}");
+        command.arm_q = inside;
+        let mut last = bench.robot.kinematics().self_distance(&above.into()).distance;
+        let (mut deepest, mut farthest, mut strongest) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        bench.run(&command, 4.0, |b| {
+            let o = b.observe();
+            let distance = b.robot.kinematics().self_distance_with(&o.arm_q.into(), &o.finger_q).distance;
+            farthest = farthest.max(last - distance);
+            (deepest, last) = (deepest.min(distance), distance);
+            for (torque, limit) in o.arm_torque.iter().zip(&limits) {
+                let share = torque.abs() / limit.effort;
+                assert!(share <= 1.0 + 1e-9, "{what}: {torque} N m of {}", limit.effort);
+                strongest = strongest.max(share);
+            }
+        });
+        println!(
+            "{what}: {:.2} mm deep, at rest {:.2} mm, torque {strongest:.3}",
+            -1e3 * deepest,
+            -1e3 * last
+        );
+        assert!(last > -2e-3, "{what}: {last}");
+        // Contacts are seen from 5 mm on: what closes in by more in a substep sinks in for that substep.
+        assert!(deepest > -2e-3 - (farthest - 0.005).max(0.0), "{what}: {deepest}, {farthest} in a substep");
+        assert!(strongest > 0.99, "{what}: {strongest}");
+        assert!(bench.data.q.iter().all(|x| x.is_finite()));
     }
 }

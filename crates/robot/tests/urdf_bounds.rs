@@ -31,7 +31,7 @@ fn numbers(text: &str) -> Vec<Range<usize>> {
 fn step_once(robot: &RobotModel) {
     let mut builder = ModelBuilder::new();
     let here = Groups { member: 1, filter: 2 };
-    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here };
+    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here, self_contact: None };
     let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
     builder.add_collider(Collider {
         owner: Owner::World,

@@ -95,6 +95,7 @@ pub(crate) fn build(
             arm: groups::ROBOT_GROUPS,
             finger: groups::ROBOT_GROUPS,
             bucket: groups::BASE_GROUPS,
+            self_contact: Some(groups::ROBOT_LINKS),
         },
     );
     let model = builder.build()?;

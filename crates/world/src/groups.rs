@@ -1,6 +1,6 @@
 //! Who may touch whom: the paper's group filter.
 //!
-//! The robot touches wood, fruit and ground; tree and fruit never touch each other; a broken sub-tree meets
+//! The robot touches wood, fruit and ground, and its links each other where they share no joint; tree and fruit never touch each other; a broken sub-tree meets
 //! the ground only; loose fruit meets the ground, the robot, other loose fruit and fruit at rest. The posts and wires of a row,
 //! which the paper has not, meet what the ground meets, and the chassis.
 
@@ -14,6 +14,9 @@ const LOOSE: u32 = 1 << 4;
 const ASLEEP: u32 = 1 << 5;
 const ROBOT: u32 = 1 << 6;
 const SCENERY: u32 = 1 << 7;
+
+/// The lowest of the eight bits by which the robot's links, from the base to the wrist, meet each other.
+pub const ROBOT_LINKS: u32 = 16;
 
 /// The ground.
 pub const GROUND_GROUPS: Groups = Groups { member: GROUND, filter: DEBRIS | LOOSE | ROBOT };

@@ -1,0 +1,34 @@
+//! The distance of two placed shapes, for those who plan.
+
+use orchard_geometry::{Pose, Shape, Vec3};
+
+use super::narrow::{NarrowScratch, touches};
+use super::touch::Touch;
+
+/// The closest place of two surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Distance [m]; negative while the shapes overlap.
+    pub distance: f64,
+    /// Halfway between the closest points.
+    pub p_world: Vec3,
+    /// Unit normal from b to a. If both move, the distance changes with `n . (v_a - v_b)` at `p_world`.
+    pub n_world: Vec3,
+}
+
+/// Distances by the narrow phase of the contacts, with its memory.
+#[derive(Debug, Clone, Default)]
+pub struct GapFinder {
+    scratch: NarrowScratch,
+    touches: Vec<Touch>,
+}
+
+impl GapFinder {
+    /// The closest place of two placed shapes nearer than `within` [m]; `None` where there is none.
+    pub fn find(&mut self, a: (&Shape, &Pose), b: (&Shape, &Pose), within: f64) -> Option<Gap> {
+        self.touches.clear();
+        touches(a, b, within, &mut self.scratch, &mut self.touches);
+        let closest = self.touches.iter().reduce(|best, one| if one.gap < best.gap { one } else { best })?;
+        Some(Gap { distance: closest.gap, p_world: closest.p_world, n_world: closest.n_world })
+    }
+}

@@ -1,0 +1,274 @@
+//! Inverse kinematics as a quadratic program at control rate: joint velocities that follow a twist of the TCP within the
+//! joint limits and clear of what the arm must not touch.
+//!
+//! One step minimises `|J v - t|_W^2 + lambda |v - v_n|^2 + sum_k rho s_k` over the joint velocities v and the
+//! slacks s >= 0 (Kanoun, Lamiraux and Wieber, IEEE T-RO 2011, without their priorities). t is the wanted twist, v_n the
+//! motion towards the preferred posture in the null space of J. Constraints:
+//!
+//! - position, speed and acceleration of each joint, as one range of velocities that is never empty (`braking.rs`);
+//! - `g . v >= -gamma (d - d_min)` for each watched pair of links at distance d with gradient g (Faverjon and Tournassoud,
+//!   ICRA 1987); if these cannot be met within the accelerations, the step is solved again with slacks of
+//!   their own, dearer than all others;
+//! - the same with a slack for each pair of a link and an obstacle.
+//!
+//! A step that is not solved brakes every joint with the greatest acceleration. All steps are computed afresh, so equal
+//! arguments give equal bits whatever came before.
+
+mod pose;
+mod problem;
+
+use crate::arm::ArmKinematics;
+use crate::braking::velocity_range;
+use crate::chain::{Jacobian, JointVector};
+use crate::clearance::{Nearness, Posture};
+use crate::config::RobotConfig;
+use crate::ik::{IkTarget, Residual};
+use crate::io::ARM_DOF;
+use nalgebra::{Matrix6, SMatrix, Vector6};
+use orchard_geometry::{Shape, Vec3};
+use problem::{Problem, Row};
+
+/// Where the arm's set points are and how fast they move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QpState {
+    /// Joint positions [rad].
+    pub q: JointVector,
+    /// Joint velocities of the last step [rad/s].
+    pub v: JointVector,
+}
+
+impl QpState {
+    /// At rest.
+    pub fn resting(q: JointVector) -> Self {
+        Self { q, v: JointVector::zeros() }
+    }
+}
+
+/// What the TCP should do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum QpTask {
+    /// Move with a twist: angular velocity [rad/s], then linear velocity [m/s], base axes, at the TCP.
+    Twist(Vector6<f64>),
+    /// Approach a target: error times gain, at no more than the speeds.
+    Approach {
+        /// Where the TCP should be.
+        target: IkTarget,
+        /// Rate at which the error decays [1/s].
+        gain: f64,
+        /// Largest linear speed [m/s].
+        speed: f64,
+        /// Largest angular speed [rad/s].
+        turn_speed: f64,
+    },
+}
+
+/// What a step is to bring nearer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QpGoal {
+    /// Motion of the TCP.
+    pub task: QpTask,
+    /// Posture that is preferred where the task leaves a choice.
+    pub posture: JointVector,
+    /// Radius of a ball that the hand holds at the TCP [m].
+    pub held: Option<f64>,
+}
+
+/// A place that the arm, the hand and what it holds should keep clear of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Obstacle {
+    /// Where, base frame [m].
+    pub p_base: Vec3,
+    /// Distance to keep [m].
+    pub clearance: f64,
+}
+
+/// How a step came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum QpStatus {
+    /// All constraints hold; only joint limits were active, if any.
+    Free,
+    /// All constraints hold; distances were active.
+    Constrained,
+    /// The links could not keep their distances from each other within the accelerations: they do what they can.
+    Relaxed,
+    /// Not solved, or a goal that is not finite: every joint brakes.
+    Braking,
+    /// The state is not finite: it is returned as it is, at rest.
+    NotFinite,
+}
+
+/// A step of the set points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QpStep {
+    /// Joint velocities over the step [rad/s].
+    pub v: JointVector,
+    /// Joint positions at its end [rad], within their limits.
+    pub q_next: JointVector,
+    /// Largest rate by which a constraint on a distance was given up [m/s].
+    pub slack: f64,
+    /// How it came about.
+    pub status: QpStatus,
+}
+
+/// The config in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct QpParameters {
+    acceleration: f64,
+    angle_weight: f64,
+    damping: f64,
+    posture_gain: f64,
+    pub influence: f64,
+    approach_rate: f64,
+    self_clearance: f64,
+    self_penalty: f64,
+    canopy_penalty: f64,
+    canopy_rows: usize,
+    iterations: u32,
+}
+
+impl QpParameters {
+    pub fn new(config: &RobotConfig) -> Self {
+        let c = &config.qp;
+        Self {
+            acceleration: config.arm.acceleration_max.si(),
+            angle_weight: c.angle_weight.si(),
+            damping: c.damping.si(),
+            posture_gain: c.posture_gain.si(),
+            influence: c.influence.si(),
+            approach_rate: c.approach_rate.si(),
+            self_clearance: c.self_clearance.si(),
+            self_penalty: c.self_penalty.si(),
+            canopy_penalty: c.canopy_penalty.si(),
+            canopy_rows: c.canopy_rows.get() as usize,
+            iterations: c.iterations.get(),
+        }
+    }
+}
+
+impl QpGoal {
+    fn is_finite(&self) -> bool {
+        let task = match &self.task {
+            QpTask::Twist(twist) => twist.iter().all(|x| x.is_finite()),
+            QpTask::Approach { target, gain, speed, turn_speed } => {
+                target.is_finite() && [gain, speed, turn_speed].iter().all(|x| x.is_finite() && **x >= 0.0)
+            }
+        };
+        task && self.posture.iter().all(|x| x.is_finite())
+            && self.held.is_none_or(|r| r.is_finite() && r > 0.0)
+    }
+}
+
+impl ArmKinematics {
+    /// One control step of length `dt` [s]: the joint velocities that serve the goal best within the limits and clear of
+    /// the obstacles. See the module for what is minimised. Obstacles that are not finite are passed over.
+    pub fn velocity_step(&self, state: &QpState, goal: &QpGoal, obstacles: &[Obstacle], dt: f64) -> QpStep {
+        let QpState { q, v } = state;
+        if q.iter().chain(v.iter()).any(|x| !x.is_finite()) || !(dt.is_finite() && dt > 0.0) {
+            return QpStep { v: JointVector::zeros(), q_next: *q, slack: 0.0, status: QpStatus::NotFinite };
+        }
+        let ranges: [(f64, f64); ARM_DOF] =
+            std::array::from_fn(|i| velocity_range(q[i], v[i], &self.limits[i], self.qp.acceleration, dt));
+        let lower = JointVector::from_fn(|i, _| ranges[i].0);
+        let upper = JointVector::from_fn(|i, _| ranges[i].1);
+        let finish = |v: &JointVector, slack: f64, status: QpStatus| {
+            let v = v.zip_zip_map(&lower, &upper, |v, low, high| v.max(low).min(high));
+            QpStep { v, q_next: self.clamped(&(q + v * dt)), slack, status }
+        };
+        let brake = || finish(&JointVector::zeros(), 0.0, QpStatus::Braking);
+        if !goal.is_finite() {
+            return brake();
+        }
+        let (twist, jacobian) = self.twist(q, &goal.task);
+        let mut problem = self.tracking(q, &twist, &jacobian, &goal.posture);
+        (problem.lower, problem.upper) = (lower, upper);
+        let ball = goal.held.map(|radius| Shape::Sphere { radius });
+        let mut posture = Posture::new(self, q, ball.as_ref());
+        self.keep_from_itself(&mut posture, &mut problem.rows);
+        let own_rows = problem.rows.len();
+        self.keep_from(&mut posture, obstacles, &mut problem.rows);
+        if let Some(found) = problem.solve(self.qp.iterations) {
+            let status = if found.is_free { QpStatus::Free } else { QpStatus::Constrained };
+            return finish(&found.v, found.slack, status);
+        }
+        for row in &mut problem.rows[..own_rows] {
+            row.penalty = Some(self.qp.self_penalty);
+        }
+        match problem.solve(self.qp.iterations) {
+            Some(found) => finish(&found.v, found.slack, QpStatus::Relaxed),
+            None => brake(),
+        }
+    }
+
+    /// The twist that a task asks for and the rows of the Jacobian that produce it.
+    fn twist(&self, q: &JointVector, task: &QpTask) -> (Vector6<f64>, Jacobian) {
+        match task {
+            QpTask::Twist(twist) => (*twist, self.jacobian(q)),
+            QpTask::Approach { target, gain, speed, turn_speed } => {
+                let Residual { error, jacobian, .. } = self.residual(target, q);
+                let mut twist = error * *gain;
+                let turn = twist.fixed_rows::<3>(0).cap_magnitude(*turn_speed);
+                let linear = twist.fixed_rows::<3>(3).cap_magnitude(*speed);
+                twist.fixed_rows_mut::<3>(0).copy_from(&turn);
+                twist.fixed_rows_mut::<3>(3).copy_from(&linear);
+                (twist, jacobian)
+            }
+        }
+    }
+
+    /// The objective without constraints.
+    fn tracking(
+        &self,
+        q: &JointVector,
+        twist: &Vector6<f64>,
+        jacobian: &Jacobian,
+        posture: &JointVector,
+    ) -> Problem {
+        let c = &self.qp;
+        let mut weights = Vector6::repeat(1.0);
+        weights.fixed_rows_mut::<3>(0).fill(c.angle_weight);
+        let weighed = SMatrix::from_diagonal(&weights) * jacobian;
+        let homeward = (posture - q) * c.posture_gain;
+        let homeward =
+            JointVector::from_fn(|i, _| homeward[i].clamp(-self.limits[i].velocity, self.limits[i].velocity));
+        let free = null_space_part(jacobian, &homeward, c.damping);
+        let hessian = jacobian.transpose() * weighed + SMatrix::identity() * c.damping;
+        Problem::new(hessian, weighed.transpose() * twist + free * c.damping)
+    }
+
+    fn keep_from_itself(&self, posture: &mut Posture, rows: &mut Vec<Row>) {
+        let c = &self.qp;
+        for pair in posture.near_itself(&self.pairs, c.influence) {
+            let least = -c.approach_rate * (pair.distance - c.self_clearance);
+            rows.push(Row { gradient: pair.gradient, least, penalty: None });
+        }
+    }
+
+    /// Rows for the nearest pairs of a link and an obstacle.
+    fn keep_from(&self, posture: &mut Posture, obstacles: &[Obstacle], rows: &mut Vec<Row>) {
+        let c = &self.qp;
+        let mut near: Vec<Nearness> = Vec::new();
+        for obstacle in obstacles {
+            let radius = obstacle.clearance.max(0.0);
+            if radius.is_finite() && obstacle.p_base.iter().all(|x| x.is_finite()) {
+                posture.near_ball(&obstacle.p_base, radius, c.influence, &mut near);
+            }
+        }
+        // Stable: equals stay in the caller's order.
+        near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        near.truncate(c.canopy_rows);
+        rows.extend(near.iter().map(|n| Row {
+            gradient: n.gradient,
+            least: -c.approach_rate * n.distance,
+            penalty: Some(c.canopy_penalty),
+        }));
+    }
+}
+
+/// What is left of a joint motion when the part that moves the TCP is taken away.
+fn null_space_part(jacobian: &Jacobian, motion: &JointVector, damping: f64) -> JointVector {
+    let gram = jacobian * jacobian.transpose() + Matrix6::identity() * damping;
+    match gram.cholesky() {
+        Some(factor) => motion - jacobian.transpose() * factor.solve(&(jacobian * motion)),
+        None => JointVector::zeros(),
+    }
+}
