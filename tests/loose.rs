@@ -1,6 +1,6 @@
 //! Fruit off its stem and out of the hand: hand-overs, flight, landing, piles.
 
-use orchard_camera::{PictureStyle, look_at, picture};
+use orchard_camera::picture::{PictureStyle, look_at, picture};
 use orchard_fruit::{Ball, Engine, Obstacle, Partner, Phase, Resting};
 use orchard_geometry::{Intrinsics, Pose, Vec3, inverse_transform, transform};
 use orchard_robot::{Command, RobotModel};
@@ -51,12 +51,20 @@ fn in_bucket(world: &World, at: [f64; 3]) -> Vec3 {
 /// Puts fruit 0.. into the bucket from a little above its rim, one after the other, and waits until all is still.
 fn fill_bucket(world: &mut World, count: usize) {
     for i in 0..count {
-        let at = [0.55 * [-1.0, 1.0, 0.0, -1.0, 1.0][i % 5], 0.55 * [-1.0, -1.0, 0.0, 1.0, 1.0][i % 5], 2.0];
+        // Spread evenly and never one right above another.
+        let spread = |step: f64| 0.7 * (2.0 * ((i as f64 + 1.0) * step).fract() - 1.0);
+        let at = [spread(0.754_877_666), spread(0.569_840_291), 2.5];
         let p = in_bucket(world, at);
         put(world, i, p, Vec3::zeros(), &hold());
     }
-    for _ in 0..600 {
+    for frame in 0..600 {
         world.step(&hold());
+        if std::env::var("DIAG").is_ok() && frame % 60 == 59 {
+            let v: Vec<f64> = (0..count).map(|i| motion(world, i)[1].norm()).collect();
+            let mut sorted = v.clone();
+            sorted.sort_by(f64::total_cmp);
+            println!("frame {frame} speeds max {:.5} median {:.5} min {:.5}", sorted[count - 1], sorted[count / 2], sorted[0]);
+        }
     }
 }
 
@@ -104,13 +112,14 @@ fn momentum_is_kept_at_hand_over() {
         world.step(&hold());
         let [_, v_after, w_after] = motion(&world, 0);
         phases.push(world.fruit_lives().phase(0));
-        // Weight is exact; drag to the order of its own change within a frame, which is its square.
+        // Weight is exact; drag errs by that on the speed which the weight adds within the frame.
+        let tolerance = drag * v.norm().max(v_after.norm()) * gravity * frame * frame + 1e-12;
         let mut expected = v;
         for _ in 0..3 {
             expected -= expected * (drag * expected.norm() * h);
             expected.z -= gravity * h;
         }
-        assert!((v_after - expected).norm() < 1e-5 * gravity * frame, "{v_after} {expected}");
+        assert!((v_after - expected).norm() < tolerance, "{v_after} {expected}");
         // Implicit in steps of the model, in four smaller ones in the engine: both lie between these.
         let [slow, fast] =
             [1.0 / (1.0 + loss * h), 1.0 / (1.0 + loss * h / 4.0).powi(4)].map(|x: f64| x.powi(3));
@@ -167,8 +176,10 @@ fn a_collision_in_the_engine_keeps_momentum() {
         impacts.extend(engine.pressing().iter().filter(|p| p.impact.fruit == 0).map(|p| p.impact));
         let after = momenta(&engine);
         assert!((after.0 - before.0).norm() < 1e-12, "linear {after:?} {before:?}");
-        // Balls touch at a point halfway into their overlap or gap: arms err by it.
-        assert!((after.1 - before.1).norm() < 1e-3 * before.1.norm(), "angular {after:?} {before:?}");
+        // Rapier lets them push before they touch, each at its own surface: the arms of friction differ by the gap, up to
+        // the way of an inner step, a quarter of ours.
+        let (gap, impulse) = (1.5 / 720.0, 1.3 * 0.08 * 1.5);
+        assert!((after.1 - before.1).norm() < gap * impulse, "angular {after:?} {before:?}");
     }
     assert_eq!(impacts[0].partner, Partner::Fruit(1));
     let n_x = (0.06_f64 * 0.06 - 0.02 * 0.02).sqrt() / 0.06;
@@ -243,7 +254,7 @@ fn a_bucket_fills_and_rides() {
     let drive = Command { base_velocity: [-0.5, 0.2, 0.6], ..hold() };
     let mut woke = false;
     for frame in 0..360 {
-        world.step(if frame < 180 { &drive } else { &hold() });
+        world.step(&if frame < 180 { drive } else { hold() });
         woke |= inside.iter().any(|&i| !asleep(&world, i));
         assert!(
             wall_overlap(&world, &inside) < 2e-3 || !woke,
@@ -268,7 +279,7 @@ fn snapshots_hold_loose_fruit() {
     put(&mut run, 7, p, Vec3::zeros(), &hold());
     let drive = Command { base_velocity: [0.3, -0.3, 0.5], ..hold() };
     for frame in 0..150 {
-        let act = |world: &mut World, frame: usize| world.step(if frame < 60 { &hold() } else { &drive });
+        let act = |world: &mut World, frame: usize| world.step(&if frame < 60 { hold() } else { drive });
         if frame % 11 == 0 {
             let bytes = run.snapshot().to_bytes();
             let mut fresh = world(3);

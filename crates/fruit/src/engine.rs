@@ -18,6 +18,9 @@ const CONTACT_FREQUENCY: f64 = 180.0;
 /// Damping ratio of contacts: overcritical, so that an overlap comes apart without a bounce of its own.
 const CONTACT_DAMPING: f64 = 5.0;
 
+/// Sweeps over the contacts in each inner step: a frame starts without a guess of the impulses in a pile.
+const SWEEPS: usize = 4;
+
 /// A loose fruit at the start of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
@@ -88,6 +91,7 @@ impl Engine {
             contact_softness: contacts,
             static_contact_softness: contacts,
             normalized_max_corrective_velocity: RECOVERY_SPEED,
+            num_internal_pgs_iterations: SWEEPS,
             friction_model: FrictionModel::Coulomb,
             // Both are thrifty where thousands of contacts last long, and inexact.
             contact_clustering: false,
