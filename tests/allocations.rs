@@ -5,6 +5,7 @@
 
 use allocation_counter::measure;
 use orchard_batch::{Batch, TreeWorld};
+use orchard_fruit::Phase;
 use orchard_geometry::Vec3;
 use orchard_multibody::{StepReport, step};
 use orchard_robot::{Command, RobotModel};
@@ -68,10 +69,13 @@ fn many_contacts_allocate_nothing() {
 }
 
 /// Whole frames of a robot that drives through the canopy, with servos, stems and joints watched. A frame in which
-/// something breaks or comes off is another matter: groups of colliders change, events are listed.
+/// something breaks or comes off is another matter: groups of colliders change, events are listed (impacts are none here). So is
+/// one in which fruit is loose and awake: it fills an engine.
 #[test]
 fn a_frame_of_a_world_allocates_nothing() {
-    let mut world = world(7);
+    let mut spec = Spec::paper();
+    spec.fruit.impact_floor = spec.fruit.impact_floor.with_value(100.0).unwrap();
+    let mut world = World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 7, 0).unwrap();
     let drive = Command { base_velocity: [1.1, 0.0, 0.0], ..hold() };
     let (start, mut touching) = (world.snapshot(), 0);
     let mut run = |world: &mut World| {
@@ -85,6 +89,24 @@ fn a_frame_of_a_world_allocates_nothing() {
     world.restore(&start).unwrap();
     assert_eq!(measure(|| run(&mut world)).count_total, 0);
     assert!(touching > 60, "contact in {touching} frames");
+}
+
+/// Fruit that has come to rest costs no allocation again.
+#[test]
+fn a_frame_with_sleeping_fruit_allocates_nothing() {
+    let mut world = world(3);
+    let points: Vec<usize> = world.fruit().points[..4].iter().map(|p| p.index()).collect();
+    for _ in 0..600 {
+        for &point in &points {
+            let pull = if world.data().tethered[point] { 60.0 } else { 0.0 };
+            world.data_mut().point_force_world[point] = Vec3::new(0.0, 0.0, pull);
+        }
+        world.step(&hold());
+    }
+    for i in 0..points.len() {
+        assert!(matches!(world.fruit_lives().phase(i), Phase::Asleep(_)), "fruit {i}");
+    }
+    assert_eq!(measure(|| (0..60).for_each(|_| world.step(&hold()))).count_total, 0);
 }
 
 /// Trees in lanes, and the same trees in f64, swinging so gently that nothing breaks.

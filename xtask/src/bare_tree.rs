@@ -64,7 +64,7 @@ impl BareTree {
             &tree.bodies,
             &spec.fruit,
             gravity,
-            FruitGroups { hanging: Groups::NONE, loose: Groups::NONE, asleep: Groups::NONE },
+            FruitGroups { hanging: Groups::NONE, loose: Groups::NONE, passed: Groups::NONE },
         );
         for point in capped.build()?.points() {
             builder.add_point(without_cap(point));

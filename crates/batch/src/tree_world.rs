@@ -114,7 +114,7 @@ impl TreeWorld {
         });
         let groups = TreeGroups { wood: APART, debris: OFF_THE_TREE };
         let tree = TreeBody::add_to(&mut builder, skeleton, &spec.wood, groups);
-        let groups = FruitGroups { hanging: APART, loose: OFF_THE_TREE, asleep: APART };
+        let groups = FruitGroups { hanging: APART, loose: OFF_THE_TREE, passed: APART };
         let fruit = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &spec.fruit, gravity, groups);
         let model = builder.build()?;
         let settings = step_settings(&spec.sim);
@@ -139,19 +139,13 @@ impl TreeWorld {
         let snapped = self.rupture.end_frame(tree, model, &mut self.data, &spec.wood, gravity);
         fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
-        let fruit_events = self.stems.end_frame(
-            fruit,
-            model,
-            &mut self.data,
-            &spec.fruit,
-            &self.untouched,
-            rest,
-            &Pose::identity(),
-            |_| Vec3::zeros(),
-        );
+        let fruit_events =
+            self.stems.end_frame(fruit, model, &mut self.data, &spec.fruit, &self.untouched, rest, |_| {
+                Vec3::zeros()
+            });
         let detached = fruit_events.into_iter().filter_map(|event| match event {
             FruitEvent::Detached { fruit, .. } => Some(TreeEvent::Detached { fruit }),
-            FruitEvent::Deposited { .. } | FruitEvent::Dropped { .. } => None,
+            FruitEvent::Deposited { .. } | FruitEvent::Dropped { .. } | FruitEvent::Struck(_) => None,
         });
         snapped.into_iter().map(|segment| TreeEvent::Snapped { segment }).chain(detached).collect()
     }

@@ -19,12 +19,17 @@ impl BenchWorld for World {
         use orchard_world::WorldEvent as Real;
         World::drain_events(self)
             .into_iter()
-            .map(|event| match event {
-                Real::FruitGripped { fruit, .. } => WorldEvent::FruitGripped { fruit: fruit as u32 },
-                Real::FruitDetached { fruit, .. } => WorldEvent::FruitDetached { fruit: fruit as u32 },
-                Real::FruitDeposited { fruit, .. } => WorldEvent::FruitDeposited { fruit: fruit as u32 },
-                Real::FruitDropped { fruit, .. } => WorldEvent::FruitDropped { fruit: fruit as u32 },
-                Real::BranchSnapped { segment, .. } => WorldEvent::BranchSnapped { segment: segment as u32 },
+            .filter_map(|event| {
+                Some(match event {
+                    Real::FruitGripped { fruit, .. } => WorldEvent::FruitGripped { fruit: fruit as u32 },
+                    Real::FruitDetached { fruit, .. } => WorldEvent::FruitDetached { fruit: fruit as u32 },
+                    Real::FruitDeposited { fruit, .. } => WorldEvent::FruitDeposited { fruit: fruit as u32 },
+                    Real::FruitDropped { fruit, .. } => WorldEvent::FruitDropped { fruit: fruit as u32 },
+                    Real::BranchSnapped { segment, .. } => {
+                        WorldEvent::BranchSnapped { segment: segment as u32 }
+                    }
+                    Real::FruitImpact { .. } => return None,
+                })
             })
             .collect()
     }

@@ -1,6 +1,6 @@
 //! The fruit of one tree in a multibody model.
 
-use crate::Fruit;
+use crate::{Ball, Fruit};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
     BodyId, Collider, ColliderId, Data, Groups, ModelBuilder, Owner, PointBody, PointId, Tether,
@@ -8,15 +8,15 @@ use orchard_multibody::{
 use orchard_spec::fruit::FruitSpec;
 use std::f64::consts::PI;
 
-/// Collision groups of hanging and of loose fruit.
+/// Collision groups of fruit in the model.
 #[derive(Debug, Clone, Copy)]
 pub struct FruitGroups {
     /// On the stem.
     pub hanging: Groups,
-    /// Off the stem and moving.
+    /// Off the stem, in the coupled solve.
     pub loose: Groups,
-    /// At rest in the bucket or on the ground.
-    pub asleep: Groups,
+    /// Moved by the rigid-body engine, or at rest: an obstacle for fruit in the hand.
+    pub passed: Groups,
 }
 
 /// The fruit of one tree: what grew, and its point bodies and colliders. Arrays are per fruit.
@@ -32,6 +32,8 @@ pub struct FruitSet {
     pub groups: FruitGroups,
     quadratic_drag: Vec<f64>,
     rolling_loss: f64,
+    restitution: f64,
+    friction: f64,
 }
 
 impl FruitSet {
@@ -75,7 +77,16 @@ impl FruitSet {
             let area = PI * f.radius * f.radius;
             quadratic_drag.push(0.5 * spec.air_density.si() * spec.drag_coefficient.si() * area);
         }
-        Self { fruit, points, colliders, groups, quadratic_drag, rolling_loss: spec.rolling_loss.si() }
+        Self {
+            fruit,
+            points,
+            colliders,
+            groups,
+            quadratic_drag,
+            rolling_loss: spec.rolling_loss.si(),
+            restitution: spec.restitution.si(),
+            friction: spec.friction.si(),
+        }
     }
 
     /// Number of fruit.
@@ -91,6 +102,24 @@ impl FruitSet {
     /// Air drag of a fruit off its stem [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub fn air_drag(&self, fruit: usize) -> f64 {
         self.quadratic_drag[fruit]
+    }
+
+    /// The ball of a fruit for the rigid-body engine, as it moves now.
+    pub fn ball(&self, data: &Data, fruit: usize) -> Ball {
+        let (point, grown) = (self.points[fruit].index(), &self.fruit[fruit]);
+        Ball {
+            fruit,
+            radius: grown.radius,
+            mass: grown.mass,
+            p_world: data.point_p_world[point],
+            v_world: data.point_v_world[point],
+            w_world: data.point_w_world[point],
+            force_world: data.point_force_world[point],
+            quadratic_drag: self.quadratic_drag[fruit],
+            rolling_loss: self.rolling_loss,
+            restitution: self.restitution,
+            friction: self.friction,
+        }
     }
 
     /// Hangs every fruit on its stem, without drag (the wood's drag surrogate and the stem damp it there).
@@ -121,6 +150,18 @@ impl FruitSet {
         let point = self.points[i].index();
         data.tethered[point] = false;
         data.point_quadratic_drag[point] = self.quadratic_drag[i];
+        data.groups[self.colliders[i].index()] = self.groups.loose;
+    }
+
+    /// Hands a fruit over to the rigid-body engine: the model carries it along from here on.
+    pub(crate) fn pass_to_engine(&self, data: &mut Data, i: usize) {
+        data.point_carried[self.points[i].index()] = true;
+        data.groups[self.colliders[i].index()] = self.groups.passed;
+    }
+
+    /// Takes a fruit back into the coupled solve, with the motion that it has.
+    pub(crate) fn take_back(&self, data: &mut Data, i: usize) {
+        data.point_carried[self.points[i].index()] = false;
         data.groups[self.colliders[i].index()] = self.groups.loose;
     }
 }

@@ -62,7 +62,7 @@ impl Spur {
             &tree.bodies,
             &spec.fruit,
             spec.sim.gravity.si(),
-            FruitGroups { hanging: none, loose: none, asleep: none },
+            FruitGroups { hanging: none, loose: none, passed: none },
         );
         let model = builder.build().unwrap();
         let mut data = Data::new(&model);
@@ -82,16 +82,9 @@ impl Spur {
         }
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
         let touch = [Touch::default()];
-        self.state.end_frame(
-            &self.fruit,
-            &self.model,
-            &mut self.data,
-            &self.spec.fruit,
-            &touch,
-            rest,
-            &identity,
-            |_| Vec3::zeros(),
-        )
+        self.state.end_frame(&self.fruit, &self.model, &mut self.data, &self.spec.fruit, &touch, rest, |_| {
+            Vec3::zeros()
+        })
     }
 
     /// Pulls with a force for some frames; the frame in which the stem gave way, counted from 1.

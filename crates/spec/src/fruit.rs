@@ -43,6 +43,16 @@ pub struct FruitSpec {
     pub rolling_loss: Quantity,
     /// Density of air.
     pub air_density: Quantity,
+    /// Part of the closing speed that a loose fruit keeps in a bounce.
+    pub restitution: Quantity,
+    /// Frames that a loose fruit must be free of the hand before the rigid-body engine takes it over.
+    pub hand_over_frames: Count,
+    /// Gap to both fingers, or to a finger and the hand, below which a loose fruit is taken into the coupled solve.
+    pub grasp_range: Quantity,
+    /// Impact energy from which an apple bruises.
+    pub bruise_energy: Quantity,
+    /// Impact energy below which impacts are no events.
+    pub impact_floor: Quantity,
     /// Chance that an eligible spur carries fruit, before the outerness factor.
     pub placement_probability: Quantity,
     /// Part of the placement chance that does not depend on outerness.

@@ -5,7 +5,7 @@ use crate::groups;
 use crate::scenery::{self, Strut};
 use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
-use orchard_fruit::{Fruit, FruitGroups, FruitSet};
+use orchard_fruit::{Fruit, FruitGroups, FruitSet, Shapes};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
@@ -41,6 +41,12 @@ pub(crate) struct Parts {
     pub fruit: FruitSet,
     pub handle: RobotHandle,
     pub colliders: Vec<Part>,
+    /// Colliders of the robot.
+    pub robot_colliders: Vec<usize>,
+    /// The colliders for loose fruit.
+    pub shapes: Shapes,
+    /// A ball about every collider, in its owner's frame.
+    pub bounds: Vec<(Vec3, f64)>,
     pub x_world_odom: Pose,
     pub settings: StepSettings,
 }
@@ -82,7 +88,7 @@ pub(crate) fn build(
         FruitGroups {
             hanging: groups::HANGING_GROUPS,
             loose: groups::LOOSE_GROUPS,
-            asleep: groups::ASLEEP_GROUPS,
+            passed: groups::PASSED_GROUPS,
         },
     );
     let mut x_world_odom = start_pose(spec, &mut Stream::new(seed, world, Purpose::RobotStart));
@@ -101,7 +107,26 @@ pub(crate) fn build(
     let model = builder.build()?;
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &scenery, &handle);
     let settings = step_settings(&spec.sim);
-    Ok(Parts { skeleton, ground, struts, model, tree, fruit, handle, colliders, x_world_odom, settings })
+    let robot =
+        |part| matches!(part, Part::Chassis | Part::Bucket | Part::Arm | Part::Hand | Part::Finger(_));
+    let robot_colliders = (0..colliders.len()).filter(|&c| robot(colliders[c])).collect();
+    let bounds = crate::loose::bounds(&model);
+    let shapes = Shapes::new(model.colliders().iter().map(|c| &c.shape));
+    Ok(Parts {
+        skeleton,
+        ground,
+        struts,
+        model,
+        tree,
+        fruit,
+        handle,
+        colliders,
+        robot_colliders,
+        shapes,
+        bounds,
+        x_world_odom,
+        settings,
+    })
 }
 
 /// Where the robot's base starts; heights are left to the ground.

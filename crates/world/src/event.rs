@@ -1,5 +1,6 @@
 //! What happens in a world, told with the frame in which it did.
 
+use orchard_fruit::Partner;
 use serde::{Deserialize, Serialize};
 
 /// Something a benchmark counts.
@@ -21,14 +22,30 @@ pub enum WorldEvent {
         /// Stem tension [N].
         tension: f64,
     },
-    /// A fruit came to rest in the bucket.
+    /// A fruit came to rest in the bucket. If it leaves the bucket later, nothing is told until it meets the ground
+    /// ([`WorldEvent::FruitDropped`]) or comes to rest in the bucket again (this event once more).
     FruitDeposited {
         /// Fruit index.
         fruit: usize,
         /// Frame.
         frame: u32,
+        /// How far it fell from where the fingers (or its stem) let go to the first thing that it landed on [m].
+        drop_height: f64,
+        /// Energy of the hardest impact since then [J].
+        impact_energy: f64,
     },
-    /// A loose fruit touched the ground for the first time.
+    /// The hardest impact of a fruit in this frame, where its energy is over `fruit.impact_floor`.
+    FruitImpact {
+        /// Fruit index.
+        fruit: usize,
+        /// Frame.
+        frame: u32,
+        /// Energy of the approach [J].
+        energy: f64,
+        /// What it was with.
+        partner: Partner,
+    },
+    /// A loose fruit touched the ground for the first time since it left its stem, or since it last lay in the bucket.
     FruitDropped {
         /// Fruit index.
         fruit: usize,

@@ -1,7 +1,9 @@
 //! Who may touch whom: the paper's group filter.
 //!
-//! The robot touches wood, fruit and ground, and its links each other where they share no joint; tree and fruit never touch each other; a broken sub-tree meets
-//! the ground only; loose fruit meets the ground, the robot, other loose fruit and fruit at rest. The posts and wires of a row,
+//! The robot touches wood, fruit and ground, and its links each other where they share no joint; tree and fruit never touch each
+//! other; a broken sub-tree meets the ground only; loose fruit in the coupled solve meets the ground, the robot, other such fruit,
+//! and fruit that the rigid-body engine moves or that is at rest (which this model carries along: the engine knows what that
+//! meets). The posts and wires of a row,
 //! which the paper has not, meet what the ground meets, and the chassis.
 
 use orchard_multibody::Groups;
@@ -11,7 +13,7 @@ const WOOD: u32 = 1 << 1;
 const DEBRIS: u32 = 1 << 2;
 const HANGING: u32 = 1 << 3;
 const LOOSE: u32 = 1 << 4;
-const ASLEEP: u32 = 1 << 5;
+const PASSED: u32 = 1 << 5;
 const ROBOT: u32 = 1 << 6;
 const SCENERY: u32 = 1 << 7;
 
@@ -26,10 +28,10 @@ pub const WOOD_GROUPS: Groups = Groups { member: WOOD, filter: ROBOT };
 pub const DEBRIS_GROUPS: Groups = Groups { member: DEBRIS, filter: GROUND | SCENERY };
 /// Fruit on its stem.
 pub const HANGING_GROUPS: Groups = Groups { member: HANGING, filter: ROBOT };
-/// Fruit off its stem.
-pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT | LOOSE | ASLEEP | SCENERY };
-/// Fruit at rest: a fixed obstacle for other loose fruit.
-pub const ASLEEP_GROUPS: Groups = Groups { member: ASLEEP, filter: LOOSE };
+/// Fruit off its stem, at the hand.
+pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT | LOOSE | PASSED | SCENERY };
+/// Fruit that the rigid-body engine moves, or at rest: an obstacle for fruit at the hand.
+pub const PASSED_GROUPS: Groups = Groups { member: PASSED, filter: LOOSE };
 /// Arm and fingers.
 pub const ROBOT_GROUPS: Groups = Groups { member: ROBOT, filter: GROUND | WOOD | HANGING | LOOSE | SCENERY };
 /// Chassis and bucket: carried over the ground by the height servo, so they do not touch it.

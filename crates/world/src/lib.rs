@@ -12,6 +12,7 @@ mod event;
 mod ground;
 pub mod groups;
 mod identity;
+mod loose;
 mod planting;
 mod reach;
 mod scene;

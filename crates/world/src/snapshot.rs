@@ -6,7 +6,7 @@ use crate::event::{Status, WorldEvent};
 use crate::identity::{Difference, Identity};
 use crate::touch::fruit_touches;
 use crate::world::{State, World};
-use orchard_fruit::FruitLives;
+use orchard_fruit::{FruitLives, Partner};
 use orchard_multibody::{Data, StateError, StepReport};
 use orchard_robot::SetPoints;
 use orchard_treephys::Rupture;
@@ -138,6 +138,7 @@ impl World {
             flight,
             touches: _,
             touched: _,
+            loose: _,
             before: _,
         } = &self.state;
         let content = Content {
@@ -172,6 +173,9 @@ impl World {
             | WorldEvent::FruitDetached { fruit: i, .. }
             | WorldEvent::FruitDeposited { fruit: i, .. }
             | WorldEvent::FruitDropped { fruit: i, .. } => i < fruit,
+            WorldEvent::FruitImpact { fruit: i, partner, .. } => {
+                i < fruit && !matches!(partner, Partner::Fruit(k) if k >= fruit)
+            }
             WorldEvent::BranchSnapped { segment, .. } => segment < segments,
         };
         let contacts = &content.report.contacts;

@@ -1,6 +1,6 @@
 //! Who touches whom, read from the contacts of a substep.
 
-use orchard_multibody::{ColliderId, Model, StepReport};
+use orchard_multibody::{ColliderId, Model, Owner, StepReport};
 use orchard_robot::RobotHandle;
 
 /// What a collider is part of.
@@ -11,7 +11,11 @@ pub(crate) enum Part {
     Fruit(usize),
     Finger(usize),
     Scenery,
-    Robot,
+    Chassis,
+    Bucket,
+    /// Arm up to the hand, and whatever else the robot has.
+    Arm,
+    Hand,
 }
 
 /// Part of every collider of a model.
@@ -23,7 +27,18 @@ pub(crate) fn parts(
     scenery: &[ColliderId],
     handle: &RobotHandle,
 ) -> Vec<Part> {
-    let mut parts = vec![Part::Robot; model.colliders().len()];
+    let mut parts = vec![Part::Arm; model.colliders().len()];
+    for &c in &handle.colliders.arm {
+        if matches!(model.collider(c).owner, Owner::Body(body) if body == handle.wrist()) {
+            parts[c.index()] = Part::Hand;
+        }
+    }
+    for c in &handle.colliders.base {
+        parts[c.index()] = Part::Chassis;
+    }
+    for c in &handle.colliders.bucket {
+        parts[c.index()] = Part::Bucket;
+    }
     parts[ground.index()] = Part::Ground;
     for c in scenery {
         parts[c.index()] = Part::Scenery;
@@ -47,6 +62,8 @@ pub(crate) fn parts(
 pub(crate) struct FruitTouch {
     pub ground: bool,
     pub fingers: [bool; 2],
+    /// The hand without its fingers.
+    pub hand: bool,
 }
 
 /// Contacts with a pressing force, per fruit.
@@ -61,6 +78,7 @@ pub(crate) fn fruit_touches(parts: &[Part], report: &StepReport, touches: &mut [
             match (one, other) {
                 (Part::Fruit(i), Part::Ground) => touches[i].ground = true,
                 (Part::Fruit(i), Part::Finger(side)) => touches[i].fingers[side] = true,
+                (Part::Fruit(i), Part::Hand) => touches[i].hand = true,
                 _ => {}
             }
         }

@@ -1,7 +1,7 @@
 //! What a benchmark may ask of a world and a controller may not.
 
 use crate::World;
-use orchard_fruit::{Phase, Resting};
+use orchard_fruit::{Bruise, Phase};
 use orchard_geometry::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -15,11 +15,11 @@ pub enum FruitState {
     OnBrokenLimb,
     /// Off its stem, between both fingers.
     Held,
-    /// Off its stem, in the air or in the bucket but not yet at rest.
+    /// Off its stem, in the air or in the bucket but not yet at rest; or lying on the robot beside the bucket.
     Loose,
-    /// In the bucket.
+    /// In the bucket, where it has come to rest.
     Deposited,
-    /// It has touched the ground.
+    /// It has touched the ground, and not come to rest in the bucket since.
     Dropped,
 }
 
@@ -47,6 +47,11 @@ impl World {
             .collect()
     }
 
+    /// The hardest impact and squeeze that a fruit has met.
+    pub fn fruit_bruise(&self, fruit: usize) -> Bruise {
+        self.fruit_lives().bruise(fruit)
+    }
+
     fn fruit_state_of(&self, i: usize) -> FruitState {
         let lives = self.fruit_lives();
         match lives.phase(i) {
@@ -54,10 +59,10 @@ impl World {
                 FruitState::OnBrokenLimb
             }
             Phase::Hanging => FruitState::OnTree,
-            Phase::Asleep(Resting::Bucket(_)) => FruitState::Deposited,
-            Phase::Loose if self.is_held(i) => FruitState::Held,
-            Phase::Loose if !lives.has_dropped(i) => FruitState::Loose,
-            Phase::Loose | Phase::Asleep(Resting::Ground(_)) => FruitState::Dropped,
+            _ if self.is_held(i) => FruitState::Held,
+            _ if lives.is_deposited(i) => FruitState::Deposited,
+            _ if lives.has_dropped(i) => FruitState::Dropped,
+            _ => FruitState::Loose,
         }
     }
 }

@@ -4,12 +4,13 @@ use crate::build::{Parts, WorldError, build};
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
+use crate::loose::Loose;
 use crate::planting::{Appearance, Planting};
 use crate::scene;
 use crate::touch::{FruitTouch, fruit_touches};
 use orchard_camera::{Scene, Sensor};
-use orchard_fruit::{FruitEvent, FruitLives, FruitSet, RestRule, Touch};
-use orchard_geometry::{HeightField, Pose, Shape, Vec3, inverse_transform};
+use orchard_fruit::{FruitEvent, FruitLives, FruitSet, Impact, RestRule, Touch};
+use orchard_geometry::{HeightField, Pose, Shape, Vec3};
 use orchard_multibody::{Data, Model, Motion, StepReport, equilibrium, step};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, Servos, observe};
 use orchard_spec::Spec;
@@ -63,6 +64,8 @@ pub(crate) struct State {
     /// The same for the rules of the fruit; scratch of the end of a frame.
     pub touched: Vec<Touch>,
     pub report: StepReport,
+    /// Scratch of loose fruit.
+    pub loose: Loose,
     /// Where the latest substep began.
     pub before: Motion,
     pub image: Option<Arc<CameraTruth>>,
@@ -171,6 +174,7 @@ impl World {
             return;
         }
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
+        state.begin_loose(spec, parts);
         for _ in 0..spec.sim.substeps.get() {
             if state.data.is_finite() {
                 state.substep(spec, parts, command);
@@ -395,6 +399,7 @@ impl State {
             touches: vec![FruitTouch::default(); n],
             touched: vec![Touch::default(); n],
             report: StepReport::default(),
+            loose: Loose::default(),
             before: Motion::default(),
             image: None,
             shot: None,
@@ -412,6 +417,7 @@ impl State {
         self.servos.apply(model, &mut self.data, handle, command, height, gravity, h);
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
+        self.keep_velocities(parts);
         step(model, &mut self.data, settings, &mut self.report);
         // Each repeat caps at least one more joint.
         while self.servos.cap_overshoot(model, &mut self.data, handle) {
@@ -420,6 +426,7 @@ impl State {
         }
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
         self.fruit.end_substep(&parts.fruit, model, &mut self.data, &x_world_base, velocity);
+        self.step_loose(parts);
     }
 
     fn end_frame(&mut self, spec: &Spec, parts: &Parts) {
@@ -432,15 +439,9 @@ impl State {
         parts.fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
 
         fruit_touches(&parts.colliders, &self.report, &mut self.touches);
-        let x_world_base = parts.handle.x_world_base(&self.data);
+        let (x_world_base, base_velocity) = bucket_motion(&self.data, &parts.handle);
+        self.end_touches(spec, parts, &x_world_base);
         for (i, t) in self.touches.iter().enumerate() {
-            let p_base =
-                inverse_transform(&x_world_base, &self.data.point_p_world[parts.fruit.points[i].index()]);
-            self.touched[i] = Touch {
-                ground: t.ground,
-                finger: t.fingers[0] || t.fingers[1],
-                in_bucket: parts.handle.bucket.contains(&p_base),
-            };
             let gripped = t.fingers[0] && t.fingers[1];
             if gripped && !self.gripped[i] {
                 self.events.push(WorldEvent::FruitGripped { fruit: i, frame });
@@ -451,7 +452,6 @@ impl State {
             speed: spec.sim.sleep_speed.si(),
             frames: (spec.sim.sleep_time.si() * spec.sim.frame_rate.si()).round() as u32,
         };
-        let (x_world_base, bucket_velocity) = bucket_motion(&self.data, &parts.handle);
         let events = self.fruit.end_frame(
             &parts.fruit,
             &parts.model,
@@ -459,12 +459,18 @@ impl State {
             &spec.fruit,
             &self.touched,
             rest,
-            &x_world_base,
-            bucket_velocity,
+            base_velocity,
         );
+        self.fruit.hand_over(&parts.fruit, &mut self.data, &spec.fruit, &self.touched);
+        self.end_loose(spec, parts, rest, &x_world_base);
         self.events.extend(events.into_iter().map(|e| match e {
             FruitEvent::Detached { fruit, tension } => WorldEvent::FruitDetached { fruit, frame, tension },
-            FruitEvent::Deposited { fruit } => WorldEvent::FruitDeposited { fruit, frame },
+            FruitEvent::Deposited { fruit, drop_height, impact_energy } => {
+                WorldEvent::FruitDeposited { fruit, frame, drop_height, impact_energy }
+            }
+            FruitEvent::Struck(Impact { fruit, partner, energy }) => {
+                WorldEvent::FruitImpact { fruit, frame, energy, partner }
+            }
             FruitEvent::Dropped { fruit, speed } => WorldEvent::FruitDropped { fruit, frame, speed },
         }));
     }

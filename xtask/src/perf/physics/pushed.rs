@@ -82,7 +82,7 @@ impl PushedTree {
             &tree.bodies,
             &spec.fruit,
             gravity,
-            FruitGroups { hanging: CANOPY, loose: CANOPY, asleep: Groups::NONE },
+            FruitGroups { hanging: CANOPY, loose: CANOPY, passed: Groups::NONE },
         );
         let capsule = add_capsule(&mut builder, offset, spec.wood.friction.si());
         let model = builder.build()?;
@@ -159,7 +159,7 @@ impl PushedTree {
         let untouched = vec![Touch::default(); fruit.len()];
         let never = RestRule { speed: 0.0, frames: u32::MAX };
         let nowhere = |_: &Vec3| Vec3::zeros();
-        stems.end_frame(fruit, model, data, &spec.fruit, &untouched, never, &Pose::identity(), nowhere);
+        stems.end_frame(fruit, model, data, &spec.fruit, &untouched, never, nowhere);
         contacts
     }
 

@@ -1,0 +1,460 @@
+//! Loose fruit: who moves it, what wakes it, what it strikes.
+//!
+//! Off its stem a fruit is in the coupled solve of the model as long as the hand is at it, then in the rigid-body engine
+//! of the `fruit` crate, then asleep. The engine lives for one frame: [`Loose`] is no part of a world's state.
+
+use crate::build::Parts;
+use crate::touch::{FruitTouch, Part};
+use crate::world::State;
+use orchard_fruit::{
+    Engine, FruitLives, Obstacle, Partner, Phase, Pressing, RestRule, Resting, Shapes, Touch, impact_energy,
+};
+use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
+use orchard_multibody::{BodyId, Collider, Data, Model, Owner, Twist};
+use orchard_robot::RobotHandle;
+use orchard_spec::Spec;
+
+/// Gap below which two fruit at rest count as touching [m]: some times the sag of a contact in a pile.
+const TOUCHING: f64 = 1e-3;
+
+/// Scratch of a frame.
+#[derive(Debug, Default)]
+pub(crate) struct Loose {
+    engine: Option<Engine>,
+    /// What moves each obstacle of the engine.
+    movers: Vec<Mover>,
+    /// Velocities of the robot's links, in the order of the handle, and of the fruit before the substep.
+    links_before: Vec<(Twist, Vec3)>,
+    fruit_before: Vec<Vec3>,
+    /// Contacts of loose fruit in the latest substep.
+    last: Vec<Pressing>,
+    /// Island of each fruit, and the normal force of the fingers on it.
+    island: Vec<usize>,
+    squeeze: Vec<[f64; 2]>,
+}
+
+impl Clone for Loose {
+    /// Scratch: worlds are cloned between frames.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// What moves an obstacle of the engine.
+#[derive(Debug, Clone, Copy)]
+enum Mover {
+    Still,
+    Collider(usize),
+    Fruit(usize),
+}
+
+/// Pose of a collider of the model now.
+fn x_world_shape(parts: &Parts, data: &Data, collider: usize) -> Pose {
+    let collider = &parts.model.colliders()[collider];
+    match collider.owner {
+        Owner::World => collider.x_owner_shape,
+        Owner::Body(body) => data.x_world_body(body) * collider.x_owner_shape,
+        Owner::Point(point) => {
+            let p = data.point_p_world[point.index()];
+            Pose::translation(p.x, p.y, p.z) * collider.x_owner_shape
+        }
+    }
+}
+
+/// A ball about every collider, in the frame of its owner: centre and radius [m]. Infinite about the ground.
+pub(crate) fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
+    let ball = |collider: &Collider| {
+        let Aabb { min, max } = collider.shape.aabb(&collider.x_owner_shape);
+        let centre = 0.5 * (min + max);
+        if centre.iter().all(|x| x.is_finite()) {
+            (centre, 0.5 * (max - min).norm())
+        } else {
+            (Vec3::zeros(), f64::INFINITY)
+        }
+    };
+    model.colliders().iter().map(ball).collect()
+}
+
+/// Whether the surface of a robot's collider is nearer to a point than `reach` [m].
+fn is_near(parts: &Parts, data: &Data, collider: usize, p_world: &Vec3, reach: f64) -> bool {
+    let Some(body) = owner_body(parts, collider) else { return false };
+    let (centre, radius) = &parts.bounds[collider];
+    let p_owner = inverse_transform(data.x_world_body(body), p_world);
+    let far = radius + reach;
+    if (p_owner - centre).norm_squared() > far * far {
+        return false;
+    }
+    let collider = &parts.model.colliders()[collider];
+    collider.shape.signed_distance(&inverse_transform(&collider.x_owner_shape, &p_owner)) < reach
+}
+
+/// Body that owns a collider.
+fn owner_body(parts: &Parts, collider: usize) -> Option<BodyId> {
+    match parts.model.colliders()[collider].owner {
+        Owner::Body(body) => Some(body),
+        Owner::World | Owner::Point(_) => None,
+    }
+}
+
+/// What a part is to a fruit that meets it; none to wood, which loose fruit does not meet.
+fn partner(part: Part) -> Option<Partner> {
+    match part {
+        Part::Ground => Some(Partner::Ground),
+        Part::Scenery => Some(Partner::Scenery),
+        Part::Bucket => Some(Partner::Bucket),
+        Part::Chassis => Some(Partner::Chassis),
+        Part::Arm => Some(Partner::Arm),
+        Part::Hand | Part::Finger(_) => Some(Partner::Hand),
+        Part::Fruit(i) => Some(Partner::Fruit(i)),
+        Part::Wood => None,
+    }
+}
+
+fn is_awake(phase: Phase) -> bool {
+    matches!(phase, Phase::InHand | Phase::Free)
+}
+
+/// Velocity of the base's points [m/s].
+fn base_velocity(data: &Data, handle: &RobotHandle, p_world: &Vec3) -> Vec3 {
+    data.point_velocity_world(handle.base, p_world)
+}
+
+impl State {
+    /// Before the first substep of a frame: wakes what is about to be moved, and fills an engine with what is free.
+    pub(crate) fn begin_loose(&mut self, spec: &Spec, parts: &Parts) {
+        self.loose.engine = None;
+        self.loose.last.clear();
+        if !self.fruit.any_off_stem() {
+            return;
+        }
+        let frame_time = spec.sim.frame();
+        self.wake(spec, parts, frame_time);
+        if (0..parts.fruit.len()).any(|i| self.fruit.phase(i) == Phase::Free) {
+            self.fill_engine(spec, parts, frame_time);
+        }
+    }
+
+    /// Wakes sleeping fruit whose base drives, that an awake fruit or the moving arm can reach within this frame, or that
+    /// touches such a one.
+    fn wake(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
+        let State { data, fruit: lives, .. } = self;
+        let (set, speed) = (&parts.fruit, spec.sim.sleep_speed.si());
+        let fall = 0.5 * spec.sim.gravity.si() * frame_time * frame_time;
+        let p_world = |data: &Data, i: usize| data.point_p_world[set.points[i].index()];
+        let v_world = |data: &Data, i: usize| data.point_v_world[set.points[i].index()];
+        let mut woken = Vec::new();
+        for i in 0..set.len() {
+            let Phase::Asleep(resting) = lives.phase(i) else { continue };
+            let (p, radius) = (p_world(data, i), set.fruit[i].radius);
+            let on_base = matches!(resting, Resting::Base(_));
+            let v_base = base_velocity(data, &parts.handle, &p);
+            let v_carrier = if on_base { v_base } else { Vec3::zeros() };
+            // How far from it something with a velocity may be to touch it in this frame; none where that is slow.
+            let reach = |v: &Vec3| {
+                let closing = (v - v_carrier).norm();
+                (closing > speed).then_some(radius + TOUCHING + closing * frame_time + fall)
+            };
+            let shaken = on_base && v_base.norm() > speed;
+            let by_fruit = || {
+                (0..set.len()).filter(|&k| is_awake(lives.phase(k))).any(|k| {
+                    let distance = (p_world(data, k) - p).norm() - set.fruit[k].radius;
+                    reach(&v_world(data, k)).is_some_and(|reach| distance < reach)
+                })
+            };
+            let by_robot = || {
+                parts.robot_colliders.iter().any(|&c| {
+                    let Some(body) = owner_body(parts, c) else { return false };
+                    let reach = reach(&data.point_velocity_world(body, &p));
+                    reach.is_some_and(|reach| is_near(parts, data, c, &p, reach))
+                })
+            };
+            if shaken || by_fruit() || by_robot() {
+                woken.push(i);
+            }
+        }
+        while let Some(i) = woken.pop() {
+            if !matches!(lives.phase(i), Phase::Asleep(_)) {
+                continue;
+            }
+            lives.wake(i);
+            let p = p_world(data, i);
+            woken.extend((0..set.len()).filter(|&k| {
+                let reach = set.fruit[i].radius + set.fruit[k].radius + TOUCHING;
+                matches!(lives.phase(k), Phase::Asleep(_)) && (p_world(data, k) - p).norm() < reach
+            }));
+        }
+    }
+
+    /// A new engine with the free fruit and all that it can meet within this frame.
+    fn fill_engine(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
+        let State { data, fruit: lives, loose, .. } = self;
+        let (set, model) = (&parts.fruit, &parts.model);
+        let mut engine = Engine::new(parts.settings.h, &parts.settings.gravity);
+        let fall = spec.sim.gravity.si() * frame_time;
+        let margin = spec.sim.contact_margin.si();
+        let mut reaches: Vec<(Vec3, f64)> = Vec::new();
+        for i in (0..set.len()).filter(|&i| lives.phase(i) == Phase::Free) {
+            let mut ball = set.ball(data, i);
+            if let Some(field) = parts.ground.field() {
+                // Terrain has no inside for the engine: what was pressed through it comes up again.
+                let depth = field.signed_distance(&ball.p_world).min(0.0);
+                ball.p_world.z -= depth;
+            }
+            let way = (ball.v_world.norm() + fall) * frame_time;
+            reaches.push((ball.p_world, ball.radius + way + margin));
+            engine.add_ball(ball);
+        }
+        loose.movers.clear();
+        let mut add = |engine: &mut Engine, obstacle: Option<Obstacle>, mover: Mover| {
+            if let Some(obstacle) = obstacle {
+                engine.add_obstacle(obstacle);
+                loose.movers.push(mover);
+            }
+        };
+        for (c, collider) in model.colliders().iter().enumerate() {
+            let part = parts.colliders[c];
+            let Some(partner) = partner(part) else { continue };
+            let body = owner_body(parts, c);
+            let fruit = if let Part::Fruit(i) = part { Some(i) } else { None };
+            if fruit.is_some_and(|i| matches!(lives.phase(i), Phase::Hanging | Phase::Free)) {
+                continue;
+            }
+            let (centre_owner, radius) = &parts.bounds[c];
+            let (p_centre, speed) = match (body, fruit) {
+                (Some(body), _) => {
+                    let twist = data.velocity(body);
+                    let turning = twist.angular.norm() * (centre_owner.norm() + radius);
+                    (transform(data.x_world_body(body), centre_owner), twist.linear.norm() + turning)
+                }
+                (None, Some(i)) => {
+                    let point = set.points[i].index();
+                    (data.point_p_world[point], data.point_v_world[point].norm() + fall)
+                }
+                (None, None) => (*centre_owner, 0.0),
+            };
+            let extent = radius + speed * frame_time;
+            let is_met = |(p, reach): &(Vec3, f64)| (p - p_centre).norm() < reach + extent;
+            if !reaches.iter().any(is_met) {
+                continue;
+            }
+            let friction = collider.friction;
+            match (fruit, body, &collider.shape) {
+                (Some(i), ..) => {
+                    let p = data.point_p_world[set.points[i].index()];
+                    let ball = Obstacle::ball(i, set.fruit[i].radius, friction, &p);
+                    add(&mut engine, Some(ball), Mover::Fruit(i));
+                }
+                (None, None, Shape::HeightField(field)) => {
+                    let under = |(p, reach): &(Vec3, f64)| Aabb { min: *p, max: *p }.grown(*reach);
+                    let under: Vec<Aabb> = reaches.iter().map(under).collect();
+                    add(&mut engine, Shapes::terrain(field, &under, friction), Mover::Still);
+                }
+                (None, body, _) => {
+                    let moves = body.is_some();
+                    let x_world = x_world_shape(parts, data, c);
+                    let obstacle = parts.shapes.obstacle(c, partner, friction, x_world, moves);
+                    add(&mut engine, obstacle, if moves { Mover::Collider(c) } else { Mover::Still });
+                }
+            }
+        }
+        loose.engine = Some(engine);
+    }
+
+    /// Before a substep of the model: keeps the velocities with which things approach each other.
+    pub(crate) fn keep_velocities(&mut self, parts: &Parts) {
+        let State { data, loose, .. } = self;
+        loose.links_before.clear();
+        loose.links_before.extend(
+            parts.handle.bodies.iter().map(|&b| (data.velocity(b), data.x_world_body(b).translation.vector)),
+        );
+        loose.fruit_before.clear();
+        loose.fruit_before.extend(parts.fruit.points.iter().map(|p| data.point_v_world[p.index()]));
+    }
+
+    /// After a substep of the model: moves free fruit, and notes what pressed on any fruit.
+    pub(crate) fn step_loose(&mut self, parts: &Parts) {
+        let State { data, fruit: lives, loose, touched, .. } = self;
+        loose.last.clear();
+        note_model_contacts(parts, &self.report.contacts, data, lives, loose);
+        if let Some(engine) = &mut loose.engine {
+            engine.step(|k| match loose.movers[k] {
+                Mover::Still => Pose::identity(),
+                Mover::Collider(c) => x_world_shape(parts, data, c),
+                Mover::Fruit(i) => {
+                    let p = data.point_p_world[parts.fruit.points[i].index()];
+                    Pose::translation(p.x, p.y, p.z)
+                }
+            });
+            for (i, p_world, v_world, w_world) in engine.motions() {
+                let point = parts.fruit.points[i].index();
+                data.point_p_world[point] = p_world;
+                data.point_v_world[point] = v_world;
+                data.point_w_world[point] = w_world;
+            }
+            for &Pressing { impact, z_world } in engine.pressing() {
+                lives.strike(impact.fruit, impact.partner, impact.energy, z_world);
+                loose.last.push(Pressing { impact, z_world });
+            }
+        }
+        for t in touched.iter_mut() {
+            t.on_base = false;
+        }
+        for pressing in &loose.last {
+            let t = &mut touched[pressing.impact.fruit];
+            t.ground |= pressing.impact.partner == Partner::Ground;
+            t.on_base |= matches!(pressing.impact.partner, Partner::Bucket | Partner::Chassis);
+        }
+    }
+
+    /// At the end of a frame: what the rules of each fruit have to know.
+    pub(crate) fn end_touches(&mut self, spec: &Spec, parts: &Parts, x_world_base: &Pose) {
+        let State { data, fruit: lives, touches, touched, .. } = self;
+        for (i, FruitTouch { ground, fingers, hand }) in touches.iter().copied().enumerate() {
+            let p_world = data.point_p_world[parts.fruit.points[i].index()];
+            let in_bucket = parts.handle.bucket.contains(&inverse_transform(x_world_base, &p_world));
+            let finger = fingers[0] || fingers[1];
+            let off_stem = lives.phase(i) != Phase::Hanging;
+            touched[i] = Touch {
+                ground: ground || touched[i].ground,
+                finger,
+                hand: finger || hand,
+                graspable: off_stem && is_graspable(spec, parts, data, i, &p_world),
+                in_bucket,
+                on_base: in_bucket || touched[i].on_base,
+            };
+        }
+    }
+
+    /// After the rules: lets islands of quiet fruit sleep, and forgets the engine.
+    pub(crate) fn end_loose(&mut self, spec: &Spec, parts: &Parts, rest: RestRule, x_world_base: &Pose) {
+        self.touched.fill(Touch::default());
+        if self.loose.engine.take().is_none() {
+            return;
+        }
+        let State { data, fruit: lives, loose, .. } = self;
+        let (set, speed) = (&parts.fruit, spec.sim.sleep_speed.si());
+        let Loose { island, last, .. } = loose;
+        island.clear();
+        island.extend(0..set.len());
+        let mut changed = true;
+        while std::mem::take(&mut changed) {
+            for pressing in last.iter() {
+                if let Partner::Fruit(other) = pressing.impact.partner {
+                    let (a, b) = (island[pressing.impact.fruit], island[other]);
+                    (island[pressing.impact.fruit], island[other]) = (a.min(b), a.min(b));
+                    changed |= a != b;
+                }
+            }
+        }
+        for first in 0..set.len() {
+            let members = || (0..set.len()).filter(|&i| island[i] == first);
+            if !members().any(|i| lives.phase(i) == Phase::Free) {
+                continue;
+            }
+            let p_world = |i: usize| data.point_p_world[set.points[i].index()];
+            let touches = |wanted: &[Partner]| {
+                last.iter().any(|p| island[p.impact.fruit] == first && wanted.contains(&p.impact.partner))
+            };
+            let in_bucket = |i| parts.handle.bucket.contains(&inverse_transform(x_world_base, &p_world(i)));
+            let on_base = touches(&[Partner::Bucket, Partner::Chassis])
+                || members().any(in_bucket)
+                || members().any(|i| matches!(lives.phase(i), Phase::Asleep(Resting::Base(_))));
+            let still = members().all(|i| match lives.phase(i) {
+                Phase::Free => lives.is_quiet(i, rest),
+                Phase::Asleep(_) => true,
+                Phase::Hanging | Phase::InHand => false,
+            });
+            let base_drives = || {
+                let v = |i| base_velocity(data, &parts.handle, &p_world(i)).norm();
+                on_base && members().any(|i| v(i) > speed)
+            };
+            if !still || touches(&[Partner::Arm, Partner::Hand]) || base_drives() {
+                continue;
+            }
+            let on_ground = touches(&[Partner::Ground, Partner::Scenery]);
+            for i in (0..set.len()).filter(|&i| island[i] == first) {
+                if lives.phase(i) == Phase::Free {
+                    let p = p_world(i);
+                    lives.sleep(
+                        i,
+                        if on_base && !on_ground {
+                            Resting::Base(inverse_transform(x_world_base, &p))
+                        } else {
+                            Resting::Ground(p)
+                        },
+                    );
+                    let point = set.points[i].index();
+                    data.point_v_world[point] = Vec3::zeros();
+                    data.point_w_world[point] = Vec3::zeros();
+                }
+            }
+        }
+    }
+}
+
+/// Whether both fingers, or one of them and the hand, are near enough to a fruit to hold it.
+fn is_graspable(spec: &Spec, parts: &Parts, data: &Data, fruit: usize, p_world: &Vec3) -> bool {
+    let reach = parts.fruit.fruit[fruit].radius + spec.fruit.grasp_range.si();
+    let near = |wanted: &dyn Fn(Part) -> bool| {
+        let colliders = parts.robot_colliders.iter().filter(|&&c| wanted(parts.colliders[c]));
+        colliders.into_iter().any(|&c| is_near(parts, data, c, p_world, reach))
+    };
+    let fingers = [near(&|part| part == Part::Finger(0)), near(&|part| part == Part::Finger(1))];
+    match fingers {
+        [true, true] => true,
+        [false, false] => false,
+        _ => near(&|part| part == Part::Hand),
+    }
+}
+
+/// Impacts and squeezes among the contacts of the model.
+fn note_model_contacts(
+    parts: &Parts,
+    contacts: &[orchard_multibody::ContactReport],
+    data: &Data,
+    lives: &mut FruitLives,
+    loose: &mut Loose,
+) {
+    let set = &parts.fruit;
+    loose.squeeze.clear();
+    for contact in contacts {
+        let force = contact.force_world.dot(&contact.n_world);
+        let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
+        if force == 0.0 || !matches!((a, b), (Part::Fruit(_), _) | (_, Part::Fruit(_))) {
+            continue;
+        }
+        let velocity = |part: Part, collider: usize| match part {
+            Part::Fruit(i) => loose.fruit_before[i],
+            _ => owner_body(parts, collider)
+                .and_then(|body| parts.handle.bodies.iter().position(|&b| b == body))
+                .map_or_else(Vec3::zeros, |k| {
+                    let (twist, origin) = &loose.links_before[k];
+                    twist.linear_at(&(contact.p_world - origin))
+                }),
+        };
+        let approach =
+            (velocity(b, contact.b.index()) - velocity(a, contact.a.index())).dot(&contact.n_world);
+        for (one, other) in [(a, b), (b, a)] {
+            let (Part::Fruit(i), Some(partner)) = (one, partner(other)) else { continue };
+            if lives.phase(i) == Phase::Free {
+                // The engine has its own account of it.
+                continue;
+            }
+            let other_mass = if let Part::Fruit(k) = other { Some(set.fruit[k].mass) } else { None };
+            let energy = impact_energy(set.fruit[i].mass, other_mass, approach);
+            let z_world = data.point_p_world[set.points[i].index()].z;
+            lives.strike(i, partner, energy, z_world);
+            let impact = orchard_fruit::Impact { fruit: i, partner, energy };
+            loose.last.push(Pressing { impact, z_world });
+            if let Part::Finger(side) = other {
+                if loose.squeeze.is_empty() {
+                    loose.squeeze.resize(set.len(), [0.0; 2]);
+                }
+                loose.squeeze[i][side] += force;
+            }
+        }
+    }
+    for (i, forces) in loose.squeeze.iter().enumerate() {
+        lives.squeeze(i, forces[0].max(forces[1]));
+    }
+}
