@@ -5,8 +5,8 @@ use orchard_robot::io::{ARM_DOF, Command, Observation};
 use orchard_spec::{Purpose, Stream};
 
 use crate::episode::{
-    AttemptOutcome, AttemptRecord, CODE_VERSION, EpisodeKey, EpisodeRecord, FruitRecord, FruitState, Outcome,
-    SCHEMA_VERSION,
+    AttemptOutcome, AttemptRecord, Belief, CODE_VERSION, EpisodeKey, EpisodeRecord, FruitRecord, FruitState,
+    Outcome, SCHEMA_VERSION,
 };
 use crate::harness::never_started;
 use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
@@ -95,7 +95,11 @@ impl BenchWorld for FakeWorld {
             }
             6 => {
                 fruit.state = FruitState::Deposited;
-                self.events.push(WorldEvent::FruitDeposited { fruit: id });
+                self.events.push(WorldEvent::FruitDeposited {
+                    fruit: id,
+                    drop_height: Some(0.05),
+                    impact_energy: None,
+                });
             }
             _ => {}
         }
@@ -159,7 +163,7 @@ impl BenchController for FakeController {
         if let Some(target) = self.targets.get(frame / 10) {
             match frame % 10 {
                 1 => {
-                    self.log.push(ControllerEvent::AttemptStarted { p_odom_target: *target });
+                    self.log.push(ControllerEvent::AttemptStarted { p_odom_target: *target, radius: 0.03 });
                     self.log.push(ControllerEvent::StateChanged { state: "reach".into() });
                 }
                 5 => self.log.push(ControllerEvent::StateChanged { state: "deposit".into() }),
@@ -271,6 +275,12 @@ pub fn attempt(cycle: Option<f64>, gripped: u32, detached: u32) -> AttemptRecord
         placed: cycle.iter().map(|_| 0).collect(),
         cycle_time: cycle,
         states: Vec::new(),
+        belief: Belief::default(),
+        held: Vec::new(),
+        knocked_off: Vec::new(),
+        snapped: Vec::new(),
         max_stem_pull_n: Some(0.0),
+        max_finger_force_n: Some(0.0),
+        max_wrist_force_n: Some(0.0),
     }
 }
