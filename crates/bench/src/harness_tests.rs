@@ -75,9 +75,9 @@ fn attempts_are_judged_by_truth() {
     assert_eq!(first.max_stem_pull_n, Some(8.0));
     let states: Vec<(&str, f64)> = first.states.iter().map(|s| (s.state.as_str(), s.time)).collect();
     assert_eq!(states, [("reach", 0.5), ("deposit", 2.5)]);
-    // The last one was cut off by the end of the episode, with its fruit on the ground.
+    // The last one was cut off by the end of the episode, with its fruit on the ground: it had been lost before.
     let last = &record.attempts[2];
-    assert_eq!((last.outcome, last.failure_reason.as_deref()), (AttemptOutcome::Failed, Some("run_ended")));
+    assert_eq!((last.outcome, last.failure_reason.as_deref()), (AttemptOutcome::Failed, Some("slipped")));
     assert_eq!(last.detached, [2]);
     assert_eq!(last.zone, record.fruit[2].zone);
 }

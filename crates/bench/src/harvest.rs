@@ -50,17 +50,27 @@ impl Harvest {
             },
             seeds,
             frame: spec.sim.frame(),
-            config_hash: config_hash(&[
-                ("world.toml", orchard_spec::Preset::Paper.toml()),
-                ("camera.toml", orchard_spec::camera::PAPER_TOML),
-                ("robot.toml", orchard_robot::PAPER_TOML),
-                ("robot.urdf", orchard_robot::PAPER_URDF),
-                ("perception.toml", orchard_perception::config::PAPER_TOML),
-                ("picker.toml", self.controller.toml()),
-                ("bench.toml", crate::protocol::PAPER_TOML),
-            ]),
+            config_hash: self.config_hash(),
             protocol: Protocol::paper(),
         }
+    }
+
+    /// Length of a frame [s].
+    pub fn frame(&self) -> f64 {
+        self.spec.sim.frame()
+    }
+
+    /// Hash of all that an episode is configured by.
+    pub fn config_hash(&self) -> String {
+        config_hash(&[
+            ("world.toml", orchard_spec::Preset::Paper.toml()),
+            ("camera.toml", orchard_spec::camera::PAPER_TOML),
+            ("robot.toml", orchard_robot::PAPER_TOML),
+            ("robot.urdf", orchard_robot::PAPER_URDF),
+            ("perception.toml", orchard_perception::config::PAPER_TOML),
+            ("picker.toml", self.controller.toml()),
+            ("bench.toml", crate::protocol::PAPER_TOML),
+        ])
     }
 }
 

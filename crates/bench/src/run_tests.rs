@@ -92,14 +92,14 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     let before = files(folder.path());
 
     let episodes = folder.path().join("episodes");
-    fs::remove_file(episodes.join("nominal-7-001.json")).unwrap();
-    fs::write(episodes.join("nominal-8-003.json"), "{ \"schema_version\": 1, ").unwrap();
+    fs::remove_file(episodes.join("fake-nominal-7-001.json")).unwrap();
+    fs::write(episodes.join("fake-nominal-8-003.json"), "{ \"schema_version\": 1, ").unwrap();
     let heard = Heard::default();
     let result = go(folder.path(), &plan(), 2, &heard).unwrap();
     assert_eq!(heard.counts(), (2, 6));
     assert_eq!(
         *heard.notes.lock().unwrap(),
-        ["episodes/nominal-8-003.json is damaged and is computed again"]
+        ["episodes/fake-nominal-8-003.json is damaged and is computed again"]
     );
     assert_eq!(files(folder.path()), before);
     let walls = result.compute.episodes.iter().filter(|e| e.wall_s.is_some()).count();
