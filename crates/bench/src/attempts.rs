@@ -246,4 +246,77 @@ mod tests {
         assert_eq!(records[0].end_frame, 100);
         assert_eq!(records[0].failure_reason.as_deref(), Some(RUN_ENDED));
     }
+    /// An attempt at fruit 7 from frame 10 to 20 that the controller ended as given; the next one starts at frame 30.
+    fn aimed(end: Option<&str>) -> [AttemptLog; 2] {
+        let aimed = AttemptLog { fruit: Some(7), ..log(10, Some((20, end))) };
+        [aimed, log(30, Some((40, Some("blocked"))))]
+    }
+
+    fn held(from_frame: u32, to_frame: u32, end: HeldEnd) -> Vec<HeldFruit> {
+        vec![HeldFruit { fruit: 7, from_frame, to_frame, end }]
+    }
+
+    #[test]
+    fn a_fruit_that_was_held_off_its_stem_and_lost_has_slipped() {
+        let mut history = History {
+            gripped: events(&[(7, 12)]),
+            detached: events(&[(7, 14)]),
+            held: held(14, 18, HeldEnd::Lost),
+            ..History::default()
+        };
+        // Whatever the controller believes: that it let go over the bucket, that it was blocked, or that it slipped.
+        for believed in [None, Some("blocked"), Some("slipped")] {
+            let record = &judge_all(&aimed(believed), &history)[0];
+            assert_eq!(record.failure_reason.as_deref(), Some(SLIPPED));
+            assert_eq!(record.belief.end.as_deref(), Some(believed.unwrap_or("deposited")));
+            assert_eq!((record.detached.as_slice(), record.knocked_off.len()), ([7].as_slice(), 0));
+        }
+        history.held = held(14, 18, HeldEnd::LetGo);
+        assert_eq!(judge_all(&aimed(None), &history)[0].failure_reason.as_deref(), Some(MISSED_BUCKET));
+        assert_eq!(
+            judge_all(&aimed(Some("blocked")), &history)[0].failure_reason.as_deref(),
+            Some("blocked")
+        );
+    }
+
+    #[test]
+    fn a_target_that_fell_unheld_was_knocked_off() {
+        let reason = |gripped: &[(u32, u32)], detached: &[(u32, u32)]| {
+            let history =
+                History { gripped: events(gripped), detached: events(detached), ..History::default() };
+            judge_all(&aimed(Some("no_fruit_at_detection")), &history)[0].failure_reason.clone().unwrap()
+        };
+        assert_eq!(reason(&[], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
+        // Held in an earlier attempt or only after its fall, it was still not held when it fell.
+        assert_eq!(reason(&[(7, 9), (7, 15)], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
+        // Another fruit fell, or the target after the end of the attempt.
+        assert_eq!(reason(&[], &[(8, 14)]), "no_fruit_at_detection");
+        assert_eq!(reason(&[], &[(7, 21)]), "no_fruit_at_detection");
+        assert_eq!(reason(&[(7, 12)], &[(7, 14)]), "no_fruit_at_detection");
+    }
+
+    #[test]
+    fn what_falls_and_breaks_on_the_way_back_belongs_to_the_attempt() {
+        let states = [(10, "align"), (15, "reach"), (20, "retreat"), (25, "scan"), (30, "align")];
+        let snap = |segment, frame: u32| SnapEvent { segment, frame, time: f64::from(frame) * 0.5 };
+        let history = History {
+            detached: events(&[(1, 5), (2, 16), (3, 26), (4, 31)]),
+            snapped: vec![snap(40, 15), snap(41, 22), snap(42, 31)],
+            states: states.map(|(frame, state)| (frame, state.to_owned())).into(),
+            ..History::default()
+        };
+        let logs = aimed(Some("blocked"));
+        let records = judge_all(&logs, &history);
+        let knocked: Vec<(u32, &str)> =
+            records[0].knocked_off.iter().map(|k| (k.fruit, k.state.as_deref().unwrap())).collect();
+        assert_eq!(knocked, [(2, "reach"), (3, "scan")]);
+        // At frame 15 the command of `align` had led there.
+        let snapped: Vec<(u32, &str)> =
+            records[0].snapped.iter().map(|s| (s.segment, s.state.as_deref().unwrap())).collect();
+        assert_eq!(snapped, [(40, "align"), (41, "retreat")]);
+        assert_eq!((records[1].knocked_off[0].fruit, records[1].snapped[0].segment), (4, 42));
+        // Of the tree, all four, the one before the first attempt too.
+        let all: Vec<u32> = knocked_off(&logs, &history).iter().map(|e| e.fruit).collect();
+        assert_eq!(all, [1, 2, 3, 4]);
+    }
 }

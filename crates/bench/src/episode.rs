@@ -235,6 +235,8 @@ pub struct DepositEvent {
     pub impact_energy_j: Option<f64>,
     /// Energy of the hardest impact that the fruit took since the start [J]; null where not recorded.
     pub bruise_energy_j: Option<f64>,
+    /// Whether that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
+    pub bruised: Option<bool>,
 }
 
 /// A rupture of wood.
@@ -321,6 +323,23 @@ impl Record for EpisodeRecord {
     }
 }
 
+impl AttemptRecord {
+    /// Time spent in each state up to the end of the attempt [s], in the order of their first entry; times of one state are
+    /// added up.
+    pub fn state_durations(&self) -> Vec<(String, f64)> {
+        let mut durations: Vec<(String, f64)> = Vec::new();
+        for (i, entered) in self.states.iter().enumerate() {
+            let left = self.states.get(i + 1).map_or(self.end_time, |next| next.time);
+            let time = left - entered.time;
+            match durations.iter_mut().find(|(state, _)| *state == entered.state) {
+                Some((_, sum)) => *sum += time,
+                None => durations.push((entered.state.clone(), time)),
+            }
+        }
+        durations
+    }
+}
+
 impl EpisodeRecord {
     /// Whether the world was quarantined.
     pub fn quarantined(&self) -> bool {
@@ -331,6 +350,12 @@ impl EpisodeRecord {
     pub fn deposited(&self) -> impl Iterator<Item = &FruitRecord> {
         let counts = !self.quarantined();
         self.fruit.iter().filter(move |f| counts && f.final_state == FruitState::Deposited)
+    }
+
+    /// Deposits; none in a quarantined world.
+    pub fn deposits(&self) -> impl Iterator<Item = &DepositEvent> {
+        let counts = !self.quarantined();
+        self.fruit_deposited.iter().filter(move |_| counts)
     }
 
     /// Fruit off its stem at the end that neither rests in the bucket nor is in the hand.

@@ -9,8 +9,10 @@ use crate::episode::{
     Outcome, SCHEMA_VERSION,
 };
 use crate::harness::never_started;
-use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
-use crate::plan::{ConditionParams, Plan, config_hash};
+use crate::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit, WorldEvent,
+};
+use crate::plan::{Condition, ConditionParams, Plan, config_hash};
 use crate::protocol::Protocol;
 use crate::run::WorldFactory;
 use crate::zones::Zone;
@@ -130,6 +132,15 @@ impl BenchWorld for FakeWorld {
         f64::from(self.frame % 10)
     }
 
+    fn hand_forces(&self) -> HandForces {
+        let force = f64::from(self.frame % 10);
+        HandForces { finger: force, wrist: 0.5 * force }
+    }
+
+    fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
+        Some(if fruit == 0 { 0.1 } else { 0.01 })
+    }
+
     fn quarantine(&self) -> Option<String> {
         self.breaks_at
             .filter(|&frame| self.frame >= frame)
@@ -166,7 +177,11 @@ impl BenchController for FakeController {
                     self.log.push(ControllerEvent::AttemptStarted { p_odom_target: *target, radius: 0.03 });
                     self.log.push(ControllerEvent::StateChanged { state: "reach".into() });
                 }
-                5 => self.log.push(ControllerEvent::StateChanged { state: "deposit".into() }),
+                3 => self.log.push(ControllerEvent::Grasped { width: 0.06 }),
+                5 => {
+                    self.log.push(ControllerEvent::StemGaveWay { pull: 12.0 });
+                    self.log.push(ControllerEvent::StateChanged { state: "deposit".into() });
+                }
                 8 => self.log.push(ControllerEvent::AttemptEnded { failure: None }),
                 _ => {}
             }
@@ -202,14 +217,16 @@ pub fn plan() -> Plan {
         preset: "paper".into(),
         profile: "quick".into(),
         controller: "fake".into(),
-        condition: "nominal".into(),
-        params: ConditionParams {
-            fruit_count: 5,
-            foliage_density: 0.6,
-            terrain_amplitude_m: 0.0,
-            trees: 4,
-            horizon_s: 30.0,
-        },
+        conditions: vec![Condition {
+            name: "nominal".into(),
+            params: ConditionParams {
+                fruit_count: 5,
+                foliage_density: 0.6,
+                terrain_amplitude_m: 0.0,
+                trees: 4,
+                horizon_s: 30.0,
+            },
+        }],
         seeds: vec![7, 8],
         frame: FRAME,
         config_hash: config_hash(&[("fake.toml", "")]),

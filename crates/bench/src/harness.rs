@@ -88,6 +88,8 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
 struct EpisodeLog {
     frame: f64,
     visible_pixels: u32,
+    /// Largest energy that leaves no bruise [J].
+    bruise_energy: f64,
     frames: u32,
     x_world_odom: Pose,
     start: Vec<FruitTruth>,
@@ -116,6 +118,7 @@ impl EpisodeLog {
         Self {
             frame,
             visible_pixels: protocol.rules.visible_pixels.get(),
+            bruise_energy: protocol.rules.bruise_energy.si(),
             frames: 0,
             x_world_odom: world.x_world_odom(),
             zones: ZoneFrame::calibrate(&points, &protocol.zones),
@@ -251,13 +254,15 @@ impl EpisodeLog {
                 }
                 WorldEvent::FruitDeposited { fruit, drop_height, impact_energy } => {
                     self.history.deposited.push(of(fruit));
+                    let bruise = world.fruit_bruise(fruit).and_then(finite);
                     self.deposits.push(DepositEvent {
                         fruit,
                         frame,
                         time,
                         drop_height_m: drop_height.and_then(finite),
                         impact_energy_j: impact_energy.and_then(finite),
-                        bruise_energy_j: world.fruit_bruise(fruit).and_then(finite),
+                        bruise_energy_j: bruise,
+                        bruised: bruise.map(|energy| energy > self.bruise_energy),
                     });
                 }
                 WorldEvent::FruitDropped { fruit } => self.history.dropped.push(of(fruit)),

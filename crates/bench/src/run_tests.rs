@@ -170,7 +170,7 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("summary.json"), "old").unwrap();
     let mut plan = plan();
-    plan.params.trees = 0;
+    plan.conditions[0].params.trees = 0;
     let error = go(folder.path(), &plan, 1, &Silent).map(|_| ()).unwrap_err();
     assert_eq!(error.to_string(), "0 trees: at least 1 tree a seed is needed");
     assert!(folder.path().join("summary.json").exists());
