@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use orchard_bench::RunError;
-use orchard_bench::protocol::{Profile, Protocol};
+use orchard_bench::protocol::{ConditionName, Profile, Protocol};
 use orchard_bench::store::Store;
 use orchard_picker::Kind;
 
@@ -20,7 +20,7 @@ use crate::interrupt;
 #[command(after_help = "Tasks:\n  harvest   the robot picks fruit for a while\n  \
 detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
 errors, canopy zones, and the detector with each of its gates switched off\n\n\
-Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons\n  \
+Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
 DIR/compute.json      wall time and machine, and nothing else\n  \
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
@@ -30,12 +30,13 @@ All but compute.json are the same bytes on every run of one command, for any num
 Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
 cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
+cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
 cargo xtask bench-v1 --tasks detect --profile full")]
 pub struct Args {
     /// What to run
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [TaskName::Harvest])]
     tasks: Vec<TaskName>,
-    /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s.
+    /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, and to exhaustion.
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
     /// Seeds: `tuning` for the three tuning seeds, or a list A,B,.. [default: by profile]
@@ -44,9 +45,13 @@ pub struct Args {
     /// Trees a seed [default: by profile]
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
-    /// Length of an episode of the harvest in seconds [default: by profile]
+    /// Length of a nominal episode of the harvest in seconds [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
+    /// Conditions of the harvest: nominal, for the profile's time; exhaustion, the same trees until nothing reachable is left, at
+    /// most 600 s [default: by profile; quick is nominal, full is both]
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', value_parser = condition)]
+    conditions: Option<Vec<ConditionName>>,
     /// Controller that harvests: baseline, the paper's state machine, or expert
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
@@ -73,6 +78,13 @@ impl Args {
             Failure::BadInput(format!("--controller {name}: there are {}", known.join(", ")))
         })
     }
+}
+
+fn condition(text: &str) -> Result<ConditionName, String> {
+    ConditionName::ALL.into_iter().find(|condition| condition.name() == text).ok_or_else(|| {
+        let known = ConditionName::ALL.map(ConditionName::name);
+        format!("there are {}", known.join(", "))
+    })
 }
 
 /// A task of the benchmark.
@@ -140,7 +152,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     check_options(args).map_err(Failure::BadInput)?;
     // All input is read before anything is computed.
     let asks = |task| args.tasks.contains(&task);
-    let harvest = asks(TaskName::Harvest).then(|| harvest::Asked::read(args, &scope, profile)).transpose()?;
+    let harvest = asks(TaskName::Harvest)
+        .then(|| harvest::Asked::read(args, &scope, &protocol, profile))
+        .transpose()?;
     let detect = asks(TaskName::Detect).then(|| detect::Asked::read(args, &scope, &protocol)).transpose()?;
     let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
@@ -174,6 +188,7 @@ fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, S
 fn check_options(args: &Args) -> Result<(), String> {
     let options = [
         ("--horizon", args.horizon.is_some(), TaskName::Harvest, "harvest"),
+        ("--conditions", args.conditions.is_some(), TaskName::Harvest, "harvest"),
         ("--controller", args.controller.is_some(), TaskName::Harvest, "harvest"),
         ("--camera", args.camera.is_some(), TaskName::Detect, "detect"),
         ("--detector", args.detector.is_some(), TaskName::Detect, "detect"),
@@ -228,6 +243,10 @@ mod tests {
             check(&["--camera", "ideal"]).unwrap_err(),
             "--camera is for the task detect, which --tasks does not name"
         );
+        let exhausted = args(&["--conditions", "exhaustion,nominal"]).conditions;
+        assert_eq!(exhausted, Some(vec![ConditionName::Exhaustion, ConditionName::Nominal]));
+        assert!(condition("windy").unwrap_err().contains("nominal, exhaustion"));
+        assert!(check(&["--tasks", "detect", "--conditions", "nominal"]).unwrap_err().starts_with("--cond"));
         assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
     }
 }

@@ -1,28 +1,135 @@
-//! The headline metrics beside the paper's, as a table for people.
+//! The harvest's results as tables for people: metrics beside the paper's, what is asked, failures, times.
+
+use std::collections::BTreeSet;
 
 use orchard_bench::metrics::{METRICS, Metric};
-use orchard_bench::protocol::Protocol;
-use orchard_bench::summary::ConditionSummary;
+use orchard_bench::plan::Plan;
+use orchard_bench::summary::{ConditionSummary, Summary};
 
 use crate::columns::columns;
 
-/// The metrics of a condition in the order of their definition, with the paper's nominal figures.
-pub fn table(condition: &ConditionSummary, protocol: &Protocol) -> String {
-    let head = ["metric", "mean", "95 % interval", "n", "paper", "unit"].map(str::to_owned);
+/// States of an attempt in the order of a harvest cycle; others follow in the order of their names.
+const CYCLE: [&str; 5] = ["align", "reach", "grasp", "pull", "deposit"];
+
+/// All tables.
+pub fn report(summary: &Summary, plan: &Plan) -> String {
+    let mut text = format!("controller {}\n", summary.controller);
+    text += &table(summary, plan);
+    text += &asked(summary, plan);
+    text += "\nfailed attempts by reason\n";
+    text += &failures(summary, plan);
+    text += "\nseconds in each state of an attempt: mean over the attempts that entered it (over the placed ones)\n";
+    text += &states(summary, plan);
+    text
+}
+
+/// The conditions of a run in its order, with their results.
+fn conditions<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a ConditionSummary)> {
+    let of = |name: &'a String| summary.conditions.get(name).map(|results| (name.as_str(), results));
+    plan.conditions.iter().filter_map(|condition| of(&condition.name)).collect()
+}
+
+/// The metrics in the order of their definition, a mean, an interval and a number a condition, with the paper's nominal figures.
+fn table(summary: &Summary, plan: &Plan) -> String {
+    let conditions = conditions(summary, plan);
+    let mut head = vec!["metric".to_owned()];
+    for (name, _) in &conditions {
+        head.extend([(*name).to_owned(), "95 % interval".to_owned(), "n".to_owned()]);
+    }
+    head.extend(["paper".to_owned(), "unit".to_owned()]);
+    let unit_column = head.len() - 1;
     let mut rows = vec![head];
     for definition in METRICS {
-        let Some(metric) = condition.metrics.get(definition.name) else { continue };
-        let paper = protocol.published.get(definition.name);
-        rows.push([
-            definition.name.to_owned(),
-            number(metric.mean),
-            interval(metric),
-            metric.n.to_string(),
-            number(paper.map(|p| p.value)),
-            definition.unit.to_owned(),
-        ]);
+        let mut row = vec![definition.name.to_owned()];
+        for (_, results) in &conditions {
+            row.extend(match results.metrics.get(definition.name) {
+                Some(metric) => [number(metric.mean), interval(metric), metric.n.to_string()],
+                None => ["-", "-", "-"].map(str::to_owned),
+            });
+        }
+        let paper = plan.protocol.published.get(definition.name);
+        row.extend([number(paper.map(|p| p.value)), definition.unit.to_owned()]);
+        rows.push(row);
     }
-    columns(&rows, &[0, 5])
+    columns(&rows, &[0, unit_column])
+}
+
+/// What is asked of the controller over the tuning seeds, and whether these results keep it.
+fn asked(summary: &Summary, plan: &Plan) -> String {
+    let Some(asked) = plan.protocol.asked.get(&summary.controller) else { return String::new() };
+    let mut text = String::new();
+    for condition in &plan.conditions {
+        let Some((name, figures)) = asked.iter().find(|(name, _)| name.name() == condition.name) else {
+            continue;
+        };
+        let full = &plan.protocol.full;
+        let horizon = match name {
+            orchard_bench::protocol::ConditionName::Nominal => full.horizon.si(),
+            orchard_bench::protocol::ConditionName::Exhaustion => plan.protocol.exhaustion.horizon.si(),
+        };
+        let as_asked = plan.seeds == plan.protocol.tuning_seeds
+            && condition.params.trees == full.trees.get()
+            && condition.params.horizon_s == horizon;
+        if !as_asked {
+            text += &format!(
+                "what is asked of the tuning seeds is not judged ({}): other seeds, trees or time\n",
+                condition.name
+            );
+            continue;
+        }
+        let Some(results) = summary.conditions.get(&condition.name) else { continue };
+        for (metric, asked) in figures {
+            let mean = results.metrics.get(metric).and_then(|metric| metric.mean);
+            let unit = if asked.unit == "1" { String::new() } else { format!(" {}", asked.unit) };
+            text += &format!(
+                "asked over the tuning seeds, {}: {metric} {}{unit}: {}, {}\n",
+                condition.name,
+                asked.bound(),
+                mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
+                if asked.is_met(mean) { "met" } else { "MISSED" }
+            );
+        }
+    }
+    text
+}
+
+fn failures(summary: &Summary, plan: &Plan) -> String {
+    let conditions = conditions(summary, plan);
+    let reasons: BTreeSet<&String> = conditions.iter().flat_map(|(_, c)| c.failures.keys()).collect();
+    let count = |reason: &String| -> Vec<String> {
+        conditions.iter().map(|(_, c)| c.failures.get(reason).unwrap_or(&0).to_string()).collect()
+    };
+    let attempts = |(_, c): &(&str, &ConditionSummary)| {
+        let attempts: u32 = c.episodes.iter().map(|episode| episode.attempts).sum();
+        attempts.to_string()
+    };
+    let mut rows = vec![row("reason", conditions.iter().map(|(name, _)| (*name).to_owned()))];
+    rows.extend(reasons.into_iter().map(|reason| row(reason, count(reason).into_iter())));
+    rows.push(row("of all attempts", conditions.iter().map(attempts)));
+    columns(&rows, &[0])
+}
+
+fn states(summary: &Summary, plan: &Plan) -> String {
+    let conditions = conditions(summary, plan);
+    let names: BTreeSet<&str> =
+        conditions.iter().flat_map(|(_, c)| c.states.keys().map(String::as_str)).collect();
+    let known = CYCLE.iter().copied().filter(|name| names.contains(name));
+    let others = names.iter().copied().filter(|name| !CYCLE.contains(name));
+    let cell = |state: &str, c: &ConditionSummary| {
+        c.states
+            .get(state)
+            .map_or_else(|| "-".to_owned(), |s| format!("{} ({})", number(s.mean_s), number(s.mean_placed_s)))
+    };
+    let mut rows = vec![row("state", conditions.iter().map(|(name, _)| (*name).to_owned()))];
+    for state in known.chain(others) {
+        rows.push(row(state, conditions.iter().map(|(_, c)| cell(state, c))));
+    }
+    rows.push(row("between attempts", conditions.iter().map(|(_, c)| number(c.between_attempts_s))));
+    columns(&rows, &[0])
+}
+
+fn row(first: &str, cells: impl Iterator<Item = String>) -> Vec<String> {
+    std::iter::once(first.to_owned()).chain(cells).collect()
 }
 
 /// Two digits after the point, or that there is none.
@@ -35,5 +142,43 @@ pub fn interval(metric: &Metric) -> String {
     match metric.ci95 {
         [Some(low), Some(high)] => format!("{low:.2} .. {high:.2}"),
         _ => "-".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_bench::harvest::Harvest;
+    use orchard_bench::protocol::{ConditionName, Protocol};
+    use orchard_picker::Kind;
+
+    /// The report of a run without episodes, on some seeds.
+    fn told(seeds: Vec<u64>, trees: u32) -> String {
+        let conditions = [(ConditionName::Nominal, 75.0), (ConditionName::Exhaustion, 600.0)];
+        let plan = Harvest::paper(Kind::Baseline).plan_of("full", seeds, trees, &conditions);
+        report(&Summary::of_run(&plan, &[]), &plan)
+    }
+
+    #[test]
+    fn asked_figures_are_judged_on_the_tuning_seeds_only() {
+        let seeds = Protocol::paper().tuning_seeds;
+        let text = told(seeds.clone(), 6);
+        // Nothing was measured: nothing is met.
+        assert!(
+            text.contains("asked over the tuning seeds, nominal: harvest_completeness >= 0.12: -, MISSED"),
+            "{text}"
+        );
+        assert!(text.contains("fruit_dropped_per_tree <= 6 fruit: -, MISSED"), "{text}");
+        for text in [told(vec![5], 6), told(seeds, 5)] {
+            assert!(text.contains("not judged (nominal)") && !text.contains("MISSED"), "{text}");
+        }
+    }
+
+    #[test]
+    fn conditions_stand_side_by_side() {
+        let text = told(vec![5], 1);
+        let head = text.lines().find(|line| line.starts_with("metric")).unwrap();
+        assert!(head.contains("nominal") && head.contains("exhaustion") && head.contains("paper"), "{head}");
+        assert!(text.contains("of all attempts") && text.contains("between attempts"));
     }
 }

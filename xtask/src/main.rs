@@ -13,6 +13,7 @@ mod bench_v1;
 mod columns;
 mod dataset;
 mod detect;
+mod explain;
 mod export_tree;
 mod failure;
 mod fuzz;
@@ -59,6 +60,7 @@ enum Command {
     BenchV1(bench_v1::Args),
     Dataset(dataset::Args),
     Detect(detect::Args),
+    Explain(explain::Args),
     Render(render::Args),
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
             Command::BenchV1(args) => bench_v1::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Detect(args) => detect::run(&args),
+            Command::Explain(args) => explain::run(&args),
             Command::Render(args) => render::run(&args),
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),

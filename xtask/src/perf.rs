@@ -18,7 +18,7 @@ use crate::rows::{Effort, Suite, run_suite};
 #[derive(clap::Args)]
 #[command(
     after_help = "Suites:\n  trees    trees grown a second of one core, and 512 randomised worlds built\n  physics  substeps of trees a second, beside MuJoCo's\n  \
-                        episode  nominal episodes with picker and camera, one core\n  \
+                        episode  nominal episodes of every controller with picker and camera, one core\n  \
                         perception  depth images of the wrist camera and the detector on them, one core\n\n\
                   Rows of physics (151 links, 30 fruit, 390 degrees of freedom; medians of processor time, in turns with MuJoCo):\n  \
                   physics.one_tree              one tree, one core, f64\n  \
@@ -28,6 +28,9 @@ use crate::rows::{Effort, Suite, run_suite};
                   physics.segments.*            one substep of trees of 50 to 2,000 segments, f64 and a tree of a lane\n  \
                   physics.fruit.*               the same of one tree with 20 to 80 fruit\n  \
                   *.memory                      bytes a world\n\
+                  Rows of episode (one tree a tuning seed, 75 s; medians of processor time):\n  \
+                  episode.nominal_75s.*         seconds of a whole episode, by controller\n  \
+                  episode.rate.*                the same as world-seconds a second\n\
                   Rows of perception (views of nominal episodes of the tuning seeds; mean over the views, median of rounds of processor time):\n  \
                   perception.camera.192x144, .640x480     scene from the world, depth and labels\n  \
                   perception.camera.scene                 the scene alone\n  \
@@ -62,7 +65,7 @@ const SUITES: &[Suite] = &[
     },
     Suite {
         name: "episode",
-        about: "nominal episodes with picker and camera, one core",
+        about: "nominal episodes of every controller with picker and camera, one core",
         measure: episode::measure,
     },
     Suite {

@@ -1,7 +1,10 @@
 //! The real world and the real picker behind the benchmark's interface.
 
-use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
-use orchard_geometry::Pose;
+use crate::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit, WorldEvent,
+};
+use orchard_geometry::{Pose, Vec3};
+use orchard_multibody::Owner;
 use orchard_picker::{AttemptEnd, Controller, Event};
 use orchard_robot::io::{Command, Observation};
 use orchard_world::{Status, World};
@@ -23,7 +26,13 @@ impl BenchWorld for World {
                 Some(match event {
                     Real::FruitGripped { fruit, .. } => WorldEvent::FruitGripped { fruit: fruit as u32 },
                     Real::FruitDetached { fruit, .. } => WorldEvent::FruitDetached { fruit: fruit as u32 },
-                    Real::FruitDeposited { fruit, .. } => WorldEvent::FruitDeposited { fruit: fruit as u32 },
+                    Real::FruitDeposited { fruit, drop_height, impact_energy, .. } => {
+                        WorldEvent::FruitDeposited {
+                            fruit: fruit as u32,
+                            drop_height: Some(drop_height),
+                            impact_energy: Some(impact_energy),
+                        }
+                    }
                     Real::FruitDropped { fruit, .. } => WorldEvent::FruitDropped { fruit: fruit as u32 },
                     Real::BranchSnapped { segment, .. } => {
                         WorldEvent::BranchSnapped { segment: segment as u32 }
@@ -58,6 +67,28 @@ impl BenchWorld for World {
 
     fn peak_stem_pull(&self) -> f64 {
         self.fruit_lives().peak_tension()
+    }
+
+    fn hand_forces(&self) -> HandForces {
+        let handle = self.handle();
+        let hand = [handle.wrist(), handle.fingers[0], handle.fingers[1]];
+        let (mut fingers, mut wrist_world) = ([0.0; 2], Vec3::zeros());
+        for contact in &self.report().contacts {
+            for (collider, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
+                let Owner::Body(body) = self.model().collider(collider).owner else { continue };
+                if hand.contains(&body) {
+                    wrist_world += contact.force_world * sign;
+                }
+                if let Some(side) = handle.fingers.iter().position(|finger| *finger == body) {
+                    fingers[side] += contact.force_world.dot(&contact.n_world).abs();
+                }
+            }
+        }
+        HandForces { finger: fingers[0].max(fingers[1]), wrist: wrist_world.norm() }
+    }
+
+    fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
+        Some(World::fruit_bruise(self, fruit as usize).peak_impact_energy)
     }
 
     fn quarantine(&self) -> Option<String> {
@@ -96,25 +127,26 @@ impl<C: Controller> BenchController for Recorded<C> {
             })
             .collect();
         self.images_read = record.images.len();
-        log.extend(record.events[self.events_read..].iter().filter_map(noted));
+        log.extend(record.events[self.events_read..].iter().map(noted));
         self.events_read = record.events.len();
         log
     }
 }
 
-fn noted(event: &Event) -> Option<ControllerEvent> {
+fn noted(event: &Event) -> ControllerEvent {
     match event {
-        Event::AttemptStarted { p_odom, .. } => {
-            Some(ControllerEvent::AttemptStarted { p_odom_target: *p_odom })
+        Event::AttemptStarted { p_odom, radius, .. } => {
+            ControllerEvent::AttemptStarted { p_odom_target: *p_odom, radius: *radius }
         }
-        Event::StateChanged { state, .. } => Some(ControllerEvent::StateChanged { state: name(state) }),
+        Event::StateChanged { state, .. } => ControllerEvent::StateChanged { state: name(state) },
         Event::AttemptEnded { end: AttemptEnd::Deposited, .. } => {
-            Some(ControllerEvent::AttemptEnded { failure: None })
+            ControllerEvent::AttemptEnded { failure: None }
         }
         Event::AttemptEnded { end: AttemptEnd::Failed(reason), .. } => {
-            Some(ControllerEvent::AttemptEnded { failure: Some(name(reason)) })
+            ControllerEvent::AttemptEnded { failure: Some(name(reason)) }
         }
-        Event::Grasped { .. } | Event::StemGaveWay { .. } => None,
+        Event::Grasped { width, .. } => ControllerEvent::Grasped { width: *width },
+        Event::StemGaveWay { pull, .. } => ControllerEvent::StemGaveWay { pull: *pull },
     }
 }
 

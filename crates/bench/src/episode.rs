@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Version of the layout of every result file.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Version of the code that made a result: the package's version and a hash over the sources of the workspace.
 pub const CODE_VERSION: &str = env!("ORCHARD_CODE_VERSION");
@@ -125,8 +125,88 @@ pub struct AttemptRecord {
     pub cycle_time: Option<f64>,
     /// States that the controller went through.
     pub states: Vec<StateTime>,
+    /// What the controller believed.
+    pub belief: Belief,
+    /// Spells in which a fruit was off its stem and between both fingers.
+    pub held: Vec<HeldFruit>,
+    /// Fruit that came off its stem and had not been held before in this attempt, up to the next attempt.
+    pub knocked_off: Vec<KnockedOff>,
+    /// Wood that broke, up to the next attempt.
+    pub snapped: Vec<AttemptSnap>,
     /// Largest stem force during the attempt [N].
     pub max_stem_pull_n: Option<f64>,
+    /// Largest sum of normal forces on one finger [N], at the ends of frames.
+    pub max_finger_force_n: Option<f64>,
+    /// Largest sum of contact forces on the hand [N], at the ends of frames.
+    pub max_wrist_force_n: Option<f64>,
+}
+
+/// What the controller believed of an attempt, beside what was true of its target.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Belief {
+    /// Radius of the target [m].
+    pub radius_m: f64,
+    /// Truth: the hanging fruit nearest to the target at the commitment; null if none hung.
+    pub nearest_fruit: Option<u32>,
+    /// Truth: distance from the target to its centre [m].
+    pub nearest_distance_m: Option<f64>,
+    /// When the controller took something between its fingers for the fruit [s].
+    pub grasp_time: Option<f64>,
+    /// Width between the fingers then [m].
+    pub grasp_width_m: Option<f64>,
+    /// When it took the stem as given way [s].
+    pub stem_time: Option<f64>,
+    /// Largest pull that it had estimated by then [N].
+    pub pull_n: Option<f64>,
+    /// How it believed to have ended: `deposited` or a reason; null if it did not end the attempt.
+    pub end: Option<String>,
+}
+
+/// How the fingers lost a fruit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldEnd {
+    /// It is between them still.
+    InHand,
+    /// They had been told to open wider than the fruit.
+    LetGo,
+    /// They had not.
+    Lost,
+}
+
+/// A spell in which a fruit was off its stem and between both fingers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldFruit {
+    /// The fruit.
+    pub fruit: u32,
+    /// First frame.
+    pub from_frame: u32,
+    /// Last frame.
+    pub to_frame: u32,
+    /// How it ended.
+    pub end: HeldEnd,
+}
+
+/// A fruit that came off its stem unheld.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnockedOff {
+    /// The fruit.
+    pub fruit: u32,
+    /// Time [s].
+    pub time: f64,
+    /// State of the controller.
+    pub state: Option<String>,
+}
+
+/// Wood that broke during an attempt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AttemptSnap {
+    /// Segment whose base joint broke.
+    pub segment: u32,
+    /// Time [s].
+    pub time: f64,
+    /// State of the controller.
+    pub state: Option<String>,
 }
 
 /// Something that happened to a fruit.
@@ -138,6 +218,25 @@ pub struct FruitEvent {
     pub frame: u32,
     /// Time [s].
     pub time: f64,
+}
+
+/// A fruit that came to rest in the bucket.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DepositEvent {
+    /// The fruit.
+    pub fruit: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+    /// Height of its fall from the fingers [m]; null where not recorded.
+    pub drop_height_m: Option<f64>,
+    /// Energy of the hardest impact of that fall [J]; null where not recorded.
+    pub impact_energy_j: Option<f64>,
+    /// Energy of the hardest impact that the fruit took since the start [J]; null where not recorded.
+    pub bruise_energy_j: Option<f64>,
+    /// Whether that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
+    pub bruised: Option<bool>,
 }
 
 /// A rupture of wood.
@@ -198,8 +297,10 @@ pub struct EpisodeRecord {
     pub branches_snapped: Vec<SnapEvent>,
     /// Fruit that came off its stem.
     pub fruit_detached: Vec<FruitEvent>,
+    /// Fruit that came off its stem and had not been held before in the same attempt, whatever took it off.
+    pub fruit_knocked_off: Vec<FruitEvent>,
     /// Fruit that came to rest in the bucket.
-    pub fruit_deposited: Vec<FruitEvent>,
+    pub fruit_deposited: Vec<DepositEvent>,
     /// Fruit that reached the ground.
     pub fruit_dropped: Vec<FruitEvent>,
     /// Detector against truth.
@@ -218,7 +319,24 @@ impl Record for EpisodeRecord {
     }
 
     fn file(key: &EpisodeKey) -> String {
-        format!("{}-{}-{:03}.json", key.condition, key.seed, key.world)
+        format!("{}-{}-{}-{:03}.json", key.controller, key.condition, key.seed, key.world)
+    }
+}
+
+impl AttemptRecord {
+    /// Time spent in each state up to the end of the attempt [s], in the order of their first entry; times of one state are
+    /// added up.
+    pub fn state_durations(&self) -> Vec<(String, f64)> {
+        let mut durations: Vec<(String, f64)> = Vec::new();
+        for (i, entered) in self.states.iter().enumerate() {
+            let left = self.states.get(i + 1).map_or(self.end_time, |next| next.time);
+            let time = left - entered.time;
+            match durations.iter_mut().find(|(state, _)| *state == entered.state) {
+                Some((_, sum)) => *sum += time,
+                None => durations.push((entered.state.clone(), time)),
+            }
+        }
+        durations
     }
 }
 
@@ -232,6 +350,12 @@ impl EpisodeRecord {
     pub fn deposited(&self) -> impl Iterator<Item = &FruitRecord> {
         let counts = !self.quarantined();
         self.fruit.iter().filter(move |f| counts && f.final_state == FruitState::Deposited)
+    }
+
+    /// Deposits; none in a quarantined world.
+    pub fn deposits(&self) -> impl Iterator<Item = &DepositEvent> {
+        let counts = !self.quarantined();
+        self.fruit_deposited.iter().filter(move |_| counts)
     }
 
     /// Fruit off its stem at the end that neither rests in the bucket nor is in the hand.

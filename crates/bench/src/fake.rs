@@ -5,12 +5,14 @@ use orchard_robot::io::{ARM_DOF, Command, Observation};
 use orchard_spec::{Purpose, Stream};
 
 use crate::episode::{
-    AttemptOutcome, AttemptRecord, CODE_VERSION, EpisodeKey, EpisodeRecord, FruitRecord, FruitState, Outcome,
-    SCHEMA_VERSION,
+    AttemptOutcome, AttemptRecord, Belief, CODE_VERSION, EpisodeKey, EpisodeRecord, FruitRecord, FruitState,
+    Outcome, SCHEMA_VERSION,
 };
 use crate::harness::never_started;
-use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
-use crate::plan::{ConditionParams, Plan, config_hash};
+use crate::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit, WorldEvent,
+};
+use crate::plan::{Condition, ConditionParams, Plan, config_hash};
 use crate::protocol::Protocol;
 use crate::run::WorldFactory;
 use crate::zones::Zone;
@@ -95,7 +97,11 @@ impl BenchWorld for FakeWorld {
             }
             6 => {
                 fruit.state = FruitState::Deposited;
-                self.events.push(WorldEvent::FruitDeposited { fruit: id });
+                self.events.push(WorldEvent::FruitDeposited {
+                    fruit: id,
+                    drop_height: Some(0.05),
+                    impact_energy: None,
+                });
             }
             _ => {}
         }
@@ -124,6 +130,15 @@ impl BenchWorld for FakeWorld {
 
     fn peak_stem_pull(&self) -> f64 {
         f64::from(self.frame % 10)
+    }
+
+    fn hand_forces(&self) -> HandForces {
+        let force = f64::from(self.frame % 10);
+        HandForces { finger: force, wrist: 0.5 * force }
+    }
+
+    fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
+        Some(if fruit == 0 { 0.1 } else { 0.01 })
     }
 
     fn quarantine(&self) -> Option<String> {
@@ -159,10 +174,14 @@ impl BenchController for FakeController {
         if let Some(target) = self.targets.get(frame / 10) {
             match frame % 10 {
                 1 => {
-                    self.log.push(ControllerEvent::AttemptStarted { p_odom_target: *target });
+                    self.log.push(ControllerEvent::AttemptStarted { p_odom_target: *target, radius: 0.03 });
                     self.log.push(ControllerEvent::StateChanged { state: "reach".into() });
                 }
-                5 => self.log.push(ControllerEvent::StateChanged { state: "deposit".into() }),
+                3 => self.log.push(ControllerEvent::Grasped { width: 0.06 }),
+                5 => {
+                    self.log.push(ControllerEvent::StemGaveWay { pull: 12.0 });
+                    self.log.push(ControllerEvent::StateChanged { state: "deposit".into() });
+                }
                 8 => self.log.push(ControllerEvent::AttemptEnded { failure: None }),
                 _ => {}
             }
@@ -198,14 +217,16 @@ pub fn plan() -> Plan {
         preset: "paper".into(),
         profile: "quick".into(),
         controller: "fake".into(),
-        condition: "nominal".into(),
-        params: ConditionParams {
-            fruit_count: 5,
-            foliage_density: 0.6,
-            terrain_amplitude_m: 0.0,
-            trees: 4,
-            horizon_s: 30.0,
-        },
+        conditions: vec![Condition {
+            name: "nominal".into(),
+            params: ConditionParams {
+                fruit_count: 5,
+                foliage_density: 0.6,
+                terrain_amplitude_m: 0.0,
+                trees: 4,
+                horizon_s: 30.0,
+            },
+        }],
         seeds: vec![7, 8],
         frame: FRAME,
         config_hash: config_hash(&[("fake.toml", "")]),
@@ -271,6 +292,12 @@ pub fn attempt(cycle: Option<f64>, gripped: u32, detached: u32) -> AttemptRecord
         placed: cycle.iter().map(|_| 0).collect(),
         cycle_time: cycle,
         states: Vec::new(),
+        belief: Belief::default(),
+        held: Vec::new(),
+        knocked_off: Vec::new(),
+        snapped: Vec::new(),
         max_stem_pull_n: Some(0.0),
+        max_finger_force_n: Some(0.0),
+        max_wrist_force_n: Some(0.0),
     }
 }

@@ -4,14 +4,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_geometry::{Pose, Vec3, transform};
 
-use crate::attempts::{ABANDONED, AttemptLog, FruitHistory, judge};
+use crate::attempts::{AttemptLog, History, judge, knocked_off};
 use crate::episode::{
-    DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord, FruitState, Outcome, SnapEvent,
-    array, finite,
+    Belief, DepositEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord, FruitState,
+    Outcome, SnapEvent, array, finite,
 };
+use crate::hold::HoldWatch;
 use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
 use crate::matching::{Ball, match_detections};
 use crate::protocol::Protocol;
+use crate::reason::ABANDONED;
 use crate::stall::StallWatch;
 use crate::zones::{Zone, ZoneFrame, zone_table};
 
@@ -40,7 +42,7 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
         let command = controller.act(&observation);
         log.take_controller(controller.drain_log(), world);
         world.step(&command);
-        log.take_world(world);
+        log.take_world(world, command.finger_q);
         on_frame();
         outcome = if let Some(reason) = world.quarantine() {
             Some(Outcome::Quarantined { reason })
@@ -74,6 +76,7 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         attempts: Vec::new(),
         branches_snapped: Vec::new(),
         fruit_detached: Vec::new(),
+        fruit_knocked_off: Vec::new(),
         fruit_deposited: Vec::new(),
         fruit_dropped: Vec::new(),
         detection: DetectionTally::default(),
@@ -85,6 +88,8 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
 struct EpisodeLog {
     frame: f64,
     visible_pixels: u32,
+    /// Largest energy that leaves no bruise [J].
+    bruise_energy: f64,
     frames: u32,
     x_world_odom: Pose,
     start: Vec<FruitTruth>,
@@ -92,8 +97,9 @@ struct EpisodeLog {
     reachable_ik_count: Option<u32>,
     zones: Option<ZoneFrame>,
     attempts: Vec<AttemptLog>,
-    history: FruitHistory,
-    snapped: Vec<SnapEvent>,
+    history: History,
+    hold: HoldWatch,
+    deposits: Vec<DepositEvent>,
     detection: DetectionTally,
     max_stem_pull: f64,
 }
@@ -112,6 +118,7 @@ impl EpisodeLog {
         Self {
             frame,
             visible_pixels: protocol.rules.visible_pixels.get(),
+            bruise_energy: protocol.rules.bruise_energy.si(),
             frames: 0,
             x_world_odom: world.x_world_odom(),
             zones: ZoneFrame::calibrate(&points, &protocol.zones),
@@ -119,8 +126,9 @@ impl EpisodeLog {
             reachable,
             reachable_ik_count: world.reachable_ik_count(),
             attempts: Vec::new(),
-            history: FruitHistory::default(),
-            snapped: Vec::new(),
+            history: History::default(),
+            hold: HoldWatch::default(),
+            deposits: Vec::new(),
             detection: DetectionTally::default(),
             max_stem_pull: 0.0,
         }
@@ -133,14 +141,29 @@ impl EpisodeLog {
     fn take_controller<W: BenchWorld>(&mut self, events: Vec<ControllerEvent>, world: &W) {
         for event in events {
             match event {
-                ControllerEvent::AttemptStarted { p_odom_target } => {
+                ControllerEvent::AttemptStarted { p_odom_target, radius } => {
                     self.end_attempt(Some(ABANDONED.to_owned()));
-                    self.start_attempt(&p_odom_target, &world.fruit());
+                    self.start_attempt(&p_odom_target, radius, &world.fruit());
                 }
                 ControllerEvent::StateChanged { state } => {
                     let frames = self.frames;
                     if let Some(attempt) = self.running() {
-                        attempt.states.push((frames, state));
+                        attempt.states.push((frames, state.clone()));
+                    }
+                    self.history.states.push((frames, state));
+                }
+                ControllerEvent::Grasped { width } => {
+                    let time = self.time();
+                    if let Some(attempt) = self.running() {
+                        attempt.belief.grasp_time = Some(time);
+                        attempt.belief.grasp_width_m = finite(width);
+                    }
+                }
+                ControllerEvent::StemGaveWay { pull } => {
+                    let time = self.time();
+                    if let Some(attempt) = self.running() {
+                        attempt.belief.stem_time = Some(time);
+                        attempt.belief.pull_n = finite(pull);
                     }
                 }
                 ControllerEvent::AttemptEnded { failure } => self.end_attempt(failure),
@@ -162,13 +185,21 @@ impl EpisodeLog {
         }
     }
 
-    fn start_attempt(&mut self, p_odom_target: &Vec3, fruit: &[FruitTruth]) {
+    fn start_attempt(&mut self, p_odom_target: &Vec3, radius: f64, fruit: &[FruitTruth]) {
         let p_world = transform(&self.x_world_odom, p_odom_target);
         let on_tree: Vec<usize> = (0..fruit.len())
             .filter(|&i| matches!(fruit[i].state, FruitState::OnTree | FruitState::OnBrokenLimb))
             .collect();
         let balls: Vec<Ball> = on_tree.iter().map(|&i| ball(&fruit[i])).collect();
         let target = match_detections(&[p_world], &balls)[0].map(|i| on_tree[i]);
+        let distance = |i: &usize| (fruit[*i].p_world - p_world).norm();
+        let nearest = on_tree.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let belief = Belief {
+            radius_m: radius,
+            nearest_fruit: nearest.map(|i| i as u32),
+            nearest_distance_m: nearest.as_ref().map(distance),
+            ..Belief::default()
+        };
         let p_zone = target.map_or(p_world, |i| self.start[i].p_world);
         self.attempts.push(AttemptLog {
             start_frame: self.frames,
@@ -177,8 +208,12 @@ impl EpisodeLog {
             zone: self.zone(&p_zone),
             states: Vec::new(),
             end: None,
+            belief,
             max_stem_pull: 0.0,
+            max_finger_force: 0.0,
+            max_wrist_force: 0.0,
         });
+        self.hold.begin_attempt();
     }
 
     fn zone(&self, p_world: &Vec3) -> Option<Zone> {
@@ -203,27 +238,46 @@ impl EpisodeLog {
         self.detection.recalled += recalled as u32;
     }
 
-    fn take_world<W: BenchWorld>(&mut self, world: &mut W) {
+    /// Takes what the step did; its command told each finger to open so far [m].
+    fn take_world<W: BenchWorld>(&mut self, world: &mut W, opening: f64) {
         self.frames += 1;
         let (frame, time) = (self.frames, self.time());
         let of = |fruit| FruitEvent { fruit, frame, time };
         for event in world.drain_events() {
             match event {
                 WorldEvent::FruitGripped { fruit } => self.history.gripped.push(of(fruit)),
-                WorldEvent::FruitDetached { fruit } => self.history.detached.push(of(fruit)),
-                WorldEvent::FruitDeposited { fruit } => self.history.deposited.push(of(fruit)),
+                WorldEvent::FruitDetached { fruit } => {
+                    self.history.detached.push(of(fruit));
+                    let start = self.attempts.last().map(|attempt| attempt.start_frame);
+                    let gripped = start.is_some_and(|start| self.history.was_gripped(fruit, start, frame));
+                    self.hold.detached(fruit, gripped, frame);
+                }
+                WorldEvent::FruitDeposited { fruit, drop_height, impact_energy } => {
+                    self.history.deposited.push(of(fruit));
+                    let bruise = world.fruit_bruise(fruit).and_then(finite);
+                    self.deposits.push(DepositEvent {
+                        fruit,
+                        frame,
+                        time,
+                        drop_height_m: drop_height.and_then(finite),
+                        impact_energy_j: impact_energy.and_then(finite),
+                        bruise_energy_j: bruise,
+                        bruised: bruise.map(|energy| energy > self.bruise_energy),
+                    });
+                }
                 WorldEvent::FruitDropped { fruit } => self.history.dropped.push(of(fruit)),
                 WorldEvent::BranchSnapped { segment } => {
-                    self.snapped.push(SnapEvent { segment, frame, time });
+                    self.history.snapped.push(SnapEvent { segment, frame, time });
                 }
             }
         }
-        let pull = world.peak_stem_pull();
-        // `max` would drop a NaN; keep it, so that it is written as null.
-        let larger = |old: f64| if pull > old || pull.is_nan() { pull } else { old };
-        self.max_stem_pull = larger(self.max_stem_pull);
+        self.hold.look(world, opening, frame);
+        let (pull, hand) = (world.peak_stem_pull(), world.hand_forces());
+        self.max_stem_pull = larger(self.max_stem_pull, pull);
         if let Some(attempt) = self.running() {
-            attempt.max_stem_pull = larger(attempt.max_stem_pull);
+            attempt.max_stem_pull = larger(attempt.max_stem_pull, pull);
+            attempt.max_finger_force = larger(attempt.max_finger_force, hand.finger);
+            attempt.max_wrist_force = larger(attempt.max_wrist_force, hand.wrist);
         }
     }
 
@@ -238,8 +292,9 @@ impl EpisodeLog {
             && world.fruit().iter().zip(&self.reachable).all(|(f, reachable)| !reachable || settled(f))
     }
 
-    fn finish<W: BenchWorld>(self, key: EpisodeKey, outcome: Outcome, world: &W) -> EpisodeRecord {
+    fn finish<W: BenchWorld>(mut self, key: EpisodeKey, outcome: Outcome, world: &W) -> EpisodeRecord {
         let end = world.fruit();
+        self.history.held = self.hold.spells.clone();
         let fruit: Vec<FruitRecord> = self
             .start
             .iter()
@@ -271,14 +326,20 @@ impl EpisodeLog {
             zone_frame: self.zones,
             zone_census,
             fruit,
-            branches_snapped: self.snapped,
+            fruit_knocked_off: knocked_off(&self.attempts, &self.history),
+            branches_snapped: self.history.snapped,
             fruit_detached: self.history.detached,
-            fruit_deposited: self.history.deposited,
+            fruit_deposited: self.deposits,
             fruit_dropped: self.history.dropped,
             detection: self.detection,
             max_stem_pull_n: finite(self.max_stem_pull),
         }
     }
+}
+
+/// The larger force. `max` would drop a NaN; keep it, so that it is written as null.
+fn larger(old: f64, new: f64) -> f64 {
+    if new > old || new.is_nan() { new } else { old }
 }
 
 fn ball(fruit: &FruitTruth) -> Ball {

@@ -75,10 +75,22 @@ fn attempts_are_judged_by_truth() {
     assert_eq!(first.max_stem_pull_n, Some(8.0));
     let states: Vec<(&str, f64)> = first.states.iter().map(|s| (s.state.as_str(), s.time)).collect();
     assert_eq!(states, [("reach", 0.5), ("deposit", 2.5)]);
-    // The last one was cut off by the end of the episode, with its fruit on the ground.
+    // What the controller believed stands beside the truth: the target is the very centre of fruit 0.
+    assert_eq!(first.belief.nearest_fruit, Some(0));
+    assert!(first.belief.nearest_distance_m.is_some_and(|d| d < 1e-12));
+    assert_eq!((first.belief.radius_m, first.belief.end.as_deref()), (0.03, Some("deposited")));
+    assert_eq!((first.belief.grasp_width_m, first.belief.pull_n), (Some(0.06), Some(12.0)));
+    assert_eq!((first.max_finger_force_n, first.max_wrist_force_n), (Some(8.0), Some(4.0)));
+    assert_eq!(
+        (record.fruit_deposited[0].drop_height_m, record.fruit_deposited[0].bruised),
+        (Some(0.05), Some(true))
+    );
+    assert!(first.knocked_off.is_empty() && first.snapped.is_empty() && record.fruit_knocked_off.is_empty());
+    // The last one was cut off by the end of the episode, with its fruit on the ground: it had been lost before.
     let last = &record.attempts[2];
-    assert_eq!((last.outcome, last.failure_reason.as_deref()), (AttemptOutcome::Failed, Some("run_ended")));
+    assert_eq!((last.outcome, last.failure_reason.as_deref()), (AttemptOutcome::Failed, Some("slipped")));
     assert_eq!(last.detached, [2]);
+    assert_eq!((last.snapped[0].segment, last.snapped[0].state.as_deref()), (42, Some("deposit")));
     assert_eq!(last.zone, record.fruit[2].zone);
 }
 

@@ -9,11 +9,11 @@ use orchard_spec::Spec;
 use orchard_world::World;
 
 use crate::adapter::Recorded;
-use crate::plan::{ConditionParams, Plan, config_hash};
-use crate::protocol::Protocol;
+use crate::plan::{Condition, ConditionParams, Plan, config_hash};
+use crate::protocol::{ConditionName, Protocol};
 use crate::run::WorldFactory;
 
-/// Makes the nominal condition's worlds.
+/// Makes the worlds of the nominal condition and of `exhaustion`, which are the same.
 #[derive(Debug, Clone)]
 pub struct Harvest {
     spec: Arc<Spec>,
@@ -35,32 +35,56 @@ impl Harvest {
 
     /// The nominal condition on trees `0..trees` of each seed, for `horizon` seconds each.
     pub fn plan(&self, profile: &str, seeds: Vec<u64>, trees: u32, horizon: f64) -> Plan {
+        self.plan_of(profile, seeds, trees, &[(ConditionName::Nominal, horizon)])
+    }
+
+    /// Conditions with their horizons [s] on trees `0..trees` of each seed.
+    pub fn plan_of(
+        &self,
+        profile: &str,
+        seeds: Vec<u64>,
+        trees: u32,
+        conditions: &[(ConditionName, f64)],
+    ) -> Plan {
         let spec = &self.spec;
-        Plan {
-            preset: spec.preset.clone(),
-            profile: profile.to_owned(),
-            controller: self.controller.name().to_owned(),
-            condition: "nominal".to_owned(),
+        let condition = |&(name, horizon_s): &(ConditionName, f64)| Condition {
+            name: name.name().to_owned(),
             params: ConditionParams {
                 fruit_count: spec.fruit.count.get(),
                 foliage_density: spec.foliage.density.si(),
                 terrain_amplitude_m: if spec.terrain.enabled { spec.terrain.amplitude.si() } else { 0.0 },
                 trees,
-                horizon_s: horizon,
+                horizon_s,
             },
+        };
+        Plan {
+            preset: spec.preset.clone(),
+            profile: profile.to_owned(),
+            controller: self.controller.name().to_owned(),
+            conditions: conditions.iter().map(condition).collect(),
             seeds,
-            frame: spec.sim.frame(),
-            config_hash: config_hash(&[
-                ("world.toml", orchard_spec::Preset::Paper.toml()),
-                ("camera.toml", orchard_spec::camera::PAPER_TOML),
-                ("robot.toml", orchard_robot::PAPER_TOML),
-                ("robot.urdf", orchard_robot::PAPER_URDF),
-                ("perception.toml", orchard_perception::config::PAPER_TOML),
-                ("picker.toml", self.controller.toml()),
-                ("bench.toml", crate::protocol::PAPER_TOML),
-            ]),
+            frame: self.frame(),
+            config_hash: self.config_hash(),
             protocol: Protocol::paper(),
         }
+    }
+
+    /// Length of a frame [s].
+    pub fn frame(&self) -> f64 {
+        self.spec.sim.frame()
+    }
+
+    /// Hash of all that an episode is configured by.
+    pub fn config_hash(&self) -> String {
+        config_hash(&[
+            ("world.toml", orchard_spec::Preset::Paper.toml()),
+            ("camera.toml", orchard_spec::camera::PAPER_TOML),
+            ("robot.toml", orchard_robot::PAPER_TOML),
+            ("robot.urdf", orchard_robot::PAPER_URDF),
+            ("perception.toml", orchard_perception::config::PAPER_TOML),
+            ("picker.toml", self.controller.toml()),
+            ("bench.toml", crate::protocol::PAPER_TOML),
+        ])
     }
 }
 

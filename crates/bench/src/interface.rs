@@ -28,12 +28,30 @@ pub trait BenchWorld {
     }
     /// Largest stem force over all fruit and all substeps of the last step [N].
     fn peak_stem_pull(&self) -> f64;
+    /// Contact forces on the hand in the last substep of the last step.
+    fn hand_forces(&self) -> HandForces {
+        HandForces::default()
+    }
+    /// Largest energy of an impact that a fruit took so far [J], where impacts are recorded.
+    fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
+        let _ = fruit;
+        None
+    }
     /// Why the world is no longer plausible, if so.
     fn quarantine(&self) -> Option<String>;
 }
 
+/// What presses on the hand.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct HandForces {
+    /// The larger of the two fingers' sums of normal forces [N].
+    pub finger: f64,
+    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it [N].
+    pub wrist: f64,
+}
+
 /// A fact of the world.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WorldEvent {
     /// Both fingers began to press on the same fruit.
     FruitGripped {
@@ -49,6 +67,10 @@ pub enum WorldEvent {
     FruitDeposited {
         /// The fruit.
         fruit: u32,
+        /// Height of its fall from the fingers to where it first touched the bucket or its fruit [m], where recorded.
+        drop_height: Option<f64>,
+        /// Energy of the hardest impact of that fall [J], where recorded.
+        impact_energy: Option<f64>,
     },
     /// A loose fruit reached the ground.
     FruitDropped {
@@ -88,6 +110,18 @@ pub enum ControllerEvent {
     AttemptStarted {
         /// Believed fruit centre [m, odom].
         p_odom_target: Vec3,
+        /// Believed radius [m].
+        radius: f64,
+    },
+    /// It takes what is between the fingers for the fruit.
+    Grasped {
+        /// Width between the fingers [m].
+        width: f64,
+    },
+    /// It takes the stem as given way.
+    StemGaveWay {
+        /// Largest pull that it estimated [N].
+        pull: f64,
     },
     /// It entered a state.
     StateChanged {

@@ -16,12 +16,14 @@ mod harness;
 #[cfg(test)]
 mod harness_tests;
 pub mod harvest;
+mod hold;
 pub mod interface;
 mod matching;
 pub mod metrics;
 pub mod plan;
 pub mod protocol;
 mod quantile;
+mod reason;
 mod record;
 mod run;
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The paper's metrics, each a ratio of sums over trees. `docs/benchmark-v1.md` states the formulas.
 
+use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,7 @@ pub struct Metric {
     pub n: u64,
 }
 
-/// All metrics of the nominal condition.
+/// All metrics of the harvest.
 pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     MetricDefinition { name: "harvest_completeness", unit: "1", share: completeness },
     MetricDefinition {
@@ -63,6 +64,22 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
         unit: "fruit",
         share: |e| tree(e.deposited().count() as f64),
     },
+    MetricDefinition {
+        name: "fruit_knocked_off_per_tree",
+        unit: "fruit",
+        share: |e| tree(e.fruit_knocked_off.len() as f64),
+    },
+    MetricDefinition { name: "attempts_per_tree", unit: "1", share: |e| tree(e.attempts.len() as f64) },
+    MetricDefinition {
+        name: "mean_drop_height_m",
+        unit: "m",
+        share: |e| over(e.deposits().filter_map(|d| d.drop_height_m)),
+    },
+    MetricDefinition {
+        name: "unbruised_per_placement",
+        unit: "1",
+        share: |e| over(e.deposits().filter_map(|d| d.bruised).map(|bruised| f64::from(!bruised))),
+    },
     MetricDefinition { name: "max_stem_pull_n", unit: "N", share: stem_pull },
     MetricDefinition {
         name: "detection_precision",
@@ -96,15 +113,16 @@ pub(crate) fn ends(interval: Option<[f64; 2]>) -> [Option<f64>; 2] {
 }
 
 /// Every metric of a list over trees' records; `resamples` index into them.
-pub fn estimate<R>(
+pub fn estimate<R, B: Borrow<R>>(
     definitions: &[MetricDefinition<R>],
-    records: &[R],
+    records: &[B],
     resamples: &Resamples,
 ) -> BTreeMap<String, Metric> {
     definitions
         .iter()
         .map(|definition| {
-            let shares: Vec<Share> = records.iter().map(definition.share).collect();
+            let shares: Vec<Share> =
+                records.iter().map(|record| (definition.share)(record.borrow())).collect();
             (definition.name.to_owned(), Metric::of(&shares, resamples))
         })
         .collect()
@@ -112,6 +130,14 @@ pub fn estimate<R>(
 
 pub(crate) fn per(numerator: usize, denominator: usize) -> Share {
     Share { numerator: numerator as f64, denominator: denominator as f64 }
+}
+
+/// A mean over values.
+fn over(values: impl Iterator<Item = f64>) -> Share {
+    values.fold(Share::default(), |sum, value| Share {
+        numerator: sum.numerator + value,
+        denominator: sum.denominator + 1.0,
+    })
 }
 
 fn tree(value: f64) -> Share {
@@ -148,7 +174,7 @@ fn cycle_time(e: &EpisodeRecord) -> Share {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::{DetectionTally, FruitState, Outcome, SnapEvent};
+    use crate::episode::{DepositEvent, DetectionTally, FruitEvent, FruitState, Outcome, SnapEvent};
     use crate::fake::{attempt, record};
     use crate::protocol::Protocol;
 
@@ -174,6 +200,22 @@ mod tests {
         a.detection =
             DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
         a.max_stem_pull_n = Some(20.0);
+        a.fruit_knocked_off = vec![FruitEvent { fruit: 2, frame: 4, time: 0.1 }];
+        // Of three deposits one is without figures.
+        let deposit = |fruit, drop_height_m, bruised| DepositEvent {
+            fruit,
+            frame: 9,
+            time: 0.2,
+            drop_height_m,
+            impact_energy_j: None,
+            bruise_energy_j: None,
+            bruised,
+        };
+        a.fruit_deposited = vec![
+            deposit(0, Some(0.06), Some(false)),
+            deposit(1, Some(0.12), Some(true)),
+            deposit(4, None, None),
+        ];
         // Tree B: 2 reachable (none deposited), one loose and one in the hand at the end; 60 s; 5 attempts.
         let mut b = record(&[(Loose, true), (Held, true)]);
         (b.frames, b.duration_s) = (3600, 60.0);
@@ -197,6 +239,10 @@ mod tests {
             ("branches_snapped_per_tree", 0.5, 2),
             ("fruit_dropped_per_tree", 1.0, 2),
             ("fruit_deposited_per_tree", 1.5, 2),
+            ("fruit_knocked_off_per_tree", 0.5, 2),
+            ("attempts_per_tree", 4.0, 2),
+            ("mean_drop_height_m", 0.09, 2),
+            ("unbruised_per_placement", 0.5, 2),
             ("max_stem_pull_n", 15.0, 2),
             ("detection_precision", 10.0 / 15.0, 15),
             ("detection_recall_visible", 7.0 / 20.0, 20),

@@ -21,7 +21,16 @@ pub struct ConditionParams {
     pub horizon_s: f64,
 }
 
-/// A run: one condition on every tree of every seed.
+/// One condition of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    /// Its name.
+    pub name: String,
+    /// Its parameters.
+    pub params: ConditionParams,
+}
+
+/// A run: every condition on every tree of every seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Preset of the config.
@@ -30,10 +39,8 @@ pub struct Plan {
     pub profile: String,
     /// Name of the controller.
     pub controller: String,
-    /// Name of the condition.
-    pub condition: String,
-    /// Its parameters.
-    pub params: ConditionParams,
+    /// Conditions, in order.
+    pub conditions: Vec<Condition>,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// Frame length [s].
@@ -47,6 +54,12 @@ pub struct Plan {
 /// A plan that cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
+    /// No condition.
+    #[error("no condition given")]
+    NoConditions,
+    /// A condition given twice.
+    #[error("condition {0} is given twice")]
+    ConditionTwice(String),
     /// No seed.
     #[error("no seed given")]
     NoSeeds,
@@ -73,38 +86,47 @@ impl Plan {
     /// Checks what a user can get wrong.
     ///
     /// # Errors
-    /// No seed, a seed given twice, no tree, a budget shorter than a frame.
+    /// No condition, one given twice, no seed, a seed given twice, no tree, a budget shorter than a frame.
     pub fn check(&self) -> Result<(), PlanError> {
-        check_trees(&self.seeds, self.params.trees)?;
-        if !(self.frame..=LONGEST_HORIZON).contains(&self.params.horizon_s) {
-            return Err(PlanError::Horizon { horizon: self.params.horizon_s, frame: self.frame });
+        if self.conditions.is_empty() {
+            return Err(PlanError::NoConditions);
+        }
+        for (i, condition) in self.conditions.iter().enumerate() {
+            if self.conditions[..i].iter().any(|other| other.name == condition.name) {
+                return Err(PlanError::ConditionTwice(condition.name.clone()));
+            }
+            let params = &condition.params;
+            check_trees(&self.seeds, params.trees)?;
+            if !(self.frame..=LONGEST_HORIZON).contains(&params.horizon_s) {
+                return Err(PlanError::Horizon { horizon: params.horizon_s, frame: self.frame });
+            }
         }
         Ok(())
     }
 
-    /// Budget of an episode [frames].
-    pub fn horizon_frames(&self) -> u32 {
-        (self.params.horizon_s / self.frame).round() as u32
+    /// Budget of an episode under a condition [frames].
+    pub fn horizon_frames(&self, condition: &Condition) -> u32 {
+        (condition.params.horizon_s / self.frame).round() as u32
     }
 
-    /// The keys of all episodes, seed by seed.
+    /// The keys of all episodes, condition by condition and seed by seed.
     pub fn episodes(&self) -> Vec<EpisodeKey> {
-        let key = |seed, world| EpisodeKey {
+        let key = |condition: &Condition, seed, world| EpisodeKey {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: self.config_hash.clone(),
             preset: self.preset.clone(),
             controller: self.controller.clone(),
-            condition: self.condition.clone(),
+            condition: condition.name.clone(),
             seed,
             world,
-            horizon_frames: self.horizon_frames(),
+            horizon_frames: self.horizon_frames(condition),
         };
-        self.seeds
-            .iter()
-            .flat_map(|&seed| (0..self.params.trees).map(move |world| (seed, world)))
-            .map(|(seed, world)| key(seed, world))
-            .collect()
+        let of = |condition: &Condition| -> Vec<EpisodeKey> {
+            let worlds = |&seed: &u64| (0..condition.params.trees).map(move |world| (seed, world));
+            self.seeds.iter().flat_map(worlds).map(|(seed, world)| key(condition, seed, world)).collect()
+        };
+        self.conditions.iter().flat_map(of).collect()
     }
 }
 
@@ -147,12 +169,18 @@ mod tests {
             plan.check().map_err(|e| e.to_string())
         };
         assert_eq!(check(|_| ()), Ok(()));
+        assert_eq!(check(|p| p.conditions.clear()), Err("no condition given".into()));
+        let twice = |p: &mut Plan| p.conditions.push(p.conditions[0].clone());
+        assert_eq!(check(twice), Err("condition nominal is given twice".into()));
         assert_eq!(check(|p| p.seeds.clear()), Err("no seed given".into()));
         assert_eq!(check(|p| p.seeds = vec![4, 5, 4]), Err("seed 4 is given twice".into()));
-        assert_eq!(check(|p| p.params.trees = 0), Err("0 trees: at least 1 tree a seed is needed".into()));
+        assert_eq!(
+            check(|p| p.conditions[0].params.trees = 0),
+            Err("0 trees: at least 1 tree a seed is needed".into())
+        );
         for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let mut plan = plan();
-            plan.params.horizon_s = horizon;
+            plan.conditions[0].params.horizon_s = horizon;
             assert!(matches!(plan.check(), Err(PlanError::Horizon { .. })), "{horizon}");
         }
     }

@@ -22,6 +22,8 @@ pub struct Protocol {
     pub quick: Profile,
     /// The official profile.
     pub full: Profile,
+    /// The condition `exhaustion`.
+    pub exhaustion: ExhaustionRules,
     /// What counts as what.
     pub rules: Rules,
     /// The detection task.
@@ -32,6 +34,31 @@ pub struct Protocol {
     pub bootstrap: BootstrapRules,
     /// Figures of the paper's nominal baseline, by metric name.
     pub published: BTreeMap<String, Published>,
+    /// What is asked of each controller over the tuning seeds, by controller, condition and metric name.
+    pub asked: BTreeMap<String, BTreeMap<ConditionName, BTreeMap<String, Asked>>>,
+}
+
+/// A condition of the benchmark matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ConditionName {
+    /// The paper's nominal condition, for the profile's time.
+    Nominal,
+    /// The same trees until nothing reachable is left.
+    Exhaustion,
+}
+
+impl ConditionName {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Nominal, Self::Exhaustion];
+
+    /// Its name in files and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nominal => "nominal",
+            Self::Exhaustion => "exhaustion",
+        }
+    }
 }
 
 /// How much is run.
@@ -42,7 +69,17 @@ pub struct Profile {
     pub seeds: Count,
     /// Trees a seed.
     pub trees: Count,
-    /// Length of an episode.
+    /// Length of a nominal episode.
+    pub horizon: Quantity,
+    /// Conditions that are run.
+    pub conditions: Vec<ConditionName>,
+}
+
+/// The condition `exhaustion`: the nominal one until nothing reachable is left.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExhaustionRules {
+    /// Longest episode.
     pub horizon: Quantity,
 }
 
@@ -58,6 +95,8 @@ pub struct Rules {
     pub stall_joint: Quantity,
     /// Fewest valid pixels of a visible fruit.
     pub visible_pixels: Count,
+    /// Largest energy of an impact that leaves no bruise.
+    pub bruise_energy: Quantity,
 }
 
 /// Percentiles between which a canopy is cut into vertical thirds.
@@ -94,12 +133,45 @@ pub struct Published {
     pub source: String,
 }
 
+/// What is asked of a metric's mean: one of the two bounds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Asked {
+    /// Smallest mean that will do.
+    #[serde(default)]
+    pub at_least: Option<f64>,
+    /// Largest mean that will do.
+    #[serde(default)]
+    pub at_most: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+impl Asked {
+    /// Whether a mean will do; without anything to measure it will not.
+    pub fn is_met(&self, mean: Option<f64>) -> bool {
+        mean.is_some_and(|mean| {
+            self.at_least.is_none_or(|least| mean >= least) && self.at_most.is_none_or(|most| mean <= most)
+        })
+    }
+
+    /// The bound as text.
+    pub fn bound(&self) -> String {
+        let least = self.at_least.map(|bound| format!(">= {bound}"));
+        let most = self.at_most.map(|bound| format!("<= {bound}"));
+        least.or(most).unwrap_or_default()
+    }
+}
+
 impl Protocol {
     /// Reads a protocol from TOML text; `file` names it in errors.
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range, fewer tuning seeds than a profile
-    /// asks for, foliage densities that do not ascend or lack that of the ablation.
+    /// asks for, a profile without conditions, an asked figure without one bound, foliage densities that do not ascend or lack
+    /// that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let protocol: Self = from_toml(file, text)?;
         for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
@@ -110,6 +182,22 @@ impl Protocol {
                     field: format!("{name}.seeds"),
                     problem: format!("{asked} seeds, but tuning_seeds lists {}", protocol.tuning_seeds.len()),
                 });
+            }
+            if profile.conditions.is_empty() {
+                let (file, field) = (file.to_owned(), format!("{name}.conditions"));
+                return Err(ConfigError { file, field, problem: "no condition".to_owned() });
+            }
+        }
+        for (controller, conditions) in &protocol.asked {
+            for (condition, metrics) in conditions {
+                let unclear = metrics.iter().find(|(_, a)| a.at_least.is_some() == a.at_most.is_some());
+                if let Some((metric, _)) = unclear {
+                    return Err(ConfigError {
+                        file: file.to_owned(),
+                        field: format!("asked.{controller}.{}.{metric}", condition.name()),
+                        problem: "either at_least or at_most is needed".to_owned(),
+                    });
+                }
             }
         }
         match protocol.detect.problem() {
@@ -143,6 +231,14 @@ mod tests {
         for name in protocol.published.keys() {
             assert!(crate::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
         }
+        for conditions in protocol.asked.values() {
+            for name in conditions.values().flat_map(BTreeMap::keys) {
+                assert!(crate::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
+            }
+        }
+        for controller in protocol.asked.keys() {
+            assert!(["baseline", "expert"].contains(&controller.as_str()), "{controller}");
+        }
         let detect = &protocol.detect;
         for (name, at) in detect.published.iter().chain(&detect.asked) {
             let known = crate::detect::METRICS.iter().any(|m| m.name == name)
@@ -163,6 +259,25 @@ mod tests {
         let text = PAPER_TOML.replacen("seeds = { value = 3", "seeds = { value = 4", 1);
         let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
         assert_eq!(e, "x.toml: full.seeds: 4 seeds, but tuning_seeds lists 3");
+    }
+
+    #[test]
+    fn asked_figures_have_one_bound() {
+        let asked =
+            |at_least, at_most| Asked { at_least, at_most, unit: "1".into(), source: "protocol".into() };
+        assert!(asked(Some(0.5), None).is_met(Some(0.5)) && !asked(Some(0.5), None).is_met(Some(0.4)));
+        assert!(asked(None, Some(0.5)).is_met(Some(0.5)) && !asked(None, Some(0.5)).is_met(Some(0.6)));
+        assert!(!asked(Some(0.5), None).is_met(None));
+        assert_eq!(
+            (asked(Some(0.5), None).bound(), asked(None, Some(6.0)).bound()),
+            (">= 0.5".into(), "<= 6".into())
+        );
+        let text = PAPER_TOML.replacen("{ at_least = 0.45,", "{ at_least = 0.45, at_most = 1.0,", 1);
+        let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert_eq!(
+            e,
+            "x.toml: asked.baseline.nominal.place_success_per_attempt: either at_least or at_most is needed"
+        );
     }
 
     #[test]

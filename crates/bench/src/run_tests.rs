@@ -92,14 +92,14 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     let before = files(folder.path());
 
     let episodes = folder.path().join("episodes");
-    fs::remove_file(episodes.join("nominal-7-001.json")).unwrap();
-    fs::write(episodes.join("nominal-8-003.json"), "{ \"schema_version\": 1, ").unwrap();
+    fs::remove_file(episodes.join("fake-nominal-7-001.json")).unwrap();
+    fs::write(episodes.join("fake-nominal-8-003.json"), "{ \"schema_version\": 1, ").unwrap();
     let heard = Heard::default();
     let result = go(folder.path(), &plan(), 2, &heard).unwrap();
     assert_eq!(heard.counts(), (2, 6));
     assert_eq!(
         *heard.notes.lock().unwrap(),
-        ["episodes/nominal-8-003.json is damaged and is computed again"]
+        ["episodes/fake-nominal-8-003.json is damaged and is computed again"]
     );
     assert_eq!(files(folder.path()), before);
     let walls = result.compute.episodes.iter().filter(|e| e.wall_s.is_some()).count();
@@ -170,7 +170,7 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("summary.json"), "old").unwrap();
     let mut plan = plan();
-    plan.params.trees = 0;
+    plan.conditions[0].params.trees = 0;
     let error = go(folder.path(), &plan, 1, &Silent).map(|_| ()).unwrap_err();
     assert_eq!(error.to_string(), "0 trees: at least 1 tree a seed is needed");
     assert!(folder.path().join("summary.json").exists());

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::bootstrap::Resamples;
-use crate::episode::{CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
+use crate::episode::{AttemptOutcome, CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
 use crate::metrics::{METRICS, Metric, estimate};
-use crate::plan::{ConditionParams, Plan};
+use crate::plan::{Condition, ConditionParams, Plan};
 use crate::record::Record;
 use crate::zones::{ZoneTable, zone_table};
 
@@ -24,6 +24,8 @@ pub struct Summary {
     pub preset: String,
     /// Profile.
     pub profile: String,
+    /// Controller that harvested.
+    pub controller: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// Results by condition.
@@ -45,6 +47,23 @@ pub struct ConditionSummary {
     pub zones: ZoneTable<ZoneSummary>,
     /// Failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
+    /// How long the controller was in each state of an attempt.
+    pub states: BTreeMap<String, StateSummary>,
+    /// Mean time from the end of an attempt to the next commitment [s]; null without one.
+    pub between_attempts_s: Option<f64>,
+}
+
+/// One state of the controller, over the attempts that entered it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StateSummary {
+    /// Attempts that entered it.
+    pub attempts: u32,
+    /// Mean time in it [s].
+    pub mean_s: Option<f64>,
+    /// Of these, placed.
+    pub placed: u32,
+    /// Their mean time in it [s]; null without one.
+    pub mean_placed_s: Option<f64>,
 }
 
 /// An episode in short.
@@ -94,21 +113,10 @@ pub struct ZoneSummary {
 impl Summary {
     /// Sums up the episodes of a plan, given in the order of [`Plan::episodes`].
     pub fn of_run(plan: &Plan, episodes: &[EpisodeRecord]) -> Self {
-        let groups: Vec<Vec<usize>> = plan
-            .seeds
-            .iter()
-            .map(|seed| (0..episodes.len()).filter(|&i| episodes[i].key.seed == *seed).collect())
-            .collect();
-        let resamples = Resamples::draw(&groups, &plan.protocol.bootstrap);
-        let condition = ConditionSummary {
-            params: plan.params.clone(),
-            episodes: episodes.iter().map(line).collect(),
-            outcomes: count(episodes.iter().map(|e| status(&e.outcome).to_owned())),
-            metrics: estimate(METRICS, episodes, &resamples),
-            zones: zones(episodes),
-            failures: count(
-                episodes.iter().flat_map(|e| &e.attempts).filter_map(|a| a.failure_reason.clone()),
-            ),
+        let of = |condition: &Condition| {
+            let own: Vec<&EpisodeRecord> =
+                episodes.iter().filter(|e| e.key.condition == condition.name).collect();
+            (condition.name.clone(), summed_up(plan, condition, &own))
         };
         Self {
             schema_version: SCHEMA_VERSION,
@@ -116,10 +124,64 @@ impl Summary {
             config_hash: plan.config_hash.clone(),
             preset: plan.preset.clone(),
             profile: plan.profile.clone(),
+            controller: plan.controller.clone(),
             seeds: plan.seeds.clone(),
-            conditions: BTreeMap::from([(plan.condition.clone(), condition)]),
+            conditions: plan.conditions.iter().map(of).collect(),
         }
     }
+}
+
+/// One condition's episodes.
+fn summed_up(plan: &Plan, condition: &Condition, episodes: &[&EpisodeRecord]) -> ConditionSummary {
+    let groups: Vec<Vec<usize>> = plan
+        .seeds
+        .iter()
+        .map(|seed| (0..episodes.len()).filter(|&i| episodes[i].key.seed == *seed).collect())
+        .collect();
+    let resamples = Resamples::draw(&groups, &plan.protocol.bootstrap);
+    let reasons = episodes.iter().flat_map(|e| &e.attempts).filter_map(|a| a.failure_reason.clone());
+    ConditionSummary {
+        params: condition.params.clone(),
+        episodes: episodes.iter().map(|e| line(e)).collect(),
+        outcomes: count(episodes.iter().map(|e| status(&e.outcome).to_owned())),
+        metrics: estimate(METRICS, episodes, &resamples),
+        zones: zones(episodes),
+        failures: count(reasons),
+        states: states(episodes),
+        between_attempts_s: between_attempts(episodes),
+    }
+}
+
+fn states(episodes: &[&EpisodeRecord]) -> BTreeMap<String, StateSummary> {
+    // By state: times of all attempts and of the placed ones.
+    let mut times: BTreeMap<String, [Vec<f64>; 2]> = BTreeMap::new();
+    for attempt in episodes.iter().flat_map(|e| &e.attempts) {
+        for (state, time) in attempt.state_durations() {
+            let [all, placed] = times.entry(state).or_default();
+            all.push(time);
+            if attempt.outcome == AttemptOutcome::Placed {
+                placed.push(time);
+            }
+        }
+    }
+    let summed = |[all, placed]: [Vec<f64>; 2]| StateSummary {
+        attempts: all.len() as u32,
+        mean_s: mean(&all),
+        placed: placed.len() as u32,
+        mean_placed_s: mean(&placed),
+    };
+    times.into_iter().map(|(state, times)| (state, summed(times))).collect()
+}
+
+fn between_attempts(episodes: &[&EpisodeRecord]) -> Option<f64> {
+    let gaps = |e: &&EpisodeRecord| -> Vec<f64> {
+        e.attempts.windows(2).map(|pair| pair[1].start_time - pair[0].end_time).collect()
+    };
+    mean(&episodes.iter().flat_map(gaps).collect::<Vec<f64>>())
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 fn status(outcome: &Outcome) -> &'static str {
@@ -155,7 +217,7 @@ fn line(e: &EpisodeRecord) -> EpisodeLine {
     }
 }
 
-fn zones(episodes: &[EpisodeRecord]) -> ZoneTable<ZoneSummary> {
+fn zones(episodes: &[&EpisodeRecord]) -> ZoneTable<ZoneSummary> {
     let mut table = zone_table(ZoneSummary::default());
     for e in episodes {
         for (zone, reachable) in &e.zone_census {
@@ -182,7 +244,7 @@ fn zones(episodes: &[EpisodeRecord]) -> ZoneTable<ZoneSummary> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::FruitState;
+    use crate::episode::{AttemptRecord, FruitState, StateTime};
     use crate::fake::{attempt, plan, record};
     use crate::zones::Zone;
 
@@ -196,14 +258,16 @@ mod tests {
         b.attempts = vec![attempt(None, 0, 0)];
         b.outcome = Outcome::Quarantined { reason: "not finite".into() };
         let mut plan = plan();
-        (plan.seeds, plan.params.trees) = (vec![1, 2], 1);
+        (plan.seeds, plan.conditions[0].params.trees) = (vec![1, 2], 1);
         let summary = Summary::of_run(&plan, &[a, b]);
         let json = serde_json::to_value(&summary).unwrap();
-        for field in ["schema_version", "code_version", "preset", "profile", "seeds", "conditions"] {
+        for field in
+            ["schema_version", "code_version", "preset", "profile", "controller", "seeds", "conditions"]
+        {
             assert!(json.get(field).is_some(), "{field}");
         }
         let nominal = &json["conditions"]["nominal"];
-        for field in ["params", "episodes", "metrics", "zones", "failures"] {
+        for field in ["params", "episodes", "metrics", "zones", "failures", "states"] {
             assert!(nominal.get(field).is_some(), "{field}");
         }
         assert_eq!(nominal["outcomes"]["quarantined"], 1);
@@ -213,5 +277,44 @@ mod tests {
         assert_eq!((zone.reachable, zone.deposited, zone.attempts, zone.placed), (2, 1, 3, 1));
         assert_eq!(zone.completeness, Some(0.5));
         assert_eq!(summary.conditions["nominal"].zones[&Zone::UpperOuter].place_success, None);
+    }
+    #[test]
+    fn times_of_states_and_between_attempts() {
+        let spent = |list: &[(&str, f64)], end: f64, cycle| {
+            let states = list.iter().map(|&(state, time)| StateTime { state: state.into(), time }).collect();
+            let start_time = list[0].1;
+            AttemptRecord { states, start_time, end_time: end, ..attempt(cycle, 1, 1) }
+        };
+        let mut e = record(&[]);
+        // Reach, grasp, and reach once more: a state's times of one attempt are added up.
+        e.attempts = vec![
+            spent(&[("reach", 1.0), ("grasp", 3.0), ("reach", 4.0)], 4.5, Some(3.5)),
+            spent(&[("reach", 6.0)], 7.0, None),
+        ];
+        let states = states(&[&e]);
+        let reach = &states["reach"];
+        assert_eq!((reach.attempts, reach.mean_s), (2, Some((2.5 + 1.0) / 2.0)));
+        assert_eq!((reach.placed, reach.mean_placed_s), (1, Some(2.5)));
+        assert_eq!((states["grasp"].attempts, states["grasp"].mean_s), (1, Some(1.0)));
+        assert_eq!(between_attempts(&[&e]), Some(1.5));
+        assert_eq!(between_attempts(&[&record(&[])]), None);
+    }
+
+    #[test]
+    fn conditions_are_summed_up_apart() {
+        let mut plan = plan();
+        (plan.seeds, plan.conditions[0].params.trees) = (vec![1], 1);
+        let mut longer = plan.conditions[0].clone();
+        longer.name = "exhaustion".into();
+        plan.conditions.push(longer);
+        let a = record(&[(FruitState::OnTree, true)]);
+        let mut b = record(&[(FruitState::Deposited, true)]);
+        b.key.condition = "exhaustion".into();
+        b.frames = 1;
+        let summary = Summary::of_run(&plan, &[a, b]);
+        let completeness =
+            |condition: &str| summary.conditions[condition].metrics["harvest_completeness"].mean;
+        assert_eq!((completeness("nominal"), completeness("exhaustion")), (Some(0.0), Some(1.0)));
+        assert_eq!(summary.conditions["exhaustion"].episodes.len(), 1);
     }
 }

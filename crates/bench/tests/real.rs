@@ -22,7 +22,7 @@ fn go(folder: &Path, threads: usize) -> RunResult {
 }
 
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    ["summary.json", "episodes/nominal-20250704-000.json", "episodes/nominal-11-000.json"]
+    ["summary.json", "episodes/baseline-nominal-20250704-000.json", "episodes/baseline-nominal-11-000.json"]
         .iter()
         .map(|name| ((*name).to_owned(), fs::read(folder.join(name)).unwrap()))
         .collect()

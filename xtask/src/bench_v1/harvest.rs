@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::episode::EpisodeRecord;
 use orchard_bench::harvest::Harvest;
 use orchard_bench::plan::Plan;
-use orchard_bench::protocol::Profile;
+use orchard_bench::protocol::{ConditionName, Profile, Protocol};
 use orchard_bench::store::Store;
 use orchard_bench::{RunResult, run as run_plan};
 
@@ -22,20 +22,32 @@ pub struct Asked {
 
 impl Asked {
     /// Reads the command line.
-    pub fn read(args: &Args, scope: &Scope, profile: &Profile) -> Result<Self, Failure> {
+    pub fn read(args: &Args, scope: &Scope, protocol: &Protocol, profile: &Profile) -> Result<Self, Failure> {
         let bad = |e: String| Failure::BadInput(format!("--horizon: {e}"));
         let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
         let horizon = profile.horizon.with_value(horizon).map_err(bad)?;
+        let names = args.conditions.as_ref().unwrap_or(&profile.conditions);
+        if args.horizon.is_some() && !names.contains(&ConditionName::Nominal) {
+            let problem = "is that of the nominal condition, which --conditions does not name";
+            return Err(bad(problem.to_owned()));
+        }
+        let seconds = |name: &ConditionName| match name {
+            ConditionName::Nominal => horizon.si(),
+            ConditionName::Exhaustion => protocol.exhaustion.horizon.si(),
+        };
+        let conditions: Vec<_> = names.iter().map(|name| (*name, seconds(name))).collect();
         let harvest = Harvest::paper(args.controller()?);
-        let plan = harvest.plan(args.profile.name(), scope.seeds.clone(), scope.trees, horizon.si());
+        let plan = harvest.plan_of(args.profile.name(), scope.seeds.clone(), scope.trees, &conditions);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { harvest, plan })
     }
 
     /// Runs it and reports.
     pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
-        let frames = u64::from(self.plan.horizon_frames());
-        let bar = Bar::new(self.plan.episodes().len(), frames, shown);
+        let episodes = self.plan.episodes();
+        // The bar counts frames; an episode that ends early gives the rest of the longest back.
+        let frames = episodes.iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0);
+        let bar = Bar::new(episodes.len(), frames, shown);
         let result = run_plan(&self.plan, &self.harvest, store, scope.threads, stop, &bar);
         bar.clear();
         report(&ended(result)?, &self.plan);
@@ -48,7 +60,8 @@ fn shown(record: &EpisodeRecord) -> Shown {
     Shown {
         steps: u64::from(record.frames),
         line: format!(
-            "seed {} tree {}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
+            "{}, seed {} tree {}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
+            record.key.condition,
             record.key.seed,
             record.key.world,
             record.deposited().count(),
@@ -60,23 +73,26 @@ fn shown(record: &EpisodeRecord) -> Shown {
 }
 
 fn report(result: &RunResult, plan: &Plan) {
-    let Some(condition) = result.summary.conditions.get(&plan.condition) else { return };
-    say!(
-        "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees x {} s",
-        plan.condition,
-        plan.params.fruit_count,
-        plan.params.foliage_density,
-        plan.seeds,
-        plan.params.trees,
-        plan.params.horizon_s
-    );
-    say!("{}", headline::table(condition, &plan.protocol).trim_end());
     let counts = |counts: &std::collections::BTreeMap<String, u32>| {
         let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
         if list.is_empty() { "none".to_owned() } else { list.join(", ") }
     };
-    say!("episodes ended: {}", counts(&condition.outcomes));
-    say!("failed attempts: {}", counts(&condition.failures));
+    for condition in &plan.conditions {
+        let params = &condition.params;
+        say!(
+            "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees x {} s",
+            condition.name,
+            params.fruit_count,
+            params.foliage_density,
+            plan.seeds,
+            params.trees,
+            params.horizon_s
+        );
+        if let Some(summary) = result.summary.conditions.get(&condition.name) {
+            say!("episodes ended: {}", counts(&summary.outcomes));
+        }
+    }
+    say!("{}", headline::report(&result.summary, plan).trim_end());
     say!(
         "{:.0} s on {} threads; {} world-seconds a second",
         result.compute.wall_s,

@@ -31,7 +31,8 @@ pub fn write_label(image: &mut Image<[u8; 3]>, text: &str, left: i32, top: i32) 
         Text::with_baseline(text, Point::new(left, top), style, Baseline::Top).draw(&mut Canvas(image));
 }
 
-struct Canvas<'a>(&'a mut Image<[u8; 3]>);
+/// A picture to draw on.
+pub struct Canvas<'a>(pub &'a mut Image<[u8; 3]>);
 
 impl OriginDimensions for Canvas<'_> {
     fn size(&self) -> Size {
