@@ -6,6 +6,7 @@
 pub mod adapter;
 mod attempts;
 mod bootstrap;
+pub mod component;
 pub mod compute;
 pub mod dataset;
 pub mod detect;
@@ -31,6 +32,7 @@ pub mod store;
 pub mod summary;
 pub mod task;
 pub mod vantage;
+pub mod verify;
 pub mod zones;
 
 pub use harness::run_episode;
