@@ -1,6 +1,7 @@
 //! `cargo xtask bench-v1`: the benchmark.
 
-mod bar;
+pub mod bar;
+mod component;
 mod detect;
 mod harvest;
 
@@ -19,19 +20,24 @@ use crate::interrupt;
 #[derive(clap::Args)]
 #[command(after_help = "Tasks:\n  harvest   the robot picks fruit for a while\n  \
 detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
-errors, canopy zones, and the detector with each of its gates switched off\n\n\
+errors, canopy zones, and the detector with each of its gates switched off\n  \
+reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
+gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n\n\
 Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
 DIR/compute.json      wall time and machine, and nothing else\n  \
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
 DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
-DIR/detect.svg        precision and recall against foliage density\n\
+DIR/detect.svg        precision and recall against foliage density\n  \
+DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
+DIR/TASK/*.json       one a tree: every trial\n\
 All but compute.json are the same bytes on every run of one command, for any number of threads.\n\
 Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
 cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
 cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
-cargo xtask bench-v1 --tasks detect --profile full")]
+cargo xtask bench-v1 --tasks detect --profile full\n  \
+cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert")]
 pub struct Args {
     /// What to run
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [TaskName::Harvest])]
@@ -92,6 +98,8 @@ fn condition(text: &str) -> Result<ConditionName, String> {
 enum TaskName {
     Harvest,
     Detect,
+    ReachAndGrasp,
+    Gentle,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -109,10 +117,26 @@ impl ProfileName {
     }
 }
 
+/// Which seeds a command runs on.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Seeds {
+pub enum Seeds {
     Tuning,
     List(Vec<u64>),
+}
+
+impl Seeds {
+    /// The seeds themselves.
+    pub fn resolve(&self, protocol: &Protocol) -> Vec<u64> {
+        match self {
+            Seeds::List(seeds) => seeds.clone(),
+            Seeds::Tuning => protocol.tuning_seeds.clone(),
+        }
+    }
+}
+
+/// As many threads as the machine has.
+pub fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 impl std::str::FromStr for Seeds {
@@ -156,6 +180,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .then(|| harvest::Asked::read(args, &scope, &protocol, profile))
         .transpose()?;
     let detect = asks(TaskName::Detect).then(|| detect::Asked::read(args, &scope, &protocol)).transpose()?;
+    let grasp = asks(TaskName::ReachAndGrasp).then(|| component::Grasping::read(args, &scope)).transpose()?;
+    let gentle = asks(TaskName::Gentle).then(|| component::Pushing::read(args, &scope)).transpose()?;
     let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
     let stop = interrupt::listen()?;
@@ -165,37 +191,45 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(detect) = detect {
         detect.run(&scope, &store, stop)?;
     }
+    if let Some(grasp) = grasp {
+        grasp.run(&scope, &store, stop)?;
+    }
+    if let Some(gentle) = gentle {
+        gentle.run(&scope, &store, stop)?;
+    }
     Ok(())
 }
 
 fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, String> {
     let seeds = match &args.seeds {
-        Some(Seeds::List(seeds)) => seeds.clone(),
-        Some(Seeds::Tuning) => protocol.tuning_seeds.clone(),
+        Some(seeds) => seeds.resolve(protocol),
         None => protocol.tuning_seeds.iter().copied().take(profile.seeds.get() as usize).collect(),
     };
     let trees = args.trees.unwrap_or_else(|| profile.trees.get());
     let trees = profile.trees.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
-    let threads = args.threads.map_or_else(
-        || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-        |threads| threads as usize,
-    );
+    let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
     let default = || PathBuf::from(format!("results/bench-v1-{}", args.profile.name()));
     Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(default) })
 }
 
 /// An option of a task that is not run would change nothing: better told than ignored.
 fn check_options(args: &Args) -> Result<(), String> {
-    let options = [
-        ("--horizon", args.horizon.is_some(), TaskName::Harvest, "harvest"),
-        ("--conditions", args.conditions.is_some(), TaskName::Harvest, "harvest"),
-        ("--controller", args.controller.is_some(), TaskName::Harvest, "harvest"),
-        ("--camera", args.camera.is_some(), TaskName::Detect, "detect"),
-        ("--detector", args.detector.is_some(), TaskName::Detect, "detect"),
+    use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp};
+    let options: [(&str, bool, &[TaskName], &str); 5] = [
+        ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
+        ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
+        (
+            "--controller",
+            args.controller.is_some(),
+            &[Harvest, ReachAndGrasp, Gentle],
+            "the tasks harvest, reach-and-grasp and gentle",
+        ),
+        ("--camera", args.camera.is_some(), &[Detect], "the task detect"),
+        ("--detector", args.detector.is_some(), &[Detect], "the task detect"),
     ];
-    for (option, given, task, name) in options {
-        if given && !args.tasks.contains(&task) {
-            return Err(format!("{option} is for the task {name}, which --tasks does not name"));
+    for (option, given, tasks, names) in options {
+        if given && !tasks.iter().any(|task| args.tasks.contains(task)) {
+            return Err(format!("{option} is for {names}, which --tasks does not name"));
         }
     }
     Ok(())

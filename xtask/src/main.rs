@@ -32,6 +32,7 @@ mod test;
 mod tidy;
 mod tree_args;
 mod validate;
+mod verify;
 mod workspace;
 
 use std::process::ExitCode;
@@ -68,6 +69,7 @@ enum Command {
     ReadBack(read_back::Args),
     Perf(perf::Args),
     Validate(validate::Args),
+    Verify(verify::Args),
     Test(test::Args),
     Fuzz(fuzz::Args),
     Tidy(tidy::Args),
@@ -87,6 +89,7 @@ fn main() -> ExitCode {
             Command::ReadBack(args) => read_back::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Validate(args) => validate::run(&args),
+            Command::Verify(args) => verify::run(&args),
             Command::Test(args) => test::run(&args),
             Command::Fuzz(args) => fuzz::run(&args),
             Command::Tidy(args) => tidy::run(&args),

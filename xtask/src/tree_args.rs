@@ -12,9 +12,9 @@ use crate::sensing_args::read_camera;
 /// The config that defines the worlds.
 #[derive(clap::Args)]
 pub struct SpecArgs {
-    /// Configuration that comes with the project
-    #[arg(long, value_name = "NAME", default_value_t = Preset::Paper, conflicts_with = "config")]
-    preset: Preset,
+    /// Configuration that comes with the project [default: paper, but for verify randomised]
+    #[arg(long, value_name = "NAME", conflicts_with = "config")]
+    preset: Option<Preset>,
     /// Configuration file; with a name of its own and `base = "NAME"` it holds only what differs from that preset
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
@@ -26,8 +26,13 @@ pub struct SpecArgs {
 impl SpecArgs {
     /// Reads it.
     pub fn read(&self) -> Result<Spec, Failure> {
+        self.read_or(Preset::Paper)
+    }
+
+    /// Reads it, with a default of the command's own.
+    pub fn read_or(&self, default: Preset) -> Result<Spec, Failure> {
         let mut spec = match &self.config {
-            None => Spec::preset(self.preset),
+            None => Spec::preset(self.preset.unwrap_or(default)),
             Some(file) => {
                 let name = file.display().to_string();
                 let text = std::fs::read_to_string(file)

@@ -6,6 +6,7 @@
 pub mod adapter;
 mod attempts;
 mod bootstrap;
+pub mod component;
 pub mod compute;
 pub mod dataset;
 pub mod detect;
@@ -34,6 +35,7 @@ pub mod summary;
 pub mod task;
 mod trial;
 pub mod vantage;
+pub mod verify;
 pub mod zones;
 
 pub use harness::run_episode;

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
+use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::verify::VerifyRules;
 
 /// The protocol of preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
@@ -28,6 +30,10 @@ pub struct Protocol {
     pub rules: Rules,
     /// The detection task.
     pub detect: DetectRules,
+    /// The component tasks.
+    pub component: ComponentRules,
+    /// Open-loop verification.
+    pub verify: VerifyRules,
     /// Percentiles of the zone frame.
     pub zones: ZoneRules,
     /// Confidence intervals.

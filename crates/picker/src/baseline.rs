@@ -6,12 +6,16 @@
 mod approach;
 mod deposit;
 mod grasp;
+mod push;
 mod scan;
+
+pub(crate) use push::{Errand, Shove};
 
 use crate::Controller;
 use crate::baseline::approach::{Align, Reach};
 use crate::baseline::deposit::{Deposit, Retreat};
 use crate::baseline::grasp::{Grasp, Pull};
+use crate::baseline::push::Push;
 use crate::baseline::scan::Scan;
 use crate::blacklist::Blacklist;
 use crate::config::PickerConfig;
@@ -36,6 +40,8 @@ pub struct BaselinePicker {
     pub(crate) blacklist: Blacklist,
     pub(crate) fingers: Fingers,
     pub(crate) attempt: Option<Attempt>,
+    /// What it was sent for in place of a harvest.
+    pub(crate) errand: Option<Errand>,
     /// Whether this frame brought an image from where the arm is now.
     pub(crate) fresh_image: bool,
     phase: Phase,
@@ -75,6 +81,7 @@ pub(crate) enum Phase {
     Align(Align),
     Reach(Reach),
     Grasp(Grasp),
+    Push(Push),
     Pull(Pull),
     Deposit(Deposit),
     Retreat(Retreat),
@@ -86,7 +93,7 @@ impl Phase {
             Phase::Scan(_) => State::Scan,
             Phase::Align(_) => State::Align,
             Phase::Reach(_) => State::Reach,
-            Phase::Grasp(_) => State::Grasp,
+            Phase::Grasp(_) | Phase::Push(_) => State::Grasp,
             Phase::Pull(_) => State::Pull,
             Phase::Deposit(_) => State::Deposit,
             Phase::Retreat(_) => State::Retreat,
@@ -122,6 +129,7 @@ impl BaselinePicker {
             blacklist: Blacklist::new(&config.blacklist),
             fingers: Fingers { opening: config.grasp.opening.si(), force: config.grasp.force.si() },
             attempt: None,
+            errand: None,
             fresh_image: false,
             phase: Phase::Scan(Scan::at_start()),
             phase_start: 0.0,
@@ -229,6 +237,7 @@ impl BaselinePicker {
             Phase::Align(state) => self.align(state, robot),
             Phase::Reach(state) => self.reach(state, robot),
             Phase::Grasp(state) => self.grasp(state, robot),
+            Phase::Push(state) => self.push(state, robot),
             Phase::Pull(state) => self.pull(state, robot),
             Phase::Deposit(state) => self.deposit(state, robot),
             Phase::Retreat(state) => self.retreat(state, robot),

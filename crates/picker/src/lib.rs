@@ -7,9 +7,11 @@
 
 mod baseline;
 mod blacklist;
+mod compliance;
 mod config;
 mod drive;
 mod eyes;
+mod goal;
 mod kind;
 mod motion;
 mod plan;
@@ -19,6 +21,7 @@ mod robot_state;
 
 pub use baseline::BaselinePicker;
 pub use config::{PAPER_TOML, PickerConfig};
+pub use goal::{ComplianceConfig, GOAL_TOML, Goal, GoalConfig, Performer, PushConfig};
 pub use kind::Kind;
 pub use record::{AttemptEnd, AttemptId, Event, FailureReason, ImageReport, Record, State};
 

@@ -89,6 +89,12 @@ impl ArmMotion {
         self.course = Course::Rest;
     }
 
+    /// Is at a posture from now on; neighbouring frames must be near each other.
+    pub fn place(&mut self, q: JointVector) {
+        self.q = q;
+        self.course = Course::Rest;
+    }
+
     /// Starts a joint motion; `scale` slows it down.
     pub fn go(&mut self, to: JointVector, config: &ArmConfig, scale: f64) {
         let farthest = (to - self.q).amax();

@@ -25,6 +25,10 @@ pub enum Purpose {
     SensorNoise,
     /// Where the camera of a data set or of the detection task stands.
     Vantage,
+    /// Which fruit a component task names, and where it asks the hand to go.
+    ComponentTarget,
+    /// By how much a component task misplaces a fruit that it names.
+    Localisation,
     /// Ground shape.
     Terrain,
     /// Colours.
@@ -49,6 +53,8 @@ impl Purpose {
             Purpose::RobotStart => "robot-start",
             Purpose::SensorNoise => "sensor-noise",
             Purpose::Vantage => "vantage",
+            Purpose::ComponentTarget => "component-target",
+            Purpose::Localisation => "localisation",
             Purpose::Terrain => "terrain",
             Purpose::Appearance => "appearance",
             Purpose::Variation(axis) => axis.stream_name(),

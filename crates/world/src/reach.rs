@@ -19,27 +19,34 @@ impl World {
     /// that faces the fruit, keeps the shoulder at an admissible horizontal distance from it, and keeps the
     /// chassis off the trunk; in a row of trees it lies in the alley in which the robot starts.
     pub fn reachable(&self) -> Vec<bool> {
+        self.start_p_world().iter().map(|p| self.reaches(p)).collect()
+    }
+
+    /// Whether a point lies within the arm's reach as [`Self::reachable`] says of fruit.
+    pub fn reaches(&self, p_world: &Vec3) -> bool {
         let reach = self.spec().episode.reach_radius.si();
-        self.start_p_world().iter().map(|p| self.stand_offs(p).any(|s| s.distance <= reach)).collect()
+        self.stand_offs(p_world).any(|s| s.distance <= reach)
+    }
+
+    /// Whether inverse kinematics confirms a point as [`Self::reachable_by_ik`] says of fruit.
+    pub fn reaches_by_ik(&self, p_world: &Vec3) -> bool {
+        let reach = self.spec().episode.reach_radius.si();
+        let kinematics = self.robot().kinematics();
+        // Nearest stand-off of each bearing is enough: farther ones reach less.
+        self.stand_offs(p_world).filter(|s| s.distance <= reach).take(STAND_OFFS as usize).any(|s| {
+            let p_base = inverse_transform(&s.x_world_base, p_world);
+            SLOPES.iter().any(|&slope| {
+                let (sin, cos) = math::sin_cos(slope);
+                let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
+                kinematics.solve(&target, &kinematics.home()).is_ok()
+            })
+        })
     }
 
     /// How many fruit inverse kinematics confirms: from some stand-off the arm brings its fingers to the fruit
     /// along an axis that leads away from the robot. Branches and leaves in the way are not looked at.
     pub fn reachable_by_ik(&self) -> u32 {
-        let reach = self.spec().episode.reach_radius.si();
-        let kinematics = self.robot().kinematics();
-        let confirmed = |p_world: &Vec3| {
-            // Nearest stand-off of each bearing is enough: farther ones reach less.
-            self.stand_offs(p_world).filter(|s| s.distance <= reach).take(STAND_OFFS as usize).any(|s| {
-                let p_base = inverse_transform(&s.x_world_base, p_world);
-                SLOPES.iter().any(|&slope| {
-                    let (sin, cos) = math::sin_cos(slope);
-                    let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
-                    kinematics.solve(&target, &kinematics.home()).is_ok()
-                })
-            })
-        };
-        self.start_p_world().iter().filter(|p| confirmed(p)).count() as u32
+        self.start_p_world().iter().filter(|p| self.reaches_by_ik(p)).count() as u32
     }
 
     fn start_p_world(&self) -> Vec<Vec3> {

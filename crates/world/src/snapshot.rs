@@ -4,6 +4,7 @@ use crate::camera::{CameraTruth, Flight, Shot};
 use crate::envelope;
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Difference, Identity};
+use crate::load::WoodLoad;
 use crate::touch::fruit_touches;
 use crate::world::{State, World};
 use orchard_fruit::{FruitLives, Partner};
@@ -91,6 +92,7 @@ struct Content {
     /// What the latest depth image was drawn from.
     shot: Option<Shot>,
     flight: Flight,
+    load: WoodLoad,
 }
 
 impl Snapshot {
@@ -136,6 +138,7 @@ impl World {
             image,
             shot,
             flight,
+            load,
             touches: _,
             touched: _,
             loose: _,
@@ -154,6 +157,7 @@ impl World {
             report: report.clone(),
             shot: shot.clone(),
             flight: flight.clone(),
+            load: *load,
         };
         Snapshot { content, image: image.clone() }
     }
@@ -185,6 +189,7 @@ impl World {
             (content.fruit.fits(&parts.fruit) && content.gripped.len() == fruit, "fruit"),
             (content.events.iter().all(event_fits), "events"),
             (contacts.iter().all(|c| c.a.index() < colliders && c.b.index() < colliders), "contacts"),
+            (content.load.fits(segments), "load"),
             (images.all(|shot| shot.motion.fits(&parts.model)), "image"),
         ];
         match fits.into_iter().find(|(fits, _)| !fits) {
@@ -212,6 +217,7 @@ impl World {
             report,
             shot,
             flight,
+            load,
         } = &snapshot.content;
         let state = &mut self.state;
         state.data.restore(&self.parts.model, data)?;
@@ -228,6 +234,7 @@ impl World {
         state.report = StepReport { contacts, ..*report };
         state.shot.clone_from(shot);
         state.flight.clone_from(flight);
+        state.load = *load;
         fruit_touches(&self.parts.colliders, report, &mut state.touches);
         self.state.image = match (&snapshot.image, shot) {
             (None, Some(shot)) => Some(Arc::new(self.redraw(shot))),

@@ -4,6 +4,7 @@ use crate::build::{Parts, WorldError, build};
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
+use crate::load::WoodLoad;
 use crate::loose::Loose;
 use crate::planting::{Appearance, Planting};
 use crate::scene;
@@ -73,6 +74,8 @@ pub(crate) struct State {
     pub shot: Option<Shot>,
     /// What the next images will be drawn from.
     pub flight: Flight,
+    /// What the robot has done to the wood.
+    pub load: WoodLoad,
 }
 
 impl World {
@@ -175,12 +178,15 @@ impl World {
         }
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         state.begin_loose(spec, parts);
+        state.load.begin_frame();
         for _ in 0..spec.sim.substeps.get() {
             if state.data.is_finite() {
                 state.substep(spec, parts, command);
             }
         }
         state.frame += 1;
+        let frame = spec.sim.frame();
+        state.load.end_frame(&parts.tree, &parts.model, &state.data, &self.start, &state.rupture, frame);
         state.end_frame(spec, parts);
         state.flight.end_frame(self.shutter, state.frame, &state.data);
         if let Some(reason) = state.implausible(&parts.model, spec.sim.plausible_extent.si()) {
@@ -356,6 +362,11 @@ impl World {
         self.parts.x_world_odom
     }
 
+    /// What the robot has done to the wood since the start of the episode.
+    pub fn wood_load(&self) -> &WoodLoad {
+        &self.state.load
+    }
+
     /// Contacts of the latest substep.
     pub fn report(&self) -> &StepReport {
         &self.state.report
@@ -387,6 +398,7 @@ impl State {
         let n = parts.fruit.len();
         let mut flight = Flight::default();
         flight.end_frame(shutter, 0, &data);
+        let load = WoodLoad::at_start(&parts.tree, &parts.model, &data);
         Self {
             rupture: Rupture::new(&parts.tree),
             fruit: FruitLives::new(&parts.fruit),
@@ -404,6 +416,7 @@ impl State {
             image: None,
             shot: None,
             flight,
+            load,
         }
     }
 
@@ -424,6 +437,7 @@ impl State {
             self.data.restore_motion(&self.before);
             step(model, &mut self.data, settings, &mut self.report);
         }
+        self.load.add_substep(&parts.colliders, &self.report, h);
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
         self.fruit.end_substep(&parts.fruit, model, &mut self.data, &x_world_base, velocity);
         self.step_loose(parts);

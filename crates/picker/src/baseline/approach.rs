@@ -1,6 +1,7 @@
 //! Align: drive to the stand-off. Reach: bring the hand before the fruit and look again.
 
 use crate::baseline::grasp::Grasp;
+use crate::baseline::push::Push;
 use crate::baseline::{BaselinePicker, Next, Phase, STILL};
 use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
 use crate::plan::{Target, look_posture, plan};
@@ -73,6 +74,9 @@ impl BaselinePicker {
         if let Some(attempt) = &mut self.attempt {
             attempt.plan = plan;
         }
+        if self.errand.as_ref().is_some_and(|errand| errand.push.is_some()) {
+            return Next::Enter(Phase::Push(Push::Entering));
+        }
         Next::Enter(Phase::Reach(Reach::new()))
     }
 
@@ -108,7 +112,7 @@ impl BaselinePicker {
         if reach.hits > 0 {
             let hits = f64::from(reach.hits);
             attempt.target = Target { p: reach.sum / hits, radius: reach.radius_sum / hits };
-        } else if attempt.hits < c.trusted_hits.get() {
+        } else if self.errand.is_none() && attempt.hits < c.trusted_hits.get() {
             return Next::Fail(FailureReason::NoFruitAtDetection);
         }
         self.start_grasp(robot)
@@ -124,12 +128,17 @@ impl BaselinePicker {
             .map(|s| ((s.p_odom - attempt.target.p).norm(), s))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((distance, sighting)) = nearest
-            && distance <= self.config.reach.match_distance.si()
+            && distance <= self.match_distance()
         {
             reach.hits += 1;
             reach.sum += sighting.p_odom;
             reach.radius_sum += sighting.radius;
         }
+    }
+
+    /// How far from the target a detection may be that is taken for it: a named fruit is told from its neighbours.
+    fn match_distance(&self) -> f64 {
+        self.errand.as_ref().map_or(self.config.reach.match_distance.si(), |errand| errand.target.radius)
     }
 
     /// Corrects the hand for what the second look showed: the same direction if it still works, else another.

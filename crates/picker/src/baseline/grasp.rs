@@ -31,7 +31,8 @@ pub(crate) struct Pull {
 
 impl BaselinePicker {
     pub(crate) fn grasp(&mut self, grasp: Grasp, robot: &RobotState) -> Next {
-        if self.elapsed(robot) > self.config.timeout.grasp.si() {
+        let holding = self.errand.is_some() && matches!(grasp, Grasp::Settling { .. });
+        if self.elapsed(robot) > self.config.timeout.grasp.si() && !holding {
             return Next::Fail(FailureReason::GraspStalled);
         }
         let Some(direction) = self.attempt.as_ref().map(|a| a.plan.direction()) else {
@@ -69,6 +70,9 @@ impl BaselinePicker {
                 }
                 if !self.holds_fruit(robot) {
                     return Next::Fail(FailureReason::Slipped);
+                }
+                if self.errand.is_some() {
+                    return stay(grasp);
                 }
                 let (length, speed) = (self.config.pull.distance.si(), self.config.arm.withdraw_speed.si());
                 self.motion.go_straight(&self.arm, -direction, length, speed, &self.config.arm);

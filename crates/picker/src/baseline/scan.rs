@@ -119,6 +119,9 @@ impl BaselinePicker {
 
     /// The cheapest of the nearest eligible tracks.
     fn choose(&self, robot: &RobotState) -> Option<Choice> {
+        if let Some(errand) = &self.errand {
+            return self.place_for(&errand.track(robot.time), robot);
+        }
         let mut tracks: Vec<(f64, Track)> = self
             .eyes
             .tracker
@@ -143,7 +146,11 @@ impl BaselinePicker {
 
     /// A place before the track, its bearing turned from straight outwards.
     fn outward_goal(&self, track: &Track, turn: f64, standoff: f64) -> BaseGoal {
-        let bearing = bearing_of(&track.p_odom, &self.eyes.belief.p_odom());
+        let push = self.errand.as_ref().and_then(|errand| errand.push.as_ref());
+        let bearing = match push {
+            Some(push) => push.heading_odom + std::f64::consts::PI,
+            None => bearing_of(&track.p_odom, &self.eyes.belief.p_odom()),
+        };
         BaseGoal::facing(&track.p_odom, bearing + turn, standoff)
     }
 

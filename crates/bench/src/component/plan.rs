@@ -1,0 +1,127 @@
+//! What a run of a component task consists of.
+
+use std::sync::Arc;
+
+use orchard_perception::DetectorConfig;
+use orchard_picker::Performer;
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
+use serde::{Deserialize, Serialize};
+
+use super::Component;
+use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
+use crate::plan::{PlanError, check_trees, config_hash};
+use crate::protocol::{PAPER_TOML, Protocol};
+
+/// Every tree of every seed under one controller.
+#[derive(Debug, Clone)]
+pub struct ComponentPlan {
+    /// The worlds.
+    pub spec: Arc<Spec>,
+    /// The robot.
+    pub robot: Arc<RobotModel>,
+    /// The detector of the controller.
+    pub detector: DetectorConfig,
+    /// The controller.
+    pub performer: Performer,
+    /// Profile whose defaults the run took.
+    pub profile: String,
+    /// Seeds, in order.
+    pub seeds: Vec<u64>,
+    /// Trees a seed.
+    pub trees: u32,
+    /// Protocol constants.
+    pub protocol: Protocol,
+}
+
+/// What the record of a tree is a function of.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ComponentKey {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// [`CODE_VERSION`].
+    pub code_version: String,
+    /// SHA-256 of all config texts, hexadecimal.
+    pub config_hash: String,
+    /// Preset of the trees.
+    pub preset: String,
+    /// The task.
+    pub task: String,
+    /// The controller.
+    pub controller: String,
+    /// Seed.
+    pub seed: u64,
+    /// World index under the seed.
+    pub world: u32,
+}
+
+impl ComponentPlan {
+    /// The preset `paper` under a controller.
+    pub fn paper(performer: Performer, profile: &str, seeds: Vec<u64>, trees: u32) -> Self {
+        Self {
+            spec: Arc::new(Spec::paper()),
+            robot: Arc::new(RobotModel::paper()),
+            detector: DetectorConfig::paper(),
+            performer,
+            profile: profile.to_owned(),
+            seeds,
+            trees,
+            protocol: Protocol::paper(),
+        }
+    }
+
+    /// Checks what a user can get wrong.
+    ///
+    /// # Errors
+    /// No seed, a seed given twice, no tree.
+    pub fn check(&self) -> Result<(), PlanError> {
+        check_trees(&self.seeds, self.trees)
+    }
+
+    /// Whether the controller does a task.
+    pub fn supports<C: Component>(&self) -> bool {
+        self.performer.controller(&C::any_goal(), &self.robot, self.detector.clone()).is_some()
+    }
+
+    /// Frames of a tree's trials at most.
+    pub fn steps<C: Component>(&self) -> u64 {
+        let rules = &self.protocol.component;
+        u64::from(C::trials(rules)) * (C::time(rules) / self.spec.sim.frame()).round() as u64
+    }
+
+    /// SHA-256 over everything that a result depends on besides the code.
+    pub fn config_hash(&self) -> String {
+        let json = |value: Result<String, serde_json::Error>| {
+            value.unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
+        };
+        let (spec, protocol) =
+            (json(serde_json::to_string(&*self.spec)), json(serde_json::to_string(&self.protocol)));
+        let mut texts = vec![
+            ("world", &*spec),
+            ("protocol", &*protocol),
+            ("robot.toml", orchard_robot::PAPER_TOML),
+            ("robot.urdf", orchard_robot::PAPER_URDF),
+            ("perception.toml", orchard_perception::config::PAPER_TOML),
+            ("bench.toml", PAPER_TOML),
+        ];
+        texts.extend(self.performer.toml());
+        config_hash(&texts)
+    }
+
+    /// The keys of all trees of a task, seed by seed.
+    pub fn keys(&self, task: &str) -> Vec<ComponentKey> {
+        let config_hash = self.config_hash();
+        let key = |seed, world| ComponentKey {
+            schema_version: SCHEMA_VERSION,
+            code_version: CODE_VERSION.to_owned(),
+            config_hash: config_hash.clone(),
+            preset: self.spec.preset.clone(),
+            task: task.to_owned(),
+            controller: self.performer.name().to_owned(),
+            seed,
+            world,
+        };
+        let worlds = |&seed: &u64| (0..self.trees).map(move |world| (seed, world));
+        self.seeds.iter().flat_map(worlds).map(|(seed, world)| key(seed, world)).collect()
+    }
+}

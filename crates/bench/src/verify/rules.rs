@@ -1,0 +1,14 @@
+//! The constants of open-loop verification: `[verify]` of `configs/paper/bench.toml`.
+
+use orchard_quantity::Quantity;
+use serde::{Deserialize, Serialize};
+
+/// Open-loop verification.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VerifyRules {
+    /// How long the end of a trajectory is held.
+    pub settle: Quantity,
+    /// Longest trajectory.
+    pub longest: Quantity,
+}

@@ -1,0 +1,96 @@
+//! The component tasks: one skill at a time.
+
+use std::sync::atomic::AtomicBool;
+
+use orchard_bench::component::{
+    Component, ComponentPlan, ComponentResult, Gentle, ReachAndGrasp, TreeRecord, metrics, run as run_plan,
+};
+use orchard_bench::store::Store;
+use orchard_picker::Performer;
+use orchard_spec::Spec;
+
+use super::bar::{Bar, Shown};
+use super::{Args, Scope, ended};
+use crate::failure::Failure;
+use crate::headline::fine_table;
+
+/// What the command line asks for.
+pub struct Asked<C> {
+    plan: ComponentPlan,
+    task: std::marker::PhantomData<C>,
+}
+
+/// Reach and grasp.
+pub type Grasping = Asked<ReachAndGrasp>;
+/// Gentle interaction.
+pub type Pushing = Asked<Gentle>;
+
+impl<C: Component> Asked<C> {
+    /// Reads the command line.
+    pub fn read(args: &Args, scope: &Scope) -> Result<Self, Failure> {
+        let performer = performer(args.controller.as_deref())?;
+        let plan = ComponentPlan::paper(performer, args.profile.name(), scope.seeds.clone(), scope.trees);
+        plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
+        if !plan.supports::<C>() {
+            return Err(Failure::BadInput(format!(
+                "--controller {}: it does not do the task {}",
+                performer.name(),
+                C::NAME
+            )));
+        }
+        Ok(Self { plan, task: std::marker::PhantomData })
+    }
+
+    /// Runs it and reports.
+    pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
+        let bar = Bar::new(self.plan.keys(C::NAME).len(), self.plan.steps::<C>(), shown::<C>);
+        let result = run_plan::<C>(&self.plan, store, scope.threads, stop, &bar);
+        bar.clear();
+        report(&ended(result)?, &self.plan);
+        say!("results: {}", scope.out.join(C::SUMMARY).display());
+        Ok(())
+    }
+}
+
+fn performer(name: Option<&str>) -> Result<Performer, Failure> {
+    let Some(name) = name else { return Ok(Performer::default()) };
+    Performer::ALL.into_iter().find(|performer| performer.name() == name).ok_or_else(|| {
+        let known: Vec<&str> = Performer::ALL.iter().map(|performer| performer.name()).collect();
+        Failure::BadInput(format!("--controller {name}: there are {}", known.join(", ")))
+    })
+}
+
+fn shown<C: Component>(record: &TreeRecord<C>) -> Shown {
+    let (seed, world) = (record.key.seed, record.key.world);
+    let line = match &record.never_built {
+        Some(reason) => format!("seed {seed} tree {world}: never built: {reason}"),
+        None => format!(
+            "seed {seed} tree {world}: {} of {} trials met",
+            record.trials.iter().filter(|trial| trial.success()).count(),
+            record.trials.len()
+        ),
+    };
+    let frame = Spec::paper().sim.frame();
+    let frames = record.trials.iter().map(|trial| (trial.duration_s / frame).round() as u64).sum();
+    Shown { steps: frames, line }
+}
+
+fn report<C: Component>(result: &ComponentResult<C>, plan: &ComponentPlan) {
+    let summary = &result.summary;
+    say!(
+        "task {}, controller {}; seeds {:?} x {} trees",
+        summary.task,
+        summary.controller,
+        summary.seeds,
+        plan.trees
+    );
+    let definitions = metrics::<C>();
+    let order = definitions.iter().map(|definition| (definition.name, definition.unit));
+    say!("{}", fine_table(order, &summary.metrics).trim_end());
+    let counts = |counts: &std::collections::BTreeMap<String, u32>| {
+        let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
+        if list.is_empty() { "none".to_owned() } else { list.join(", ") }
+    };
+    say!("trials ended: {}", counts(&summary.outcomes));
+    say!("attempts given up: {}", counts(&summary.failures));
+}
