@@ -107,9 +107,7 @@ pub(crate) fn build(
     let model = builder.build()?;
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &scenery, &handle);
     let settings = step_settings(&spec.sim);
-    let robot =
-        |part| matches!(part, Part::Chassis | Part::Bucket | Part::Arm | Part::Hand | Part::Finger(_));
-    let robot_colliders = (0..colliders.len()).filter(|&c| robot(colliders[c])).collect();
+    let robot_colliders = (0..colliders.len()).filter(|&c| colliders[c].is_robot()).collect();
     let bounds = crate::loose::bounds(&model);
     let shapes = Shapes::new(model.colliders().iter().map(|c| &c.shape));
     Ok(Parts {

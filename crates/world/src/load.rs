@@ -58,9 +58,7 @@ impl WoodLoad {
         let mut force = 0.0;
         for contact in &report.contacts {
             let pair = (parts[contact.a.index()], parts[contact.b.index()]);
-            if let (Part::Wood, Part::Robot | Part::Finger(_)) | (Part::Robot | Part::Finger(_), Part::Wood) =
-                pair
-            {
+            if matches!(pair, (Part::Wood, other) | (other, Part::Wood) if other.is_robot()) {
                 force += contact.force_world.norm();
             }
         }

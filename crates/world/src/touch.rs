@@ -18,6 +18,13 @@ pub(crate) enum Part {
     Hand,
 }
 
+impl Part {
+    /// Whether it is one of the robot's.
+    pub fn is_robot(self) -> bool {
+        matches!(self, Part::Chassis | Part::Bucket | Part::Arm | Part::Hand | Part::Finger(_))
+    }
+}
+
 /// Part of every collider of a model.
 pub(crate) fn parts(
     model: &Model,
