@@ -23,8 +23,9 @@ use crate::picture_file;
     after_help = "The episode is simulated again from its record: seed, tree and controller. The story is told from the record, and\n\
                   the causes of snaps and falls from the contacts of the second run, which must agree with the record.\n\n\
                   A strip holds the attempt's moments from left to right: state changes, and what befell fruit and wood. Above, the view\n\
-                  from outside (leaves in the foreground are left out); below, what the wrist camera looks at. A circle is the true\n\
-                  fruit, a cross the target as the controller believes it, dots are the detections of the last image.\n\n\
+                  from outside (leaves in the foreground are left out); below, what the wrist camera looks at. A green circle is the\n\
+                  true fruit, an orange one what is knocked off or snaps, a cross the target as the controller believes it,\n\
+                  dots are the detections of the last image.\n\n\
                   A record tells only of the code that wrote it: after a change of the code run bench-v1 again.\n\
                   Exit code 1: the second run differs from the record. Exit code 2: no record of an episode, or of other code.\n\n\
                   Examples:\n  cargo xtask explain results/bench-v1-quick/episodes/baseline-nominal-20250704-000.json\n  \

@@ -75,3 +75,64 @@ impl HoldWatch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fake::FakeWorld;
+
+    /// Spells as (from, to, end) of fruit 0, whose state after each frame from 5 on is given with the fingers' command; the fruit
+    /// comes off at frame 5, gripped or not.
+    fn spells(gripped: bool, frames: &[(FruitState, f64)]) -> Vec<(u32, u32, HeldEnd)> {
+        let mut world = FakeWorld::new(1, 0);
+        let mut watch = HoldWatch::default();
+        watch.begin_attempt();
+        watch.detached(0, gripped, 5);
+        for (frame, (state, opening)) in (5..).zip(frames) {
+            world.fruit[0].state = *state;
+            watch.look(&world, *opening, frame);
+        }
+        watch.spells.iter().map(|s| (s.from_frame, s.to_frame, s.end)).collect()
+    }
+
+    /// Closed fingers, and fingers that are told to open wider than the fruit of 30 mm.
+    const CLOSED: f64 = 0.0;
+    const OPEN: f64 = 0.04;
+
+    #[test]
+    fn a_fruit_is_let_go_or_lost_by_the_command() {
+        use FruitState::{Deposited, Held, Loose};
+        let carried = [(Held, CLOSED), (Held, CLOSED), (Held, CLOSED)];
+        assert_eq!(spells(true, &carried), [(5, 7, HeldEnd::InHand)]);
+        let lost = [&carried[..], &[(Loose, CLOSED), (Loose, OPEN)]].concat();
+        assert_eq!(spells(true, &lost), [(5, 7, HeldEnd::Lost)]);
+        let let_go = [&carried[..], &[(Held, OPEN), (Loose, OPEN), (Deposited, OPEN)]].concat();
+        assert_eq!(spells(true, &let_go), [(5, 8, HeldEnd::LetGo)]);
+        // A finger's contact flickers: one spell.
+        let flicker = [&carried[..], &[(Loose, CLOSED), (Held, CLOSED), (Loose, OPEN)]].concat();
+        assert_eq!(spells(true, &flicker), [(5, 9, HeldEnd::LetGo)]);
+    }
+
+    #[test]
+    fn a_gripped_fruit_counts_as_held_when_it_comes_off() {
+        use FruitState::{Held, Loose};
+        assert_eq!(spells(true, &[(Loose, CLOSED), (Loose, CLOSED)]), [(5, 5, HeldEnd::Lost)]);
+        assert_eq!(spells(false, &[(Loose, CLOSED), (Loose, CLOSED)]), []);
+        // Caught in its fall.
+        assert_eq!(spells(false, &[(Loose, CLOSED), (Held, CLOSED)]), [(6, 6, HeldEnd::InHand)]);
+    }
+
+    #[test]
+    fn a_later_attempt_begins_a_spell_of_its_own() {
+        let mut world = FakeWorld::new(1, 0);
+        let mut watch = HoldWatch::default();
+        watch.detached(0, true, 5);
+        world.fruit[0].state = FruitState::Loose;
+        watch.look(&world, CLOSED, 6);
+        watch.begin_attempt();
+        world.fruit[0].state = FruitState::Held;
+        watch.look(&world, CLOSED, 9);
+        let frames: Vec<(u32, HeldEnd)> = watch.spells.iter().map(|s| (s.from_frame, s.end)).collect();
+        assert_eq!(frames, [(5, HeldEnd::Lost), (9, HeldEnd::InHand)]);
+    }
+}

@@ -11,6 +11,8 @@ use crate::gallery::caption::Canvas;
 pub const TRUTH: Rgb888 = Rgb888::new(40, 255, 120);
 /// What the controller believes.
 pub const BELIEF: Rgb888 = Rgb888::new(255, 60, 230);
+/// What is knocked off or snaps.
+pub const HARMED: Rgb888 = Rgb888::new(255, 130, 20);
 /// What the detector saw.
 pub const SEEN: Rgb888 = Rgb888::new(255, 235, 60);
 

@@ -11,7 +11,7 @@ use orchard_bench::interface::{
 };
 use orchard_bench::protocol::Protocol;
 use orchard_bench::{WorldFactory, run_episode};
-use orchard_geometry::{Pose, Vec3};
+use orchard_geometry::{Pose, Vec3, inverse_transform};
 use orchard_robot::{Command, Observation};
 use orchard_world::World;
 
@@ -42,16 +42,23 @@ pub struct Shot {
 /// The likely cause of an event.
 pub struct Cause {
     /// What happened.
-    pub of: Broken,
+    pub of: Happened,
     /// Frame.
     pub frame: u32,
     /// What the robot did to it in the half second before.
     pub text: String,
 }
 
-/// What can come off a tree.
+/// What has a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Broken {
+pub enum Happened {
+    /// The end of an attempt, at a target fruit if there was one.
+    End {
+        /// Attempt.
+        attempt: u32,
+        /// Its target.
+        fruit: Option<u32>,
+    },
     /// A branch at the base of a segment.
     Branch(u32),
     /// A fruit off its stem.
@@ -73,6 +80,7 @@ pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
         shots: Vec::new(),
         causes: Vec::new(),
         memory: TouchMemory::default(),
+        ends: input.record.attempts.iter().map(|a| (a.end_frame, a.id, a.fruit)).collect(),
         detected: detected.clone(),
     };
     watched.keep();
@@ -117,6 +125,8 @@ struct Watched {
     shots: Vec<Shot>,
     causes: Vec<Cause>,
     memory: TouchMemory,
+    /// Ends of attempts: frame, attempt, target fruit.
+    ends: Vec<(u32, u32, Option<u32>)>,
     detected: Rc<RefCell<Vec<Vec3>>>,
 }
 
@@ -131,6 +141,27 @@ impl Watched {
     }
 }
 
+impl Watched {
+    /// Notes what pressed on the robot when an attempt ended, and where its fruit was.
+    fn explain_end(&mut self) {
+        let frame = self.world.frame();
+        for &(_, attempt, fruit) in self.ends.iter().filter(|end| end.0 == frame) {
+            let mut text = self.memory.on_robot();
+            let truth = self.world.fruit_truth();
+            if let Some(fruit) = fruit.and_then(|id| truth.get(id as usize)) {
+                // Of the hand's frame, z is the approach and y the way of the fingers.
+                let x_world_tcp = self.world.handle().x_world_tcp(self.world.data());
+                let p = inverse_transform(&x_world_tcp, &fruit.p_world) * 1e3;
+                text += &format!(
+                    "; from the point between the fingers the fruit is {:.0} mm ahead, {:.0} mm along and {:.0} mm across the fingers' way",
+                    p.z, p.y, p.x
+                );
+            }
+            self.causes.push(Cause { of: Happened::End { attempt, fruit }, frame, text });
+        }
+    }
+}
+
 impl BenchWorld for Watched {
     fn observe(&mut self) -> Observation {
         self.world.observe()
@@ -140,6 +171,7 @@ impl BenchWorld for Watched {
         self.world.step(command);
         self.memory.note(&self.world);
         self.keep();
+        self.explain_end();
     }
 
     fn drain_events(&mut self) -> Vec<WorldEvent> {
@@ -148,10 +180,10 @@ impl BenchWorld for Watched {
         for event in &events {
             let (of, text) = match *event {
                 WorldEvent::BranchSnapped { segment } => {
-                    (Broken::Branch(segment), self.memory.on_limb(&self.world, segment as usize))
+                    (Happened::Branch(segment), self.memory.on_limb(&self.world, segment as usize))
                 }
                 WorldEvent::FruitDetached { fruit } => {
-                    (Broken::Stem(fruit), self.memory.on_fruit(&self.world, fruit as usize))
+                    (Happened::Stem(fruit), self.memory.on_fruit(&self.world, fruit as usize))
                 }
                 _ => continue,
             };

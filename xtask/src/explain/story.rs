@@ -2,7 +2,7 @@
 
 use orchard_bench::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 
-use super::replay::{Broken, Cause};
+use super::replay::{Cause, Happened};
 
 /// What the episode was and how it ended.
 pub fn head(record: &EpisodeRecord) -> String {
@@ -101,7 +101,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     let within = |frame: u32| frame > start && frame <= until;
     // Frame times of the record are those of its events: the frame length is their ratio.
     let time = |frame: u32| f64::from(frame) * record.duration_s / f64::from(record.frames.max(1));
-    let cause = |of: Broken, frame: u32| {
+    let cause = |of: Happened, frame: u32| {
         causes
             .iter()
             .find(|c| c.of == of && c.frame == frame)
@@ -131,7 +131,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().find(|k| k.fruit == event.fruit);
-        let because = cause(Broken::Stem(event.fruit), event.frame);
+        let because = cause(Happened::Stem(event.fruit), event.frame);
         let line = match knocked {
             Some(k) => format!("fruit {} is KNOCKED OFF{}{because}", event.fruit, state(&k.state)),
             None => format!("the stem of fruit {} gives way{because}", event.fruit),
@@ -141,7 +141,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     for (snap, event) in
         attempt.snapped.iter().zip(record.branches_snapped.iter().filter(|e| within(e.frame)))
     {
-        let because = cause(Broken::Branch(event.segment), event.frame);
+        let because = cause(Happened::Branch(event.segment), event.frame);
         lines.push((
             event.time,
             format!("branch SNAPS at segment {}{}{because}", snap.segment, state(&snap.state)),
@@ -163,7 +163,10 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
             ),
         ));
     }
-    lines.push((last, "the attempt ends".to_owned()));
+    // What was in the way is of interest where the fruit did not leave its stem in the hand.
+    let end = Happened::End { attempt: attempt.id, fruit: attempt.fruit };
+    let contacts = if attempt.held.is_empty() { cause(end, attempt.end_frame) } else { String::new() };
+    lines.push((last, format!("the attempt ends{contacts}")));
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
     lines
 }
@@ -180,8 +183,9 @@ pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
     let mut text = String::new();
     for cause in causes.iter().filter(|cause| cause.frame <= first) {
         let what = match cause.of {
-            Broken::Branch(segment) => format!("branch snapped at segment {segment}"),
-            Broken::Stem(fruit) => format!("fruit {fruit} came off"),
+            Happened::Branch(segment) => format!("branch snapped at segment {segment}"),
+            Happened::Stem(fruit) => format!("fruit {fruit} came off"),
+            Happened::End { .. } => continue,
         };
         text += &format!("before the first attempt, frame {}: {what}: {}\n", cause.frame, cause.text);
     }

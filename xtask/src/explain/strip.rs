@@ -6,8 +6,8 @@ use orchard_camera::{Label, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose, Vec3, transform};
 use orchard_world::World;
 
-use super::marks::{BELIEF, Marked, SEEN, TRUTH};
-use super::replay::Shot;
+use super::marks::{BELIEF, HARMED, Marked, SEEN, TRUTH};
+use super::replay::{Happened, Shot};
 use super::story::{span, verdict, words};
 use crate::gallery::caption;
 use crate::picture_file::paste;
@@ -19,6 +19,8 @@ pub struct Moment {
     pub frame: u32,
     /// What happens.
     pub caption: String,
+    /// Fruit knocked off and segments at whose base a branch snaps.
+    pub harmed: Vec<Happened>,
 }
 
 /// Size of a view [px].
@@ -39,17 +41,18 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     let (start, until) = span(record, attempt);
     let within = |frame: u32| frame > start && frame <= until;
     let frame_of = |time: f64| (time / frame_length(record)).round() as u32;
-    let mut found: Vec<(u32, String)> =
-        attempt.states.iter().map(|s| (frame_of(s.time), s.state.to_uppercase())).collect();
+    let mut found: Vec<(u32, String, Option<Happened>)> =
+        attempt.states.iter().map(|s| (frame_of(s.time), s.state.to_uppercase(), None)).collect();
     let belief = &attempt.belief;
     if let Some(time) = belief.grasp_time {
         let width = belief.grasp_width_m.map_or_else(String::new, |w| format!(" ({:.0} mm)", 1e3 * w));
-        found.push((frame_of(time), format!("believes it holds{width}")));
+        found.push((frame_of(time), format!("believes it holds{width}"), None));
     }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().any(|k| k.fruit == event.fruit);
         let what = if knocked { "KNOCKED OFF" } else { "off its stem" };
-        found.push((event.frame, format!("fruit {} {what}", event.fruit)));
+        let harmed = knocked.then_some(Happened::Stem(event.fruit));
+        found.push((event.frame, format!("fruit {} {what}", event.fruit), harmed));
     }
     for held in &attempt.held {
         let what = match held.end {
@@ -57,19 +60,23 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
             HeldEnd::LetGo => "let go",
             HeldEnd::Lost => "SLIPS",
         };
-        found.push((held.to_frame, format!("fruit {} {what}", held.fruit)));
+        found.push((held.to_frame, format!("fruit {} {what}", held.fruit), None));
     }
     for event in record.branches_snapped.iter().filter(|e| within(e.frame)) {
-        found.push((event.frame, format!("branch SNAPS ({})", event.segment)));
+        let harmed = Some(Happened::Branch(event.segment));
+        found.push((event.frame, format!("branch SNAPS ({})", event.segment), harmed));
     }
     let end = attempt.failure_reason.as_deref().map_or_else(|| "placed".to_owned(), words);
-    found.push((attempt.end_frame, format!("END: {end}")));
-    found.sort_by_key(|(frame, _)| *frame);
+    found.push((attempt.end_frame, format!("END: {end}"), None));
+    found.sort_by_key(|(frame, ..)| *frame);
     let mut moments: Vec<Moment> = Vec::new();
-    for (frame, caption) in found {
+    for (frame, caption, harmed) in found {
         match moments.last_mut() {
-            Some(last) if frame <= last.frame + SAME => last.caption += &format!(", {caption}"),
-            _ => moments.push(Moment { frame, caption }),
+            Some(last) if frame <= last.frame + SAME => {
+                last.caption += &format!(", {caption}");
+                last.harmed.extend(harmed);
+            }
+            _ => moments.push(Moment { frame, caption, harmed: harmed.into_iter().collect() }),
         }
     }
     moments
@@ -105,7 +112,7 @@ pub fn draw(
     for (i, moment) in moments.iter().enumerate() {
         let Ok(shot) = shots.binary_search_by_key(&moment.frame, |shot| shot.frame) else { continue };
         let shot = &shots[shot];
-        let view = View::of(record, attempt, shot);
+        let view = View::of(record, attempt, shot, &moment.harmed);
         let (left, top) = (GAP + (i % COLUMNS) * (WIDTH + GAP), title + (i / COLUMNS) * row_height);
         let time = f64::from(moment.frame) * frame_length(record);
         let first: String = format!("{time:.1} s {}", moment.caption).chars().take(LETTERS).collect();
@@ -129,10 +136,12 @@ struct View<'a> {
     p_world_tcp: Vec3,
     /// Towards the robot's place at the commitment, level.
     towards_robot: Vec3,
+    /// Balls about what comes to harm in this moment.
+    harmed: Vec<(Vec3, f64)>,
 }
 
 impl<'a> View<'a> {
-    fn of(record: &EpisodeRecord, attempt: &AttemptRecord, shot: &'a Shot) -> Self {
+    fn of(record: &EpisodeRecord, attempt: &AttemptRecord, shot: &'a Shot, harmed: &[Happened]) -> Self {
         let world = &shot.world;
         let target = attempt.fruit.or(attempt.gripped.first().copied());
         let fruit = target.filter(|id| (*id as usize) < record.fruit.len()).map(|id| {
@@ -147,6 +156,7 @@ impl<'a> View<'a> {
             fruit,
             p_world_target,
             p_world_tcp: world.handle().x_world_tcp(world.data()).translation.vector,
+            harmed: harmed.iter().filter_map(|happened| place_of(world, *happened)).collect(),
             towards_robot: Vec3::new(away.x, away.y, 0.0).try_normalize(1e-9).unwrap_or_else(Vec3::x),
         }
     }
@@ -217,6 +227,9 @@ impl<'a> View<'a> {
         if let Some((p_world, radius)) = &self.fruit {
             marked.ball(p_world, *radius, TRUTH);
         }
+        for (p_world, radius) in &self.harmed {
+            marked.ball(p_world, *radius, HARMED);
+        }
         marked.cross(&self.p_world_target, BELIEF);
         if seen {
             let x_world_odom = self.shot.world.x_world_odom();
@@ -224,6 +237,21 @@ impl<'a> View<'a> {
                 marked.dot(&transform(&x_world_odom, p_odom), SEEN);
             }
         }
+    }
+}
+
+/// A ball about a fruit, or about the base of a segment.
+fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
+    const ABOUT_A_BREAK: f64 = 0.02;
+    match happened {
+        Happened::Stem(fruit) => {
+            world.fruit_truth().get(fruit as usize).map(|truth| (truth.p_world, truth.radius))
+        }
+        Happened::Branch(segment) => {
+            let body = *world.tree().bodies.get(segment as usize)?;
+            Some((world.data().x_world_body(body).translation.vector, ABOUT_A_BREAK))
+        }
+        Happened::End { .. } => None,
     }
 }
 

@@ -78,6 +78,19 @@ impl TouchMemory {
         told(causes, "nothing of the robot touched that limb; what hangs on it, or its swing, broke it")
     }
 
+    /// What pressed on arm and hand, the largest force first.
+    pub fn on_robot(&self) -> String {
+        let mut causes: Vec<(f64, String)> = Vec::new();
+        for touch in self.frames.iter().flat_map(|(touches, _)| touches) {
+            let text = match touch.touched {
+                Touched::Wood(wood) => format!("{} on segment {wood}", touch.part),
+                Touched::Fruit(fruit) => format!("{} on fruit {fruit}", touch.part),
+            };
+            keep_larger(&mut causes, touch.force, text);
+        }
+        told(causes, "the robot touched nothing")
+    }
+
     /// What the robot did to a fruit, and to the wood that bears it, the largest force first.
     pub fn on_fruit(&self, world: &World, fruit: usize) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
