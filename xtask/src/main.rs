@@ -25,6 +25,7 @@ mod picture_file;
 mod python;
 mod read_back;
 mod render;
+mod robot;
 mod rows;
 mod sensing_args;
 mod test;
@@ -65,6 +66,7 @@ enum Command {
     Judge(judge::Args),
     ReadBack(read_back::Args),
     Perf(perf::Args),
+    Robot(robot::Args),
     Validate(validate::Args),
     Test(test::Args),
     Fuzz(fuzz::Args),
@@ -83,6 +85,7 @@ fn main() -> ExitCode {
             Command::Judge(args) => judge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
             Command::Perf(args) => perf::run(&args),
+            Command::Robot(args) => robot::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Test(args) => test::run(&args),
             Command::Fuzz(args) => fuzz::run(&args),
