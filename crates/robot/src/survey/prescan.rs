@@ -39,11 +39,12 @@ pub(super) fn prescan(text: &str) -> Result<(), RobotError> {
             } else {
                 joint = Some(open);
             }
-        } else if depth == 2 && tag.as_ref() == b"limit" {
-            if let Some((name, kind, has_limit)) = &mut joint {
-                check_limit(name, kind, &element)?;
-                *has_limit = true;
-            }
+        } else if depth == 2
+            && tag.as_ref() == b"limit"
+            && let Some((name, kind, has_limit)) = &mut joint
+        {
+            check_limit(name, kind, &element)?;
+            *has_limit = true;
         }
         if !is_empty {
             depth += 1;

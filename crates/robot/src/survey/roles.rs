@@ -58,14 +58,14 @@ pub(super) fn roles(robot: &Articulation, parts: &Parts) -> Vec<RoleFacts> {
         joint_role(
             "base_joint",
             "planar joint",
-            &[parts.base_joint.clone()],
+            std::slice::from_ref(&parts.base_joint),
             &is_planar,
             joints_of(&is_planar),
         ),
         joint_role(
             "height_joint",
             "prismatic joint",
-            &[parts.height_joint.clone()],
+            std::slice::from_ref(&parts.height_joint),
             &is_slide,
             joints_of(&is_slide),
         ),
