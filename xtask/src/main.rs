@@ -26,6 +26,7 @@ mod picture_file;
 mod python;
 mod read_back;
 mod render;
+mod robot;
 mod rows;
 mod sensing_args;
 mod test;
@@ -68,6 +69,7 @@ enum Command {
     Judge(judge::Args),
     ReadBack(read_back::Args),
     Perf(perf::Args),
+    Robot(robot::Args),
     Validate(validate::Args),
     Verify(verify::Args),
     Test(test::Args),
@@ -88,6 +90,7 @@ fn main() -> ExitCode {
             Command::Judge(args) => judge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
             Command::Perf(args) => perf::run(&args),
+            Command::Robot(args) => robot::run(&args),
             Command::Validate(args) => validate::run(&args),
             Command::Verify(args) => verify::run(&args),
             Command::Test(args) => test::run(&args),

@@ -95,8 +95,11 @@ impl Articulation {
     /// Not URDF; links or joints missing, double, cyclic or unconnected; unsupported joint or shape; no limits
     /// where a joint needs them; no mass where a joint needs it; numbers that no robot has.
     pub fn from_urdf(text: &str) -> Result<Self, RobotError> {
-        let robot = urdf_rs::read_from_string(text).map_err(|e| RobotError::Parse(one_line(&e)))?;
-        Builder::new(&robot)?.build()
+        Self::of(&parsed(text)?)
+    }
+
+    pub(crate) fn of(robot: &urdf_rs::Robot) -> Result<Self, RobotError> {
+        Builder::new(robot)?.build()
     }
 
     /// The frame of a URDF link.
@@ -108,6 +111,10 @@ impl Articulation {
     pub fn link_of_joint(&self, joint: &str) -> Option<usize> {
         self.links.iter().position(|l| l.joint_name == joint)
     }
+}
+
+pub(crate) fn parsed(text: &str) -> Result<urdf_rs::Robot, RobotError> {
+    urdf_rs::read_from_string(text).map_err(|e| RobotError::Parse(one_line(&e)))
 }
 
 fn one_line(error: &urdf_rs::UrdfError) -> String {

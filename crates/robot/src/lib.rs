@@ -17,10 +17,12 @@ mod ik;
 pub mod io;
 mod model;
 mod observe;
+mod outline;
 mod plausible;
 mod qp;
 mod roles;
 mod servo;
+mod survey;
 
 pub use arm::{ArmKinematics, Jacobian, JointVector};
 pub use articulation::{Articulation, Frame, Limit, Link, LinkShape, Mimic};
@@ -34,3 +36,4 @@ pub use model::RobotModel;
 pub use observe::observe;
 pub use qp::{Obstacle, QpGoal, QpState, QpStatus, QpStep, QpTask};
 pub use servo::{Servos, SetPoints};
+pub use survey::{InertiaFacts, JointFacts, LinkFacts, MeshUse, RoleFacts, Survey};

@@ -6,6 +6,7 @@ use crate::articulation::{Articulation, combined, moved};
 use crate::config::RobotConfig;
 use crate::handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 use crate::io::{ARM_DOF, Command};
+use crate::outline::outline;
 use crate::roles::Roles;
 use orchard_geometry::{Aabb, Pose, Rotation, Vec3};
 use orchard_multibody::{
@@ -81,6 +82,15 @@ impl RobotModel {
         let chassis = shapes.filter(|s| s.part == self.config.parts.base_link);
         let boxes = chassis.map(|s| s.shape.aabb(&(x_base_link * s.x_link_shape)));
         boxes.reduce(|a, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() })
+    }
+
+    /// Convex outline of chassis and bucket on the ground: counterclockwise corners in the base frame [m].
+    pub fn footprint(&self) -> Vec<[f64; 2]> {
+        let x_base_link = self.roles.x_link_base.inverse();
+        let parts = &self.config.parts;
+        let shapes = self.articulation.links[self.roles.base].shapes.iter();
+        let standing = shapes.filter(|s| s.part == parts.base_link || s.part == parts.bucket_link);
+        outline(standing.map(|s| (&s.shape, x_base_link * s.x_link_shape)))
     }
 
     /// Time by which the height servo is behind a set point that moves evenly [s].

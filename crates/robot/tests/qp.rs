@@ -178,6 +178,30 @@ fn the_arm_does_not_run_into_itself_or_the_robot() {
     }
 }
 
+/// Lowered onto the deck beside the bucket, what the hand holds stops over it with the clearance between links.
+#[test]
+fn what_the_hand_holds_is_kept_off_the_robot() {
+    let robot = RobotModel::paper();
+    let arm = robot.kinematics();
+    let down = arm.tcp(&JointVector::from([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])).rotation;
+    let lowest = |held: Option<f64>| {
+        let mut state = QpState::resting(arm.home());
+        for z in [0.6, 0.1] {
+            let p = Vec3::new(0.1, 0.33, z);
+            let target = IkTarget::Pose(Pose::from_parts(p.into(), down));
+            let goal = QpGoal { held, ..approach(arm, target) };
+            for _ in 0..240 {
+                checked(arm, &mut state, &goal, &[]);
+            }
+        }
+        arm.tcp(&state.q).translation.z
+    };
+    // Deck at 0.28 m, clearance 0.01 m; a corner on a flat side may take a millimetre of it.
+    let (empty, full) = (lowest(None), lowest(Some(0.04)));
+    assert!((full - 0.33).abs() < 2e-3, "{full}");
+    assert!(empty < full - 0.01, "{empty}");
+}
+
 #[test]
 fn obstacles_are_kept_clear_of_and_never_make_it_fail() {
     let robot = RobotModel::paper();
