@@ -57,14 +57,8 @@ fn fill_bucket(world: &mut World, count: usize) {
         let p = in_bucket(world, at);
         put(world, i, p, Vec3::zeros(), &hold());
     }
-    for frame in 0..600 {
+    for _ in 0..600 {
         world.step(&hold());
-        if std::env::var("DIAG").is_ok() && frame % 60 == 59 {
-            let v: Vec<f64> = (0..count).map(|i| motion(world, i)[1].norm()).collect();
-            let mut sorted = v.clone();
-            sorted.sort_by(f64::total_cmp);
-            println!("frame {frame} speeds max {:.5} median {:.5} min {:.5}", sorted[count - 1], sorted[count / 2], sorted[0]);
-        }
     }
 }
 
@@ -129,6 +123,114 @@ fn momentum_is_kept_at_hand_over() {
     }
     assert_eq!(phases[0], Phase::InHand);
     assert_eq!(*phases.last().unwrap(), Phase::Free);
+}
+
+/// Two worlds that differ only in when a fruit changes hands: at the end of the frame in which it does so in one of them, its
+/// motion is the same in both to the bit. In flight and while it rolls.
+#[test]
+fn a_hand_over_changes_no_bit() {
+    let of_frames = |frames: u32| {
+        let mut spec = Spec::paper();
+        spec.fruit.hand_over_frames = spec.fruit.hand_over_frames.with_value(frames).unwrap();
+        World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 3, 0).unwrap()
+    };
+    let radius = of_frames(1).fruit().fruit[0].radius;
+    let v = Vec3::new(0.5, -0.3, 0.0);
+    let rolling = Vec3::z().cross(&v) / radius;
+    for (height, w) in [(1.2, Vec3::new(3.0, -2.0, 7.0)), (0.0, rolling)] {
+        // The frame of detachment counts.
+        let [mut sooner, mut later] = [8, 9].map(of_frames);
+        for world in [&mut sooner, &mut later] {
+            put(world, 0, Vec3::new(-2.0, 2.0, radius + height), v, &hold());
+            let point = point(world, 0);
+            world.data_mut().point_w_world[point] = w;
+        }
+        while sooner.fruit_lives().phase(0) == Phase::InHand {
+            sooner.step(&hold());
+            later.step(&hold());
+        }
+        assert_eq!(sooner.fruit_lives().phase(0), Phase::Free);
+        assert_eq!(later.fruit_lives().phase(0), Phase::InHand);
+        assert_eq!(motion(&sooner, 0), motion(&later, 0));
+        assert!(motion(&sooner, 0)[1].norm() > 0.3 && motion(&sooner, 0)[2].norm() > 1.0);
+        sooner.step(&hold());
+        later.step(&hold());
+        assert!((motion(&sooner, 0)[1] - motion(&later, 0)[1]).norm() < 0.05, "{height}");
+    }
+}
+
+/// Fingers that close on a fruit which the engine moves take it back into the coupled solve, with every bit of its motion, and
+/// then hold it.
+#[test]
+fn fingers_take_a_fruit_back() {
+    let of_range = |range: f64| {
+        let mut spec = Spec::paper();
+        spec.sim.gravity = spec.sim.gravity.with_value(0.0).unwrap();
+        spec.fruit.grasp_range = spec.fruit.grasp_range.with_value(range).unwrap();
+        World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 3, 0).unwrap()
+    };
+    let [mut taking, mut not_yet] = [3.0, 0.0].map(of_range);
+    for world in [&mut taking, &mut not_yet] {
+        put(world, 0, Vec3::new(-2.0, 2.0, 1.0), Vec3::zeros(), &hold());
+        while world.fruit_lives().phase(0) != Phase::Free {
+            world.step(&hold());
+        }
+        let p_tcp = world.handle().x_world_tcp(world.data()).translation.vector;
+        let point = point(world, 0);
+        let data = world.data_mut();
+        data.point_p_world[point] = p_tcp;
+        data.point_v_world[point] = Vec3::new(1e-3, -2e-3, 1e-3);
+        data.point_w_world[point] = Vec3::new(0.3, 0.2, -0.1);
+    }
+    let close = Command { finger_q: 0.0, ..hold() };
+    while taking.fruit_lives().phase(0) == Phase::Free {
+        assert!(taking.frame() < 600, "the fingers never reached it");
+        taking.step(&close);
+        not_yet.step(&close);
+    }
+    assert_eq!(taking.fruit_lives().phase(0), Phase::InHand);
+    assert_eq!(not_yet.fruit_lives().phase(0), Phase::Free);
+    assert_eq!(motion(&taking, 0), motion(&not_yet, 0));
+    for _ in 0..60 {
+        taking.step(&close);
+    }
+    assert_eq!(taking.fruit_truth()[0].state, FruitState::Held);
+    let squeeze = taking.fruit_bruise(0).peak_squeeze_force;
+    assert!(squeeze > 1.0 && squeeze < 500.0, "{squeeze} N");
+}
+
+/// More fruit than the bucket holds: it heaps up, and what rolls off is dropped.
+#[test]
+fn an_overfull_bucket_spills() {
+    let mut spec = Spec::paper();
+    spec.fruit.count = spec.fruit.count.with_value(80).unwrap();
+    spec.fruit.radius = spec.fruit.radius.with_ends(35.0, 35.0).unwrap();
+    let mut world = World::new(Arc::new(spec), Arc::new(RobotModel::paper()), 3, 0).unwrap();
+    let count = world.fruit().len();
+    assert!(count > 70, "{count} fruit");
+    fill_bucket(&mut world, count);
+    let mut states: Vec<FruitState> = world.fruit_truth().iter().map(|f| f.state).collect();
+    let all: Vec<usize> = (0..count).collect();
+    let deposited = all.iter().filter(|&&i| states[i] == FruitState::Deposited).count();
+    // A random packing of balls fills 0.55 to 0.64 of its room, less at walls as near as four of them; a heap stands over the rim.
+    let half = world.handle().bucket.half;
+    let share = deposited as f64 * 4.19 * 0.035_f64.powi(3) / (8.0 * half.x * half.y * half.z);
+    assert!((0.45..0.75).contains(&share), "{deposited} fruit fill {share}");
+    assert!(overlaps(&world, &all) < 1e-3, "{}", overlaps(&world, &all));
+    assert!(
+        states.iter().all(|s| matches!(s, FruitState::Deposited | FruitState::Dropped | FruitState::Loose))
+    );
+    // A hard start shakes down what stands over the rim.
+    for frame in 0..600 {
+        let speed = if frame < 120 { -1.1 } else { 0.0 };
+        world.step(&Command { base_velocity: [speed, 0.0, 0.0], ..hold() });
+    }
+    states = world.fruit_truth().iter().map(|f| f.state).collect();
+    let dropped = states.iter().filter(|s| **s == FruitState::Dropped).count();
+    assert!(dropped > 0, "{states:?}");
+    let told = world.drain_events().iter().filter(|e| matches!(e, WorldEvent::FruitDropped { .. })).count();
+    assert_eq!(told, dropped, "told and found");
+    assert_eq!(*world.status(), Status::Running);
 }
 
 /// What goes into the engine comes out of it again, bit for bit.
@@ -241,14 +343,11 @@ fn a_bucket_fills_and_rides() {
     fill_bucket(&mut world, count);
     let states: Vec<FruitState> = world.fruit_truth().iter().map(|f| f.state).collect();
     let inside: Vec<usize> = (0..count).filter(|&i| states[i] == FruitState::Deposited).collect();
-    let top = inside.iter().map(|&i| motion(&world, i)[0].z).fold(0.0, f64::max);
-    println!("{} in the bucket, top {top}, {states:?}", inside.len());
-    println!("overlap {} walls {}", overlaps(&world, &inside), wall_overlap(&world, &inside));
+    assert_eq!(inside.len(), count, "{states:?}");
     assert!(overlaps(&world, &inside) < 1e-3, "{}", overlaps(&world, &inside));
     assert!(wall_overlap(&world, &inside) < 1e-3, "{}", wall_overlap(&world, &inside));
     let asleep = |world: &World, i: usize| matches!(world.fruit_lives().phase(i), Phase::Asleep(_));
     let awake: Vec<usize> = (0..count).filter(|&i| !asleep(&world, i)).collect();
-    println!("awake {awake:?}");
     assert!(awake.is_empty(), "awake: {awake:?}");
     world.drain_events();
     let drive = Command { base_velocity: [-0.5, 0.2, 0.6], ..hold() };
@@ -264,9 +363,8 @@ fn a_bucket_fills_and_rides() {
     }
     assert!(woke);
     let lost = inside.iter().filter(|&&i| world.fruit_truth()[i].state != FruitState::Deposited).count();
-    println!("lost {lost}: {:?}", world.drain_events());
     assert!((0..count).all(|i| asleep(&world, i)));
-    assert!(lost <= 2, "{lost} lost on a gentle drive");
+    assert_eq!(lost, 0, "lost on a gentle drive");
 }
 
 /// Worlds with a sleeping pile, a fruit in the air and one that rolls go on from their bytes with the same bits, and so do clones.

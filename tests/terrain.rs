@@ -150,7 +150,7 @@ fn a_fruit_meets_the_ground_where_the_ground_is() {
     }
 }
 
-/// Bumps of no height: everything as on the plane, to round-off that contact does not amplify much in 3 s.
+/// Bumps of no height: everything as on the plane; fruit to the sag of its contacts.
 #[test]
 fn level_terrain_is_the_plane() {
     let run = |spec: Spec| {
@@ -168,7 +168,8 @@ fn level_terrain_is_the_plane() {
     let robot = |w: &World| w.handle().x_world_base(w.data()).translation.vector;
     assert!(apart(&robot(&plane), &robot(&level)) < 1e-9);
     let fruit = |w: &World| w.data().point_p_world[w.fruit().points[0].index()];
-    assert!(apart(&fruit(&plane), &fruit(&level)) < 1e-6, "{} {}", fruit(&plane), fruit(&level));
+    // On an edge between two triangles it has two contacts, and half the sag of some micrometres.
+    assert!(apart(&fruit(&plane), &fruit(&level)) < 1e-5, "{} {}", fruit(&plane), fruit(&level));
 }
 
 /// At the start the base stands on the ground under it, which is the height that its odometry counts from.
