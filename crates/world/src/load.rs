@@ -13,6 +13,7 @@
 //! joint by joint, so that a load on a branch that gravity spares counts although another joint bears more. Wood that swings
 //! freely or was relieved of its fruit has an excess too where it bends further than at rest.
 
+use crate::World;
 use crate::touch::Part;
 use orchard_multibody::{Data, Model, StepReport};
 use orchard_treephys::{Rupture, TreeBody};
@@ -101,6 +102,13 @@ impl WoodLoad {
     /// Whether its segment is one of a tree of so many.
     pub(crate) fn fits(&self, segments: usize) -> bool {
         self.peak_segment.is_none_or(|segment| segment < segments)
+    }
+}
+
+impl World {
+    /// What the robot has done to the wood since the start of the episode.
+    pub fn wood_load(&self) -> &WoodLoad {
+        &self.state.load
     }
 }
 

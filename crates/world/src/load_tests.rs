@@ -5,7 +5,8 @@ use orchard_spec::Spec;
 use orchard_treegen::{Segment, Skeleton};
 use std::sync::Arc;
 
-/// A straight upright shoot of two segments, low enough to meet nothing of the robot but its flat front: the joint between them can break.
+/// A straight upright shoot of two segments, low enough to meet nothing of the robot but its flat front. The joint
+/// between them can break.
 const LOWER: f64 = 0.1;
 const UPPER: f64 = 0.4;
 const RADIUS: f64 = 0.02;
@@ -93,17 +94,21 @@ fn a_push_at_the_tip_is_force_times_lever() {
 fn the_robots_push_balances_the_joint() {
     let mut world = shoot();
     let body = world.tree().bodies[1];
-    let mut driven = 0;
-    for _ in 0..1800 {
+    let (mut pressed, mut place) = (0, None);
+    for _ in 0..2400 {
         let x_world_base = world.handle().x_world_base(world.data());
         let away = inverse_transform(&x_world_base, &Vec3::zeros());
-        let touched = world.wood_load().contact_impulse > 0.0;
-        if touched {
-            driven += 1;
-        }
-        // Ahead until it has leaned on the shoot for half a second, then stand for the rest of 30 s.
-        let turn = 0.8 * orchard_geometry::math::atan2(away.y, away.x);
-        let base_velocity = if driven < 30 { [0.1, 0.0, turn] } else { [0.0; 3] };
+        let distance = away.xy().norm();
+        pressed += u32::from(world.wood_load().frame_impulse > 0.0);
+        // Ahead until it has leaned on the shoot for a tenth of a second; then it keeps its place, for which the drive, a
+        // damper, needs a speed to go on pressing.
+        let turn = orchard_geometry::math::atan2(away.y, away.x);
+        let base_velocity = if pressed < 6 {
+            [0.1, 0.0, turn]
+        } else {
+            let place = *place.get_or_insert(distance);
+            [5.0 * (distance - place), 0.0, 0.0]
+        };
         let command = Command { base_velocity, ..hold(&world) };
         world.step(&command);
     }

@@ -362,11 +362,6 @@ impl World {
         self.parts.x_world_odom
     }
 
-    /// What the robot has done to the wood since the start of the episode.
-    pub fn wood_load(&self) -> &WoodLoad {
-        &self.state.load
-    }
-
     /// Contacts of the latest substep.
     pub fn report(&self) -> &StepReport {
         &self.state.report

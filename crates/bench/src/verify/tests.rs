@@ -129,8 +129,8 @@ fn report(plan: &VerifyPlan, threads: usize) -> String {
 #[test]
 fn a_robot_that_stands_touches_nothing() {
     let plan = plan(&table(&[(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)]));
-    for tree in run(&plan, 2, &AtomicBool::new(false), &Silent).unwrap() {
-        assert_eq!((tree.quarantined, tree.branches_snapped, tree.fruit_dropped), (None, 0, 0));
+    for tree in &run(&plan, 2, &AtomicBool::new(false), &Silent).unwrap() {
+        assert_eq!((&tree.quarantined, tree.branches_snapped, tree.fruit_dropped), (&None, 0, 0));
         assert_eq!((tree.contact_impulse_n_s, tree.peak_contact_force_n), (0.0, 0.0));
         // At rest under gravity but for roundings of the equilibrium.
         assert!(tree.peak_moment_excess < 1e-6 && tree.peak_moment_ratio > 0.0, "{tree:?}");
@@ -145,7 +145,7 @@ fn a_drive_into_the_tree_is_told_and_repeats_for_any_number_of_threads() {
     assert_eq!(one, report(&plan, 2));
     let read: Report = serde_json::from_str(&one).unwrap();
     assert!(read.trees.iter().all(|tree| tree.contact_impulse_n_s > 0.0), "{:?}", read.trees);
-    assert!(read.trees.iter().all(|tree| tree.peak_moment_excess > 0.01 && tree.moment_excess_s > 0.0));
+    assert!(read.trees.iter().all(|tree| tree.peak_moment_excess > 0.0 && tree.moment_excess_s > 0.0));
     let impulse = &read.metrics["contact_impulse_n_s"];
     let mean = read.trees.iter().map(|tree| tree.contact_impulse_n_s).sum::<f64>() / 2.0;
     assert!((impulse.mean.unwrap() / mean - 1.0).abs() < 1e-12 && impulse.n == 2);
@@ -157,4 +157,15 @@ fn an_interrupted_run_has_no_report() {
     let plan = plan(&table(&[(0.0, 0.0, 0.0)]));
     let e = run(&plan, 1, &AtomicBool::new(true), &Silent).unwrap_err();
     assert_eq!(e.to_string(), "interrupted after 0 of 2 trees; nothing was written");
+}
+
+/// The example that comes with the project is valid, within the robot's limits but for a few speeds, and meets trees.
+#[test]
+fn the_example_runs() {
+    let text = include_str!("../../../../assets/trajectories/baseline-reach.csv");
+    let plan = VerifyPlan { trees: 3, ..plan(text) };
+    assert!(plan.trajectory.rows().len() > 100 && plan.trajectory.duration() == 20.0);
+    let trees = run(&plan, 2, &AtomicBool::new(false), &Silent).unwrap();
+    assert!(trees.iter().all(|tree| tree.quarantined.is_none()));
+    assert!(trees.iter().any(|tree| tree.contact_impulse_n_s > 0.0));
 }

@@ -74,9 +74,19 @@ impl BaselinePicker {
             // The same plan as for a fruit, with a longer straight way that ends at the point.
             let approach = &mut config.approach;
             approach.look = push.rules.length.clone();
+            let level_first = approach.elevations.first().and_then(level);
+            approach.elevations.splice(0..0, level_first);
+            let side = push.rules.side.si();
+            config.align.bearings.retain(|bearing| bearing.si().abs() <= side);
             if push.compliance.is_none() {
-                approach.elevations = approach.elevations.first().and_then(level).into_iter().collect();
-                approach.azimuths = approach.azimuths.first().and_then(level).into_iter().collect();
+                // As near to level and straight ahead as the arm can, whatever is seen in the way.
+                approach.azimuths.retain(|azimuth| azimuth.si() == 0.0);
+                config.align.bearings.retain(|bearing| bearing.si() == 0.0);
+                for half in [&mut approach.sweep_half_x, &mut approach.sweep_half_y] {
+                    if let Some(none) = level(half) {
+                        *half = none;
+                    }
+                }
             }
             if let Some(none) = level(&approach.overshoot) {
                 approach.overshoot = none;

@@ -24,6 +24,8 @@ pub struct PushConfig {
     pub speed: Quantity,
     /// Opening of each finger.
     pub opening: Quantity,
+    /// Farthest that the base stands off the named side, as seen from the place.
+    pub side: Quantity,
     /// Longest duration.
     pub timeout: Quantity,
 }
