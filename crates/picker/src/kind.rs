@@ -1,6 +1,6 @@
 //! The controllers of this crate, by name.
 
-use crate::{BaselinePicker, Controller, PAPER_TOML, PickerConfig};
+use crate::{BaselinePicker, Controller, EXPERT_TOML, ExpertConfig, ExpertPicker, PAPER_TOML, PickerConfig};
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
@@ -10,16 +10,19 @@ pub enum Kind {
     /// The paper's harvest cycle.
     #[default]
     Baseline,
+    /// The best of this crate.
+    Expert,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Baseline];
+    pub const ALL: [Self; 2] = [Self::Baseline, Self::Expert];
 
     /// Its name, as results and command lines give it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Baseline => "baseline",
+            Self::Expert => "expert",
         }
     }
 
@@ -27,6 +30,7 @@ impl Kind {
     pub fn toml(self) -> &'static str {
         match self {
             Self::Baseline => PAPER_TOML,
+            Self::Expert => EXPERT_TOML,
         }
     }
 
@@ -34,6 +38,7 @@ impl Kind {
     pub fn controller(self, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
         match self {
             Self::Baseline => Box::new(BaselinePicker::new(robot, detector, PickerConfig::paper())),
+            Self::Expert => Box::new(ExpertPicker::new(robot, detector, ExpertConfig::preset())),
         }
     }
 }

@@ -2,23 +2,28 @@
 //!
 //! A [`Controller`] sees an [`orchard_robot::Observation`] a frame and answers with a command. It keeps a
 //! [`Record`] of what it believed and did, which a benchmark reads and scores against the truth.
-//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat;
+//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat; [`ExpertPicker`] is the best that this crate has;
 //! [`Kind`] names the controllers of this crate.
 
 mod baseline;
 mod blacklist;
+mod choose;
 mod config;
 mod drive;
+mod expert;
 mod eyes;
 mod kind;
 mod motion;
 mod plan;
 mod postures;
 mod record;
+mod rig;
 mod robot_state;
+mod scan;
 
 pub use baseline::BaselinePicker;
 pub use config::{PAPER_TOML, PickerConfig};
+pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use kind::Kind;
 pub use record::{AttemptEnd, AttemptId, Event, FailureReason, ImageReport, Record, State};
 
