@@ -89,20 +89,32 @@ impl ExpertPicker {
         self.phase.state()
     }
 
-    fn pace(&self) -> Pace {
-        Pace { speed: self.config.swift.speed.si(), acceleration: self.config.swift.acceleration.si() }
+    /// Starts the arm through way-points, the last of which is the goal.
+    fn swing_through(&mut self, way_points: impl IntoIterator<Item = WayPoint>) {
+        let pace =
+            Pace { speed: self.config.swift.speed.si(), acceleration: self.config.swift.acceleration.si() };
+        self.rig.motion.go_through(way_points, pace);
     }
 
-    /// Starts the arm through postures, the last of which is the goal.
-    fn swing_through(&mut self, postures: &[JointVector]) {
-        let blend = self.config.swift.blend.si();
-        let pace = self.pace();
-        self.rig.motion.go_through(postures.iter().map(|q| WayPoint { q: *q, blend }), pace);
+    /// Starts the arm to a posture.
+    fn swing_to(&mut self, q: JointVector) {
+        self.swing_through([WayPoint { q, blend: 0.0 }]);
+    }
+
+    /// The carrying posture, passed in the open.
+    fn by_carry(&self) -> WayPoint {
+        WayPoint { q: self.rig.postures.carry(), blend: self.config.swift.blend.si() }
+    }
+
+    /// Whether there has been no sight for long. With the hand in the bucket the camera is too near to all that it sees.
+    fn is_blind(&self, robot: &RobotState) -> bool {
+        let eyes = &self.rig.eyes;
+        eyes.blind && robot.time - eyes.last_sight > self.config.feel.blind_time.si()
     }
 
     /// The next target, if one is known; else looks around from here.
     fn next_target(&mut self, robot: &RobotState) -> Next {
-        let choice = if self.rig.eyes.blind { None } else { self.rig.choose(robot) };
+        let choice = if self.is_blind(robot) { None } else { self.rig.choose(robot) };
         match choice {
             Some(choice) => {
                 self.rig.commit(robot, choice.track, choice.target, choice.plan);
@@ -136,6 +148,7 @@ impl ExpertPicker {
             }
             Next::Enter(phase) => phase,
             Next::Fail(reason) => {
+                self.rig.motion.stop();
                 let attempt = self.rig.conclude(robot, AttemptEnd::Failed(reason));
                 Phase::Retreat(Retreat::after_failure(self.phase.state(), attempt.as_ref(), robot))
             }

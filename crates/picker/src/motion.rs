@@ -219,11 +219,31 @@ impl ArmMotion {
 }
 
 /// Largest speed from which a distance is enough to stop, where speed falls by `a dt` a frame: the frames' way
-/// `v dt + (v - a dt) dt + ..` is at most `distance`.
+/// `v dt + (v - a dt) dt + ..` is `distance`, to an eighth of `a dt^2`.
 fn stopping_speed(a: f64, distance: f64, dt: f64) -> f64 {
     let step = a * dt;
     if step <= 0.0 {
         return 0.0;
     }
     step * ((0.25 + 2.0 * distance.max(0.0) / (step * dt)).sqrt() - 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Braking by `a dt` a frame from the stopping speed covers the distance.
+    #[test]
+    fn the_stopping_speed_stops_in_the_distance() {
+        let (a, dt) = (9.0, 1.0 / 60.0);
+        for distance in [0.0, 1e-4, 0.01, 0.3, 2.0] {
+            let v = stopping_speed(a, distance, dt);
+            let frames = (v / (a * dt)).floor();
+            // The sum of v dt, (v - a dt) dt, .. down to the last positive term.
+            let way = dt * (frames + 1.0) * (v - 0.5 * frames * a * dt);
+            // Exact where v is a multiple of a dt; between them the sum is a chord of the parabola.
+            assert!((way - distance).abs() <= a * dt * dt / 8.0 + 1e-12, "{distance} {way}");
+        }
+        assert_eq!(stopping_speed(a, 1.0, 0.0), 0.0);
+    }
 }

@@ -182,6 +182,12 @@ impl Rig {
         self.fingers = Fingers { opening, force: self.config.grasp.force.si() };
     }
 
+    /// Whether the fingers stand where they open to.
+    pub fn fingers_are_open(&self, robot: &RobotState) -> bool {
+        let c = &self.config.grasp;
+        robot.width >= 2.0 * (c.opening.si() - c.steady_width.si())
+    }
+
     /// Force that the hand exerts at the TCP [N], base axes.
     pub fn tcp_force(&self, robot: &RobotState) -> Vec3 {
         let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());

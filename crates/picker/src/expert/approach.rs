@@ -67,9 +67,9 @@ impl ExpertPicker {
         }
         let carry = self.rig.postures.carry();
         if self.rig.motion.is_over() && !align.unfolding && *self.rig.motion.q() != carry {
-            self.swing_through(&[carry]);
+            self.swing_to(carry);
         }
-        if self.rig.eyes.blind {
+        if self.is_blind(robot) {
             return Next::Stay(Phase::Align(align), STILL);
         }
         let tree = self.rig.eyes.belief.p_odom();
@@ -79,12 +79,10 @@ impl ExpertPicker {
         if align.stall.is_stalled(robot, &velocity, &self.rig.config.drive, self.rig.patience()) {
             return Next::Fail(FailureReason::Blocked);
         }
-        let folded = (self.rig.motion.q() - carry).amax() <= self.config.swift.blend.si();
+        let folded = (self.rig.motion.q() - carry).amax() <= self.config.unfold.folded.si();
         if !align.unfolding && folded && align.goal.distance(robot) <= self.config.unfold.base_left.si() {
             self.rig.update_from_track();
-            if !self.unfold(&align.goal, robot) {
-                return Next::Fail(FailureReason::Unreachable);
-            }
+            self.unfold(&align.goal, robot);
             align.unfolding = true;
         }
         let still = robot.base_speed <= self.rig.config.drive.stall_speed.si()
@@ -98,21 +96,20 @@ impl ExpertPicker {
         Next::Enter(Phase::Reach(Reach::new(0)))
     }
 
-    /// Plans the approach for the place where the base is going to stand, and starts the arm towards its beginning.
-    fn unfold(&mut self, goal: &BaseGoal, robot: &RobotState) -> bool {
+    /// Plans the approach anew for the place where the base is going to stand, with what has been seen since the
+    /// commitment, and starts the arm towards its beginning.
+    fn unfold(&mut self, goal: &BaseGoal, robot: &RobotState) {
         let there = goal.pose(robot.x_odom_base.translation.z);
-        let Some(attempt) = &mut self.rig.attempt else { return false };
+        let Some(attempt) = &mut self.rig.attempt else { return };
         let target =
             Target { p: inverse_transform(&there, &attempt.target.p), radius: attempt.target.radius };
         let points: Vec<Vec3> = self.rig.eyes.points().map(|p| inverse_transform(&there, p)).collect();
         let carry = self.rig.postures.carry();
-        let Some(plan) = plan(&self.rig.arm, &target, &points, &carry, &self.rig.config) else {
-            return false;
-        };
-        let q_look = plan.q_look;
-        attempt.plan = plan;
-        self.swing_through(&[q_look]);
-        true
+        if let Some(plan) = plan(&self.rig.arm, &target, &points, &carry, &self.rig.config) {
+            attempt.plan = plan;
+        }
+        let q_look = attempt.plan.q_look;
+        self.swing_to(q_look);
     }
 
     /// Corrects the posture of the second look for where base and fruit really are: the same direction if it still
@@ -132,7 +129,7 @@ impl ExpertPicker {
                 }
             }
         }
-        self.swing_through(&[chosen.q_look]);
+        self.swing_to(chosen.q_look);
         if let Some(attempt) = &mut self.rig.attempt {
             attempt.plan = chosen;
         }

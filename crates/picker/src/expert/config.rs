@@ -43,6 +43,8 @@ section! {
     UnfoldConfig {
         /// Distance of the base from its stand-off at which the arm unfolds.
         base_left: Quantity,
+        /// The arm counts as folded once all joints are this near to the carrying posture.
+        folded: Quantity,
         /// An image counts for the second look if the camera was this near to the target.
         range: Quantity,
         /// The hand homes in once all joints are this near to the posture of the second look.
@@ -65,6 +67,8 @@ section! {
         straight: Quantity,
         /// A push against the hand over this ends the advance.
         push_max: Quantity,
+        /// Another direction is turned from one that wood blocks by at least this.
+        other_angle: Quantity,
         /// Tries at one target.
         tries: Count,
     }
@@ -81,6 +85,12 @@ section! {
         wood_way: Quantity,
         /// A drop of the pull below this share of its peak while the fruit is still tied is wood that gives.
         wood_share: Quantity,
+        /// Time for which it must last.
+        wood_time: Quantity,
+        /// Least weight on the hand that is a fruit.
+        weight_min: Quantity,
+        /// Images without sight are borne for so long.
+        blind_time: Quantity,
     }
 }
 
@@ -115,10 +125,10 @@ section! {
         layers: Count,
         /// Joint error at which the fingers may open.
         arrived: Quantity,
-        /// Push from below at which something lies under the fruit.
-        contact: Quantity,
         /// Each finger opens by this much.
         opening: Quantity,
+        /// The posture over the rim is passed once all joints are this near.
+        blend: Quantity,
         /// Time for the fruit to leave the fingers.
         open_time: Quantity,
     }

@@ -3,6 +3,7 @@
 use crate::expert::approach::{Reach, Views};
 use crate::expert::pull::Pull;
 use crate::expert::{ExpertPicker, Next, Phase};
+use crate::plan::plan_among;
 use crate::record::FailureReason;
 use crate::rig::{Fingers, STILL};
 use crate::robot_state::RobotState;
@@ -15,6 +16,8 @@ pub(super) struct Grasp {
     views: Views,
     /// Tries at this target that came to nothing.
     failed: u32,
+    /// Whether wood stopped the hand.
+    refused: bool,
     /// Smoothed push of what is before the hand [N].
     push: f64,
 }
@@ -33,7 +36,13 @@ enum Stage {
 
 impl Grasp {
     pub fn homing(views: Views, failed: u32) -> Self {
-        Self { stage: Stage::Homing, views, failed, push: 0.0 }
+        Self { stage: Stage::Homing, views, failed, refused: false, push: 0.0 }
+    }
+
+    /// Opens for another try at a fruit that left the fingers while still on its stem.
+    pub fn lost(robot: &RobotState, failed: u32) -> Self {
+        let stage = Stage::Opening { since: robot.time };
+        Self { stage, views: Views::new(), failed, refused: false, push: 0.0 }
     }
 }
 
@@ -63,14 +72,15 @@ impl ExpertPicker {
                     grasp.stage = Stage::Closing { since, width: robot.width, steady };
                 } else if self.in_hand(robot) {
                     self.rig.note_grasp(robot);
-                    return self.start_pull();
+                    return self.start_pull(grasp.failed);
                 } else {
-                    return self.try_again(grasp, robot);
+                    return self.try_again(grasp, FailureReason::NoFruitAtDetection, robot);
                 }
                 Next::Stay(Phase::Grasp(grasp), STILL)
             }
             Stage::Opening { since } => {
-                if robot.time - since >= self.config.place.open_time.si() {
+                let open = self.rig.fingers_are_open(robot);
+                if open || robot.time - since >= self.config.place.open_time.si() {
                     self.back_out(robot);
                     grasp.stage = Stage::Backing;
                 }
@@ -78,9 +88,14 @@ impl ExpertPicker {
             }
             Stage::Backing if !self.rig.motion.is_over() => Next::Stay(Phase::Grasp(grasp), STILL),
             Stage::Backing => {
+                let q = *self.rig.motion.q();
                 if let Some(attempt) = &mut self.rig.attempt {
-                    attempt.plan.q_look = *self.rig.motion.q();
+                    attempt.plan.q_look = q;
+                    // Only what is seen anew counts.
                     attempt.hits = 0;
+                }
+                if grasp.refused && !self.turn_elsewhere(robot) {
+                    return Next::Fail(FailureReason::GraspStalled);
                 }
                 Next::Enter(Phase::Reach(Reach::new(grasp.failed)))
             }
@@ -111,7 +126,7 @@ impl ExpertPicker {
             return Next::Fail(FailureReason::GraspUnreachable);
         }
         if !near && pushed {
-            return Next::Fail(FailureReason::GraspStalled);
+            return self.try_again(grasp, FailureReason::GraspStalled, robot);
         }
         if !(self.rig.arm_arrived(robot) || (near && (pushed || self.rig.motion.is_over()))) {
             return Next::Stay(Phase::Grasp(grasp), STILL);
@@ -122,14 +137,37 @@ impl ExpertPicker {
         Next::Stay(Phase::Grasp(grasp), STILL)
     }
 
-    fn try_again(&mut self, mut grasp: Grasp, robot: &RobotState) -> Next {
+    /// Backs out for another try, if one is left. A direction in which wood stopped the hand is not tried again.
+    fn try_again(&mut self, mut grasp: Grasp, reason: FailureReason, robot: &RobotState) -> Next {
         grasp.failed += 1;
         if grasp.failed >= self.config.homing.tries.get() {
-            return Next::Fail(FailureReason::NoFruitAtDetection);
+            return Next::Fail(reason);
         }
+        self.rig.motion.stop();
         self.rig.open_fingers();
+        grasp.refused = reason == FailureReason::GraspStalled;
         grasp.stage = Stage::Opening { since: robot.time };
         Next::Stay(Phase::Grasp(grasp), STILL)
+    }
+
+    /// Chooses another direction than the one in which wood stopped the hand.
+    fn turn_elsewhere(&mut self, robot: &RobotState) -> bool {
+        let (Some(target), Some(attempt)) = (self.rig.target_base(robot), &self.rig.attempt) else {
+            return false;
+        };
+        let (refused, points) = (attempt.plan.direction(), self.rig.points_base(robot));
+        let least = orchard_geometry::math::cos(self.config.homing.other_angle.si());
+        let allowed = |direction: &Vec3| direction.dot(&refused) <= least;
+        let (arm, config) = (&self.rig.arm, &self.rig.config);
+        let Some(other) = plan_among(arm, &target, &points, self.rig.motion.q(), config, allowed) else {
+            return false;
+        };
+        let q_look = other.q_look;
+        if let Some(attempt) = &mut self.rig.attempt {
+            attempt.plan = other;
+        }
+        self.swing_to(q_look);
+        true
     }
 
     /// Starts the hand back along the approach, from where it is to where it looked.
@@ -147,11 +185,11 @@ impl ExpertPicker {
         self.rig.motion.go_straight(&self.rig.arm, direction, way, speed, &self.rig.config.arm);
     }
 
-    fn start_pull(&mut self) -> Next {
+    fn start_pull(&mut self, failed: u32) -> Next {
         let Some(attempt) = &self.rig.attempt else { return Next::Fail(FailureReason::Slipped) };
         let c = &self.rig.config;
         let (way, speed) = (c.pull.distance.si(), c.arm.withdraw_speed.si());
         self.rig.motion.go_straight(&self.rig.arm, -attempt.plan.direction(), way, speed, &c.arm);
-        Next::Enter(Phase::Pull(Pull::new()))
+        Next::Enter(Phase::Pull(Pull::new(failed)))
     }
 }

@@ -1,6 +1,8 @@
 //! Deposit: out of the canopy, round over the bucket, down until close over floor or pile, and let go.
 
+use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
+use crate::motion::WayPoint;
 use crate::record::{AttemptEnd, FailureReason};
 use crate::rig::{Fingers, STILL};
 use crate::robot_state::RobotState;
@@ -41,7 +43,7 @@ impl ExpertPicker {
     pub(super) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
         let backed = deposit.backed(robot);
         let leave = &self.config.leave;
-        let backing = backed < leave.base_way.si() && !self.rig.eyes.blind;
+        let backing = backed < leave.base_way.si() && !self.is_blind(robot);
         let velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
         if let Stage::Opening { since } = deposit.stage {
             if robot.time - since < self.config.place.open_time.si() {
@@ -64,9 +66,9 @@ impl ExpertPicker {
         if deposit.stage == Stage::Leaving {
             deposit.withdrawn = self.rig.motion.travelled().unwrap_or(deposit.withdrawn);
             if self.rig.motion.is_over() || deposit.withdrawn + backed >= leave.way.si() {
-                let carry = self.rig.postures.carry();
+                let over = WayPoint { q: above, blend: self.config.place.blend.si() };
                 self.rig.motion.stop();
-                self.swing_through(&[carry, above, low]);
+                self.swing_through([self.by_carry(), over, WayPoint { q: low, blend: 0.0 }]);
                 deposit.stage = Stage::Swinging;
             }
         } else if self.rig.motion.is_over() && (robot.q - low).amax() <= self.config.place.arrived.si() {
@@ -84,10 +86,8 @@ impl ExpertPicker {
         self.slots.fill();
         self.rig.open_fingers();
         let carry = self.rig.postures.carry();
-        match above {
-            Some(above) => self.swing_through(&[above, carry]),
-            None => self.swing_through(&[carry]),
-        }
-        self.next_target(robot)
+        let up = above.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
+        self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
+        Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
     }
 }

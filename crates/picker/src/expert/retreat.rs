@@ -35,12 +35,20 @@ impl Retreat {
     }
 }
 
+impl Retreat {
+    /// From the bucket; the arm is on its way to the carrying posture.
+    pub fn from_bucket(robot: &RobotState) -> Self {
+        Self { since: robot.time, stage: Stage::Home }
+    }
+}
+
 impl ExpertPicker {
     pub(super) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
         self.rig.open_fingers();
         match retreat.stage {
             Stage::Opening(direction) => {
-                if robot.time - retreat.since >= self.config.place.open_time.si() {
+                let open = self.rig.fingers_are_open(robot);
+                if open || robot.time - retreat.since >= self.config.place.open_time.si() {
                     self.withdraw(direction, robot);
                     retreat.stage = Stage::Back;
                 }
@@ -50,7 +58,7 @@ impl ExpertPicker {
             Stage::Home => {
                 let carry = self.rig.postures.carry();
                 if *self.rig.motion.goal() != carry {
-                    self.swing_through(&[carry]);
+                    self.swing_to(carry);
                 }
                 let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
                 if near || self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {

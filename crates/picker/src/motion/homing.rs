@@ -72,3 +72,38 @@ impl Homing {
         arm.solve_near(&target, q).ok().filter(|next| (next - q).amax() <= self.branch_jump)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_robot::RobotModel;
+
+    /// From beside the line the hand comes onto it before the straight stretch, then arrives.
+    #[test]
+    fn the_last_stretch_is_straight() {
+        let (robot, config) = (RobotModel::paper(), ExpertConfig::preset());
+        let arm = robot.kinematics();
+        let mut q = arm.home();
+        let x_start = arm.tcp(&q);
+        let offset = x_start.rotation * Vec3::new(0.03, -0.02, 0.22);
+        let x_goal = Pose::from_parts((x_start.translation.vector + offset).into(), x_start.rotation);
+        let c = &config.homing;
+        let mut homing = Homing::new(x_goal, c, config.shared.arm.branch_jump.si());
+        let z = x_goal.rotation * Vec3::z();
+        let (dt, mut frames) = (1.0 / 60.0, 0);
+        while !homing.is_over() && frames < 600 {
+            q = homing.step(arm, &q, dt).expect("within reach");
+            frames += 1;
+            let left = x_goal.translation.vector - arm.tcp(&q).translation.vector;
+            let along = left.dot(&z);
+            // The hand brakes over a few frames after it has come onto the line.
+            if along < 0.8 * c.straight.si() {
+                assert!((left - z * along).norm() <= 2.0 * c.lateral_tolerance.si(), "{along} {left}");
+            }
+        }
+        // A trapezoid over the way at both speeds, and the way sideways at worst before it.
+        assert!(homing.is_over() && f64::from(frames) * dt < 2.0, "{frames}");
+        assert!((arm.tcp(&q).translation.vector - x_goal.translation.vector).norm() < 2.0 * ARRIVED);
+    }
+}

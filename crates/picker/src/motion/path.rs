@@ -59,9 +59,10 @@ impl Path {
         if self.ahead.len() == 1 && farthest <= self.last_step && slow {
             return next.q;
         }
-        // The way to the end of the path, not to the next way-point, decides when to brake.
+        // Braking leads to the path's end, but past a way-point by no more than its blend.
         let beyond: f64 =
             self.ahead.iter().zip(self.ahead.iter().skip(1)).map(|(a, b)| (b.q - a.q).amax()).sum();
+        let beyond = beyond.min(if self.ahead.len() > 1 { next.blend } else { 0.0 });
         let fastest = stopping_speed(acceleration, farthest + beyond, dt).min(speed);
         let wanted = if farthest > 0.0 { left * (fastest / farthest) } else { JointVector::zeros() };
         let change = acceleration * dt;
