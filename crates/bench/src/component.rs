@@ -60,7 +60,4 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
 
     /// Trials a tree at most.
     fn trials(rules: &ComponentRules) -> u32;
-
-    /// Some goal of the task, to ask whether a controller does it.
-    fn any_goal() -> Goal;
 }

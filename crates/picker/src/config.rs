@@ -1,7 +1,6 @@
 //! The baseline picker's config.
 
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_toml};
-use serde::{Deserialize, Serialize};
 
 /// The preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
@@ -9,11 +8,12 @@ pub const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
 macro_rules! section {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty,)* }) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
     };
 }
+pub(crate) use section;
 
 section! {
     /// Everything that the baseline picker can be told.

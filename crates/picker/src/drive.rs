@@ -28,6 +28,11 @@ impl BaseGoal {
         Pose::from_parts(Vec3::new(self.x, self.y, height).into(), turn)
     }
 
+    /// Distance of the base from it [m].
+    pub fn distance(&self, robot: &RobotState) -> f64 {
+        orchard_geometry::math::hypot(self.x - robot.base_pose[0], self.y - robot.base_pose[1])
+    }
+
     fn p(&self) -> Vector2<f64> {
         Vector2::new(self.x, self.y)
     }

@@ -24,6 +24,8 @@ pub(crate) struct Eyes {
     pub images: u32,
     /// Whether the last image had too few valid pixels to act on.
     pub blind: bool,
+    /// Time of the last image that was not blind [s].
+    pub last_sight: f64,
 }
 
 /// Where the tree's axis is believed to be, odom.
@@ -77,6 +79,7 @@ impl Eyes {
             sightings: Vec::new(),
             images: 0,
             blind: true,
+            last_sight: f64::NEG_INFINITY,
         }
     }
 
@@ -93,6 +96,9 @@ impl Eyes {
         let x_odom_camera = robot.x_odom_base * x_base_camera;
         let valid = depth.pixels().iter().filter(|z| z.is_finite() && **z > 0.0).count();
         self.blind = (valid as f64) < self.config.blind_fraction.si() * depth.pixels().len() as f64;
+        if !self.blind {
+            self.last_sight = robot.time;
+        }
 
         let shapes = visible_shapes(arm, robot, &x_base_camera, intrinsics);
         let up_camera = x_base_camera.rotation.inverse() * Vec3::z();

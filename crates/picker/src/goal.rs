@@ -4,9 +4,9 @@ mod config;
 
 pub use config::{ComplianceConfig, GoalConfig, PushConfig};
 
-use crate::baseline::{Errand, Shove};
+use crate::errand::{Errand, Shove};
 use crate::plan::Target;
-use crate::{BaselinePicker, Controller, PAPER_TOML, PickerConfig};
+use crate::{BaselinePicker, Controller, ExpertConfig, ExpertPicker, Kind, PickerConfig};
 use orchard_geometry::Vec3;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
@@ -33,52 +33,29 @@ pub enum Goal {
     },
 }
 
-/// A controller of component tasks that can be asked for by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Performer {
-    /// The paper's cycle as far as the task goes; a push goes level and straight on, whatever it meets.
-    #[default]
-    Baseline,
-    /// A push takes the clearest direction that it sees, slows, gives way and goes around by the force at the hand.
-    Expert,
-}
-
-impl Performer {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Baseline, Self::Expert];
-
-    /// Its name, as results and command lines give it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Baseline => "baseline",
-            Self::Expert => "expert",
+/// Makes the controller of a component task. A place is pushed to by the baseline's machine under either name: `expert` takes the
+/// clearest direction that it sees, slows, gives way and goes around by the force at the hand.
+pub(crate) fn controller(
+    kind: Kind,
+    goal: &Goal,
+    robot: &RobotModel,
+    detector: DetectorConfig,
+) -> Box<dyn Controller> {
+    let goals = GoalConfig::paper();
+    match (kind, *goal) {
+        (Kind::Expert, Goal::Grasp { p_odom, radius }) => {
+            let errand = Errand { target: Target { p: p_odom, radius }, push: None };
+            Box::new(ExpertPicker::on_errand(robot, detector, ExpertConfig::preset(), errand))
         }
-    }
-
-    /// Its configs as TOML texts, with their names.
-    pub fn toml(self) -> [(&'static str, &'static str); 2] {
-        [("picker.toml", PAPER_TOML), ("goal.toml", GOAL_TOML)]
-    }
-
-    /// One at the start of an episode; `None` if it does not do such a task.
-    pub fn controller(
-        self,
-        goal: &Goal,
-        robot: &RobotModel,
-        detector: DetectorConfig,
-    ) -> Option<Box<dyn Controller>> {
-        let goals = GoalConfig::paper();
-        let errand = match (self, *goal) {
-            (Self::Baseline, Goal::Grasp { p_odom, radius }) => {
-                Errand { target: Target { p: p_odom, radius }, push: None }
-            }
-            (Self::Expert, Goal::Grasp { .. }) => return None,
-            (_, Goal::Reach { p_odom, heading_odom }) => {
-                let compliance = (self == Self::Expert).then_some(goals.compliance);
-                let push = Shove { heading_odom, rules: goals.push, compliance };
-                Errand { target: Target { p: p_odom, radius: 0.0 }, push: Some(push) }
-            }
-        };
-        Some(Box::new(BaselinePicker::on_errand(robot, detector, PickerConfig::paper(), errand)))
+        (Kind::Baseline, Goal::Grasp { p_odom, radius }) => {
+            let errand = Errand { target: Target { p: p_odom, radius }, push: None };
+            Box::new(BaselinePicker::on_errand(robot, detector, PickerConfig::paper(), errand))
+        }
+        (_, Goal::Reach { p_odom, heading_odom }) => {
+            let compliance = (kind == Kind::Expert).then_some(goals.compliance);
+            let push = Shove { heading_odom, rules: goals.push, compliance };
+            let errand = Errand { target: Target { p: p_odom, radius: 0.0 }, push: Some(push) };
+            Box::new(BaselinePicker::on_errand(robot, detector, PickerConfig::paper(), errand))
+        }
     }
 }

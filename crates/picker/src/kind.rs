@@ -1,6 +1,8 @@
 //! The controllers of this crate, by name.
 
-use crate::{BaselinePicker, Controller, PAPER_TOML, PickerConfig};
+use crate::{
+    BaselinePicker, Controller, EXPERT_TOML, ExpertConfig, ExpertPicker, Goal, PAPER_TOML, PickerConfig,
+};
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
@@ -10,16 +12,19 @@ pub enum Kind {
     /// The paper's harvest cycle.
     #[default]
     Baseline,
+    /// The best of this crate.
+    Expert,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Baseline];
+    pub const ALL: [Self; 2] = [Self::Baseline, Self::Expert];
 
     /// Its name, as results and command lines give it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Baseline => "baseline",
+            Self::Expert => "expert",
         }
     }
 
@@ -27,6 +32,7 @@ impl Kind {
     pub fn toml(self) -> &'static str {
         match self {
             Self::Baseline => PAPER_TOML,
+            Self::Expert => EXPERT_TOML,
         }
     }
 
@@ -34,6 +40,17 @@ impl Kind {
     pub fn controller(self, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
         match self {
             Self::Baseline => Box::new(BaselinePicker::new(robot, detector, PickerConfig::paper())),
+            Self::Expert => Box::new(ExpertPicker::new(robot, detector, ExpertConfig::preset())),
         }
+    }
+
+    /// One at the start of a component task.
+    pub fn with_goal(
+        self,
+        goal: &Goal,
+        robot: &RobotModel,
+        detector: DetectorConfig,
+    ) -> Box<dyn Controller> {
+        crate::goal::controller(self, goal, robot, detector)
     }
 }

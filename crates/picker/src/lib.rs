@@ -2,14 +2,17 @@
 //!
 //! A [`Controller`] sees an [`orchard_robot::Observation`] a frame and answers with a command. It keeps a
 //! [`Record`] of what it believed and did, which a benchmark reads and scores against the truth.
-//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat;
+//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat; [`ExpertPicker`] is the best that this crate has;
 //! [`Kind`] names the controllers of this crate.
 
 mod baseline;
 mod blacklist;
+mod choose;
 mod compliance;
 mod config;
 mod drive;
+mod expert;
+mod errand;
 mod eyes;
 mod goal;
 mod kind;
@@ -17,11 +20,14 @@ mod motion;
 mod plan;
 mod postures;
 mod record;
+mod rig;
 mod robot_state;
+mod scan;
 
 pub use baseline::BaselinePicker;
 pub use config::{PAPER_TOML, PickerConfig};
-pub use goal::{ComplianceConfig, GOAL_TOML, Goal, GoalConfig, Performer, PushConfig};
+pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
+pub use goal::{ComplianceConfig, GOAL_TOML, Goal, GoalConfig, PushConfig};
 pub use kind::Kind;
 pub use record::{AttemptEnd, AttemptId, Event, FailureReason, ImageReport, Record, State};
 

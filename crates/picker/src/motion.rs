@@ -1,8 +1,16 @@
 //! Smooth arm motions: joint-space moves and straight lines of the hand.
 
+mod homing;
+mod path;
+
 use crate::config::ArmConfig;
+use crate::expert::HomingConfig;
+use crate::motion::homing::Homing;
+use crate::motion::path::Path;
 use orchard_geometry::{Pose, Vec3};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector};
+
+pub(crate) use crate::motion::path::Pace;
 
 /// A cubic in time from rest to rest: all joints start and stop together.
 ///
@@ -32,11 +40,21 @@ struct Line {
     speed: f64,
 }
 
+/// A posture to pass, and how near counts as passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct WayPoint {
+    pub q: JointVector,
+    /// The next one is aimed at once all joints are this near [rad].
+    pub blend: f64,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 enum Course {
     Rest,
     Joints(JointMove),
     Line(Line),
+    Path(Path),
+    Homing(Homing),
     /// The line left the arm's reach.
     Lost,
 }
@@ -72,6 +90,7 @@ impl ArmMotion {
     pub fn goal(&self) -> &JointVector {
         match &self.course {
             Course::Joints(joints) => &joints.to,
+            Course::Path(path) => path.goal().unwrap_or(&self.q),
             _ => &self.q,
         }
     }
@@ -130,6 +149,30 @@ impl ArmMotion {
         });
     }
 
+    /// Changes the speed of the present line.
+    pub fn set_line_speed(&mut self, speed: f64) {
+        if let Course::Line(line) = &mut self.course {
+            line.speed_max = speed;
+        }
+    }
+
+    /// Starts through way-points, the last of which is the goal; goes over from another path without a stop.
+    pub fn go_through(&mut self, way_points: impl IntoIterator<Item = WayPoint>, pace: Pace) {
+        let v = match &self.course {
+            Course::Path(path) => path.velocity(),
+            _ => JointVector::zeros(),
+        };
+        self.course = Course::Path(Path::new(way_points, v, pace));
+    }
+
+    /// Starts the hand towards a pose of the TCP (base frame) along its approach axis, or corrects where it is going.
+    pub fn home_in(&mut self, x_goal: Pose, config: &HomingConfig, branch_jump: f64) {
+        match &mut self.course {
+            Course::Homing(homing) => homing.correct(x_goal),
+            _ => self.course = Course::Homing(Homing::new(x_goal, config, branch_jump)),
+        }
+    }
+
     /// Moves the commanded posture on by `dt` [s].
     pub fn advance(&mut self, arm: &ArmKinematics, dt: f64) {
         match &mut self.course {
@@ -142,6 +185,21 @@ impl ArmMotion {
                     self.course = Course::Rest;
                 }
             }
+            Course::Path(path) => {
+                self.q = arm.clamped(&path.step(&self.q, dt));
+                if path.is_over(&self.q) {
+                    self.course = Course::Rest;
+                }
+            }
+            Course::Homing(homing) => match homing.step(arm, &self.q, dt) {
+                Some(q) => {
+                    self.q = q;
+                    if homing.is_over() {
+                        self.course = Course::Rest;
+                    }
+                }
+                None => self.course = Course::Lost,
+            },
             Course::Line(line) => {
                 let left = line.length - line.travelled;
                 let braking = (2.0 * line.acceleration * left.max(0.0)).sqrt();
@@ -163,5 +221,35 @@ impl ArmMotion {
                 }
             }
         }
+    }
+}
+
+/// Largest speed from which a distance is enough to stop, where speed falls by `a dt` a frame: the frames' way
+/// `v dt + (v - a dt) dt + ..` is `distance`, to an eighth of `a dt^2`.
+fn stopping_speed(a: f64, distance: f64, dt: f64) -> f64 {
+    let step = a * dt;
+    if step <= 0.0 {
+        return 0.0;
+    }
+    step * ((0.25 + 2.0 * distance.max(0.0) / (step * dt)).sqrt() - 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Braking by `a dt` a frame from the stopping speed covers the distance.
+    #[test]
+    fn the_stopping_speed_stops_in_the_distance() {
+        let (a, dt) = (9.0, 1.0 / 60.0);
+        for distance in [0.0, 1e-4, 0.01, 0.3, 2.0] {
+            let v = stopping_speed(a, distance, dt);
+            let frames = (v / (a * dt)).floor();
+            // The sum of v dt, (v - a dt) dt, .. down to the last positive term.
+            let way = dt * (frames + 1.0) * (v - 0.5 * frames * a * dt);
+            // Exact where v is a multiple of a dt; between them the sum is a chord of the parabola.
+            assert!((way - distance).abs() <= a * dt * dt / 8.0 + 1e-12, "{distance} {way}");
+        }
+        assert_eq!(stopping_speed(a, 1.0, 0.0), 0.0);
     }
 }

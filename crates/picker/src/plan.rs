@@ -93,6 +93,18 @@ pub(crate) fn plan(
     q_start: &JointVector,
     config: &PickerConfig,
 ) -> Option<GraspPlan> {
+    plan_among(arm, target, points, q_start, config, |_| true)
+}
+
+/// As [`plan`], among the directions (base frame) that are allowed.
+pub(crate) fn plan_among(
+    arm: &ArmKinematics,
+    target: &Target,
+    points: &[Vec3],
+    q_start: &JointVector,
+    config: &PickerConfig,
+    is_allowed: impl Fn(&Vec3) -> bool,
+) -> Option<GraspPlan> {
     let c = &config.approach;
     let shoulder = arm.shoulder();
     let straight = math::atan2(target.p.y - shoulder.y, target.p.x - shoulder.x);
@@ -108,6 +120,9 @@ pub(crate) fn plan(
     for elevation in &c.elevations {
         for azimuth in &c.azimuths {
             let rotation = hand_rotation(elevation.si(), straight + azimuth.si());
+            if !is_allowed(&(rotation * Vec3::z())) {
+                continue;
+            }
             let x_grasp = before(target, &rotation, -c.overshoot.si());
             let in_the_way =
                 near.iter().filter(|p| in_sweep(&inverse_transform(&x_grasp, p), config)).count();

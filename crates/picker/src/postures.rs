@@ -4,7 +4,7 @@ use crate::config::{PickerConfig, PostureConfig};
 use crate::plan::hand_rotation;
 use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{ArmKinematics, Bucket, IkTarget, JointVector};
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Fixed postures of the arm.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +28,8 @@ impl Postures {
         if survey.is_empty() {
             survey.push(arm.home());
         }
-        let bucket_postures = over_bucket(arm, bucket, &survey[0], config);
+        let heights = [config.deposit.above.si(), config.deposit.release.si()];
+        let bucket_postures = hand_down(arm, &bucket.p_base, heights, &TURNS, &survey[0]);
         Self { survey, bucket: bucket_postures, p_bucket: bucket.p_base }
     }
 
@@ -38,29 +39,34 @@ impl Postures {
     }
 }
 
-/// Hand down over the bucket's axis: of all turns of the hand and both ways round, the posture nearest to `carry`.
-fn over_bucket(
+/// Turns of the hand about the vertical that are tried over the bucket's axis.
+const TURNS: [f64; 8] =
+    [0.0, FRAC_PI_4, FRAC_PI_2, 3.0 * FRAC_PI_4, PI, 5.0 * FRAC_PI_4, 3.0 * FRAC_PI_2, 7.0 * FRAC_PI_4];
+
+/// Turns with the fingers moving across the base: the hand's width fits between the walls wherever it is along it.
+pub(crate) const ACROSS: [f64; 2] = [0.0, PI];
+
+/// Hand down at a place (base frame, height ignored), over it and lowered: of the given turns of the hand and both
+/// ways round, the postures nearest to `carry`.
+pub(crate) fn hand_down(
     arm: &ArmKinematics,
-    bucket: &Bucket,
+    place: &Vec3,
+    [above, low]: [f64; 2],
+    turns: &[f64],
     carry: &JointVector,
-    config: &PickerConfig,
 ) -> Option<[JointVector; 2]> {
-    let c = &config.deposit;
     let mut best: Option<(f64, [JointVector; 2])> = None;
-    for turn in 0..8 {
-        let rotation = Rotation::from_euler_angles(PI, 0.0, f64::from(turn) * FRAC_PI_4);
-        let at = |z: f64| {
-            let p = Vec3::new(bucket.p_base.x, bucket.p_base.y, z);
-            IkTarget::Pose(Pose::from_parts(p.into(), rotation))
-        };
+    for turn in turns {
+        let rotation = Rotation::from_euler_angles(PI, 0.0, *turn);
+        let at = |z: f64| IkTarget::Pose(Pose::from_parts(Vec3::new(place.x, place.y, z).into(), rotation));
         for side in [arm.limits()[0].lower, arm.limits()[0].upper] {
             let mut start = arm.home();
             start[0] = side;
-            let Ok(above) = arm.solve_near(&at(c.above.si()), &start) else { continue };
-            let Ok(low) = arm.solve_near(&at(c.release.si()), &above) else { continue };
-            let way = (above - carry).amax();
+            let Ok(q_above) = arm.solve_near(&at(above), &start) else { continue };
+            let Ok(q_low) = arm.solve_near(&at(low), &q_above) else { continue };
+            let way = (q_above - carry).amax();
             if best.is_none_or(|(shortest, _)| way < shortest) {
-                best = Some((way, [above, low]));
+                best = Some((way, [q_above, q_low]));
             }
         }
     }

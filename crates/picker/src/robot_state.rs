@@ -17,6 +17,8 @@ pub(crate) struct RobotState {
     /// Distance between the pads [m].
     pub width: f64,
     pub finger_q: [f64; 2],
+    /// Forces of the finger drives, positive opening [N].
+    pub finger_force: [f64; 2],
     pub x_odom_base: Pose,
     /// x, y, yaw in odom.
     pub base_pose: [f64; 3],
@@ -37,6 +39,7 @@ impl RobotState {
             .chain(&o.arm_v)
             .chain(&o.arm_torque)
             .chain(&o.finger_q)
+            .chain(&o.finger_force)
             .chain(&o.base_pose)
             .chain(&o.base_velocity);
         if !numbers.into_iter().all(|x| x.is_finite()) {
@@ -52,6 +55,7 @@ impl RobotState {
             torque: JointVector::from(o.arm_torque),
             width: o.finger_q[0] + o.finger_q[1],
             finger_q: o.finger_q,
+            finger_force: o.finger_force,
             x_odom_base: Pose::from_parts(Vec3::new(x, y, o.base_height).into(), turn),
             base_pose: o.base_pose,
             base_speed: orchard_geometry::math::hypot(o.base_velocity[0], o.base_velocity[1]),
@@ -110,6 +114,7 @@ mod tests {
             torque: JointVector::zeros(),
             width: 0.0,
             finger_q: [0.0; 2],
+            finger_force: [0.0; 2],
             x_odom_base: Pose::identity(),
             base_pose: [0.0; 3],
             base_speed: 0.0,

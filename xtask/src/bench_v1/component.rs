@@ -6,7 +6,6 @@ use orchard_bench::component::{
     Component, ComponentPlan, ComponentResult, Gentle, ReachAndGrasp, TreeRecord, metrics, run as run_plan,
 };
 use orchard_bench::store::Store;
-use orchard_picker::Performer;
 use orchard_spec::Spec;
 
 use super::bar::{Bar, Shown};
@@ -28,16 +27,8 @@ pub type Pushing = Asked<Gentle>;
 impl<C: Component> Asked<C> {
     /// Reads the command line.
     pub fn read(args: &Args, scope: &Scope) -> Result<Self, Failure> {
-        let performer = performer(args.controller.as_deref())?;
-        let plan = ComponentPlan::paper(performer, args.profile.name(), scope.seeds.clone(), scope.trees);
+        let plan = ComponentPlan::paper(args.controller()?, args.profile.name(), scope.seeds.clone(), scope.trees);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
-        if !plan.supports::<C>() {
-            return Err(Failure::BadInput(format!(
-                "--controller {}: it does not do the task {}",
-                performer.name(),
-                C::NAME
-            )));
-        }
         Ok(Self { plan, task: std::marker::PhantomData })
     }
 
@@ -50,14 +41,6 @@ impl<C: Component> Asked<C> {
         say!("results: {}", scope.out.join(C::SUMMARY).display());
         Ok(())
     }
-}
-
-fn performer(name: Option<&str>) -> Result<Performer, Failure> {
-    let Some(name) = name else { return Ok(Performer::default()) };
-    Performer::ALL.into_iter().find(|performer| performer.name() == name).ok_or_else(|| {
-        let known: Vec<&str> = Performer::ALL.iter().map(|performer| performer.name()).collect();
-        Failure::BadInput(format!("--controller {name}: there are {}", known.join(", ")))
-    })
 }
 
 fn shown<C: Component>(record: &TreeRecord<C>) -> Shown {

@@ -94,10 +94,6 @@ impl Component for Gentle {
         None
     }
 
-    fn any_goal() -> Goal {
-        Goal::Reach { p_odom: Vec3::x(), heading_odom: 0.0 }
-    }
-
     fn trials(rules: &ComponentRules) -> u32 {
         rules.gentle.targets.get()
     }

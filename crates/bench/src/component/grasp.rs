@@ -81,10 +81,6 @@ impl Component for ReachAndGrasp {
         Some(target.fruit)
     }
 
-    fn any_goal() -> Goal {
-        Goal::Grasp { p_odom: Vec3::x(), radius: 1.0 }
-    }
-
     fn trials(rules: &ComponentRules) -> u32 {
         rules.grasp.targets.get()
     }

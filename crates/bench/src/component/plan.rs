@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orchard_perception::DetectorConfig;
-use orchard_picker::Performer;
+use orchard_picker::{GOAL_TOML, Kind};
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub struct ComponentPlan {
     /// The detector of the controller.
     pub detector: DetectorConfig,
     /// The controller.
-    pub performer: Performer,
+    pub controller: Kind,
     /// Profile whose defaults the run took.
     pub profile: String,
     /// Seeds, in order.
@@ -57,12 +57,12 @@ pub struct ComponentKey {
 
 impl ComponentPlan {
     /// The preset `paper` under a controller.
-    pub fn paper(performer: Performer, profile: &str, seeds: Vec<u64>, trees: u32) -> Self {
+    pub fn paper(controller: Kind, profile: &str, seeds: Vec<u64>, trees: u32) -> Self {
         Self {
             spec: Arc::new(Spec::paper()),
             robot: Arc::new(RobotModel::paper()),
             detector: DetectorConfig::paper(),
-            performer,
+            controller,
             profile: profile.to_owned(),
             seeds,
             trees,
@@ -78,11 +78,6 @@ impl ComponentPlan {
         check_trees(&self.seeds, self.trees)
     }
 
-    /// Whether the controller does a task.
-    pub fn supports<C: Component>(&self) -> bool {
-        self.performer.controller(&C::any_goal(), &self.robot, self.detector.clone()).is_some()
-    }
-
     /// Frames of a tree's trials at most.
     pub fn steps<C: Component>(&self) -> u64 {
         let rules = &self.protocol.component;
@@ -96,15 +91,17 @@ impl ComponentPlan {
         };
         let (spec, protocol) =
             (json(serde_json::to_string(&*self.spec)), json(serde_json::to_string(&self.protocol)));
-        let mut texts = vec![
+        let texts = [
             ("world", &*spec),
             ("protocol", &*protocol),
             ("robot.toml", orchard_robot::PAPER_TOML),
             ("robot.urdf", orchard_robot::PAPER_URDF),
             ("perception.toml", orchard_perception::config::PAPER_TOML),
             ("bench.toml", PAPER_TOML),
+            ("picker.toml", orchard_picker::PAPER_TOML),
+            ("controller.toml", self.controller.toml()),
+            ("goal.toml", GOAL_TOML),
         ];
-        texts.extend(self.performer.toml());
         config_hash(&texts)
     }
 
@@ -117,7 +114,7 @@ impl ComponentPlan {
             config_hash: config_hash.clone(),
             preset: self.spec.preset.clone(),
             task: task.to_owned(),
-            controller: self.performer.name().to_owned(),
+            controller: self.controller.name().to_owned(),
             seed,
             world,
         };

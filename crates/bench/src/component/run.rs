@@ -60,7 +60,7 @@ impl<C: Component> Task for Trials<'_, C> {
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
     ) -> Option<TreeRecord<C>> {
-        let ComponentPlan { spec, robot, detector, performer, protocol, .. } = self.plan;
+        let ComponentPlan { spec, robot, detector, controller, protocol, .. } = self.plan;
         let mut record =
             TreeRecord { key: key.clone(), never_built: None, trials: Vec::new(), task: PhantomData };
         let mut world = match World::new(spec.clone(), robot.clone(), key.seed, key.world) {
@@ -72,9 +72,7 @@ impl<C: Component> Task for Trials<'_, C> {
         };
         for target in C::targets(&world, &protocol.component, key.seed) {
             world.reset();
-            let controller = performer.controller(&C::goal(&target), robot, detector.clone());
-            // A plan whose controller cannot do the task is refused before it runs.
-            let Some(mut controller) = controller else { break };
+            let mut controller = controller.with_goal(&C::goal(&target), robot, detector.clone());
             let trial = run_trial::<C>(&mut world, &mut *controller, &target, protocol, stop, on_step)?;
             record.trials.push(trial);
         }

@@ -76,7 +76,7 @@ impl ComponentSummary {
             config_hash: plan.config_hash(),
             preset: plan.spec.preset.clone(),
             task: C::NAME.to_owned(),
-            controller: plan.performer.name().to_owned(),
+            controller: plan.controller.name().to_owned(),
             profile: plan.profile.clone(),
             seeds: plan.seeds.clone(),
             trees: trees.iter().map(line).collect(),

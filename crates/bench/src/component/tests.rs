@@ -3,7 +3,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use orchard_picker::Performer;
+use orchard_picker::Kind;
 use orchard_world::World;
 
 use super::*;
@@ -12,7 +12,7 @@ use crate::task::{RunError, Silent};
 
 /// Trials that are too short to meet anything: two trees, two targets each, a second.
 fn short() -> ComponentPlan {
-    let mut plan = ComponentPlan::paper(Performer::Baseline, "quick", vec![20250704], 2);
+    let mut plan = ComponentPlan::paper(Kind::Baseline, "quick", vec![20250704], 2);
     let rules = &mut plan.protocol.component;
     rules.grasp.targets = rules.grasp.targets.with_value(2).unwrap();
     rules.gentle.targets = rules.gentle.targets.with_value(2).unwrap();
@@ -73,7 +73,7 @@ fn both_tasks_repeat_and_go_on() {
 
 #[test]
 fn targets_are_what_the_tasks_say() {
-    let plan = ComponentPlan::paper(Performer::Baseline, "quick", vec![20250704], 1);
+    let plan = ComponentPlan::paper(Kind::Baseline, "quick", vec![20250704], 1);
     let rules = &plan.protocol.component;
     let world = World::new(plan.spec.clone(), plan.robot.clone(), 20250704, 0).unwrap();
     let named = ReachAndGrasp::targets(&world, rules, 20250704);
@@ -96,13 +96,4 @@ fn targets_are_what_the_tasks_say() {
         assert!(point.segments_before >= rules.gentle.corridor_segments.get());
         assert!(world.reaches(&p));
     }
-}
-
-#[test]
-fn every_performer_is_asked_before_a_run() {
-    let plan = |performer| ComponentPlan::paper(performer, "quick", vec![1], 1);
-    assert!(plan(Performer::Baseline).supports::<ReachAndGrasp>());
-    assert!(plan(Performer::Baseline).supports::<Gentle>());
-    assert!(plan(Performer::Expert).supports::<Gentle>());
-    assert_eq!(plan(Performer::Baseline).trees, 1);
 }

@@ -2,10 +2,11 @@
 
 use crate::baseline::grasp::Grasp;
 use crate::baseline::push::Push;
-use crate::baseline::{BaselinePicker, Next, Phase, STILL};
+use crate::baseline::{BaselinePicker, Next, Phase};
 use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
 use crate::plan::{Target, look_posture, plan};
 use crate::record::FailureReason;
+use crate::rig::STILL;
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
@@ -41,78 +42,68 @@ impl Reach {
 
 impl BaselinePicker {
     pub(crate) fn align(&mut self, mut align: Align, robot: &RobotState) -> Next {
-        let carry = self.postures.carry();
-        if self.motion.is_over() && *self.motion.q() != carry {
-            self.motion.go(carry, &self.config.arm, 1.0);
+        let carry = self.rig.postures.carry();
+        if self.rig.motion.is_over() && *self.rig.motion.q() != carry {
+            self.rig.motion.go(carry, &self.rig.config.arm, 1.0);
         }
-        if self.elapsed(robot) > self.config.timeout.align.si() {
+        if self.rig.elapsed(robot) > self.rig.config.timeout.align.si() {
             return Next::Fail(FailureReason::AlignTimeout);
         }
-        if self.eyes.blind {
+        if self.rig.eyes.blind {
             return Next::Stay(Phase::Align(align), STILL);
         }
-        let tree = self.eyes.belief.p_odom();
-        let c = &self.config.align;
+        let tree = self.rig.eyes.belief.p_odom();
+        let c = &self.rig.config.align;
         let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
-        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.config.drive, tolerance);
-        if align.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
+        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.rig.config.drive, tolerance);
+        if align.stall.is_stalled(robot, &velocity, &self.rig.config.drive, self.rig.patience()) {
             return Next::Fail(FailureReason::Blocked);
         }
-        let still = robot.base_speed <= self.config.drive.stall_speed.si()
-            && robot.turn_speed <= self.config.drive.stall_speed.si();
-        if !(arrived && still && (self.arm_arrived(robot) || self.arm_stalled())) {
+        let still = robot.base_speed <= self.rig.config.drive.stall_speed.si()
+            && robot.turn_speed <= self.rig.config.drive.stall_speed.si();
+        if !(arrived && still && (self.rig.arm_arrived(robot) || self.rig.arm_stalled())) {
             return Next::Stay(Phase::Align(align), velocity);
         }
-        self.update_from_track();
-        let (Some(target), points) = (self.target_base(robot), self.points_base(robot)) else {
+        self.rig.update_from_track();
+        let (Some(target), points) = (self.rig.target_base(robot), self.rig.points_base(robot)) else {
             return Next::Fail(FailureReason::Unreachable);
         };
-        let Some(plan) = plan(&self.arm, &target, &points, &carry, &self.config) else {
+        let Some(plan) = plan(&self.rig.arm, &target, &points, &carry, &self.rig.config) else {
             return Next::Fail(FailureReason::Unreachable);
         };
-        self.motion.go(plan.q_look, &self.config.arm, 1.0);
-        if let Some(attempt) = &mut self.attempt {
+        self.rig.motion.go(plan.q_look, &self.rig.config.arm, 1.0);
+        if let Some(attempt) = &mut self.rig.attempt {
             attempt.plan = plan;
         }
-        if self.errand.as_ref().is_some_and(|errand| errand.push.is_some()) {
+        if self.rig.errand.as_ref().is_some_and(|errand| errand.push.is_some()) {
             return Next::Enter(Phase::Push(Push::Entering));
         }
         Next::Enter(Phase::Reach(Reach::new()))
     }
 
-    /// Takes over what the tracker has learned since the target was committed.
-    fn update_from_track(&mut self) {
-        if let Some(attempt) = &mut self.attempt
-            && let Some(track) = self.eyes.tracker.tracks().iter().find(|t| t.id == attempt.track)
-        {
-            attempt.target = Target { p: track.p_odom, radius: track.radius };
-            attempt.hits = track.hits;
-        }
-    }
-
     pub(crate) fn reach(&mut self, mut reach: Reach, robot: &RobotState) -> Next {
-        if self.arm_stalled() {
+        if self.rig.arm_stalled() {
             return Next::Fail(FailureReason::ReachStalled);
         }
-        if self.elapsed(robot) > self.config.timeout.reach.si() {
+        if self.rig.elapsed(robot) > self.rig.config.timeout.reach.si() {
             return Next::Fail(FailureReason::ReachStalled);
         }
-        if !self.arm_arrived(robot) || !self.fresh_image {
+        if !self.rig.arm_arrived(robot) || !self.rig.fresh_image {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
         self.look(&mut reach);
-        let c = &self.config.reach;
+        let c = &self.rig.config.reach;
         let enough = reach.hits >= c.look_images.get();
         if !enough && reach.images < c.look_images_max.get() {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
-        let Some(attempt) = &mut self.attempt else {
+        let Some(attempt) = &mut self.rig.attempt else {
             return Next::Fail(FailureReason::NoFruitAtDetection);
         };
         if reach.hits > 0 {
             let hits = f64::from(reach.hits);
             attempt.target = Target { p: reach.sum / hits, radius: reach.radius_sum / hits };
-        } else if self.errand.is_none() && attempt.hits < c.trusted_hits.get() {
+        } else if attempt.hits < c.trusted_hits.get() {
             return Next::Fail(FailureReason::NoFruitAtDetection);
         }
         self.start_grasp(robot)
@@ -120,15 +111,16 @@ impl BaselinePicker {
 
     fn look(&self, reach: &mut Reach) {
         reach.images += 1;
-        let Some(attempt) = &self.attempt else { return };
+        let Some(attempt) = &self.rig.attempt else { return };
         let nearest = self
+            .rig
             .eyes
             .sightings
             .iter()
             .map(|s| ((s.p_odom - attempt.target.p).norm(), s))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((distance, sighting)) = nearest
-            && distance <= self.match_distance()
+            && distance <= self.rig.match_distance()
         {
             reach.hits += 1;
             reach.sum += sighting.p_odom;
@@ -136,27 +128,22 @@ impl BaselinePicker {
         }
     }
 
-    /// How far from the target a detection may be that is taken for it: a named fruit is told from its neighbours.
-    fn match_distance(&self) -> f64 {
-        self.errand.as_ref().map_or(self.config.reach.match_distance.si(), |errand| errand.target.radius)
-    }
-
     /// Corrects the hand for what the second look showed: the same direction if it still works, else another.
     fn start_grasp(&mut self, robot: &RobotState) -> Next {
-        let (Some(target), Some(attempt)) = (self.target_base(robot), self.attempt.clone()) else {
+        let (Some(target), Some(attempt)) = (self.rig.target_base(robot), self.rig.attempt.clone()) else {
             return Next::Fail(FailureReason::GraspUnreachable);
         };
-        let q = *self.motion.q();
+        let q = *self.rig.motion.q();
         let mut chosen = attempt.plan;
-        match look_posture(&self.arm, &target, &chosen.rotation, &q, &self.config) {
+        match look_posture(&self.rig.arm, &target, &chosen.rotation, &q, &self.rig.config) {
             Some(q_look) => chosen.q_look = q_look,
-            None => match plan(&self.arm, &target, &self.points_base(robot), &q, &self.config) {
+            None => match plan(&self.rig.arm, &target, &self.rig.points_base(robot), &q, &self.rig.config) {
                 Some(other) => chosen = other,
                 None => return Next::Fail(FailureReason::GraspUnreachable),
             },
         }
-        self.motion.go(chosen.q_look, &self.config.arm, 1.0);
-        if let Some(attempt) = &mut self.attempt {
+        self.rig.motion.go(chosen.q_look, &self.rig.config.arm, 1.0);
+        if let Some(attempt) = &mut self.rig.attempt {
             attempt.plan = chosen;
         }
         Next::Enter(Phase::Grasp(Grasp::Aiming))

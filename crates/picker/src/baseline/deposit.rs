@@ -1,9 +1,10 @@
 //! Deposit: over the bucket and let go. Retreat: the empty hand out of the canopy.
 
-use crate::baseline::scan::Scan;
-use crate::baseline::{Attempt, BaselinePicker, Fingers, Next, Phase, STILL};
+use crate::baseline::{BaselinePicker, Next, Phase};
 use crate::record::{AttemptEnd, FailureReason, State};
+use crate::rig::{Attempt, STILL};
 use crate::robot_state::RobotState;
+use crate::scan::Scan;
 use orchard_geometry::Vec3;
 
 /// Memory of the deposit state.
@@ -55,91 +56,86 @@ impl Retreat {
 }
 
 impl BaselinePicker {
-    fn open_fingers(&mut self) {
-        let opening = self.config.grasp.opening.si();
-        self.fingers = Fingers { opening, force: self.config.grasp.force.si() };
-    }
-
     pub(crate) fn deposit(&mut self, deposit: Deposit, robot: &RobotState) -> Next {
-        let c = self.config.deposit.clone();
+        let c = self.rig.config.deposit.clone();
         let stay = |deposit| Next::Stay(Phase::Deposit(deposit), STILL);
         if let Deposit::Opening { since } = deposit {
             if robot.time - since < c.open_time.si() {
                 return stay(deposit);
             }
-            self.conclude(robot, AttemptEnd::Deposited);
+            self.rig.conclude(robot, AttemptEnd::Deposited);
             return Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)));
         }
-        if !self.holds_fruit(robot) {
+        if !self.rig.holds_fruit(robot) {
             return Next::Fail(FailureReason::Slipped);
         }
-        let Some([above, low]) = self.postures.bucket else {
+        let Some([above, low]) = self.rig.postures.bucket else {
             return Next::Fail(FailureReason::MissedBucket);
         };
-        if self.elapsed(robot) > self.config.timeout.transport.si() {
+        if self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {
             return Next::Fail(FailureReason::MissedBucket);
         }
-        if self.arm_stalled() {
+        if self.rig.arm_stalled() {
             return Next::Fail(FailureReason::Blocked);
         }
-        if !self.motion.is_over() {
+        if !self.rig.motion.is_over() {
             return stay(deposit);
         }
         match deposit {
             // No need to stop exactly at the way-points.
             Deposit::Carrying => {
-                self.motion.go(above, &self.config.arm, 1.0);
+                self.rig.motion.go(above, &self.rig.config.arm, 1.0);
                 stay(Deposit::Swinging)
             }
             Deposit::Swinging => {
-                self.motion.go(low, &self.config.arm, 1.0);
+                self.rig.motion.go(low, &self.rig.config.arm, 1.0);
                 stay(Deposit::Lowering)
             }
             Deposit::Lowering | Deposit::Opening { .. } => {
-                let off = self.arm.tcp(&robot.q).translation.vector - self.postures.p_bucket;
+                let off = self.rig.arm.tcp(&robot.q).translation.vector - self.rig.postures.p_bucket;
                 let centred = off.xy().norm() <= c.centred.si();
-                if !(self.arm_arrived(robot) && centred && robot.v.amax() <= c.slow.si()) {
+                if !(self.rig.arm_arrived(robot) && centred && robot.v.amax() <= c.slow.si()) {
                     return stay(deposit);
                 }
-                self.open_fingers();
+                self.rig.open_fingers();
                 stay(Deposit::Opening { since: robot.time })
             }
         }
     }
 
     pub(crate) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
-        self.open_fingers();
-        let (back, open_time) = (self.config.approach.look.si(), self.config.deposit.open_time.si());
+        self.rig.open_fingers();
+        let (back, open_time) = (self.rig.config.approach.look.si(), self.rig.config.deposit.open_time.si());
         match retreat.stage {
             Withdrawal::Back(direction) => {
                 if robot.time - retreat.since >= open_time {
                     // What the hand touches may have held it off its command: start from where it is.
-                    self.motion = crate::motion::ArmMotion::new(self.arm.clamped(&robot.q));
-                    let speed = self.config.arm.approach_speed.si();
-                    self.motion.go_straight(&self.arm, direction, back, speed, &self.config.arm);
+                    self.rig.motion = crate::motion::ArmMotion::new(self.rig.arm.clamped(&robot.q));
+                    let speed = self.rig.config.arm.approach_speed.si();
+                    self.rig.motion.go_straight(&self.rig.arm, direction, back, speed, &self.rig.config.arm);
                     retreat.stage = Withdrawal::GoingBack;
                 }
             }
-            Withdrawal::GoingBack if self.motion.is_over() => retreat.stage = Withdrawal::Home,
+            Withdrawal::GoingBack if self.rig.motion.is_over() => retreat.stage = Withdrawal::Home,
             Withdrawal::GoingBack => {}
             Withdrawal::Up => {
-                if let Some([above, _]) = self.postures.bucket
-                    && *self.motion.goal() != above
+                if let Some([above, _]) = self.rig.postures.bucket
+                    && *self.rig.motion.goal() != above
                 {
-                    self.motion.go(above, &self.config.arm, 1.0);
+                    self.rig.motion.go(above, &self.rig.config.arm, 1.0);
                 }
                 // The rest of the way back leads over the robot itself: the base may move meanwhile.
-                if self.motion.is_over() {
+                if self.rig.motion.is_over() {
                     return Next::Enter(Phase::Scan(Scan::here()));
                 }
             }
             Withdrawal::Home => {
-                let carry = self.postures.carry();
-                if *self.motion.goal() != carry {
-                    self.motion.go(carry, &self.config.arm, 1.0);
+                let carry = self.rig.postures.carry();
+                if *self.rig.motion.goal() != carry {
+                    self.rig.motion.go(carry, &self.rig.config.arm, 1.0);
                 }
-                let patience = self.config.timeout.transport.si();
-                if self.arm_arrived(robot) || self.elapsed(robot) > patience {
+                let patience = self.rig.config.timeout.transport.si();
+                if self.rig.arm_arrived(robot) || self.rig.elapsed(robot) > patience {
                     return Next::Enter(Phase::Scan(Scan::here()));
                 }
             }

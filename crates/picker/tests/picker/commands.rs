@@ -2,7 +2,7 @@
 
 use crate::fake::FakeWorld;
 use orchard_geometry::Image;
-use orchard_picker::Controller;
+use orchard_picker::Kind;
 use proptest::prelude::*;
 
 /// A sensor reading: mostly sensible, sometimes nonsense.
@@ -11,16 +11,17 @@ fn reading() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(ProptestConfig::with_cases(80))]
 
     #[test]
     fn commands_are_finite_and_within_limits(
         frames in prop::collection::vec((prop::array::uniform32(reading()), any::<u32>()), 1..30),
         nonsense in any::<bool>(),
+        kind in prop::sample::select(Kind::ALL.to_vec()),
     ) {
         let mut world = FakeWorld::new(&[(3.0, 0.5, 1.0)]);
         let arm = world.robot.kinematics().clone();
-        let mut picker = world.picker();
+        let mut picker = world.picker(kind);
         let mut time = 0.0;
         for (mut r, noise) in frames {
             if !nonsense {
@@ -33,6 +34,7 @@ proptest! {
             o.arm_v.copy_from_slice(&r[7..14]);
             o.arm_torque.copy_from_slice(&r[14..21]);
             o.finger_q.copy_from_slice(&r[21..23]);
+            o.finger_force.copy_from_slice(&r[21..23]);
             o.base_pose.copy_from_slice(&r[23..26]);
             o.base_velocity.copy_from_slice(&r[26..29]);
             o.base_height = r[29];

@@ -3,7 +3,7 @@
 
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Rotation, Vec3, inverse_transform, transform};
 use orchard_perception::DetectorConfig;
-use orchard_picker::{BaselinePicker, Controller, PickerConfig};
+use orchard_picker::{Controller, Kind};
 use orchard_robot::{ARM_DOF, Bucket, Command, JointVector, Observation, RobotModel};
 use std::collections::VecDeque;
 
@@ -54,6 +54,8 @@ pub struct FakeWorld {
     pub time_frames: u32,
     v: JointVector,
     fingers: f64,
+    /// Force of each finger drive, positive opening [N].
+    squeeze: f64,
     base_velocity: [f64; 3],
     gripped: Option<usize>,
     bucket: Bucket,
@@ -79,6 +81,7 @@ impl FakeWorld {
             time_frames: 0,
             v: JointVector::zeros(),
             fingers: 0.04,
+            squeeze: 0.0,
             base_velocity: [0.0; 3],
             gripped: None,
             bucket: robot.bucket(),
@@ -86,8 +89,8 @@ impl FakeWorld {
         }
     }
 
-    pub fn picker(&self) -> BaselinePicker {
-        BaselinePicker::new(&self.robot, DetectorConfig::paper(), PickerConfig::paper())
+    pub fn picker(&self, kind: Kind) -> Box<dyn Controller> {
+        kind.controller(&self.robot, DetectorConfig::paper())
     }
 
     pub fn count(&self, fate: Fate) -> usize {
@@ -131,7 +134,7 @@ impl FakeWorld {
             arm_v: self.v.into(),
             arm_torque: torque.into(),
             finger_q: [self.fingers; 2],
-            finger_force: [0.0; 2],
+            finger_force: [self.squeeze; 2],
             base_pose: self.base,
             base_height: 0.0,
             base_velocity: self.base_velocity,
@@ -208,10 +211,12 @@ impl FakeWorld {
         let taken = self.gripped.or_else(|| {
             self.fruit.iter().position(|f| matches!(f.fate, Fate::Hanging | Fate::Held) && between(f))
         });
+        self.squeeze = 0.0;
         match taken {
             Some(i) if wanted <= self.fruit[i].radius => {
                 self.fingers = self.fruit[i].radius;
                 self.gripped = Some(i);
+                self.squeeze = -command.finger_force;
             }
             _ => {
                 self.fingers = wanted;

@@ -1,4 +1,4 @@
-//! The baseline picker in a made-up orchard.
+//! The controllers in a made-up orchard.
 
 mod commands;
 mod cycle;

@@ -1,124 +1,25 @@
-//! Scan: look around, go around the believed tree, choose a target.
+//! Which fruit, and from where: places of the base and approaches compared by cost.
 
-use crate::baseline::approach::Align;
-use crate::baseline::{BaselinePicker, Next, Phase, STILL};
-use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of, drive};
+use crate::drive::{BaseGoal, bearing_of};
 use crate::plan::{GraspPlan, Target, plan};
+use crate::rig::Rig;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, inverse_transform, math};
 use orchard_perception::Track;
 
-/// Memory of the scan state.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Scan {
-    place: Place,
-    posture: usize,
-    /// Time in this posture at this place [s].
-    dwelled: f64,
-    stall: StallWatch,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
-    /// Where the last attempt ended.
-    Here,
-    /// At a bearing from the tree; `None` is the present one.
-    View(Option<f64>),
-    /// On the way to a view.
-    Going(BaseGoal),
-    /// At a view.
-    There(BaseGoal),
-}
-
-impl Scan {
-    /// At the start of the episode the tree is too far to see fruit.
-    pub fn at_start() -> Self {
-        Self { place: Place::View(None), posture: 0, dwelled: 0.0, stall: StallWatch::default() }
-    }
-
-    /// After an attempt, from where it ended.
-    pub fn here() -> Self {
-        Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
-    }
-}
-
 /// A target with the place and the posture for it.
-struct Choice {
-    track: u32,
-    target: Target,
-    goal: BaseGoal,
-    plan: GraspPlan,
+#[derive(Debug, Clone)]
+pub(crate) struct Choice {
+    pub track: u32,
+    pub target: Target,
+    pub goal: BaseGoal,
+    pub plan: GraspPlan,
     cost: f64,
 }
 
-impl BaselinePicker {
-    pub(crate) fn scan(&mut self, mut scan: Scan, robot: &RobotState) -> Next {
-        let c = self.config.scan.clone();
-        let posture = self.postures.survey[scan.posture];
-        if self.motion.is_over() && *self.motion.goal() != posture {
-            let scale = if self.eyes.blind { c.blind_speed_scale.si() } else { 1.0 };
-            self.motion.go(posture, &self.config.arm, scale);
-        }
-        let tree = self.eyes.belief.p_odom();
-        if let Place::View(bearing) = scan.place {
-            let bearing = bearing.unwrap_or_else(|| bearing_of(&robot.p_odom(), &tree));
-            scan.place = Place::Going(BaseGoal::facing(&tree, bearing, c.standoff.si()));
-        }
-        let mut velocity = STILL;
-        // Without sight nothing moves but the arm.
-        if let (Place::Going(goal), false) = (scan.place, self.eyes.blind) {
-            let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
-            let (towards, arrived) = drive(robot, &goal, &tree, &self.config.drive, tolerance);
-            velocity = towards;
-            if arrived || scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
-                scan.place = Place::There(goal);
-                velocity = STILL;
-            }
-        }
-        let arrived = self.eyes.blind || !matches!(scan.place, Place::Going(_));
-        if !(arrived && (self.arm_arrived(robot) || self.arm_stalled())) {
-            return Next::Stay(Phase::Scan(scan), velocity);
-        }
-        scan.dwelled += robot.dt;
-        if scan.dwelled < c.dwell.si() || !self.fresh_image {
-            return Next::Stay(Phase::Scan(scan), velocity);
-        }
-        if let Some(next) = self.commit_to_best(robot) {
-            return next;
-        }
-        self.look_elsewhere(&mut scan);
-        Next::Stay(Phase::Scan(scan), velocity)
-    }
-
-    fn commit_to_best(&mut self, robot: &RobotState) -> Option<Next> {
-        if self.eyes.blind {
-            return None;
-        }
-        let choice = self.choose(robot)?;
-        self.commit(robot, choice.track, choice.target, choice.plan);
-        Some(Next::Enter(Phase::Align(Align::towards(choice.goal))))
-    }
-
-    fn look_elsewhere(&self, scan: &mut Scan) {
-        scan.dwelled = 0.0;
-        scan.posture += 1;
-        if scan.posture < self.postures.survey.len() && scan.place != Place::Here {
-            return;
-        }
-        scan.posture = 0;
-        scan.place = match scan.place {
-            Place::There(goal) => {
-                let p_goal = Vec3::new(goal.x, goal.y, 0.0);
-                let bearing = bearing_of(&p_goal, &self.eyes.belief.p_odom());
-                Place::View(Some(math::wrap_angle(bearing + self.config.scan.orbit_step.si())))
-            }
-            Place::Here => Place::View(None),
-            on_the_way => on_the_way,
-        };
-    }
-
+impl Rig {
     /// The cheapest of the nearest eligible tracks.
-    fn choose(&self, robot: &RobotState) -> Option<Choice> {
+    pub fn choose(&self, robot: &RobotState) -> Option<Choice> {
         if let Some(errand) = &self.errand {
             return self.place_for(&errand.track(robot.time), robot);
         }
@@ -208,10 +109,5 @@ impl BaselinePicker {
         p_base.x.abs() <= c.body_half_x.si()
             && p_base.y.abs() <= c.body_half_y.si()
             && p_base.z <= c.body_height.si()
-    }
-
-    /// Points of the last images in the present base frame.
-    pub(crate) fn points_base(&self, robot: &RobotState) -> Vec<Vec3> {
-        self.eyes.points().map(|p| inverse_transform(&robot.x_odom_base, p)).collect()
     }
 }

@@ -1,0 +1,93 @@
+//! Deposit: out of the canopy, round over the bucket, down until close over floor or pile, and let go.
+
+use crate::expert::retreat::Retreat;
+use crate::expert::{ExpertPicker, Next, Phase};
+use crate::motion::WayPoint;
+use crate::record::{AttemptEnd, FailureReason};
+use crate::rig::{Fingers, STILL};
+use crate::robot_state::RobotState;
+use orchard_geometry::math;
+
+/// Memory of the deposit state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Deposit {
+    /// Where the base stood when the stem gave way.
+    base_start: [f64; 2],
+    /// Withdrawal of the hand so far [m].
+    withdrawn: f64,
+    stage: Stage,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
+    /// Straight out of the canopy.
+    Leaving,
+    /// Over the bucket and down.
+    Swinging,
+    /// Fingers opening since a time.
+    Opening { since: f64 },
+}
+
+impl Deposit {
+    pub fn leaving(robot: &RobotState, withdrawn: f64) -> Self {
+        let [x, y, _] = robot.base_pose;
+        Self { base_start: [x, y], withdrawn, stage: Stage::Leaving }
+    }
+
+    fn backed(&self, robot: &RobotState) -> f64 {
+        math::hypot(robot.base_pose[0] - self.base_start[0], robot.base_pose[1] - self.base_start[1])
+    }
+}
+
+impl ExpertPicker {
+    pub(super) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
+        let backed = deposit.backed(robot);
+        let leave = &self.config.leave;
+        let backing = backed < leave.base_way.si() && !self.is_blind(robot);
+        let velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
+        if let Stage::Opening { since } = deposit.stage {
+            if robot.time - since < self.config.place.open_time.si() {
+                return Next::Stay(Phase::Deposit(deposit), velocity);
+            }
+            return self.deposited(robot);
+        }
+        if !self.rig.holds_fruit(robot) {
+            return Next::Fail(FailureReason::Slipped);
+        }
+        let Some([above, low]) = self.slots.next() else {
+            return Next::Fail(FailureReason::MissedBucket);
+        };
+        if self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {
+            return Next::Fail(FailureReason::MissedBucket);
+        }
+        if self.rig.arm_stalled() {
+            return Next::Fail(FailureReason::Blocked);
+        }
+        if deposit.stage == Stage::Leaving {
+            deposit.withdrawn = self.rig.motion.travelled().unwrap_or(deposit.withdrawn);
+            if self.rig.motion.is_over() || deposit.withdrawn + backed >= leave.way.si() {
+                let over = WayPoint { q: above, blend: self.config.place.blend.si() };
+                self.rig.motion.stop();
+                self.swing_through([self.by_carry(), over, WayPoint { q: low, blend: 0.0 }]);
+                deposit.stage = Stage::Swinging;
+            }
+        } else if self.rig.motion.is_over() && (robot.q - low).amax() <= self.config.place.arrived.si() {
+            let opening = self.config.place.opening.si();
+            self.rig.fingers = Fingers { opening, force: self.rig.config.grasp.force.si() };
+            deposit.stage = Stage::Opening { since: robot.time };
+        }
+        Next::Stay(Phase::Deposit(deposit), velocity)
+    }
+
+    /// The fruit is in the bucket: up and on to the next one.
+    fn deposited(&mut self, robot: &RobotState) -> Next {
+        self.rig.conclude(robot, AttemptEnd::Deposited);
+        let above = self.slots.next().map(|[above, _]| above);
+        self.slots.fill();
+        self.rig.open_fingers();
+        let carry = self.rig.postures.carry();
+        let up = above.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
+        self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
+        Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
+    }
+}

@@ -1,0 +1,79 @@
+//! Pull: withdraw until the stem gives way, or until it is the wood that yields.
+
+use crate::expert::grasp::Grasp;
+use crate::expert::place::Deposit;
+use crate::expert::{ExpertPicker, Next, Phase};
+use crate::record::FailureReason;
+use crate::rig::STILL;
+use crate::robot_state::RobotState;
+
+/// Memory of the pull state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pull {
+    /// Smoothed pull along the withdrawal [N] and its largest value.
+    tension: f64,
+    peak: f64,
+    travelled: f64,
+    /// Smoothed weight on the hand [N].
+    weight: f64,
+    /// Time for which the pull has been lower than its peak, but not slack [s].
+    sagging: f64,
+    /// Tries at this target that came to nothing.
+    failed: u32,
+}
+
+impl Pull {
+    pub fn new(failed: u32) -> Self {
+        Self { tension: 0.0, peak: 0.0, travelled: 0.0, weight: 0.0, sagging: 0.0, failed }
+    }
+}
+
+impl ExpertPicker {
+    pub(super) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
+        if !self.rig.holds_fruit(robot) {
+            return self.lose(pull, robot);
+        }
+        let Some(direction) = self.rig.attempt.as_ref().map(|a| a.plan.direction()) else {
+            return Next::Fail(FailureReason::Slipped);
+        };
+        let (c, feel) = (&self.rig.config.pull, &self.config.feel);
+        let force = self.rig.tcp_force(robot);
+        let weight = c.tension_weight.si();
+        pull.tension += (-force.dot(&direction) - pull.tension) * weight;
+        pull.weight += (force.z - pull.weight) * weight;
+        pull.peak = pull.peak.max(pull.tension);
+        pull.travelled = self.rig.motion.travelled().unwrap_or(pull.travelled);
+        let slack = pull.tension < c.tension_low.si();
+        let was_taut = pull.peak > c.tension_high.si();
+        let sags = was_taut && !slack && pull.tension < feel.wood_share.si() * pull.peak;
+        pull.sagging = if sags { pull.sagging + robot.dt } else { 0.0 };
+        let ended = self.rig.motion.is_over() && (self.rig.arm_arrived(robot) || self.rig.arm_stalled())
+            || self.rig.elapsed(robot) > self.rig.config.timeout.pull.si();
+        // Without a stem that was taut only the weight tells fruit from a leaf or nothing.
+        if slack && (was_taut || (ended && pull.weight >= feel.weight_min.si())) {
+            self.rig.note_release_of_stem(robot, pull.peak);
+            self.rig.motion.set_line_speed(self.config.leave.speed.si());
+            return Next::Enter(Phase::Deposit(Deposit::leaving(robot, pull.travelled)));
+        }
+        if ended && slack {
+            return self.lose(pull, robot);
+        }
+        // The hand travels on and the stem stays taut, or the pull falls back and does not end: wood yields.
+        let wood_yields = pull.travelled > feel.wood_way.si() || pull.sagging > feel.wood_time.si();
+        if ended || (wood_yields && !slack) {
+            return Next::Fail(FailureReason::StemTooStrong);
+        }
+        Next::Stay(Phase::Pull(pull), STILL)
+    }
+
+    /// The fruit left the fingers, still on its stem: once more, if a try is left.
+    fn lose(&mut self, pull: Pull, robot: &RobotState) -> Next {
+        let failed = pull.failed + 1;
+        if failed >= self.config.homing.tries.get() {
+            return Next::Fail(FailureReason::Slipped);
+        }
+        self.rig.motion.stop();
+        self.rig.open_fingers();
+        Next::Enter(Phase::Grasp(Grasp::lost(robot, failed)))
+    }
+}
