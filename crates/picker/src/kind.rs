@@ -45,12 +45,7 @@ impl Kind {
     }
 
     /// One at the start of a component task.
-    pub fn with_goal(
-        self,
-        goal: &Goal,
-        robot: &RobotModel,
-        detector: DetectorConfig,
-    ) -> Box<dyn Controller> {
+    pub fn with_goal(self, goal: &Goal, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
         crate::goal::controller(self, goal, robot, detector)
     }
 }

@@ -27,7 +27,8 @@ pub type Pushing = Asked<Gentle>;
 impl<C: Component> Asked<C> {
     /// Reads the command line.
     pub fn read(args: &Args, scope: &Scope) -> Result<Self, Failure> {
-        let plan = ComponentPlan::paper(args.controller()?, args.profile.name(), scope.seeds.clone(), scope.trees);
+        let plan =
+            ComponentPlan::paper(args.controller()?, args.profile.name(), scope.seeds.clone(), scope.trees);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { plan, task: std::marker::PhantomData })
     }

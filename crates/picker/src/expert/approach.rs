@@ -159,6 +159,7 @@ impl ExpertPicker {
 
     /// Takes the frame's image as a view of the target from near by; whether it showed the target.
     pub(super) fn view(&mut self, views: &mut Views) -> bool {
+        let farthest = self.rig.match_distance();
         let (Some(then), Some(attempt)) = (&self.rig.imaged, &mut self.rig.attempt) else { return false };
         let p_camera = transform(&then.x_odom_base, &self.rig.arm.camera(&then.q).translation.vector);
         if (p_camera - attempt.target.p).norm() > self.config.unfold.range.si() {
@@ -167,8 +168,7 @@ impl ExpertPicker {
         views.images += 1;
         let off = |p: &Vec3| (p - attempt.target.p).norm();
         let nearest = self.rig.eyes.sightings.iter().min_by(|a, b| off(&a.p_odom).total_cmp(&off(&b.p_odom)));
-        let Some(sighting) = nearest.filter(|s| off(&s.p_odom) <= self.rig.match_distance())
-        else {
+        let Some(sighting) = nearest.filter(|s| off(&s.p_odom) <= farthest) else {
             return false;
         };
         views.hits += 1;
