@@ -186,7 +186,13 @@ impl BenchController for FakeController {
                 _ => {}
             }
         }
-        Command { arm_q: observation.arm_q, base_velocity: [0.0; 3], finger_q: 0.0, finger_force: 0.0 }
+        Command {
+            arm_q: observation.arm_q,
+            arm_v: [0.0; ARM_DOF],
+            base_velocity: [0.0; 3],
+            finger_q: 0.0,
+            finger_force: 0.0,
+        }
     }
 
     fn drain_log(&mut self) -> Vec<ControllerEvent> {

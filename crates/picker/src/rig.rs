@@ -11,7 +11,7 @@ use crate::record::{AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
 use orchard_geometry::{Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
-use orchard_robot::{ArmKinematics, Command, Observation, RobotModel};
+use orchard_robot::{ARM_DOF, ArmKinematics, Command, JointVector, Observation, RobotModel};
 
 /// Senses, belief and set points; a state machine on top decides.
 #[derive(Debug, Clone)]
@@ -37,6 +37,8 @@ pub(crate) struct Rig {
     last_time: Option<f64>,
     memory: Memory,
     last_command: Command,
+    /// Where this frame's motion led, and how fast.
+    advanced: Option<(JointVector, JointVector)>,
     record: Record,
 }
 
@@ -86,6 +88,7 @@ impl Rig {
             last_time: None,
             memory: Memory::new(&config.sensors),
             last_command: robot.start_command(),
+            advanced: None,
             record: Record::default(),
             arm,
             config,
@@ -94,7 +97,10 @@ impl Rig {
 
     /// Reads the sensors, takes the image, moves the arm's set point on. `None` if a sensor reads what is no number.
     pub fn sense(&mut self, observation: &Observation) -> Option<RobotState> {
-        let robot = RobotState::read(observation, self.last_time, &self.config.sensors)?;
+        let mut robot = RobotState::read(observation, self.last_time, &self.config.sensors)?;
+        if let (Some(last), true) = (self.memory.last(), robot.dt > 0.0) {
+            robot.a = (robot.v - last.v) / robot.dt;
+        }
         if self.last_time.is_none() {
             self.motion = ArmMotion::new(self.arm.clamped(&robot.q));
             self.record.events.push(Event::StateChanged { time: robot.time, state: self.state });
@@ -112,25 +118,37 @@ impl Rig {
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
             self.imaged = Some(then.clone());
         }
+        let before = *self.motion.q();
         self.motion.advance(&self.arm, robot.dt);
+        let q = *self.motion.q();
+        self.advanced = (robot.dt > 0.0).then(|| (q, (q - before) / robot.dt));
         self.watch_arm(&robot);
         Some(robot)
     }
 
     /// The command of a frame whose sensors could not be read: the last one, standing.
     pub fn hold(&self) -> Command {
-        Command { base_velocity: STILL, ..self.last_command }
+        Command { base_velocity: STILL, arm_v: [0.0; ARM_DOF], ..self.last_command }
     }
 
     /// The frame's command.
     pub fn command(&mut self, base_velocity: [f64; 3]) -> Command {
         self.last_command = Command {
             arm_q: (*self.motion.q()).into(),
+            arm_v: self.arm_velocity().into(),
             base_velocity,
             finger_q: self.fingers.opening,
             finger_force: self.fingers.force,
         };
         self.last_command
+    }
+
+    /// Velocity of the arm's set points; none where the motion has ended or was changed in this frame.
+    fn arm_velocity(&self) -> JointVector {
+        match &self.advanced {
+            Some((q, v)) if q == self.motion.q() && !self.motion.is_over() => *v,
+            _ => JointVector::zeros(),
+        }
     }
 
     /// What it has done so far.
@@ -200,7 +218,7 @@ impl Rig {
     /// Force that the hand exerts at the TCP [N], base axes.
     pub fn tcp_force(&self, robot: &RobotState) -> Vec3 {
         let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
-        self.arm.tcp_force(&robot.q, &robot.torque, &gravity)
+        self.arm.tcp_force(&robot.q, &robot.a, &robot.torque, &gravity)
     }
 
     /// Points of the last images in the present base frame.

@@ -13,6 +13,8 @@ pub(crate) struct RobotState {
     pub dt: f64,
     pub q: JointVector,
     pub v: JointVector,
+    /// Mean acceleration of the joints since the last frame [rad/s2].
+    pub a: JointVector,
     pub torque: JointVector,
     /// Distance between the pads [m].
     pub width: f64,
@@ -52,6 +54,7 @@ impl RobotState {
             dt: last_time.map_or(0.0, |t| (o.time - t).clamp(0.0, config.longest_step.si())),
             q: JointVector::from(o.arm_q),
             v: JointVector::from(o.arm_v),
+            a: JointVector::zeros(),
             torque: JointVector::from(o.arm_torque),
             width: o.finger_q[0] + o.finger_q[1],
             finger_q: o.finger_q,
@@ -92,6 +95,11 @@ impl Memory {
         self.states.push_back(now.clone());
     }
 
+    /// The newest state.
+    pub fn last(&self) -> Option<&RobotState> {
+        self.states.back()
+    }
+
     /// The state at a moment: the nearest in time, the newest of two. `None` if there was none at that time.
     pub fn at(&self, time: f64) -> Option<&RobotState> {
         let off = |state: &RobotState| (state.time - time).abs();
@@ -111,6 +119,7 @@ mod tests {
             dt: 0.0,
             q: JointVector::zeros(),
             v: JointVector::zeros(),
+            a: JointVector::zeros(),
             torque: JointVector::zeros(),
             width: 0.0,
             finger_q: [0.0; 2],

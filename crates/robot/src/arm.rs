@@ -160,10 +160,11 @@ impl ArmKinematics {
     }
 
     /// Force that the hand exerts on what it touches at the TCP [N], base axes, from the arm's torques: the
-    /// wrench of least squares that explains what they exceed the gravity torque by. For slow motion.
-    pub fn tcp_force(&self, q: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
+    /// wrench of least squares that explains what they exceed the torque by that gravity and an acceleration `a` [rad/s2] of the
+    /// joints ask for. Velocity products and the base's acceleration are left out.
+    pub fn tcp_force(&self, q: &JointVector, a: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
         let jacobian = self.jacobian(q);
-        let excess = torque - self.gravity_torque(q, gravity);
+        let excess = torque - self.gravity_torque(q, gravity) - self.inertial_torque(q, a);
         let gram = jacobian * jacobian.transpose();
         match gram.cholesky() {
             Some(factor) => factor.solve(&(jacobian * excess)).fixed_rows::<3>(3).into_owned(),
@@ -229,6 +230,11 @@ impl ArmKinematics {
     /// Joint torques that hold the arm still under `gravity` [m/s2], base axes.
     pub fn gravity_torque(&self, q: &JointVector, gravity: &Vec3) -> JointVector {
         self.chain.gravity_torque(q, gravity)
+    }
+
+    /// Joint torques that accelerate the resting arm by `a` [rad/s2].
+    pub fn inertial_torque(&self, q: &JointVector, a: &JointVector) -> JointVector {
+        self.chain.inertial_torque(q, a)
     }
 
     /// Inertia that each joint moves with all others locked [kg m^2].

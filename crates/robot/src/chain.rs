@@ -82,6 +82,27 @@ impl Chain {
         torque
     }
 
+    /// Joint torques that accelerate the links by `a` [rad/s2] from rest: M(q) a, the sum of `J_v^T m J_v a + J_w^T I J_w a` over the
+    /// links (Lynch and Park, Modern Robotics, eq. 8.57).
+    pub fn inertial_torque(&self, q: &JointVector, a: &JointVector) -> JointVector {
+        let links = self.link_poses(q);
+        let mut torque = JointVector::zeros();
+        for (i, x) in links.iter().enumerate() {
+            let inertia = &self.hinges[i].inertia;
+            let com = (x * nalgebra::Point3::from(inertia.p_com)).coords;
+            let mut jacobian = self.jacobian(&links, &com);
+            // Joints beyond a link do not move it.
+            jacobian.columns_mut(i + 1, ARM_DOF - i - 1).fill(0.0);
+            let acceleration = jacobian * a;
+            let r = x.rotation.to_rotation_matrix().into_inner();
+            let angular = r * (inertia.i_com * (r.transpose() * acceleration.fixed_rows::<3>(0)));
+            let linear = acceleration.fixed_rows::<3>(3) * inertia.mass;
+            torque += jacobian.fixed_rows::<3>(0).transpose() * angular
+                + jacobian.fixed_rows::<3>(3).transpose() * linear;
+        }
+        torque
+    }
+
     /// Inertia that each joint would move were all others locked [kg m^2]: the diagonal of the mass matrix.
     pub fn reflected_inertia(&self, q: &JointVector) -> JointVector {
         let links = self.link_poses(q);

@@ -37,8 +37,10 @@ pub struct Observation {
 /// What a controller asks of the robot until its next command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// Arm joint targets [rad].
+    /// Arm joint targets [rad]: where the set points are to be at the end of the frame.
     pub arm_q: [f64; ARM_DOF],
+    /// Velocities with which the set points are to pass there [rad/s]; 0 to come to rest.
+    pub arm_v: [f64; ARM_DOF],
     /// Base velocity in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     pub base_velocity: [f64; 3],
     /// Opening of each finger [m], 0 closed to 0.04 open.

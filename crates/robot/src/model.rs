@@ -127,6 +127,7 @@ impl RobotModel {
     pub fn start_command(&self) -> Command {
         Command {
             arm_q: self.kinematics.home().into(),
+            arm_v: [0.0; ARM_DOF],
             base_velocity: [0.0; 3],
             finger_q: self.config.start.finger_opening.si(),
             finger_force: self.kinematics.finger_force(),

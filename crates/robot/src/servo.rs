@@ -7,8 +7,9 @@
 //! servo does not flip between the two. The base's velocity drives exert `d / (1 + h d / M) (set - v)`, cut off
 //! at their bound: the same damping, in a form that no collision can push over the bound.
 //!
-//! The arm's set points obey the joints' speed and acceleration limits and come to rest at what is commanded
-//! ([`crate::braking`]); following a command that moves at speed v they are v^2 / (2 a) behind it.
+//! The arm's set points obey the joints' speed and acceleration limits. A command says where they are to be at the end of its
+//! frame, and how fast; on the way they go at that speed and make up what they are off as fast as they can brake it away
+//! ([`crate::braking`]). So they follow a smooth command without lag, and come to rest at one of speed 0.
 
 use crate::braking::{stopping_speed, velocity_range};
 use crate::handle::RobotHandle;
@@ -170,7 +171,7 @@ impl Servos {
         self.set = *set;
     }
 
-    /// Sets the inputs of the next substep of length `h` [s]. `height` is the set point of the chassis height
+    /// Sets the inputs of the next substep of length `h` [s], after which `remaining` [s] are left of the command's frame. `height` is the set point of the chassis height
     /// over its rest on flat ground [m], `gravity` [m/s2] points down with its z. What is not finite in a
     /// command brings the set point to rest.
     #[allow(
@@ -186,6 +187,7 @@ impl Servos {
         height: f64,
         gravity: &Vec3,
         h: f64,
+        remaining: f64,
     ) {
         self.drive_base(model, data, handle, command, h);
         let dof = model.dofs(handle.height).start;
@@ -193,7 +195,7 @@ impl Servos {
         let weight = -self.robot.carried_mass * gravity.z;
         let (stiffness, damping) = (gains.stiffness, gains.damping);
         write(data, dof, Input { stiffness, damping, rest: height, torque: weight });
-        self.drive_arm(model, data, handle, command, gravity, h);
+        self.drive_arm(model, data, handle, command, gravity, h, remaining);
         self.drive_fingers(model, data, handle, command, h);
     }
 
@@ -251,6 +253,10 @@ impl Servos {
         }
     }
 
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a world's model, state and robot, and one substep's inputs"
+    )]
     fn drive_arm(
         &mut self,
         model: &Model,
@@ -259,6 +265,7 @@ impl Servos {
         command: &Command,
         gravity: &Vec3,
         h: f64,
+        remaining: f64,
     ) {
         let arm = &self.robot.kinematics;
         let q = crate::JointVector::from_fn(|i, _| data.q[model.qs(handle.arm[i]).start]);
@@ -270,10 +277,14 @@ impl Servos {
             let rate = &mut self.set.arm_rate[i];
             // Nonsense is no reason to stop dead: the set point brakes.
             let wanted = if command.arm_q[i].is_finite() { command.arm_q[i] } else { *target };
-            let way = wanted.clamp(limit.lower, limit.upper) - *target;
+            let passing = if command.arm_v[i].is_finite() { command.arm_v[i] } else { 0.0 };
+            let passing = passing.clamp(-limit.velocity, limit.velocity);
+            let wanted = (wanted - passing * remaining).clamp(limit.lower, limit.upper);
+            // Off the course that passes at this speed.
+            let off = wanted - passing * h - *target;
             let acceleration = self.robot.arm_acceleration;
             let (slowest, fastest) = velocity_range(*target, *rate, &limit, acceleration, h);
-            let speed = stopping_speed(way.abs(), acceleration, h).copysign(way);
+            let speed = passing + stopping_speed(off.abs(), acceleration, h).copysign(off);
             *rate = speed.max(slowest).min(fastest);
             *target = (*target + *rate * h).clamp(limit.lower, limit.upper);
             let dof = model.dofs(handle.arm[i]).start;

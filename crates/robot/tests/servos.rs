@@ -59,7 +59,16 @@ impl Bench {
         };
         let mut report = StepReport::default();
         for _ in 0..(seconds / SUBSTEP).round() as usize {
-            self.servos.apply(&self.model, &mut self.data, &self.handle, command, 0.0, &GRAVITY, SUBSTEP);
+            self.servos.apply(
+                &self.model,
+                &mut self.data,
+                &self.handle,
+                command,
+                0.0,
+                &GRAVITY,
+                SUBSTEP,
+                0.0,
+            );
             let mut before = orchard_multibody::Motion::default();
             self.data.save_motion(&mut before);
             step(&self.model, &mut self.data, &settings, &mut report);
@@ -242,7 +251,7 @@ fn fingers_hold_with_the_commanded_force() {
     for (opening, force, seconds) in [(0.0, 70.0, 1.5), (0.0, 5.0, 1.0), (0.04, 70.0, 1.0)] {
         (command.finger_q, command.finger_force) = (opening, force);
         for _ in 0..(seconds / SUBSTEP) as usize {
-            servos.apply(&model, &mut data, &handle, &command, 0.0, &settings.gravity, SUBSTEP);
+            servos.apply(&model, &mut data, &handle, &command, 0.0, &settings.gravity, SUBSTEP, 0.0);
             step(&model, &mut data, &settings, &mut report);
         }
         let o = observe(&model, &data, &handle, 0.0, Intrinsics::from_vertical_fov(8, 6, 1.0));

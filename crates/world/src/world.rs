@@ -179,9 +179,9 @@ impl World {
         let (spec, parts, state) = (&*self.spec, &*self.parts, &mut self.state);
         state.begin_loose(spec, parts);
         state.load.begin_frame();
-        for _ in 0..spec.sim.substeps.get() {
+        for left in (0..spec.sim.substeps.get()).rev() {
             if state.data.is_finite() {
-                state.substep(spec, parts, command);
+                state.substep(spec, parts, command, f64::from(left) * parts.settings.h);
             }
         }
         state.frame += 1;
@@ -415,14 +415,15 @@ impl State {
         }
     }
 
-    fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command) {
+    /// `remaining`: what is left of the frame after it [s].
+    fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command, remaining: f64) {
         let Parts { model, handle, settings, .. } = parts;
         let (h, gravity) = (settings.h, &settings.gravity);
         let twist = self.data.velocity(handle.base);
         let x_world_base = handle.x_world_base(&self.data);
         let ride_height = parts.ground.ride_height_ahead(&x_world_base, &twist.linear, twist.angular.z);
         let height = ride_height - parts.x_world_odom.translation.z;
-        self.servos.apply(model, &mut self.data, handle, command, height, gravity, h);
+        self.servos.apply(model, &mut self.data, handle, command, height, gravity, h, remaining);
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
         self.keep_velocities(parts);

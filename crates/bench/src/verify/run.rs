@@ -220,6 +220,7 @@ pub fn record_controller(
             let arm_q = JointVector::from(command.arm_q.map(round));
             let rounded = Command {
                 arm_q: robot.kinematics().clamped(&arm_q).into(),
+                arm_v: [0.0; orchard_robot::ARM_DOF],
                 base_velocity: command.base_velocity.map(round),
                 finger_q: round(command.finger_q),
                 finger_force: round(command.finger_force),

@@ -16,7 +16,7 @@ pub struct Row {
 impl Row {
     /// The numbers in the order of [`FIELDS`].
     pub fn values(&self) -> [f64; FIELDS.len()] {
-        let Command { arm_q: q, base_velocity: v, finger_q, finger_force } = self.command;
+        let Command { arm_q: q, base_velocity: v, finger_q, finger_force, .. } = self.command;
         [self.time, q[0], q[1], q[2], q[3], q[4], q[5], q[6], v[0], v[1], v[2], finger_q, finger_force]
     }
 
@@ -24,6 +24,7 @@ impl Row {
     pub fn from_values(values: &[f64; FIELDS.len()]) -> Self {
         let command = Command {
             arm_q: std::array::from_fn(|i| values[1 + i]),
+            arm_v: [0.0; ARM_DOF],
             base_velocity: std::array::from_fn(|i| values[1 + ARM_DOF + i]),
             finger_q: values[4 + ARM_DOF],
             finger_force: values[5 + ARM_DOF],
@@ -108,15 +109,22 @@ impl Trajectory {
         match (next.checked_sub(1).map(|k| &self.rows[k]), self.rows.get(next)) {
             (Some(a), Some(b)) => {
                 let share = (time - a.time) / (b.time - a.time);
+                let arm_v =
+                    std::array::from_fn(|i| (b.command.arm_q[i] - a.command.arm_q[i]) / (b.time - a.time));
                 let (a, b) = (a.values(), b.values());
-                Row::from_values(&std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)).command
+                let row = Row::from_values(&std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share));
+                Command { arm_v, ..row.command }
             }
             (Some(last), None) => standing(last),
             (None, Some(first)) => standing(first),
             // There is always a row.
-            (None, None) => {
-                Command { arm_q: [0.0; ARM_DOF], base_velocity: [0.0; 3], finger_q: 0.0, finger_force: 0.0 }
-            }
+            (None, None) => Command {
+                arm_q: [0.0; ARM_DOF],
+                arm_v: [0.0; ARM_DOF],
+                base_velocity: [0.0; 3],
+                finger_q: 0.0,
+                finger_force: 0.0,
+            },
         }
     }
 }

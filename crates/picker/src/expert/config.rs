@@ -115,6 +115,8 @@ section! {
         above: Quantity,
         /// TCP over the ground where the first layer is let go.
         release: Quantity,
+        /// Force down at which the fruit counts as landed.
+        touch: Quantity,
         /// Each further layer is let go this much higher.
         layer: Quantity,
         /// Places of a layer along the bucket, from its axis.

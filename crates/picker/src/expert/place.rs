@@ -2,11 +2,12 @@
 
 use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
-use crate::motion::WayPoint;
+use crate::motion::{ArmMotion, WayPoint};
 use crate::record::{AttemptEnd, FailureReason};
 use crate::rig::{Fingers, STILL};
 use crate::robot_state::RobotState;
 use orchard_geometry::math;
+use orchard_robot::JointVector;
 
 /// Memory of the deposit state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,8 @@ pub(super) struct Deposit {
     base_start: [f64; 2],
     /// Withdrawal of the hand so far [m].
     withdrawn: f64,
+    /// Smoothed force with which the hand presses down [N].
+    press: f64,
     stage: Stage,
 }
 
@@ -31,7 +34,7 @@ enum Stage {
 impl Deposit {
     pub fn leaving(robot: &RobotState, withdrawn: f64) -> Self {
         let [x, y, _] = robot.base_pose;
-        Self { base_start: [x, y], withdrawn, stage: Stage::Leaving }
+        Self { base_start: [x, y], withdrawn, press: 0.0, stage: Stage::Leaving }
     }
 
     fn backed(&self, robot: &RobotState) -> f64 {
@@ -60,6 +63,13 @@ impl ExpertPicker {
         if self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {
             return Next::Fail(FailureReason::MissedBucket);
         }
+        let weight = self.rig.config.pull.tension_weight.si();
+        deposit.press -= (self.rig.tcp_force(robot).z + deposit.press) * weight;
+        if deposit.stage == Stage::Swinging && self.landed(&deposit, [&above, &low], robot) {
+            // What it lies on is not to be pressed any longer.
+            self.rig.motion = ArmMotion::new(self.rig.arm.clamped(&robot.q));
+            return self.let_go(deposit, velocity, robot);
+        }
         if self.rig.arm_stalled() {
             return Next::Fail(FailureReason::Blocked);
         }
@@ -72,11 +82,24 @@ impl ExpertPicker {
                 deposit.stage = Stage::Swinging;
             }
         } else if self.rig.motion.is_over() && (robot.q - low).amax() <= self.config.place.arrived.si() {
-            let opening = self.config.place.opening.si();
-            self.rig.fingers = Fingers { opening, force: self.rig.config.grasp.force.si() };
-            deposit.stage = Stage::Opening { since: robot.time };
+            return self.let_go(deposit, velocity, robot);
         }
         Next::Stay(Phase::Deposit(deposit), velocity)
+    }
+
+    /// Whether the fruit has come down on floor or pile: in the lower half of the way from over its place down to it, where the
+    /// arm only brakes, something holds the hand up.
+    fn landed(&self, deposit: &Deposit, [above, low]: [&JointVector; 2], robot: &RobotState) -> bool {
+        let height = |q: &JointVector| self.rig.arm.tcp(q).translation.vector.z;
+        let in_bucket = height(&robot.q) < 0.5 * (height(above) + height(low));
+        in_bucket && (deposit.press > self.config.place.touch.si() || self.rig.arm_stalled())
+    }
+
+    fn let_go(&mut self, mut deposit: Deposit, base_velocity: [f64; 3], robot: &RobotState) -> Next {
+        let opening = self.config.place.opening.si();
+        self.rig.fingers = Fingers { opening, force: self.rig.config.grasp.force.si() };
+        deposit.stage = Stage::Opening { since: robot.time };
+        Next::Stay(Phase::Deposit(deposit), base_velocity)
     }
 
     /// The fruit is in the bucket: up and on to the next one.
