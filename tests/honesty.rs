@@ -48,7 +48,7 @@ fn the_sound_robot_deposits_fruit() {
 fn without_finger_friction_nothing_is_picked() {
     let stories = stories(&Spec::paper(), &with_fingers(0.0, 70.0), false);
     assert!(total(&stories, Story::gripped) > 0, "the fingers never closed on a fruit: nothing was tried");
-    assert_eq!(total(&stories, |s| s.detached_by_hand), 0);
+    assert_eq!(total(&stories, |s| s.picked), 0);
     assert_eq!(total(&stories, Story::deposited), 0);
 }
 
@@ -58,7 +58,7 @@ fn without_finger_friction_nothing_is_picked() {
 fn with_weak_fingers_nothing_is_picked() {
     let stories = stories(&Spec::paper(), &with_fingers(1.0, 5.0), false);
     assert!(total(&stories, Story::gripped) > 0, "the fingers never closed on a fruit: nothing was tried");
-    assert_eq!(total(&stories, |s| s.detached_by_hand), 0);
+    assert_eq!(total(&stories, |s| s.picked), 0);
     assert_eq!(total(&stories, Story::deposited), 0);
 }
 

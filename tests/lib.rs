@@ -15,13 +15,16 @@ use orchard_world::truth::FruitState;
 use orchard_world::{Status, World, WorldEvent};
 use std::sync::Arc;
 
+/// Half a second: fingers that press from the sides of a moving hand can push a fruit off its stem without holding it.
+pub const CARRIED: u32 = 30;
+
 /// What came of an episode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Story {
     /// Everything that happened.
     pub events: Vec<WorldEvent>,
-    /// Stems that gave way while both fingers pressed on the fruit.
-    pub detached_by_hand: usize,
+    /// Fruit whose stem gave way between both fingers, and that were still there [`CARRIED`] frames later.
+    pub picked: usize,
     /// Where each fruit ended.
     pub states: Vec<FruitState>,
     /// Largest speed of any robot joint [rad/s or m/s].
@@ -59,7 +62,9 @@ pub fn harvest(
         .unwrap_or_else(|e| panic!("seed {seed}, world {world}: {e}"));
     let mut picker = BaselinePicker::new(robot, DetectorConfig::paper(), picker);
     let frames = (seconds * spec.sim.frame_rate.si()).round() as u32;
-    let mut story = Story { events: Vec::new(), detached_by_hand: 0, states: Vec::new(), top_speed: 0.0 };
+    let mut story = Story { events: Vec::new(), picked: 0, states: Vec::new(), top_speed: 0.0 };
+    // Fruit that came off between the fingers, and how many frames they have been held since.
+    let mut carried: Vec<(usize, u32)> = Vec::new();
     for _ in 0..frames {
         let mut observation = world.observe();
         tamper(&mut observation);
@@ -69,9 +74,14 @@ pub fn harvest(
         story.top_speed = arm.fold(story.top_speed, |top, v| top.max(v.abs()));
         for event in world.drain_events() {
             if let WorldEvent::FruitDetached { fruit, .. } = event {
-                story.detached_by_hand += usize::from(world.is_held(fruit));
+                carried.push((fruit, 0));
             }
             story.events.push(event);
+        }
+        carried.retain(|(fruit, _)| world.is_held(*fruit));
+        for (_, frames) in &mut carried {
+            *frames += 1;
+            story.picked += usize::from(*frames == CARRIED);
         }
         assert_eq!(*world.status(), Status::Running);
     }

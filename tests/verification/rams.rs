@@ -18,7 +18,7 @@ const STOP: f64 = 0.005;
 
 /// The paper's world with a substep as its frame, so that the contacts of every substep are seen.
 fn spec() -> Spec {
-    let mut spec = Spec::paper();
+    let mut spec = facing(Spec::paper());
     let substeps = spec.sim.substeps.get();
     let rate = spec.sim.frame_rate.value() * f64::from(substeps);
     let rupture_frames = spec.wood.rupture_frames.get() * substeps;
@@ -55,6 +55,14 @@ fn live_wood(world: &World, contact: &ContactReport) -> Option<(usize, bool)> {
 fn base(world: &World) -> (Vec3, Vec3) {
     let x_world_base = world.handle().x_world_base(world.data());
     (x_world_base.translation.vector, x_world_base.rotation * Vec3::x())
+}
+
+/// The robot starts where a drive straight ahead meets the trunk.
+fn facing(mut spec: Spec) -> Spec {
+    let start = &mut spec.episode.start;
+    start.distance = start.distance.with_ends(2.4, 2.4).expect("in range");
+    start.heading = start.heading.with_ends(0.0, 0.0).expect("in range");
+    spec
 }
 
 /// What a ram of 4 s did to the wood.
@@ -133,7 +141,7 @@ fn rams_through_twenty_canopies() {
 #[test]
 fn a_robot_parked_under_breaking_limbs() {
     let robot = robot(1.1);
-    let mut start = World::new(Arc::new(Spec::paper()), Arc::new(robot.clone()), 42, 0).unwrap();
+    let mut start = World::new(Arc::new(facing(Spec::paper())), Arc::new(robot.clone()), 42, 0).unwrap();
     let mut command = robot.start_command();
     // Under the canopy's edge; what the way in breaks is part of the scene.
     command.base_velocity = [1.1, 0.0, 0.0];

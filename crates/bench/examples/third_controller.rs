@@ -24,6 +24,7 @@ impl Controller for Greeter {
     }
 }
 
+/// Lets it try for ten seconds.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let greeter = |robot: &RobotModel| Greeter { command: robot.start_command(), record: Record::default() };
     let episode = trial("greeter", greeter, 20250704, 0, 10.0)?;

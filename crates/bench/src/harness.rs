@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_geometry::{Pose, Vec3, transform};
+use orchard_robot::{ARM_DOF, Command};
 
 use crate::attempts::{AttemptLog, History, judge, knocked_off};
 use crate::episode::{
@@ -30,6 +31,7 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     let mut log = EpisodeLog::new(world, protocol, frame);
     let mut stall = StallWatch::new(&protocol.rules, frame);
     let mut outcome = world.quarantine().map(|reason| Outcome::Quarantined { reason });
+    let mut last = None;
     while outcome.is_none() {
         if stop.load(Ordering::Relaxed) {
             return None;
@@ -44,6 +46,7 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
         world.step(&command);
         log.take_world(world, command.finger_q);
         on_frame();
+        last = Some(command);
         outcome = if let Some(reason) = world.quarantine() {
             Some(Outcome::Quarantined { reason })
         } else if log.all_reachable_picked(world) {
@@ -56,6 +59,10 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     }
     // The loop ends only with an outcome.
     let outcome = outcome.unwrap_or(Outcome::BudgetSpent);
+    if let (Outcome::BudgetSpent, Some(command)) = (&outcome, last) {
+        let frames = (protocol.rules.settle_time.si() / frame).round() as u32;
+        log.settle(world, &Command { base_velocity: [0.0; 3], arm_v: [0.0; ARM_DOF], ..command }, frames);
+    }
     Some(log.finish(key, outcome, world))
 }
 
@@ -239,6 +246,20 @@ impl EpisodeLog {
     }
 
     /// Takes what the step did; its command told each finger to open so far [m].
+    /// The time is over and the robot stands; what it had let go comes to rest, in `frames` frames at most.
+    fn settle<W: BenchWorld>(&mut self, world: &mut W, hold: &Command, frames: u32) {
+        let end = self.frames;
+        for _ in 0..frames {
+            let moving = world.fruit().iter().any(|f| f.state == FruitState::Loose);
+            if !moving || world.quarantine().is_some() {
+                break;
+            }
+            world.step(hold);
+            self.take_world(world, hold.finger_q);
+        }
+        self.frames = end;
+    }
+
     fn take_world<W: BenchWorld>(&mut self, world: &mut W, opening: f64) {
         self.frames += 1;
         let (frame, time) = (self.frames, self.time());

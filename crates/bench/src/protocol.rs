@@ -95,6 +95,8 @@ pub struct ExhaustionRules {
 pub struct Rules {
     /// How long without motion makes an unrecoverable stall.
     pub stall_time: Quantity,
+    /// Longest time that loose fruit may come to rest after the budget is spent.
+    pub settle_time: Quantity,
     /// Base displacement that counts as motion.
     pub stall_base: Quantity,
     /// Turn of an arm joint or of the base that counts as motion.

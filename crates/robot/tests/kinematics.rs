@@ -194,3 +194,31 @@ fn both_solvers_reach_ten_thousand_reachable_poses() {
     println!("of {total}: damped least squares {by_least_squares}, quadratic programs {by_program}");
     assert!(by_least_squares * 100 >= total * 99 && by_program * 100 >= total * 99);
 }
+
+/// M(q) a: symmetric in its joints, and its diagonal is what each joint moves with all others locked.
+#[test]
+fn the_accelerating_torque_is_the_mass_matrix_times_the_acceleration() {
+    let robot = RobotModel::paper();
+    let arm = robot.kinematics();
+    for n in 0..50 {
+        let q = posture(arm, n, 0.0);
+        let alone = arm.reflected_inertia(&q);
+        let unit = |k: usize| JointVector::from_fn(|i, _| f64::from(u8::from(i == k)));
+        let columns: [JointVector; ARM_DOF] = std::array::from_fn(|k| arm.inertial_torque(&q, &unit(k)));
+        for i in 0..ARM_DOF {
+            // Round-off of sums of a few kg m^2.
+            assert!(
+                (columns[i][i] - alone[i]).abs() < 1e-12,
+                "{n}, joint {i}: {} {}",
+                columns[i][i],
+                alone[i]
+            );
+            for k in 0..i {
+                assert!((columns[i][k] - columns[k][i]).abs() < 1e-12, "{n}, joints {i} and {k}");
+            }
+        }
+        let a = posture(arm, n + 100, 0.0);
+        let sum: JointVector = (0..ARM_DOF).map(|k| columns[k] * a[k]).sum();
+        assert!((arm.inertial_torque(&q, &a) - sum).amax() < 1e-12);
+    }
+}

@@ -278,6 +278,8 @@ fn set_points_obey_the_published_speeds_and_accelerations() {
             let share = (0.618 * f64::from(n) + 0.37 * i as f64).fract();
             // Now and then beyond the range.
             command.arm_q[i] = limit.lower - 0.2 + share * (limit.upper - limit.lower + 0.4);
+            // To rest, to pass, and to pass too fast, either way.
+            command.arm_v[i] = 3.0 * f64::from((n + i as u32) % 3) * (share - 0.5);
         }
         let seconds = [0.05, 0.3, 0.7][n as usize % 3];
         bench.run(&command, seconds, |b| {
@@ -298,6 +300,31 @@ fn set_points_obey_the_published_speeds_and_accelerations() {
                 assert!(o.arm_torque[i].abs() <= effort, "joint {i}: {} N m", o.arm_torque[i]);
             }
             (q_set, v_set) = (q, v);
+        });
+    }
+}
+
+/// A smooth command is followed without lag: where a step begins at speed v and ends at v + a h, the set point that goes at
+/// v + a h all the while is a h^2 / 2 off at most, and makes it up in the next.
+#[test]
+fn a_smooth_command_is_followed_without_lag() {
+    let mut bench = bench(None);
+    let mut command = bench.robot.start_command();
+    let start = command.arm_q;
+    let (amplitude, rate) = (0.4, 3.0);
+    let acceleration = amplitude * rate * rate;
+    for n in 1..400 {
+        let (sin, cos) = math::sin_cos(rate * f64::from(n) * SUBSTEP);
+        for (i, q) in start.iter().enumerate() {
+            command.arm_q[i] = q + amplitude * (1.0 - cos);
+            command.arm_v[i] = amplitude * rate * sin;
+        }
+        let wanted = command.arm_q;
+        bench.run(&command, SUBSTEP, |b| {
+            let (q, _) = b.servos.arm_set();
+            for (q, wanted) in q.iter().zip(&wanted) {
+                assert!((q - wanted).abs() <= acceleration * SUBSTEP * SUBSTEP, "{n}: {q} {wanted}");
+            }
         });
     }
 }

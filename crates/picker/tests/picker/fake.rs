@@ -53,6 +53,7 @@ pub struct FakeWorld {
     pub q: JointVector,
     pub time_frames: u32,
     v: JointVector,
+    a: JointVector,
     fingers: f64,
     /// Force of each finger drive, positive opening [N].
     squeeze: f64,
@@ -80,6 +81,7 @@ impl FakeWorld {
             q: robot.kinematics().home(),
             time_frames: 0,
             v: JointVector::zeros(),
+            a: JointVector::zeros(),
             fingers: 0.04,
             squeeze: 0.0,
             base_velocity: [0.0; 3],
@@ -112,7 +114,7 @@ impl FakeWorld {
 
     pub fn observe(&mut self) -> Observation {
         let arm = self.robot.kinematics();
-        let mut torque = arm.gravity_torque(&self.q, &GRAVITY);
+        let mut torque = arm.gravity_torque(&self.q, &GRAVITY) + arm.inertial_torque(&self.q, &self.a);
         if let Some(i) = self.gripped
             && self.fruit[i].fate == Fate::Hanging
         {
@@ -180,7 +182,9 @@ impl FakeWorld {
             let step = arm.limits()[i].velocity * FRAME;
             self.q[i] += (command.arm_q[i] - self.q[i]).clamp(-step, step);
         }
-        self.v = (self.q - q_before) / FRAME;
+        let v = (self.q - q_before) / FRAME;
+        self.a = (v - self.v) / FRAME;
+        self.v = v;
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), self.base[2]);
         let [forward, left, yaw_rate] = command.base_velocity;
         let v = turn * Vec3::new(forward, left, 0.0);
