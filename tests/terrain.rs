@@ -231,8 +231,9 @@ fn the_chassis_rides_over_bumps() {
         }
         assert_eq!(*world.status(), Status::Running);
         println!("case {case}: {lowest} m, {} ms of climb", -1e3 * lowest / steepest);
-        // The servo is short by less than 5 ms of climb (`LAGS_AHEAD` in the world's ground).
-        assert!(lowest > -5e-3 * steepest, "case {case}: {lowest} m under the ground");
+        // The servo is short by about 5 ms of climb (`LAGS_AHEAD` in the world's ground); the steepest climb told here is a mean
+        // over a frame, less than that of the moment.
+        assert!(lowest > -6e-3 * steepest, "case {case}: {lowest} m under the ground");
         assert!(highest_over < AMPLITUDE, "case {case}: {highest_over} m over the ground");
     });
 }
