@@ -21,7 +21,7 @@ pub(crate) enum Push {
     /// Straight on.
     Advancing,
     /// On a compliant way from a pose of the TCP, base frame.
-    Feeling { from: Pose, way: Compliance },
+    Feeling { from: Pose, way: Box<Compliance> },
     /// There.
     Holding,
 }
@@ -67,7 +67,7 @@ impl BaselinePicker {
                 }
                 let (length, speed) = (rules.length.si(), rules.speed.si());
                 let bias = sum / f64::from(readings);
-                let way = Compliance::new(compliance, direction, length, speed, bias);
+                let way = Box::new(Compliance::new(compliance, direction, length, speed, bias));
                 stay(Push::Feeling { from: self.rig.arm.tcp(self.rig.motion.q()), way })
             }
             (Push::Feeling { from, way }, _) => self.feel(from, way, robot),
@@ -86,7 +86,7 @@ impl BaselinePicker {
     }
 
     /// One frame of a compliant way.
-    fn feel(&mut self, from: Pose, way: Compliance, robot: &RobotState) -> Next {
+    fn feel(&mut self, from: Pose, way: Box<Compliance>, robot: &RobotState) -> Next {
         let mut next = way.clone();
         next.advance(&self.rig.tcp_force(robot), robot.dt);
         let p = from.translation.vector + next.offset();
