@@ -14,8 +14,9 @@ use crate::baseline::deposit::{Deposit, Retreat};
 use crate::baseline::grasp::{Grasp, Pull};
 use crate::baseline::push::Push;
 use crate::config::PickerConfig;
-use crate::record::{AttemptEnd, FailureReason, Record, State};
-use crate::rig::{Rig, STILL};
+use crate::machine::{self, Machine, Phase as _};
+use crate::record::{Record, State};
+use crate::rig::{Attempt, Rig};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
 use orchard_geometry::Vec3;
@@ -42,7 +43,7 @@ pub(crate) enum Phase {
     Retreat(Retreat),
 }
 
-impl Phase {
+impl machine::Phase for Phase {
     fn state(&self) -> State {
         match self {
             Phase::Scan(_) => State::Scan,
@@ -57,15 +58,7 @@ impl Phase {
 }
 
 /// What a state wants next.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Next {
-    /// Stay in this state, base velocity as given.
-    Stay(Phase, [f64; 3]),
-    /// Go over to another state.
-    Enter(Phase),
-    /// Give the target up.
-    Fail(FailureReason),
-}
+pub(crate) type Next = machine::Next<Phase>;
 
 impl BaselinePicker {
     /// A picker for one robot.
@@ -84,20 +77,27 @@ impl BaselinePicker {
         self.rig.eyes.belief.p_odom()
     }
 
-    fn enter(&mut self, phase: Phase, robot: &RobotState) {
-        self.rig.enter(phase.state(), robot);
-        self.phase = phase;
-    }
-
     fn scan(&mut self, mut scan: Scan, robot: &RobotState) -> Next {
         let (velocity, choice) = self.rig.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };
         self.rig.commit(robot, choice.track, choice.target, choice.plan);
         Next::Enter(Phase::Align(Align::towards(choice.goal)))
     }
+}
 
-    fn step(&mut self, robot: &RobotState) -> [f64; 3] {
-        let next = match self.phase.clone() {
+impl Machine for BaselinePicker {
+    type Phase = Phase;
+
+    fn rig(&mut self) -> &mut Rig {
+        &mut self.rig
+    }
+
+    fn phase(&mut self) -> &mut Phase {
+        &mut self.phase
+    }
+
+    fn run(&mut self, phase: Phase, robot: &RobotState) -> Next {
+        match phase {
             Phase::Scan(state) => self.scan(state, robot),
             Phase::Align(state) => self.align(state, robot),
             Phase::Reach(state) => self.reach(state, robot),
@@ -106,31 +106,17 @@ impl BaselinePicker {
             Phase::Pull(state) => self.pull(state, robot),
             Phase::Deposit(state) => self.deposit(state, robot),
             Phase::Retreat(state) => self.retreat(state, robot),
-        };
-        match next {
-            Next::Stay(phase, base_velocity) => {
-                self.phase = phase;
-                base_velocity
-            }
-            Next::Enter(phase) => {
-                self.enter(phase, robot);
-                STILL
-            }
-            Next::Fail(reason) => {
-                let attempt = self.rig.conclude(robot, AttemptEnd::Failed(reason));
-                let retreat = Retreat::after_failure(self.phase.state(), attempt.as_ref(), robot);
-                self.enter(Phase::Retreat(retreat), robot);
-                STILL
-            }
         }
+    }
+
+    fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Phase {
+        Phase::Retreat(Retreat::after_failure(state, attempt, robot))
     }
 }
 
 impl Controller for BaselinePicker {
     fn act(&mut self, observation: &Observation) -> Command {
-        let Some(robot) = self.rig.sense(observation) else { return self.rig.hold() };
-        let base_velocity = self.step(&robot);
-        self.rig.command(base_velocity)
+        Machine::act(self, observation)
     }
 
     fn record(&self) -> &Record {

@@ -1,7 +1,7 @@
 //! Which fruit, and from where: places of the base and approaches compared by cost.
 
 use crate::drive::{BaseGoal, bearing_of};
-use crate::plan::{GraspPlan, Target, plan};
+use crate::plan::{GraspPlan, Search, Target};
 use crate::rig::Rig;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, inverse_transform, math};
@@ -95,7 +95,15 @@ impl Rig {
         let there = goal.pose(robot.x_odom_base.translation.z);
         let seen: Vec<Vec3> = points.iter().map(|p| inverse_transform(&there, p)).collect();
         let target_there = Target { p: inverse_transform(&there, &track.p_odom), radius: track.radius };
-        let plan = plan(&self.arm, &target_there, &seen, &self.postures.carry(), &self.config)?;
+        let search = Search {
+            arm: &self.arm,
+            config: &self.config,
+            target: &target_there,
+            points: &seen,
+            q_start: &self.postures.carry(),
+            reach_margin: self.config.approach.reach_margin.si(),
+        };
+        let plan = search.best()?;
         let crowd = seen.iter().filter(|p| self.is_crowding(p)).count() as f64;
         let c = &self.config.align;
         let cost = self.drive_cost(robot, &goal) * c.drive_cost.si() + plan.cost + crowd * c.crowd_cost.si();

@@ -196,6 +196,13 @@ section! {
         sweep_length: Quantity,
         /// Points this close to the fruit's surface are the fruit's.
         fruit_margin: Quantity,
+        /// The hand's length, back from the TCP.
+        hand_length: Quantity,
+        /// The arm must be able to go on beyond the grasp by this much when a place for the base is chosen: the base stops
+        /// only about there.
+        reach_margin: Quantity,
+        /// Points between the second look's camera and the fruit, in points in the way.
+        hiding_cost: Quantity,
         /// Points in the way that equal one radian of turning.
         turn_cost: Quantity,
         /// Points in the way that equal one radian of the joint that moves farthest.

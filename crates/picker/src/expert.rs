@@ -22,9 +22,10 @@ use crate::expert::place::Deposit;
 use crate::expert::pull::Pull;
 use crate::expert::retreat::Retreat;
 use crate::expert::slots::Slots;
+use crate::machine::{self, Machine, Phase as _};
 use crate::motion::{Pace, WayPoint};
-use crate::record::{AttemptEnd, FailureReason, Record, State};
-use crate::rig::{Rig, STILL};
+use crate::record::{Record, State};
+use crate::rig::{Attempt, Rig};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
 use orchard_perception::DetectorConfig;
@@ -37,11 +38,13 @@ pub struct ExpertPicker {
     config: ExpertConfig,
     slots: Slots,
     phase: Phase,
+    /// Smoothed force on the hand [N].
+    touch: f64,
 }
 
 /// What the picker is doing, with what the state remembers.
 #[derive(Debug, Clone, PartialEq)]
-enum Phase {
+pub(crate) enum Phase {
     Scan(Scan),
     Align(Align),
     Reach(Reach),
@@ -51,7 +54,7 @@ enum Phase {
     Retreat(Retreat),
 }
 
-impl Phase {
+impl machine::Phase for Phase {
     fn state(&self) -> State {
         match self {
             Phase::Scan(_) => State::Scan,
@@ -66,15 +69,7 @@ impl Phase {
 }
 
 /// What a state wants next.
-#[derive(Debug, Clone, PartialEq)]
-enum Next {
-    /// Stay in this state, base velocity as given.
-    Stay(Phase, [f64; 3]),
-    /// Go over to another state.
-    Enter(Phase),
-    /// Give the target up.
-    Fail(FailureReason),
-}
+pub(crate) type Next = machine::Next<Phase>;
 
 impl ExpertPicker {
     /// A picker for one robot.
@@ -82,7 +77,7 @@ impl ExpertPicker {
         let phase = Phase::Scan(Scan::at_start());
         let rig = Rig::new(robot, detector, config.shared.clone(), phase.state());
         let slots = Slots::new(&rig.arm, &robot.bucket(), &rig.postures.carry(), &config.place);
-        Self { rig, slots, config, phase }
+        Self { rig, slots, config, phase, touch: 0.0 }
     }
 
     /// A picker that does one thing in place of a harvest.
@@ -114,6 +109,18 @@ impl ExpertPicker {
         self.swing_through([WayPoint { q, blend: 0.0 }]);
     }
 
+    /// Starts the arm to a posture among branches: slower, so that it stops soon where it meets one.
+    fn swing_among(&mut self, q: JointVector) {
+        let c = &self.config.unfold;
+        let pace = Pace { speed: c.speed.si(), acceleration: self.config.swift.acceleration.si() };
+        self.rig.motion.go_through([WayPoint { q, blend: 0.0 }], pace);
+    }
+
+    /// Whether something presses on the empty hand.
+    fn is_pressed(&self) -> bool {
+        self.touch > self.config.feel.touch_max.si()
+    }
+
     /// The carrying posture, passed in the open.
     fn by_carry(&self) -> WayPoint {
         WayPoint { q: self.rig.postures.carry(), blend: self.config.swift.blend.si() }
@@ -143,9 +150,26 @@ impl ExpertPicker {
         self.rig.commit(robot, choice.track, choice.target, choice.plan);
         Next::Enter(Phase::Align(Align::towards(choice.goal)))
     }
+}
 
-    fn step(&mut self, robot: &RobotState) -> [f64; 3] {
-        let next = match self.phase.clone() {
+impl Machine for ExpertPicker {
+    type Phase = Phase;
+
+    fn rig(&mut self) -> &mut Rig {
+        &mut self.rig
+    }
+
+    fn phase(&mut self) -> &mut Phase {
+        &mut self.phase
+    }
+
+    fn feel(&mut self, robot: &RobotState) {
+        let weight = self.config.feel.touch_weight.si();
+        self.touch += (self.rig.tcp_force(robot).norm() - self.touch) * weight;
+    }
+
+    fn run(&mut self, phase: Phase, robot: &RobotState) -> Next {
+        match phase {
             Phase::Scan(state) => self.scan(state, robot),
             Phase::Align(state) => self.align(state, robot),
             Phase::Reach(state) => self.reach(state, robot),
@@ -153,30 +177,18 @@ impl ExpertPicker {
             Phase::Pull(state) => self.pull(state, robot),
             Phase::Deposit(state) => self.deposit(state, robot),
             Phase::Retreat(state) => self.retreat(state, robot),
-        };
-        let phase = match next {
-            Next::Stay(phase, base_velocity) => {
-                self.phase = phase;
-                return base_velocity;
-            }
-            Next::Enter(phase) => phase,
-            Next::Fail(reason) => {
-                self.rig.motion.stop();
-                let attempt = self.rig.conclude(robot, AttemptEnd::Failed(reason));
-                Phase::Retreat(Retreat::after_failure(self.phase.state(), attempt.as_ref(), robot))
-            }
-        };
-        self.rig.enter(phase.state(), robot);
-        self.phase = phase;
-        STILL
+        }
+    }
+
+    fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Phase {
+        self.rig.motion.stop();
+        Phase::Retreat(Retreat::after_failure(state, attempt, robot))
     }
 }
 
 impl Controller for ExpertPicker {
     fn act(&mut self, observation: &Observation) -> Command {
-        let Some(robot) = self.rig.sense(observation) else { return self.rig.hold() };
-        let base_velocity = self.step(&robot);
-        self.rig.command(base_velocity)
+        Machine::act(self, observation)
     }
 
     fn record(&self) -> &Record {

@@ -16,6 +16,7 @@ mod expert;
 mod eyes;
 mod goal;
 mod kind;
+mod machine;
 mod motion;
 mod plan;
 mod postures;

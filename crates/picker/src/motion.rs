@@ -8,7 +8,7 @@ use crate::expert::HomingConfig;
 use crate::motion::homing::Homing;
 use crate::motion::path::Path;
 use orchard_geometry::{Pose, Vec3};
-use orchard_robot::{ArmKinematics, IkTarget, JointVector};
+use orchard_robot::{ArmKinematics, IkTarget, JointVector, Obstacle};
 
 pub(crate) use crate::motion::path::Pace;
 
@@ -54,7 +54,7 @@ enum Course {
     Joints(JointMove),
     Line(Line),
     Path(Path),
-    Homing(Homing),
+    Homing(Box<Homing>),
     /// The line left the arm's reach.
     Lost,
 }
@@ -165,11 +165,19 @@ impl ArmMotion {
         self.course = Course::Path(Path::new(way_points, v, pace));
     }
 
-    /// Starts the hand towards a pose of the TCP (base frame) along its approach axis, or corrects where it is going.
-    pub fn home_in(&mut self, x_goal: Pose, config: &HomingConfig, branch_jump: f64) {
+    /// Starts the hand towards a pose of the TCP (base frame) along its approach axis, or corrects where it is going and what
+    /// is in the way.
+    pub fn home_in(&mut self, x_goal: Pose, obstacles: Vec<Obstacle>, config: &HomingConfig) {
         match &mut self.course {
-            Course::Homing(homing) => homing.correct(x_goal),
-            _ => self.course = Course::Homing(Homing::new(x_goal, config, branch_jump)),
+            Course::Homing(homing) => homing.correct(x_goal, obstacles),
+            _ => self.course = Course::Homing(Box::new(Homing::new(x_goal, obstacles, config))),
+        }
+    }
+
+    /// The hand homes in at a share of its speeds from now on.
+    pub fn set_homing_pace(&mut self, pace: f64) {
+        if let Course::Homing(homing) = &mut self.course {
+            homing.set_pace(pace);
         }
     }
 

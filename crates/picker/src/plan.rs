@@ -1,7 +1,8 @@
-//! From where to grasp a fruit: approach directions that the arm can follow, least in the way first.
+//! From where to grasp a fruit: approach directions that the arm can follow, judged by what is in the way of the hand and
+//! of the camera's second look, and by how far the arm turns.
 
 use crate::config::PickerConfig;
-use orchard_geometry::{Mat3, Pose, Rotation, Vec3, inverse_transform, math};
+use orchard_geometry::{Mat3, Pose, Rotation, Vec3, inverse_transform, math, transform};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector};
 
 /// A fruit, in some frame.
@@ -18,7 +19,7 @@ pub(crate) struct GraspPlan {
     pub rotation: Rotation,
     /// Posture of the second look.
     pub q_look: JointVector,
-    /// Points in the way and turning, in points.
+    /// Points in the way of hand and sight, and turning, in points.
     pub cost: f64,
 }
 
@@ -48,12 +49,14 @@ pub(crate) fn advance_length(config: &PickerConfig) -> f64 {
     config.approach.look.si() + config.approach.overshoot.si()
 }
 
-/// Posture of the second look for a given orientation, if the arm can go straight on from there to the grasp.
+/// Posture of the second look for a given orientation, if the arm can go straight on from there to the grasp, and farther
+/// by a margin [m].
 pub(crate) fn look_posture(
     arm: &ArmKinematics,
     target: &Target,
     rotation: &Rotation,
     q_start: &JointVector,
+    reach_margin: f64,
     config: &PickerConfig,
 ) -> Option<JointVector> {
     let (look, pregrasp) = (config.approach.look.si(), config.approach.pregrasp.si());
@@ -61,7 +64,7 @@ pub(crate) fn look_posture(
     // The middle of the line decides; from there postures are continued both ways.
     let starts = [*q_start, arm.home()];
     let q_pregrasp = starts.iter().find_map(|q| arm.solve_near(&at(pregrasp), q).ok())?;
-    follow(arm, q_pregrasp, pregrasp, -config.approach.overshoot.si(), at, config)?;
+    follow(arm, q_pregrasp, pregrasp, -config.approach.overshoot.si() - reach_margin, at, config)?;
     follow(arm, q_pregrasp, pregrasp, look, at, config)
 }
 
@@ -85,62 +88,107 @@ fn follow(
     Some(q)
 }
 
-/// The cheapest approach that the arm can follow. `points` are what the camera saw, base frame.
-pub(crate) fn plan(
-    arm: &ArmKinematics,
-    target: &Target,
-    points: &[Vec3],
-    q_start: &JointVector,
-    config: &PickerConfig,
-) -> Option<GraspPlan> {
-    plan_among(arm, target, points, q_start, config, |_| true)
+/// A search for ways to grasp, base frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Search<'a> {
+    pub arm: &'a ArmKinematics,
+    pub config: &'a PickerConfig,
+    pub target: &'a Target,
+    /// What the camera saw.
+    pub points: &'a [Vec3],
+    /// Where the arm starts from.
+    pub q_start: &'a JointVector,
+    /// The arm must reach so much farther than the grasp [m].
+    pub reach_margin: f64,
 }
 
-/// As [`plan`], among the directions (base frame) that are allowed.
-pub(crate) fn plan_among(
-    arm: &ArmKinematics,
-    target: &Target,
-    points: &[Vec3],
-    q_start: &JointVector,
-    config: &PickerConfig,
-    is_allowed: impl Fn(&Vec3) -> bool,
-) -> Option<GraspPlan> {
-    let c = &config.approach;
-    let shoulder = arm.shoulder();
-    let straight = math::atan2(target.p.y - shoulder.y, target.p.x - shoulder.x);
-    let near: Vec<Vec3> = points
-        .iter()
-        .filter(|p| {
-            let d = (*p - target.p).norm();
-            d > target.radius + c.fruit_margin.si() && d < c.sweep_length.si() + c.sweep_half_y.si()
-        })
-        .copied()
-        .collect();
-    let mut ways = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
-    for elevation in &c.elevations {
-        for azimuth in &c.azimuths {
-            let rotation = hand_rotation(elevation.si(), straight + azimuth.si());
-            if !is_allowed(&(rotation * Vec3::z())) {
-                continue;
-            }
-            let x_grasp = before(target, &rotation, -c.overshoot.si());
-            let in_the_way =
-                near.iter().filter(|p| in_sweep(&inverse_transform(&x_grasp, p), config)).count();
-            let first = c.elevations[0].si();
-            let turn = (elevation.si() - first).abs() + azimuth.si().abs();
-            ways.push((in_the_way as f64 + c.turn_cost.si() * turn, rotation));
-        }
+impl Search<'_> {
+    /// The cheapest approach.
+    pub fn best(&self) -> Option<GraspPlan> {
+        self.ways(|_| true).into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
-    ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let reachable = ways.into_iter().filter_map(|(cost, rotation)| {
-        let q_look = look_posture(arm, target, &rotation, q_start, config)?;
-        let cost = cost + c.posture_cost.si() * (q_look - q_start).amax();
-        Some(GraspPlan { rotation, q_look, cost })
-    });
-    reachable.take(c.candidates.get() as usize).min_by(|a, b| a.cost.total_cmp(&b.cost))
+
+    /// Approaches that the arm can follow among the directions (base frame) that are allowed, those with least in the way.
+    pub fn ways(&self, is_allowed: impl Fn(&Vec3) -> bool) -> Vec<GraspPlan> {
+        let Self { arm, config, target, .. } = *self;
+        let c = &config.approach;
+        let shoulder = arm.shoulder();
+        let straight = math::atan2(target.p.y - shoulder.y, target.p.x - shoulder.x);
+        let near = self.points_near(c.sweep_length.si() + c.sweep_half_y.si());
+        let mut ways = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
+        for elevation in &c.elevations {
+            for azimuth in &c.azimuths {
+                let rotation = hand_rotation(elevation.si(), straight + azimuth.si());
+                if !is_allowed(&(rotation * Vec3::z())) {
+                    continue;
+                }
+                let first = c.elevations[0].si();
+                let turn = (elevation.si() - first).abs() + azimuth.si().abs();
+                ways.push((self.in_the_way(&near, &rotation) + c.turn_cost.si() * turn, rotation));
+            }
+        }
+        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let reachable = ways.into_iter().filter_map(|(cost, rotation)| {
+            let q_look = look_posture(arm, target, &rotation, self.q_start, self.reach_margin, config)?;
+            let cost = cost + c.posture_cost.si() * (q_look - self.q_start).amax();
+            Some(GraspPlan { rotation, q_look, cost })
+        });
+        reachable.take(c.candidates.get() as usize).collect()
+    }
+
+    /// Points near the fruit that are not its own.
+    fn points_near(&self, farthest: f64) -> Vec<Vec3> {
+        let own = self.target.radius + self.config.approach.fruit_margin.si();
+        let is_near = |p: &&Vec3| {
+            let d = (*p - self.target.p).norm();
+            d > own && d < farthest
+        };
+        self.points.iter().filter(is_near).copied().collect()
+    }
+
+    /// Points in the way of the hand, and of the camera's second look at their weight.
+    fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> f64 {
+        let (target, c) = (self.target, &self.config.approach);
+        let x_grasp = before(target, rotation, -c.overshoot.si());
+        let met = near.iter().filter(|p| in_sweep(&inverse_transform(&x_grasp, p), self.config)).count();
+        let x_camera = before(target, rotation, c.look.si()) * self.arm.x_tcp_camera();
+        let p_camera = x_camera.translation.vector;
+        let hiding = near.iter().filter(|p| is_before(p, &p_camera, target)).count();
+        met as f64 + c.hiding_cost.si() * hiding as f64
+    }
 }
 
-fn in_sweep(p_tcp: &Vec3, config: &PickerConfig) -> bool {
+/// Whether a point lies within the cone from the camera about the fruit, before the fruit.
+fn is_before(p: &Vec3, p_camera: &Vec3, target: &Target) -> bool {
+    let sight = target.p - p_camera;
+    let share = (p - p_camera).dot(&sight) / sight.norm_squared();
+    let aside = (p - p_camera - sight * share).norm();
+    share > 0.0 && share < 1.0 && aside < target.radius * share
+}
+
+/// Points (base frame) that the hand would meet while the joints go in proportion from one posture to another; each
+/// counts once.
+pub(crate) fn swept(
+    arm: &ArmKinematics,
+    points: &[Vec3],
+    [from, to]: [&JointVector; 2],
+    config: &PickerConfig,
+) -> usize {
+    let steps = ((to - from).amax() / config.arm.branch_jump.si()).ceil().max(1.0);
+    let x_tcp: Vec<Pose> = (1..=steps as u32)
+        .map(|k| arm.tcp(&(from + (to - from) * (f64::from(k) / steps))).inverse())
+        .collect();
+    let is_met = |p: &&Vec3| x_tcp.iter().any(|x| in_hand(&transform(x, p), config));
+    points.iter().filter(is_met).count()
+}
+
+/// Whether a point of the TCP's frame lies where hand and fingers are.
+fn in_hand(p_tcp: &Vec3, config: &PickerConfig) -> bool {
+    let c = &config.approach;
+    in_sweep(p_tcp, config) && p_tcp.z >= -c.hand_length.si()
+}
+
+pub(crate) fn in_sweep(p_tcp: &Vec3, config: &PickerConfig) -> bool {
     let c = &config.approach;
     p_tcp.x.abs() <= c.sweep_half_x.si()
         && p_tcp.y.abs() <= c.sweep_half_y.si()

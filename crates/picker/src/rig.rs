@@ -5,7 +5,7 @@ use crate::config::PickerConfig;
 use crate::errand::Errand;
 use crate::eyes::Eyes;
 use crate::motion::ArmMotion;
-use crate::plan::{GraspPlan, Target};
+use crate::plan::{GraspPlan, Search, Target, look_posture};
 use crate::postures::Postures;
 use crate::record::{AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
@@ -229,6 +229,20 @@ impl Rig {
     /// The attempt's target in the base frame.
     pub fn target_base(&self, robot: &RobotState) -> Option<Target> {
         self.attempt.as_ref().map(|a| to_base(&a.target, robot))
+    }
+
+    /// The attempt's approach, corrected for where base and fruit really are; `None` where the arm cannot follow it. The
+    /// posture is looked for near `q_near`.
+    pub fn corrected_plan(&self, robot: &RobotState, q_near: &JointVector) -> Option<GraspPlan> {
+        let (target, plan) = (self.target_base(robot)?, &self.attempt.as_ref()?.plan);
+        let q_look = look_posture(&self.arm, &target, &plan.rotation, q_near, 0.0, &self.config)?;
+        Some(GraspPlan { q_look, ..plan.clone() })
+    }
+
+    /// A search for ways to grasp a target (base frame) from where the arm is.
+    pub fn search<'a>(&'a self, target: &'a Target, points: &'a [Vec3]) -> Search<'a> {
+        let (arm, config, q_start) = (&self.arm, &self.config, self.motion.q());
+        Search { arm, config, target, points, q_start, reach_margin: 0.0 }
     }
 
     /// Starts an attempt.

@@ -195,8 +195,6 @@ pub struct QpConfig {
     pub self_clearance: Quantity,
     /// Cost of closing in on another link faster than allowed, where it cannot be helped.
     pub self_penalty: Quantity,
-    /// Cost of closing in on an obstacle faster than allowed.
-    pub canopy_penalty: Quantity,
     /// Most constraints of links against obstacles; the nearest are taken.
     pub canopy_rows: Count,
     /// Most iterations of the interior-point method.

@@ -7,6 +7,8 @@ use orchard_robot::{
 };
 
 const DT: f64 = 1.0 / 60.0;
+/// Cost of a constraint that is as good as hard: errors of the TCP are of the order of 1 (m/s)^2.
+const DEAR: f64 = 10.0;
 /// Published acceleration of the joints [rad/s2].
 const ACCELERATION: f64 = 10.0;
 
@@ -215,7 +217,7 @@ fn obstacles_are_kept_clear_of_and_never_make_it_fail() {
         .map(|k| {
             let (i, j) = (f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
             let p_base = (x * Pose::translation(0.08 * i, 0.08 * j, 0.15)).translation.vector;
-            Obstacle { p_base, clearance: 0.05 }
+            Obstacle { p_base, clearance: 0.05, penalty: DEAR }
         })
         .collect();
     let nearest = |q: &JointVector| {
@@ -234,7 +236,11 @@ fn obstacles_are_kept_clear_of_and_never_make_it_fail() {
     let buried: Vec<Obstacle> = (0..40)
         .map(|k| {
             let at = arm.tcp(&posture(arm, k)).translation.vector;
-            Obstacle { p_base: x.translation.vector + 0.1 * (at - x.translation.vector), clearance: 0.3 }
+            Obstacle {
+                p_base: x.translation.vector + 0.1 * (at - x.translation.vector),
+                clearance: 0.3,
+                penalty: DEAR,
+            }
         })
         .collect();
     let mut state = QpState::resting(arm.home());
@@ -253,7 +259,11 @@ fn nonsense_brakes_or_is_passed_over() {
     assert_eq!(checked(arm, &mut state, &approach(arm, nowhere), &[]), QpStatus::Braking);
     assert!(state.v.iter().all(|v| (v - (1.0 - ACCELERATION * DT)).abs() < 1e-12), "{}", state.v);
     let goal = approach(arm, IkTarget::Pose(arm.tcp(&arm.home())));
-    let odd = [f64::NAN, f64::INFINITY].map(|x| Obstacle { p_base: Vec3::new(x, 0.0, 0.0), clearance: 0.1 });
+    let odd = [f64::NAN, f64::INFINITY].map(|x| Obstacle {
+        p_base: Vec3::new(x, 0.0, 0.0),
+        clearance: 0.1,
+        penalty: DEAR,
+    });
     let mut with = moving;
     let mut without = moving;
     assert_eq!(checked(arm, &mut with, &goal, &odd), checked(arm, &mut without, &goal, &[]));
@@ -268,7 +278,7 @@ fn equal_arguments_give_equal_bits() {
     let robot = RobotModel::paper();
     let arm = robot.kinematics();
     let x = arm.tcp(&arm.home()) * Pose::translation(0.0, 0.0, 0.2);
-    let leaf = Obstacle { p_base: x.translation.vector, clearance: 0.08 };
+    let leaf = Obstacle { p_base: x.translation.vector, clearance: 0.08, penalty: DEAR };
     let run = || {
         let mut state = QpState::resting(arm.home());
         for _ in 0..90 {

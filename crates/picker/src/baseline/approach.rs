@@ -3,8 +3,8 @@
 use crate::baseline::grasp::Grasp;
 use crate::baseline::push::Push;
 use crate::baseline::{BaselinePicker, Next, Phase};
-use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
-use crate::plan::{Target, look_posture, plan};
+use crate::drive::{BaseGoal, Drive, StallWatch};
+use crate::plan::{Search, Target};
 use crate::record::FailureReason;
 use crate::rig::STILL;
 use crate::robot_state::RobotState;
@@ -46,29 +46,21 @@ impl BaselinePicker {
         if self.rig.motion.is_over() && *self.rig.motion.q() != carry {
             self.rig.motion.go(carry, &self.rig.config.arm, 1.0);
         }
-        if self.rig.elapsed(robot) > self.rig.config.timeout.align.si() {
-            return Next::Fail(FailureReason::AlignTimeout);
-        }
-        if self.rig.eyes.blind {
-            return Next::Stay(Phase::Align(align), STILL);
-        }
-        let tree = self.rig.eyes.belief.p_odom();
-        let c = &self.rig.config.align;
-        let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
-        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.rig.config.drive, tolerance);
-        if align.stall.is_stalled(robot, &velocity, &self.rig.config.drive, self.rig.patience()) {
-            return Next::Fail(FailureReason::Blocked);
-        }
-        let still = robot.base_speed <= self.rig.config.drive.stall_speed.si()
-            && robot.turn_speed <= self.rig.config.drive.stall_speed.si();
-        if !(arrived && still && (self.rig.arm_arrived(robot) || self.rig.arm_stalled())) {
+        let blind = self.rig.eyes.blind;
+        let Drive { velocity, stands } = match self.rig.drive_to(&align.goal, &mut align.stall, blind, robot)
+        {
+            Ok(drive) => drive,
+            Err(reason) => return Next::Fail(reason),
+        };
+        if !(stands && (self.rig.arm_arrived(robot) || self.rig.arm_stalled())) {
             return Next::Stay(Phase::Align(align), velocity);
         }
         self.rig.update_from_track();
         let (Some(target), points) = (self.rig.target_base(robot), self.rig.points_base(robot)) else {
             return Next::Fail(FailureReason::Unreachable);
         };
-        let Some(plan) = plan(&self.rig.arm, &target, &points, &carry, &self.rig.config) else {
+        let search = Search { q_start: &carry, ..self.rig.search(&target, &points) };
+        let Some(plan) = search.best() else {
             return Next::Fail(FailureReason::Unreachable);
         };
         self.rig.motion.go(plan.q_look, &self.rig.config.arm, 1.0);
@@ -130,18 +122,14 @@ impl BaselinePicker {
 
     /// Corrects the hand for what the second look showed: the same direction if it still works, else another.
     fn start_grasp(&mut self, robot: &RobotState) -> Next {
-        let (Some(target), Some(attempt)) = (self.rig.target_base(robot), self.rig.attempt.clone()) else {
+        let Some(target) = self.rig.target_base(robot) else {
             return Next::Fail(FailureReason::GraspUnreachable);
         };
-        let q = *self.rig.motion.q();
-        let mut chosen = attempt.plan;
-        match look_posture(&self.rig.arm, &target, &chosen.rotation, &q, &self.rig.config) {
-            Some(q_look) => chosen.q_look = q_look,
-            None => match plan(&self.rig.arm, &target, &self.rig.points_base(robot), &q, &self.rig.config) {
-                Some(other) => chosen = other,
-                None => return Next::Fail(FailureReason::GraspUnreachable),
-            },
-        }
+        let points = self.rig.points_base(robot);
+        let same = self.rig.corrected_plan(robot, self.rig.motion.q());
+        let Some(chosen) = same.or_else(|| self.rig.search(&target, &points).best()) else {
+            return Next::Fail(FailureReason::GraspUnreachable);
+        };
         self.rig.motion.go(chosen.q_look, &self.rig.config.arm, 1.0);
         if let Some(attempt) = &mut self.rig.attempt {
             attempt.plan = chosen;

@@ -1,17 +1,19 @@
-//! Align: drive to the stand-off, the arm unfolding on the last stretch. Reach: look at the fruit from near by.
+//! Align: drive to the stand-off, the arm unfolding on the last stretch. Reach: look at the fruit from near by. Where the
+//! hand meets wood on its way there it goes back and comes another way.
 
-use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
+use crate::drive::{BaseGoal, Drive, StallWatch};
 use crate::expert::grasp::Grasp;
 use crate::expert::{ExpertPicker, Next, Phase};
-use crate::plan::{Target, look_posture, plan};
+use crate::motion::ArmMotion;
+use crate::plan::{GraspPlan, Target, swept};
 use crate::record::FailureReason;
 use crate::rig::STILL;
 use crate::robot_state::RobotState;
-use orchard_geometry::{Vec3, inverse_transform, transform};
+use orchard_geometry::{Vec3, inverse_transform, math, transform};
 
 /// Memory of the align state.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Align {
+pub(crate) struct Align {
     goal: BaseGoal,
     stall: StallWatch,
     unfolding: bool,
@@ -25,7 +27,7 @@ impl Align {
 
 /// What has been seen of the target from near by.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Views {
+pub(crate) struct Views {
     /// Images that should show the target.
     images: u32,
     /// Those that did, and the sums of its centre (odom) and radius.
@@ -48,36 +50,38 @@ impl Views {
 
 /// Memory of the reach state.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Reach {
+pub(crate) struct Reach {
     views: Views,
     /// Tries at this target that came to nothing.
     failed: u32,
+    /// On the way back from wood.
+    recoiling: bool,
 }
 
 impl Reach {
     pub fn new(failed: u32) -> Self {
-        Self { views: Views::new(), failed }
+        Self { views: Views::new(), failed, recoiling: false }
+    }
+
+    fn recoiling(failed: u32) -> Self {
+        Self { recoiling: true, ..Self::new(failed) }
     }
 }
 
 impl ExpertPicker {
-    pub(super) fn align(&mut self, mut align: Align, robot: &RobotState) -> Next {
-        if self.rig.elapsed(robot) > self.rig.config.timeout.align.si() {
-            return Next::Fail(FailureReason::AlignTimeout);
-        }
+    pub(crate) fn align(&mut self, mut align: Align, robot: &RobotState) -> Next {
         let carry = self.rig.postures.carry();
         if self.rig.motion.is_over() && !align.unfolding && *self.rig.motion.q() != carry {
             self.swing_to(carry);
         }
-        if self.is_blind(robot) {
+        let blind = self.is_blind(robot);
+        let Drive { velocity, stands } = match self.rig.drive_to(&align.goal, &mut align.stall, blind, robot)
+        {
+            Ok(drive) => drive,
+            Err(reason) => return Next::Fail(reason),
+        };
+        if blind {
             return Next::Stay(Phase::Align(align), STILL);
-        }
-        let tree = self.rig.eyes.belief.p_odom();
-        let c = &self.rig.config.align;
-        let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
-        let (velocity, arrived) = drive(robot, &align.goal, &tree, &self.rig.config.drive, tolerance);
-        if align.stall.is_stalled(robot, &velocity, &self.rig.config.drive, self.rig.patience()) {
-            return Next::Fail(FailureReason::Blocked);
         }
         let folded = (self.rig.motion.q() - carry).amax() <= self.config.unfold.folded.si();
         if !align.unfolding && folded && align.goal.distance(robot) <= self.config.unfold.base_left.si() {
@@ -85,9 +89,10 @@ impl ExpertPicker {
             self.unfold(&align.goal, robot);
             align.unfolding = true;
         }
-        let still = robot.base_speed <= self.rig.config.drive.stall_speed.si()
-            && robot.turn_speed <= self.rig.config.drive.stall_speed.si();
-        if !(align.unfolding && arrived && still) {
+        if align.unfolding && self.is_pressed() {
+            return self.recoil(0, robot);
+        }
+        if !(align.unfolding && stands) {
             return Next::Stay(Phase::Align(align), velocity);
         }
         if !self.adjust(robot) {
@@ -104,41 +109,91 @@ impl ExpertPicker {
         let target =
             Target { p: inverse_transform(&there, &attempt.target.p), radius: attempt.target.radius };
         let points: Vec<Vec3> = self.rig.eyes.points().map(|p| inverse_transform(&there, p)).collect();
-        let carry = self.rig.postures.carry();
-        if let Some(plan) = plan(&self.rig.arm, &target, &points, &carry, &self.rig.config) {
+        let plan = self.clearest_way(&target, &points, |_| true);
+        if let (Some(plan), Some(attempt)) = (plan, &mut self.rig.attempt) {
             attempt.plan = plan;
         }
+        let Some(attempt) = &self.rig.attempt else { return };
         let q_look = attempt.plan.q_look;
-        self.swing_to(q_look);
+        self.swing_among(q_look);
+    }
+
+    /// Of the approaches that are allowed (directions in the base frame) the one with least in the way, also of the hand's
+    /// swing to where it looks.
+    fn clearest_way(
+        &self,
+        target: &Target,
+        points: &[Vec3],
+        is_allowed: impl Fn(&Vec3) -> bool,
+    ) -> Option<GraspPlan> {
+        let search = self.rig.search(target, points);
+        let swing_cost = self.config.unfold.swing_cost.si();
+        let mut ways = search.ways(is_allowed);
+        for way in &mut ways {
+            let met = swept(search.arm, points, [search.q_start, &way.q_look], search.config);
+            way.cost += swing_cost * met as f64;
+        }
+        ways.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// Corrects the posture of the second look for where base and fruit really are: the same direction if it still
     /// works, else another.
-    pub(super) fn adjust(&mut self, robot: &RobotState) -> bool {
-        let (Some(target), Some(attempt)) = (self.rig.target_base(robot), self.rig.attempt.clone()) else {
-            return false;
-        };
-        let mut chosen = attempt.plan;
-        match look_posture(&self.rig.arm, &target, &chosen.rotation, &chosen.q_look, &self.rig.config) {
-            Some(q_look) => chosen.q_look = q_look,
-            None => {
-                let (points, q) = (self.rig.points_base(robot), *self.rig.motion.q());
-                match plan(&self.rig.arm, &target, &points, &q, &self.rig.config) {
-                    Some(other) => chosen = other,
-                    None => return false,
-                }
-            }
+    fn adjust(&mut self, robot: &RobotState) -> bool {
+        let near = self.rig.attempt.as_ref().map_or(*self.rig.motion.q(), |a| a.plan.q_look);
+        match self.rig.corrected_plan(robot, &near) {
+            Some(plan) => self.look_from(plan),
+            None => self.turn_elsewhere(robot, |_| true),
         }
-        self.swing_to(chosen.q_look);
-        if let Some(attempt) = &mut self.rig.attempt {
-            attempt.plan = chosen;
-        }
+    }
+
+    /// Goes over to another approach among those allowed.
+    fn turn_elsewhere(&mut self, robot: &RobotState, is_allowed: impl Fn(&Vec3) -> bool) -> bool {
+        let Some(target) = self.rig.target_base(robot) else { return false };
+        let points = self.rig.points_base(robot);
+        self.clearest_way(&target, &points, is_allowed).is_some_and(|plan| self.look_from(plan))
+    }
+
+    /// Goes over to another approach than the one in which wood stopped the hand.
+    pub(crate) fn turn_from_wood(&mut self, robot: &RobotState) -> bool {
+        let Some(refused) = self.rig.attempt.as_ref().map(|a| a.plan.direction()) else { return false };
+        let least = math::cos(self.config.homing.other_angle.si());
+        self.turn_elsewhere(robot, |direction| direction.dot(&refused) <= least)
+    }
+
+    /// Starts the arm to where an approach begins.
+    fn look_from(&mut self, plan: GraspPlan) -> bool {
+        let Some(attempt) = &mut self.rig.attempt else { return false };
+        let q_look = plan.q_look;
+        attempt.plan = plan;
+        self.swing_among(q_look);
         true
     }
 
-    pub(super) fn reach(&mut self, mut reach: Reach, robot: &RobotState) -> Next {
+    /// Back to the carrying posture from wood that the hand has met, to come another way if a try is left.
+    fn recoil(&mut self, failed: u32, robot: &RobotState) -> Next {
+        let failed = failed + 1;
+        if failed >= self.config.homing.tries.get() {
+            return Next::Fail(FailureReason::Blocked);
+        }
+        self.rig.motion = ArmMotion::new(self.rig.arm.clamped(&robot.q));
+        self.swing_among(self.rig.postures.carry());
+        Next::Enter(Phase::Reach(Reach::recoiling(failed)))
+    }
+
+    pub(crate) fn reach(&mut self, mut reach: Reach, robot: &RobotState) -> Next {
         if self.rig.arm_stalled() || self.rig.elapsed(robot) > self.rig.config.timeout.reach.si() {
             return Next::Fail(FailureReason::ReachStalled);
+        }
+        if reach.recoiling {
+            if !self.rig.motion.is_over() {
+                return Next::Stay(Phase::Reach(reach), STILL);
+            }
+            if !self.turn_from_wood(robot) {
+                return Next::Fail(FailureReason::Blocked);
+            }
+            reach.recoiling = false;
+        } else if self.is_pressed() {
+            return self.recoil(reach.failed, robot);
         }
         self.view(&mut reach.views);
         let Some(attempt) = &self.rig.attempt else {
@@ -158,7 +213,7 @@ impl ExpertPicker {
     }
 
     /// Takes the frame's image as a view of the target from near by; whether it showed the target.
-    pub(super) fn view(&mut self, views: &mut Views) -> bool {
+    pub(crate) fn view(&mut self, views: &mut Views) -> bool {
         let farthest = self.rig.match_distance();
         let (Some(then), Some(attempt)) = (&self.rig.imaged, &mut self.rig.attempt) else { return false };
         let p_camera = transform(&then.x_odom_base, &self.rig.arm.camera(&then.q).translation.vector);

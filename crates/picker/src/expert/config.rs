@@ -49,6 +49,10 @@ section! {
         range: Quantity,
         /// The hand homes in once all joints are this near to the posture of the second look.
         near: Quantity,
+        /// Largest joint speed among branches.
+        speed: Quantity,
+        /// A point in the way of the hand's swing to the second look, in points in the way of the approach.
+        swing_cost: Quantity,
     }
 }
 
@@ -65,8 +69,24 @@ section! {
         acceleration: Quantity,
         /// The last stretch, straight along the approach.
         straight: Quantity,
-        /// A push against the hand over this ends the advance.
+        /// Rate at which the hand's orientation is corrected.
+        turn_gain: Quantity,
+        /// The links keep this far from points seen in the way, outside the hand's straight path.
+        clearance: Quantity,
+        /// Cost of coming nearer, in squares of a lag of the hand behind its speed.
+        clearance_cost: Quantity,
+        /// Points in cubes of this size count once.
+        clearance_grid: Quantity,
+        /// Points this near to the hand or the fruit count.
+        clearance_range: Quantity,
+        /// Time without progress after which the way is lost.
+        patience: Quantity,
+        /// A push against the hand over this ends the advance; the hand slows down in proportion before.
         push_max: Quantity,
+        /// Weight of a frame's push in the running mean.
+        push_weight: Quantity,
+        /// Slowest advance against a push, as a share of the speeds.
+        pace_min: Quantity,
         /// Another direction is turned from one that wood blocks by at least this.
         other_angle: Quantity,
         /// Tries at one target.
@@ -89,6 +109,10 @@ section! {
         wood_time: Quantity,
         /// Least weight on the hand that is a fruit.
         weight_min: Quantity,
+        /// Weight of a frame in the running mean of the force on the empty hand.
+        touch_weight: Quantity,
+        /// A larger one on the way to the second look is wood.
+        touch_max: Quantity,
         /// Images without sight are borne for so long.
         blind_time: Quantity,
     }

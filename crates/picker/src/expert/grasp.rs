@@ -3,15 +3,17 @@
 use crate::expert::approach::{Reach, Views};
 use crate::expert::pull::Pull;
 use crate::expert::{ExpertPicker, Next, Phase};
-use crate::plan::plan_among;
+use crate::plan::{Target, in_sweep};
 use crate::record::FailureReason;
 use crate::rig::{Fingers, STILL};
 use crate::robot_state::RobotState;
-use orchard_geometry::{Pose, Vec3};
+use orchard_geometry::{Pose, Vec3, inverse_transform};
+use orchard_robot::Obstacle;
+use std::collections::BTreeMap;
 
 /// Memory of the grasp state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Grasp {
+pub(crate) struct Grasp {
     stage: Stage,
     views: Views,
     /// Tries at this target that came to nothing.
@@ -50,17 +52,44 @@ impl Grasp {
 
 impl ExpertPicker {
     /// Aims the hand at the target as it is known now.
-    pub(super) fn steer(&mut self, robot: &RobotState) -> Option<()> {
+    pub(crate) fn steer(&mut self, robot: &RobotState) -> Option<()> {
         let target = self.rig.target_base(robot)?;
         let rotation = self.rig.attempt.as_ref()?.plan.rotation;
         let p_goal = target.p + rotation * Vec3::z() * self.rig.config.approach.overshoot.si();
         let x_goal = Pose::from_parts(p_goal.into(), rotation);
-        let branch_jump = self.rig.config.arm.branch_jump.si();
-        self.rig.motion.home_in(x_goal, &self.config.homing, branch_jump);
+        let obstacles = self.obstacles(&target, &x_goal, robot);
+        self.rig.motion.home_in(x_goal, obstacles, &self.config.homing);
         Some(())
     }
 
-    pub(super) fn grasp(&mut self, mut grasp: Grasp, robot: &RobotState) -> Next {
+    /// What was seen about the way to a grasp, outside the hand's straight path, where nothing can be spared.
+    fn obstacles(&self, target: &Target, x_goal: &Pose, robot: &RobotState) -> Vec<Obstacle> {
+        let c = &self.config.homing;
+        let (clearance, penalty) = (c.clearance.si(), c.clearance_cost.si());
+        if penalty <= 0.0 {
+            return Vec::new();
+        }
+        let p_tcp = self.rig.arm.tcp(&robot.q).translation.vector;
+        let own = target.radius + self.rig.config.approach.fruit_margin.si();
+        let (range, grid) = (c.clearance_range.si(), c.clearance_grid.si());
+        let counts = |p: &Vec3| {
+            let off = (p - target.p).norm();
+            off > own
+                && (off < range || (p - p_tcp).norm() < range)
+                && !in_sweep(&inverse_transform(x_goal, p), &self.rig.config)
+        };
+        // In the order of the grid: the same for equal points in any order.
+        let cells: BTreeMap<[i64; 3], Vec3> = self
+            .rig
+            .points_base(robot)
+            .into_iter()
+            .filter(counts)
+            .map(|p| ([p.x, p.y, p.z].map(|x| (x / grid).floor() as i64), p))
+            .collect();
+        cells.into_values().map(|p_base| Obstacle { p_base, clearance, penalty }).collect()
+    }
+
+    pub(crate) fn grasp(&mut self, mut grasp: Grasp, robot: &RobotState) -> Next {
         if grasp.stage != Stage::Holding && self.rig.elapsed(robot) > self.rig.config.timeout.grasp.si() {
             return Next::Fail(FailureReason::GraspStalled);
         }
@@ -100,7 +129,7 @@ impl ExpertPicker {
                     // Only what is seen anew counts.
                     attempt.hits = 0;
                 }
-                if grasp.refused && !self.turn_elsewhere(robot) {
+                if grasp.refused && !self.turn_from_wood(robot) {
                     return Next::Fail(FailureReason::GraspStalled);
                 }
                 Next::Enter(Phase::Reach(Reach::new(grasp.failed)))
@@ -125,9 +154,11 @@ impl ExpertPicker {
         let p_goal = target.p + direction * self.rig.config.approach.overshoot.si();
         let left = (self.rig.arm.tcp(&robot.q).translation.vector - p_goal).norm();
         let near = left <= self.rig.config.grasp.close_near.si();
-        let weight = self.rig.config.pull.tension_weight.si();
-        grasp.push += (self.rig.tcp_force(robot).dot(&direction) - grasp.push) * weight;
-        let pushed = grasp.push > self.config.homing.push_max.si() || self.rig.arm_stalled();
+        let c = &self.config.homing;
+        grasp.push += (self.rig.tcp_force(robot).dot(&direction) - grasp.push) * c.push_weight.si();
+        let room = 1.0 - grasp.push / c.push_max.si();
+        let pushed = room < 0.0 || self.rig.arm_stalled();
+        self.rig.motion.set_homing_pace(room.clamp(c.pace_min.si(), 1.0));
         if !near && self.rig.motion.is_lost() {
             return Next::Fail(FailureReason::GraspUnreachable);
         }
@@ -156,26 +187,6 @@ impl ExpertPicker {
         Next::Stay(Phase::Grasp(grasp), STILL)
     }
 
-    /// Chooses another direction than the one in which wood stopped the hand.
-    fn turn_elsewhere(&mut self, robot: &RobotState) -> bool {
-        let (Some(target), Some(attempt)) = (self.rig.target_base(robot), &self.rig.attempt) else {
-            return false;
-        };
-        let (refused, points) = (attempt.plan.direction(), self.rig.points_base(robot));
-        let least = orchard_geometry::math::cos(self.config.homing.other_angle.si());
-        let allowed = |direction: &Vec3| direction.dot(&refused) <= least;
-        let (arm, config) = (&self.rig.arm, &self.rig.config);
-        let Some(other) = plan_among(arm, &target, &points, self.rig.motion.q(), config, allowed) else {
-            return false;
-        };
-        let q_look = other.q_look;
-        if let Some(attempt) = &mut self.rig.attempt {
-            attempt.plan = other;
-        }
-        self.swing_to(q_look);
-        true
-    }
-
     /// Starts the hand back along the approach, from where it is to where it looked.
     fn back_out(&mut self, robot: &RobotState) {
         if let Some(attempt) = &self.rig.attempt {
@@ -185,7 +196,7 @@ impl ExpertPicker {
 
     /// Starts the hand along `direction` (base frame) by the length of an approach. What the hand touches may have held
     /// it off its command, so it starts from where it is.
-    pub(super) fn withdraw(&mut self, direction: Vec3, robot: &RobotState) {
+    pub(crate) fn withdraw(&mut self, direction: Vec3, robot: &RobotState) {
         let (way, speed) = (self.rig.config.approach.look.si(), self.rig.config.arm.approach_speed.si());
         self.rig.motion = crate::motion::ArmMotion::new(self.rig.arm.clamped(&robot.q));
         self.rig.motion.go_straight(&self.rig.arm, direction, way, speed, &self.rig.config.arm);

@@ -11,7 +11,7 @@ use orchard_robot::JointVector;
 
 /// Memory of the deposit state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Deposit {
+pub(crate) struct Deposit {
     /// Where the base stood when the stem gave way.
     base_start: [f64; 2],
     /// Withdrawal of the hand so far [m].
@@ -43,7 +43,7 @@ impl Deposit {
 }
 
 impl ExpertPicker {
-    pub(super) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
+    pub(crate) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
         let backed = deposit.backed(robot);
         let leave = &self.config.leave;
         let backing = backed < leave.base_way.si() && !self.is_blind(robot);

@@ -9,7 +9,7 @@ use crate::robot_state::RobotState;
 
 /// Memory of the pull state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pull {
+pub(crate) struct Pull {
     /// Smoothed pull along the withdrawal [N] and its largest value.
     tension: f64,
     peak: f64,
@@ -29,7 +29,7 @@ impl Pull {
 }
 
 impl ExpertPicker {
-    pub(super) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
+    pub(crate) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
         if !self.rig.holds_fruit(robot) {
             return self.lose(pull, robot);
         }

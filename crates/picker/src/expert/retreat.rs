@@ -8,7 +8,7 @@ use orchard_geometry::Vec3;
 
 /// Memory of the retreat state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Retreat {
+pub(crate) struct Retreat {
     /// Time at which the fingers were told to open.
     since: f64,
     stage: Stage,
@@ -43,7 +43,7 @@ impl Retreat {
 }
 
 impl ExpertPicker {
-    pub(super) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
+    pub(crate) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
         self.rig.open_fingers();
         match retreat.stage {
             Stage::Opening(direction) => {
@@ -58,7 +58,7 @@ impl ExpertPicker {
             Stage::Home => {
                 let carry = self.rig.postures.carry();
                 if *self.rig.motion.goal() != carry {
-                    self.swing_to(carry);
+                    self.swing_among(carry);
                 }
                 let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
                 if near || self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {

@@ -1,75 +1,104 @@
 //! The hand's way onto a fruit: sideways first, then straight along the approach; the goal may be corrected on the way.
+//!
+//! Each frame's joint velocities are a quadratic program ([`ArmKinematics::velocity_step`]): they follow the hand's wanted
+//! velocity within the joints' limits, the links clear of each other and of what was seen in the way.
 
 use crate::expert::HomingConfig;
 use crate::motion::stopping_speed;
+use nalgebra::Vector6;
 use orchard_geometry::{Pose, Vec3};
-use orchard_robot::{ArmKinematics, IkTarget, JointVector};
+use orchard_robot::{ArmKinematics, JointVector, Obstacle, QpGoal, QpState, QpStatus, QpTask};
 
-/// Distance from the goal at which the hand is there [m]: what the inverse kinematics leaves.
+/// Distance from the goal at which the hand is there [m].
 const ARRIVED: f64 = 1e-3;
 
 /// On the way to a pose of the TCP, base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Homing {
     x_goal: Pose,
-    /// Velocity of the TCP [m/s].
-    v: Vec3,
-    speed: f64,
-    lateral_speed: f64,
-    lateral_tolerance: f64,
-    acceleration: f64,
-    /// The last stretch before the goal, on which the hand goes straight [m].
-    straight: f64,
-    branch_jump: f64,
+    config: HomingConfig,
+    obstacles: Vec<Obstacle>,
+    /// Velocity of the TCP [m/s], and of the joints [rad/s].
+    v_tcp: Vec3,
+    v: JointVector,
+    /// Share of the speeds at which the hand goes on.
+    pace: f64,
+    /// Time without progress [s].
+    idle: f64,
     over: bool,
 }
 
 impl Homing {
-    pub fn new(x_goal: Pose, config: &HomingConfig, branch_jump: f64) -> Self {
+    pub fn new(x_goal: Pose, obstacles: Vec<Obstacle>, config: &HomingConfig) -> Self {
         Self {
             x_goal,
-            v: Vec3::zeros(),
-            speed: config.speed.si(),
-            lateral_speed: config.lateral_speed.si(),
-            lateral_tolerance: config.lateral_tolerance.si(),
-            acceleration: config.acceleration.si(),
-            straight: config.straight.si(),
-            branch_jump,
+            config: config.clone(),
+            obstacles,
+            v_tcp: Vec3::zeros(),
+            v: JointVector::zeros(),
+            pace: 1.0,
+            idle: 0.0,
             over: false,
         }
     }
 
-    pub fn correct(&mut self, x_goal: Pose) {
+    pub fn correct(&mut self, x_goal: Pose, obstacles: Vec<Obstacle>) {
         self.x_goal = x_goal;
+        self.obstacles = obstacles;
+    }
+
+    pub fn set_pace(&mut self, pace: f64) {
+        self.pace = pace;
     }
 
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// The posture after `dt` [s]; `None` where none continues the last.
+    /// The posture after `dt` [s]; `None` where none leads on.
     pub fn step(&mut self, arm: &ArmKinematics, q: &JointVector, dt: f64) -> Option<JointVector> {
-        let p = arm.tcp(q).translation.vector;
+        if dt <= 0.0 {
+            return Some(*q);
+        }
+        let x = arm.tcp(q);
+        let left = self.x_goal.translation.vector - x.translation.vector;
+        let wanted = self.wanted(&left, dt);
+        let turn = (self.x_goal.rotation * x.rotation.inverse()).scaled_axis() * self.config.turn_gain.si();
+        let twist = Vector6::new(turn.x, turn.y, turn.z, wanted.x, wanted.y, wanted.z);
+        let goal = QpGoal { task: QpTask::Twist(twist), posture: arm.home(), held: None };
+        let step = arm.velocity_step(&QpState { q: *q, v: self.v }, &goal, &self.obstacles, dt);
+        if step.status == QpStatus::NotFinite {
+            return None;
+        }
+        let p_next = arm.tcp(&step.q_next).translation.vector;
+        self.v = step.v;
+        // What the arm did not follow is not owed.
+        self.v_tcp = (p_next - x.translation.vector) / dt;
+        let left_next = self.x_goal.translation.vector - p_next;
+        self.over = left_next.norm() <= ARRIVED;
+        let followed = left.norm() - left_next.norm() >= 0.25 * wanted.norm() * dt;
+        self.idle = if followed || self.over { 0.0 } else { self.idle + dt };
+        (self.idle <= self.config.patience.si()).then_some(step.q_next)
+    }
+
+    /// Velocity of the TCP with which the hand goes on, `left` before its goal.
+    fn wanted(&self, left: &Vec3, dt: f64) -> Vec3 {
+        let c = &self.config;
+        let acceleration = c.acceleration.si();
         let z = self.x_goal.rotation * Vec3::z();
-        let left = self.x_goal.translation.vector - p;
         let along = left.dot(&z);
         let lateral = left - z * along;
-        let stop = |distance: f64| stopping_speed(self.acceleration, distance, dt);
+        let stop = |distance: f64| stopping_speed(acceleration, distance, dt);
         let off = lateral.norm();
-        let sideways = self.lateral_speed.min(stop(off));
-        let mut forward = self.speed.min(stop(along.abs())) * along.signum();
-        if off > self.lateral_tolerance {
+        let sideways = (c.lateral_speed.si() * self.pace).min(stop(off));
+        let mut forward = (c.speed.si() * self.pace).min(stop(along.abs())) * along.signum();
+        if off > c.lateral_tolerance.si() {
             // What is left before the straight stretch lasts as long as the way sideways.
-            let time = off / self.lateral_speed;
-            forward = forward.min((along - self.straight).max(0.0) / time);
+            let time = off / c.lateral_speed.si();
+            forward = forward.min((along - c.straight.si()).max(0.0) / time);
         }
         let aside = if off > 0.0 { lateral * (sideways / off) } else { Vec3::zeros() };
-        let change = (z * forward + aside - self.v).cap_magnitude(self.acceleration * dt);
-        self.v += change;
-        self.over = left.norm() <= ARRIVED;
-        let p_next = if self.over { self.x_goal.translation.vector } else { p + self.v * dt };
-        let target = IkTarget::Pose(Pose::from_parts(p_next.into(), self.x_goal.rotation));
-        arm.solve_near(&target, q).ok().filter(|next| (next - q).amax() <= self.branch_jump)
+        self.v_tcp + (z * forward + aside - self.v_tcp).cap_magnitude(acceleration * dt)
     }
 }
 
@@ -89,7 +118,7 @@ mod tests {
         let offset = x_start.rotation * Vec3::new(0.03, -0.02, 0.22);
         let x_goal = Pose::from_parts((x_start.translation.vector + offset).into(), x_start.rotation);
         let c = &config.homing;
-        let mut homing = Homing::new(x_goal, c, config.shared.arm.branch_jump.si());
+        let mut homing = Homing::new(x_goal, Vec::new(), c);
         let z = x_goal.rotation * Vec3::z();
         let (dt, mut frames) = (1.0 / 60.0, 0);
         while !homing.is_over() && frames < 600 {

@@ -80,6 +80,16 @@ pub struct Obstacle {
     pub p_base: Vec3,
     /// Distance to keep [m].
     pub clearance: f64,
+    /// Cost of coming nearer than that, against the square of an error of the TCP's velocity [m/s]: twigs may be cheap, a
+    /// trunk dear.
+    pub penalty: f64,
+}
+
+impl Obstacle {
+    fn is_finite(&self) -> bool {
+        let figures = [self.clearance, self.penalty];
+        self.p_base.iter().chain(&figures).all(|x| x.is_finite()) && self.penalty >= 0.0
+    }
 }
 
 /// How a step came about.
@@ -121,7 +131,6 @@ pub(crate) struct QpParameters {
     approach_rate: f64,
     self_clearance: f64,
     self_penalty: f64,
-    canopy_penalty: f64,
     canopy_rows: usize,
     iterations: u32,
 }
@@ -138,7 +147,6 @@ impl QpParameters {
             approach_rate: c.approach_rate.si(),
             self_clearance: c.self_clearance.si(),
             self_penalty: c.self_penalty.si(),
-            canopy_penalty: c.canopy_penalty.si(),
             canopy_rows: c.canopy_rows.get() as usize,
             iterations: c.iterations.get(),
         }
@@ -246,20 +254,19 @@ impl ArmKinematics {
     /// Rows for the nearest pairs of a link and an obstacle.
     fn keep_from(&self, posture: &mut Posture, obstacles: &[Obstacle], rows: &mut Vec<Row>) {
         let c = &self.qp;
-        let mut near: Vec<Nearness> = Vec::new();
-        for obstacle in obstacles {
-            let radius = obstacle.clearance.max(0.0);
-            if radius.is_finite() && obstacle.p_base.iter().all(|x| x.is_finite()) {
-                posture.near_ball(&obstacle.p_base, radius, c.influence, &mut near);
-            }
+        let mut near: Vec<(Nearness, f64)> = Vec::new();
+        let mut found = Vec::new();
+        for obstacle in obstacles.iter().filter(|o| o.is_finite()) {
+            posture.near_ball(&obstacle.p_base, obstacle.clearance.max(0.0), c.influence, &mut found);
+            near.extend(found.drain(..).map(|nearness| (nearness, obstacle.penalty)));
         }
         // Stable: equals stay in the caller's order.
-        near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        near.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
         near.truncate(c.canopy_rows);
-        rows.extend(near.iter().map(|n| Row {
-            gradient: n.gradient,
-            least: -c.approach_rate * n.distance,
-            penalty: Some(c.canopy_penalty),
+        rows.extend(near.iter().map(|(near, penalty)| Row {
+            gradient: near.gradient,
+            least: -c.approach_rate * near.distance,
+            penalty: Some(*penalty),
         }));
     }
 }
