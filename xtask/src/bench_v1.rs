@@ -5,6 +5,7 @@ mod component;
 mod detect;
 mod harvest;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -32,7 +33,8 @@ DIR/detect.svg        precision and recall against foliage density\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
 DIR/TASK/*.json       one a tree: every trial\n\
 All but compute.json are the same bytes on every run of one command, for any number of threads.\n\
-Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\n\
+Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
+condition, seeds, horizon, camera, ..) is refused.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
 cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
 cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
@@ -184,6 +186,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let gentle = asks(TaskName::Gentle).then(|| component::Pushing::read(args, &scope)).transpose()?;
     let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
+    // Nor is a folder found to hold something else after an hour.
+    let checks = [
+        harvest.as_ref().map(|asked| asked.check(&store)),
+        detect.as_ref().map(|asked| asked.check(&store)),
+        grasp.as_ref().map(|asked| asked.check(&store)),
+        gentle.as_ref().map(|asked| asked.check(&store)),
+    ];
+    for check in checks.into_iter().flatten() {
+        check.map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
+    }
+
     let stop = interrupt::listen()?;
     if let Some(harvest) = harvest {
         harvest.run(&scope, &store, stop)?;
@@ -239,8 +252,15 @@ fn check_options(args: &Args) -> Result<(), String> {
 fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
     result.map_err(|e| match e {
         RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        RunError::OtherPlan(e) => Failure::BadInput(format!("--out: {e}")),
         e => Failure::Failed(e.to_string()),
     })
+}
+
+/// How often each of some things was, in words.
+fn counts(counts: &BTreeMap<String, u32>) -> String {
+    let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
+    if list.is_empty() { "none".to_owned() } else { list.join(", ") }
 }
 
 #[cfg(test)]
@@ -282,5 +302,37 @@ mod tests {
         assert!(condition("windy").unwrap_err().contains("nominal, exhaustion"));
         assert!(check(&["--tasks", "detect", "--conditions", "nominal"]).unwrap_err().starts_with("--cond"));
         assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
+    }
+    /// Another controller's records are in the folder: refused with exit code 2, and nothing is changed.
+    #[test]
+    fn a_folder_of_another_plan_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().to_str().unwrap();
+        let asked = |controller: &str| {
+            let line = ["--controller", controller, "--seeds", "7", "--trees", "1", "--out", out];
+            args(&line)
+        };
+        let protocol = Protocol::paper();
+        let baseline = asked("baseline");
+        let scope = scope(&baseline, &protocol, &protocol.quick).unwrap();
+        let plan = harvest::Asked::read(&baseline, &scope, &protocol, &protocol.quick).unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let key = plan.keys().swap_remove(0);
+        let file = "episodes/baseline-nominal-7-000.json";
+        std::fs::create_dir(folder.path().join("episodes")).unwrap();
+        store.write(file, &key).unwrap();
+        store.write("summary.json", &"baseline's").unwrap();
+        assert_eq!(plan.check(&store), Ok(()));
+        match run(&asked("expert")) {
+            Err(Failure::BadInput(line)) => assert_eq!(
+                line,
+                format!(
+                    "--out: {out} holds results of another plan: {file} has controller \"baseline\", not \"expert\"; \
+                     give another --out, or remove that folder"
+                )
+            ),
+            other => panic!("{other:?}"),
+        }
+        assert!(folder.path().join("summary.json").exists());
     }
 }

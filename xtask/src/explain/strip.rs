@@ -144,10 +144,7 @@ impl<'a> View<'a> {
     fn of(record: &EpisodeRecord, attempt: &AttemptRecord, shot: &'a Shot, harmed: &[Happened]) -> Self {
         let world = &shot.world;
         let target = attempt.fruit.or(attempt.gripped.first().copied());
-        let fruit = target.filter(|id| (*id as usize) < record.fruit.len()).map(|id| {
-            let truth = world.fruit_truth()[id as usize];
-            (truth.p_world, truth.radius)
-        });
+        let fruit = target.and_then(|fruit| place_of(world, Happened::Stem(fruit)));
         let p_world_target = transform(&world.x_world_odom(), &Vec3::from(attempt.p_odom_target));
         let base = world.handle().x_world_base(world.data()).translation.vector;
         let away = base - p_world_target;
