@@ -36,7 +36,7 @@ All but compute.json are the same bytes on every run of one command, for any num
 Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
 condition, seeds, horizon, camera, ..) is refused.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
-cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
+cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20 --out results/mine\n  \
 cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
 cargo xtask bench-v1 --tasks detect --profile full\n  \
 cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert")]
@@ -66,7 +66,8 @@ pub struct Args {
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Where the results go [default: results/bench-v1-PROFILE]
+    /// Where the results go: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, with -CONTROLLER behind it
+    /// for another than the baseline]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Depth camera of the detect task: ideal, paper, d435i, or a file of figures that differ [default: paper]
@@ -221,8 +222,16 @@ fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, S
     let trees = args.trees.unwrap_or_else(|| profile.trees.get());
     let trees = profile.trees.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
-    let default = || PathBuf::from(format!("results/bench-v1-{}", args.profile.name()));
-    Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(default) })
+    Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(|| default_out(args)) })
+}
+
+/// Where results go that are given no place: apart by profile and controller.
+fn default_out(args: &Args) -> PathBuf {
+    let folder = format!("results/bench-v1-{}", args.profile.name());
+    match args.controller.as_deref() {
+        Some(name) if name != Kind::default().name() => PathBuf::from(format!("{folder}-{name}")),
+        _ => PathBuf::from(folder),
+    }
 }
 
 /// An option of a task that is not run would change nothing: better told than ignored.
@@ -303,6 +312,14 @@ mod tests {
         assert!(check(&["--tasks", "detect", "--conditions", "nominal"]).unwrap_err().starts_with("--cond"));
         assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
     }
+    #[test]
+    fn controllers_do_not_share_a_folder() {
+        let out = |line: &[&str]| default_out(&args(line)).display().to_string();
+        assert_eq!(out(&[]), "results/bench-v1-quick");
+        assert_eq!(out(&["--controller", "baseline"]), "results/bench-v1-quick");
+        assert_eq!(out(&["--controller", "expert", "--profile", "full"]), "results/bench-v1-full-expert");
+    }
+
     /// Another controller's records are in the folder: refused with exit code 2, and nothing is changed.
     #[test]
     fn a_folder_of_another_plan_is_refused() {

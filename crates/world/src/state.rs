@@ -173,6 +173,7 @@ impl State {
             .map(|id| format!("body {} left the plausible box of {extent} m", id.index()))
     }
 }
+
 /// Pose of the bucket's frame, the base, and the velocity of its points.
 fn bucket_motion(data: &Data, handle: &RobotHandle) -> (Pose, impl Fn(&Vec3) -> Vec3 + use<>) {
     let twist = data.velocity(handle.base);

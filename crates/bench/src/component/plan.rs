@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Component;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
-use crate::plan::{PlanError, check_trees, config_hash};
+use crate::plan::{PlanError, check_trees, config_hash, config_text};
 use crate::protocol::{PAPER_TOML, Protocol};
 
 /// Every tree of every seed under one controller.
@@ -94,11 +94,7 @@ impl ComponentPlan {
 
     /// SHA-256 over everything that a result depends on besides the code.
     pub fn config_hash(&self) -> String {
-        let json = |value: Result<String, serde_json::Error>| {
-            value.unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
-        };
-        let (spec, protocol) =
-            (json(serde_json::to_string(&*self.spec)), json(serde_json::to_string(&self.protocol)));
+        let (spec, protocol) = (config_text(&*self.spec), config_text(&self.protocol));
         let texts = [
             ("world", &*spec),
             ("protocol", &*protocol),
