@@ -5,6 +5,7 @@ mod component;
 mod detect;
 mod harvest;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -32,9 +33,10 @@ DIR/detect.svg        precision and recall against foliage density\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
 DIR/TASK/*.json       one a tree: every trial\n\
 All but compute.json are the same bytes on every run of one command, for any number of threads.\n\
-Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\n\
+Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
+condition, seeds, horizon, camera, ..) is refused.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
-cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
+cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20 --out results/mine\n  \
 cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
 cargo xtask bench-v1 --tasks detect --profile full\n  \
 cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert")]
@@ -64,7 +66,8 @@ pub struct Args {
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Where the results go [default: results/bench-v1-PROFILE]
+    /// Where the results go: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, with -CONTROLLER behind it
+    /// for another than the baseline]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Depth camera of the detect task: ideal, paper, d435i, or a file of figures that differ [default: paper]
@@ -184,6 +187,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let gentle = asks(TaskName::Gentle).then(|| component::Pushing::read(args, &scope)).transpose()?;
     let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
+    // Nor is a folder found to hold something else after an hour.
+    let checks = [
+        harvest.as_ref().map(|asked| asked.check(&store)),
+        detect.as_ref().map(|asked| asked.check(&store)),
+        grasp.as_ref().map(|asked| asked.check(&store)),
+        gentle.as_ref().map(|asked| asked.check(&store)),
+    ];
+    for check in checks.into_iter().flatten() {
+        check.map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
+    }
+
     let stop = interrupt::listen()?;
     if let Some(harvest) = harvest {
         harvest.run(&scope, &store, stop)?;
@@ -208,8 +222,16 @@ fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, S
     let trees = args.trees.unwrap_or_else(|| profile.trees.get());
     let trees = profile.trees.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
-    let default = || PathBuf::from(format!("results/bench-v1-{}", args.profile.name()));
-    Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(default) })
+    Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(|| default_out(args)) })
+}
+
+/// Where results go that are given no place: apart by profile and controller.
+fn default_out(args: &Args) -> PathBuf {
+    let folder = format!("results/bench-v1-{}", args.profile.name());
+    match args.controller.as_deref() {
+        Some(name) if name != Kind::default().name() => PathBuf::from(format!("{folder}-{name}")),
+        _ => PathBuf::from(folder),
+    }
 }
 
 /// An option of a task that is not run would change nothing: better told than ignored.
@@ -239,8 +261,15 @@ fn check_options(args: &Args) -> Result<(), String> {
 fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
     result.map_err(|e| match e {
         RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        RunError::OtherPlan(e) => Failure::BadInput(format!("--out: {e}")),
         e => Failure::Failed(e.to_string()),
     })
+}
+
+/// How often each of some things was, in words.
+fn counts(counts: &BTreeMap<String, u32>) -> String {
+    let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
+    if list.is_empty() { "none".to_owned() } else { list.join(", ") }
 }
 
 #[cfg(test)]
@@ -282,5 +311,45 @@ mod tests {
         assert!(condition("windy").unwrap_err().contains("nominal, exhaustion"));
         assert!(check(&["--tasks", "detect", "--conditions", "nominal"]).unwrap_err().starts_with("--cond"));
         assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
+    }
+    #[test]
+    fn controllers_do_not_share_a_folder() {
+        let out = |line: &[&str]| default_out(&args(line)).display().to_string();
+        assert_eq!(out(&[]), "results/bench-v1-quick");
+        assert_eq!(out(&["--controller", "baseline"]), "results/bench-v1-quick");
+        assert_eq!(out(&["--controller", "expert", "--profile", "full"]), "results/bench-v1-full-expert");
+    }
+
+    /// Another controller's records are in the folder: refused with exit code 2, and nothing is changed.
+    #[test]
+    fn a_folder_of_another_plan_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().to_str().unwrap();
+        let asked = |controller: &str| {
+            let line = ["--controller", controller, "--seeds", "7", "--trees", "1", "--out", out];
+            args(&line)
+        };
+        let protocol = Protocol::paper();
+        let baseline = asked("baseline");
+        let scope = scope(&baseline, &protocol, &protocol.quick).unwrap();
+        let plan = harvest::Asked::read(&baseline, &scope, &protocol, &protocol.quick).unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let key = plan.keys().swap_remove(0);
+        let file = "episodes/baseline-nominal-7-000.json";
+        std::fs::create_dir(folder.path().join("episodes")).unwrap();
+        store.write(file, &key).unwrap();
+        store.write("summary.json", &"baseline's").unwrap();
+        assert_eq!(plan.check(&store), Ok(()));
+        match run(&asked("expert")) {
+            Err(Failure::BadInput(line)) => assert_eq!(
+                line,
+                format!(
+                    "--out: {out} holds results of another plan: {file} has controller \"baseline\", not \"expert\"; \
+                     give another --out, or remove that folder"
+                )
+            ),
+            other => panic!("{other:?}"),
+        }
+        assert!(folder.path().join("summary.json").exists());
     }
 }

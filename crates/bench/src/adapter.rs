@@ -5,7 +5,7 @@ use crate::interface::{
 };
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::Owner;
-use orchard_picker::{AttemptEnd, Controller, Event};
+use orchard_picker::{AttemptEnd, Controller, Event, ImageReport};
 use orchard_robot::io::{Command, Observation};
 use orchard_world::{Status, World};
 
@@ -120,17 +120,21 @@ impl<C: Controller> BenchController for Recorded<C> {
 
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
         let record = self.controller.record();
-        let images = record.images[self.images_read..].iter();
-        let mut log: Vec<ControllerEvent> = images
-            .map(|image| ControllerEvent::Detected {
-                p_odom: image.detections.iter().map(|d| d.p_odom).collect(),
-            })
-            .collect();
-        self.images_read = record.images.len();
-        log.extend(record.events[self.events_read..].iter().map(noted));
-        self.events_read = record.events.len();
+        let detected = |image: &ImageReport| ControllerEvent::Detected {
+            p_odom: image.detections.iter().map(|d| d.p_odom).collect(),
+        };
+        let mut log: Vec<ControllerEvent> =
+            since(&record.images, &mut self.images_read).iter().map(detected).collect();
+        log.extend(since(&record.events, &mut self.events_read).iter().map(noted));
         log
     }
+}
+
+/// What a list has gained since it was read; nothing where it has become shorter.
+fn since<'a, T>(list: &'a [T], read: &mut usize) -> &'a [T] {
+    let new = list.get(*read..).unwrap_or_default();
+    *read = list.len();
+    new
 }
 
 fn noted(event: &Event) -> ControllerEvent {
@@ -155,5 +159,24 @@ fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,
         other => unreachable!("a unit variant serialises to its name, not {other:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_is_told_once_and_may_lose_what_was_told() {
+        let (mut list, mut read) = (vec![1, 2], 0);
+        assert_eq!(since(&list, &mut read), [1, 2]);
+        list.push(3);
+        assert_eq!(since(&list, &mut read), [3]);
+        assert!(since(&list, &mut read).is_empty());
+        // A controller that clears its record.
+        list.truncate(1);
+        assert!(since(&list, &mut read).is_empty());
+        list.push(4);
+        assert_eq!(since(&list, &mut read), [4]);
     }
 }

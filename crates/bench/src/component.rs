@@ -18,7 +18,7 @@ mod trial;
 pub use gentle::{Gentle, PointTarget};
 pub use grasp::{FruitTarget, ReachAndGrasp};
 pub use metrics::metrics;
-pub use plan::{ComponentKey, ComponentPlan};
+pub use plan::{ComponentKey, ComponentPlan, ComponentRun};
 pub use record::{Ended, TreeRecord, TrialRecord};
 pub use rules::{ComponentRules, GentleRules, GraspRules};
 pub use run::{ComponentResult, run};

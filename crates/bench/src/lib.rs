@@ -18,6 +18,7 @@ mod harness;
 mod harness_tests;
 pub mod harvest;
 mod hold;
+mod holdings;
 pub mod interface;
 mod matching;
 pub mod metrics;
@@ -36,9 +37,12 @@ pub mod task;
 mod trial;
 pub mod vantage;
 pub mod verify;
+#[cfg(test)]
+mod watch;
 pub mod zones;
 
 pub use harness::run_episode;
+pub use holdings::OtherPlan;
 pub use run::{RunResult, WorldFactory, run};
 pub use task::{Progress, RunError, Silent};
 pub use trial::trial;

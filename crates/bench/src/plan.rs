@@ -156,6 +156,12 @@ pub fn config_hash(texts: &[(&str, &str)]) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// A config as text, for [`config_hash`]: the order of fields and the shortest digits that give a number back are the same
+/// everywhere.
+pub(crate) fn config_text(config: &impl Serialize) -> String {
+    serde_json::to_string(config).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 /// What one result file holds.
 pub trait Record: Serialize + DeserializeOwned {
     /// What the record is a function of. A stored record is reused only if all of this is equal.
-    type Key: PartialEq + Sync;
+    type Key: PartialEq + Serialize + Sync;
     /// Folder of these records under the result folder.
     const FOLDER: &'static str;
     /// The record's own key.

@@ -28,6 +28,9 @@ pub trait WorldFactory: Sync {
     fn build(&self, seed: u64, world: u32) -> Result<(Self::World, Self::Controller), String>;
 }
 
+const SUMMARY: &str = "summary.json";
+const COMPUTE: &str = "compute.json";
+
 /// A finished run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunResult {
@@ -42,7 +45,7 @@ pub struct RunResult {
 /// Runs a plan on `threads` threads and writes `episodes/*.json`, `summary.json` and `compute.json`.
 ///
 /// # Errors
-/// The plan is unusable, a file cannot be written, or `stop` was raised.
+/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run<F: WorldFactory>(
     plan: &Plan,
     factory: &F,
@@ -53,9 +56,6 @@ pub fn run<F: WorldFactory>(
 ) -> Result<RunResult, RunError> {
     plan.check()?;
     let start = Instant::now();
-    // Until this run has ended, the folder holds no summary, rather than one of other episodes.
-    store.remove("summary.json")?;
-    store.remove("compute.json")?;
     let done = run_task(&Episodes { plan, factory }, store, threads, stop, progress)?;
     let (episodes, walls): (Vec<EpisodeRecord>, Vec<Option<f64>>) = done.into_iter().unzip();
     let summary = Summary::of_run(plan, &episodes);
@@ -64,8 +64,8 @@ pub fn run<F: WorldFactory>(
     let files = episodes.iter().map(|e| EpisodeRecord::path(&e.key));
     let costs = files.zip(walls).map(|(file, wall_s)| EpisodeCost { file, wall_s }).collect();
     let compute = Compute::of_run(threads as u32, start.elapsed().as_secs_f64(), steps, plan.frame, costs);
-    store.write("compute.json", &compute)?;
-    store.write("summary.json", &summary)?;
+    store.write(COMPUTE, &compute)?;
+    store.write(SUMMARY, &summary)?;
     Ok(RunResult { summary, compute, episodes })
 }
 
@@ -77,6 +77,7 @@ struct Episodes<'a, F> {
 
 impl<F: WorldFactory> Task for Episodes<'_, F> {
     type Record = EpisodeRecord;
+    const RESULTS: &'static [&'static str] = &[SUMMARY, COMPUTE];
 
     fn keys(&self) -> Vec<EpisodeKey> {
         self.plan.episodes()

@@ -1,9 +1,7 @@
 //! Whole fake runs: bytes, threads, resumption, interruption, damage.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use crate::episode::EpisodeRecord;
@@ -12,6 +10,7 @@ use crate::plan::Plan;
 use crate::run::{RunResult, run};
 use crate::store::Store;
 use crate::task::{Progress, RunError, Silent};
+use crate::watch::{Heard, files};
 
 fn go(
     folder: &Path,
@@ -23,55 +22,17 @@ fn go(
     run(plan, &FakeFactory, &store, threads, &AtomicBool::new(false), progress)
 }
 
-/// All result files but the one that a clock may change.
-fn files(folder: &Path) -> BTreeMap<String, String> {
-    let mut files = BTreeMap::new();
-    for dir in [folder.to_owned(), folder.join("episodes")] {
-        for entry in fs::read_dir(dir).unwrap().flatten() {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if entry.path().is_file() && name != "compute.json" {
-                files.insert(name, fs::read_to_string(entry.path()).unwrap());
-            }
-        }
-    }
-    files
-}
-
-#[derive(Default)]
-struct Heard {
-    computed: AtomicU32,
-    reused: AtomicU32,
-    notes: Mutex<Vec<String>>,
-}
-
-impl Progress<EpisodeRecord> for Heard {
-    fn record(&self, _: &EpisodeRecord, reused: bool) {
-        let counter = if reused { &self.reused } else { &self.computed };
-        counter.fetch_add(1, Ordering::Relaxed);
-    }
-
-    fn note(&self, line: &str) {
-        self.notes.lock().unwrap().push(line.to_owned());
-    }
-}
-
-impl Heard {
-    fn counts(&self) -> (u32, u32) {
-        (self.computed.load(Ordering::Relaxed), self.reused.load(Ordering::Relaxed))
-    }
-}
-
 #[test]
 fn same_bytes_for_any_thread_count() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     for (folder, threads) in folders.iter().zip([1, 2, 2]) {
         go(folder.path(), &plan(), threads, &Silent).unwrap();
     }
-    let first = files(folders[0].path());
+    let first = files(folders[0].path(), "episodes");
     assert_eq!(first.len(), 9);
     assert!(first.keys().all(|name| name.ends_with(".json")), "{:?}", first.keys());
-    assert_eq!(first, files(folders[1].path()));
-    assert_eq!(first, files(folders[2].path()));
+    assert_eq!(first, files(folders[1].path(), "episodes"));
+    assert_eq!(first, files(folders[2].path(), "episodes"));
     assert!(folders[0].path().join("compute.json").exists());
 }
 
@@ -89,7 +50,7 @@ fn a_world_that_cannot_be_built_is_counted() {
 fn whole_episodes_are_reused_and_others_computed_again() {
     let folder = tempfile::tempdir().unwrap();
     go(folder.path(), &plan(), 1, &Silent).unwrap();
-    let before = files(folder.path());
+    let before = files(folder.path(), "episodes");
 
     let episodes = folder.path().join("episodes");
     fs::remove_file(episodes.join("fake-nominal-7-001.json")).unwrap();
@@ -97,27 +58,50 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     let heard = Heard::default();
     let result = go(folder.path(), &plan(), 2, &heard).unwrap();
     assert_eq!(heard.counts(), (2, 6));
-    assert_eq!(
-        *heard.notes.lock().unwrap(),
-        ["episodes/fake-nominal-8-003.json is damaged and is computed again"]
-    );
-    assert_eq!(files(folder.path()), before);
+    assert_eq!(heard.notes(), ["episodes/fake-nominal-8-003.json is damaged and is computed again"]);
+    assert_eq!(files(folder.path(), "episodes"), before);
     let walls = result.compute.episodes.iter().filter(|e| e.wall_s.is_some()).count();
     assert_eq!(walls, 2);
 
-    // Another config: nothing may be reused.
-    let other = Plan { config_hash: "0".repeat(64), ..plan() };
+    // Records of another code version are not mixed with these.
+    let path = episodes.join("fake-nominal-7-000.json");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace(crate::episode::CODE_VERSION, "0.0.0")).unwrap();
     let heard = Heard::default();
-    go(folder.path(), &other, 1, &heard).unwrap();
-    assert_eq!(heard.counts(), (8, 0));
+    go(folder.path(), &plan(), 1, &heard).unwrap();
+    assert_eq!(heard.counts(), (1, 7));
+    assert_eq!(files(folder.path(), "episodes"), before);
+}
 
-    // Fewer seeds: the rest is named, not mixed in.
-    let fewer = Plan { seeds: vec![7], ..other };
+#[test]
+fn another_plan_is_refused_before_anything_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), &plan(), 1, &Silent).unwrap();
+    let before = files(folder.path(), "episodes");
+    let longer = |mut plan: Plan| {
+        plan.conditions[0].params.horizon_s += 1.0;
+        plan
+    };
+    for (other, what) in [
+        (Plan { controller: "gardener".into(), ..plan() }, "controller \"fake\", not \"gardener\""),
+        (Plan { config_hash: "0".repeat(64), ..plan() }, "config_hash "),
+        (Plan { seeds: vec![7], ..plan() }, "seed 8, not 7"),
+        (longer(plan()), "horizon_frames "),
+    ] {
+        let error = go(folder.path(), &other, 1, &Silent).map(|_| ()).unwrap_err();
+        assert!(matches!(error, RunError::OtherPlan(_)), "{error}");
+        let line = error.to_string();
+        assert!(line.contains(what) && line.contains(&folder.path().display().to_string()), "{line}");
+        assert_eq!(files(folder.path(), "episodes"), before);
+        assert!(folder.path().join("compute.json").exists());
+    }
+
+    // The same plan with one more seed goes on from there; a file that is no record is named.
+    fs::write(folder.path().join("episodes/notes.json"), "mine").unwrap();
     let heard = Heard::default();
-    let result = go(folder.path(), &fewer, 1, &heard).unwrap();
-    assert_eq!(heard.counts(), (0, 4));
-    assert_eq!(heard.notes.lock().unwrap().len(), 4);
-    assert_eq!(result.summary.conditions["nominal"].episodes.len(), 4);
+    go(folder.path(), &Plan { seeds: vec![7, 8, 9], ..plan() }, 1, &heard).unwrap();
+    assert_eq!(heard.counts(), (4, 8));
+    assert_eq!(heard.notes(), ["episodes/notes.json is no record and is left alone"]);
 }
 
 /// Raises the stop flag in the first frame after three episodes (the third is one that cannot be built).
@@ -153,16 +137,16 @@ fn an_interrupted_run_leaves_whole_files_and_goes_on() {
         error.to_string(),
         "interrupted: 3 of 8 episodes are whole; the same command goes on from there"
     );
-    let left = files(cut.path());
+    let left = files(cut.path(), "episodes");
     assert_eq!(left.len(), 3);
     for (name, text) in &left {
-        assert_eq!(*text, files(whole.path())[name]);
+        assert_eq!(*text, files(whole.path(), "episodes")[name]);
     }
 
     let heard = Heard::default();
     go(cut.path(), &plan(), 2, &heard).unwrap();
     assert_eq!(heard.counts(), (5, 3));
-    assert_eq!(files(cut.path()), files(whole.path()));
+    assert_eq!(files(cut.path(), "episodes"), files(whole.path(), "episodes"));
 }
 
 #[test]

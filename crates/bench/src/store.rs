@@ -89,17 +89,22 @@ impl Store {
         }
     }
 
-    /// JSON files in a folder under this one that are not among `files`, sorted, with the folder's name.
-    pub fn strangers(&self, folder: &str, files: &[String]) -> Vec<String> {
+    /// JSON files in a folder under this one, sorted, with the folder's name.
+    pub fn files(&self, folder: &str) -> Vec<String> {
         let Ok(entries) = fs::read_dir(self.root.join(folder)) else { return Vec::new() };
-        let mut strangers: Vec<String> = entries
+        let mut files: Vec<String> = entries
             .flatten()
             .map(|entry| entry.file_name().to_string_lossy().into_owned())
-            .filter(|name| name.ends_with(".json") && !files.contains(name))
+            .filter(|name| name.ends_with(".json"))
             .map(|name| format!("{folder}/{name}"))
             .collect();
-        strangers.sort();
-        strangers
+        files.sort();
+        files
+    }
+
+    /// The folder itself.
+    pub(crate) fn root(&self) -> &Path {
+        &self.root
     }
 }
 

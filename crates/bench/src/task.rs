@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use crate::holdings::OtherPlan;
 use crate::plan::PlanError;
 use crate::record::Record;
 use crate::store::{Store, StoreError, Stored};
@@ -16,6 +17,8 @@ use crate::store::{Store, StoreError, Stored};
 pub trait Task: Sync {
     /// Its records.
     type Record: Record + Send;
+    /// Files that a run writes from all records at its end. Until then the folder holds none, rather than old ones.
+    const RESULTS: &'static [&'static str];
     /// What is to be computed, in the order of the results.
     fn keys(&self) -> Vec<<Self::Record as Record>::Key>;
     /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
@@ -52,6 +55,9 @@ pub enum RunError {
     /// The plan cannot be run.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The folder holds another plan's records.
+    #[error(transparent)]
+    OtherPlan(#[from] OtherPlan),
     /// A result file cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -76,7 +82,7 @@ pub type Timed<R> = (R, Option<f64>);
 /// Computes or reuses every record of a task on `threads` threads, in the order of [`Task::keys`].
 ///
 /// # Errors
-/// A file cannot be written, or `stop` was raised.
+/// The folder holds another plan's records, a file cannot be written, or `stop` was raised.
 pub fn run_task<T: Task>(
     task: &T,
     store: &Store,
@@ -85,9 +91,13 @@ pub fn run_task<T: Task>(
     progress: &impl Progress<T::Record>,
 ) -> Result<Vec<Timed<T::Record>>, RunError> {
     let keys = task.keys();
-    let files: Vec<String> = keys.iter().map(T::Record::file).collect();
-    for name in store.strangers(T::Record::FOLDER, &files) {
-        progress.note(&format!("{name} belongs to another run and is not part of the summary"));
+    store.check_plan::<T::Record>(&keys)?;
+    for name in T::RESULTS {
+        store.remove(name)?;
+    }
+    let own: Vec<String> = keys.iter().map(T::Record::path).collect();
+    for name in store.files(T::Record::FOLDER).iter().filter(|name| !own.contains(name)) {
+        progress.note(&format!("{name} is no record and is left alone"));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let done: Vec<Option<Timed<T::Record>>> = pool.install(|| {

@@ -1,7 +1,7 @@
 //! Inverse kinematics by damped least squares.
 //!
 //! One step is `dq = J^T (J J^T + mu I)^-1 e` plus a motion towards the home posture in the null space, with
-//! mu = |e|^2 / 2 + damping^2 (Sugihara, IEEE T-RO 2011, eq. 19). A joint that would leave its limits stops
+//! mu = |e|^2 / 2 + damping^2 (`sugihara2011`, eq. 19). A joint that would leave its limits stops
 //! there and the step is solved again without it. Restarts begin at points of an additive recurrence over the
 //! joint ranges, so that the same call gives the same answer.
 

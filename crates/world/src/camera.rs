@@ -1,7 +1,8 @@
 //! What a world's wrist camera took, and the truth behind it.
 
+use crate::World;
 use crate::identity::Start;
-use crate::world::{State, World};
+use crate::state::State;
 use orchard_camera::{Capture, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::Pose;
 use orchard_multibody::{Data, Motion};

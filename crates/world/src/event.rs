@@ -1,6 +1,6 @@
 //! What happens in a world, told with the frame in which it did.
 
-use orchard_fruit::Partner;
+use orchard_fruit::{FruitEvent, Impact, Partner};
 use serde::{Deserialize, Serialize};
 
 /// Something a benchmark counts.
@@ -61,6 +61,22 @@ pub enum WorldEvent {
         /// Frame.
         frame: u32,
     },
+}
+
+impl WorldEvent {
+    /// What befell a fruit in a frame.
+    pub(crate) fn of_fruit(event: FruitEvent, frame: u32) -> Self {
+        match event {
+            FruitEvent::Detached { fruit, tension } => Self::FruitDetached { fruit, frame, tension },
+            FruitEvent::Deposited { fruit, drop_height, impact_energy } => {
+                Self::FruitDeposited { fruit, frame, drop_height, impact_energy }
+            }
+            FruitEvent::Struck(Impact { fruit, partner, energy }) => {
+                Self::FruitImpact { fruit, frame, energy, partner }
+            }
+            FruitEvent::Dropped { fruit, speed } => Self::FruitDropped { fruit, frame, speed },
+        }
+    }
 }
 
 /// Whether a world can go on.

@@ -19,6 +19,7 @@ mod reach;
 mod scene;
 mod scenery;
 mod snapshot;
+mod state;
 pub mod terrain;
 mod touch;
 pub mod truth;

@@ -4,8 +4,8 @@
 //! of the `fruit` crate, then asleep. The engine lives for one frame: [`Loose`] is no part of a world's state.
 
 use crate::build::Parts;
+use crate::state::State;
 use crate::touch::{FruitTouch, Part};
-use crate::world::State;
 use orchard_fruit::{
     Engine, FruitLives, Obstacle, Partner, Phase, Pressing, RestRule, Resting, Shapes, Touch, impact_energy,
 };

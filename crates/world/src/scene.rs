@@ -1,31 +1,82 @@
 //! What the camera can see of a world's present state.
 
+use crate::World;
 use crate::scenery::{self, Strut};
 use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z, transform};
-use orchard_multibody::Data;
+use orchard_multibody::{Data, PointId};
 use orchard_treegen::{LeafSite, Skeleton, Spur};
 use orchard_treephys::TreeBody;
 
 /// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, posts and wires,
 /// ground.
-pub(crate) struct Visible<'a> {
-    pub tree: &'a TreeBody,
-    pub shapes: &'a [Shape],
-    pub leaves: &'a [LeafSite],
-    pub fruit_radius: &'a [f64],
-    pub robot: Vec<(Shape, Pose)>,
-    pub ground: Shape,
-    pub struts: &'a [Strut],
+struct Visible<'a> {
+    tree: &'a TreeBody,
+    shapes: &'a [Shape],
+    leaves: &'a [LeafSite],
+    fruit_radius: &'a [f64],
+    robot: Vec<(Shape, Pose)>,
+    ground: Shape,
+    struts: &'a [Strut],
+}
+
+impl World {
+    /// The visible scene of the present state.
+    pub fn scene(&self) -> Scene {
+        self.scene_of(&self.state.data)
+    }
+
+    pub(crate) fn scene_of(&self, data: &Data) -> Scene {
+        let shapes = wood_shapes(&self.parts.skeleton);
+        let fruit_radius: Vec<f64> = self.parts.fruit.fruit.iter().map(|f| f.radius).collect();
+        let visible = Visible {
+            tree: &self.parts.tree,
+            shapes: &shapes,
+            leaves: &self.parts.skeleton.leaves,
+            fruit_radius: &fruit_radius,
+            robot: self.robot_shapes(data),
+            ground: self.parts.ground.shape(),
+            struts: &self.parts.struts,
+        };
+        build(&visible, data, &self.parts.fruit.points)
+    }
+
+    /// The scene as people expect it: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
+    /// camera, and with a plain round the modelled part of bumpy ground.
+    pub fn picture_scene(&self) -> Scene {
+        let mut scene = self.scene();
+        let data = &self.state.data;
+        let bodies = &self.parts.tree.bodies;
+        let anchors = self.parts.fruit.fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
+        push_fine_wood(&mut scene, &self.parts.skeleton, anchors, |i| *data.x_world_body(bodies[i]));
+        self.appearance.paint(&mut scene);
+        if let Some(field) = self.terrain() {
+            push_plain(&mut scene, field.bounds().min.z);
+        }
+        for (i, &point) in self.parts.fruit.points.iter().enumerate() {
+            let anchor = data.anchor_p_world(&self.parts.model, point);
+            if let (Some(p_anchor), true) = (anchor, data.tethered[point.index()]) {
+                let radius = self.parts.fruit.fruit[i].radius;
+                push_stem(&mut scene, &p_anchor, &data.point_p_world[point.index()], radius);
+            }
+        }
+        scene
+    }
+
+    /// The robot's shapes, posed in the world.
+    fn robot_shapes(&self, data: &Data) -> Vec<(Shape, Pose)> {
+        let links = &self.robot().articulation().links;
+        let posed = links.iter().zip(&self.parts.handle.bodies).flat_map(|(link, &body)| {
+            let x_world_link = *data.x_world_body(body);
+            link.shapes.iter().map(move |s| (s.shape.clone(), x_world_link * s.x_link_shape))
+        });
+        posed.collect()
+    }
 }
 
 /// Builds the scene. Instances: segment index, leaf index, fruit index, robot shape index, number of
 /// the post or wire.
-pub(crate) fn build(
-    visible: &Visible<'_>,
-    data: &Data,
-    fruit_points: &[orchard_multibody::PointId],
-) -> Scene {
+fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[PointId]) -> Scene {
     let mut scene = Scene::default();
     scene.push(Geometry::Shape(visible.ground.clone()), Pose::identity(), Label::Ground, NO_INSTANCE);
     push_tree(&mut scene, visible.shapes, visible.leaves, |i| *data.x_world_body(visible.tree.bodies[i]));
@@ -40,7 +91,7 @@ pub(crate) fn build(
 }
 
 /// Draws level ground at a height [m].
-pub(crate) fn push_plain(scene: &mut Scene, height: f64) {
+fn push_plain(scene: &mut Scene, height: f64) {
     let pose = Pose::translation(0.0, 0.0, height);
     scene.push(Geometry::Shape(Shape::HalfSpace), pose, Label::Ground, NO_INSTANCE);
 }

@@ -1,12 +1,13 @@
 //! A world at one moment, in memory or as the bytes of a file.
 
+use crate::World;
 use crate::camera::{CameraTruth, Flight, Shot};
 use crate::envelope;
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Difference, Identity};
 use crate::load::WoodLoad;
+use crate::state::State;
 use crate::touch::fruit_touches;
-use crate::world::{State, World};
 use orchard_fruit::{FruitLives, Partner};
 use orchard_multibody::{Data, StateError, StepReport};
 use orchard_robot::SetPoints;

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use orchard_bench::OtherPlan;
 use orchard_bench::component::{
     Component, ComponentPlan, ComponentResult, Gentle, ReachAndGrasp, TreeRecord, metrics, run as run_plan,
 };
@@ -9,7 +10,7 @@ use orchard_bench::store::Store;
 use orchard_spec::Spec;
 
 use super::bar::{Bar, Shown};
-use super::{Args, Scope, ended};
+use super::{Args, Scope, counts, ended};
 use crate::failure::Failure;
 use crate::headline::fine_table;
 
@@ -31,6 +32,11 @@ impl<C: Component> Asked<C> {
             ComponentPlan::paper(args.controller()?, args.profile.name(), scope.seeds.clone(), scope.trees);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { plan, task: std::marker::PhantomData })
+    }
+
+    /// Whether the folder takes it.
+    pub fn check(&self, store: &Store) -> Result<(), OtherPlan> {
+        store.check_plan::<TreeRecord<C>>(&self.plan.keys(C::NAME))
     }
 
     /// Runs it and reports.
@@ -63,18 +69,14 @@ fn report<C: Component>(result: &ComponentResult<C>, plan: &ComponentPlan) {
     let summary = &result.summary;
     say!(
         "task {}, controller {}; seeds {:?} x {} trees",
-        summary.task,
-        summary.controller,
+        summary.run.task,
+        summary.run.controller,
         summary.seeds,
         plan.trees
     );
     let definitions = metrics::<C>();
     let order = definitions.iter().map(|definition| (definition.name, definition.unit));
     say!("{}", fine_table(order, &summary.metrics).trim_end());
-    let counts = |counts: &std::collections::BTreeMap<String, u32>| {
-        let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
-        if list.is_empty() { "none".to_owned() } else { list.join(", ") }
-    };
     say!("trials ended: {}", counts(&summary.outcomes));
     say!("attempts given up: {}", counts(&summary.failures));
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
+use orchard_bench::OtherPlan;
 use orchard_bench::detect::{DetectPlan, DetectRecord, DetectResult, PaperTrees, run as run_plan};
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::{Store, write_bytes};
@@ -47,6 +48,11 @@ impl Asked {
         };
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { trees, plan })
+    }
+
+    /// Whether the folder takes it.
+    pub fn check(&self, store: &Store) -> Result<(), OtherPlan> {
+        store.check_plan::<DetectRecord>(&self.plan.keys())
     }
 
     /// Runs it and reports.

@@ -2,15 +2,15 @@
 
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::episode::EpisodeRecord;
+use orchard_bench::episode::{EpisodeKey, EpisodeRecord};
 use orchard_bench::harvest::Harvest;
 use orchard_bench::plan::Plan;
 use orchard_bench::protocol::{ConditionName, Profile, Protocol};
 use orchard_bench::store::Store;
-use orchard_bench::{RunResult, run as run_plan};
+use orchard_bench::{OtherPlan, RunResult, run as run_plan};
 
 use super::bar::{Bar, Shown};
-use super::{Args, Scope, ended};
+use super::{Args, Scope, counts, ended};
 use crate::failure::Failure;
 use crate::headline;
 
@@ -42,9 +42,19 @@ impl Asked {
         Ok(Self { harvest, plan })
     }
 
+    /// Keys of all its episodes.
+    pub fn keys(&self) -> Vec<EpisodeKey> {
+        self.plan.episodes()
+    }
+
+    /// Whether the folder takes it.
+    pub fn check(&self, store: &Store) -> Result<(), OtherPlan> {
+        store.check_plan::<EpisodeRecord>(&self.keys())
+    }
+
     /// Runs it and reports.
     pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
-        let episodes = self.plan.episodes();
+        let episodes = self.keys();
         // The bar counts frames; an episode that ends early gives the rest of the longest back.
         let frames = episodes.iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0);
         let bar = Bar::new(episodes.len(), frames, shown);
@@ -73,10 +83,6 @@ fn shown(record: &EpisodeRecord) -> Shown {
 }
 
 fn report(result: &RunResult, plan: &Plan) {
-    let counts = |counts: &std::collections::BTreeMap<String, u32>| {
-        let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
-        if list.is_empty() { "none".to_owned() } else { list.join(", ") }
-    };
     for condition in &plan.conditions {
         let params = &condition.params;
         say!(

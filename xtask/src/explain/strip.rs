@@ -72,7 +72,7 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     let mut moments: Vec<Moment> = Vec::new();
     for (frame, caption, harmed) in found {
         match moments.last_mut() {
-            Some(last) if frame <= last.frame + SAME => {
+            Some(last) if frame <= last.frame.saturating_add(SAME) => {
                 last.caption += &format!(", {caption}");
                 last.harmed.extend(harmed);
             }
@@ -112,7 +112,7 @@ pub fn draw(
     for (i, moment) in moments.iter().enumerate() {
         let Ok(shot) = shots.binary_search_by_key(&moment.frame, |shot| shot.frame) else { continue };
         let shot = &shots[shot];
-        let view = View::of(record, attempt, shot, &moment.harmed);
+        let view = View::of(attempt, shot, &moment.harmed);
         let (left, top) = (GAP + (i % COLUMNS) * (WIDTH + GAP), title + (i / COLUMNS) * row_height);
         let time = f64::from(moment.frame) * frame_length(record);
         let first: String = format!("{time:.1} s {}", moment.caption).chars().take(LETTERS).collect();
@@ -141,13 +141,10 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn of(record: &EpisodeRecord, attempt: &AttemptRecord, shot: &'a Shot, harmed: &[Happened]) -> Self {
+    fn of(attempt: &AttemptRecord, shot: &'a Shot, harmed: &[Happened]) -> Self {
         let world = &shot.world;
         let target = attempt.fruit.or(attempt.gripped.first().copied());
-        let fruit = target.filter(|id| (*id as usize) < record.fruit.len()).map(|id| {
-            let truth = world.fruit_truth()[id as usize];
-            (truth.p_world, truth.radius)
-        });
+        let fruit = target.and_then(|fruit| place_of(world, Happened::Stem(fruit)));
         let p_world_target = transform(&world.x_world_odom(), &Vec3::from(attempt.p_odom_target));
         let base = world.handle().x_world_base(world.data()).translation.vector;
         let away = base - p_world_target;

@@ -82,6 +82,21 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
         Err(Failure::Failed(problem)) => assert!(problem.contains("branches snapped differ"), "{problem}"),
         other => panic!("{other:?}"),
     }
+
+    // So is one with fruit that the tree does not have.
+    let mut other = input.record.clone();
+    let extra = other.fruit[0].clone();
+    other.fruit.push(extra);
+    let changed = &mut other.attempts[0];
+    changed.fruit = Some(input.record.fruit.len() as u32);
+    // Nor do places and times that are no such stop the strips.
+    changed.p_odom_target = [1e300; 3];
+    (changed.end_frame, changed.states[0].time) = (u32::MAX, f64::MAX);
+    std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();
+    match explain(&[line, "--attempt", "0", "--out", strips.to_str().unwrap()]) {
+        Err(Failure::Failed(problem)) => assert!(problem.contains("attempt 0 differs"), "{problem}"),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

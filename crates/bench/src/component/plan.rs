@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Component;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
-use crate::plan::{PlanError, check_trees, config_hash};
+use crate::plan::{PlanError, check_trees, config_hash, config_text};
 use crate::protocol::{PAPER_TOML, Protocol};
 
 /// Every tree of every seed under one controller.
@@ -34,9 +34,9 @@ pub struct ComponentPlan {
     pub protocol: Protocol,
 }
 
-/// What the record of a tree is a function of.
+/// What all trees of a run have in common.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ComponentKey {
+pub struct ComponentRun {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
     /// [`CODE_VERSION`].
@@ -49,6 +49,14 @@ pub struct ComponentKey {
     pub task: String,
     /// The controller.
     pub controller: String,
+}
+
+/// What the record of a tree is a function of.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ComponentKey {
+    /// The run.
+    #[serde(flatten)]
+    pub run: ComponentRun,
     /// Seed.
     pub seed: u64,
     /// World index under the seed.
@@ -86,11 +94,7 @@ impl ComponentPlan {
 
     /// SHA-256 over everything that a result depends on besides the code.
     pub fn config_hash(&self) -> String {
-        let json = |value: Result<String, serde_json::Error>| {
-            value.unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
-        };
-        let (spec, protocol) =
-            (json(serde_json::to_string(&*self.spec)), json(serde_json::to_string(&self.protocol)));
+        let (spec, protocol) = (config_text(&*self.spec), config_text(&self.protocol));
         let texts = [
             ("world", &*spec),
             ("protocol", &*protocol),
@@ -105,20 +109,23 @@ impl ComponentPlan {
         config_hash(&texts)
     }
 
-    /// The keys of all trees of a task, seed by seed.
-    pub fn keys(&self, task: &str) -> Vec<ComponentKey> {
-        let config_hash = self.config_hash();
-        let key = |seed, world| ComponentKey {
+    /// What all trees of a task have in common.
+    pub fn run_of(&self, task: &str) -> ComponentRun {
+        ComponentRun {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
-            config_hash: config_hash.clone(),
+            config_hash: self.config_hash(),
             preset: self.spec.preset.clone(),
             task: task.to_owned(),
             controller: self.controller.name().to_owned(),
-            seed,
-            world,
-        };
+        }
+    }
+
+    /// The keys of all trees of a task, seed by seed.
+    pub fn keys(&self, task: &str) -> Vec<ComponentKey> {
+        let run = self.run_of(task);
         let worlds = |&seed: &u64| (0..self.trees).map(move |world| (seed, world));
-        self.seeds.iter().flat_map(worlds).map(|(seed, world)| key(seed, world)).collect()
+        let key = |(seed, world)| ComponentKey { run: run.clone(), seed, world };
+        self.seeds.iter().flat_map(worlds).map(key).collect()
     }
 }

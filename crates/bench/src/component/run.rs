@@ -23,7 +23,7 @@ pub struct ComponentResult<C: Component> {
 /// Runs a plan on `threads` threads and writes a record a tree and the summary.
 ///
 /// # Errors
-/// The plan is unusable, a file cannot be written, or `stop` was raised.
+/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run<C: Component>(
     plan: &ComponentPlan,
     store: &Store,
@@ -32,8 +32,6 @@ pub fn run<C: Component>(
     progress: &impl Progress<TreeRecord<C>>,
 ) -> Result<ComponentResult<C>, RunError> {
     plan.check()?;
-    // Until this run has ended, the folder holds no summary, rather than one of other trees.
-    store.remove(C::SUMMARY)?;
     let task = Trials { plan, task: PhantomData::<C> };
     let done = run_task(&task, store, threads, stop, progress)?;
     let trees: Vec<TreeRecord<C>> = done.into_iter().map(|(record, _)| record).collect();
@@ -49,6 +47,7 @@ struct Trials<'a, C> {
 
 impl<C: Component> Task for Trials<'_, C> {
     type Record = TreeRecord<C>;
+    const RESULTS: &'static [&'static str] = &[C::SUMMARY];
 
     fn keys(&self) -> Vec<ComponentKey> {
         self.plan.keys(C::NAME)

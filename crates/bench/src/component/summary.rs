@@ -5,27 +5,17 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::metrics::metrics;
-use super::{Component, ComponentPlan, TreeRecord};
+use super::{Component, ComponentPlan, ComponentRun, TreeRecord};
 use crate::bootstrap::Resamples;
-use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, estimate};
 use crate::record::Record;
 
 /// A whole run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ComponentSummary {
-    /// Layout version.
-    pub schema_version: u32,
-    /// Code version.
-    pub code_version: String,
-    /// SHA-256 of all config texts.
-    pub config_hash: String,
-    /// Preset of the trees.
-    pub preset: String,
-    /// The task.
-    pub task: String,
-    /// The controller.
-    pub controller: String,
+    /// The run.
+    #[serde(flatten)]
+    pub run: ComponentRun,
     /// Profile.
     pub profile: String,
     /// Seeds, in order.
@@ -71,12 +61,7 @@ impl ComponentSummary {
             }
         }
         Self {
-            schema_version: SCHEMA_VERSION,
-            code_version: CODE_VERSION.to_owned(),
-            config_hash: plan.config_hash(),
-            preset: plan.spec.preset.clone(),
-            task: C::NAME.to_owned(),
-            controller: plan.controller.name().to_owned(),
+            run: plan.run_of(C::NAME),
             profile: plan.profile.clone(),
             seeds: plan.seeds.clone(),
             trees: trees.iter().map(line).collect(),

@@ -1,4 +1,3 @@
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -9,6 +8,7 @@ use orchard_world::World;
 use super::*;
 use crate::store::Store;
 use crate::task::{RunError, Silent};
+use crate::watch::files;
 
 /// Trials that are too short to meet anything: two trees, two targets each, a second.
 fn short() -> ComponentPlan {
@@ -19,17 +19,6 @@ fn short() -> ComponentPlan {
     rules.grasp.time = rules.grasp.time.with_value(1.0).unwrap();
     rules.gentle.time = rules.gentle.time.with_value(1.0).unwrap();
     plan
-}
-
-fn files(folder: &Path, task: &str) -> BTreeMap<String, String> {
-    let mut files = BTreeMap::new();
-    for dir in [folder.to_owned(), folder.join(task)] {
-        for entry in fs::read_dir(dir).unwrap().flatten().filter(|entry| entry.path().is_file()) {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            files.insert(name, fs::read_to_string(entry.path()).unwrap());
-        }
-    }
-    files
 }
 
 fn repeats<C: Component>() -> ComponentResult<C> {

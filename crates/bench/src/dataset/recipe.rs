@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::config::{DatasetConfig, LightDial};
 use super::error::{DatasetError, MOST_VIEWS};
 use crate::episode::CODE_VERSION;
-use crate::plan::config_hash;
+use crate::plan::{config_hash, config_text};
 use crate::protocol::Protocol;
 use crate::vantage::VantageSpec;
 
@@ -111,11 +111,11 @@ impl Plan {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: config_hash(&[
-                ("world", &json(&spec)),
+                ("world", &config_text(&spec)),
                 ("robot.urdf", robot.urdf()),
-                ("robot", &json(robot.config())),
-                ("vantage", &json(&vantage)),
-                ("dataset", &json(config)),
+                ("robot", &config_text(robot.config())),
+                ("vantage", &config_text(&vantage)),
+                ("dataset", &config_text(config)),
             ]),
             preset: spec.preset.clone(),
             seeds,
@@ -181,9 +181,4 @@ fn check_samples(&Intrinsics { width, height, .. }: &Intrinsics, side: u32) -> R
         return Ok(());
     }
     Err(DatasetError::Samples { width, height, side, most: MOST_SAMPLES })
-}
-
-/// A config as text: the order of fields and the shortest digits that give a number back are the same everywhere.
-fn json(config: &impl Serialize) -> String {
-    serde_json::to_string(config).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
 }

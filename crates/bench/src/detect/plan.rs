@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ablation::variants;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
-use crate::plan::{PlanError, check_trees, config_hash};
+use crate::plan::{PlanError, check_trees, config_hash, config_text};
 use crate::protocol::Protocol;
 
 /// Every tree of every seed, seen by one camera and one detector.
@@ -66,7 +66,8 @@ impl DetectPlan {
 
     /// SHA-256 over everything that a result depends on besides the code.
     pub fn config_hash(&self) -> String {
-        let (camera, detector, protocol) = (json(&self.camera), json(&self.detector), json(&self.protocol));
+        let (camera, detector, protocol) =
+            (config_text(&self.camera), config_text(&self.detector), config_text(&self.protocol));
         let mut texts = vec![("camera", &*camera), ("detector", &*detector), ("protocol", &*protocol)];
         texts.extend(self.texts.iter().copied());
         config_hash(&texts)
@@ -96,9 +97,4 @@ impl DetectPlan {
         let worlds = |&seed: &u64| (0..self.trees).map(move |world| (seed, world));
         self.seeds.iter().flat_map(worlds).map(|(seed, world)| key(seed, world)).collect()
     }
-}
-
-/// A config as text: the order of fields and the shortest digits that give a number back are the same everywhere.
-fn json(config: &impl Serialize) -> String {
-    serde_json::to_string(config).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
 }

@@ -34,7 +34,7 @@ pub struct DetectResult {
 /// Runs a plan on `threads` threads and writes `detect/*.json` and `detect.json`.
 ///
 /// # Errors
-/// The plan is unusable, a file cannot be written, or `stop` was raised.
+/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run(
     plan: &DetectPlan,
     trees: &impl Trees,
@@ -44,8 +44,6 @@ pub fn run(
     progress: &impl Progress<DetectRecord>,
 ) -> Result<DetectResult, RunError> {
     plan.check()?;
-    // Until this run has ended, the folder holds no summary, rather than one of other trees.
-    store.remove(DetectSummary::FILE)?;
     let detect = Detect { plan, trees, sensor: Sensor::new(&plan.camera) };
     let done = run_task(&detect, store, threads, stop, progress)?;
     let trees: Vec<DetectRecord> = done.into_iter().map(|(record, _)| record).collect();
@@ -82,6 +80,7 @@ impl From<PerceptionError> for Ended {
 
 impl<T: Trees> Task for Detect<'_, T> {
     type Record = DetectRecord;
+    const RESULTS: &'static [&'static str] = &[DetectSummary::FILE];
 
     fn keys(&self) -> Vec<DetectKey> {
         self.plan.keys()

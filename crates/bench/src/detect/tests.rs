@@ -1,9 +1,8 @@
 //! Whole fake runs, and metrics of hand-made records in closed form.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_camera::Label;
 
@@ -12,6 +11,7 @@ use super::*;
 use crate::metrics::Metric;
 use crate::store::Store;
 use crate::task::{Progress, RunError, Silent};
+use crate::watch::{Heard, files};
 use crate::zones::Zone;
 
 fn go(folder: &Path, plan: &DetectPlan, threads: usize, heard: &Heard) -> DetectResult {
@@ -19,41 +19,12 @@ fn go(folder: &Path, plan: &DetectPlan, threads: usize, heard: &Heard) -> Detect
     run(plan, &FakeTrees::new(), &store, threads, &AtomicBool::new(false), heard).unwrap()
 }
 
-fn files(folder: &Path) -> BTreeMap<String, String> {
-    let mut files = BTreeMap::new();
-    for dir in [folder.to_owned(), folder.join("detect")] {
-        for entry in fs::read_dir(dir).unwrap().flatten().filter(|entry| entry.path().is_file()) {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            files.insert(name, fs::read_to_string(entry.path()).unwrap());
-        }
-    }
-    files
-}
-
-#[derive(Default)]
-struct Heard {
-    computed: AtomicU32,
-    reused: AtomicU32,
-    steps: AtomicU32,
-}
-
-impl Progress<DetectRecord> for Heard {
-    fn step(&self) {
-        self.steps.fetch_add(1, Ordering::Relaxed);
-    }
-
-    fn record(&self, _: &DetectRecord, reused: bool) {
-        let counter = if reused { &self.reused } else { &self.computed };
-        counter.fetch_add(1, Ordering::Relaxed);
-    }
-}
-
 #[test]
 fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let heard = Heard::default();
     let result = go(one.path(), &plan(), 1, &heard);
-    let whole = files(one.path());
+    let whole = files(one.path(), "detect");
     assert_eq!(whole.len(), 7);
     for (tree, key) in result.trees.iter().zip(plan().keys()) {
         let file = &whole[&<DetectRecord as crate::record::Record>::file(&key)];
@@ -66,7 +37,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     // Two trees of the first seed with the ablation, two of the other without.
     let keys = plan().keys();
     let steps: u64 = [0, 1, 3, 4].iter().map(|&i: &usize| plan().steps(&keys[i])).sum();
-    assert_eq!(u64::from(heard.steps.load(Ordering::Relaxed)), steps);
+    assert_eq!(u64::from(heard.steps()), steps);
 
     // World 2 of each seed is counted and says nothing about the rest.
     assert_eq!(result.summary.quarantined, 2);
@@ -94,15 +65,15 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     fs::write(two.path().join("detect/8-000.json"), "{").unwrap();
     let heard = Heard::default();
     go(two.path(), &plan(), 2, &heard);
-    assert_eq!((heard.computed.into_inner(), heard.reused.into_inner()), (5, 1));
-    assert_eq!(files(two.path()), whole);
+    assert_eq!(heard.counts(), (5, 1));
+    assert_eq!(files(two.path(), "detect"), whole);
 
-    // Another detector: nothing may be reused.
+    // Another detector does not belong into the same folder.
     let mut other = plan();
     other.detector.fit.refine = false;
-    let heard = Heard::default();
-    go(two.path(), &other, 2, &heard);
-    assert_eq!((heard.computed.into_inner(), heard.reused.into_inner()), (6, 0));
+    let store = Store::open(two.path()).unwrap();
+    let error = run(&other, &FakeTrees::new(), &store, 1, &AtomicBool::new(false), &Silent).unwrap_err();
+    assert!(error.to_string().contains("has config_hash "), "{error}");
 }
 
 #[test]
@@ -137,7 +108,7 @@ fn an_interrupted_run_leaves_whole_files_and_no_summary() {
     let stop = AtomicBool::new(false);
     let error = run(&plan(), &FakeTrees::new(), &store, 1, &stop, &StopAfterOne(&stop)).unwrap_err();
     assert!(matches!(error, RunError::Interrupted { done: 1, total: 6, .. }), "{error}");
-    assert_eq!(files(folder.path()).keys().collect::<Vec<_>>(), ["7-000.json"]);
+    assert_eq!(files(folder.path(), "detect").keys().collect::<Vec<_>>(), ["7-000.json"]);
 }
 
 #[test]

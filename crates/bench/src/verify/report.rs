@@ -8,7 +8,7 @@ use super::run::{TreeOutcome, VerifyPlan};
 use crate::bootstrap::{Resamples, Share};
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, MetricDefinition, estimate};
-use crate::plan::config_hash;
+use crate::plan::{config_hash, config_text};
 
 /// A whole verification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,11 +87,8 @@ impl Report {
         let of_seed = |seed: &u64| (0..trees.len()).filter(|&i| trees[i].seed == *seed).collect();
         let groups: Vec<Vec<usize>> = plan.seeds.iter().map(of_seed).collect();
         let resamples = Resamples::draw(&groups, &plan.protocol.bootstrap);
-        let json = |value: Result<String, serde_json::Error>| {
-            value.unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
-        };
-        let spec = json(serde_json::to_string(&*plan.spec));
-        let protocol = json(serde_json::to_string(&plan.protocol));
+        let spec = config_text(&*plan.spec);
+        let protocol = config_text(&plan.protocol);
         let trajectory = &plan.trajectory;
         Self {
             schema_version: SCHEMA_VERSION,

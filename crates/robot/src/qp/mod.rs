@@ -2,12 +2,12 @@
 //! joint limits and clear of what the arm must not touch.
 //!
 //! One step minimises `|J v - t|_W^2 + lambda |v - v_n|^2 + sum_k rho s_k` over the joint velocities v and the
-//! slacks s >= 0 (Kanoun, Lamiraux and Wieber, IEEE T-RO 2011, without their priorities). t is the wanted twist, v_n the
-//! motion towards the preferred posture in the null space of J. Constraints:
+//! slacks s >= 0 (`kanoun2011priority`, without its priorities). t is the wanted twist, v_n the motion towards the preferred
+//! posture in the null space of J. Constraints:
 //!
 //! - position, speed and acceleration of each joint, as one range of velocities that is never empty (`braking.rs`);
-//! - `g . v >= -gamma (d - d_min)` for each watched pair of links at distance d with gradient g (Faverjon and Tournassoud,
-//!   ICRA 1987); if these cannot be met within the accelerations, the step is solved again with slacks of
+//! - `g . v >= -gamma (d - d_min)` for each watched pair of links at distance d with gradient g
+//!   (`faverjon1987local`); if these cannot be met within the accelerations, the step is solved again with slacks of
 //!   their own, dearer than all others;
 //! - the same with a slack for each pair of a link and an obstacle.
 //!

@@ -1,0 +1,178 @@
+//! What a result folder holds already: records of the plan that is to be run, or another plan's.
+//!
+//! Two plans in one folder would write over each other's summary, so the second is refused. A record belongs to a plan if
+//! the plan asks for all that it is a function of; a larger plan takes over a smaller one's records. Which code wrote it does
+//! not count, nor then the config that this code had: such records are computed again.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use serde_json::{Map, Value};
+
+use crate::record::Record;
+use crate::store::Store;
+
+/// A result folder that holds records of another plan.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{folder} holds results of another plan: {file} has {differences}; give another --out, or remove that folder"
+)]
+pub struct OtherPlan {
+    folder: String,
+    file: String,
+    differences: String,
+}
+
+/// Fields of a key that tell which code wrote a record.
+const CODE: [&str; 2] = ["schema_version", "code_version"];
+/// The field that covers all config texts.
+const CONFIG: &str = "config_hash";
+
+impl Store {
+    /// Checks that a plan's records are the only ones of its task in the folder. Files that do not read as records are none.
+    ///
+    /// # Errors
+    /// The first record that the plan does not ask for, by file name, with the fields in which it differs from all that are.
+    pub fn check_plan<R: Record>(&self, keys: &[R::Key]) -> Result<(), OtherPlan> {
+        let keys: Vec<Map<String, Value>> = keys.iter().map(fields).collect();
+        let Some(first) = keys.first() else { return Ok(()) };
+        let asked = |left_out: &[&str]| -> BTreeSet<String> {
+            keys.iter().map(|key| text(key, first, left_out)).collect()
+        };
+        let (by_this_code, by_another) = (asked(&CODE), asked(&[CODE[0], CODE[1], CONFIG]));
+        for file in self.files(R::FOLDER) {
+            let Ok(bytes) = fs::read(self.root().join(&file)) else { continue };
+            let Ok(Value::Object(record)) = serde_json::from_slice(&bytes) else { continue };
+            let same_code = CODE.iter().all(|field| record.get(*field) == first.get(*field));
+            let is_asked = if same_code {
+                by_this_code.contains(&text(&record, first, &CODE))
+            } else {
+                by_another.contains(&text(&record, first, &[CODE[0], CODE[1], CONFIG]))
+            };
+            if !is_asked {
+                let folder = self.root().display().to_string();
+                return Err(OtherPlan { folder, file, differences: differences(&record, &keys, same_code) });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn fields<K: serde::Serialize>(key: &K) -> Map<String, Value> {
+    match serde_json::to_value(key) {
+        Ok(Value::Object(fields)) => fields,
+        other => unreachable!("a key is a list of texts and numbers: {other:?}"),
+    }
+}
+
+/// The fields of a key as one text, those left out that are not to count.
+fn text(record: &Map<String, Value>, key: &Map<String, Value>, left_out: &[&str]) -> String {
+    let counts = |name: &&String| !left_out.contains(&name.as_str());
+    key.keys().filter(counts).map(|name| format!("{name} {:?}\n", record.get(name))).collect()
+}
+
+/// The fields of a record whose value no key has, with what the keys have.
+fn differences(record: &Map<String, Value>, keys: &[Map<String, Value>], same_code: bool) -> String {
+    let mut told = Vec::new();
+    for name in keys[0].keys().filter(|name| !CODE.contains(&name.as_str())) {
+        let found = record.get(name).unwrap_or(&Value::Null);
+        let mut asked: Vec<&Value> = Vec::new();
+        for value in keys.iter().filter_map(|key| key.get(name)) {
+            if !asked.contains(&value) {
+                asked.push(value);
+            }
+        }
+        if !asked.contains(&found) {
+            told.push((name, format!("{name} {found}, not {}", listed(&asked))));
+        }
+    }
+    // The hash differs with whatever it covers: it is told where nothing else is, and where it counts.
+    let alone = told.len() == 1;
+    let told: Vec<String> = told
+        .into_iter()
+        .filter(|(name, _)| name.as_str() != CONFIG || (alone && same_code))
+        .map(|(_, told)| told)
+        .collect();
+    if told.is_empty() { "values that are not asked for together".to_owned() } else { told.join(", ") }
+}
+
+/// Some values in words.
+fn listed(values: &[&Value]) -> String {
+    match values {
+        [first, _, .., last] if values.len() > 3 => {
+            format!("one of the {} from {first} to {last}", values.len())
+        }
+        _ => values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" or "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::episode::{EpisodeKey, EpisodeRecord};
+    use crate::fake::{plan, record};
+    use crate::plan::Plan;
+
+    /// What a folder that holds one record says to a plan.
+    fn said(held: impl FnOnce(&mut EpisodeKey), asked: &Plan) -> Result<(), String> {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let mut record = record(&[]);
+        record.key = plan().episodes().swap_remove(0);
+        held(&mut record.key);
+        store.write_record(&record).unwrap();
+        let here = folder.path().display().to_string();
+        let says = store.check_plan::<EpisodeRecord>(&asked.episodes());
+        says.map_err(|e| e.to_string().strip_prefix(&here).unwrap().to_owned())
+    }
+
+    #[test]
+    fn a_plans_own_records_and_part_of_them_are_taken() {
+        assert_eq!(said(|_| (), &plan()), Ok(()));
+        let empty = tempfile::tempdir().unwrap();
+        let store = Store::open(empty.path()).unwrap();
+        assert_eq!(store.check_plan::<EpisodeRecord>(&plan().episodes()), Ok(()));
+        // What cannot be read belongs to nobody.
+        fs::create_dir(empty.path().join("episodes")).unwrap();
+        for text in ["", "{", "[]", "no"] {
+            fs::write(empty.path().join("episodes/x.json"), text).unwrap();
+            assert_eq!(store.check_plan::<EpisodeRecord>(&plan().episodes()), Ok(()), "{text}");
+        }
+        // Another object does not.
+        fs::write(empty.path().join("episodes/x.json"), "{}").unwrap();
+        assert!(store.check_plan::<EpisodeRecord>(&plan().episodes()).is_err());
+    }
+
+    #[test]
+    fn another_plan_is_told_by_what_differs() {
+        let other = said(|key| key.controller = "gardener".into(), &plan());
+        assert_eq!(
+            other.unwrap_err(),
+            " holds results of another plan: episodes/gardener-nominal-7-000.json has controller \"gardener\", not \
+             \"fake\"; give another --out, or remove that folder"
+        );
+        let seed = said(|key| key.seed = 5, &plan()).unwrap_err();
+        assert!(seed.contains("has seed 5, not 7 or 8;"), "{seed}");
+        let world = said(|key| key.world = 9, &plan()).unwrap_err();
+        assert!(world.contains("has world 9, not one of the 4 from 0 to 3;"), "{world}");
+        let horizon = said(|key| key.horizon_frames += 1, &plan()).unwrap_err();
+        assert!(horizon.contains("has horizon_frames "), "{horizon}");
+        let hash = said(|key| key.config_hash = "0123".into(), &plan()).unwrap_err();
+        assert!(hash.contains("has config_hash \"0123\", not "), "{hash}");
+    }
+
+    #[test]
+    fn records_of_other_code_count_by_what_was_asked() {
+        let older = |key: &mut EpisodeKey| {
+            key.code_version = "0.0.1".into();
+            key.config_hash = "0123".into();
+        };
+        assert_eq!(said(older, &plan()), Ok(()));
+        let both = |key: &mut EpisodeKey| {
+            older(key);
+            key.controller = "gardener".into();
+        };
+        let line = said(both, &plan()).unwrap_err();
+        assert!(line.contains("has controller \"gardener\", not \"fake\";"), "{line}");
+    }
+}

@@ -1,0 +1,183 @@
+//! What a frame changes, and how.
+
+use crate::build::Parts;
+use crate::camera::{CameraTruth, Flight, Shot, Shutter};
+use crate::event::{Status, WorldEvent};
+use crate::load::WoodLoad;
+use crate::loose::Loose;
+use crate::touch::{FruitTouch, fruit_touches};
+use orchard_fruit::{FruitLives, RestRule, Touch};
+use orchard_geometry::{Pose, Vec3};
+use orchard_multibody::{Data, Model, Motion, StepReport, step};
+use orchard_robot::{Command, RobotHandle, RobotModel, Servos};
+use orchard_spec::Spec;
+use orchard_treephys::Rupture;
+use std::sync::Arc;
+
+/// Everything that a frame changes.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub data: Data,
+    pub rupture: Rupture,
+    pub fruit: FruitLives,
+    pub servos: Servos,
+    pub frame: u32,
+    pub status: Status,
+    pub events: Vec<WorldEvent>,
+    pub gripped: Vec<bool>,
+    /// Who presses on each fruit, by the report.
+    pub touches: Vec<FruitTouch>,
+    /// The same for the rules of the fruit; scratch of the end of a frame.
+    pub touched: Vec<Touch>,
+    pub report: StepReport,
+    /// Scratch of loose fruit.
+    pub loose: Loose,
+    /// Where the latest substep began.
+    pub before: Motion,
+    pub image: Option<Arc<CameraTruth>>,
+    /// What the image was drawn from.
+    pub shot: Option<Shot>,
+    /// What the next images will be drawn from.
+    pub flight: Flight,
+    /// What the robot has done to the wood.
+    pub load: WoodLoad,
+}
+
+impl State {
+    /// The start of an episode.
+    pub fn new(parts: &Parts, robot: &RobotModel, data: Data, shutter: Shutter) -> Self {
+        let n = parts.fruit.len();
+        let mut flight = Flight::default();
+        flight.end_frame(shutter, 0, &data);
+        let load = WoodLoad::at_start(&parts.tree, &parts.model, &data);
+        Self {
+            rupture: Rupture::new(&parts.tree),
+            fruit: FruitLives::new(&parts.fruit),
+            servos: Servos::new(robot),
+            data,
+            frame: 0,
+            status: Status::Running,
+            events: Vec::new(),
+            gripped: vec![false; n],
+            touches: vec![FruitTouch::default(); n],
+            touched: vec![Touch::default(); n],
+            report: StepReport::default(),
+            loose: Loose::default(),
+            before: Motion::default(),
+            image: None,
+            shot: None,
+            flight,
+            load,
+        }
+    }
+
+    /// Advances one frame; `start` is the state at the start of the episode.
+    pub fn advance(&mut self, spec: &Spec, parts: &Parts, start: &Data, command: &Command) {
+        self.begin_loose(spec, parts);
+        self.load.begin_frame();
+        for left in (0..spec.sim.substeps.get()).rev() {
+            if self.data.is_finite() {
+                self.substep(spec, parts, command, f64::from(left) * parts.settings.h);
+            }
+        }
+        self.frame += 1;
+        let Parts { tree, model, .. } = parts;
+        // Before rupture: a joint that breaks now has borne this frame's moment.
+        self.load.end_frame(tree, model, &self.data, start, &self.rupture, spec.sim.frame());
+        self.end_frame(spec, parts);
+    }
+
+    /// `remaining`: what is left of the frame after it [s].
+    fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command, remaining: f64) {
+        let Parts { model, handle, settings, .. } = parts;
+        let (h, gravity) = (settings.h, &settings.gravity);
+        let twist = self.data.velocity(handle.base);
+        let x_world_base = handle.x_world_base(&self.data);
+        let ride_height = parts.ground.ride_height_ahead(&x_world_base, &twist.linear, twist.angular.z);
+        let height = ride_height - parts.x_world_odom.translation.z;
+        self.servos.apply(model, &mut self.data, handle, command, height, gravity, h, remaining);
+        self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
+        self.data.save_motion(&mut self.before);
+        self.keep_velocities(parts);
+        step(model, &mut self.data, settings, &mut self.report);
+        // Each repeat caps at least one more joint.
+        while self.servos.cap_overshoot(model, &mut self.data, handle) {
+            self.data.restore_motion(&self.before);
+            step(model, &mut self.data, settings, &mut self.report);
+        }
+        self.load.add_substep(&parts.colliders, &self.report, h);
+        let (x_world_base, velocity) = bucket_motion(&self.data, handle);
+        self.fruit.end_substep(&parts.fruit, model, &mut self.data, &x_world_base, velocity);
+        self.step_loose(parts);
+    }
+
+    fn end_frame(&mut self, spec: &Spec, parts: &Parts) {
+        let frame = self.frame;
+        let gravity = spec.sim.gravity.si();
+        for segment in self.rupture.end_frame(&parts.tree, &parts.model, &mut self.data, &spec.wood, gravity)
+        {
+            self.events.push(WorldEvent::BranchSnapped { segment, frame });
+        }
+        parts.fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
+
+        fruit_touches(&parts.colliders, &self.report, &mut self.touches);
+        let (x_world_base, base_velocity) = bucket_motion(&self.data, &parts.handle);
+        self.end_touches(spec, parts, &x_world_base);
+        self.note_grips();
+        let rest = RestRule {
+            speed: spec.sim.sleep_speed.si(),
+            frames: (spec.sim.sleep_time.si() * spec.sim.frame_rate.si()).round() as u32,
+        };
+        let events = self.fruit.end_frame(
+            &parts.fruit,
+            &parts.model,
+            &mut self.data,
+            &spec.fruit,
+            &self.touched,
+            rest,
+            base_velocity,
+        );
+        self.fruit.hand_over(&parts.fruit, &mut self.data, &spec.fruit, &self.touched);
+        self.end_loose(spec, parts, rest, &x_world_base);
+        self.events.extend(events.into_iter().map(|event| WorldEvent::of_fruit(event, frame)));
+    }
+
+    /// Tells whom both fingers have taken, and forgets whom both let go.
+    fn note_grips(&mut self) {
+        for (i, t) in self.touches.iter().enumerate() {
+            let gripped = t.fingers[0] && t.fingers[1];
+            if gripped && !self.gripped[i] {
+                self.events.push(WorldEvent::FruitGripped { fruit: i, frame: self.frame });
+            }
+            self.gripped[i] = gripped || (self.gripped[i] && self.touched[i].finger);
+        }
+    }
+
+    /// What, if anything, is non-finite or out of the plausible box.
+    pub fn implausible(&self, model: &Model, extent: f64) -> Option<String> {
+        let data = &self.data;
+        let state = data.q.iter().chain(&data.v);
+        if let Some(i) = state.clone().position(|x| !x.is_finite()) {
+            return Some(format!("joint state {i} is not finite"));
+        }
+        if !data.is_finite() {
+            return Some("the motion of a fruit is not finite".to_owned());
+        }
+        let far = |p: &Vec3| !p.iter().all(|x| x.abs() <= extent);
+        if let Some(i) = data.point_p_world.iter().position(far) {
+            return Some(format!("fruit {i} left the plausible box of {extent} m"));
+        }
+        model
+            .body_ids()
+            .find(|&id| far(&data.x_world_body(id).translation.vector))
+            .map(|id| format!("body {} left the plausible box of {extent} m", id.index()))
+    }
+}
+
+/// Pose of the bucket's frame, the base, and the velocity of its points.
+fn bucket_motion(data: &Data, handle: &RobotHandle) -> (Pose, impl Fn(&Vec3) -> Vec3 + use<>) {
+    let twist = data.velocity(handle.base);
+    let p_body = data.x_world_body(handle.base).translation.vector;
+    let velocity = move |p_world: &Vec3| twist.linear + twist.angular.cross(&(p_world - p_body));
+    (handle.x_world_base(data), velocity)
+}
