@@ -181,7 +181,7 @@ impl Machine for ExpertPicker {
     }
 
     fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Phase {
-        self.rig.motion.stop();
+        self.rig.yield_arm(robot);
         Phase::Retreat(Retreat::after_failure(state, attempt, robot))
     }
 }

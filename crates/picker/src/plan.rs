@@ -195,3 +195,85 @@ pub(crate) fn in_sweep(p_tcp: &Vec3, config: &PickerConfig) -> bool {
         && p_tcp.z <= c.sweep_tip.si()
         && p_tcp.z >= -c.sweep_length.si()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_robot::RobotModel;
+
+    const TARGET: Target = Target { p: Vec3::new(0.7, 0.0, 0.9), radius: 0.03 };
+
+    fn search<'a>(
+        arm: &'a ArmKinematics,
+        config: &'a PickerConfig,
+        points: &'a [Vec3],
+        q_start: &'a JointVector,
+    ) -> Search<'a> {
+        Search { arm, config, target: &TARGET, points, q_start, reach_margin: 0.0 }
+    }
+
+    /// Points before the second look's camera, but beside the hand's path, turn the choice to a direction from which the
+    /// fruit is seen; at no cost they do not.
+    #[test]
+    fn what_hides_the_fruit_turns_the_approach() {
+        let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, mut config) = (robot.kinematics(), expert.shared);
+        let q = arm.home();
+        let free = search(arm, &config, &[], &q).best().expect("within reach");
+        let x_camera = before(&TARGET, &free.rotation, config.approach.look.si()) * arm.x_tcp_camera();
+        let p_camera = x_camera.translation.vector;
+        let x_grasp = before(&TARGET, &free.rotation, -config.approach.overshoot.si());
+        let on_the_sight = |share: f64| p_camera + (TARGET.p - p_camera) * share;
+        let is_free = |p: &Vec3| !in_sweep(&inverse_transform(&x_grasp, p), &config);
+        let points: Vec<Vec3> = (1..60).map(|k| on_the_sight(f64::from(k) / 80.0)).filter(is_free).collect();
+        assert!(points.len() > 10, "the camera sees past the hand: {}", points.len());
+        let other = search(arm, &config, &points, &q).best().expect("within reach");
+        assert!(other.direction().dot(&free.direction()) < 0.99);
+        config.approach.hiding_cost.value = 0.0;
+        let careless = search(arm, &config, &points, &q).best().expect("within reach");
+        assert_eq!(careless.direction(), free.direction());
+    }
+
+    /// Of a row of points those count that the hand passes, each once; those beside and behind it do not.
+    #[test]
+    fn a_swing_meets_what_lies_in_its_way() {
+        let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, config) = (robot.kinematics(), &expert.shared);
+        let from = arm.home();
+        let mut to = from;
+        to[0] += 1.2;
+        let at = |share: f64, offset: Vec3| {
+            let x = arm.tcp(&(from + (to - from) * share));
+            x.translation.vector + x.rotation * offset
+        };
+        let palm = Vec3::new(0.0, 0.0, -0.5 * config.approach.hand_length.si());
+        let met: Vec<Vec3> = [0.25, 0.5, 0.75, 1.0].map(|share| at(share, palm)).to_vec();
+        assert_eq!(swept(arm, &met, [&from, &to], config), met.len());
+        let beyond = Vec3::new(0.0, 0.0, 0.05);
+        let behind = Vec3::new(0.0, 0.0, -config.approach.hand_length.si() - 0.05);
+        let passed = [beyond, behind].map(|offset| at(0.5, offset));
+        assert_eq!(swept(arm, &passed, [&from, &to], config), 0);
+        // The joint turns about the vertical: what is higher than the hand is thick stays clear.
+        let above = met[0] + Vec3::z() * (config.approach.sweep_half_y.si() + 0.1);
+        assert_eq!(swept(arm, &[above], [&from, &to], config), 0);
+    }
+
+    /// A place counts only if the arm reaches beyond the grasp by the margin.
+    #[test]
+    fn the_reach_margin_shortens_the_reach() {
+        let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, config) = (robot.kinematics(), &expert.shared);
+        let q = arm.home();
+        let rotation = hand_rotation(0.0, 0.0);
+        let reaches = |x: f64, margin: f64| {
+            let target = Target { p: Vec3::new(x, 0.0, 0.9), radius: 0.03 };
+            look_posture(arm, &target, &rotation, &q, margin, config).is_some()
+        };
+        let farthest =
+            |margin: f64| (60..130).map(|k| 0.01 * f64::from(k)).filter(|x| reaches(*x, margin)).last();
+        let (bare, shorter) = (farthest(0.0).expect("reached"), farthest(0.1).expect("reached"));
+        // A centimetre either way for the grid.
+        assert!((bare - shorter - 0.1).abs() <= 0.011, "{bare} {shorter}");
+    }
+}

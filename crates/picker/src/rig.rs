@@ -102,7 +102,7 @@ impl Rig {
             robot.a = (robot.v - last.v) / robot.dt;
         }
         if self.last_time.is_none() {
-            self.motion = ArmMotion::new(self.arm.clamped(&robot.q));
+            self.yield_arm(&robot);
             self.record.events.push(Event::StateChanged { time: robot.time, state: self.state });
             self.state_start = robot.time;
         }
@@ -179,6 +179,11 @@ impl Rig {
     /// Time without progress after which something is held [s].
     pub fn patience(&self) -> f64 {
         self.config.timeout.stall.si()
+    }
+
+    /// Ends the arm's motion where the arm is: a set point beyond what it has met would go on pressing.
+    pub fn yield_arm(&mut self, robot: &RobotState) {
+        self.motion = ArmMotion::new(self.arm.clamped(&robot.q));
     }
 
     /// Whether something has been holding the arm off its command.

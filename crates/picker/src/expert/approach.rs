@@ -4,7 +4,6 @@
 use crate::drive::{BaseGoal, Drive, StallWatch};
 use crate::expert::grasp::Grasp;
 use crate::expert::{ExpertPicker, Next, Phase};
-use crate::motion::ArmMotion;
 use crate::plan::{GraspPlan, Target, swept};
 use crate::record::FailureReason;
 use crate::rig::STILL;
@@ -175,7 +174,7 @@ impl ExpertPicker {
         if failed >= self.config.homing.tries.get() {
             return Next::Fail(FailureReason::Blocked);
         }
-        self.rig.motion = ArmMotion::new(self.rig.arm.clamped(&robot.q));
+        self.rig.yield_arm(robot);
         self.swing_among(self.rig.postures.carry());
         Next::Enter(Phase::Reach(Reach::recoiling(failed)))
     }

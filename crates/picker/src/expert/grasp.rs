@@ -157,7 +157,7 @@ impl ExpertPicker {
         let c = &self.config.homing;
         grasp.push += (self.rig.tcp_force(robot).dot(&direction) - grasp.push) * c.push_weight.si();
         let room = 1.0 - grasp.push / c.push_max.si();
-        let pushed = room < 0.0 || self.rig.arm_stalled();
+        let pushed = room < 0.0 || self.is_pressed() || self.rig.arm_stalled();
         self.rig.motion.set_homing_pace(room.clamp(c.pace_min.si(), 1.0));
         if !near && self.rig.motion.is_lost() {
             return Next::Fail(FailureReason::GraspUnreachable);
@@ -180,7 +180,7 @@ impl ExpertPicker {
         if grasp.failed >= self.config.homing.tries.get() {
             return Next::Fail(reason);
         }
-        self.rig.motion.stop();
+        self.rig.yield_arm(robot);
         self.rig.open_fingers();
         grasp.refused = reason == FailureReason::GraspStalled;
         grasp.stage = Stage::Opening { since: robot.time };
@@ -198,7 +198,7 @@ impl ExpertPicker {
     /// it off its command, so it starts from where it is.
     pub(crate) fn withdraw(&mut self, direction: Vec3, robot: &RobotState) {
         let (way, speed) = (self.rig.config.approach.look.si(), self.rig.config.arm.approach_speed.si());
-        self.rig.motion = crate::motion::ArmMotion::new(self.rig.arm.clamped(&robot.q));
+        self.rig.yield_arm(robot);
         self.rig.motion.go_straight(&self.rig.arm, direction, way, speed, &self.rig.config.arm);
     }
 

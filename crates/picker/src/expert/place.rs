@@ -2,7 +2,7 @@
 
 use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
-use crate::motion::{ArmMotion, WayPoint};
+use crate::motion::WayPoint;
 use crate::record::{AttemptEnd, FailureReason};
 use crate::rig::{Fingers, STILL};
 use crate::robot_state::RobotState;
@@ -67,7 +67,7 @@ impl ExpertPicker {
         deposit.press -= (self.rig.tcp_force(robot).z + deposit.press) * weight;
         if deposit.stage == Stage::Swinging && self.landed(&deposit, [&above, &low], robot) {
             // What it lies on is not to be pressed any longer.
-            self.rig.motion = ArmMotion::new(self.rig.arm.clamped(&robot.q));
+            self.rig.yield_arm(robot);
             return self.let_go(deposit, velocity, robot);
         }
         if self.rig.arm_stalled() {

@@ -106,6 +106,7 @@ impl Homing {
 mod tests {
     use super::*;
     use crate::expert::ExpertConfig;
+    use orchard_geometry::inverse_transform;
     use orchard_robot::RobotModel;
 
     /// From beside the line the hand comes onto it before the straight stretch, then arrives.
@@ -134,5 +135,55 @@ mod tests {
         // A trapezoid over the way at both speeds, and the way sideways at worst before it.
         assert!(homing.is_over() && f64::from(frames) * dt < 2.0, "{frames}");
         assert!((arm.tcp(&q).translation.vector - x_goal.translation.vector).norm() < 2.0 * ARRIVED);
+    }
+
+    /// Towards a goal beyond the arm's reach the way is lost after its patience; a frame of no length changes nothing.
+    #[test]
+    fn a_goal_out_of_reach_is_given_up() {
+        let (robot, config) = (RobotModel::paper(), ExpertConfig::preset());
+        let arm = robot.kinematics();
+        let mut q = arm.home();
+        let x_start = arm.tcp(&q);
+        let p_far = x_start.translation.vector + Vec3::x() * 2.0;
+        let mut homing =
+            Homing::new(Pose::from_parts(p_far.into(), x_start.rotation), Vec::new(), &config.homing);
+        assert_eq!(homing.step(arm, &q, 0.0), Some(q));
+        let mut frames = 0;
+        while let Some(next) = homing.step(arm, &q, 1.0 / 60.0) {
+            for i in 0..q.len() {
+                let limit = arm.limits()[i];
+                assert!(next[i] >= limit.lower && next[i] <= limit.upper);
+            }
+            (q, frames) = (next, frames + 1);
+            assert!(frames < 600, "still going");
+        }
+        // It went as far as it could first.
+        assert!((arm.tcp(&q).translation.vector - x_start.translation.vector).norm() > 0.2);
+    }
+
+    /// A cheap point beside the way pushes the hand aside while it passes, and the hand still arrives.
+    #[test]
+    fn a_point_beside_the_way_is_passed_at_a_distance() {
+        let (robot, config) = (RobotModel::paper(), ExpertConfig::preset());
+        let (arm, c) = (robot.kinematics(), &config.homing);
+        let x_start = arm.tcp(&arm.home());
+        let on_the_way =
+            |x: f64, z: f64| x_start.translation.vector + x_start.rotation * Vec3::new(x, 0.0, z);
+        let x_goal = Pose::from_parts(on_the_way(0.0, 0.2).into(), x_start.rotation);
+        let point = on_the_way(0.05, 0.06);
+        let nearest = |obstacles: Vec<Obstacle>| {
+            let mut homing = Homing::new(x_goal, obstacles, c);
+            let (mut q, mut nearest, mut frames) = (arm.home(), f64::INFINITY, 0);
+            while !homing.is_over() && frames < 600 {
+                q = homing.step(arm, &q, 1.0 / 60.0).expect("within reach");
+                let p = inverse_transform(&arm.tcp(&q), &point);
+                nearest = f64::min(nearest, p.x.abs());
+                frames += 1;
+            }
+            assert!(homing.is_over(), "did not arrive");
+            nearest
+        };
+        let obstacle = Obstacle { p_base: point, clearance: c.clearance.si(), penalty: 0.05 };
+        assert!(nearest(vec![obstacle]) > nearest(Vec::new()) + 1e-3);
     }
 }
