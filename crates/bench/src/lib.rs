@@ -5,7 +5,6 @@
 
 pub mod adapter;
 mod attempts;
-mod bootstrap;
 pub mod component;
 pub mod compute;
 pub mod dataset;
@@ -23,13 +22,13 @@ mod matching;
 pub mod metrics;
 pub mod plan;
 pub mod protocol;
-mod quantile;
 mod reason;
 mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;
 mod stall;
+pub mod statistics;
 pub mod store;
 pub mod summary;
 pub mod task;
@@ -37,6 +36,8 @@ mod trial;
 pub mod vantage;
 pub mod verify;
 pub mod zones;
+
+use statistics::bootstrap;
 
 pub use harness::run_episode;
 pub use run::{RunResult, WorldFactory, run};

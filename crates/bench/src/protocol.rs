@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::statistics::{BootstrapRules, PairedRules};
 use crate::verify::VerifyRules;
 
 /// The protocol of preset `paper` as TOML text.
@@ -38,6 +39,8 @@ pub struct Protocol {
     pub zones: ZoneRules,
     /// Confidence intervals.
     pub bootstrap: BootstrapRules,
+    /// Paired tests.
+    pub paired: PairedRules,
     /// Figures of the paper's nominal baseline, by metric name.
     pub published: BTreeMap<String, Published>,
     /// What is asked of each controller over the tuning seeds, by controller, condition and metric name.
@@ -115,18 +118,6 @@ pub struct ZoneRules {
     pub low_percentile: Quantity,
     /// Height percentile of the upper end.
     pub high_percentile: Quantity,
-}
-
-/// How confidence intervals are drawn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BootstrapRules {
-    /// Number of resamples.
-    pub resamples: Count,
-    /// Coverage of the interval.
-    pub confidence: Quantity,
-    /// Seed of the resampling stream.
-    pub seed: Count,
 }
 
 /// A published result, for comparison only.

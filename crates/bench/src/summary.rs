@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bootstrap::Resamples;
 use crate::episode::{AttemptOutcome, CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
 use crate::metrics::{METRICS, Metric, estimate};
 use crate::plan::{Condition, ConditionParams, Plan};
 use crate::record::Record;
+use crate::statistics::Resamples;
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.

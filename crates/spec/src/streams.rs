@@ -37,6 +37,8 @@ pub enum Purpose {
     Variation(Axis),
     /// Bootstrap resamples.
     Bootstrap,
+    /// Sign patterns of a paired permutation test.
+    Permutation,
     /// Test fixtures.
     Test,
 }
@@ -59,6 +61,7 @@ impl Purpose {
             Purpose::Appearance => "appearance",
             Purpose::Variation(axis) => axis.stream_name(),
             Purpose::Bootstrap => "bootstrap",
+            Purpose::Permutation => "permutation",
             Purpose::Test => "test",
         }
     }

@@ -11,10 +11,10 @@ use super::plan::DetectPlan;
 use super::record::{DensityRecord, DetectRecord, SitsOn};
 use super::spread::{Spread, spreads};
 use super::tally::{Found, Tally, ZoneTally};
-use crate::bootstrap::Resamples;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, estimate};
 use crate::record::Record;
+use crate::statistics::Resamples;
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::run::{TreeOutcome, VerifyPlan};
-use crate::bootstrap::{Resamples, Share};
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, MetricDefinition, estimate};
 use crate::plan::config_hash;
+use crate::statistics::{Resamples, Share};
 
 /// A whole verification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
