@@ -27,6 +27,7 @@ mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;
+pub mod seeds;
 mod stall;
 pub mod statistics;
 pub mod store;

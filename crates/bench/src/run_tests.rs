@@ -175,3 +175,24 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     assert_eq!(error.to_string(), "0 trees: at least 1 tree a seed is needed");
     assert!(folder.path().join("summary.json").exists());
 }
+
+#[test]
+fn repeats_have_keys_and_files_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan().repeated("nominal", 2).repeated("exhaustion", 9);
+    let result = go(folder.path(), &plan, 2, &Silent).unwrap();
+    assert_eq!(result.episodes.len(), 16);
+    let places: Vec<(u64, u32, u32)> =
+        result.episodes.iter().map(|e| (e.key.seed, e.key.world, e.key.repeat)).collect();
+    assert!(places.is_sorted(), "{places:?}");
+    let files = files(folder.path());
+    assert!(
+        files.contains_key("fake-nominal-7-001.json") && files.contains_key("fake-nominal-7-001-r1.json")
+    );
+    assert_eq!(files.len(), 17);
+    assert!(result.summary.conditions["nominal"].variance.is_some());
+    // A run without repeats is the same in them: its episodes are reused, the others named.
+    let heard = Heard::default();
+    go(folder.path(), &crate::fake::plan(), 1, &heard).unwrap();
+    assert_eq!((heard.counts(), heard.notes.lock().unwrap().len()), ((0, 8), 8));
+}

@@ -92,6 +92,12 @@ impl Stream {
         stream
     }
 
+    /// The stream of a repeat of the same world, for what a repeat draws anew: [`Self::new`]'s for repeat 0, else another, with the repeat
+    /// in the upper half of the stream number.
+    pub fn of_repeat(seed: u64, world: u32, repeat: u32, purpose: Purpose) -> Self {
+        Self::of_frame(seed, world, repeat, purpose)
+    }
+
     /// Random bytes, for noise by the pixel.
     pub fn fill(&mut self, bytes: &mut [u8]) {
         self.0.fill_bytes(bytes);
