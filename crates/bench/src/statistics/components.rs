@@ -1,8 +1,8 @@
 //! Components of variance: between seeds, between the trees of a seed, between the repeats of a tree.
 //!
 //! y_ijk = mu + a_i + b_ij + e_ijk, all random: seed i, tree j, repeat k. Estimated by the analysis of variance, that is by equating
-//! mean squares to what they are expected to be, here for any numbers n_ij of repeats (Searle, Casella and McCulloch 1992, section 3.6
-//! and appendix F.1). Estimates can be negative; a component is then reported as 0, beside the raw value.
+//! mean squares to what they are expected to be, here for any numbers n_ij of repeats (Searle, Casella and
+//! McCulloch 1992). Estimates can be negative; a component is then reported as 0, beside the raw value.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The paired permutation test (Fisher 1935; Good 2005, section 3.6): under the null hypothesis either side of a pair could have
+//! The paired permutation test (Fisher 1935): under the null hypothesis either side of a pair could have
 //! been the other, so that every change of signs of the differences was as likely. Two-sided, on the mean difference.
 
 use orchard_spec::{Purpose, Stream};
