@@ -100,13 +100,10 @@ impl World {
         world: u32,
         episode: u32,
     ) -> Result<Self, WorldError> {
-        let planting = Planting::draw(&spec, seed, world, episode)?;
-        let start = Start { seed, world, episode };
-        Ok(Self { grown: true, ..Self::around(spec, robot, planting, start, 0)? })
+        Self::grow(spec, robot, Start { seed, world, episode }, 0)
     }
 
-    /// Builds the world of [`Self::new`] with another start pose of the robot and everything else, bit for bit, the same: a repeat of an
-    /// episode on the same tree. Repeat 0 is [`Self::new`].
+    /// Builds the world of [`Self::new`] with another start pose of the robot; all else is the same, bit for bit. Repeat 0 is [`Self::new`].
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -117,8 +114,11 @@ impl World {
         world: u32,
         repeat: u32,
     ) -> Result<Self, WorldError> {
-        let planting = Planting::draw(&spec, seed, world, 0)?;
-        let start = Start { seed, world, episode: 0 };
+        Self::grow(spec, robot, Start { seed, world, episode: 0 }, repeat)
+    }
+
+    fn grow(spec: Arc<Spec>, robot: Arc<RobotModel>, start: Start, repeat: u32) -> Result<Self, WorldError> {
+        let planting = Planting::draw(&spec, start.seed, start.world, start.episode)?;
         Ok(Self { grown: true, ..Self::around(spec, robot, planting, start, repeat)? })
     }
 
@@ -183,10 +183,8 @@ impl World {
         }
         let Start { seed, world, episode } = self.identity.start;
         let next = episode.wrapping_add(1);
-        let planting = Planting::draw(&self.config, seed, world, next)?;
         let start = Start { seed, world, episode: next };
-        let world = Self::around(self.config.clone(), self.robot.clone(), planting, start, self.repeat)?;
-        Ok(Some(Self { grown: true, ..world }))
+        Self::grow(self.config.clone(), self.robot.clone(), start, self.repeat).map(Some)
     }
 
     /// Brings the world back to the start of its episode.
