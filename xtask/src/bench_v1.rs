@@ -35,6 +35,8 @@ All but compute.json are the same bytes on every run of one command, for any num
 Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
 cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20\n  \
+cargo xtask bench-v1 --seeds v1 --profile full --controller expert\n  \
+cargo xtask bench-v1 --seeds tuning --repeats 3\n  \
 cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
 cargo xtask bench-v1 --tasks detect --profile full\n  \
 cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert")]
