@@ -37,6 +37,8 @@ Ctrl-C leaves whole files only; the same command then goes on where it stopped. 
 condition, seeds, horizon, camera, ..) is refused.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
 cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20 --out results/mine\n  \
+cargo xtask bench-v1 --seeds v1 --profile full --controller expert\n  \
+cargo xtask bench-v1 --seeds tuning --repeats 3 --out results/repeats\n  \
 cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
 cargo xtask bench-v1 --tasks detect --profile full\n  \
 cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert")]
@@ -47,12 +49,17 @@ pub struct Args {
     /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, and to exhaustion.
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
-    /// Seeds: `tuning` for the three tuning seeds, or a list A,B,.. [default: by profile]
-    #[arg(long, value_name = "tuning|A,B,..")]
+    /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
+    /// [default: tuning, as many as the profile says]
+    #[arg(long, value_name = "tuning|v1|A,B,..")]
     seeds: Option<Seeds>,
-    /// Trees a seed [default: by profile]
+    /// Trees a seed [default: by seed set and profile, 6]
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
+    /// Nominal episodes a tree, each with another start pose of the robot: tells the spread within trees from that between them
+    /// [default: 3 with --seeds v1, else 1]
+    #[arg(long, value_name = "N")]
+    repeats: Option<u32>,
     /// Length of a nominal episode of the harvest in seconds [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
@@ -124,6 +131,7 @@ impl ProfileName {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Seeds {
     Tuning,
+    V1,
     List(Vec<u64>),
 }
 
@@ -133,6 +141,7 @@ impl Seeds {
         match self {
             Seeds::List(seeds) => seeds.clone(),
             Seeds::Tuning => protocol.tuning_seeds.clone(),
+            Seeds::V1 => protocol.v1_seeds(),
         }
     }
 }
@@ -146,14 +155,16 @@ impl std::str::FromStr for Seeds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "tuning" {
-            return Ok(Seeds::Tuning);
+        match text {
+            "tuning" => return Ok(Seeds::Tuning),
+            "v1" => return Ok(Seeds::V1),
+            _ => {}
         }
         text.split(',')
             .map(|seed| {
                 seed.trim()
                     .parse()
-                    .map_err(|_| format!("'{seed}' is neither 'tuning' nor a whole number >= 0"))
+                    .map_err(|_| format!("'{seed}' is neither 'tuning' nor 'v1' nor a whole number >= 0"))
             })
             .collect::<Result<_, _>>()
             .map(Seeds::List)
@@ -165,6 +176,8 @@ struct Scope {
     seeds: Vec<u64>,
     /// Trees a seed.
     trees: u32,
+    /// Nominal episodes a tree.
+    repeats: u32,
     threads: usize,
     out: PathBuf,
 }
@@ -219,27 +232,39 @@ fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, S
         Some(seeds) => seeds.resolve(protocol),
         None => protocol.tuning_seeds.iter().copied().take(profile.seeds.get() as usize).collect(),
     };
-    let trees = args.trees.unwrap_or_else(|| profile.trees.get());
-    let trees = profile.trees.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
+    let official = &protocol.seed_sets.v1;
+    let (of_seed, repeats) = match args.seeds {
+        Some(Seeds::V1) => (&official.trees, official.repeats.get()),
+        _ => (&profile.trees, 1),
+    };
+    let trees = args.trees.unwrap_or_else(|| of_seed.get());
+    let trees = of_seed.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
+    let repeats = args.repeats.unwrap_or(repeats);
+    let repeats = official.repeats.with_value(repeats).map_err(|e| format!("--repeats: {e}"))?.get();
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
-    Ok(Scope { seeds, trees, threads, out: args.out.clone().unwrap_or_else(|| default_out(args)) })
+    let out = args.out.clone().unwrap_or_else(|| default_out(args));
+    Ok(Scope { seeds, trees, repeats, threads, out })
 }
 
-/// Where results go that are given no place: apart by profile and controller.
+/// Where results go that are given no place: apart by profile, controller and seed set.
 fn default_out(args: &Args) -> PathBuf {
-    let folder = format!("results/bench-v1-{}", args.profile.name());
-    match args.controller.as_deref() {
-        Some(name) if name != Kind::default().name() => PathBuf::from(format!("{folder}-{name}")),
-        _ => PathBuf::from(folder),
+    let mut folder = format!("results/bench-v1-{}", args.profile.name());
+    if let Some(name) = args.controller.as_deref().filter(|name| *name != Kind::default().name()) {
+        folder = format!("{folder}-{name}");
     }
+    if matches!(args.seeds, Some(Seeds::V1)) {
+        folder.push_str("-v1");
+    }
+    PathBuf::from(folder)
 }
 
 /// An option of a task that is not run would change nothing: better told than ignored.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp};
-    let options: [(&str, bool, &[TaskName], &str); 5] = [
+    let options: [(&str, bool, &[TaskName], &str); 6] = [
         ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
         ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
+        ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
         (
             "--controller",
             args.controller.is_some(),
@@ -279,8 +304,9 @@ mod tests {
     #[test]
     fn seeds_on_the_command_line() {
         assert_eq!("tuning".parse(), Ok(Seeds::Tuning));
+        assert_eq!("v1".parse(), Ok(Seeds::V1));
         assert_eq!("5, 6".parse(), Ok(Seeds::List(vec![5, 6])));
-        for bad in ["", "5,", "-1", "1.5", "all"] {
+        for bad in ["", "5,", "-1", "1.5", "all", "v2"] {
             assert!(bad.parse::<Seeds>().is_err(), "{bad}");
         }
     }
@@ -294,6 +320,23 @@ mod tests {
     fn args(line: &[&str]) -> Args {
         let line = [&["bench-v1"], line].concat();
         <Line as clap::Parser>::try_parse_from(line).unwrap_or_else(|e| panic!("{e}")).args
+    }
+
+    #[test]
+    fn a_seed_set_brings_its_trees_and_repeats() {
+        let protocol = Protocol::paper();
+        let of = |line: &[&str]| {
+            let scope = scope(&args(line), &protocol, &protocol.quick).unwrap();
+            (scope.seeds, scope.trees, scope.repeats)
+        };
+        assert_eq!(of(&[]), (vec![20250704], 6, 1));
+        assert_eq!(of(&["--seeds", "v1"]), (protocol.v1_seeds(), 6, 3));
+        assert_eq!(of(&["--seeds", "tuning", "--repeats", "2"]), (protocol.tuning_seeds.clone(), 6, 2));
+        assert_eq!(of(&["--seeds", "v1", "--trees", "1", "--repeats", "1"]).1, 1);
+        for (line, option) in [(["--repeats", "0"], "--repeats: "), (["--trees", "0"], "--trees: ")] {
+            let problem = scope(&args(&line), &protocol, &protocol.quick).err().unwrap();
+            assert!(problem.starts_with(option), "{problem}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::plan::Plan;
+use orchard_bench::statistics::Component;
 use orchard_bench::summary::{ConditionSummary, Summary};
 
 use crate::columns::columns;
@@ -15,6 +16,7 @@ const CYCLE: [&str; 5] = ["align", "reach", "grasp", "pull", "deposit"];
 pub fn report(summary: &Summary, plan: &Plan) -> String {
     let mut text = format!("controller {}\n", summary.controller);
     text += &table(summary, plan);
+    text += &variance(summary, plan);
     text += &asked(summary, plan);
     text += "\nfailed attempts by reason\n";
     text += &failures(summary, plan);
@@ -54,6 +56,33 @@ fn table(summary: &Summary, plan: &Plan) -> String {
     columns(&rows, &[0, unit_column])
 }
 
+/// Where trees are repeated: how far single episodes lie apart, by what they have in common.
+fn variance(summary: &Summary, plan: &Plan) -> String {
+    let mut text = String::new();
+    for (name, results) in conditions(summary, plan) {
+        let Some(variance) = &results.variance else { continue };
+        text += &format!(
+            "\n{name}: standard deviations between seeds, between the trees of a seed, between the repeats of a tree\n"
+        );
+        let mut rows = vec![["metric", "seeds", "trees", "repeats", "episodes", "unit"].map(str::to_owned)];
+        for definition in METRICS {
+            let Some(of) = variance.get(definition.name) else { continue };
+            let deviation = |component: &Component| {
+                component
+                    .variance
+                    .map_or_else(|| "-".to_owned(), |variance| format!("{:.3}", variance.sqrt()))
+            };
+            let [seeds, trees, repeats] =
+                [&of.between_seeds, &of.between_trees, &of.within_tree].map(deviation);
+            let unit = definition.unit.to_owned();
+            rows.push([definition.name.to_owned(), seeds, trees, repeats, of.n.to_string(), unit]);
+        }
+        text += &columns(&rows, &[0, 5]);
+        text.push('\n');
+    }
+    text
+}
+
 /// What is asked of the controller over the tuning seeds, and whether these results keep it.
 fn asked(summary: &Summary, plan: &Plan) -> String {
     let Some(asked) = plan.protocol.asked.get(&summary.controller) else { return String::new() };
@@ -69,10 +98,11 @@ fn asked(summary: &Summary, plan: &Plan) -> String {
         };
         let as_asked = plan.seeds == plan.protocol.tuning_seeds
             && condition.params.trees == full.trees.get()
+            && condition.params.repeats == 1
             && condition.params.horizon_s == horizon;
         if !as_asked {
             text += &format!(
-                "what is asked of the tuning seeds is not judged ({}): other seeds, trees or time\n",
+                "what is asked of the tuning seeds is not judged ({}): other seeds, trees, repeats or time\n",
                 condition.name
             );
             continue;
@@ -193,6 +223,27 @@ mod tests {
         for text in [told(vec![5], 6), told(seeds, 5)] {
             assert!(text.contains("not judged (nominal)") && !text.contains("MISSED"), "{text}");
         }
+    }
+
+    /// Two trees of one seed, two episodes each: 1, 3 and 5, 7 have the variance 2 within and (16 - 2) / 2 between.
+    #[test]
+    fn repeats_tell_their_spread() {
+        use orchard_bench::statistics::{Design, variance_components};
+        let plan = Harvest::paper(Kind::Baseline).plan("full", vec![5], 2, 75.0).repeated("nominal", 2);
+        let mut summary = Summary::of_run(&plan, &[]);
+        assert!(!report(&summary, &plan).contains("standard deviations"));
+        let design = Design::of([(5, 0), (5, 0), (5, 1), (5, 1)]);
+        let components = variance_components(&design, &[1.0, 3.0, 5.0, 7.0].map(Some));
+        if let Some(nominal) = summary.conditions.get_mut("nominal") {
+            nominal.variance = Some([("attempts_per_tree".to_owned(), components)].into());
+        }
+        let text = report(&summary, &plan);
+        let after = text.split("standard deviations").nth(1).unwrap();
+        let line = after.lines().find(|line| line.starts_with("attempts_per_tree")).unwrap();
+        assert_eq!(
+            line.split_whitespace().collect::<Vec<_>>(),
+            ["attempts_per_tree", "-", "2.646", "1.414", "4", "1"]
+        );
     }
 
     #[test]

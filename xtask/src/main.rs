@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod bare_tree;
 mod bench_v1;
+mod check_statistics;
 mod columns;
 mod dataset;
 mod detect;
@@ -60,6 +61,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    CheckStatistics(check_statistics::Args),
     Dataset(dataset::Args),
     Detect(detect::Args),
     Explain(explain::Args),
@@ -81,6 +83,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::CheckStatistics(args) => check_statistics::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Detect(args) => detect::run(&args),
             Command::Explain(args) => explain::run(&args),

@@ -46,8 +46,8 @@ pub struct Args {
     /// Trees a seed
     #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     trees: u32,
-    /// Seeds: `tuning` for the three tuning seeds, or a list A,B,..
-    #[arg(long, default_value = "20250704", value_name = "tuning|A,B,..")]
+    /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
+    #[arg(long, default_value = "20250704", value_name = "tuning|v1|A,B,..")]
     seeds: Seeds,
     #[command(flatten)]
     spec: SpecArgs,

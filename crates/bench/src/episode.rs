@@ -1,6 +1,6 @@
 //! The record of one world's episode, as written to `episodes/*.json`.
 //!
-//! Everything here is a function of (code version, config, seed, world, horizon): no clock, no machine.
+//! Everything here is a function of (code version, config, seed, world, repeat, horizon): no clock, no machine.
 
 use orchard_geometry::Vec3;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Version of the layout of every result file.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// Version of the code that made a result: the package's version and a hash over the sources of the workspace.
 pub const CODE_VERSION: &str = env!("ORCHARD_CODE_VERSION");
@@ -33,6 +33,8 @@ pub struct EpisodeKey {
     pub seed: u64,
     /// World index under the seed.
     pub world: u32,
+    /// Which of the tree's episodes: each has another start pose of the robot.
+    pub repeat: u32,
     /// Budget [frames].
     pub horizon_frames: u32,
 }
@@ -319,7 +321,11 @@ impl Record for EpisodeRecord {
     }
 
     fn file(key: &EpisodeKey) -> String {
-        format!("{}-{}-{}-{:03}.json", key.controller, key.condition, key.seed, key.world)
+        let EpisodeKey { controller, condition, seed, world, repeat, .. } = key;
+        match repeat {
+            0 => format!("{controller}-{condition}-{seed}-{world:03}.json"),
+            repeat => format!("{controller}-{condition}-{seed}-{world:03}-r{repeat}.json"),
+        }
     }
 }
 

@@ -15,6 +15,7 @@ use crate::interface::{
 use crate::plan::{Condition, ConditionParams, Plan, config_hash};
 use crate::protocol::Protocol;
 use crate::run::WorldFactory;
+use crate::seeds::SeedSetLabel;
 use crate::zones::Zone;
 
 /// Frame length of the fake world [s].
@@ -207,7 +208,7 @@ impl WorldFactory for FakeFactory {
     type World = FakeWorld;
     type Controller = FakeController;
 
-    fn build(&self, seed: u64, world: u32) -> Result<(FakeWorld, FakeController), String> {
+    fn build(&self, seed: u64, world: u32, _: u32) -> Result<(FakeWorld, FakeController), String> {
         if world == 2 {
             return Err("no static equilibrium".into());
         }
@@ -231,8 +232,10 @@ pub fn plan() -> Plan {
                 terrain_amplitude_m: 0.0,
                 trees: 4,
                 horizon_s: 30.0,
+                repeats: 1,
             },
         }],
+        seed_set: SeedSetLabel::custom(),
         seeds: vec![7, 8],
         frame: FRAME,
         config_hash: config_hash(&[("fake.toml", "")]),
@@ -251,6 +254,7 @@ pub fn key() -> EpisodeKey {
         condition: "nominal".into(),
         seed: 1,
         world: 0,
+        repeat: 0,
         horizon_frames: 60,
     }
 }

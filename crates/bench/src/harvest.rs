@@ -55,17 +55,20 @@ impl Harvest {
                 terrain_amplitude_m: if spec.terrain.enabled { spec.terrain.amplitude.si() } else { 0.0 },
                 trees,
                 horizon_s,
+                repeats: 1,
             },
         };
+        let protocol = Protocol::paper();
         Plan {
             preset: spec.preset.clone(),
             profile: profile.to_owned(),
             controller: self.controller.name().to_owned(),
             conditions: conditions.iter().map(condition).collect(),
+            seed_set: protocol.label(&seeds, trees),
             seeds,
             frame: self.frame(),
             config_hash: self.config_hash(),
-            protocol: Protocol::paper(),
+            protocol,
         }
     }
 
@@ -92,9 +95,9 @@ impl WorldFactory for Harvest {
     type World = World;
     type Controller = Recorded<Box<dyn Controller>>;
 
-    fn build(&self, seed: u64, world: u32) -> Result<(World, Self::Controller), String> {
-        let world =
-            World::new(self.spec.clone(), self.robot.clone(), seed, world).map_err(|e| e.to_string())?;
+    fn build(&self, seed: u64, world: u32, repeat: u32) -> Result<(World, Self::Controller), String> {
+        let world = World::of_repeat(self.spec.clone(), self.robot.clone(), seed, world, repeat)
+            .map_err(|e| e.to_string())?;
         let controller = self.controller.controller(&self.robot, self.detector.clone());
         Ok((world, Recorded::new(controller)))
     }

@@ -5,7 +5,6 @@
 
 pub mod adapter;
 mod attempts;
-mod bootstrap;
 pub mod component;
 pub mod compute;
 pub mod dataset;
@@ -24,13 +23,14 @@ mod matching;
 pub mod metrics;
 pub mod plan;
 pub mod protocol;
-mod quantile;
 mod reason;
 mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;
+pub mod seeds;
 mod stall;
+pub mod statistics;
 pub mod store;
 pub mod summary;
 pub mod task;
@@ -40,6 +40,8 @@ pub mod verify;
 #[cfg(test)]
 mod watch;
 pub mod zones;
+
+use statistics::bootstrap;
 
 pub use harness::run_episode;
 pub use holdings::OtherPlan;

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bootstrap::{Resamples, Share, ratio};
 use crate::episode::EpisodeRecord;
+use crate::statistics::bootstrap::{Resamples, Share, ratio};
+use crate::statistics::{Design, Undefined, VarianceComponents, variance_components};
 
 /// A metric: its name, its unit and one tree's share of it.
 pub struct MetricDefinition<R> {
@@ -18,7 +19,7 @@ pub struct MetricDefinition<R> {
     pub share: fn(&R) -> Share,
 }
 
-/// A metric's estimate. Without anything to measure, all is null and `n` is 0.
+/// A metric's estimate. Without anything to measure, all is null and `n` is 0; with one tree, the interval is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Metric {
     /// Ratio of sums.
@@ -27,6 +28,9 @@ pub struct Metric {
     pub ci95: [Option<f64>; 2],
     /// Sum of the denominators: trees, attempts, detections or visible fruit.
     pub n: u64,
+    /// Why the interval is null, if so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undefined: Option<Undefined>,
 }
 
 /// All metrics of the harvest.
@@ -99,12 +103,31 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
 impl Metric {
     /// The ratio of the sums of trees' shares; `resamples` index into them.
     pub fn of(shares: &[Share], resamples: &Resamples) -> Self {
+        let interval = resamples.interval(shares);
         Self {
-            mean: ratio(shares.iter().copied()),
-            ci95: ends(resamples.interval(shares)),
+            mean: ratio(shares.iter().copied()).filter(|mean| mean.is_finite()),
+            ci95: ends(interval.ok()),
             n: shares.iter().map(|s| s.denominator).sum::<f64>() as u64,
+            undefined: interval.err(),
         }
     }
+}
+
+/// The variance components of every metric of a list. An episode's value is its own numerator over its own denominator.
+pub fn components<R, B: Borrow<R>>(
+    definitions: &[MetricDefinition<R>],
+    records: &[B],
+    design: &Design,
+) -> BTreeMap<String, VarianceComponents> {
+    let value = |share: Share| ratio(std::iter::once(share));
+    definitions
+        .iter()
+        .map(|definition| {
+            let values: Vec<Option<f64>> =
+                records.iter().map(|record| value((definition.share)(record.borrow()))).collect();
+            (definition.name.to_owned(), variance_components(design, &values))
+        })
+        .collect()
 }
 
 /// The ends of an interval as they are written.
@@ -251,14 +274,17 @@ mod tests {
         for (name, mean, n) in expected {
             let m = &metrics[name];
             assert_eq!((m.mean, m.n), (Some(mean), n), "{name}");
+            if ["mean_cycle_time_s", "mean_drop_height_m", "unbruised_per_placement"].contains(&name) {
+                // Only tree A placed anything.
+                assert_eq!((m.ci95, m.undefined), ([None, None], Some(Undefined::OneTree)));
+                continue;
+            }
             let [Some(low), Some(high)] = m.ci95 else { panic!("{name} has no interval") };
             assert!(low <= mean && mean <= high, "{name}: {low} {mean} {high}");
         }
         // Resamples of two trees give A A, A B or B B: the interval spans the two trees' own values.
         assert_eq!(metrics["max_stem_pull_n"].ci95, [Some(10.0), Some(20.0)]);
         assert_eq!(metrics["detection_precision"].ci95, [Some(0.2), Some(0.9)]);
-        // B B defines no cycle time: the resample is left out.
-        assert_eq!(metrics["mean_cycle_time_s"].ci95, [Some(7.5), Some(7.5)]);
     }
 
     #[test]
@@ -267,11 +293,12 @@ mod tests {
         for name in
             ["harvest_completeness", "place_success_per_attempt", "mean_cycle_time_s", "detection_precision"]
         {
-            assert_eq!(metrics[name], Metric { mean: None, ci95: [None, None], n: 0 }, "{name}");
+            let undefined = Some(Undefined::NothingToMeasure);
+            assert_eq!(metrics[name], Metric { mean: None, ci95: [None, None], n: 0, undefined }, "{name}");
         }
         assert_eq!(metrics["fruit_dropped_per_tree"].mean, Some(0.0));
         let json = serde_json::to_string(&metrics["grasp_rate"]).unwrap();
-        assert_eq!(json, r#"{"mean":null,"ci95":[null,null],"n":0}"#);
+        assert_eq!(json, r#"{"mean":null,"ci95":[null,null],"n":0,"undefined":"nothing_to_measure"}"#);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use sha2::{Digest, Sha256};
 
 use crate::episode::{CODE_VERSION, EpisodeKey, SCHEMA_VERSION};
 use crate::protocol::Protocol;
+use crate::seeds::SeedSetLabel;
 
 /// The parameters of one condition of the benchmark matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -19,6 +20,8 @@ pub struct ConditionParams {
     pub trees: u32,
     /// Budget of an episode [s].
     pub horizon_s: f64,
+    /// Episodes a tree, each with another start pose of the robot.
+    pub repeats: u32,
 }
 
 /// One condition of a run.
@@ -41,6 +44,8 @@ pub struct Plan {
     pub controller: String,
     /// Conditions, in order.
     pub conditions: Vec<Condition>,
+    /// The set that the seeds belong to.
+    pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// Frame length [s].
@@ -69,6 +74,9 @@ pub enum PlanError {
     /// No tree.
     #[error("0 trees: at least 1 tree a seed is needed")]
     NoTrees,
+    /// No episode.
+    #[error("0 repeats: at least 1 episode a tree is needed")]
+    NoRepeats,
     /// A budget that is not at least a frame or not a sensible number.
     #[error("a horizon of {horizon} s is not between one frame ({frame:.4} s) and 100 hours")]
     Horizon {
@@ -86,7 +94,7 @@ impl Plan {
     /// Checks what a user can get wrong.
     ///
     /// # Errors
-    /// No condition, one given twice, no seed, a seed given twice, no tree, a budget shorter than a frame.
+    /// No condition, one given twice, no seed, a seed given twice, no tree, no repeat, a budget shorter than a frame.
     pub fn check(&self) -> Result<(), PlanError> {
         if self.conditions.is_empty() {
             return Err(PlanError::NoConditions);
@@ -97,6 +105,9 @@ impl Plan {
             }
             let params = &condition.params;
             check_trees(&self.seeds, params.trees)?;
+            if params.repeats == 0 {
+                return Err(PlanError::NoRepeats);
+            }
             if !(self.frame..=LONGEST_HORIZON).contains(&params.horizon_s) {
                 return Err(PlanError::Horizon { horizon: params.horizon_s, frame: self.frame });
             }
@@ -109,9 +120,17 @@ impl Plan {
         (condition.params.horizon_s / self.frame).round() as u32
     }
 
-    /// The keys of all episodes, condition by condition and seed by seed.
+    /// The same plan with so many episodes a tree under one condition, as the seed set asks for.
+    pub fn repeated(mut self, condition: &str, repeats: u32) -> Self {
+        for own in self.conditions.iter_mut().filter(|own| own.name == condition) {
+            own.params.repeats = repeats;
+        }
+        self
+    }
+
+    /// The keys of all episodes, condition by condition, seed by seed, tree by tree.
     pub fn episodes(&self) -> Vec<EpisodeKey> {
-        let key = |condition: &Condition, seed, world| EpisodeKey {
+        let key = |condition: &Condition, seed, world, repeat| EpisodeKey {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: self.config_hash.clone(),
@@ -120,11 +139,14 @@ impl Plan {
             condition: condition.name.clone(),
             seed,
             world,
+            repeat,
             horizon_frames: self.horizon_frames(condition),
         };
         let of = |condition: &Condition| -> Vec<EpisodeKey> {
             let worlds = |&seed: &u64| (0..condition.params.trees).map(move |world| (seed, world));
-            self.seeds.iter().flat_map(worlds).map(|(seed, world)| key(condition, seed, world)).collect()
+            let repeats =
+                |(seed, world)| (0..condition.params.repeats).map(move |r| key(condition, seed, world, r));
+            self.seeds.iter().flat_map(worlds).flat_map(repeats).collect()
         };
         self.conditions.iter().flat_map(of).collect()
     }
@@ -183,6 +205,10 @@ mod tests {
         assert_eq!(
             check(|p| p.conditions[0].params.trees = 0),
             Err("0 trees: at least 1 tree a seed is needed".into())
+        );
+        assert_eq!(
+            check(|p| p.conditions[0].params.repeats = 0),
+            Err("0 repeats: at least 1 episode a tree is needed".into())
         );
         for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let mut plan = plan();

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::seeds::SeedSets;
+use crate::statistics::{BootstrapRules, PairedRules};
 use crate::verify::VerifyRules;
 
 /// The protocol of preset `paper` as TOML text.
@@ -16,10 +18,14 @@ pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
+    /// Version of the protocol and of the configs that belong to it; a change of a constant that results depend on raises it.
+    pub version: String,
     /// Name of the preset.
     pub preset: String,
     /// Seeds that anyone may tune on.
     pub tuning_seeds: Vec<u64>,
+    /// The other seed sets.
+    pub seed_sets: SeedSets,
     /// The short profile.
     pub quick: Profile,
     /// The official profile.
@@ -38,6 +44,8 @@ pub struct Protocol {
     pub zones: ZoneRules,
     /// Confidence intervals.
     pub bootstrap: BootstrapRules,
+    /// Paired tests.
+    pub paired: PairedRules,
     /// Figures of the paper's nominal baseline, by metric name.
     pub published: BTreeMap<String, Published>,
     /// What is asked of each controller over the tuning seeds, by controller, condition and metric name.
@@ -117,18 +125,6 @@ pub struct ZoneRules {
     pub high_percentile: Quantity,
 }
 
-/// How confidence intervals are drawn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BootstrapRules {
-    /// Number of resamples.
-    pub resamples: Count,
-    /// Coverage of the interval.
-    pub confidence: Quantity,
-    /// Seed of the resampling stream.
-    pub seed: Count,
-}
-
 /// A published result, for comparison only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -177,11 +173,20 @@ impl Protocol {
     /// Reads a protocol from TOML text; `file` names it in errors.
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range, fewer tuning seeds than a profile
-    /// asks for, a profile without conditions, an asked figure without one bound, foliage densities that do not ascend or lack
+    /// Not TOML, a field missing or unknown, a value outside its range, a tuning seed of an official set, fewer tuning seeds than a
+    /// profile asks for, a profile without conditions, an asked figure without one bound, foliage densities that do not ascend or lack
     /// that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let protocol: Self = from_toml(file, text)?;
+        let official = protocol.v1_seeds();
+        if let Some(seed) = protocol.tuning_seeds.iter().find(|seed| official.contains(seed)) {
+            let (file, field) = (file.to_owned(), "tuning_seeds".to_owned());
+            return Err(ConfigError {
+                file,
+                field,
+                problem: format!("{seed} is a seed of the official set v1"),
+            });
+        }
         for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
             let asked = profile.seeds.get() as usize;
             if asked > protocol.tuning_seeds.len() {

@@ -21,11 +21,11 @@ pub trait WorldFactory: Sync {
     type World: BenchWorld;
     /// Their controllers.
     type Controller: BenchController;
-    /// Builds a world at the start of its episode.
+    /// Builds a world at the start of its episode. A repeat differs from the others in the robot's start pose and in nothing else.
     ///
     /// # Errors
     /// The world cannot be built, with the reason in one line; it counts as quarantined.
-    fn build(&self, seed: u64, world: u32) -> Result<(Self::World, Self::Controller), String>;
+    fn build(&self, seed: u64, world: u32, repeat: u32) -> Result<(Self::World, Self::Controller), String>;
 }
 
 const SUMMARY: &str = "summary.json";
@@ -89,7 +89,7 @@ impl<F: WorldFactory> Task for Episodes<'_, F> {
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
     ) -> Option<EpisodeRecord> {
-        match self.factory.build(key.seed, key.world) {
+        match self.factory.build(key.seed, key.world, key.repeat) {
             Err(reason) => Some(never_started(key.clone(), reason)),
             Ok((mut world, mut controller)) => {
                 let (protocol, frame) = (&self.plan.protocol, self.plan.frame);

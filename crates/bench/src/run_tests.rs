@@ -159,3 +159,26 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     assert_eq!(error.to_string(), "0 trees: at least 1 tree a seed is needed");
     assert!(folder.path().join("summary.json").exists());
 }
+
+#[test]
+fn repeats_have_keys_and_files_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan().repeated("nominal", 2).repeated("exhaustion", 9);
+    let result = go(folder.path(), &plan, 2, &Silent).unwrap();
+    assert_eq!(result.episodes.len(), 16);
+    let places: Vec<(u64, u32, u32)> =
+        result.episodes.iter().map(|e| (e.key.seed, e.key.world, e.key.repeat)).collect();
+    assert!(places.is_sorted(), "{places:?}");
+    let files = files(folder.path(), "episodes");
+    assert!(
+        files.contains_key("fake-nominal-7-001.json") && files.contains_key("fake-nominal-7-001-r1.json")
+    );
+    assert_eq!(files.len(), 17);
+    assert!(result.summary.conditions["nominal"].variance.is_some());
+    // A plan without repeats is another one; one that asks for them as well reuses what is there.
+    let other = go(folder.path(), &crate::fake::plan(), 1, &Silent);
+    assert!(matches!(other, Err(RunError::OtherPlan(_))));
+    let heard = Heard::default();
+    go(folder.path(), &plan, 1, &heard).unwrap();
+    assert_eq!(heard.counts(), (0, 16));
+}

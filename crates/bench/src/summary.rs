@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bootstrap::Resamples;
 use crate::episode::{AttemptOutcome, CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
-use crate::metrics::{METRICS, Metric, estimate};
+use crate::metrics::{METRICS, Metric, components, estimate};
 use crate::plan::{Condition, ConditionParams, Plan};
 use crate::record::Record;
+use crate::seeds::SeedSetLabel;
+use crate::statistics::{Design, Resamples, VarianceComponents};
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.
@@ -20,12 +21,16 @@ pub struct Summary {
     pub code_version: String,
     /// SHA-256 of all config texts.
     pub config_hash: String,
+    /// Version of protocol and configs.
+    pub config_version: String,
     /// Preset of the config.
     pub preset: String,
     /// Profile.
     pub profile: String,
     /// Controller that harvested.
     pub controller: String,
+    /// The set that the seeds belong to.
+    pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// Results by condition.
@@ -43,6 +48,9 @@ pub struct ConditionSummary {
     pub outcomes: BTreeMap<String, u32>,
     /// Estimates by name.
     pub metrics: BTreeMap<String, Metric>,
+    /// Variance between seeds, between trees and within a tree, by metric; absent where no tree is repeated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variance: Option<BTreeMap<String, VarianceComponents>>,
     /// Results by canopy zone, pooled over trees.
     pub zones: ZoneTable<ZoneSummary>,
     /// Failed attempts by reason.
@@ -75,6 +83,8 @@ pub struct EpisodeLine {
     pub seed: u64,
     /// World index.
     pub world: u32,
+    /// Which of the tree's episodes.
+    pub repeat: u32,
     /// How it ended.
     pub outcome: Outcome,
     /// Simulated time [s].
@@ -122,9 +132,11 @@ impl Summary {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: plan.config_hash.clone(),
+            config_version: plan.protocol.version.clone(),
             preset: plan.preset.clone(),
             profile: plan.profile.clone(),
             controller: plan.controller.clone(),
+            seed_set: plan.seed_set.clone(),
             seeds: plan.seeds.clone(),
             conditions: plan.conditions.iter().map(of).collect(),
         }
@@ -133,18 +145,15 @@ impl Summary {
 
 /// One condition's episodes.
 fn summed_up(plan: &Plan, condition: &Condition, episodes: &[&EpisodeRecord]) -> ConditionSummary {
-    let groups: Vec<Vec<usize>> = plan
-        .seeds
-        .iter()
-        .map(|seed| (0..episodes.len()).filter(|&i| episodes[i].key.seed == *seed).collect())
-        .collect();
-    let resamples = Resamples::draw(&groups, &plan.protocol.bootstrap);
+    let design = Design::of(episodes.iter().map(|e| (e.key.seed, e.key.world)));
+    let resamples = Resamples::of(design, &plan.protocol.bootstrap);
     let reasons = episodes.iter().flat_map(|e| &e.attempts).filter_map(|a| a.failure_reason.clone());
     ConditionSummary {
         params: condition.params.clone(),
         episodes: episodes.iter().map(|e| line(e)).collect(),
         outcomes: count(episodes.iter().map(|e| status(&e.outcome).to_owned())),
         metrics: estimate(METRICS, episodes, &resamples),
+        variance: resamples.design().has_repeats().then(|| components(METRICS, episodes, resamples.design())),
         zones: zones(episodes),
         failures: count(reasons),
         states: states(episodes),
@@ -206,6 +215,7 @@ fn line(e: &EpisodeRecord) -> EpisodeLine {
         file: EpisodeRecord::path(&e.key),
         seed: e.key.seed,
         world: e.key.world,
+        repeat: e.key.repeat,
         outcome: e.outcome.clone(),
         duration_s: e.duration_s,
         fruit: e.fruit_total,
@@ -261,15 +271,25 @@ mod tests {
         (plan.seeds, plan.conditions[0].params.trees) = (vec![1, 2], 1);
         let summary = Summary::of_run(&plan, &[a, b]);
         let json = serde_json::to_value(&summary).unwrap();
-        for field in
-            ["schema_version", "code_version", "preset", "profile", "controller", "seeds", "conditions"]
-        {
+        for field in [
+            "schema_version",
+            "code_version",
+            "config_version",
+            "config_hash",
+            "seed_set",
+            "preset",
+            "profile",
+            "controller",
+            "seeds",
+            "conditions",
+        ] {
             assert!(json.get(field).is_some(), "{field}");
         }
         let nominal = &json["conditions"]["nominal"];
         for field in ["params", "episodes", "metrics", "zones", "failures", "states"] {
             assert!(nominal.get(field).is_some(), "{field}");
         }
+        assert!(nominal.get("variance").is_none(), "no tree was repeated");
         assert_eq!(nominal["outcomes"]["quarantined"], 1);
         assert_eq!(nominal["episodes"][1]["outcome"]["reason"], "not finite");
         assert_eq!(nominal["failures"]["blocked"], 2);
@@ -278,6 +298,36 @@ mod tests {
         assert_eq!(zone.completeness, Some(0.5));
         assert_eq!(summary.conditions["nominal"].zones[&Zone::UpperOuter].place_success, None);
     }
+
+    /// Two trees, the first with 1 and 3 of 4 fruit, the second with 2 and 2: within a tree (1/8) / 2 with 2 degrees of freedom, and trees
+    /// that are equal: 0 - e over 2 repeats.
+    #[test]
+    fn repeats_give_variance_components() {
+        let episode = |world, repeat, deposited: usize| {
+            let fruit: Vec<(FruitState, bool)> = (0..4)
+                .map(|i| (if i < deposited { FruitState::Deposited } else { FruitState::OnTree }, true))
+                .collect();
+            let mut e = record(&fruit);
+            (e.key.world, e.key.repeat) = (world, repeat);
+            e
+        };
+        let mut plan = plan().repeated("nominal", 2);
+        (plan.seeds, plan.conditions[0].params.trees) = (vec![1], 2);
+        let episodes = [episode(0, 0, 1), episode(0, 1, 3), episode(1, 0, 2), episode(1, 1, 2)];
+        let summary = Summary::of_run(&plan, &episodes);
+        let nominal = &summary.conditions["nominal"];
+        let metric = &nominal.metrics["harvest_completeness"];
+        // Repeats stay with their tree, and both trees have a half.
+        assert_eq!((metric.mean, metric.ci95, metric.n), (Some(0.5), [Some(0.5); 2], 4));
+        let c = &nominal.variance.as_ref().unwrap()["harvest_completeness"];
+        assert_eq!((c.within_tree.raw, c.between_trees.raw), (Some(0.0625), Some(-0.03125)));
+        assert_eq!(c.between_trees.variance, Some(0.0));
+        assert_eq!(c.between_seeds.undefined, Some(crate::statistics::Undefined::OneSeed));
+        assert_eq!(nominal.episodes.iter().map(|e| e.repeat).collect::<Vec<_>>(), [0, 1, 0, 1]);
+        let json = serde_json::to_string(&summary).unwrap();
+        assert_eq!(serde_json::from_str::<Summary>(&json).unwrap(), summary);
+    }
+
     #[test]
     fn times_of_states_and_between_attempts() {
         let spent = |list: &[(&str, f64)], end: f64, cycle| {

@@ -36,6 +36,7 @@ pub fn trial<C: Controller>(
         condition: "trial".to_owned(),
         seed,
         world: tree,
+        repeat: 0,
         horizon_frames: (seconds / frame).round().max(1.0) as u32,
     };
     let mut controller = Recorded::new(controller(&robot));

@@ -10,7 +10,7 @@ use orchard_geometry::{Vec3, math};
 use serde::{Deserialize, Serialize};
 
 use crate::protocol::ZoneRules;
-use crate::quantile::{ascending, quantile};
+use crate::statistics::quantile::{ascending, quantile};
 
 /// One cell of the canopy grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

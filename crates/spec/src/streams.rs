@@ -37,6 +37,8 @@ pub enum Purpose {
     Variation(Axis),
     /// Bootstrap resamples.
     Bootstrap,
+    /// Sign patterns of a paired permutation test.
+    Permutation,
     /// Test fixtures.
     Test,
 }
@@ -59,6 +61,7 @@ impl Purpose {
             Purpose::Appearance => "appearance",
             Purpose::Variation(axis) => axis.stream_name(),
             Purpose::Bootstrap => "bootstrap",
+            Purpose::Permutation => "permutation",
             Purpose::Test => "test",
         }
     }
@@ -87,6 +90,12 @@ impl Stream {
         let mut stream = Self::new(seed, world, purpose);
         stream.0.set_stream(u64::from(frame) << 32 | u64::from(world));
         stream
+    }
+
+    /// The stream of a repeat of the same world, for what a repeat draws anew: [`Self::new`]'s for repeat 0, else another, with the repeat
+    /// in the upper half of the stream number.
+    pub fn of_repeat(seed: u64, world: u32, repeat: u32, purpose: Purpose) -> Self {
+        Self::of_frame(seed, world, repeat, purpose)
     }
 
     /// Random bytes, for noise by the pixel.

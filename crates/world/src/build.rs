@@ -58,6 +58,7 @@ pub(crate) fn build(
     fruit: Vec<Fruit>,
     seed: u64,
     world: u32,
+    repeat: u32,
 ) -> Result<Parts, WorldError> {
     let gravity = spec.sim.gravity.si();
     let ground = Ground::new(spec, robot, seed, world)?;
@@ -91,7 +92,7 @@ pub(crate) fn build(
             passed: groups::PASSED_GROUPS,
         },
     );
-    let mut x_world_odom = start_pose(spec, &mut Stream::new(seed, world, Purpose::RobotStart));
+    let mut x_world_odom = start_pose(spec, &mut Stream::of_repeat(seed, world, repeat, Purpose::RobotStart));
     x_world_odom.translation.z = ground.ride_height(&x_world_odom);
     let handle = robot.add_to(
         &mut builder,

@@ -15,7 +15,7 @@ pub(crate) struct Identity {
     spec: Hash,
     robot: Hash,
     pub start: Start,
-    /// What moves, and the ground: other code may grow another tree from the same seed.
+    /// What moves, and the ground: other code may grow another tree from the same seed. The repeat too, where it is not 0.
     model: Hash,
 }
 
@@ -62,20 +62,21 @@ pub enum Difference {
     },
     /// The same in everything, but this version of the code builds something else from it.
     #[error(
-        "it was saved by another version of the code, which built other bodies from this config and seed"
+        "it was saved with another start pose of the robot, or by another version of the code, which built other bodies from this config and seed"
     )]
     Model,
 }
 
 impl Identity {
-    pub fn new(spec: &Spec, robot: &RobotModel, start: Start, parts: &Parts) -> Self {
+    pub fn new(spec: &Spec, robot: &RobotModel, start: Start, repeat: u32, parts: &Parts) -> Self {
         let model = &parts.model;
         let ground = parts.ground.field().map(HeightField::heights);
+        let bodies = bytes(&(model.bodies(), model.points(), model.couplings(), ground));
         Self {
             spec: hash(&[&json(spec)]),
             robot: hash(&[robot.urdf().as_bytes(), &json(robot.config())]),
             start,
-            model: hash(&[&bytes(&(model.bodies(), model.points(), model.couplings(), ground))]),
+            model: if repeat == 0 { hash(&[&bodies]) } else { hash(&[&bodies, &repeat.to_le_bytes()]) },
         }
     }
 

@@ -30,6 +30,8 @@ pub struct World {
     pub(crate) appearance: Appearance,
     /// Whether the tree grew from the seed.
     grown: bool,
+    /// Which of its start poses the robot has.
+    repeat: u32,
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
     pub(crate) sensor: Sensor,
@@ -58,9 +60,26 @@ impl World {
         world: u32,
         episode: u32,
     ) -> Result<Self, WorldError> {
-        let planting = Planting::draw(&spec, seed, world, episode)?;
-        let start = Start { seed, world, episode };
-        Ok(Self { grown: true, ..Self::around(spec, robot, planting, start)? })
+        Self::grow(spec, robot, Start { seed, world, episode }, 0)
+    }
+
+    /// Builds the world of [`Self::new`] with another start pose of the robot; all else is the same, bit for bit. Repeat 0 is [`Self::new`].
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_repeat(
+        spec: Arc<Spec>,
+        robot: Arc<RobotModel>,
+        seed: u64,
+        world: u32,
+        repeat: u32,
+    ) -> Result<Self, WorldError> {
+        Self::grow(spec, robot, Start { seed, world, episode: 0 }, repeat)
+    }
+
+    fn grow(spec: Arc<Spec>, robot: Arc<RobotModel>, start: Start, repeat: u32) -> Result<Self, WorldError> {
+        let planting = Planting::draw(&spec, start.seed, start.world, start.episode)?;
+        Ok(Self { grown: true, ..Self::around(spec, robot, planting, start, repeat)? })
     }
 
     /// Builds a world around a tree that was not grown from the seed: a digitised one, say. It is taken as it is, whatever the
@@ -76,7 +95,7 @@ impl World {
         world: u32,
     ) -> Result<Self, WorldError> {
         let planting = Planting::of_tree(spec.clone(), skeleton, seed, world);
-        Self::around(spec, robot, planting, Start { seed, world, episode: 0 })
+        Self::around(spec, robot, planting, Start { seed, world, episode: 0 }, 0)
     }
 
     fn around(
@@ -84,9 +103,10 @@ impl World {
         robot: Arc<RobotModel>,
         planting: Planting,
         start: Start,
+        repeat: u32,
     ) -> Result<Self, WorldError> {
         let Planting { spec, skeleton, fruit, appearance } = planting;
-        let parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world)?;
+        let parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world, repeat)?;
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
         parts.fruit.reset(&mut data);
@@ -95,13 +115,14 @@ impl World {
         let sensor = Sensor::new(&spec.camera);
         let shutter = Shutter::new(&spec);
         let state = State::new(&parts, &robot, data.clone(), shutter);
-        let identity = Identity::new(&config, &robot, start, &parts);
+        let identity = Identity::new(&config, &robot, start, repeat, &parts);
         Ok(Self {
             config,
             spec,
             robot,
             appearance,
             grown: false,
+            repeat,
             parts: Arc::new(parts),
             identity,
             sensor,
@@ -122,7 +143,8 @@ impl World {
         }
         let Start { seed, world, episode } = self.identity.start;
         let next = episode.wrapping_add(1);
-        Self::of_episode(self.config.clone(), self.robot.clone(), seed, world, next).map(Some)
+        let start = Start { seed, world, episode: next };
+        Self::grow(self.config.clone(), self.robot.clone(), start, self.repeat).map(Some)
     }
 
     /// Brings the world back to the start of its episode.

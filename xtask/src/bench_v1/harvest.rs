@@ -27,6 +27,10 @@ impl Asked {
         let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
         let horizon = profile.horizon.with_value(horizon).map_err(bad)?;
         let names = args.conditions.as_ref().unwrap_or(&profile.conditions);
+        if args.repeats.is_some() && !names.contains(&ConditionName::Nominal) {
+            let problem = "--repeats: these are of the nominal condition, which --conditions does not name";
+            return Err(Failure::BadInput(problem.to_owned()));
+        }
         if args.horizon.is_some() && !names.contains(&ConditionName::Nominal) {
             let problem = "is that of the nominal condition, which --conditions does not name";
             return Err(bad(problem.to_owned()));
@@ -37,7 +41,9 @@ impl Asked {
         };
         let conditions: Vec<_> = names.iter().map(|name| (*name, seconds(name))).collect();
         let harvest = Harvest::paper(args.controller()?);
-        let plan = harvest.plan_of(args.profile.name(), scope.seeds.clone(), scope.trees, &conditions);
+        let plan = harvest
+            .plan_of(args.profile.name(), scope.seeds.clone(), scope.trees, &conditions)
+            .repeated(ConditionName::Nominal.name(), scope.repeats);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { harvest, plan })
     }
@@ -70,10 +76,11 @@ fn shown(record: &EpisodeRecord) -> Shown {
     Shown {
         steps: u64::from(record.frames),
         line: format!(
-            "{}, seed {} tree {}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
+            "{}, seed {} tree {}{}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
             record.key.condition,
             record.key.seed,
             record.key.world,
+            if record.key.repeat > 0 { format!(" repeat {}", record.key.repeat) } else { String::new() },
             record.deposited().count(),
             record.reachable_count,
             record.attempts.len(),
@@ -86,12 +93,13 @@ fn report(result: &RunResult, plan: &Plan) {
     for condition in &plan.conditions {
         let params = &condition.params;
         say!(
-            "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees x {} s",
+            "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees{} x {} s",
             condition.name,
             params.fruit_count,
             params.foliage_density,
             plan.seeds,
             params.trees,
+            if params.repeats > 1 { format!(" x {} repeats", params.repeats) } else { String::new() },
             params.horizon_s
         );
         if let Some(summary) = result.summary.conditions.get(&condition.name) {

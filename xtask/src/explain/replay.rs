@@ -69,7 +69,7 @@ pub enum Happened {
 pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
     let key = input.record.key.clone();
     let plan_frame = input.harvest.frame();
-    let (world, controller) = match input.harvest.build(key.seed, key.world) {
+    let (world, controller) = match input.harvest.build(key.seed, key.world, key.repeat) {
         Ok(built) => built,
         Err(reason) => return Err(Failure::Failed(format!("the world cannot be built: {reason}"))),
     };

@@ -13,8 +13,9 @@ pub fn head(record: &EpisodeRecord) -> String {
         Outcome::Stalled => "the robot stood still for too long".to_owned(),
         Outcome::Quarantined { reason } => format!("the world was quarantined: {reason}"),
     };
+    let repeat = if key.repeat > 0 { format!(", repeat {}", key.repeat) } else { String::new() };
     format!(
-        "{} on tree {} of seed {}, {}, {:.1} s: {ended}\n\
+        "{} on tree {} of seed {}{repeat}, {}, {:.1} s: {ended}\n\
          {} fruit, {} reachable; {} attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped",
         key.controller,
         key.world,

@@ -44,7 +44,7 @@ fn episodes(kind: Kind) -> anyhow::Result<(Rounds, Rounds)> {
     let (mut seconds, mut rates) = (Vec::new(), Vec::new());
     for key in plan.episodes() {
         let (mut world, mut picker) = harvest
-            .build(key.seed, key.world)
+            .build(key.seed, key.world, key.repeat)
             .map_err(|reason| anyhow::anyhow!("seed {}: {reason}", key.seed))?;
         let start = cpu_time();
         let never = AtomicBool::new(false);

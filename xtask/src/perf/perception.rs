@@ -141,7 +141,7 @@ fn views(eyes: &Eyes) -> anyhow::Result<Vec<View>> {
     let mut views = Vec::new();
     for seed in Protocol::paper().tuning_seeds {
         let (mut world, mut picker) =
-            harvest.build(seed, 0).map_err(|reason| anyhow::anyhow!("seed {seed}: {reason}"))?;
+            harvest.build(seed, 0, 0).map_err(|reason| anyhow::anyhow!("seed {seed}: {reason}"))?;
         let rate = world.spec().sim.frame_rate.si();
         let frames = TIMES.map(|time| (time * rate).round() as u32);
         for frame in 0..=frames[TIMES.len() - 1] {

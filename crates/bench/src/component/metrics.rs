@@ -1,8 +1,8 @@
 //! The component tasks' metrics, each a ratio of sums over trees. `docs/benchmark-v1.md` states the formulas.
 
 use super::{Component, TreeRecord, TrialRecord};
-use crate::bootstrap::Share;
 use crate::metrics::{MetricDefinition, per};
+use crate::statistics::Share;
 
 /// All metrics of a component task, the most important first.
 pub fn metrics<C: Component>() -> Vec<MetricDefinition<TreeRecord<C>>> {

@@ -2,8 +2,8 @@
 
 use super::record::SitsOn;
 use super::tally::{Found, Tally};
-use crate::bootstrap::Share;
 use crate::metrics::{MetricDefinition, per};
+use crate::statistics::Share;
 
 /// All metrics of one foliage density or variant.
 pub const METRICS: &[MetricDefinition<Tally>] = &[

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::tally::Tally;
-use crate::bootstrap::Resamples;
 use crate::metrics::ends;
-use crate::quantile::quantile;
+use crate::statistics::Resamples;
+use crate::statistics::quantile::quantile;
 
 /// A quantile with its interval. Without a true positive all is null and `n` is 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,5 +64,5 @@ fn spread(definition: &ErrorDefinition, trees: &[Tally], resamples: &Resamples) 
         quantile(&pooled, definition.quantile)
     };
     let all: Vec<usize> = (0..trees.len()).collect();
-    Spread { value: of_trees(&all), ci95: ends(resamples.interval_of(of_trees)), n: errors.len() as u64 }
+    Spread { value: of_trees(&all), ci95: ends(resamples.interval_of(of_trees).ok()), n: errors.len() as u64 }
 }

@@ -11,10 +11,11 @@ use super::plan::DetectPlan;
 use super::record::{DensityRecord, DetectRecord, SitsOn};
 use super::spread::{Spread, spreads};
 use super::tally::{Found, Tally, ZoneTally};
-use crate::bootstrap::Resamples;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, estimate};
 use crate::record::Record;
+use crate::seeds::SeedSetLabel;
+use crate::statistics::Resamples;
 use crate::zones::{ZoneTable, zone_table};
 
 /// A whole run.
@@ -30,6 +31,10 @@ pub struct DetectSummary {
     pub preset: String,
     /// Profile.
     pub profile: String,
+    /// Version of protocol and configs.
+    pub config_version: String,
+    /// The set that the seeds belong to.
+    pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// The camera, with all its figures.
@@ -149,6 +154,8 @@ impl DetectSummary {
             config_hash: plan.config_hash(),
             preset: plan.preset.clone(),
             profile: plan.profile.clone(),
+            config_version: plan.protocol.version.clone(),
+            seed_set: plan.protocol.label(&plan.seeds, plan.trees),
             seeds: plan.seeds.clone(),
             camera: plan.camera.clone(),
             detector: plan.detector_name.clone(),

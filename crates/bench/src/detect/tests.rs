@@ -245,7 +245,8 @@ fn closed_forms() {
 fn nothing_to_measure_is_null() {
     let plan = DetectPlan { seeds: vec![7], ..plan() };
     let summary = DetectSummary::of_run(&plan, &two_trees(&plan));
-    let nothing = Metric { mean: None, ci95: [None, None], n: 0 };
+    let undefined = Some(crate::statistics::Undefined::NothingToMeasure);
+    let nothing = Metric { mean: None, ci95: [None, None], n: 0, undefined };
     // No image was taken there.
     let empty = &summary.densities[1].results;
     assert!(empty.metrics.values().filter(|m| **m == nothing).count() == METRICS.len() - 1, "{empty:?}");

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::run::{TreeOutcome, VerifyPlan};
-use crate::bootstrap::{Resamples, Share};
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::metrics::{Metric, MetricDefinition, estimate};
 use crate::plan::{config_hash, config_text};
+use crate::seeds::SeedSetLabel;
+use crate::statistics::{Resamples, Share};
 
 /// A whole verification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,6 +26,10 @@ pub struct Report {
     pub trajectory: TrajectoryLine,
     /// What the robot does not do as told.
     pub warnings: Vec<String>,
+    /// Version of protocol and configs.
+    pub config_version: String,
+    /// The set that the seeds belong to.
+    pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// Trees that could not be built or left their plausible state; they are in no metric.
@@ -107,6 +112,8 @@ impl Report {
                 duration_s: trajectory.duration(),
             },
             warnings: trajectory.warnings().to_vec(),
+            config_version: plan.protocol.version.clone(),
+            seed_set: plan.protocol.label(&plan.seeds, plan.trees),
             seeds: plan.seeds.clone(),
             quarantined: trees.iter().filter(|tree| tree.quarantined.is_some()).count() as u32,
             metrics: estimate(METRICS, &trees, &resamples),
