@@ -43,7 +43,8 @@ pub(crate) fn reason<'a>(facts: &Facts<'a>) -> Option<&'a str> {
         _ if facts.held.is_empty() && facts.target_knocked_off => KNOCKED_OFF_BY_ARM,
         None => RUN_ENDED,
         Some(None) => MISSED_BUCKET,
-        // The controller believes what did not happen: the nearest that did.
+        // The controller believes what did not happen: the nearest that did. A fruit that came off in the hand was let go.
+        Some(Some(SLIPPED | STEM_TOO_STRONG | NO_FRUIT)) if !facts.held.is_empty() => MISSED_BUCKET,
         Some(Some(SLIPPED)) if facts.gripped => STEM_TOO_STRONG,
         Some(Some(SLIPPED | KNOCKED_OFF_BY_ARM)) => NO_FRUIT,
         Some(Some(believed)) => believed,
@@ -91,6 +92,13 @@ mod tests {
         }
         // Lost after the controller gave up for another reason.
         assert_eq!(of(false, false, &held(31, HeldEnd::Lost), Some(Some("blocked"))), "blocked");
+    }
+
+    #[test]
+    fn a_fruit_in_the_hand_had_neither_a_stem_nor_slipped() {
+        for believed in [SLIPPED, STEM_TOO_STRONG, NO_FRUIT] {
+            assert_eq!(of(false, false, &held(31, HeldEnd::LetGo), Some(Some(believed))), "missed_bucket");
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The expert: the baseline's cycle without its pauses, with more senses.
 //!
-//! One file a group of states in `expert/`: `approach.rs` (align, reach), `grasp.rs`, `pull.rs`, `place.rs` (deposit),
+//! One file a group of states in `expert/` (`machine.rs` runs them): `approach.rs` (align, reach), `grasp.rs`, `pull.rs`, `place.rs` (deposit),
 //! `retreat.rs`; scanning is shared (`scan.rs`). The states are described in `docs/computation/robot.md`.
 
 mod approach;
@@ -52,6 +52,22 @@ pub(crate) enum Phase {
     Pull(Pull),
     Deposit(Deposit),
     Retreat(Retreat),
+}
+
+/// How the hand moves among branches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Care {
+    /// Where nothing has been met.
+    Usual,
+    /// Back from what was met, and on a further try.
+    Much,
+}
+
+impl Care {
+    /// For a target at which so many tries came to nothing.
+    fn after(failed: u32) -> Self {
+        if failed == 0 { Care::Usual } else { Care::Much }
+    }
 }
 
 impl machine::Phase for Phase {
@@ -109,16 +125,31 @@ impl ExpertPicker {
         self.swing_through([WayPoint { q, blend: 0.0 }]);
     }
 
-    /// Starts the arm to a posture among branches: slower, so that it stops soon where it meets one.
-    fn swing_among(&mut self, q: JointVector) {
-        let c = &self.config.unfold;
-        let pace = Pace { speed: c.speed.si(), acceleration: self.config.swift.acceleration.si() };
+    /// Starts the arm to a posture among branches: slower, so that it stops soon where it meets one. What the hand feels
+    /// counts from here.
+    fn swing_among(&mut self, q: JointVector, care: Care) {
+        self.touch = 0.0;
+        let speed = self.config.unfold.speed.si() * self.share_of_speed(care);
+        let pace = Pace { speed, acceleration: self.config.swift.acceleration.si() };
         self.rig.motion.go_through([WayPoint { q, blend: 0.0 }], pace);
+    }
+
+    /// Share of its speeds with which the hand moves among branches.
+    fn share_of_speed(&self, care: Care) -> f64 {
+        match care {
+            Care::Usual => 1.0,
+            Care::Much => self.config.homing.careful.si(),
+        }
     }
 
     /// Whether something presses on the empty hand.
     fn is_pressed(&self) -> bool {
         self.touch > self.config.feel.touch_max.si()
+    }
+
+    /// Whether the fingers still hold what they closed on: held off its middle a fruit may turn and the gap shrink.
+    fn still_holds(&self, robot: &RobotState) -> bool {
+        robot.width >= self.config.feel.held_width_min.si()
     }
 
     /// The carrying posture, passed in the open.
@@ -163,9 +194,11 @@ impl Machine for ExpertPicker {
         &mut self.phase
     }
 
-    fn feel(&mut self, robot: &RobotState) {
-        let weight = self.config.feel.touch_weight.si();
-        self.touch += (self.rig.tcp_force(robot).norm() - self.touch) * weight;
+    fn take_in(&mut self, robot: &RobotState) {
+        let force = self.rig.tcp_force(robot).norm();
+        if force.is_finite() {
+            self.touch += (force - self.touch) * self.config.feel.touch_weight.si();
+        }
     }
 
     fn run(&mut self, phase: Phase, robot: &RobotState) -> Next {

@@ -37,12 +37,12 @@ pub(crate) trait Machine {
     fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Self::Phase;
 
     /// Takes in what the sensors say, before the phase runs.
-    fn feel(&mut self, _robot: &RobotState) {}
+    fn take_in(&mut self, _robot: &RobotState) {}
 
     /// One frame: from what is observed to a command.
     fn act(&mut self, observation: &Observation) -> Command {
         let Some(robot) = self.rig().sense(observation) else { return self.rig().hold() };
-        self.feel(&robot);
+        self.take_in(&robot);
         let base_velocity = self.step(&robot);
         self.rig().command(base_velocity)
     }

@@ -149,6 +149,13 @@ impl ArmMotion {
         });
     }
 
+    /// Changes the acceleration of the present line.
+    pub fn set_line_acceleration(&mut self, acceleration: f64) {
+        if let Course::Line(line) = &mut self.course {
+            line.acceleration = acceleration;
+        }
+    }
+
     /// Changes the speed of the present line.
     pub fn set_line_speed(&mut self, speed: f64) {
         if let Course::Line(line) = &mut self.course {
@@ -158,19 +165,31 @@ impl ArmMotion {
 
     /// Starts through way-points, the last of which is the goal; goes over from another path without a stop.
     pub fn go_through(&mut self, way_points: impl IntoIterator<Item = WayPoint>, pace: Pace) {
-        let v = match &self.course {
-            Course::Path(path) => path.velocity(),
-            _ => JointVector::zeros(),
-        };
-        self.course = Course::Path(Path::new(way_points, v, pace));
+        self.course = Course::Path(Path::new(way_points, self.path_velocity(), pace));
     }
 
     /// Starts the hand towards a pose of the TCP (base frame) along its approach axis, or corrects where it is going and what
     /// is in the way.
-    pub fn home_in(&mut self, x_goal: Pose, obstacles: Vec<Obstacle>, config: &HomingConfig) {
-        match &mut self.course {
-            Course::Homing(homing) => homing.correct(x_goal, obstacles),
-            _ => self.course = Course::Homing(Box::new(Homing::new(x_goal, obstacles, config))),
+    pub fn home_in(
+        &mut self,
+        arm: &ArmKinematics,
+        x_goal: Pose,
+        obstacles: Vec<Obstacle>,
+        config: &HomingConfig,
+    ) {
+        if let Course::Homing(homing) = &mut self.course {
+            homing.correct(x_goal, obstacles);
+        } else {
+            let from = (&self.q, self.path_velocity());
+            self.course = Course::Homing(Box::new(Homing::new(x_goal, obstacles, from, arm, config)));
+        }
+    }
+
+    /// Joint velocities on the present path; none elsewhere.
+    fn path_velocity(&self) -> JointVector {
+        match &self.course {
+            Course::Path(path) => path.velocity(),
+            _ => JointVector::zeros(),
         }
     }
 

@@ -12,13 +12,15 @@ pub(crate) struct Target {
     pub radius: f64,
 }
 
-/// A way to grasp: orientation of the hand and the postures along its straight approach, base frame.
+/// A way to grasp: orientation of the hand and the posture in which its straight approach begins, base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GraspPlan {
     /// Orientation of the TCP.
     pub rotation: Rotation,
     /// Posture of the second look.
     pub q_look: JointVector,
+    /// Points in the way of the hand.
+    pub met: usize,
     /// Points in the way of hand and sight, and turning, in points.
     pub cost: f64,
 }
@@ -124,14 +126,16 @@ impl Search<'_> {
                 }
                 let first = c.elevations[0].si();
                 let turn = (elevation.si() - first).abs() + azimuth.si().abs();
-                ways.push((self.in_the_way(&near, &rotation) + c.turn_cost.si() * turn, rotation));
+                let [met, hiding] = self.in_the_way(&near, &rotation);
+                let cost = met as f64 + c.hiding_cost.si() * hiding as f64 + c.turn_cost.si() * turn;
+                ways.push((cost, met, rotation));
             }
         }
         ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let reachable = ways.into_iter().filter_map(|(cost, rotation)| {
+        let reachable = ways.into_iter().filter_map(|(cost, met, rotation)| {
             let q_look = look_posture(arm, target, &rotation, self.q_start, self.reach_margin, config)?;
             let cost = cost + c.posture_cost.si() * (q_look - self.q_start).amax();
-            Some(GraspPlan { rotation, q_look, cost })
+            Some(GraspPlan { rotation, q_look, met, cost })
         });
         reachable.take(c.candidates.get() as usize).collect()
     }
@@ -146,15 +150,15 @@ impl Search<'_> {
         self.points.iter().filter(is_near).copied().collect()
     }
 
-    /// Points in the way of the hand, and of the camera's second look at their weight.
-    fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> f64 {
+    /// Points in the way of the hand, and of the camera's second look.
+    fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> [usize; 2] {
         let (target, c) = (self.target, &self.config.approach);
         let x_grasp = before(target, rotation, -c.overshoot.si());
         let met = near.iter().filter(|p| in_sweep(&inverse_transform(&x_grasp, p), self.config)).count();
         let x_camera = before(target, rotation, c.look.si()) * self.arm.x_tcp_camera();
         let p_camera = x_camera.translation.vector;
         let hiding = near.iter().filter(|p| is_before(p, &p_camera, target)).count();
-        met as f64 + c.hiding_cost.si() * hiding as f64
+        [met, hiding]
     }
 }
 
@@ -188,6 +192,7 @@ fn in_hand(p_tcp: &Vec3, config: &PickerConfig) -> bool {
     in_sweep(p_tcp, config) && p_tcp.z >= -c.hand_length.si()
 }
 
+/// Whether a point of the TCP's frame lies in the volume that hand and fingers sweep on the straight approach.
 pub(crate) fn in_sweep(p_tcp: &Vec3, config: &PickerConfig) -> bool {
     let c = &config.approach;
     p_tcp.x.abs() <= c.sweep_half_x.si()
@@ -230,7 +235,7 @@ mod tests {
         assert!(points.len() > 10, "the camera sees past the hand: {}", points.len());
         let other = search(arm, &config, &points, &q).best().expect("within reach");
         assert!(other.direction().dot(&free.direction()) < 0.99);
-        config.approach.hiding_cost.value = 0.0;
+        config.approach.hiding_cost = config.approach.hiding_cost.with_value(0.0).expect("in range");
         let careless = search(arm, &config, &points, &q).best().expect("within reach");
         assert_eq!(careless.direction(), free.direction());
     }

@@ -9,7 +9,7 @@ use crate::plan::{GraspPlan, Search, Target, look_posture};
 use crate::postures::Postures;
 use crate::record::{AttemptEnd, AttemptId, Event, Record, State};
 use crate::robot_state::{Memory, RobotState};
-use orchard_geometry::{Vec3, inverse_transform};
+use orchard_geometry::{Intrinsics, Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
 use orchard_robot::{ARM_DOF, ArmKinematics, Command, JointVector, Observation, RobotModel};
 
@@ -28,8 +28,8 @@ pub(crate) struct Rig {
     pub errand: Option<Errand>,
     /// Whether this frame brought an image from where the arm is now.
     pub fresh_image: bool,
-    /// The robot at the moment that this frame's image shows.
-    pub imaged: Option<RobotState>,
+    /// The robot at the moment that this frame's image shows, and the camera.
+    pub imaged: Option<(RobotState, Intrinsics)>,
     state: State,
     state_start: f64,
     held_for: f64,
@@ -116,7 +116,7 @@ impl Rig {
             let report = self.eyes.see(depth, &observation.intrinsics, then, &self.arm);
             self.record.images.push(report);
             self.fresh_image = (then.q - robot.q).amax() <= self.config.arm.arrived.si();
-            self.imaged = Some(then.clone());
+            self.imaged = Some((then.clone(), observation.intrinsics));
         }
         let before = *self.motion.q();
         self.motion.advance(&self.arm, robot.dt);
@@ -156,12 +156,15 @@ impl Rig {
         &self.record
     }
 
-    /// Notes a change of state.
+    /// Notes that a state begins, or begins anew.
     pub fn enter(&mut self, state: State, robot: &RobotState) {
-        if state != self.state {
-            self.record.events.push(Event::StateChanged { time: robot.time, state });
-        }
+        self.record.events.push(Event::StateChanged { time: robot.time, state });
         self.state = state;
+        self.restart_clock(robot);
+    }
+
+    /// What the present state may take counts from now on.
+    pub fn restart_clock(&mut self, robot: &RobotState) {
         self.state_start = robot.time;
         self.held_for = 0.0;
     }

@@ -3,12 +3,12 @@
 
 use crate::drive::{BaseGoal, Drive, StallWatch};
 use crate::expert::grasp::Grasp;
-use crate::expert::{ExpertPicker, Next, Phase};
+use crate::expert::{Care, ExpertPicker, Next, Phase};
 use crate::plan::{GraspPlan, Target, swept};
 use crate::record::FailureReason;
 use crate::rig::STILL;
 use crate::robot_state::RobotState;
-use orchard_geometry::{Vec3, inverse_transform, math, transform};
+use orchard_geometry::{Intrinsics, Vec3, inverse_transform, math};
 
 /// Memory of the align state.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +73,9 @@ impl ExpertPicker {
         if self.rig.motion.is_over() && !align.unfolding && *self.rig.motion.q() != carry {
             self.swing_to(carry);
         }
+        if align.unfolding && self.is_pressed() {
+            return self.recoil(0, robot);
+        }
         let blind = self.is_blind(robot);
         let Drive { velocity, stands } = match self.rig.drive_to(&align.goal, &mut align.stall, blind, robot)
         {
@@ -87,9 +90,6 @@ impl ExpertPicker {
             self.rig.update_from_track();
             self.unfold(&align.goal, robot);
             align.unfolding = true;
-        }
-        if align.unfolding && self.is_pressed() {
-            return self.recoil(0, robot);
         }
         if !(align.unfolding && stands) {
             return Next::Stay(Phase::Align(align), velocity);
@@ -114,7 +114,7 @@ impl ExpertPicker {
         }
         let Some(attempt) = &self.rig.attempt else { return };
         let q_look = attempt.plan.q_look;
-        self.swing_among(q_look);
+        self.swing_among(q_look, Care::Usual);
     }
 
     /// Of the approaches that are allowed (directions in the base frame) the one with least in the way, also of the hand's
@@ -140,31 +140,31 @@ impl ExpertPicker {
     fn adjust(&mut self, robot: &RobotState) -> bool {
         let near = self.rig.attempt.as_ref().map_or(*self.rig.motion.q(), |a| a.plan.q_look);
         match self.rig.corrected_plan(robot, &near) {
-            Some(plan) => self.look_from(plan),
-            None => self.turn_elsewhere(robot, |_| true),
+            Some(plan) => self.look_from(plan, Care::Usual),
+            None => self.turn_elsewhere(robot, Care::Usual, |_| true),
         }
     }
 
     /// Goes over to another approach among those allowed.
-    fn turn_elsewhere(&mut self, robot: &RobotState, is_allowed: impl Fn(&Vec3) -> bool) -> bool {
+    fn turn_elsewhere(&mut self, robot: &RobotState, care: Care, is_allowed: impl Fn(&Vec3) -> bool) -> bool {
         let Some(target) = self.rig.target_base(robot) else { return false };
         let points = self.rig.points_base(robot);
-        self.clearest_way(&target, &points, is_allowed).is_some_and(|plan| self.look_from(plan))
+        self.clearest_way(&target, &points, is_allowed).is_some_and(|plan| self.look_from(plan, care))
     }
 
-    /// Goes over to another approach than the one in which wood stopped the hand.
-    pub(crate) fn turn_from_wood(&mut self, robot: &RobotState) -> bool {
+    /// Goes over to another approach than the one in which wood stopped the hand or leaves hid the fruit.
+    pub(crate) fn turn_away(&mut self, robot: &RobotState) -> bool {
         let Some(refused) = self.rig.attempt.as_ref().map(|a| a.plan.direction()) else { return false };
         let least = math::cos(self.config.homing.other_angle.si());
-        self.turn_elsewhere(robot, |direction| direction.dot(&refused) <= least)
+        self.turn_elsewhere(robot, Care::Much, |direction| direction.dot(&refused) <= least)
     }
 
     /// Starts the arm to where an approach begins.
-    fn look_from(&mut self, plan: GraspPlan) -> bool {
+    fn look_from(&mut self, plan: GraspPlan, care: Care) -> bool {
         let Some(attempt) = &mut self.rig.attempt else { return false };
         let q_look = plan.q_look;
         attempt.plan = plan;
-        self.swing_among(q_look);
+        self.swing_among(q_look, care);
         true
     }
 
@@ -175,7 +175,7 @@ impl ExpertPicker {
             return Next::Fail(FailureReason::Blocked);
         }
         self.rig.yield_arm(robot);
-        self.swing_among(self.rig.postures.carry());
+        self.swing_among(self.rig.postures.carry(), Care::Much);
         Next::Enter(Phase::Reach(Reach::recoiling(failed)))
     }
 
@@ -187,7 +187,7 @@ impl ExpertPicker {
             if !self.rig.motion.is_over() {
                 return Next::Stay(Phase::Reach(reach), STILL);
             }
-            if !self.turn_from_wood(robot) {
+            if !self.turn_away(robot) {
                 return Next::Fail(FailureReason::Blocked);
             }
             reach.recoiling = false;
@@ -206,6 +206,11 @@ impl ExpertPicker {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
         if reach.views.hits == 0 && attempt.hits < c.trusted_hits.get() {
+            // Leaves may hide it from here.
+            let failed = reach.failed + 1;
+            if failed < self.config.homing.tries.get() && self.turn_away(robot) {
+                return Next::Enter(Phase::Reach(Reach::new(failed)));
+            }
             return Next::Fail(FailureReason::NoFruitAtDetection);
         }
         self.home_in(reach.views, reach.failed, robot)
@@ -214,9 +219,12 @@ impl ExpertPicker {
     /// Takes the frame's image as a view of the target from near by; whether it showed the target.
     pub(crate) fn view(&mut self, views: &mut Views) -> bool {
         let farthest = self.rig.match_distance();
-        let (Some(then), Some(attempt)) = (&self.rig.imaged, &mut self.rig.attempt) else { return false };
-        let p_camera = transform(&then.x_odom_base, &self.rig.arm.camera(&then.q).translation.vector);
-        if (p_camera - attempt.target.p).norm() > self.config.unfold.range.si() {
+        let (Some((then, camera)), Some(attempt)) = (&self.rig.imaged, &mut self.rig.attempt) else {
+            return false;
+        };
+        let x_odom_camera = then.x_odom_base * self.rig.arm.camera(&then.q);
+        let p_camera = inverse_transform(&x_odom_camera, &attempt.target.p);
+        if p_camera.norm() > self.config.unfold.range.si() || !shows(camera, &p_camera) {
             return false;
         }
         views.images += 1;
@@ -234,12 +242,17 @@ impl ExpertPicker {
         true
     }
 
-    /// Starts the hand towards the fruit.
+    /// Starts the hand towards the fruit, out of the motion that it is in.
     fn home_in(&mut self, views: Views, failed: u32, robot: &RobotState) -> Next {
-        self.rig.motion.stop();
         match self.steer(robot) {
             Some(()) => Next::Enter(Phase::Grasp(Grasp::homing(views, failed))),
             None => Next::Fail(FailureReason::GraspUnreachable),
         }
     }
+}
+
+/// Whether a point of the camera's frame is in the image.
+fn shows(camera: &Intrinsics, p_camera: &Vec3) -> bool {
+    let (width, height) = (camera.width as f64, camera.height as f64);
+    camera.project(p_camera).is_some_and(|(u, v)| u >= 0.0 && v >= 0.0 && u < width && v < height)
 }

@@ -85,6 +85,10 @@ section! {
         push_max: Quantity,
         /// Weight of a frame's push in the running mean.
         push_weight: Quantity,
+        /// So many points in its way halve the hand's speed.
+        crowd: Quantity,
+        /// Share of the speeds among branches on a further try, and back from what was met.
+        careful: Quantity,
         /// Slowest advance against a push, as a share of the speeds.
         pace_min: Quantity,
         /// Another direction is turned from one that wood blocks by at least this.
@@ -109,6 +113,10 @@ section! {
         wood_time: Quantity,
         /// Least weight on the hand that is a fruit.
         weight_min: Quantity,
+        /// Time after the end of a pull until the pull is judged.
+        settle_time: Quantity,
+        /// A smaller gap between the fingers holds no fruit any longer.
+        held_width_min: Quantity,
         /// Weight of a frame in the running mean of the force on the empty hand.
         touch_weight: Quantity,
         /// A larger one on the way to the second look is wood.
@@ -125,6 +133,8 @@ section! {
         way: Quantity,
         /// Speed of the withdrawal.
         speed: Quantity,
+        /// Acceleration with which an empty hand withdraws.
+        acceleration: Quantity,
         /// The base backs out by this much meanwhile.
         base_way: Quantity,
         /// At this speed.

@@ -2,7 +2,7 @@
 
 use crate::expert::approach::{Reach, Views};
 use crate::expert::pull::Pull;
-use crate::expert::{ExpertPicker, Next, Phase};
+use crate::expert::{Care, ExpertPicker, Next, Phase};
 use crate::plan::{Target, in_sweep};
 use crate::record::FailureReason;
 use crate::rig::{Fingers, STILL};
@@ -18,7 +18,7 @@ pub(crate) struct Grasp {
     views: Views,
     /// Tries at this target that came to nothing.
     failed: u32,
-    /// Whether wood stopped the hand.
+    /// Whether something stopped the hand.
     refused: bool,
     /// Smoothed push of what is before the hand [N].
     push: f64,
@@ -58,7 +58,7 @@ impl ExpertPicker {
         let p_goal = target.p + rotation * Vec3::z() * self.rig.config.approach.overshoot.si();
         let x_goal = Pose::from_parts(p_goal.into(), rotation);
         let obstacles = self.obstacles(&target, &x_goal, robot);
-        self.rig.motion.home_in(x_goal, obstacles, &self.config.homing);
+        self.rig.motion.home_in(&self.rig.arm, x_goal, obstacles, &self.config.homing);
         Some(())
     }
 
@@ -78,7 +78,7 @@ impl ExpertPicker {
                 && (off < range || (p - p_tcp).norm() < range)
                 && !in_sweep(&inverse_transform(x_goal, p), &self.rig.config)
         };
-        // In the order of the grid: the same for equal points in any order.
+        // The last seen of each cell, in the order of the grid.
         let cells: BTreeMap<[i64; 3], Vec3> = self
             .rig
             .points_base(robot)
@@ -126,10 +126,10 @@ impl ExpertPicker {
                 let q = *self.rig.motion.q();
                 if let Some(attempt) = &mut self.rig.attempt {
                     attempt.plan.q_look = q;
-                    // Only what is seen anew counts.
-                    attempt.hits = 0;
+                    // Only what is seen anew counts, but for a place that was named.
+                    attempt.hits = if self.rig.errand.is_some() { attempt.hits } else { 0 };
                 }
-                if grasp.refused && !self.turn_from_wood(robot) {
+                if grasp.refused && !self.turn_away(robot) {
                     return Next::Fail(FailureReason::GraspStalled);
                 }
                 Next::Enter(Phase::Reach(Reach::new(grasp.failed)))
@@ -150,17 +150,23 @@ impl ExpertPicker {
         let (Some(target), Some(attempt)) = (self.rig.target_base(robot), &self.rig.attempt) else {
             return Next::Fail(FailureReason::GraspStalled);
         };
-        let direction = attempt.plan.direction();
+        let (direction, met) = (attempt.plan.direction(), attempt.plan.met);
         let p_goal = target.p + direction * self.rig.config.approach.overshoot.si();
         let left = (self.rig.arm.tcp(&robot.q).translation.vector - p_goal).norm();
         let near = left <= self.rig.config.grasp.close_near.si();
         let c = &self.config.homing;
-        grasp.push += (self.rig.tcp_force(robot).dot(&direction) - grasp.push) * c.push_weight.si();
+        let push = self.rig.tcp_force(robot).dot(&direction);
+        if push.is_finite() {
+            grasp.push += (push - grasp.push) * c.push_weight.si();
+        }
         let room = 1.0 - grasp.push / c.push_max.si();
         let pushed = room < 0.0 || self.is_pressed() || self.rig.arm_stalled();
-        self.rig.motion.set_homing_pace(room.clamp(c.pace_min.si(), 1.0));
+        let crowd = c.crowd.si();
+        let careful = self.share_of_speed(Care::after(grasp.failed));
+        let pace = room.min(careful * crowd / (crowd + met as f64));
+        self.rig.motion.set_homing_pace(pace.clamp(c.pace_min.si(), 1.0));
         if !near && self.rig.motion.is_lost() {
-            return Next::Fail(FailureReason::GraspUnreachable);
+            return self.try_again(grasp, FailureReason::GraspUnreachable, robot);
         }
         if !near && pushed {
             return self.try_again(grasp, FailureReason::GraspStalled, robot);
@@ -182,7 +188,8 @@ impl ExpertPicker {
         }
         self.rig.yield_arm(robot);
         self.rig.open_fingers();
-        grasp.refused = reason == FailureReason::GraspStalled;
+        self.rig.restart_clock(robot);
+        grasp.refused = reason != FailureReason::NoFruitAtDetection;
         grasp.stage = Stage::Opening { since: robot.time };
         Next::Stay(Phase::Grasp(grasp), STILL)
     }
@@ -200,6 +207,8 @@ impl ExpertPicker {
         let (way, speed) = (self.rig.config.approach.look.si(), self.rig.config.arm.approach_speed.si());
         self.rig.yield_arm(robot);
         self.rig.motion.go_straight(&self.rig.arm, direction, way, speed, &self.rig.config.arm);
+        // What presses on the hand breaks within a few frames.
+        self.rig.motion.set_line_acceleration(self.config.leave.acceleration.si());
     }
 
     fn start_pull(&mut self, failed: u32) -> Next {

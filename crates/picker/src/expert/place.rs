@@ -54,7 +54,7 @@ impl ExpertPicker {
             }
             return self.deposited(robot);
         }
-        if !self.rig.holds_fruit(robot) {
+        if !self.still_holds(robot) {
             return Next::Fail(FailureReason::Slipped);
         }
         let Some([above, low]) = self.slots.next() else {
@@ -105,12 +105,18 @@ impl ExpertPicker {
     /// The fruit is in the bucket: up and on to the next one.
     fn deposited(&mut self, robot: &RobotState) -> Next {
         self.rig.conclude(robot, AttemptEnd::Deposited);
-        let above = self.slots.next().map(|[above, _]| above);
-        self.slots.fill();
         self.rig.open_fingers();
-        let carry = self.rig.postures.carry();
-        let up = above.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
-        self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
+        self.leave_bucket(robot);
+        self.slots.fill();
         Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
+    }
+
+    /// Starts the arm to the carrying posture, over the bucket's rim first if the hand is over the bucket.
+    pub(crate) fn leave_bucket(&mut self, robot: &RobotState) {
+        let in_bucket = self.slots.covers(&self.rig.arm.tcp(&robot.q).translation.vector);
+        let over = self.slots.next().map(|[above, _]| above).filter(|_| in_bucket);
+        let up = over.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
+        let carry = self.rig.postures.carry();
+        self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
     }
 }

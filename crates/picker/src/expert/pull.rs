@@ -18,19 +18,21 @@ pub(crate) struct Pull {
     weight: f64,
     /// Time for which the pull has been lower than its peak, but not slack [s].
     sagging: f64,
+    /// Time since the hand had gone its way [s]: the smoothed pull lags behind a stem that gave way at its end.
+    settled: f64,
     /// Tries at this target that came to nothing.
     failed: u32,
 }
 
 impl Pull {
     pub fn new(failed: u32) -> Self {
-        Self { tension: 0.0, peak: 0.0, travelled: 0.0, weight: 0.0, sagging: 0.0, failed }
+        Self { tension: 0.0, peak: 0.0, travelled: 0.0, weight: 0.0, sagging: 0.0, settled: 0.0, failed }
     }
 }
 
 impl ExpertPicker {
     pub(crate) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
-        if !self.rig.holds_fruit(robot) {
+        if !self.still_holds(robot) {
             return self.lose(pull, robot);
         }
         let Some(direction) = self.rig.attempt.as_ref().map(|a| a.plan.direction()) else {
@@ -61,7 +63,13 @@ impl ExpertPicker {
         // The hand travels on and the stem stays taut, or the pull falls back and does not end: wood yields.
         let wood_yields = pull.travelled > feel.wood_way.si() || pull.sagging > feel.wood_time.si();
         if ended || (wood_yields && !slack) {
-            return Next::Fail(FailureReason::StemTooStrong);
+            if self.rig.motion.travelled().is_some() {
+                self.rig.motion.stop();
+            }
+            pull.settled += robot.dt;
+            if pull.settled > feel.settle_time.si() {
+                return Next::Fail(FailureReason::StemTooStrong);
+            }
         }
         Next::Stay(Phase::Pull(pull), STILL)
     }

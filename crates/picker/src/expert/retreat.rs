@@ -1,6 +1,6 @@
 //! Retreat: the empty hand out of the canopy, the way it came.
 
-use crate::expert::{ExpertPicker, Next, Phase};
+use crate::expert::{Care, ExpertPicker, Next, Phase};
 use crate::record::State;
 use crate::rig::{Attempt, STILL};
 use crate::robot_state::RobotState;
@@ -20,6 +20,8 @@ enum Stage {
     Opening(Vec3),
     /// Going back.
     Back,
+    /// Over the bucket, if the hand is in it.
+    Up,
     /// To the carrying posture.
     Home,
 }
@@ -29,6 +31,7 @@ impl Retreat {
     pub fn after_failure(state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Self {
         let stage = match (state, attempt) {
             (State::Grasp | State::Pull, Some(attempt)) => Stage::Opening(-attempt.plan.direction()),
+            (State::Deposit, _) => Stage::Up,
             _ => Stage::Home,
         };
         Self { since: robot.time, stage }
@@ -55,10 +58,14 @@ impl ExpertPicker {
             }
             Stage::Back if self.rig.motion.is_over() => retreat.stage = Stage::Home,
             Stage::Back => {}
+            Stage::Up => {
+                self.leave_bucket(robot);
+                retreat.stage = Stage::Home;
+            }
             Stage::Home => {
                 let carry = self.rig.postures.carry();
                 if *self.rig.motion.goal() != carry {
-                    self.swing_among(carry);
+                    self.swing_among(carry, Care::Much);
                 }
                 let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
                 if near || self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {

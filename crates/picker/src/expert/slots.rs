@@ -8,6 +8,7 @@ use orchard_robot::{ArmKinematics, Bucket, JointVector};
 /// Postures over each place and lowered to it, layer upon layer, and how many have been used.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Slots {
+    bucket: Bucket,
     postures: Vec<[JointVector; 2]>,
     filled: usize,
 }
@@ -25,7 +26,13 @@ impl Slots {
                 }
             }
         }
-        Self { postures, filled: 0 }
+        Self { bucket: *bucket, postures, filled: 0 }
+    }
+
+    /// Whether a point of the base frame lies over or in the bucket.
+    pub fn covers(&self, p_base: &Vec3) -> bool {
+        let off = (p_base - self.bucket.p_base).abs();
+        off.x < self.bucket.half.x && off.y < self.bucket.half.y
     }
 
     /// Over the next free place and down in it; once all are full the top layer's are used again. `None` where the

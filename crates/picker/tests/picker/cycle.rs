@@ -1,6 +1,6 @@
 //! The harvest cycle in a made-up orchard.
 
-use crate::fake::{FakeWorld, Fate, Sight};
+use crate::fake::{FakeWorld, Fate, Sight, Wood};
 use orchard_geometry::{Pose, Shape, Vec3, inverse_transform, transform};
 use orchard_picker::{
     AttemptEnd, Controller, Event, ExpertConfig, FailureReason, Kind, PickerConfig, Record, State,
@@ -137,6 +137,35 @@ fn a_stem_of_infinite_strength_is_given_up_and_left_alone() {
         world.run(&mut picker, 40.0, |_, _| {});
         assert_eq!(ends(picker.record()), [AttemptEnd::Failed(FailureReason::StemTooStrong)]);
         assert_eq!((world.count(Fate::Hanging), starts(picker.record())), (1, 1));
+    }
+}
+
+/// Wood that no image shows stops the expert's hand wherever it comes from: at the look posture it folds, on the straight way it goes
+/// back; after its tries the fruit is left alone.
+#[test]
+fn the_expert_yields_to_wood_that_it_feels() {
+    let expert = ExpertConfig::preset();
+    let (near, far) = (0.12, expert.shared.approach.look.si() + 0.05);
+    for (radius, state, times) in [(near, State::Grasp, 2), (far, State::Reach, 1)] {
+        let mut world = FakeWorld::new(&FRUIT[..1]);
+        let p = world.fruit[0].p_hang;
+        world.wood = Some(Wood { p, radius, stiffness: 1500.0, deepest: 0.0 });
+        let mut picker = world.picker(Kind::Expert);
+        world.run(&mut picker, 25.0, |_, _| {});
+        let record = picker.record();
+        assert_eq!((world.count(Fate::Hanging), starts(record)), (1, 1), "{:?}", record.events);
+        let blocked = [FailureReason::GraspStalled, FailureReason::Blocked].map(AttemptEnd::Failed);
+        assert!(ends(record).iter().all(|end| blocked.contains(end)), "{:?}", ends(record));
+        // It homed in twice; or was met while the arm unfolded, and it folded to come once more.
+        let came =
+            record.events.iter().filter(|e| matches!(e, Event::StateChanged { state: s, .. } if *s == state));
+        assert!(came.count() >= times, "{:?}", record.events);
+        // The smoothed force passes its limit within three frames at the fastest; braking takes about as long again.
+        let deepest = world.wood.map_or(0.0, |wood| wood.deepest);
+        // 1.6 rad/s at an arm's length.
+        const FASTEST: f64 = 1.3;
+        let frames = 6.0 / 60.0;
+        assert!(deepest > 0.0 && deepest < FASTEST * frames, "{radius} {deepest}");
     }
 }
 

@@ -39,6 +39,27 @@ pub enum Sight {
     FruitVanishesAfter(f64),
 }
 
+/// A ball that no image shows and that gives way like a spring to the point between the fingers.
+#[derive(Debug, Clone)]
+pub struct Wood {
+    pub p: Vec3,
+    pub radius: f64,
+    /// [N/m]
+    pub stiffness: f64,
+    /// Deepest that the hand was in it [m].
+    pub deepest: f64,
+}
+
+impl Wood {
+    /// Force that the hand exerts on it.
+    fn force(&mut self, p_tcp: &Vec3) -> Vec3 {
+        let inwards = self.p - p_tcp;
+        let depth = (self.radius - inwards.norm()).max(0.0);
+        self.deepest = self.deepest.max(depth);
+        inwards.normalize() * (depth * self.stiffness)
+    }
+}
+
 #[derive(Debug, Clone)]
 pub struct FakeWorld {
     pub robot: RobotModel,
@@ -49,6 +70,7 @@ pub struct FakeWorld {
     in_flight: VecDeque<(f64, DepthImage)>,
     /// Stem force at which a fruit comes off [N].
     pub stem_strength: f64,
+    pub wood: Option<Wood>,
     pub base: [f64; 3],
     pub q: JointVector,
     pub time_frames: u32,
@@ -77,6 +99,7 @@ impl FakeWorld {
             latency: 0,
             in_flight: VecDeque::new(),
             stem_strength: 22.0,
+            wood: None,
             base: [0.0; 3],
             q: robot.kinematics().home(),
             time_frames: 0,
@@ -120,6 +143,11 @@ impl FakeWorld {
         {
             let f = &self.fruit[i];
             let force = self.x_base().rotation.inverse() * ((f.p - f.p_hang) * STEM_STIFFNESS);
+            torque += arm.jacobian(&self.q).fixed_rows::<3>(3).transpose() * force;
+        }
+        let (x_base, p_tcp_base) = (self.x_base(), arm.tcp(&self.q).translation.vector);
+        if let Some(wood) = &mut self.wood {
+            let force = x_base.rotation.inverse() * wood.force(&transform(&x_base, &p_tcp_base));
             torque += arm.jacobian(&self.q).fixed_rows::<3>(3).transpose() * force;
         }
         let intrinsics = Intrinsics::from_vertical_fov(192, 144, 75f64.to_radians());

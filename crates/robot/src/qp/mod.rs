@@ -1,7 +1,7 @@
 //! Inverse kinematics as a quadratic program at control rate: joint velocities that follow a twist of the TCP within the
 //! joint limits and clear of what the arm must not touch.
 //!
-//! One step minimises `|J v - t|_W^2 + lambda |v - v_n|^2 + sum_k rho s_k` over the joint velocities v and the
+//! One step minimises `(|J v - t|_W^2 + lambda |v - v_n|^2)/2 + sum_k rho_k s_k` over the joint velocities v and the
 //! slacks s >= 0 (`kanoun2011priority`, without its priorities). t is the wanted twist, v_n the motion towards the preferred
 //! posture in the null space of J. Constraints:
 //!
@@ -80,8 +80,8 @@ pub struct Obstacle {
     pub p_base: Vec3,
     /// Distance to keep [m].
     pub clearance: f64,
-    /// Cost of coming nearer than that, against the square of an error of the TCP's velocity [m/s]: twigs may be cheap, a
-    /// trunk dear.
+    /// Price of coming nearer than that [m/s]: it gives way where the TCP would lag by more in its direction. Twigs may be
+    /// cheap, a trunk dear; dearer than a tenth of the links' own price counts as that.
     pub penalty: f64,
 }
 
@@ -258,7 +258,8 @@ impl ArmKinematics {
         let mut found = Vec::new();
         for obstacle in obstacles.iter().filter(|o| o.is_finite()) {
             posture.near_ball(&obstacle.p_base, obstacle.clearance.max(0.0), c.influence, &mut found);
-            near.extend(found.drain(..).map(|nearness| (nearness, obstacle.penalty)));
+            let penalty = obstacle.penalty.min(0.1 * c.self_penalty);
+            near.extend(found.drain(..).map(|nearness| (nearness, penalty)));
         }
         // Stable: equals stay in the caller's order.
         near.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
