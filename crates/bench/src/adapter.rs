@@ -150,6 +150,7 @@ fn noted(event: &Event) -> ControllerEvent {
             ControllerEvent::AttemptEnded { failure: Some(name(reason)) }
         }
         Event::Grasped { width, .. } => ControllerEvent::Grasped { width: *width },
+        Event::Yielded { force, .. } => ControllerEvent::Yielded { force: *force },
         Event::StemGaveWay { pull, .. } => ControllerEvent::StemGaveWay { pull: *pull },
     }
 }

@@ -160,8 +160,19 @@ pub struct Belief {
     pub stem_time: Option<f64>,
     /// Largest pull that it had estimated by then [N].
     pub pull_n: Option<f64>,
+    /// When it went back from what the hand pressed on.
+    pub yielded: Vec<Yielding>,
     /// How it believed to have ended: `deposited` or a reason; null if it did not end the attempt.
     pub end: Option<String>,
+}
+
+/// The hand went back from what it pressed on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Yielding {
+    /// When [s].
+    pub time: f64,
+    /// Force that the controller felt [N].
+    pub force_n: Option<f64>,
 }
 
 /// How the fingers lost a fruit.

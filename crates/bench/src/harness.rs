@@ -8,7 +8,7 @@ use orchard_robot::{ARM_DOF, Command};
 use crate::attempts::{AttemptLog, History, judge, knocked_off};
 use crate::episode::{
     Belief, DepositEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord, FruitState,
-    Outcome, SnapEvent, array, finite,
+    Outcome, SnapEvent, Yielding, array, finite,
 };
 use crate::hold::HoldWatch;
 use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
@@ -171,6 +171,12 @@ impl EpisodeLog {
                     if let Some(attempt) = self.running() {
                         attempt.belief.stem_time = Some(time);
                         attempt.belief.pull_n = finite(pull);
+                    }
+                }
+                ControllerEvent::Yielded { force } => {
+                    let time = self.time();
+                    if let Some(attempt) = self.running() {
+                        attempt.belief.yielded.push(Yielding { time, force_n: finite(force) });
                     }
                 }
                 ControllerEvent::AttemptEnded { failure } => self.end_attempt(failure),

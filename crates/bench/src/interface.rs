@@ -123,6 +123,11 @@ pub enum ControllerEvent {
         /// Largest pull that it estimated [N].
         pull: f64,
     },
+    /// It goes back from what the hand pressed on.
+    Yielded {
+        /// Force that it felt [N].
+        force: f64,
+    },
     /// It entered a state.
     StateChanged {
         /// The state's name.

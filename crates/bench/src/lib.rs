@@ -41,8 +41,6 @@ pub mod verify;
 mod watch;
 pub mod zones;
 
-use statistics::bootstrap;
-
 pub use harness::run_episode;
 pub use holdings::OtherPlan;
 pub use run::{RunResult, WorldFactory, run};

@@ -99,6 +99,15 @@ pub enum Event {
         /// Largest pull along the withdrawal that the arm's torques told [N].
         pull: f64,
     },
+    /// The hand goes back from what it pressed on.
+    Yielded {
+        /// Time [s].
+        time: f64,
+        /// Attempt.
+        id: AttemptId,
+        /// Force that the arm's torques told [N].
+        force: f64,
+    },
     /// The controller's state changed.
     StateChanged {
         /// Time [s].

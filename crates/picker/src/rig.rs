@@ -282,6 +282,13 @@ impl Rig {
         }
     }
 
+    /// The hand goes back from what it pressed on with a force [N].
+    pub fn note_yielding(&mut self, robot: &RobotState, force: f64) {
+        if let Some(attempt) = &self.attempt {
+            self.record.events.push(Event::Yielded { time: robot.time, id: attempt.id, force });
+        }
+    }
+
     /// The stem has given way, after a largest pull [N].
     pub fn note_release_of_stem(&mut self, robot: &RobotState, pull: f64) {
         if let Some(attempt) = &self.attempt {

@@ -119,6 +119,11 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     if let (Some(at), Some(pull)) = (belief.stem_time, belief.pull_n) {
         lines.push((at, format!("believes that the stem gave way, after {pull:.0} N")));
     }
+    for yielding in &belief.yielded {
+        let force = yielding.force_n.map_or_else(String::new, |force| format!(" with {force:.0} N"));
+        lines
+            .push((yielding.time, format!("feels that the hand presses on something{force}, and goes back")));
+    }
     let last = lines.last().map_or(attempt.end_time, |(at, _)| at.max(attempt.end_time));
     for held in &attempt.held {
         let fruit = held.fruit;

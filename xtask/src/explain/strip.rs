@@ -48,6 +48,9 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
         let width = belief.grasp_width_m.map_or_else(String::new, |w| format!(" ({:.0} mm)", 1e3 * w));
         found.push((frame_of(time), format!("believes it holds{width}"), None));
     }
+    for yielding in &belief.yielded {
+        found.push((frame_of(yielding.time), "goes back".to_owned(), None));
+    }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().any(|k| k.fruit == event.fruit);
         let what = if knocked { "KNOCKED OFF" } else { "off its stem" };

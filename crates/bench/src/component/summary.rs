@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::metrics::metrics;
 use super::{Component, ComponentPlan, ComponentRun, TreeRecord};
-use crate::bootstrap::Resamples;
 use crate::metrics::{Metric, estimate};
 use crate::record::Record;
+use crate::seeds::SeedSetLabel;
+use crate::statistics::Resamples;
 
 /// A whole run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,8 +17,12 @@ pub struct ComponentSummary {
     /// The run.
     #[serde(flatten)]
     pub run: ComponentRun,
+    /// Version of the protocol's config.
+    pub config_version: String,
     /// Profile.
     pub profile: String,
+    /// Seed set that the trees are of.
+    pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
     /// One line a tree.
@@ -62,7 +67,9 @@ impl ComponentSummary {
         }
         Self {
             run: plan.run_of(C::NAME),
+            config_version: plan.protocol.version.clone(),
             profile: plan.profile.clone(),
+            seed_set: plan.protocol.label(&plan.seeds, plan.trees),
             seeds: plan.seeds.clone(),
             trees: trees.iter().map(line).collect(),
             outcomes,

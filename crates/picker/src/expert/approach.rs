@@ -170,6 +170,7 @@ impl ExpertPicker {
 
     /// Back to the carrying posture from wood that the hand has met, to come another way if a try is left.
     fn recoil(&mut self, failed: u32, robot: &RobotState) -> Next {
+        self.rig.note_yielding(robot, self.touch);
         let failed = failed + 1;
         if failed >= self.config.homing.tries.get() {
             return Next::Fail(FailureReason::Blocked);
@@ -191,6 +192,7 @@ impl ExpertPicker {
                 return Next::Fail(FailureReason::Blocked);
             }
             reach.recoiling = false;
+            self.rig.restart_clock(robot);
         } else if self.is_pressed() {
             return self.recoil(reach.failed, robot);
         }

@@ -169,6 +169,7 @@ impl ExpertPicker {
             return self.try_again(grasp, FailureReason::GraspUnreachable, robot);
         }
         if !near && pushed {
+            self.rig.note_yielding(robot, grasp.push.max(self.touch));
             return self.try_again(grasp, FailureReason::GraspStalled, robot);
         }
         if !(self.rig.arm_arrived(robot) || (near && (pushed || self.rig.motion.is_over()))) {
