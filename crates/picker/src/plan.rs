@@ -276,7 +276,7 @@ mod tests {
             look_posture(arm, &target, &rotation, &q, margin, config).is_some()
         };
         let farthest =
-            |margin: f64| (60..130).map(|k| 0.01 * f64::from(k)).filter(|x| reaches(*x, margin)).last();
+            |margin: f64| (60..130).rev().map(|k| 0.01 * f64::from(k)).find(|x| reaches(*x, margin));
         let (bare, shorter) = (farthest(0.0).expect("reached"), farthest(0.1).expect("reached"));
         // A centimetre either way for the grid.
         assert!((bare - shorter - 0.1).abs() <= 0.011, "{bare} {shorter}");
