@@ -1,8 +1,6 @@
 //! Driving the base to a pose beside the tree without running into it.
 
 use crate::config::DriveConfig;
-use crate::record::FailureReason;
-use crate::rig::{Rig, STILL};
 use crate::robot_state::RobotState;
 use nalgebra::Vector2;
 use orchard_geometry::{Pose, Rotation, Vec3, math};
@@ -108,45 +106,6 @@ pub(crate) fn drive(
     let forward = cos * wanted.x + sin * wanted.y;
     let left = -sin * wanted.x + cos * wanted.y;
     ([forward, left, turn], false)
-}
-
-/// A frame's drive to a stand-off.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Drive {
-    /// Velocity in the base frame.
-    pub velocity: [f64; 3],
-    /// Whether the base is there and stands.
-    pub stands: bool,
-}
-
-impl Rig {
-    /// Drives on to a stand-off; without sight the base waits.
-    ///
-    /// # Errors
-    /// It takes too long, or something holds the base.
-    pub fn drive_to(
-        &self,
-        goal: &BaseGoal,
-        stall: &mut StallWatch,
-        blind: bool,
-        robot: &RobotState,
-    ) -> Result<Drive, FailureReason> {
-        if self.elapsed(robot) > self.config.timeout.align.si() {
-            return Err(FailureReason::AlignTimeout);
-        }
-        if blind {
-            return Ok(Drive { velocity: STILL, stands: false });
-        }
-        let (tree, c) = (self.eyes.belief.p_odom(), &self.config.drive);
-        let align = &self.config.align;
-        let tolerance = Tolerance::new(&align.position_tolerance, &align.angle_tolerance);
-        let (velocity, arrived) = drive(robot, goal, &tree, c, tolerance);
-        if stall.is_stalled(robot, &velocity, c, self.patience()) {
-            return Err(FailureReason::Blocked);
-        }
-        let still = robot.base_speed <= c.stall_speed.si() && robot.turn_speed <= c.stall_speed.si();
-        Ok(Drive { velocity, stands: arrived && still })
-    }
 }
 
 /// Notices a base that is told to move and does not.

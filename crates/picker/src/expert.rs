@@ -11,7 +11,6 @@ mod pull;
 mod retreat;
 mod slots;
 
-pub(crate) use config::HomingConfig;
 pub use config::{EXPERT_TOML, ExpertConfig};
 
 use crate::Controller;

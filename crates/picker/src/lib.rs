@@ -5,6 +5,7 @@
 //! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat; [`ExpertPicker`] is the best that this crate has;
 //! [`Kind`] names the controllers of this crate.
 
+mod align;
 mod baseline;
 mod blacklist;
 mod choose;

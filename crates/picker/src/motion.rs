@@ -4,12 +4,12 @@ mod homing;
 mod path;
 
 use crate::config::ArmConfig;
-use crate::expert::HomingConfig;
 use crate::motion::homing::Homing;
 use crate::motion::path::Path;
 use orchard_geometry::{Pose, Vec3};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector, Obstacle};
 
+pub use crate::motion::homing::HomingConfig;
 pub(crate) use crate::motion::path::Pace;
 
 /// A cubic in time from rest to rest: all joints start and stop together.

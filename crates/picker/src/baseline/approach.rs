@@ -1,9 +1,10 @@
 //! Align: drive to the stand-off. Reach: bring the hand before the fruit and look again.
 
+use crate::align::Drive;
 use crate::baseline::grasp::Grasp;
 use crate::baseline::push::Push;
 use crate::baseline::{BaselinePicker, Next, Phase};
-use crate::drive::{BaseGoal, Drive, StallWatch};
+use crate::drive::{BaseGoal, StallWatch};
 use crate::plan::{Search, Target};
 use crate::record::FailureReason;
 use crate::rig::STILL;

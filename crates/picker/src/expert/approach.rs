@@ -1,7 +1,8 @@
 //! Align: drive to the stand-off, the arm unfolding on the last stretch. Reach: look at the fruit from near by. Where the
 //! hand meets wood on its way there it goes back and comes another way.
 
-use crate::drive::{BaseGoal, Drive, StallWatch};
+use crate::align::Drive;
+use crate::drive::{BaseGoal, StallWatch};
 use crate::expert::grasp::Grasp;
 use crate::expert::{Care, ExpertPicker, Next, Phase};
 use crate::plan::{GraspPlan, Target, swept};

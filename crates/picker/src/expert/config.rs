@@ -1,6 +1,7 @@
 //! The expert picker's config: the shared part in the baseline's form, then its own.
 
 use crate::config::{PickerConfig, section};
+use crate::motion::HomingConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 
 /// The preset `expert` as TOML text.
@@ -53,48 +54,6 @@ section! {
         speed: Quantity,
         /// A point in the way of the hand's swing to the second look, in points in the way of the approach.
         swing_cost: Quantity,
-    }
-}
-
-section! {
-    /// The hand's way onto the fruit.
-    HomingConfig {
-        /// Largest speed along the approach.
-        speed: Quantity,
-        /// Largest speed across it.
-        lateral_speed: Quantity,
-        /// Error across the approach that holds the hand up no longer.
-        lateral_tolerance: Quantity,
-        /// Largest acceleration.
-        acceleration: Quantity,
-        /// The last stretch, straight along the approach.
-        straight: Quantity,
-        /// Rate at which the hand's orientation is corrected.
-        turn_gain: Quantity,
-        /// The links keep this far from points seen in the way, outside the hand's straight path.
-        clearance: Quantity,
-        /// Cost of coming nearer, in squares of a lag of the hand behind its speed.
-        clearance_cost: Quantity,
-        /// Points in cubes of this size count once.
-        clearance_grid: Quantity,
-        /// Points this near to the hand or the fruit count.
-        clearance_range: Quantity,
-        /// Time without progress after which the way is lost.
-        patience: Quantity,
-        /// A push against the hand over this ends the advance; the hand slows down in proportion before.
-        push_max: Quantity,
-        /// Weight of a frame's push in the running mean.
-        push_weight: Quantity,
-        /// So many points in its way halve the hand's speed.
-        crowd: Quantity,
-        /// Share of the speeds among branches on a further try, and back from what was met.
-        careful: Quantity,
-        /// Slowest advance against a push, as a share of the speeds.
-        pace_min: Quantity,
-        /// Another direction is turned from one that wood blocks by at least this.
-        other_angle: Quantity,
-        /// Tries at one target.
-        tries: Count,
     }
 }
 

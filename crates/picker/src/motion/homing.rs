@@ -3,16 +3,59 @@
 //! Each frame's joint velocities are a quadratic program ([`ArmKinematics::velocity_step`]): they follow the hand's wanted
 //! velocity within the joints' limits, the links clear of each other and of what was seen in the way.
 
-use crate::expert::HomingConfig;
+use crate::config::section;
 use crate::motion::stopping_speed;
 use nalgebra::Vector6;
 use orchard_geometry::{Pose, Vec3};
+use orchard_quantity::{Count, Quantity};
 use orchard_robot::{ArmKinematics, JointVector, Obstacle, QpGoal, QpState, QpStatus, QpTask};
 
 /// Distance from the goal at which the hand is there [m], and its turn from the goal's orientation [rad]: a fiftieth of the fruit's
 /// radius at the fingertips' lever.
 const ARRIVED: f64 = 1e-3;
 const TURNED: f64 = 0.02;
+
+section! {
+    /// The hand's way onto the fruit.
+    HomingConfig {
+        /// Largest speed along the approach.
+        speed: Quantity,
+        /// Largest speed across it.
+        lateral_speed: Quantity,
+        /// Error across the approach that holds the hand up no longer.
+        lateral_tolerance: Quantity,
+        /// Largest acceleration.
+        acceleration: Quantity,
+        /// The last stretch, straight along the approach.
+        straight: Quantity,
+        /// Rate at which the hand's orientation is corrected.
+        turn_gain: Quantity,
+        /// The links keep this far from points seen in the way, outside the hand's straight path.
+        clearance: Quantity,
+        /// Cost of coming nearer, in squares of a lag of the hand behind its speed.
+        clearance_cost: Quantity,
+        /// Points in cubes of this size count once.
+        clearance_grid: Quantity,
+        /// Points this near to the hand or the fruit count.
+        clearance_range: Quantity,
+        /// Time without progress after which the way is lost.
+        patience: Quantity,
+        /// A push against the hand over this ends the advance; the hand slows down in proportion before.
+        push_max: Quantity,
+        /// Weight of a frame's push in the running mean.
+        push_weight: Quantity,
+        /// So many points in its way halve the hand's speed.
+        crowd: Quantity,
+        /// Share of the speeds among branches on a further try, and back from what was met.
+        careful: Quantity,
+        /// Slowest advance against a push, as a share of the speeds.
+        pace_min: Quantity,
+        /// Another direction is turned from one that wood blocks by at least this.
+        other_angle: Quantity,
+        /// Tries at one target.
+        tries: Count,
+    }
+}
 
 /// Share of the wanted motion that is progress.
 const FOLLOWED: f64 = 0.25;
