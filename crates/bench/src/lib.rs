@@ -12,6 +12,7 @@ pub mod detect;
 pub mod episode;
 #[cfg(test)]
 mod fake;
+pub mod growing;
 mod harness;
 #[cfg(test)]
 mod harness_tests;
@@ -21,6 +22,7 @@ mod holdings;
 pub mod interface;
 mod matching;
 pub mod metrics;
+pub mod observe;
 pub mod plan;
 pub mod protocol;
 mod reason;
@@ -41,8 +43,8 @@ pub mod verify;
 mod watch;
 pub mod zones;
 
-pub use harness::run_episode;
+pub use harness::{run_episode, watch_episode};
 pub use holdings::OtherPlan;
-pub use run::{RunResult, WorldFactory, run};
+pub use run::{RunResult, WorldFactory, run, run_watched};
 pub use task::{Progress, RunError, Silent};
 pub use trial::trial;

@@ -2,16 +2,18 @@
 //!
 //! Episodes are the records of a [`Task`]: independent, each with its own file.
 
+use std::marker::PhantomData;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::compute::{Compute, EpisodeCost};
 use crate::episode::{EpisodeKey, EpisodeRecord};
-use crate::harness::{never_started, run_episode};
+use crate::harness::{never_started, watch_episode};
 use crate::interface::{BenchController, BenchWorld};
+use crate::observe::{KeepNothing, Watch};
 use crate::plan::Plan;
 use crate::record::Record;
-use crate::store::Store;
+use crate::store::{Store, StoreError};
 use crate::summary::Summary;
 use crate::task::{Progress, RunError, Task, run_task};
 
@@ -54,9 +56,25 @@ pub fn run<F: WorldFactory>(
     stop: &AtomicBool,
     progress: &impl Progress<EpisodeRecord>,
 ) -> Result<RunResult, RunError> {
+    run_watched(plan, factory, store, threads, stop, progress, &KeepNothing(PhantomData))
+}
+
+/// [`run`] with somebody who watches every episode.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_watched<F: WorldFactory>(
+    plan: &Plan,
+    factory: &F,
+    store: &Store,
+    threads: usize,
+    stop: &AtomicBool,
+    progress: &impl Progress<EpisodeRecord>,
+    watch: &impl Watch<F::World>,
+) -> Result<RunResult, RunError> {
     plan.check()?;
     let start = Instant::now();
-    let done = run_task(&Episodes { plan, factory }, store, threads, stop, progress)?;
+    let done = run_task(&Episodes { plan, factory, watch }, store, threads, stop, progress)?;
     let (episodes, walls): (Vec<EpisodeRecord>, Vec<Option<f64>>) = done.into_iter().unzip();
     let summary = Summary::of_run(plan, &episodes);
     let steps =
@@ -70,12 +88,13 @@ pub fn run<F: WorldFactory>(
 }
 
 /// The harvest task: an episode of every world of a plan.
-struct Episodes<'a, F> {
+struct Episodes<'a, F, O> {
     plan: &'a Plan,
     factory: &'a F,
+    watch: &'a O,
 }
 
-impl<F: WorldFactory> Task for Episodes<'_, F> {
+impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
     type Record = EpisodeRecord;
     const RESULTS: &'static [&'static str] = &[SUMMARY, COMPUTE];
 
@@ -88,13 +107,24 @@ impl<F: WorldFactory> Task for Episodes<'_, F> {
         key: &EpisodeKey,
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
-    ) -> Option<EpisodeRecord> {
-        match self.factory.build(key.seed, key.world, key.repeat) {
-            Err(reason) => Some(never_started(key.clone(), reason)),
-            Ok((mut world, mut controller)) => {
-                let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
-                run_episode(key.clone(), &mut world, &mut controller, protocol, frame, stop, on_step)
-            }
+    ) -> Result<Option<EpisodeRecord>, StoreError> {
+        let (mut world, mut controller) = match self.factory.build(key.seed, key.world, key.repeat) {
+            Ok(built) => built,
+            Err(reason) => return Ok(Some(never_started(key.clone(), reason))),
+        };
+        let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
+        let mut observer = self.watch.begin(key, &world);
+        let (key, world, controller) = (key.clone(), &mut world, &mut controller);
+        let record =
+            watch_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
+        if let Some(record) = &record {
+            self.watch.end(observer, world, record)?;
         }
+        Ok(record)
+    }
+
+    fn is_kept(&self, record: &EpisodeRecord) -> bool {
+        // A world that was never built has nothing to watch.
+        record.fruit_total == 0 && record.frames == 0 || self.watch.is_kept(&record.key)
     }
 }

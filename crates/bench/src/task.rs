@@ -22,12 +22,20 @@ pub trait Task: Sync {
     /// What is to be computed, in the order of the results.
     fn keys(&self) -> Vec<<Self::Record as Record>::Key>;
     /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
+    ///
+    /// # Errors
+    /// A file that the task keeps beside the record cannot be written.
     fn compute(
         &self,
         key: &<Self::Record as Record>::Key,
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
-    ) -> Option<Self::Record>;
+    ) -> Result<Option<Self::Record>, StoreError>;
+    /// Whether the files that the task keeps beside a record are there; else the record is computed again.
+    fn is_kept(&self, record: &Self::Record) -> bool {
+        let _ = record;
+        true
+    }
 }
 
 /// Hears how a run goes on, from several threads.
@@ -122,20 +130,20 @@ fn one<T: Task>(
     progress: &impl Progress<T::Record>,
 ) -> Result<Option<Timed<T::Record>>, StoreError> {
     match store.stored::<T::Record>(key) {
-        Stored::Whole(record) => {
+        Stored::Whole(record) if task.is_kept(&record) => {
             progress.record(&record, true);
             return Ok(Some((*record, None)));
         }
         Stored::Damaged => {
             progress.note(&format!("{} is damaged and is computed again", T::Record::path(key)));
         }
-        Stored::Missing | Stored::Other => {}
+        Stored::Whole(_) | Stored::Missing | Stored::Other => {}
     }
     if stop.load(Ordering::Relaxed) {
         return Ok(None);
     }
     let start = Instant::now();
-    let Some(record) = task.compute(key, stop, &mut || progress.step()) else { return Ok(None) };
+    let Some(record) = task.compute(key, stop, &mut || progress.step())? else { return Ok(None) };
     store.write_record(&record)?;
     progress.record(&record, false);
     Ok(Some((record, Some(start.elapsed().as_secs_f64()))))
