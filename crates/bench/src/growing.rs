@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::store::{StoreError, error, temporary_in};
+use crate::store::{StoreError, temporary_in};
 
 /// A temporary file beside the place where it belongs; dropped, it is gone.
 #[derive(Debug)]
@@ -25,7 +25,7 @@ impl GrowingFile {
             std::fs::create_dir_all(folder)?;
             temporary_in(folder)
         };
-        let file = begin().map_err(|e| error(path, e))?;
+        let file = begin().map_err(|e| StoreError::new(path, e))?;
         Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
     }
 
@@ -40,12 +40,7 @@ impl GrowingFile {
             file.as_file().sync_all()?;
             file.persist(&path).map_err(|e| e.error)
         };
-        finish().map(drop).map_err(|e| error(&path, e))
-    }
-
-    /// Says that writing it failed, with its name.
-    pub fn failed(&self, problem: io::Error) -> StoreError {
-        error(&self.path, problem)
+        finish().map(drop).map_err(|e| StoreError::new(&path, e))
     }
 }
 

@@ -199,7 +199,7 @@ impl EpisodeLog {
                     }
                 }
                 ControllerEvent::AttemptEnded { failure } => self.end_attempt(failure),
-                ControllerEvent::Detected { p_odom } => {
+                ControllerEvent::Detected { p_odom, .. } => {
                     self.tally(&p_odom, &world.fruit(), &world.visible_fruit());
                 }
             }

@@ -26,7 +26,7 @@ pub mod observe;
 pub mod plan;
 pub mod protocol;
 mod reason;
-mod record;
+pub mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;

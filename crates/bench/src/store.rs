@@ -22,6 +22,13 @@ pub struct StoreError {
     source: io::Error,
 }
 
+impl StoreError {
+    /// What befell a file.
+    pub fn new(path: &Path, source: io::Error) -> Self {
+        Self { path: path.display().to_string(), source }
+    }
+}
+
 /// What was found where a record's file belongs.
 #[derive(Debug)]
 pub enum Stored<R> {
@@ -152,8 +159,8 @@ fn encode(value: &impl Serialize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-pub(crate) fn error(path: &Path, source: io::Error) -> StoreError {
-    StoreError { path: path.display().to_string(), source }
+fn error(path: &Path, source: io::Error) -> StoreError {
+    StoreError::new(path, source)
 }
 
 #[cfg(test)]
