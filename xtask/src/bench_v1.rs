@@ -27,6 +27,7 @@ gentle    push the hand through the canopy to a point behind it: success, time, 
 Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
 DIR/compute.json      wall time and machine, and nothing else\n  \
+DIR/recordings/*.mcap with --record: one an episode, for Foxglove and `cargo xtask replay` (docs/recording.md)\n  \
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
 DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
@@ -67,6 +68,9 @@ pub struct Args {
     /// most 600 s [default: by profile; quick is nominal, full is both]
     #[arg(long, value_name = "A,B,..", value_delimiter = ',', value_parser = condition)]
     conditions: Option<Vec<ConditionName>>,
+    /// Records every episode of the harvest as an MCAP file, some 30 MB for 75 s; episodes that have no whole one are run again
+    #[arg(long)]
+    record: bool,
     /// Controller that harvests: baseline, the paper's state machine, or expert
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
@@ -261,10 +265,11 @@ fn default_out(args: &Args) -> PathBuf {
 /// An option of a task that is not run would change nothing: better told than ignored.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp};
-    let options: [(&str, bool, &[TaskName], &str); 6] = [
+    let options: [(&str, bool, &[TaskName], &str); 7] = [
         ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
         ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
         ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
+        ("--record", args.record, &[Harvest], "the task harvest"),
         (
             "--controller",
             args.controller.is_some(),

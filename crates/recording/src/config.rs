@@ -71,8 +71,8 @@ impl RecordingConfig {
 
     /// SHA-256 of the values, hexadecimal: files recorded under other ones have other bytes.
     pub fn hash(&self) -> String {
-        let text = serde_json::to_vec(self)
-            .unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"));
+        let text =
+            serde_json::to_vec(self).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"));
         hexadecimal(&Sha256::digest(text))
     }
 }

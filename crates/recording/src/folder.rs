@@ -74,9 +74,8 @@ impl Watch<World> for Recordings {
 
     fn begin(&self, key: &EpisodeKey, world: &World) -> Episode {
         let path = self.root.join(name_of(key));
-        let sink = GrowingFile::begin(&path).and_then(|file| {
-            FileSink::begin(file, &self.header(key)).map_err(|e| StoreError::new(&path, e))
-        });
+        let sink = GrowingFile::begin(&path)
+            .and_then(|file| FileSink::begin(file, &self.header(key)).map_err(|e| StoreError::new(&path, e)));
         let recorder = sink.map(|sink| Recorder::begin(sink, self.config.clone(), self.frame, world));
         Episode { path, recorder }
     }

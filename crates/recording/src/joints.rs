@@ -47,9 +47,10 @@ impl Joints {
             .collect();
         joints.push(joint(&self.height, seen.base_height, None, None));
         joints.extend(
-            self.arm.iter().enumerate().map(|(i, name)| {
-                joint(name, seen.arm_q[i], Some(seen.arm_v[i]), Some(seen.arm_torque[i]))
-            }),
+            self.arm
+                .iter()
+                .enumerate()
+                .map(|(i, name)| joint(name, seen.arm_q[i], Some(seen.arm_v[i]), Some(seen.arm_torque[i]))),
         );
         let finger =
             |(i, name): (usize, &String)| joint(name, seen.finger_q[i], None, Some(seen.finger_force[i]));

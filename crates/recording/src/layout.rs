@@ -47,7 +47,14 @@ mod tests {
         }
         // Everything that can be looked at is.
         for channel in Channel::ALL {
-            let hidden = matches!(channel, Channel::Transforms | Channel::StateHash | Channel::Command | Channel::Detections | Channel::Events);
+            let hidden = matches!(
+                channel,
+                Channel::Transforms
+                    | Channel::StateHash
+                    | Channel::Command
+                    | Channel::Detections
+                    | Channel::Events
+            );
             assert!(hidden || topics.contains(channel.topic()), "{} is in no panel", channel.topic());
         }
     }
@@ -58,7 +65,8 @@ mod tests {
         let layout: Value = serde_json::from_str(LAYOUT).unwrap();
         let mut shown = BTreeSet::new();
         leaves(&layout["layout"], &mut shown);
-        let configured: BTreeSet<String> = layout["configById"].as_object().unwrap().keys().cloned().collect();
+        let configured: BTreeSet<String> =
+            layout["configById"].as_object().unwrap().keys().cloned().collect();
         assert_eq!(shown, configured);
     }
 

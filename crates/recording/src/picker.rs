@@ -176,6 +176,9 @@ mod tests {
         let ended = take(ControllerEvent::AttemptEnded { failure: Some("slipped".into()) });
         assert!(ended.target.unwrap().entities[0].spheres.is_empty());
         let ended = ended.picker.unwrap().0;
-        assert_eq!((ended.trying, ended.failure.as_deref(), ended.state.as_str()), (false, Some("slipped"), "reach"));
+        assert_eq!(
+            (ended.trying, ended.failure.as_deref(), ended.state.as_str()),
+            (false, Some("slipped"), "reach")
+        );
     }
 }

@@ -86,7 +86,8 @@ impl Recording {
                 Piece::Message(message) => *messages.entry(message.channel).or_insert(0) += 1,
             }
         }
-        let foreign = |problem: &str| RecordingError::Foreign { path: path.to_owned(), problem: problem.to_owned() };
+        let foreign =
+            |problem: &str| RecordingError::Foreign { path: path.to_owned(), problem: problem.to_owned() };
         Ok(Self {
             path: path.to_owned(),
             header: header.ok_or_else(|| foreign("it names no episode"))?,
@@ -195,7 +196,9 @@ impl Records {
             .with_validate_summary_section_crc(true)
             .with_check_finishes_after_end_magic(true)
             // A damaged length asks for no more memory than the file could fill.
-            .with_record_length_limit(usize::try_from(length).unwrap_or(usize::MAX).saturating_mul(MOST_COMPRESSED));
+            .with_record_length_limit(
+                usize::try_from(length).unwrap_or(usize::MAX).saturating_mul(MOST_COMPRESSED),
+            );
         let reader = LinearReader::new_with_options(options);
         Ok(Self { path: path.to_owned(), file: BufReader::new(file), reader, channels: BTreeMap::new() })
     }
@@ -206,7 +209,8 @@ impl Records {
             match event.map_err(|e| problem(&self.path, e))? {
                 LinearReadEvent::ReadRequest(wanted) => {
                     let read = self.file.read(self.reader.insert(wanted));
-                    let read = read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?;
+                    let read =
+                        read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?;
                     self.reader.notify_read(read);
                 }
                 LinearReadEvent::Record { data, opcode } => {
@@ -261,7 +265,8 @@ fn problem(path: &Path, e: McapError) -> RecordingError {
 
 fn read_header(path: &Path, fields: &BTreeMap<String, String>) -> Result<Header, RecordingError> {
     let foreign = |problem: String| RecordingError::Foreign { path: path.to_owned(), problem };
-    let field = |name: &str| fields.get(name).ok_or_else(|| foreign(format!("no field {name} in {METADATA}")));
+    let field =
+        |name: &str| fields.get(name).ok_or_else(|| foreign(format!("no field {name} in {METADATA}")));
     let [format, key, config] = FIELDS;
     let format = field(format)?;
     if *format != FORMAT.to_string() {

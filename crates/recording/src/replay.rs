@@ -84,25 +84,16 @@ pub fn replay<F: WorldFactory<World = World>>(
     let (mut world, controller) =
         factory.build(key.seed, key.world, key.repeat).map_err(ReplayError::NoWorld)?;
     let comparison = Rc::new(RefCell::new(Comparison::new(recording.messages()?)));
-    let again = FileSink::begin(Hashing(Sha256::new()), recording.header())
-        .map_err(|e| io_error(recording, e))?;
+    let again =
+        FileSink::begin(Hashing(Sha256::new()), recording.header()).map_err(|e| io_error(recording, e))?;
     let sink = (Shared(comparison.clone()), again);
     let mut recorder = Recorder::begin(sink, config.clone(), frame, &world);
     let mut playback = Playback::new(controller, comparison.clone());
-    let record = watch_episode(
-        key.clone(),
-        &mut world,
-        &mut playback,
-        protocol,
-        frame,
-        stop,
-        on_frame,
-        &mut recorder,
-    );
+    let record =
+        watch_episode(key.clone(), &mut world, &mut playback, protocol, frame, stop, on_frame, &mut recorder);
     let record = record.ok_or(ReplayError::Interrupted)?;
     let (_, again) = recorder.end(&world);
-    let again =
-        again.end(&record, nanoseconds(record.duration_s)).map_err(|e| io_error(recording, e))?;
+    let again = again.end(&record, nanoseconds(record.duration_s)).map_err(|e| io_error(recording, e))?;
     let file_agrees = again.0.finalize() == file_hash(recording)?;
     let found = comparison.borrow_mut().finish()?;
     Ok(Replayed {

@@ -28,7 +28,8 @@ const PLAIN: f64 = 5.0;
 
 /// A message of what a topic shows from now on.
 fn update(now: u64, entities: Vec<SceneEntity>) -> SceneUpdate {
-    let all = SceneEntityDeletion { timestamp: Some(timestamp(now)), r#type: Type::All.into(), id: String::new() };
+    let all =
+        SceneEntityDeletion { timestamp: Some(timestamp(now)), r#type: Type::All.into(), id: String::new() };
     SceneUpdate { deletions: vec![all], entities }
 }
 

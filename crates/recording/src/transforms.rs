@@ -72,7 +72,8 @@ pub struct Transforms(Vec<Tracked>);
 impl Transforms {
     /// Those of a world.
     pub fn of(world: &World) -> Self {
-        let fixed = [(ODOM, Place::Odom), ("base", Place::Base), (CAMERA, Place::Camera), ("tcp", Place::Tcp)];
+        let fixed =
+            [(ODOM, Place::Odom), ("base", Place::Base), (CAMERA, Place::Camera), ("tcp", Place::Tcp)];
         let fixed = fixed.into_iter().map(|(name, place)| (name.to_owned(), place));
         let links = world.robot().articulation().links.iter().zip(&world.handle().bodies);
         let links = links.map(|(link, &body)| (link_frame(&link.name), Place::Body(body)));

@@ -134,7 +134,8 @@ fn rewrite(file: &Path, change: impl Fn(usize, &mut Message) -> bool) -> tempfil
         .into_iter()
         .chain([("key", serde_json::to_string(key).unwrap())])
         .map(|(name, value)| (name.to_owned(), value));
-    let metadata = mcap::records::Metadata { name: "orchardbench.episode".into(), metadata: fields.collect() };
+    let metadata =
+        mcap::records::Metadata { name: "orchardbench.episode".into(), metadata: fields.collect() };
     writer.write_metadata(&metadata).unwrap();
     let ids: Vec<u16> = Channel::ALL
         .iter()
@@ -204,7 +205,10 @@ fn altered_missing_and_added_messages_are_found() {
 
     let less = rewrite(recorded(), |_, m| !(m.channel == Channel::JointStates && m.log_time == HALF));
     let world = replayed(&less).differences[&Origin::World];
-    assert_eq!((world.channel, world.log_time, world.differs), (Channel::JointStates, HALF, Differs::Surplus));
+    assert_eq!(
+        (world.channel, world.log_time, world.differs),
+        (Channel::JointStates, HALF, Differs::Surplus)
+    );
 
     // Nothing but the compression is another: the messages agree, the file does not.
     let same = replayed(&rewrite(recorded(), |_, _| true));

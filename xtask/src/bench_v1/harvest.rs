@@ -7,7 +7,8 @@ use orchard_bench::harvest::Harvest;
 use orchard_bench::plan::Plan;
 use orchard_bench::protocol::{ConditionName, Profile, Protocol};
 use orchard_bench::store::Store;
-use orchard_bench::{OtherPlan, RunResult, run as run_plan};
+use orchard_bench::{OtherPlan, RunResult, run as run_plan, run_watched};
+use orchard_recording::{RecordingConfig, Recordings};
 
 use super::bar::{Bar, Shown};
 use super::{Args, Scope, counts, ended};
@@ -18,6 +19,7 @@ use crate::headline;
 pub struct Asked {
     harvest: Harvest,
     plan: Plan,
+    record: bool,
 }
 
 impl Asked {
@@ -45,7 +47,7 @@ impl Asked {
             .plan_of(args.profile.name(), scope.seeds.clone(), scope.trees, &conditions)
             .repeated(ConditionName::Nominal.name(), scope.repeats);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
-        Ok(Self { harvest, plan })
+        Ok(Self { harvest, plan, record: args.record })
     }
 
     /// Keys of all its episodes.
@@ -64,7 +66,13 @@ impl Asked {
         // The bar counts frames; an episode that ends early gives the rest of the longest back.
         let frames = episodes.iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0);
         let bar = Bar::new(episodes.len(), frames, shown);
-        let result = run_plan(&self.plan, &self.harvest, store, scope.threads, stop, &bar);
+        let (plan, harvest, threads) = (&self.plan, &self.harvest, scope.threads);
+        let result = if self.record {
+            let recordings = Recordings::new(&scope.out, RecordingConfig::paper(), harvest.frame());
+            run_watched(plan, harvest, store, threads, stop, &bar, &recordings)
+        } else {
+            run_plan(plan, harvest, store, threads, stop, &bar)
+        };
         bar.clear();
         report(&ended(result)?, &self.plan);
         say!("results: {}", scope.out.join("summary.json").display());

@@ -29,8 +29,7 @@ impl Wood {
     /// The drawing that is due: an entity a segment, with its spurs.
     pub fn due(&mut self, now: u64, world: &World) -> Option<SceneUpdate> {
         let skeleton = world.skeleton();
-        let debris: Vec<bool> =
-            (0..skeleton.segments.len()).map(|i| world.rupture().is_debris(i)).collect();
+        let debris: Vec<bool> = (0..skeleton.segments.len()).map(|i| world.rupture().is_debris(i)).collect();
         if debris == self.debris {
             return None;
         }
@@ -45,7 +44,12 @@ impl Wood {
         }
         for Spur { segment, p_segment, heading_segment, length, .. } in &skeleton.spurs {
             let pose = Pose::from_parts((*p_segment).into(), rotation_from_z(heading_segment));
-            push(&mut entities[*segment], &Shape::Capsule { radius: SPUR, length: *length }, &pose, color(*segment));
+            push(
+                &mut entities[*segment],
+                &Shape::Capsule { radius: SPUR, length: *length },
+                &pose,
+                color(*segment),
+            );
         }
         Some(update(now, entities))
     }
