@@ -28,6 +28,7 @@ mod picture_file;
 mod python;
 mod read_back;
 mod render;
+mod replay;
 mod robot;
 mod rows;
 mod sensing_args;
@@ -67,6 +68,7 @@ enum Command {
     Detect(detect::Args),
     Explain(explain::Args),
     Render(render::Args),
+    Replay(replay::Args),
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
@@ -90,6 +92,7 @@ fn main() -> ExitCode {
             Command::Detect(args) => detect::run(&args),
             Command::Explain(args) => explain::run(&args),
             Command::Render(args) => render::run(&args),
+            Command::Replay(args) => replay::run(&args),
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
