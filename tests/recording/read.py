@@ -139,6 +139,8 @@ def check_camera(messages, poses, record, case):
         assert len(seen) == len(points) // 3 > 0
         pose = at[taken]["camera"]
         t = pose.translation
+        # Every second all poses are kept; in between, fruit that moved no farther than this were not.
+        near = ROUNDING if taken % 10**9 == 0 else case["still"] + ROUNDING
         fruit = [at[taken][f"fruit/{f['id']}"].translation for f in record["fruit"]]
         for i, (u, v) in enumerate(seen):
             x, y, z = points[3 * i : 3 * i + 3]
@@ -148,8 +150,8 @@ def check_camera(messages, poses, record, case):
             for told, c in zip(record["fruit"], fruit):
                 off = math.dist(p, (c.x, c.y, c.z)) - told["radius"]
                 # Nothing is seen within a fruit; what is seen of it lies on its skin.
-                assert off > -ROUNDING, f"a point {off} m within fruit {told['id']} at {taken} ns"
-                on_fruit += off < ROUNDING
+                assert off > -near, f"a point {off} m within fruit {told['id']} at {taken} ns"
+                on_fruit += off < near
     assert on_fruit > 0, "no point lies on a fruit"
 
 
@@ -216,7 +218,7 @@ def main():
         assert topics_of(json.loads(Path(case["layout"]).read_text())) <= topics
         record = attachments["episode.json"]
         key = json.loads(metadata["orchardbench.episode"]["key"])
-        assert key == record["key"]
+        assert key.items() <= record.items(), "the key"
         poses = list(follow(messages))
         assert poses[0][0] == 0
         check_frames(messages, poses)
