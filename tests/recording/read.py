@@ -136,9 +136,11 @@ def check_camera(messages, poses, record, case):
         points = memoryview(cloud.data).cast("f")
         grid = [(u, v) for v in range(0, height, stride) for u in range(0, width, stride)]
         seen = [(u, v) for u, v in grid if image[v * width + u] > 0]
-        assert len(seen) == len(points) // 3 > 0
+        assert len(seen) == len(points) // 3
         pose = at[taken]["camera"]
         t = pose.translation
+        # Every second all poses are kept; in between, fruit that moved no farther than this were not.
+        near = ROUNDING if taken % 10**9 == 0 else case["still"] + ROUNDING
         fruit = [at[taken][f"fruit/{f['id']}"].translation for f in record["fruit"]]
         for i, (u, v) in enumerate(seen):
             x, y, z = points[3 * i : 3 * i + 3]
@@ -148,8 +150,8 @@ def check_camera(messages, poses, record, case):
             for told, c in zip(record["fruit"], fruit):
                 off = math.dist(p, (c.x, c.y, c.z)) - told["radius"]
                 # Nothing is seen within a fruit; what is seen of it lies on its skin.
-                assert off > -ROUNDING, f"a point {off} m within fruit {told['id']} at {taken} ns"
-                on_fruit += off < ROUNDING
+                assert off > -near, f"a point {off} m within fruit {told['id']} at {taken} ns"
+                on_fruit += off < near
     assert on_fruit > 0, "no point lies on a fruit"
 
 
@@ -166,14 +168,14 @@ def check_robot(messages, record, case):
     commands = messages["/command"]
     assert len(commands) >= frames, "settling adds frames, nothing takes them"
     assert [time for time, _ in commands] == [round(k * step) for k in range(len(commands))]
-    # The hand is where its joints are driven to, within what a servo lags behind.
-    for (_, seen), (_, asked) in zip(joints[1:], commands):
-        arm = [joint.position for joint in seen.joints if joint.name.startswith("fr3_joint")]
-        assert max(abs(a - b) for a, b in zip(arm, asked["arm_q"])) < 0.3
+    assert [name for name in names if name.startswith("fr3_joint")] == [f"fr3_joint{i}" for i in range(1, 8)]
+    # Nothing tells a joint's velocity or effort that no sensor has.
+    told = [(joint.HasField("velocity"), joint.HasField("effort")) for joint in joints[0][1].joints]
+    assert told == [(True, False)] * 3 + [(False, False)] + [(True, True)] * 7 + [(False, True)] * 2
     hashes = messages["/state_hash"]
     assert [message["frame"] for _, message in hashes] == list(range(len(commands) + 1))
     assert all(len(message["sha256"]) == 64 for _, message in hashes)
-    assert len({message["sha256"] for _, message in hashes}) == len(hashes), "the world stood still"
+    assert len({message["sha256"] for _, message in hashes}) == len(hashes), "two states are one"
 
 
 def check_record(messages, record, poses):
@@ -216,7 +218,7 @@ def main():
         assert topics_of(json.loads(Path(case["layout"]).read_text())) <= topics
         record = attachments["episode.json"]
         key = json.loads(metadata["orchardbench.episode"]["key"])
-        assert key == record["key"]
+        assert key.items() <= record.items(), "the key"
         poses = list(follow(messages))
         assert poses[0][0] == 0
         check_frames(messages, poses)

@@ -62,6 +62,9 @@ impl Place {
 struct Tracked {
     name: String,
     place: Place,
+    /// Whether it is left out while it stands still: there are hundreds of segments and fruit, and few frames of the robot,
+    /// on which images and clouds hang.
+    spared: bool,
     kept: Option<Pose>,
 }
 
@@ -81,11 +84,12 @@ impl Transforms {
         let wood = wood.map(|(i, &body)| (segment_frame(i), Place::Body(body)));
         let fruit = world.fruit().points.iter().enumerate();
         let fruit = fruit.map(|(i, &point)| (fruit_frame(i), Place::Point(point)));
-        let frames = fixed.chain(links).chain(wood).chain(fruit);
-        Self(frames.map(|(name, place)| Tracked { name, place, kept: None }).collect())
+        let tracked = |spared| move |(name, place)| Tracked { name, place, spared, kept: None };
+        let robot = fixed.chain(links).map(tracked(false));
+        Self(robot.chain(wood.chain(fruit).map(tracked(true))).collect())
     }
 
-    /// The poses that are due in a frame: of what has moved, or of everything.
+    /// The poses that are due in a frame: of the robot and of what else has moved, or of everything.
     pub fn due(&mut self, world: &World, clock: &Clock, rules: &TransformRules) -> Option<FrameTransforms> {
         if clock.is_due(1.0 / rules.whole.si()) {
             return Some(self.keep(world, clock.now(), |_, _| true));
@@ -105,7 +109,8 @@ impl Transforms {
         let mut transforms = Vec::new();
         for tracked in &mut self.0 {
             let pose = tracked.place.pose(world);
-            if tracked.kept.as_ref().is_none_or(|kept| is_due(kept, &pose)) {
+            let kept = tracked.kept.as_ref().filter(|_| tracked.spared);
+            if kept.is_none_or(|kept| is_due(kept, &pose)) {
                 transforms.push(transform(now, &tracked.name, &pose));
                 tracked.kept = Some(pose);
             }

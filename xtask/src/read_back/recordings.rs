@@ -33,6 +33,8 @@ struct Case {
     frames: u32,
     /// Columns and rows from point to point of a cloud.
     stride: u32,
+    /// What moved no farther since its pose was kept [m].
+    still: f64,
     #[serde(flatten)]
     camera: Intrinsics,
 }
@@ -68,6 +70,7 @@ fn write_case() -> anyhow::Result<PathBuf> {
         topics: Channel::ALL.iter().map(|channel| channel.topic()).collect(),
         frames: episode.frames,
         stride: config.points.stride.get(),
+        still: config.transforms.distance.si(),
         camera: *Sensor::new(&Spec::paper().camera).intrinsics(),
     };
     let path = folder.join("case.json");
