@@ -4,6 +4,7 @@ pub mod bar;
 mod component;
 mod detect;
 mod harvest;
+mod scaling;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -23,7 +24,8 @@ use crate::interrupt;
 detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
 errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
-gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n\n\
+gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
+scaling   frames a second of batches of 1 to 512 trees, by solver and by what differs between trees; no robot\n\n\
 Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
 DIR/compute.json      wall time and machine, and nothing else\n  \
@@ -31,8 +33,9 @@ DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zo
 DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
-DIR/TASK/*.json       one a tree: every trial\n\
-All but compute.json are the same bytes on every run of one command, for any number of threads.\n\
+DIR/TASK/*.json       one a tree: every trial\n  \
+DIR/scaling.json      scaling: step rates and memory by worlds, solver and mode\n\
+All but compute.json and scaling.json are the same bytes on every run of one command, for any number of threads.\n\
 Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
 condition, seeds, horizon, camera, ..) is refused.\n\n\
 Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
@@ -110,6 +113,7 @@ enum TaskName {
     Detect,
     ReachAndGrasp,
     Gentle,
+    Scaling,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -198,6 +202,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let detect = asks(TaskName::Detect).then(|| detect::Asked::read(args, &scope, &protocol)).transpose()?;
     let grasp = asks(TaskName::ReachAndGrasp).then(|| component::Grasping::read(args, &scope)).transpose()?;
     let gentle = asks(TaskName::Gentle).then(|| component::Pushing::read(args, &scope)).transpose()?;
+    let scaling = asks(TaskName::Scaling).then(|| scaling::Asked::read(args, &protocol)).transpose()?;
     let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
 
     // Nor is a folder found to hold something else after an hour.
@@ -223,6 +228,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some(gentle) = gentle {
         gentle.run(&scope, &store, stop)?;
+    }
+    if let Some(scaling) = scaling {
+        scaling.run(&scope, &store, stop)?;
     }
     Ok(())
 }

@@ -28,6 +28,7 @@ mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;
+pub mod scaling;
 pub mod seeds;
 mod stall;
 pub mod statistics;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::scaling::ScalingRules;
 use crate::seeds::SeedSets;
 use crate::statistics::{BootstrapRules, PairedRules};
 use crate::verify::VerifyRules;
@@ -40,6 +41,8 @@ pub struct Protocol {
     pub component: ComponentRules,
     /// Open-loop verification.
     pub verify: VerifyRules,
+    /// The scaling task.
+    pub scaling: ScalingRules,
     /// Percentiles of the zone frame.
     pub zones: ZoneRules,
     /// Confidence intervals.
