@@ -9,6 +9,7 @@ pub mod component;
 pub mod compute;
 pub mod dataset;
 pub mod detect;
+mod digest;
 pub mod episode;
 #[cfg(test)]
 mod fake;
@@ -19,6 +20,7 @@ pub mod harvest;
 mod hold;
 mod holdings;
 pub mod interface;
+pub mod leaderboard;
 mod matching;
 pub mod metrics;
 pub mod plan;

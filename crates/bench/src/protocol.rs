@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::leaderboard::LeaderboardRules;
 use crate::scaling::ScalingRules;
 use crate::seeds::SeedSets;
 use crate::statistics::{BootstrapRules, PairedRules};
@@ -43,6 +44,8 @@ pub struct Protocol {
     pub verify: VerifyRules,
     /// The scaling task.
     pub scaling: ScalingRules,
+    /// The leaderboard.
+    pub leaderboard: LeaderboardRules,
     /// Percentiles of the zone frame.
     pub zones: ZoneRules,
     /// Confidence intervals.

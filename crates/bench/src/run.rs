@@ -28,7 +28,8 @@ pub trait WorldFactory: Sync {
     fn build(&self, seed: u64, world: u32, repeat: u32) -> Result<(Self::World, Self::Controller), String>;
 }
 
-const SUMMARY: &str = "summary.json";
+/// Name of the summary of a harvest.
+pub(crate) const SUMMARY: &str = "summary.json";
 const COMPUTE: &str = "compute.json";
 
 /// A finished run.
@@ -70,9 +71,9 @@ pub fn run<F: WorldFactory>(
 }
 
 /// The harvest task: an episode of every world of a plan.
-struct Episodes<'a, F> {
-    plan: &'a Plan,
-    factory: &'a F,
+pub(crate) struct Episodes<'a, F> {
+    pub(crate) plan: &'a Plan,
+    pub(crate) factory: &'a F,
 }
 
 impl<F: WorldFactory> Task for Episodes<'_, F> {
