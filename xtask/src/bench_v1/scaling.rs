@@ -1,7 +1,5 @@
 //! The scaling task: how fast batches of trees step.
 
-use std::sync::atomic::AtomicBool;
-
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_bench::protocol::Protocol;
 use orchard_bench::scaling::{
@@ -9,42 +7,56 @@ use orchard_bench::scaling::{
     run as run_plan,
 };
 use orchard_bench::store::Store;
+use orchard_bench::{OtherPlan, Session};
 use orchard_spec::randomisation::Mode;
 
-use super::{Args, ProfileName, Scope};
+use super::ProfileName;
+use super::job::Job;
 use crate::columns::columns;
 use crate::failure::Failure;
 
-/// What the command line asks for.
-pub struct Asked {
+/// The scaling task, made ready.
+pub struct Timing {
     plan: ScalingPlan,
     rules: ScalingRules,
 }
 
-impl Asked {
-    /// Reads the command line.
-    pub fn read(args: &Args, protocol: &Protocol) -> Result<Self, Failure> {
+impl Timing {
+    /// Plans it.
+    pub fn new(profile: &str) -> Result<Self, Failure> {
+        let protocol = Protocol::paper();
         let rules = protocol.scaling.clone();
-        let effort = match args.profile {
-            ProfileName::Quick => &rules.quick,
-            ProfileName::Full => &rules.full,
+        let efforts = [(ProfileName::Quick, &rules.quick), (ProfileName::Full, &rules.full)];
+        let Some((_, effort)) = efforts.into_iter().find(|(name, _)| name.name() == profile) else {
+            return Err(Failure::BadInput(format!("scaling: there is no profile {profile}")));
         };
-        let plan = ScalingPlan::of_protocol(protocol, args.profile.name(), effort);
+        let plan = ScalingPlan::of_protocol(&protocol, profile, effort);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { plan, rules })
     }
+}
 
-    /// Runs it and reports.
-    pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
+impl Job for Timing {
+    /// Its file is written anew by every run, so any folder takes it.
+    fn check(&self, _: &Store) -> Result<(), OtherPlan> {
+        Ok(())
+    }
+
+    fn run(&self, session: &Session<'_>) -> Result<(), Failure> {
         let bar = Cells::new(&self.plan);
-        let result = run_plan(&self.plan, store, scope.threads, stop, &bar);
+        let result = run_plan(&self.plan, session.store, session.threads, session.stop, &bar);
         bar.bar.finish_and_clear();
         let scaling = result.map_err(|e| match e {
             ScalingError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
             e => Failure::Failed(e.to_string()),
         })?;
         say!("{}", report(&scaling, &self.rules).trim_end());
-        say!("results: {}", scope.out.join(RESULT).display());
+        say!("results: {}\n", session.store.path().join(RESULT).display());
+        Ok(())
+    }
+
+    fn merge(&self, _: &[&Store], _: &Store) -> Result<(), Failure> {
+        say!("{RESULT} is each machine's own and is not merged");
         Ok(())
     }
 }

@@ -37,11 +37,11 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
             let known = record.fruit_deposited.iter().any(|event| event.fruit == fruit.id);
             is(known, format!("fruit {} is in the bucket without an event", fruit.id))?;
         }
-        let events = [&record.fruit_detached, &record.fruit_knocked_off, &record.fruit_dropped];
-        let moments = events.into_iter().flatten().map(|e| (e.frame, e.time));
+        let moments = record.fruit_knocked_off.iter().chain(&record.fruit_dropped).map(|e| (e.frame, e.time));
+        let detached = record.fruit_detached.iter().map(|e| (e.frame, e.time));
         let deposits = record.fruit_deposited.iter().map(|e| (e.frame, e.time));
         let snaps = record.branches_snapped.iter().map(|e| (e.frame, e.time));
-        for (at, told) in moments.chain(deposits).chain(snaps) {
+        for (at, told) in moments.chain(detached).chain(deposits).chain(snaps) {
             is(told == time(at), format!("an event of frame {at} has the time {told} s"))?;
         }
         let seen = &record.detection;

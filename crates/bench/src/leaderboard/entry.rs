@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::refusal::Refusal;
 use super::rules::LeaderboardRules;
 use super::verify::Verified;
+use crate::matrix::NOMINAL;
 use crate::metrics::Metric;
-use crate::protocol::ConditionName;
 
 /// Damage a tree that a submission may do at most, on average over its nominal episodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,12 +101,11 @@ impl Entry {
     /// The result has no nominal figures: no tree had a reachable fruit, say.
     pub fn new(name: &str, budget: Budget, verified: &Verified) -> Result<Self, Refusal> {
         let summary = &verified.summary;
-        let nominal = summary.conditions.get(ConditionName::Nominal.name());
+        let nominal = summary.conditions.get(NOMINAL);
         let metric = |name: &str| -> Option<&Metric> { nominal?.metrics.get(name) };
         let mean = |name: &'static str| metric(name).and_then(|m| m.mean);
         let needed = |name: &'static str| mean(name).ok_or(Refusal::NothingToRank { metric: name });
         let (snapped, dropped) = (needed("branches_snapped_per_tree")?, needed("fruit_dropped_per_tree")?);
-        let outcomes = summary.conditions.values().filter_map(|c| c.outcomes.get("quarantined"));
         Ok(Self {
             name: name.to_owned(),
             controller: summary.controller.clone(),
@@ -119,7 +118,7 @@ impl Entry {
             throughput_fruit_per_min: mean("throughput_fruit_per_min"),
             place_success_per_attempt: mean("place_success_per_attempt"),
             episodes: summary.conditions.values().map(|c| c.episodes.len() as u32).sum(),
-            quarantined: outcomes.sum(),
+            quarantined: summary.quarantined,
             code_version: summary.code_version.clone(),
             config_hash: summary.config_hash.clone(),
             records_sha256: verified.records_sha256.clone(),

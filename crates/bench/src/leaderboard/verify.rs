@@ -16,11 +16,14 @@ use crate::digest::{FilesDigest, hex};
 use crate::episode::{CODE_VERSION, EpisodeKey, EpisodeRecord, SCHEMA_VERSION};
 use crate::plan::Plan;
 use crate::record::Record;
-use crate::run::{Episodes, SUMMARY, WorldFactory};
+use crate::run::{Episodes, WorldFactory};
 use crate::seeds::{SeedSetLabel, SeedSetName};
 use crate::store::{Store, Stored, encode};
 use crate::summary::Summary;
 use crate::task::{Progress, Task};
+
+/// The file that a result is told by.
+const SUMMARY: &str = "summary.json";
 
 /// What a summary says that it is of.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -175,7 +178,7 @@ fn collected(store: &Store, keys: &[EpisodeKey]) -> Result<Vec<EpisodeRecord>, R
 
 /// How the record in a file differs from the one that belongs there.
 fn other(store: &Store, file: String, key: &EpisodeKey) -> Refusal {
-    let found = fs::read(store.root().join(&file)).ok();
+    let found = fs::read(store.path().join(&file)).ok();
     let found: Option<EpisodeRecord> = found.and_then(|bytes| serde_json::from_slice(&bytes).ok());
     let values = found.map(|record| (serde_json::to_value(&record.key), serde_json::to_value(key)));
     match values {
