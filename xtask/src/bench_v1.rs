@@ -17,6 +17,8 @@ use orchard_bench::protocol::Protocol;
 use orchard_bench::store::{Lock, Store};
 use orchard_bench::{Session, Shard};
 
+pub use order::kind;
+
 use crate::failure::Failure;
 use crate::interrupt;
 

@@ -1,6 +1,7 @@
 //! Why a result is not taken.
 
 use super::difference::Difference;
+use crate::gather::Missing;
 use crate::store::StoreError;
 
 /// Why a result is not taken; displayed in one line.
@@ -46,30 +47,9 @@ pub enum Refusal {
         /// The official one.
         own: String,
     },
-    /// Episodes of the matrix are not there.
-    #[error("{missing} of the {of} episodes of the official matrix are missing, {first} the first of them")]
-    Missing {
-        /// How many.
-        missing: usize,
-        /// Of how many.
-        of: usize,
-        /// File of the first.
-        first: String,
-    },
-    /// A file that is no record as this code writes it.
-    #[error("{file} is no whole record as this code writes it: it was cut off or changed")]
-    Damaged {
-        /// The file.
-        file: String,
-    },
-    /// A record of something else.
-    #[error("{file} is a record of something else: {difference}")]
-    Other {
-        /// The file.
-        file: String,
-        /// The first part of its key that differs.
-        difference: Difference,
-    },
+    /// Episodes of the matrix are not there, or not as this code writes them.
+    #[error(transparent)]
+    Missing(#[from] Missing),
     /// A record that the matrix does not have.
     #[error("{file} is not of the official matrix: a submission holds that and nothing else")]
     Surplus {

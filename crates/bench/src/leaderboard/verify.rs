@@ -1,5 +1,6 @@
 //! Whether a result is what it says.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -14,11 +15,12 @@ use super::refusal::Refusal;
 use super::sample::drawn;
 use crate::digest::{FilesDigest, hex};
 use crate::episode::{CODE_VERSION, EpisodeKey, EpisodeRecord, SCHEMA_VERSION};
+use crate::gather::gather;
 use crate::plan::Plan;
 use crate::record::Record;
 use crate::run::{Episodes, WorldFactory};
 use crate::seeds::{SeedSetLabel, SeedSetName};
-use crate::store::{Store, Stored, encode};
+use crate::store::{Store, encode};
 use crate::summary::Summary;
 use crate::task::{Progress, Task};
 
@@ -155,38 +157,11 @@ fn named(label: &SeedSetLabel) -> String {
 
 /// All records of the matrix, and no other.
 fn collected(store: &Store, keys: &[EpisodeKey]) -> Result<Vec<EpisodeRecord>, Refusal> {
-    let mut records = Vec::with_capacity(keys.len());
-    let mut missing = Vec::new();
-    for key in keys {
-        let file = EpisodeRecord::path(key);
-        match store.stored::<EpisodeRecord>(key) {
-            Stored::Whole(record) => records.push(*record),
-            Stored::Missing => missing.push(file),
-            Stored::Damaged => return Err(Refusal::Damaged { file }),
-            Stored::Other => return Err(other(store, file, key)),
-        }
-    }
-    if let Some(first) = missing.first() {
-        return Err(Refusal::Missing { missing: missing.len(), of: keys.len(), first: first.clone() });
-    }
-    let own: std::collections::BTreeSet<String> = keys.iter().map(EpisodeRecord::path).collect();
+    let records = gather::<EpisodeRecord>(keys, &[store])?;
+    let own: BTreeSet<String> = keys.iter().map(EpisodeRecord::path).collect();
     match store.files(EpisodeRecord::FOLDER).into_iter().find(|file| !own.contains(file)) {
         Some(file) => Err(Refusal::Surplus { file }),
         None => Ok(records),
-    }
-}
-
-/// How the record in a file differs from the one that belongs there.
-fn other(store: &Store, file: String, key: &EpisodeKey) -> Refusal {
-    let found = fs::read(store.path().join(&file)).ok();
-    let found: Option<EpisodeRecord> = found.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    let values = found.map(|record| (serde_json::to_value(&record.key), serde_json::to_value(key)));
-    match values {
-        Some((Ok(found), Ok(own))) => match first_difference(&found, &own) {
-            Some(difference) => Refusal::Other { file, difference },
-            None => Refusal::Damaged { file },
-        },
-        _ => Refusal::Damaged { file },
     }
 }
 
