@@ -125,11 +125,12 @@ const LONGEST_NAME: usize = 40;
 
 fn name(text: &str) -> Result<String, String> {
     let text = text.trim();
-    let plain = !text.chars().any(|c| c.is_control() || c == '|');
+    // What neither Markdown nor SVG takes for its own.
+    let plain = text.chars().all(|c| c.is_alphanumeric() || " -_.+()".contains(c));
     if (1..=LONGEST_NAME).contains(&text.chars().count()) && plain {
         Ok(text.to_owned())
     } else {
-        Err(format!("a name has 1 to {LONGEST_NAME} characters in one line, and no '|'"))
+        Err(format!("a name has 1 to {LONGEST_NAME} letters, digits, spaces or -_.+()"))
     }
 }
 
@@ -195,7 +196,7 @@ fn show(args: &ShowArgs) -> Result<(), Failure> {
     let board = args.board.read(&protocol)?;
     let board =
         board.ok_or_else(|| Failure::BadInput(format!("{}: there is no such board", file.display())))?;
-    say!("{}", table::markdown(&board, budget.as_ref()).trim_end());
+    say!("{}", table::short(&board, budget.as_ref()).trim_end());
     Ok(())
 }
 
@@ -230,7 +231,7 @@ fn add(args: &AddArgs) -> Result<(), Failure> {
         say!("run again with the same bytes: {}", verified.sample.join(", "));
         save(&board, &file)?;
     }
-    say!("\n{}", table::markdown(&board, None).trim_end());
+    say!("\n{}", table::short(&board, None).trim_end());
     say!("board: {}", file.display());
     Ok(())
 }
@@ -291,7 +292,7 @@ fn save(board: &Board, file: &Path) -> Result<(), Failure> {
     }
     let svg = figure::svg(board)?;
     write_json(file, board).map_err(|e| failed(&e))?;
-    let text = format!("# Leaderboard\n\n{}", table::markdown(board, None));
+    let text = format!("# Leaderboard\n\n{}", table::whole(board));
     write_bytes(&file.with_extension("md"), text.as_bytes()).map_err(|e| failed(&e))?;
     write_bytes(&file.with_extension("svg"), svg.as_bytes()).map_err(|e| failed(&e))
 }

@@ -1,6 +1,5 @@
 //! A submission of real episodes, small: taken, and refused when one of them is forged.
 
-use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::harvest::{Extent, Harvest};
@@ -40,5 +39,4 @@ fn real_episodes_come_out_as_they_were_submitted() {
     let e = verify(folder.path(), &plan, &harvest, 3, 2, &stop, &Silent).unwrap_err().to_string();
     let forged = "episodes/expert-nominal-20250704-000-r1.json comes out otherwise when run again: fruit[3].p_world[2]";
     assert!(e.starts_with(forged), "{e}");
-    assert!(fs::read_dir(folder.path()).unwrap().count() > 1);
 }

@@ -1,10 +1,14 @@
 //! Completeness against damage, with the Pareto front.
 
+mod labels;
+
 use anyhow::anyhow;
 use orchard_bench::leaderboard::{Board, Budget, Entry, pareto_front};
 use orchard_bench::seeds::SeedSetName;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use labels::Labels;
 
 /// Size of the figure [px].
 const SIZE: (u32, u32) = (760, 500);
@@ -12,8 +16,10 @@ const SIZE: (u32, u32) = (760, 500);
 const MARGIN: f64 = 0.12;
 /// Least range of the damage, so that a board of harmless entries has an axis.
 const LEAST_DAMAGE: f64 = 0.5;
-/// From here on of the range, names stand to the left of their points.
-const TURN: f64 = 0.7;
+/// Size of names [px].
+const FONT: i32 = 13;
+/// Up to here of the range, the name of a budget stands to the right of its line.
+const TURN: f64 = 0.2;
 
 const POINT: RGBColor = RGBColor(40, 70, 150);
 const FRONT: RGBColor = RGBColor(170, 60, 40);
@@ -71,10 +77,11 @@ fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error
         let x = total(budget);
         let line = DashedLineSeries::new([(x, 0.0), (x, most_completeness)], 6, 4, BUDGET.stroke_width(1));
         chart.draw_series(line)?;
-        let style = ("sans-serif", 12).into_font().color(&BUDGET).pos(Pos::new(HPos::Right, VPos::Top));
+        let (h, shift) = if x < TURN * most_damage { (HPos::Left, 4) } else { (HPos::Right, -4) };
+        let style = ("sans-serif", 12).into_font().color(&BUDGET).pos(Pos::new(h, VPos::Top));
         let name = budget.class.clone().unwrap_or_else(|| format!("{} + {}", budget.snapped, budget.dropped));
         let at = (x, most_completeness);
-        chart.draw_series([EmptyElement::at(at) + Text::new(format!("budget {name}"), (-4, 2), style)])?;
+        chart.draw_series([EmptyElement::at(at) + Text::new(format!("budget {name}"), (shift, 2), style)])?;
     }
 
     let front: Vec<&Entry> = pareto_front(entries).into_iter().map(|index| &entries[index]).collect();
@@ -114,13 +121,13 @@ fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error
             .legend(move |(x, y)| {
                 Circle::new((x + 8, y), 5, if within { POINT.filled() } else { POINT.stroke_width(2) })
             });
-        for entry in own {
-            let turned = entry.damage() > TURN * most_damage;
-            let (h, shift) = if turned { (HPos::Right, -9) } else { (HPos::Left, 9) };
-            let style = ("sans-serif", 13).into_font().color(&BLACK).pos(Pos::new(h, VPos::Bottom));
-            let name = Text::new(entry.name.clone(), (shift, -3), style);
-            chart.draw_series([EmptyElement::at((entry.damage(), entry.completeness)) + name])?;
-        }
+    }
+    let pixels = |entry: &Entry| chart.backend_coord(&(entry.damage(), entry.completeness));
+    let mut labels = Labels::around(entries.iter().map(pixels).collect());
+    for entry in entries {
+        let (text_at, h, v) = labels.place(pixels(entry), entry.name.chars().count());
+        let style = ("sans-serif", FONT).into_font().color(&BLACK).pos(Pos::new(h, v));
+        root.draw(&Text::new(entry.name.clone(), text_at, style))?;
     }
     if !entries.is_empty() {
         chart

@@ -5,11 +5,25 @@ use orchard_bench::seeds::SeedSetName;
 
 use super::ranking;
 
+/// Columns of the whole table.
+const COLUMNS: usize = 15;
 /// Hexadecimal digits of a hash that are shown.
 const DIGITS: usize = 12;
 
-/// The board in order, under each entry's own budget or one for all.
-pub fn markdown(board: &Board, budget: Option<&Budget>) -> String {
+/// Columns that fit a terminal: all but what only a file needs.
+const SHORT: usize = 11;
+
+/// The board in order, under each entry's own budget or one for all, for a terminal.
+pub fn short(board: &Board, budget: Option<&Budget>) -> String {
+    text(board, budget, SHORT)
+}
+
+/// The board in order, each entry under its own budget, with all that is known of it.
+pub fn whole(board: &Board) -> String {
+    text(board, None, COLUMNS)
+}
+
+fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
     let set = match board.seed_set {
         SeedSetName::V1 => "the official seeds `v1`",
         SeedSetName::Tuning => "the tuning seeds: practice, no official score",
@@ -43,10 +57,10 @@ pub fn markdown(board: &Board, budget: Option<&Budget>) -> String {
     ];
     let mut rows = vec![head.map(str::to_owned)];
     rows.extend(ranking(&board.entries, budget).iter().map(|ranked| row(ranked, budget)));
-    text + &table(&rows)
+    text + &table(&rows, columns)
 }
 
-fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; 15] {
+fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; COLUMNS] {
     let Ranked { place, entry, on_front } = ranked;
     let Entry { completeness_ci95: [low, high], .. } = entry;
     let optional =
@@ -70,8 +84,8 @@ fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; 15] {
     ]
 }
 
-fn table(rows: &[[String; 15]]) -> String {
-    let used: Vec<usize> = (0..15).filter(|&k| rows[1..].iter().any(|row| !row[k].is_empty())).collect();
+fn table(rows: &[[String; COLUMNS]], columns: usize) -> String {
+    let used: Vec<usize> = (0..columns).filter(|&k| rows[1..].iter().any(|row| !row[k].is_empty())).collect();
     let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     for (index, row) in rows.iter().enumerate() {
