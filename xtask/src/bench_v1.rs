@@ -6,6 +6,7 @@ mod detect;
 mod harvest;
 pub mod job;
 mod order;
+mod scaling;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,8 @@ use orchard_bench::order::PlanFile;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::{Lock, Store};
 use orchard_bench::{Session, Shard};
+
+pub use order::kind;
 
 use crate::failure::Failure;
 use crate::interrupt;
@@ -26,7 +29,8 @@ use crate::interrupt;
 detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
 errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
-gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n\n\
+gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
+scaling   frames a second of batches of 1 to 512 trees, by solver and by what differs between trees; no robot\n\n\
 Files:\n  DIR/plan.json         what was asked for\n  \
 DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the sweeps'\n                        \
 conditions tested against the nominal one tree by tree\n  \
@@ -37,8 +41,9 @@ DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
 DIR/TASK/*.json       one a tree: every trial\n  \
+DIR/scaling.json      scaling: step rates and memory by worlds, solver and mode\n  \
 DIR/compute.json      wall times, step rates, memory and machine, and nothing else\n\
-All but compute.json are the same bytes on every run of one command, for any number of threads or shards.\n\
+All but compute.json and scaling.json are the same bytes on every run of one command, for any number of threads or shards.\n\
 Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
 condition, seeds, horizon, camera, ..) is refused, and so is one in which another run is at work.\n\n\
 Examples:\n  cargo xtask bench-v1                            the quick profile\n  \
@@ -108,11 +113,12 @@ enum TaskName {
     Detect,
     ReachAndGrasp,
     Gentle,
+    Scaling,
 }
 
 impl TaskName {
     /// In the order in which they are run.
-    const ALL: [Self; 4] = [Self::Harvest, Self::Detect, Self::ReachAndGrasp, Self::Gentle];
+    const ALL: [Self; 5] = [Self::Harvest, Self::Detect, Self::ReachAndGrasp, Self::Gentle, Self::Scaling];
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

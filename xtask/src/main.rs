@@ -22,6 +22,7 @@ mod gallery;
 mod headline;
 mod interrupt;
 mod judge;
+mod leaderboard;
 mod merge;
 mod perf;
 mod picture_file;
@@ -72,6 +73,7 @@ enum Command {
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
+    Leaderboard(leaderboard::Args),
     Merge(merge::Args),
     ReadBack(read_back::Args),
     Perf(perf::Args),
@@ -96,6 +98,7 @@ fn main() -> ExitCode {
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
+            Command::Leaderboard(args) => leaderboard::run(&args),
             Command::Merge(args) => merge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
             Command::Perf(args) => perf::run(&args),

@@ -4,8 +4,8 @@ use crate::fault::Fault;
 use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, RestRule, Touch, place};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
-    Collider, Data, Groups, Model, ModelBuilder, ModelError, Owner, StaticsError, StepReport, StepSettings,
-    equilibrium, forward_kinematics, step,
+    Collider, Data, Groups, Model, ModelBuilder, ModelError, Owner, Solver, StaticsError, StepReport,
+    StepSettings, equilibrium, forward_kinematics, step,
 };
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, TreegenError, grow};
@@ -130,7 +130,13 @@ impl TreeWorld {
 
     /// Advances one frame: substeps with the friction of broken joints, then rupture and stems once.
     pub fn step(&mut self) -> Vec<TreeEvent> {
+        self.step_by(self.plant.settings.solver)
+    }
+
+    /// The same with a linear solver of one's own choice.
+    pub fn step_by(&mut self, solver: Solver) -> Vec<TreeEvent> {
         let Plant { spec, model, tree, fruit, settings } = &*self.plant;
+        let settings = &StepSettings { solver, ..*settings };
         for _ in 0..spec.sim.substeps.get() {
             self.rupture.begin_substep(tree, model, &mut self.data, &spec.wood, settings.h);
             step(model, &mut self.data, settings, &mut self.report);

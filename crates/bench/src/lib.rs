@@ -9,6 +9,7 @@ pub mod component;
 pub mod compute;
 pub mod dataset;
 pub mod detect;
+mod digest;
 pub mod episode;
 #[cfg(test)]
 mod fake;
@@ -21,6 +22,7 @@ pub mod harvest;
 mod hold;
 mod holdings;
 pub mod interface;
+pub mod leaderboard;
 mod matching;
 pub mod matrix;
 pub mod metrics;
@@ -33,6 +35,7 @@ pub mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;
+pub mod scaling;
 pub mod seeds;
 mod shard;
 mod stall;

@@ -52,6 +52,11 @@ pub enum Order {
         #[serde(flatten)]
         trees: Trees,
     },
+    /// Time batches of trees.
+    Scaling {
+        /// How much.
+        profile: String,
+    },
 }
 
 /// The trees of a task that knows no conditions.
@@ -73,6 +78,7 @@ impl Order {
             Self::Detect { .. } => "detect",
             Self::ReachAndGrasp { .. } => "reach-and-grasp",
             Self::Gentle { .. } => "gentle",
+            Self::Scaling { .. } => "scaling",
         }
     }
 }
@@ -165,6 +171,7 @@ mod tests {
                 detector: Box::new(DetectorConfig::paper()),
             },
             Order::Gentle { controller: "expert".into(), trees: trees() },
+            Order::Scaling { profile: "full".into() },
         ]
     }
 
@@ -178,10 +185,13 @@ mod tests {
         // A later task leaves the earlier ones in place.
         PlanFile::note(&store, &orders[2..], Shard::WHOLE).unwrap();
         let file = PlanFile::read(&store).unwrap();
-        assert_eq!(file.tasks.keys().collect::<Vec<_>>(), ["detect", "gentle", "harvest"]);
+        assert_eq!(file.tasks.keys().collect::<Vec<_>>(), ["detect", "gentle", "harvest", "scaling"]);
         for order in orders {
             let noted = &file.tasks[order.task()];
-            assert_eq!(noted.shard.is_whole(), matches!(order, Order::Gentle { .. }));
+            assert_eq!(
+                noted.shard.is_whole(),
+                !matches!(order, Order::Harvest { .. } | Order::Detect { .. })
+            );
             assert_eq!(noted.order, order);
         }
     }

@@ -1,8 +1,8 @@
 //! What a benchmark run consists of.
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
+use crate::digest::{FilesDigest, hex};
 use crate::episode::{CODE_VERSION, EpisodeKey, SCHEMA_VERSION};
 use crate::matrix::{Dials, MatrixSweep};
 use crate::protocol::Protocol;
@@ -160,14 +160,11 @@ pub(crate) fn check_trees(seeds: &[u64], trees: u32) -> Result<(), PlanError> {
 /// SHA-256 over named config texts, hexadecimal. Names and lengths are hashed too, so that text cannot move
 /// from one file to another unnoticed.
 pub fn config_hash(texts: &[(&str, &str)]) -> String {
-    let mut hash = Sha256::new();
+    let mut digest = FilesDigest::default();
     for (name, text) in texts {
-        for part in [name, text] {
-            hash.update((part.len() as u64).to_le_bytes());
-            hash.update(part.as_bytes());
-        }
+        digest.add(name, text.as_bytes());
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hex(&digest.finish())
 }
 
 /// A config as text, for [`config_hash`]: the order of fields and the shortest digits that give a number back are the same

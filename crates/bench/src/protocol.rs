@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::leaderboard::LeaderboardRules;
 use crate::matrix::Sweeps;
+use crate::scaling::ScalingRules;
 use crate::seeds::SeedSets;
 use crate::statistics::{BootstrapRules, PairedRules};
 use crate::verify::VerifyRules;
@@ -43,6 +45,10 @@ pub struct Protocol {
     pub component: ComponentRules,
     /// Open-loop verification.
     pub verify: VerifyRules,
+    /// The scaling task.
+    pub scaling: ScalingRules,
+    /// The leaderboard.
+    pub leaderboard: LeaderboardRules,
     /// Percentiles of the zone frame.
     pub zones: ZoneRules,
     /// Confidence intervals.

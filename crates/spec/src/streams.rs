@@ -39,6 +39,10 @@ pub enum Purpose {
     Bootstrap,
     /// Sign patterns of a paired permutation test.
     Permutation,
+    /// Joint rates of the trees that the scaling task times.
+    ScalingKick,
+    /// Which episodes of a submission the leaderboard runs again.
+    LeaderboardSample,
     /// Test fixtures.
     Test,
 }
@@ -62,6 +66,8 @@ impl Purpose {
             Purpose::Variation(axis) => axis.stream_name(),
             Purpose::Bootstrap => "bootstrap",
             Purpose::Permutation => "permutation",
+            Purpose::ScalingKick => "scaling-kick",
+            Purpose::LeaderboardSample => "leaderboard-sample",
             Purpose::Test => "test",
         }
     }

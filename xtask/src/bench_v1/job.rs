@@ -12,7 +12,7 @@ use orchard_bench::{MergeError, OtherPlan, Record, RunError, Session, merge};
 use serde::Serialize;
 
 use super::bar::{Bar, Shown};
-use super::{component, detect, harvest};
+use super::{component, detect, harvest, scaling};
 use crate::failure::Failure;
 
 /// One task of a run.
@@ -36,6 +36,7 @@ pub fn job(order: &Order, record: Option<&Path>) -> Result<Box<dyn Job>, Failure
         }
         Order::ReachAndGrasp { controller, trees } => Box::new(component::Grasping::new(controller, trees)?),
         Order::Gentle { controller, trees } => Box::new(component::Pushing::new(controller, trees)?),
+        Order::Scaling { profile } => Box::new(scaling::Timing::new(profile)?),
     })
 }
 

@@ -30,6 +30,7 @@ pub fn orders(args: &Args, protocol: &Protocol) -> Result<Vec<Order>, Failure> {
                 Order::ReachAndGrasp { controller: controller()?, trees: trees.clone() }
             }
             TaskName::Gentle => Order::Gentle { controller: controller()?, trees: trees.clone() },
+            TaskName::Scaling => Order::Scaling { profile: args.profile.name().to_owned() },
         })
     };
     tasks(args).iter().map(of_task).collect()
@@ -65,9 +66,15 @@ fn tasks(args: &Args) -> Vec<TaskName> {
     let asked = |task: &TaskName| match task {
         TaskName::Harvest => of_harvest || !of_detect,
         TaskName::Detect => of_detect || !of_harvest,
+        // Figures of one machine at a time: they have no parts.
+        TaskName::Scaling if is_part(args) => false,
         _ => !of_harvest && !of_detect,
     };
     TaskName::ALL.into_iter().filter(asked).collect()
+}
+
+fn is_part(args: &Args) -> bool {
+    args.shard.is_some_and(|shard| !shard.is_whole())
 }
 
 /// An option of a task that is not run would change nothing: better told than ignored.
@@ -92,6 +99,9 @@ fn check_options(args: &Args) -> Result<(), String> {
         if given && !tasks.iter().any(|task| run.contains(task)) {
             return Err(format!("{option} is for {names}, which --tasks does not name"));
         }
+    }
+    if is_part(args) && run.contains(&TaskName::Scaling) {
+        return Err("--shard: the task scaling has no parts; run it alone".to_owned());
     }
     Ok(())
 }

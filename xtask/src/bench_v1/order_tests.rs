@@ -29,7 +29,10 @@ fn extent_of(line: &[&str]) -> Extent {
 fn a_run_is_all_tasks_unless_told_otherwise() {
     let tasks =
         |line: &[&str]| -> Vec<&'static str> { orders_of(line).unwrap().iter().map(Order::task).collect() };
-    assert_eq!(tasks(&[]), ["harvest", "detect", "reach-and-grasp", "gentle"]);
+    assert_eq!(tasks(&[]), ["harvest", "detect", "reach-and-grasp", "gentle", "scaling"]);
+    assert_eq!(tasks(&["--shard", "1/2"]), ["harvest", "detect", "reach-and-grasp", "gentle"]);
+    let e = orders_of(&["--shard", "1/2", "--tasks", "scaling"]).unwrap_err();
+    assert_eq!(e, "--shard: the task scaling has no parts; run it alone");
     assert_eq!(tasks(&["--tasks", "gentle,harvest"]), ["harvest", "gentle"]);
     assert_eq!(tasks(&["--conditions", "nominal"]), ["harvest"]);
     assert_eq!(tasks(&["--camera", "ideal"]), ["detect"]);

@@ -4,7 +4,6 @@
 mod contact;
 mod forest;
 mod limit;
-mod memory;
 mod peer;
 mod pushed;
 mod scaling;

@@ -1,8 +1,6 @@
 //! Timing of a piece of work.
 
-use std::time::Duration;
-
-use rustix::time::{ClockId, clock_gettime};
+pub use orchard_bench::scaling::processor_time as cpu_time;
 
 /// Rounds of a measurement; the median is reported.
 const ROUNDS: usize = 5;
@@ -26,12 +24,6 @@ pub fn rate(mut work: impl FnMut(u32) -> anyhow::Result<()>) -> anyhow::Result<f
     }
     rates.sort_by(f64::total_cmp);
     Ok(rates[ROUNDS / 2])
-}
-
-/// Processor time of all threads of this process so far. Other processes on the machine do not count.
-pub fn cpu_time() -> Duration {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }
 
 /// Figures of the rounds of one measurement.

@@ -1,11 +1,11 @@
 //! Rows of trees that nothing touches: one in f64, and batches in lanes.
 
 use orchard_batch::{Batch, Isa, TreeWorld};
+use orchard_bench::scaling::resident_bytes;
 use orchard_multibody::mjcf_for_timing;
 use rayon::prelude::*;
 
 use super::forest::Planting;
-use super::memory::resident_bytes;
 use super::peer::Course;
 use super::{Bench, FRAMES, Plan, THREADS, WORLDS, limit};
 use crate::perf::timing::{Side, cpu_time};

@@ -1,0 +1,100 @@
+//! The board as a Markdown table that also reads well on a terminal.
+
+use orchard_bench::leaderboard::{Board, Budget, Entry, Ranked};
+use orchard_bench::seeds::SeedSetName;
+
+use super::ranking;
+
+/// Columns of the whole table.
+const COLUMNS: usize = 15;
+/// Hexadecimal digits of a hash that are shown.
+const DIGITS: usize = 12;
+
+/// Columns that fit a terminal: all but what only a file needs.
+const SHORT: usize = 11;
+
+/// The board in order, under each entry's own budget or one for all, for a terminal.
+pub fn short(board: &Board, budget: Option<&Budget>) -> String {
+    text(board, budget, SHORT)
+}
+
+/// The board in order, each entry under its own budget, with all that is known of it.
+pub fn whole(board: &Board) -> String {
+    text(board, None, COLUMNS)
+}
+
+fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
+    let set = match board.seed_set {
+        SeedSetName::V1 => "the official seeds `v1`",
+        SeedSetName::Tuning => "the tuning seeds: practice, no official score",
+        SeedSetName::Custom => "seeds of no set",
+    };
+    let mut text = format!("Protocol {}, on {set}. ", board.config_version);
+    text += &match budget {
+        None => "Every entry under its own budget".to_owned(),
+        Some(budget) => format!("All under one budget a tree, {budget}"),
+    };
+    text += "; within budget first, by completeness, then by damage. `*`: no other entry has as much completeness for as little damage.\n\n";
+    if board.entries.is_empty() {
+        return text + "No entry.\n";
+    }
+    let head = [
+        "place",
+        "name",
+        "controller",
+        "completeness",
+        "95 %",
+        "snapped",
+        "dropped",
+        "fruit/min",
+        "place success",
+        "budget a tree",
+        "",
+        "episodes",
+        "quarantined",
+        "code",
+        "records",
+    ];
+    let mut rows = vec![head.map(str::to_owned)];
+    rows.extend(ranking(&board.entries, budget).iter().map(|ranked| row(ranked, budget)));
+    text + &table(&rows, columns)
+}
+
+fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; COLUMNS] {
+    let Ranked { place, entry, on_front } = ranked;
+    let Entry { completeness_ci95: [low, high], .. } = entry;
+    let optional =
+        |x: Option<f64>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
+    [
+        place.map_or_else(|| "-".to_owned(), |place| place.to_string()),
+        format!("{}{}", entry.name, if *on_front { " *" } else { "" }),
+        entry.controller.clone(),
+        format!("{:.3}", entry.completeness),
+        format!("{} to {}", optional(*low, 3), optional(*high, 3)),
+        format!("{:.2}", entry.snapped_per_tree),
+        format!("{:.2}", entry.dropped_per_tree),
+        optional(entry.throughput_fruit_per_min, 2),
+        optional(entry.place_success_per_attempt, 2),
+        budget.unwrap_or(&entry.budget).to_string(),
+        if place.is_some() { "" } else { "OVER BUDGET" }.to_owned(),
+        entry.episodes.to_string(),
+        entry.quarantined.to_string(),
+        entry.code_version.clone(),
+        entry.records_sha256.chars().take(DIGITS).collect(),
+    ]
+}
+
+fn table(rows: &[[String; COLUMNS]], columns: usize) -> String {
+    let used: Vec<usize> = (0..columns).filter(|&k| rows[1..].iter().any(|row| !row[k].is_empty())).collect();
+    let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    for (index, row) in rows.iter().enumerate() {
+        let cells: Vec<String> = used.iter().map(|&k| format!("{:<1$}", row[k], width(k))).collect();
+        text += &format!("| {} |\n", cells.join(" | "));
+        if index == 0 {
+            let rule: Vec<String> = used.iter().map(|&k| "-".repeat(width(k))).collect();
+            text += &format!("|-{}-|\n", rule.join("-|-"));
+        }
+    }
+    text
+}
