@@ -27,6 +27,7 @@ mod picture_file;
 mod python;
 mod read_back;
 mod render;
+mod report;
 mod robot;
 mod rows;
 mod sensing_args;
@@ -70,6 +71,7 @@ enum Command {
     ExportTree(export_tree::Args),
     Judge(judge::Args),
     ReadBack(read_back::Args),
+    Report(report::Args),
     Perf(perf::Args),
     Robot(robot::Args),
     Validate(validate::Args),
@@ -92,6 +94,7 @@ fn main() -> ExitCode {
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
+            Command::Report(args) => report::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Robot(args) => robot::run(&args),
             Command::Validate(args) => validate::run(&args),

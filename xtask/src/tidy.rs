@@ -21,7 +21,7 @@ every source key in configs/ resolves in docs/references.bib\n  no source file i
 pub struct Args {}
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 18] = [
+const LAYERS: [&str; 19] = [
     "quantity",
     "spec",
     "geometry",
@@ -38,6 +38,7 @@ const LAYERS: [&str; 18] = [
     "world",
     "env",
     "bench",
+    "report",
     "tests",
     "xtask",
 ];

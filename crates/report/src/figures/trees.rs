@@ -1,0 +1,128 @@
+//! Tree by tree: how many fruit each gave, and what the harvest cost it.
+
+use orchard_bench::summary::{ConditionSummary, EpisodeLine};
+use plotters::element::{PathElement, Rectangle, Text};
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, ShapeStyle};
+
+use crate::axis::Axis;
+use crate::chart::{Chart, Line, Mark, Point, Series};
+use crate::figure::{Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters};
+use crate::results::{Harvest, ends};
+use crate::words::{number, title_with_unit};
+
+/// Fruit deposited, episode by episode, as a histogram.
+pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<Figure, FigureError> {
+    const MARGIN: i32 = 10;
+    const LEFT: i32 = 34;
+    const TOP: i32 = 52;
+    const HEIGHT: i32 = 160;
+    let counts: Vec<u32> = results.episodes.iter().map(|episode| episode.deposited).collect();
+    let most = counts.iter().copied().max().unwrap_or(0);
+    // At most so many bins: wider ones where trees give more.
+    let width = (most + 1).div_ceil(14).max(1);
+    let bins = most / width + 1;
+    let of_bin = |bin: u32| counts.iter().filter(|&&n| n / width == bin).count() as u32;
+    let heights: Vec<u32> = (0..bins).map(of_bin).collect();
+    let highest = heights.iter().copied().max().unwrap_or(1).max(1);
+    let range = |bin: u32| {
+        if width == 1 { bin.to_string() } else { format!("{}-{}", bin * width, (bin + 1) * width - 1) }
+    };
+    let n = counts.len().max(1) as f64;
+    let mean = counts.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
+    let squares: f64 = counts.iter().map(|&x| (f64::from(x) - mean) * (f64::from(x) - mean)).sum();
+    let deviation = if counts.len() > 1 { Some((squares / (n - 1.0)).sqrt()) } else { None };
+    let told: Vec<String> =
+        (0..bins).zip(&heights).map(|(bin, n)| format!("{} fruit: {n}", range(bin))).collect();
+    let spread = format!("mean {mean:.2}, standard deviation {}", number(deviation, 2));
+    let title = "Fruit deposited, episodes by number";
+    let description = format!("{} episodes under {condition}, {spread}. {}.", counts.len(), told.join("; "));
+    let height = TOP + HEIGHT + 46;
+    drawn("trees-deposited", title, &description, (WIDTH, height as u32), |area| {
+        let head = letters(TITLE, colour::INK, HPos::Left, VPos::Top);
+        area.draw(&Text::new(title, (MARGIN, MARGIN), head))?;
+        let small = |h, v| letters(LETTERS - 1.0, colour::SOFT, h, v);
+        area.draw(&Text::new(spread.clone(), (MARGIN, MARGIN + 20), small(HPos::Left, VPos::Top)))?;
+        let step = f64::from(WIDTH as i32 - LEFT - MARGIN) / f64::from(bins);
+        let left_of = |bin: u32| LEFT + (f64::from(bin) * step).round() as i32;
+        let base = TOP + HEIGHT;
+        for (bin, count) in (0..bins).zip(&heights) {
+            let top = base - (f64::from(*count) / f64::from(highest) * f64::from(HEIGHT - 20)).round() as i32;
+            let (left, right) = (left_of(bin) + 3, left_of(bin + 1) - 3);
+            area.draw(&Rectangle::new([(left, top), (right, base)], colour::BLUE.filled()))?;
+            let middle = (left + right) / 2;
+            if *count > 0 {
+                area.draw(&Text::new(count.to_string(), (middle, top - 4), small(HPos::Center, VPos::Bottom)))?;
+            }
+            area.draw(&Text::new(range(bin), (middle, base + 6), small(HPos::Center, VPos::Top)))?;
+        }
+        let axis = ShapeStyle::from(colour::AXIS).stroke_width(1);
+        area.draw(&PathElement::new([(LEFT, base), (WIDTH as i32 - MARGIN, base)], axis))?;
+        let label = letters(LETTERS, colour::INK, HPos::Center, VPos::Top);
+        let middle = (LEFT + WIDTH as i32 - MARGIN) / 2;
+        area.draw(&Text::new("fruit in the bucket at the end", (middle, base + 24), label))?;
+        Ok(())
+    })
+}
+
+/// Damage against throughput: a point an episode of the main condition, and every condition's mean.
+pub(crate) fn damage(harvest: &Harvest, damage: &'static str) -> Result<Option<Figure>, FigureError> {
+    const THROUGHPUT: &str = "throughput_fruit_per_min";
+    let Some((main, results)) = harvest.main() else { return Ok(None) };
+    let per_minute = |e: &EpisodeLine| {
+        if e.duration_s > 0.0 { 60.0 * f64::from(e.deposited) / e.duration_s } else { 0.0 }
+    };
+    let snapped = damage == "branches_snapped_per_tree";
+    let harm = |e: &EpisodeLine| f64::from(if snapped { e.snapped } else { e.dropped });
+    let episodes: Vec<Point> =
+        results.episodes.iter().map(|e| Point { x: per_minute(e), y: harm(e), ci95: None }).collect();
+    let mean = |name: &str| {
+        let (x, y) = (harvest.metric(name, THROUGHPUT)?, harvest.metric(name, damage)?);
+        Some(Point { x: x.mean?, y: y.mean?, ci95: ends(y.ci95) })
+    };
+    let others: Vec<Point> =
+        harvest.conditions().iter().filter(|(name, _)| *name != main).filter_map(|(name, _)| mean(name)).collect();
+    let published = orchard_bench::protocol::Protocol::paper().published;
+    let paper: Vec<Point> = match (published.get(THROUGHPUT), published.get(damage)) {
+        (Some(x), Some(y)) => vec![Point { x: x.value, y: y.value, ci95: None }],
+        _ => Vec::new(),
+    };
+    let series = |name: &str, colour, mark, points| Series {
+        name: name.to_owned(),
+        colour,
+        mark,
+        line: Line::None,
+        points,
+        shift: 0,
+    };
+    let mut all = vec![series(&format!("an episode, {main}"), colour::BLUE, Mark::Dot, episodes)];
+    if !others.is_empty() {
+        all.push(series("mean of another condition", colour::ORANGE, Mark::Disc, others));
+    }
+    all.push(series(&format!("mean, {main}"), colour::VERMILION, Mark::Disc, mean(main).into_iter().collect()));
+    if !paper.is_empty() {
+        all.push(series("paper", colour::SOFT, Mark::Hollow, paper));
+    }
+    let points = || all.iter().flat_map(|s| &s.points);
+    let x = Axis::from_zero("throughput [fruit/min]", points().map(|p| p.x), 6);
+    let highest = points().map(|p| p.ci95.map_or(p.y, |[_, high]| high.max(p.y)));
+    let y = Axis::from_zero("", highest, 5);
+    // Points at 0 stand a little above the axis.
+    let room = |axis: Axis, part: f64| Axis { ends: [-part * axis.ends[1], axis.ends[1]], ..axis };
+    let description = format!(
+        "{} against throughput, {} episodes under {main}; mean at {} fruit/min and {} per tree.",
+        title_with_unit(damage),
+        results.episodes.len(),
+        number(harvest.metric(main, THROUGHPUT).and_then(|m| m.mean), 2),
+        number(harvest.metric(main, damage).and_then(|m| m.mean), 2),
+    );
+    let chart = Chart {
+        stem: format!("damage-{}", if snapped { "snapped" } else { "dropped" }),
+        title: title_with_unit(damage),
+        x: room(x, 0.03),
+        y: room(y, 0.04),
+        series: all,
+        bands: Vec::new(),
+    };
+    chart.figure(&description).map(Some)
+}
