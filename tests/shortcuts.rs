@@ -121,7 +121,7 @@ fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRe
     let plan = harvest.plan("full", protocol.tuning_seeds.clone(), TREES, SECONDS);
     let run = |key: orchard_bench::episode::EpisodeKey| {
         let (world, mut controller): (World, Recorded<Box<dyn Controller>>) =
-            harvest.build(key.seed, key.world, key.repeat).expect("a tuning seed");
+            harvest.build(&key).expect("a tuning seed");
         let mut world = Spoilt { sight: sight(&world), world };
         let never = AtomicBool::new(false);
         run_episode(key, &mut world, &mut controller, &protocol, plan.frame, &never, &mut || ())

@@ -4,49 +4,57 @@ pub mod bar;
 mod component;
 mod detect;
 mod harvest;
+pub mod job;
+mod order;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use orchard_bench::RunError;
-use orchard_bench::protocol::{ConditionName, Profile, Protocol};
-use orchard_bench::store::Store;
-use orchard_picker::Kind;
+use orchard_bench::order::PlanFile;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::store::{Lock, Store};
+use orchard_bench::{Session, Shard};
 
 use crate::failure::Failure;
 use crate::interrupt;
 
 /// Grows trees, lets the robot harvest them or the detector look at them, and writes the metrics.
 #[derive(clap::Args)]
-#[command(after_help = "Tasks:\n  harvest   the robot picks fruit for a while\n  \
+#[command(
+    after_help = "Tasks:\n  harvest   the robot picks fruit for a while, under every condition of the matrix on the same trees\n  \
 detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
 errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
 gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n\n\
-Files:\n  DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states\n  \
+Files:\n  DIR/plan.json         what was asked for\n  \
+DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the sweeps'\n                        \
+conditions tested against the nominal one tree by tree\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
-DIR/compute.json      wall time and machine, and nothing else\n  \
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
 DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
-DIR/TASK/*.json       one a tree: every trial\n\
-All but compute.json are the same bytes on every run of one command, for any number of threads.\n\
+DIR/TASK/*.json       one a tree: every trial\n  \
+DIR/compute.json      wall times, step rates, memory and machine, and nothing else\n\
+All but compute.json are the same bytes on every run of one command, for any number of threads or shards.\n\
 Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
-condition, seeds, horizon, camera, ..) is refused.\n\n\
-Examples:\n  cargo xtask bench-v1\n  cargo xtask bench-v1 --profile full --threads 2 --out results/full\n  \
-cargo xtask bench-v1 --seeds 1,2,3 --trees 2 --horizon 20 --out results/mine\n  \
-cargo xtask bench-v1 --seeds v1 --profile full --controller expert\n  \
-cargo xtask bench-v1 --seeds tuning --repeats 3 --out results/repeats\n  \
-cargo xtask bench-v1 --controller expert --profile full --conditions exhaustion\n  \
-cargo xtask bench-v1 --tasks detect --profile full\n  \
-cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert")]
+condition, seeds, horizon, camera, ..) is refused, and so is one in which another run is at work.\n\n\
+Examples:\n  cargo xtask bench-v1                            the quick profile\n  \
+cargo xtask bench-v1 --profile full --controller expert\n  \
+cargo xtask bench-v1 --profile full --controller expert --seeds v1      an official score\n  \
+cargo xtask bench-v1 --profile full --conditions exhaustion\n  \
+cargo xtask bench-v1 --conditions foliage,terrain-0.2 --seeds 1,2,3 --trees 2 --horizon 20 --out results/mine\n  \
+cargo xtask bench-v1 --seeds tuning --conditions nominal --repeats 3\n  \
+cargo xtask bench-v1 --tasks detect --profile full --camera d435i\n  \
+cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert\n  \
+cargo xtask bench-v1 --profile full --shard 3/8 --out parts/3    one part of eight, then cargo xtask merge"
+)]
 pub struct Args {
-    /// What to run
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [TaskName::Harvest])]
-    tasks: Vec<TaskName>,
-    /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, and to exhaustion.
+    /// What to run [default: all, or the tasks that the given options are for]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    tasks: Option<Vec<TaskName>>,
+    /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, of every condition of the matrix
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
     /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
@@ -60,21 +68,25 @@ pub struct Args {
     /// [default: 3 with --seeds v1, else 1]
     #[arg(long, value_name = "N")]
     repeats: Option<u32>,
-    /// Length of a nominal episode of the harvest in seconds [default: by profile]
+    /// Length of an episode of the harvest in seconds, but under exhaustion [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
-    /// Conditions of the harvest: nominal, for the profile's time; exhaustion, the same trees until nothing reachable is left, at
-    /// most 600 s [default: by profile; quick is nominal, full is both]
-    #[arg(long, value_name = "A,B,..", value_delimiter = ',', value_parser = condition)]
-    conditions: Option<Vec<ConditionName>>,
-    /// Controller that harvests: baseline, the paper's state machine, or expert
+    /// Conditions of the harvest, or sweeps of them: nominal; foliage (0, 0.3, 0.6, 1, 1.5), fruit (20, 40, 60), terrain (0, 0.05, 0.1,
+    /// 0.2 m); one of a sweep such as foliage-1.5; exhaustion, the nominal one until nothing reachable is left, at most 600 s
+    /// [default: nominal and all sweeps]
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
+    conditions: Option<Vec<String>>,
+    /// Controller of the robot: baseline, the paper's state machine, or expert
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Where the results go: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, with -CONTROLLER behind it
-    /// for another than the baseline]
+    /// Compute part I of N of the records only, every N-th; `cargo xtask merge` puts the parts together
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Where the results go: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, followed by what else makes
+    /// another plan of it, such as -expert or -v1]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Depth camera of the detect task: ideal, paper, d435i, or a file of figures that differ [default: paper]
@@ -85,24 +97,6 @@ pub struct Args {
     detector: Option<String>,
 }
 
-impl Args {
-    /// The controller that the command line names.
-    fn controller(&self) -> Result<Kind, Failure> {
-        let Some(name) = &self.controller else { return Ok(Kind::default()) };
-        Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
-            let known: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
-            Failure::BadInput(format!("--controller {name}: there are {}", known.join(", ")))
-        })
-    }
-}
-
-fn condition(text: &str) -> Result<ConditionName, String> {
-    ConditionName::ALL.into_iter().find(|condition| condition.name() == text).ok_or_else(|| {
-        let known = ConditionName::ALL.map(ConditionName::name);
-        format!("there are {}", known.join(", "))
-    })
-}
-
 /// A task of the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TaskName {
@@ -110,6 +104,11 @@ enum TaskName {
     Detect,
     ReachAndGrasp,
     Gentle,
+}
+
+impl TaskName {
+    /// In the order in which they are run.
+    const ALL: [Self; 4] = [Self::Harvest, Self::Detect, Self::ReachAndGrasp, Self::Gentle];
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -171,124 +170,30 @@ impl std::str::FromStr for Seeds {
     }
 }
 
-/// What all tasks share.
-struct Scope {
-    seeds: Vec<u64>,
-    /// Trees a seed.
-    trees: u32,
-    /// Nominal episodes a tree.
-    repeats: u32,
-    threads: usize,
-    out: PathBuf,
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let protocol = Protocol::paper();
-    let profile = match args.profile {
-        ProfileName::Quick => &protocol.quick,
-        ProfileName::Full => &protocol.full,
-    };
-    let scope = scope(args, &protocol, profile).map_err(Failure::BadInput)?;
-    check_options(args).map_err(Failure::BadInput)?;
     // All input is read before anything is computed.
-    let asks = |task| args.tasks.contains(&task);
-    let harvest = asks(TaskName::Harvest)
-        .then(|| harvest::Asked::read(args, &scope, &protocol, profile))
-        .transpose()?;
-    let detect = asks(TaskName::Detect).then(|| detect::Asked::read(args, &scope, &protocol)).transpose()?;
-    let grasp = asks(TaskName::ReachAndGrasp).then(|| component::Grasping::read(args, &scope)).transpose()?;
-    let gentle = asks(TaskName::Gentle).then(|| component::Pushing::read(args, &scope)).transpose()?;
-    let store = Store::open(&scope.out).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
-
+    let orders = order::orders(args, &Protocol::paper())?;
+    let jobs = orders.iter().map(job::job).collect::<Result<Vec<_>, Failure>>()?;
+    let out = args.out.clone().unwrap_or_else(|| order::default_out(args));
+    let (store, _lock) = open(&out)?;
     // Nor is a folder found to hold something else after an hour.
-    let checks = [
-        harvest.as_ref().map(|asked| asked.check(&store)),
-        detect.as_ref().map(|asked| asked.check(&store)),
-        grasp.as_ref().map(|asked| asked.check(&store)),
-        gentle.as_ref().map(|asked| asked.check(&store)),
-    ];
-    for check in checks.into_iter().flatten() {
-        check.map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
+    for job in &jobs {
+        job.check(&store).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
     }
-
     let stop = interrupt::listen()?;
-    if let Some(harvest) = harvest {
-        harvest.run(&scope, &store, stop)?;
-    }
-    if let Some(detect) = detect {
-        detect.run(&scope, &store, stop)?;
-    }
-    if let Some(grasp) = grasp {
-        grasp.run(&scope, &store, stop)?;
-    }
-    if let Some(gentle) = gentle {
-        gentle.run(&scope, &store, stop)?;
-    }
-    Ok(())
-}
-
-fn scope(args: &Args, protocol: &Protocol, profile: &Profile) -> Result<Scope, String> {
-    let seeds = match &args.seeds {
-        Some(seeds) => seeds.resolve(protocol),
-        None => protocol.tuning_seeds.iter().copied().take(profile.seeds.get() as usize).collect(),
-    };
-    let official = &protocol.seed_sets.v1;
-    let (of_seed, repeats) = match args.seeds {
-        Some(Seeds::V1) => (&official.trees, official.repeats.get()),
-        _ => (&profile.trees, 1),
-    };
-    let trees = args.trees.unwrap_or_else(|| of_seed.get());
-    let trees = of_seed.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
-    let repeats = args.repeats.unwrap_or(repeats);
-    let repeats = official.repeats.with_value(repeats).map_err(|e| format!("--repeats: {e}"))?.get();
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    PlanFile::note(&store, &orders, shard).map_err(|e| Failure::Failed(e.to_string()))?;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
-    let out = args.out.clone().unwrap_or_else(|| default_out(args));
-    Ok(Scope { seeds, trees, repeats, threads, out })
+    let session = Session { store: &store, threads, shard, stop };
+    jobs.iter().try_for_each(|job| job.run(&session))
 }
 
-/// Where results go that are given no place: apart by profile, controller and seed set.
-fn default_out(args: &Args) -> PathBuf {
-    let mut folder = format!("results/bench-v1-{}", args.profile.name());
-    if let Some(name) = args.controller.as_deref().filter(|name| *name != Kind::default().name()) {
-        folder = format!("{folder}-{name}");
-    }
-    if matches!(args.seeds, Some(Seeds::V1)) {
-        folder.push_str("-v1");
-    }
-    PathBuf::from(folder)
-}
-
-/// An option of a task that is not run would change nothing: better told than ignored.
-fn check_options(args: &Args) -> Result<(), String> {
-    use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp};
-    let options: [(&str, bool, &[TaskName], &str); 6] = [
-        ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
-        ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
-        ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
-        (
-            "--controller",
-            args.controller.is_some(),
-            &[Harvest, ReachAndGrasp, Gentle],
-            "the tasks harvest, reach-and-grasp and gentle",
-        ),
-        ("--camera", args.camera.is_some(), &[Detect], "the task detect"),
-        ("--detector", args.detector.is_some(), &[Detect], "the task detect"),
-    ];
-    for (option, given, tasks, names) in options {
-        if given && !tasks.iter().any(|task| args.tasks.contains(task)) {
-            return Err(format!("{option} is for {names}, which --tasks does not name"));
-        }
-    }
-    Ok(())
-}
-
-/// A run's end as the command's.
-fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
-    result.map_err(|e| match e {
-        RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
-        RunError::OtherPlan(e) => Failure::BadInput(format!("--out: {e}")),
-        e => Failure::Failed(e.to_string()),
-    })
+/// Opens a result folder for this process alone.
+pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
+    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("--out: {e}"));
+    let store = Store::open(folder).map_err(|e| bad(&e))?;
+    let lock = store.lock().map_err(|e| bad(&e))?;
+    Ok((store, lock))
 }
 
 /// How often each of some things was, in words.
@@ -309,90 +214,5 @@ mod tests {
         for bad in ["", "5,", "-1", "1.5", "all", "v2"] {
             assert!(bad.parse::<Seeds>().is_err(), "{bad}");
         }
-    }
-
-    #[derive(clap::Parser)]
-    struct Line {
-        #[command(flatten)]
-        args: Args,
-    }
-
-    fn args(line: &[&str]) -> Args {
-        let line = [&["bench-v1"], line].concat();
-        <Line as clap::Parser>::try_parse_from(line).unwrap_or_else(|e| panic!("{e}")).args
-    }
-
-    #[test]
-    fn a_seed_set_brings_its_trees_and_repeats() {
-        let protocol = Protocol::paper();
-        let of = |line: &[&str]| {
-            let scope = scope(&args(line), &protocol, &protocol.quick).unwrap();
-            (scope.seeds, scope.trees, scope.repeats)
-        };
-        assert_eq!(of(&[]), (vec![20250704], 6, 1));
-        assert_eq!(of(&["--seeds", "v1"]), (protocol.v1_seeds(), 6, 3));
-        assert_eq!(of(&["--seeds", "tuning", "--repeats", "2"]), (protocol.tuning_seeds.clone(), 6, 2));
-        assert_eq!(of(&["--seeds", "v1", "--trees", "1", "--repeats", "1"]).1, 1);
-        for (line, option) in [(["--repeats", "0"], "--repeats: "), (["--trees", "0"], "--trees: ")] {
-            let problem = scope(&args(&line), &protocol, &protocol.quick).err().unwrap();
-            assert!(problem.starts_with(option), "{problem}");
-        }
-    }
-
-    #[test]
-    fn tasks_on_the_command_line() {
-        assert_eq!(args(&[]).tasks, [TaskName::Harvest]);
-        assert_eq!(args(&["--tasks", "harvest,detect"]).tasks, [TaskName::Harvest, TaskName::Detect]);
-        let check = |line: &[&str]| check_options(&args(line));
-        assert_eq!(check(&["--tasks", "detect", "--camera", "ideal", "--detector", "paper"]), Ok(()));
-        assert_eq!(
-            check(&["--camera", "ideal"]).unwrap_err(),
-            "--camera is for the task detect, which --tasks does not name"
-        );
-        let exhausted = args(&["--conditions", "exhaustion,nominal"]).conditions;
-        assert_eq!(exhausted, Some(vec![ConditionName::Exhaustion, ConditionName::Nominal]));
-        assert!(condition("windy").unwrap_err().contains("nominal, exhaustion"));
-        assert!(check(&["--tasks", "detect", "--conditions", "nominal"]).unwrap_err().starts_with("--cond"));
-        assert!(check(&["--tasks", "detect", "--horizon", "20"]).unwrap_err().starts_with("--horizon"));
-    }
-    #[test]
-    fn controllers_do_not_share_a_folder() {
-        let out = |line: &[&str]| default_out(&args(line)).display().to_string();
-        assert_eq!(out(&[]), "results/bench-v1-quick");
-        assert_eq!(out(&["--controller", "baseline"]), "results/bench-v1-quick");
-        assert_eq!(out(&["--controller", "expert", "--profile", "full"]), "results/bench-v1-full-expert");
-    }
-
-    /// Another controller's records are in the folder: refused with exit code 2, and nothing is changed.
-    #[test]
-    fn a_folder_of_another_plan_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().to_str().unwrap();
-        let asked = |controller: &str| {
-            let line = ["--controller", controller, "--seeds", "7", "--trees", "1", "--out", out];
-            args(&line)
-        };
-        let protocol = Protocol::paper();
-        let baseline = asked("baseline");
-        let scope = scope(&baseline, &protocol, &protocol.quick).unwrap();
-        let plan = harvest::Asked::read(&baseline, &scope, &protocol, &protocol.quick).unwrap();
-        let store = Store::open(folder.path()).unwrap();
-        let key = plan.keys().swap_remove(0);
-        let file = "episodes/baseline-nominal-7-000.json";
-        std::fs::create_dir(folder.path().join("episodes")).unwrap();
-        store.write(file, &key).unwrap();
-        store.write("summary.json", &"baseline's").unwrap();
-        assert_eq!(plan.check(&store), Ok(()));
-        match run(&asked("expert")) {
-            Err(Failure::BadInput(line)) => assert_eq!(
-                line,
-                format!(
-                    "--out: {out} holds results of another plan: {file} has controller \"baseline\", not \"expert\"; \
-                     give another --out, or remove that folder"
-                )
-            ),
-            other => panic!("{other:?}"),
-        }
-        assert!(folder.path().join("summary.json").exists());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use orchard_bench::matrix::{EXHAUSTION, NOMINAL, SweepPoint};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::plan::Plan;
 use orchard_bench::statistics::Component;
@@ -16,6 +17,7 @@ const CYCLE: [&str; 5] = ["align", "reach", "grasp", "pull", "deposit"];
 pub fn report(summary: &Summary, plan: &Plan) -> String {
     let mut text = format!("controller {}\n", summary.controller);
     text += &table(summary, plan);
+    text += &sweeps(summary, plan);
     text += &variance(summary, plan);
     text += &asked(summary, plan);
     text += "\nfailed attempts by reason\n";
@@ -31,9 +33,49 @@ fn conditions<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a Con
     plan.conditions.iter().filter_map(|condition| of(&condition.name)).collect()
 }
 
+/// Those that are told in full: the others stand in their sweeps' tables.
+fn principal<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a ConditionSummary)> {
+    let all = conditions(summary, plan);
+    let of_sweep = |name: &str| {
+        name != NOMINAL && plan.sweeps.iter().any(|sweep| sweep.points.iter().any(|p| p.condition == name))
+    };
+    let told: Vec<_> = all.iter().copied().filter(|(name, _)| !of_sweep(name)).collect();
+    if told.is_empty() { all } else { told }
+}
+
+/// Every sweep's conditions side by side.
+fn sweeps(summary: &Summary, plan: &Plan) -> String {
+    let mut text = String::new();
+    for sweep in plan.sweeps.iter().filter_map(|sweep| summary.sweeps.get(&sweep.name)) {
+        text +=
+            &format!("\nsweep {} [{}]: means, and in brackets p against nominal\n", sweep.dial, sweep.unit);
+        let values = sweep.points.iter().map(|point| point.value.to_string());
+        let mut rows = vec![row("metric", values)];
+        for name in &plan.protocol.sweeps.tested {
+            let cell = |point: &SweepPoint| {
+                let of = summary.conditions.get(&point.condition).and_then(|of| of.metrics.get(name));
+                let mean = number(of.and_then(|metric| metric.mean));
+                let beside =
+                    sweep.comparisons.iter().find(|c| c.metric == *name && c.condition == point.condition);
+                match beside.and_then(|comparison| comparison.holm.permutation) {
+                    Some(p) => format!("{mean} ({p:.3})"),
+                    None => mean,
+                }
+            };
+            rows.push(row(name, sweep.points.iter().map(cell)));
+        }
+        text += &columns(&rows, &[0]);
+        text.push('\n');
+    }
+    if !text.is_empty() {
+        text += "p: paired permutation test over trees, Holm-adjusted within its sweep\n";
+    }
+    text
+}
+
 /// The metrics in the order of their definition, a mean, an interval and a number a condition, with the paper's nominal figures.
 fn table(summary: &Summary, plan: &Plan) -> String {
-    let conditions = conditions(summary, plan);
+    let conditions = principal(summary, plan);
     let mut head = vec!["metric".to_owned()];
     for (name, _) in &conditions {
         head.extend([(*name).to_owned(), "95 % interval".to_owned(), "n".to_owned()]);
@@ -88,13 +130,11 @@ fn asked(summary: &Summary, plan: &Plan) -> String {
     let Some(asked) = plan.protocol.asked.get(&summary.controller) else { return String::new() };
     let mut text = String::new();
     for condition in &plan.conditions {
-        let Some((name, figures)) = asked.iter().find(|(name, _)| name.name() == condition.name) else {
-            continue;
-        };
+        let Some(figures) = asked.get(&condition.name) else { continue };
         let full = &plan.protocol.full;
-        let horizon = match name {
-            orchard_bench::protocol::ConditionName::Nominal => full.horizon.si(),
-            orchard_bench::protocol::ConditionName::Exhaustion => plan.protocol.exhaustion.horizon.si(),
+        let horizon = match &*condition.name {
+            EXHAUSTION => plan.protocol.exhaustion.horizon.si(),
+            _ => full.horizon.si(),
         };
         let as_asked = plan.seeds == plan.protocol.tuning_seeds
             && condition.params.trees == full.trees.get()
@@ -140,7 +180,7 @@ fn failures(summary: &Summary, plan: &Plan) -> String {
 }
 
 fn states(summary: &Summary, plan: &Plan) -> String {
-    let conditions = conditions(summary, plan);
+    let conditions = principal(summary, plan);
     let names: BTreeSet<&str> =
         conditions.iter().flat_map(|(_, c)| c.states.keys().map(String::as_str)).collect();
     let known = CYCLE.iter().copied().filter(|name| names.contains(name));
@@ -199,14 +239,31 @@ pub fn interval(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_bench::harvest::Harvest;
-    use orchard_bench::protocol::{ConditionName, Protocol};
+    use orchard_bench::harvest::{Extent, Harvest};
+    use orchard_bench::protocol::Protocol;
     use orchard_picker::Kind;
+
+    fn plan(conditions: &[&str], seeds: Vec<u64>, trees: u32, repeats: u32) -> Plan {
+        let conditions = conditions.iter().map(|name| (*name).to_owned()).collect();
+        let extent = Extent { profile: "full".into(), conditions, seeds, trees, repeats, horizon_s: 75.0 };
+        Harvest::paper(Kind::Baseline).plan_of(extent).unwrap()
+    }
+
+    #[test]
+    fn sweeps_stand_in_tables_of_their_own() {
+        let plan = plan(&["fruit"], vec![5], 1, 1);
+        let text = report(&Summary::of_run(&plan, &[]), &plan);
+        let head = text.lines().find(|line| line.starts_with("metric")).unwrap();
+        assert!(head.contains("nominal") && !head.contains("fruit-20"), "{head}");
+        let sweep = text.split("sweep fruit [fruit]").nth(1).unwrap();
+        let head: Vec<&str> = sweep.lines().nth(1).unwrap().split_whitespace().collect();
+        assert_eq!(head, ["metric", "20", "40", "60"]);
+        assert!(sweep.contains("fruit_dropped_per_tree"));
+    }
 
     /// The report of a run without episodes, on some seeds.
     fn told(seeds: Vec<u64>, trees: u32) -> String {
-        let conditions = [(ConditionName::Nominal, 75.0), (ConditionName::Exhaustion, 600.0)];
-        let plan = Harvest::paper(Kind::Baseline).plan_of("full", seeds, trees, &conditions);
+        let plan = plan(&[NOMINAL, EXHAUSTION], seeds, trees, 1);
         report(&Summary::of_run(&plan, &[]), &plan)
     }
 
@@ -229,7 +286,7 @@ mod tests {
     #[test]
     fn repeats_tell_their_spread() {
         use orchard_bench::statistics::{Design, variance_components};
-        let plan = Harvest::paper(Kind::Baseline).plan("full", vec![5], 2, 75.0).repeated("nominal", 2);
+        let plan = plan(&[NOMINAL], vec![5], 2, 2);
         let mut summary = Summary::of_run(&plan, &[]);
         assert!(!report(&summary, &plan).contains("standard deviations"));
         let design = Design::of([(5, 0), (5, 0), (5, 1), (5, 1)]);

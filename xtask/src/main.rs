@@ -22,6 +22,7 @@ mod gallery;
 mod headline;
 mod interrupt;
 mod judge;
+mod merge;
 mod perf;
 mod picture_file;
 mod python;
@@ -51,7 +52,7 @@ use failure::Failure;
     bin_name = "cargo xtask",
     arg_required_else_help = true,
     after_help = "Examples:\n  cargo xtask bench-v1                    the quick benchmark, results in results/\n  \
-                  cargo xtask bench-v1 --profile full     the paper's nominal condition, 3 seeds x 6 trees x 75 s\n  \
+                  cargo xtask bench-v1 --profile full     the whole matrix, 3 seeds x 6 trees x 75 s\n  \
                   cargo xtask test                        everything that a change must pass"
 )]
 struct Cli {
@@ -70,6 +71,7 @@ enum Command {
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
+    Merge(merge::Args),
     ReadBack(read_back::Args),
     Report(report::Args),
     Perf(perf::Args),
@@ -93,6 +95,7 @@ fn main() -> ExitCode {
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
+            Command::Merge(args) => merge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
             Command::Report(args) => report::run(&args),
             Command::Perf(args) => perf::run(&args),

@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let stop = interrupt::listen()?;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
-    let bar = Bar::new(plan.worlds().len(), u64::from(plan.frames()), shown);
+    let bar = Bar::new("verify", plan.worlds().len(), u64::from(plan.frames()), shown);
     let outcome = run_plan(&plan, threads, stop, &bar);
     bar.clear();
     let trees = outcome.map_err(|e| match e {

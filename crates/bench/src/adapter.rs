@@ -25,7 +25,9 @@ impl BenchWorld for World {
             .filter_map(|event| {
                 Some(match event {
                     Real::FruitGripped { fruit, .. } => WorldEvent::FruitGripped { fruit: fruit as u32 },
-                    Real::FruitDetached { fruit, .. } => WorldEvent::FruitDetached { fruit: fruit as u32 },
+                    Real::FruitDetached { fruit, tension, .. } => {
+                        WorldEvent::FruitDetached { fruit: fruit as u32, tension }
+                    }
                     Real::FruitDeposited { fruit, drop_height, impact_energy, .. } => {
                         WorldEvent::FruitDeposited {
                             fruit: fruit as u32,

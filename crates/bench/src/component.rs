@@ -21,7 +21,7 @@ pub use metrics::metrics;
 pub use plan::{ComponentKey, ComponentPlan, ComponentRun};
 pub use record::{Ended, TreeRecord, TrialRecord};
 pub use rules::{ComponentRules, GentleRules, GraspRules};
-pub use run::{ComponentResult, run};
+pub use run::{ComponentResult, Trials, run};
 pub use summary::{ComponentSummary, TreeLine};
 
 use std::fmt::Debug;

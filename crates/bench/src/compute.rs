@@ -1,8 +1,11 @@
-//! What a clock or the machine can change, and nothing else: `compute.json`.
+//! What a clock or the machine can change: `compute.json`.
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use crate::episode::SCHEMA_VERSION;
+use crate::store::{Store, StoreError};
 
 /// The machine that a result was computed on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,52 +44,113 @@ pub fn peak_memory_mib() -> Option<f64> {
     Some(kib / 1024.0)
 }
 
-/// Cost of one episode.
+/// Cost of one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EpisodeCost {
-    /// File of the episode.
+pub struct RecordCost {
+    /// Its file.
     pub file: String,
-    /// Wall time of this run [s]; null where a stored episode was reused.
+    /// Wall time [s] of one thread; null where a stored record was reused.
     pub wall_s: Option<f64>,
 }
 
-/// Cost of a run.
+/// Cost of a run of one task: the paper's compute metric.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Compute {
-    /// Layout version.
-    pub schema_version: u32,
+pub struct TaskCost {
     /// Machine.
     pub machine: Machine,
     /// Threads.
     pub threads: u32,
     /// Wall time of the run [s].
     pub wall_s: f64,
-    /// Env-steps (frames of one world) that this run computed.
+    /// Env-steps (frames of one world) that this run computed; images in the detection task.
     pub env_steps: u64,
-    /// Env-steps a wall second.
+    /// Frames a second of one world on one thread, its controller and camera included.
+    pub step_rate_per_s: Option<f64>,
+    /// Env-steps a wall second, all threads together.
     pub env_steps_per_s: Option<f64>,
-    /// Simulated seconds, summed over worlds, a wall second.
+    /// Simulated seconds, summed over worlds, a wall second; null where nothing moves.
     pub world_seconds_per_s: Option<f64>,
-    /// Peak resident memory [MiB].
+    /// Peak resident memory of the process up to the end of this task [MiB].
     pub peak_memory_mib: Option<f64>,
-    /// Cost of every episode.
-    pub episodes: Vec<EpisodeCost>,
+    /// Cost of every record.
+    pub records: Vec<RecordCost>,
+}
+
+impl TaskCost {
+    /// Sums up a run: `steps` env-steps of `frame` seconds in `wall_s` seconds.
+    pub fn of_run(threads: usize, wall_s: f64, steps: u64, frame: f64, records: Vec<RecordCost>) -> Self {
+        let busy: f64 = records.iter().filter_map(|record| record.wall_s).sum();
+        let rate = |seconds: f64| (steps > 0 && seconds > 0.0).then(|| steps as f64 / seconds);
+        let env_steps_per_s = rate(wall_s);
+        Self {
+            machine: Machine::detect(),
+            threads: threads as u32,
+            wall_s,
+            env_steps: steps,
+            step_rate_per_s: rate(busy),
+            env_steps_per_s,
+            world_seconds_per_s: env_steps_per_s.map(|rate| rate * frame).filter(|rate| *rate > 0.0),
+            peak_memory_mib: peak_memory_mib(),
+            records,
+        }
+    }
+}
+
+/// Costs by task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Compute {
+    /// Layout version.
+    pub schema_version: u32,
+    /// The last run of each task into this folder.
+    pub tasks: BTreeMap<String, TaskCost>,
 }
 
 impl Compute {
-    /// Sums up a run: `steps` env-steps of `frame` seconds in `wall_s` seconds.
-    pub fn of_run(threads: u32, wall_s: f64, steps: u64, frame: f64, episodes: Vec<EpisodeCost>) -> Self {
-        let rate = (steps > 0 && wall_s > 0.0).then(|| steps as f64 / wall_s);
-        Self {
-            schema_version: SCHEMA_VERSION,
-            machine: Machine::detect(),
-            threads,
-            wall_s,
-            env_steps: steps,
-            env_steps_per_s: rate,
-            world_seconds_per_s: rate.map(|rate| rate * frame),
-            peak_memory_mib: peak_memory_mib(),
-            episodes,
+    /// Its file under the result folder.
+    pub const FILE: &'static str = "compute.json";
+
+    /// Notes a task's cost in a folder, beside those of other tasks.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn note(store: &Store, task: &str, cost: TaskCost) -> Result<(), StoreError> {
+        let stored = std::fs::read(store.path().join(Self::FILE)).ok();
+        let stored = stored.and_then(|bytes| serde_json::from_slice::<Self>(&bytes).ok());
+        let mut compute = stored
+            .filter(|compute| compute.schema_version == SCHEMA_VERSION)
+            .unwrap_or(Self { schema_version: SCHEMA_VERSION, tasks: BTreeMap::new() });
+        compute.tasks.insert(task.to_owned(), cost);
+        store.write(Self::FILE, &compute)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_of_what_was_computed() {
+        let record = |wall_s| RecordCost { file: "x".into(), wall_s };
+        let cost =
+            TaskCost::of_run(2, 5.0, 600, 0.5, vec![record(Some(4.0)), record(None), record(Some(6.0))]);
+        assert_eq!(cost.step_rate_per_s, Some(60.0));
+        assert_eq!((cost.env_steps_per_s, cost.world_seconds_per_s), (Some(120.0), Some(60.0)));
+        let reused = TaskCost::of_run(2, 5.0, 0, 0.5, vec![record(None)]);
+        assert_eq!((reused.step_rate_per_s, reused.env_steps_per_s), (None, None));
+    }
+
+    #[test]
+    fn tasks_stand_side_by_side() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let cost = |wall_s| TaskCost::of_run(1, wall_s, 1, 1.0, Vec::new());
+        for (task, wall_s) in [("harvest", 1.0), ("detect", 2.0), ("harvest", 3.0)] {
+            Compute::note(&store, task, cost(wall_s)).unwrap();
         }
+        let text = std::fs::read_to_string(folder.path().join(Compute::FILE)).unwrap();
+        let compute: Compute = serde_json::from_str(&text).unwrap();
+        let walls: Vec<(&str, f64)> =
+            compute.tasks.iter().map(|(name, c)| (name.as_str(), c.wall_s)).collect();
+        assert_eq!(walls, [("detect", 2.0), ("harvest", 3.0)]);
     }
 }

@@ -28,7 +28,7 @@ pub use record::{
     VariantRecord,
 };
 pub use rules::{AblationRules, Anchor, AtFoliage, DetectRules, FoundRules};
-pub use run::{DetectResult, run};
+pub use run::{DetectResult, Views, run};
 pub use spread::{ERRORS, Spread};
 pub use summary::{AblationSummary, DensitySummary, DetectSummary, FractionBin, VariantSummary, ZoneSummary};
 pub use trees::{PaperTrees, RestingTree, Trees};

@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Version of the layout of every result file.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// Version of the code that made a result: the package's version and a hash over the sources of the workspace.
 pub const CODE_VERSION: &str = env!("ORCHARD_CODE_VERSION");
@@ -233,6 +233,21 @@ pub struct FruitEvent {
     pub time: f64,
 }
 
+/// A fruit that came off its stem.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DetachEvent {
+    /// The fruit.
+    pub fruit: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+    /// Tension of the stem as it gave way [N]; null if it was not finite.
+    pub tension_n: Option<f64>,
+    /// Whether that is more than takes most apples off by a straight pull (`rules.stem_pull`).
+    pub stem_pulled: bool,
+}
+
 /// A fruit that came to rest in the bucket.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DepositEvent {
@@ -309,7 +324,7 @@ pub struct EpisodeRecord {
     /// Ruptures.
     pub branches_snapped: Vec<SnapEvent>,
     /// Fruit that came off its stem.
-    pub fruit_detached: Vec<FruitEvent>,
+    pub fruit_detached: Vec<DetachEvent>,
     /// Fruit that came off its stem and had not been held before in the same attempt, whatever took it off.
     pub fruit_knocked_off: Vec<FruitEvent>,
     /// Fruit that came to rest in the bucket.
@@ -373,6 +388,17 @@ impl EpisodeRecord {
     pub fn deposits(&self) -> impl Iterator<Item = &DepositEvent> {
         let counts = !self.quarantined();
         self.fruit_deposited.iter().filter(move |_| counts)
+    }
+
+    /// Fruit torn off its stem; a quarantined world's forces mean nothing.
+    pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
+        let counts = !self.quarantined();
+        self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)
+    }
+
+    /// Deposited fruit with a bruise.
+    pub fn bruised(&self) -> impl Iterator<Item = &DepositEvent> {
+        self.deposits().filter(|event| event.bruised == Some(true))
     }
 
     /// Fruit off its stem at the end that neither rests in the bucket nor is in the hand.

@@ -12,6 +12,7 @@ use crate::harness::never_started;
 use crate::interface::{
     BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit, WorldEvent,
 };
+use crate::matrix::Dials;
 use crate::plan::{Condition, ConditionParams, Plan, config_hash};
 use crate::protocol::Protocol;
 use crate::run::WorldFactory;
@@ -89,7 +90,8 @@ impl BenchWorld for FakeWorld {
             2 => self.events.push(WorldEvent::FruitGripped { fruit: id }),
             4 => {
                 fruit.state = FruitState::Loose;
-                self.events.push(WorldEvent::FruitDetached { fruit: id });
+                self.events
+                    .push(WorldEvent::FruitDetached { fruit: id, tension: f64::from(20 + 10 * (id % 2)) });
             }
             6 if id % 3 == 2 => {
                 fruit.state = FruitState::Dropped;
@@ -208,11 +210,11 @@ impl WorldFactory for FakeFactory {
     type World = FakeWorld;
     type Controller = FakeController;
 
-    fn build(&self, seed: u64, world: u32, _: u32) -> Result<(FakeWorld, FakeController), String> {
-        if world == 2 {
+    fn build(&self, key: &EpisodeKey) -> Result<(FakeWorld, FakeController), String> {
+        if key.world == 2 {
             return Err("no static equilibrium".into());
         }
-        let world = FakeWorld::new(seed, world);
+        let world = FakeWorld::new(key.seed, key.world);
         let controller = FakeController::new(&world);
         Ok((world, controller))
     }
@@ -227,14 +229,13 @@ pub fn plan() -> Plan {
         conditions: vec![Condition {
             name: "nominal".into(),
             params: ConditionParams {
-                fruit_count: 5,
-                foliage_density: 0.6,
-                terrain_amplitude_m: 0.0,
+                dials: Dials { fruit_count: 5, foliage_density: 0.6, terrain_amplitude_m: 0.0 },
                 trees: 4,
                 horizon_s: 30.0,
                 repeats: 1,
             },
         }],
+        sweeps: Vec::new(),
         seed_set: SeedSetLabel::custom(),
         seeds: vec![7, 8],
         frame: FRAME,

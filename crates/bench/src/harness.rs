@@ -7,8 +7,8 @@ use orchard_robot::{ARM_DOF, Command};
 
 use crate::attempts::{AttemptLog, History, judge, knocked_off};
 use crate::episode::{
-    Belief, DepositEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord, FruitState,
-    Outcome, SnapEvent, Yielding, array, finite,
+    Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitEvent, FruitRecord,
+    FruitState, Outcome, SnapEvent, Yielding, array, finite,
 };
 use crate::hold::HoldWatch;
 use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
@@ -97,6 +97,8 @@ struct EpisodeLog {
     visible_pixels: u32,
     /// Largest energy that leaves no bruise [J].
     bruise_energy: f64,
+    /// Stem tension above which a fruit is torn off [N].
+    stem_pull: f64,
     frames: u32,
     x_world_odom: Pose,
     start: Vec<FruitTruth>,
@@ -106,6 +108,7 @@ struct EpisodeLog {
     attempts: Vec<AttemptLog>,
     history: History,
     hold: HoldWatch,
+    detached: Vec<DetachEvent>,
     deposits: Vec<DepositEvent>,
     detection: DetectionTally,
     max_stem_pull: f64,
@@ -126,6 +129,7 @@ impl EpisodeLog {
             frame,
             visible_pixels: protocol.rules.visible_pixels.get(),
             bruise_energy: protocol.rules.bruise_energy.si(),
+            stem_pull: protocol.rules.stem_pull.si(),
             frames: 0,
             x_world_odom: world.x_world_odom(),
             zones: ZoneFrame::calibrate(&points, &protocol.zones),
@@ -135,6 +139,7 @@ impl EpisodeLog {
             attempts: Vec::new(),
             history: History::default(),
             hold: HoldWatch::default(),
+            detached: Vec::new(),
             deposits: Vec::new(),
             detection: DetectionTally::default(),
             max_stem_pull: 0.0,
@@ -273,8 +278,10 @@ impl EpisodeLog {
         for event in world.drain_events() {
             match event {
                 WorldEvent::FruitGripped { fruit } => self.history.gripped.push(of(fruit)),
-                WorldEvent::FruitDetached { fruit } => {
+                WorldEvent::FruitDetached { fruit, tension } => {
                     self.history.detached.push(of(fruit));
+                    let (tension_n, stem_pulled) = (finite(tension), tension > self.stem_pull);
+                    self.detached.push(DetachEvent { fruit, frame, time, tension_n, stem_pulled });
                     let start = self.attempts.last().map(|attempt| attempt.start_frame);
                     let gripped = start.is_some_and(|start| self.history.was_gripped(fruit, start, frame));
                     self.hold.detached(fruit, gripped, frame);
@@ -355,7 +362,7 @@ impl EpisodeLog {
             fruit,
             fruit_knocked_off: knocked_off(&self.attempts, &self.history),
             branches_snapped: self.history.snapped,
-            fruit_detached: self.history.detached,
+            fruit_detached: self.detached,
             fruit_deposited: self.deposits,
             fruit_dropped: self.history.dropped,
             detection: self.detection,

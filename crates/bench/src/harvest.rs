@@ -7,69 +7,99 @@ use orchard_picker::{Controller, Kind};
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;
 use orchard_world::World;
+use serde::{Deserialize, Serialize};
 
 use crate::adapter::Recorded;
+use crate::episode::EpisodeKey;
+use crate::matrix::{EXHAUSTION, Matrix, MatrixCondition, NOMINAL, UnknownCondition};
 use crate::plan::{Condition, ConditionParams, Plan, config_hash};
-use crate::protocol::{ConditionName, Protocol};
+use crate::protocol::Protocol;
 use crate::run::WorldFactory;
 
-/// Makes the worlds of the nominal condition and of `exhaustion`, which are the same.
+/// Makes the worlds of every condition of the matrix.
 #[derive(Debug, Clone)]
 pub struct Harvest {
     spec: Arc<Spec>,
     robot: Arc<RobotModel>,
     detector: DetectorConfig,
     controller: Kind,
+    protocol: Protocol,
+    matrix: Matrix,
+}
+
+/// How much of the matrix is run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Extent {
+    /// Profile whose defaults these are.
+    pub profile: String,
+    /// Names of conditions and sweeps.
+    pub conditions: Vec<String>,
+    /// Seeds, in order.
+    pub seeds: Vec<u64>,
+    /// Trees a seed.
+    pub trees: u32,
+    /// Episodes a tree under the nominal condition.
+    pub repeats: u32,
+    /// Length of an episode [s], but under `exhaustion`.
+    pub horizon_s: f64,
 }
 
 impl Harvest {
-    /// The preset `paper` under a controller: 40 fruit, foliage 0.6, flat ground.
+    /// The preset `paper` under a controller: 40 fruit, foliage 0.6, flat ground, and what sweeps make of it.
     pub fn paper(controller: Kind) -> Self {
+        let (spec, protocol) = (Spec::paper(), Protocol::paper());
         Self {
-            spec: Arc::new(Spec::paper()),
+            matrix: Matrix::of(&protocol, &spec),
+            spec: Arc::new(spec),
             robot: Arc::new(RobotModel::paper()),
             detector: DetectorConfig::paper(),
             controller,
+            protocol,
         }
     }
 
     /// The nominal condition on trees `0..trees` of each seed, for `horizon` seconds each.
+    ///
+    /// # Panics
+    /// Never: the nominal condition is in every matrix.
     pub fn plan(&self, profile: &str, seeds: Vec<u64>, trees: u32, horizon: f64) -> Plan {
-        self.plan_of(profile, seeds, trees, &[(ConditionName::Nominal, horizon)])
+        let conditions = vec![NOMINAL.to_owned()];
+        let profile = profile.to_owned();
+        let extent = Extent { profile, conditions, seeds, trees, repeats: 1, horizon_s: horizon };
+        self.plan_of(extent).unwrap_or_else(|e| unreachable!("{e}"))
     }
 
-    /// Conditions with their horizons [s] on trees `0..trees` of each seed.
-    pub fn plan_of(
-        &self,
-        profile: &str,
-        seeds: Vec<u64>,
-        trees: u32,
-        conditions: &[(ConditionName, f64)],
-    ) -> Plan {
-        let spec = &self.spec;
-        let condition = |&(name, horizon_s): &(ConditionName, f64)| Condition {
-            name: name.name().to_owned(),
+    /// A part of the matrix. All conditions have the same trees, and the start poses of the first repeat.
+    ///
+    /// # Errors
+    /// A name that is neither a condition nor a sweep.
+    pub fn plan_of(&self, extent: Extent) -> Result<Plan, UnknownCondition> {
+        let chosen = self.matrix.choose(&extent.conditions)?;
+        let names: Vec<&str> = chosen.iter().map(|condition| condition.name.as_str()).collect();
+        let condition = |condition: &&MatrixCondition| Condition {
+            name: condition.name.clone(),
             params: ConditionParams {
-                fruit_count: spec.fruit.count.get(),
-                foliage_density: spec.foliage.density.si(),
-                terrain_amplitude_m: if spec.terrain.enabled { spec.terrain.amplitude.si() } else { 0.0 },
-                trees,
-                horizon_s,
-                repeats: 1,
+                dials: condition.dials,
+                trees: extent.trees,
+                horizon_s: match &*condition.name {
+                    EXHAUSTION => self.protocol.exhaustion.horizon.si(),
+                    _ => extent.horizon_s,
+                },
+                repeats: if condition.name == NOMINAL { extent.repeats } else { 1 },
             },
         };
-        let protocol = Protocol::paper();
-        Plan {
-            preset: spec.preset.clone(),
-            profile: profile.to_owned(),
+        Ok(Plan {
+            preset: self.spec.preset.clone(),
+            profile: extent.profile,
             controller: self.controller.name().to_owned(),
-            conditions: conditions.iter().map(condition).collect(),
-            seed_set: protocol.label(&seeds, trees),
-            seeds,
+            sweeps: self.matrix.sweeps_of(&names),
+            conditions: chosen.iter().map(condition).collect(),
+            seed_set: self.protocol.label(&extent.seeds, extent.trees),
+            seeds: extent.seeds,
             frame: self.frame(),
             config_hash: self.config_hash(),
-            protocol,
-        }
+            protocol: self.protocol.clone(),
+        })
     }
 
     /// Length of a frame [s].
@@ -86,7 +116,7 @@ impl Harvest {
             ("robot.urdf", orchard_robot::PAPER_URDF),
             ("perception.toml", orchard_perception::config::PAPER_TOML),
             ("picker.toml", self.controller.toml()),
-            ("bench.toml", crate::protocol::PAPER_TOML),
+            ("v1.toml", crate::protocol::PAPER_TOML),
         ])
     }
 }
@@ -95,8 +125,11 @@ impl WorldFactory for Harvest {
     type World = World;
     type Controller = Recorded<Box<dyn Controller>>;
 
-    fn build(&self, seed: u64, world: u32, repeat: u32) -> Result<(World, Self::Controller), String> {
-        let world = World::of_repeat(self.spec.clone(), self.robot.clone(), seed, world, repeat)
+    fn build(&self, key: &EpisodeKey) -> Result<(World, Self::Controller), String> {
+        let condition = self.matrix.condition(&key.condition);
+        let dials = condition.ok_or_else(|| format!("there is no condition {}", key.condition))?.dials;
+        let spec = Arc::new(dials.turn(&self.spec)?);
+        let world = World::of_repeat(spec, self.robot.clone(), key.seed, key.world, key.repeat)
             .map_err(|e| e.to_string())?;
         let controller = self.controller.controller(&self.robot, self.detector.clone());
         Ok((world, Recorded::new(controller)))

@@ -41,7 +41,7 @@ impl Store {
         };
         let (by_this_code, by_another) = (asked(&CODE), asked(&[CODE[0], CODE[1], CONFIG]));
         for file in self.files(R::FOLDER) {
-            let Ok(bytes) = fs::read(self.root().join(&file)) else { continue };
+            let Ok(bytes) = fs::read(self.path().join(&file)) else { continue };
             let Ok(Value::Object(record)) = serde_json::from_slice(&bytes) else { continue };
             let same_code = CODE.iter().all(|field| record.get(*field) == first.get(*field));
             let is_asked = if same_code {
@@ -50,7 +50,7 @@ impl Store {
                 by_another.contains(&text(&record, first, &[CODE[0], CODE[1], CONFIG]))
             };
             if !is_asked {
-                let folder = self.root().display().to_string();
+                let folder = self.path().display().to_string();
                 return Err(OtherPlan { folder, file, differences: differences(&record, &keys, same_code) });
             }
         }

@@ -62,6 +62,8 @@ pub enum WorldEvent {
     FruitDetached {
         /// The fruit.
         fruit: u32,
+        /// Its tension at that moment [N].
+        tension: f64,
     },
     /// A loose fruit came to rest in the bucket.
     FruitDeposited {

@@ -12,6 +12,7 @@ pub mod detect;
 pub mod episode;
 #[cfg(test)]
 mod fake;
+mod gather;
 mod harness;
 #[cfg(test)]
 mod harness_tests;
@@ -20,7 +21,9 @@ mod hold;
 mod holdings;
 pub mod interface;
 mod matching;
+pub mod matrix;
 pub mod metrics;
+pub mod order;
 pub mod plan;
 pub mod protocol;
 mod reason;
@@ -29,6 +32,7 @@ mod run;
 #[cfg(test)]
 mod run_tests;
 pub mod seeds;
+mod shard;
 mod stall;
 pub mod statistics;
 pub mod store;
@@ -41,8 +45,11 @@ pub mod verify;
 mod watch;
 pub mod zones;
 
+pub use gather::{MergeError, Missing, gather, merge};
 pub use harness::run_episode;
 pub use holdings::OtherPlan;
-pub use run::{RunResult, WorldFactory, run};
-pub use task::{Progress, RunError, Silent};
+pub use record::Record;
+pub use run::{Episodes, RunResult, WorldFactory, run};
+pub use shard::Shard;
+pub use task::{Progress, RunError, Session, Silent};
 pub use trial::trial;

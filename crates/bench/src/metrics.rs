@@ -73,6 +73,26 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
         unit: "fruit",
         share: |e| tree(e.fruit_knocked_off.len() as f64),
     },
+    MetricDefinition {
+        name: "fruit_stem_pulled_per_tree",
+        unit: "fruit",
+        share: |e| tree(e.stem_pulled().count() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_bruised_per_tree",
+        unit: "fruit",
+        share: |e| tree(e.bruised().count() as f64),
+    },
+    MetricDefinition {
+        name: "reachable_fruit_per_tree",
+        unit: "fruit",
+        share: |e| tree(f64::from(e.reachable_count)),
+    },
+    MetricDefinition {
+        name: "reachable_fruit_by_ik_per_tree",
+        unit: "fruit",
+        share: |e| e.reachable_ik_count.map_or_else(Share::default, |count| tree(f64::from(count))),
+    },
     MetricDefinition { name: "attempts_per_tree", unit: "1", share: |e| tree(e.attempts.len() as f64) },
     MetricDefinition {
         name: "mean_drop_height_m",
@@ -151,6 +171,11 @@ pub fn estimate<R, B: Borrow<R>>(
         .collect()
 }
 
+/// One tree's shares of a metric of the harvest.
+pub(crate) fn harvest_metric(name: &str) -> Option<&'static MetricDefinition<EpisodeRecord>> {
+    METRICS.iter().find(|definition| definition.name == name)
+}
+
 pub(crate) fn per(numerator: usize, denominator: usize) -> Share {
     Share { numerator: numerator as f64, denominator: denominator as f64 }
 }
@@ -169,7 +194,7 @@ fn tree(value: f64) -> Share {
 
 /// Reachable fruit deposited over reachable fruit; a quarantined tree gives 0, others without reachable fruit
 /// say nothing.
-fn completeness(e: &EpisodeRecord) -> Share {
+pub(crate) fn completeness(e: &EpisodeRecord) -> Share {
     if e.quarantined() {
         tree(0.0)
     } else if e.reachable_count == 0 {
@@ -197,7 +222,9 @@ fn cycle_time(e: &EpisodeRecord) -> Share {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::{DepositEvent, DetectionTally, FruitEvent, FruitState, Outcome, SnapEvent};
+    use crate::episode::{
+        DepositEvent, DetachEvent, DetectionTally, FruitEvent, FruitState, Outcome, SnapEvent,
+    };
     use crate::fake::{attempt, record};
     use crate::protocol::Protocol;
 
@@ -224,6 +251,15 @@ mod tests {
             DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
         a.max_stem_pull_n = Some(20.0);
         a.fruit_knocked_off = vec![FruitEvent { fruit: 2, frame: 4, time: 0.1 }];
+        let detached = |fruit, stem_pulled| DetachEvent {
+            fruit,
+            frame: 8,
+            time: 0.2,
+            tension_n: Some(if stem_pulled { 30.0 } else { 20.0 }),
+            stem_pulled,
+        };
+        a.fruit_detached = vec![detached(0, false), detached(1, true)];
+        a.reachable_ik_count = Some(3);
         // Of three deposits one is without figures.
         let deposit = |fruit, drop_height_m, bruised| DepositEvent {
             fruit,
@@ -246,6 +282,7 @@ mod tests {
         b.detection =
             DetectionTally { images: 1, true_positives: 1, false_positives: 4, visible: 8, recalled: 1 };
         b.max_stem_pull_n = Some(10.0);
+        b.reachable_ik_count = Some(2);
         vec![a, b]
     }
 
@@ -263,6 +300,10 @@ mod tests {
             ("fruit_dropped_per_tree", 1.0, 2),
             ("fruit_deposited_per_tree", 1.5, 2),
             ("fruit_knocked_off_per_tree", 0.5, 2),
+            ("fruit_stem_pulled_per_tree", 0.5, 2),
+            ("fruit_bruised_per_tree", 0.5, 2),
+            ("reachable_fruit_per_tree", 3.0, 2),
+            ("reachable_fruit_by_ik_per_tree", 2.5, 2),
             ("attempts_per_tree", 4.0, 2),
             ("mean_drop_height_m", 0.09, 2),
             ("unbruised_per_placement", 0.5, 2),

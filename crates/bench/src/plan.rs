@@ -4,18 +4,16 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::episode::{CODE_VERSION, EpisodeKey, SCHEMA_VERSION};
+use crate::matrix::{Dials, MatrixSweep};
 use crate::protocol::Protocol;
 use crate::seeds::SeedSetLabel;
 
 /// The parameters of one condition of the benchmark matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConditionParams {
-    /// Fruit that a tree is asked to carry.
-    pub fruit_count: u32,
-    /// Foliage density, the paper's dial.
-    pub foliage_density: f64,
-    /// Terrain amplitude [m].
-    pub terrain_amplitude_m: f64,
+    /// Its worlds.
+    #[serde(flatten)]
+    pub dials: Dials,
     /// Trees a seed.
     pub trees: u32,
     /// Budget of an episode [s].
@@ -25,7 +23,7 @@ pub struct ConditionParams {
 }
 
 /// One condition of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
     /// Its name.
     pub name: String,
@@ -44,6 +42,8 @@ pub struct Plan {
     pub controller: String,
     /// Conditions, in order.
     pub conditions: Vec<Condition>,
+    /// The sweeps that they make up.
+    pub sweeps: Vec<MatrixSweep>,
     /// The set that the seeds belong to.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
@@ -118,14 +118,6 @@ impl Plan {
     /// Budget of an episode under a condition [frames].
     pub fn horizon_frames(&self, condition: &Condition) -> u32 {
         (condition.params.horizon_s / self.frame).round() as u32
-    }
-
-    /// The same plan with so many episodes a tree under one condition, as the seed set asks for.
-    pub fn repeated(mut self, condition: &str, repeats: u32) -> Self {
-        for own in self.conditions.iter_mut().filter(|own| own.name == condition) {
-            own.params.repeats = repeats;
-        }
-        self
     }
 
     /// The keys of all episodes, condition by condition, seed by seed, tree by tree.

@@ -1,4 +1,4 @@
-//! The benchmark's protocol constants, read from `configs/paper/bench.toml`.
+//! The benchmark's protocol constants, read from `configs/bench/v1.toml`.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
 use crate::detect::DetectRules;
+use crate::matrix::Sweeps;
 use crate::seeds::SeedSets;
 use crate::statistics::{BootstrapRules, PairedRules};
 use crate::verify::VerifyRules;
 
-/// The protocol of preset `paper` as TOML text.
-pub const PAPER_TOML: &str = include_str!("../configs/paper/bench.toml");
+/// The protocol as TOML text.
+pub const PAPER_TOML: &str = include_str!("../configs/bench/v1.toml");
 
 /// Seeds, horizons and rules of the benchmark.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,6 +31,8 @@ pub struct Protocol {
     pub quick: Profile,
     /// The official profile.
     pub full: Profile,
+    /// The matrix of conditions.
+    pub sweeps: Sweeps,
     /// The condition `exhaustion`.
     pub exhaustion: ExhaustionRules,
     /// What counts as what.
@@ -49,30 +52,7 @@ pub struct Protocol {
     /// Figures of the paper's nominal baseline, by metric name.
     pub published: BTreeMap<String, Published>,
     /// What is asked of each controller over the tuning seeds, by controller, condition and metric name.
-    pub asked: BTreeMap<String, BTreeMap<ConditionName, BTreeMap<String, Asked>>>,
-}
-
-/// A condition of the benchmark matrix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ConditionName {
-    /// The paper's nominal condition, for the profile's time.
-    Nominal,
-    /// The same trees until nothing reachable is left.
-    Exhaustion,
-}
-
-impl ConditionName {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Nominal, Self::Exhaustion];
-
-    /// Its name in files and on command lines.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Nominal => "nominal",
-            Self::Exhaustion => "exhaustion",
-        }
-    }
+    pub asked: BTreeMap<String, BTreeMap<String, BTreeMap<String, Asked>>>,
 }
 
 /// How much is run.
@@ -83,10 +63,10 @@ pub struct Profile {
     pub seeds: Count,
     /// Trees a seed.
     pub trees: Count,
-    /// Length of a nominal episode.
+    /// Length of an episode, but under `exhaustion`.
     pub horizon: Quantity,
-    /// Conditions that are run.
-    pub conditions: Vec<ConditionName>,
+    /// Conditions that are run, or sweeps of them.
+    pub conditions: Vec<String>,
 }
 
 /// The condition `exhaustion`: the nominal one until nothing reachable is left.
@@ -111,6 +91,8 @@ pub struct Rules {
     pub stall_joint: Quantity,
     /// Fewest valid pixels of a visible fruit.
     pub visible_pixels: Count,
+    /// Stem tension at its end above which a fruit counts as torn off.
+    pub stem_pull: Quantity,
     /// Largest energy of an impact that leaves no bruise.
     pub bruise_energy: Quantity,
 }
@@ -174,10 +156,16 @@ impl Protocol {
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range, a tuning seed of an official set, fewer tuning seeds than a
-    /// profile asks for, a profile without conditions, an asked figure without one bound, foliage densities that do not ascend or lack
-    /// that of the ablation.
+    /// profile asks for, a profile without conditions or with unknown ones, an asked figure without one bound, values of a sweep that do
+    /// not ascend, foliage densities that lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let protocol: Self = from_toml(file, text)?;
+        let densities = protocol.sweeps.densities();
+        if let Some((field, problem)) =
+            protocol.sweeps.problem().or_else(|| protocol.detect.problem(&densities))
+        {
+            return Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem });
+        }
         let official = protocol.v1_seeds();
         if let Some(seed) = protocol.tuning_seeds.iter().find(|seed| official.contains(seed)) {
             let (file, field) = (file.to_owned(), "tuning_seeds".to_owned());
@@ -196,29 +184,23 @@ impl Protocol {
                     problem: format!("{asked} seeds, but tuning_seeds lists {}", protocol.tuning_seeds.len()),
                 });
             }
-            if profile.conditions.is_empty() {
-                let (file, field) = (file.to_owned(), format!("{name}.conditions"));
-                return Err(ConfigError { file, field, problem: "no condition".to_owned() });
-            }
+            protocol.check_names(file, &format!("{name}.conditions"), &profile.conditions)?;
         }
         for (controller, conditions) in &protocol.asked {
             for (condition, metrics) in conditions {
+                let name = std::slice::from_ref(condition);
+                protocol.check_names(file, &format!("asked.{controller}"), name)?;
                 let unclear = metrics.iter().find(|(_, a)| a.at_least.is_some() == a.at_most.is_some());
                 if let Some((metric, _)) = unclear {
                     return Err(ConfigError {
                         file: file.to_owned(),
-                        field: format!("asked.{controller}.{}.{metric}", condition.name()),
+                        field: format!("asked.{controller}.{condition}.{metric}"),
                         problem: "either at_least or at_most is needed".to_owned(),
                     });
                 }
             }
         }
-        match protocol.detect.problem() {
-            None => Ok(protocol),
-            Some((field, problem)) => {
-                Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem })
-            }
-        }
+        Ok(protocol)
     }
 
     /// The protocol of preset `paper`.
@@ -226,7 +208,7 @@ impl Protocol {
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
     pub fn paper() -> Self {
-        match Self::from_toml("paper/bench.toml", PAPER_TOML) {
+        match Self::from_toml("bench/v1.toml", PAPER_TOML) {
             Ok(protocol) => protocol,
             Err(e) => unreachable!("embedded preset: {e}"),
         }
@@ -239,7 +221,7 @@ mod tests {
 
     #[test]
     fn embedded_preset_reads_and_publishes_known_metrics() {
-        let protocol = Protocol::from_toml("paper/bench.toml", PAPER_TOML).unwrap();
+        let protocol = Protocol::from_toml("bench/v1.toml", PAPER_TOML).unwrap();
         assert_eq!(protocol.tuning_seeds, [20250704, 20250705, 20250706]);
         for name in protocol.published.keys() {
             assert!(crate::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
@@ -258,7 +240,7 @@ mod tests {
                 || crate::detect::ERRORS.iter().any(|e| e.name == name);
             assert!(known, "{name}");
             for at in at {
-                assert!(detect.densities().contains(&at.foliage), "{name} at {}", at.foliage);
+                assert!(protocol.sweeps.densities().contains(&at.foliage), "{name} at {}", at.foliage);
             }
         }
         let variants = crate::detect::variants(&orchard_perception::DetectorConfig::paper());
@@ -301,8 +283,8 @@ mod tests {
             Protocol::from_toml("x.toml", &text).unwrap_err().to_string()
         };
         let e = refused("{ value = 0.3, range = [0.0, 3.0]", "{ value = 0.0, range = [0.0, 3.0]");
-        assert_eq!(e, "x.toml: detect.foliage: densities must ascend, each but once");
+        assert_eq!(e, "x.toml: sweeps.foliage: values must ascend, each but once");
         let e = refused("foliage = { value = 0.6", "foliage = { value = 0.7");
-        assert_eq!(e, "x.toml: detect.ablation.foliage: 0.7 is not among detect.foliage");
+        assert_eq!(e, "x.toml: detect.ablation.foliage: 0.7 is not among sweeps.foliage");
     }
 }

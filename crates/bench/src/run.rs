@@ -3,17 +3,13 @@
 //! Episodes are the records of a [`Task`]: independent, each with its own file.
 
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
-use crate::compute::{Compute, EpisodeCost};
 use crate::episode::{EpisodeKey, EpisodeRecord};
 use crate::harness::{never_started, run_episode};
 use crate::interface::{BenchController, BenchWorld};
-use crate::plan::Plan;
-use crate::record::Record;
-use crate::store::Store;
+use crate::plan::{Plan, PlanError};
 use crate::summary::Summary;
-use crate::task::{Progress, RunError, Task, run_task};
+use crate::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 
 /// Makes the worlds of a run, each with its controller.
 pub trait WorldFactory: Sync {
@@ -21,63 +17,46 @@ pub trait WorldFactory: Sync {
     type World: BenchWorld;
     /// Their controllers.
     type Controller: BenchController;
-    /// Builds a world at the start of its episode. A repeat differs from the others in the robot's start pose and in nothing else.
+    /// Builds the world of a condition, seed, index and repeat at the start of its episode. A repeat differs from the others in the robot's start pose and in nothing else.
     ///
     /// # Errors
     /// The world cannot be built, with the reason in one line; it counts as quarantined.
-    fn build(&self, seed: u64, world: u32, repeat: u32) -> Result<(Self::World, Self::Controller), String>;
+    fn build(&self, key: &EpisodeKey) -> Result<(Self::World, Self::Controller), String>;
 }
-
-const SUMMARY: &str = "summary.json";
-const COMPUTE: &str = "compute.json";
 
 /// A finished run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RunResult {
-    /// What was written to `summary.json`.
-    pub summary: Summary,
-    /// What was written to `compute.json`.
-    pub compute: Compute,
-    /// The records, in the order of [`Plan::episodes`].
-    pub episodes: Vec<EpisodeRecord>,
-}
+pub type RunResult = TaskResult<EpisodeRecord, Summary>;
 
-/// Runs a plan on `threads` threads and writes `episodes/*.json`, `summary.json` and `compute.json`.
+/// Runs a session's part of a plan: `episodes/*.json`, `compute.json`, and of a whole run `summary.json`.
 ///
 /// # Errors
 /// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run<F: WorldFactory>(
     plan: &Plan,
     factory: &F,
-    store: &Store,
-    threads: usize,
-    stop: &AtomicBool,
+    session: &Session<'_>,
     progress: &impl Progress<EpisodeRecord>,
 ) -> Result<RunResult, RunError> {
-    plan.check()?;
-    let start = Instant::now();
-    let done = run_task(&Episodes { plan, factory }, store, threads, stop, progress)?;
-    let (episodes, walls): (Vec<EpisodeRecord>, Vec<Option<f64>>) = done.into_iter().unzip();
-    let summary = Summary::of_run(plan, &episodes);
-    let steps =
-        episodes.iter().zip(&walls).filter(|(_, w)| w.is_some()).map(|(e, _)| u64::from(e.frames)).sum();
-    let files = episodes.iter().map(|e| EpisodeRecord::path(&e.key));
-    let costs = files.zip(walls).map(|(file, wall_s)| EpisodeCost { file, wall_s }).collect();
-    let compute = Compute::of_run(threads as u32, start.elapsed().as_secs_f64(), steps, plan.frame, costs);
-    store.write(COMPUTE, &compute)?;
-    store.write(SUMMARY, &summary)?;
-    Ok(RunResult { summary, compute, episodes })
+    run_task(&Episodes { plan, factory }, session, progress)
 }
 
-/// The harvest task: an episode of every world of a plan.
-struct Episodes<'a, F> {
-    plan: &'a Plan,
-    factory: &'a F,
+/// The harvest task: every episode of a plan.
+pub struct Episodes<'a, F> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// Its worlds.
+    pub factory: &'a F,
 }
 
 impl<F: WorldFactory> Task for Episodes<'_, F> {
     type Record = EpisodeRecord;
-    const RESULTS: &'static [&'static str] = &[SUMMARY, COMPUTE];
+    type Summary = Summary;
+    const NAME: &'static str = "harvest";
+    const SUMMARY: &'static str = "summary.json";
+
+    fn check(&self) -> Result<(), PlanError> {
+        self.plan.check()
+    }
 
     fn keys(&self) -> Vec<EpisodeKey> {
         self.plan.episodes()
@@ -89,12 +68,24 @@ impl<F: WorldFactory> Task for Episodes<'_, F> {
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
     ) -> Option<EpisodeRecord> {
-        match self.factory.build(key.seed, key.world, key.repeat) {
+        match self.factory.build(key) {
             Err(reason) => Some(never_started(key.clone(), reason)),
             Ok((mut world, mut controller)) => {
                 let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
                 run_episode(key.clone(), &mut world, &mut controller, protocol, frame, stop, on_step)
             }
         }
+    }
+
+    fn steps(&self, record: &EpisodeRecord) -> u64 {
+        u64::from(record.frames)
+    }
+
+    fn frame(&self) -> f64 {
+        self.plan.frame
+    }
+
+    fn sum_up(&self, records: &[EpisodeRecord]) -> Summary {
+        Summary::of_run(self.plan, records)
     }
 }

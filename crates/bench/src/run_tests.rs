@@ -9,7 +9,7 @@ use crate::fake::{FakeFactory, plan};
 use crate::plan::Plan;
 use crate::run::{RunResult, run};
 use crate::store::Store;
-use crate::task::{Progress, RunError, Silent};
+use crate::task::{Progress, RunError, Session, Silent};
 use crate::watch::{Heard, files};
 
 fn go(
@@ -19,7 +19,7 @@ fn go(
     progress: &impl Progress<EpisodeRecord>,
 ) -> Result<RunResult, RunError> {
     let store = Store::open(folder).unwrap();
-    run(plan, &FakeFactory, &store, threads, &AtomicBool::new(false), progress)
+    run(plan, &FakeFactory, &Session::whole(&store, threads, &AtomicBool::new(false)), progress)
 }
 
 #[test]
@@ -40,10 +40,10 @@ fn same_bytes_for_any_thread_count() {
 fn a_world_that_cannot_be_built_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let result = go(folder.path(), &plan(), 1, &Silent).unwrap();
-    let nominal = &result.summary.conditions["nominal"];
+    let nominal = &result.summary.as_ref().unwrap().conditions["nominal"];
     assert_eq!(nominal.outcomes["quarantined"], 2);
     assert_eq!(nominal.metrics["fruit_deposited_per_tree"].n, 8);
-    assert_eq!(result.episodes[2].frames, 0);
+    assert_eq!(result.records[2].frames, 0);
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     assert_eq!(heard.counts(), (2, 6));
     assert_eq!(heard.notes(), ["episodes/fake-nominal-8-003.json is damaged and is computed again"]);
     assert_eq!(files(folder.path(), "episodes"), before);
-    let walls = result.compute.episodes.iter().filter(|e| e.wall_s.is_some()).count();
+    let walls = result.cost.records.iter().filter(|e| e.wall_s.is_some()).count();
     assert_eq!(walls, 2);
 
     // Records of another code version are not mixed with these.
@@ -132,7 +132,8 @@ fn an_interrupted_run_leaves_whole_files_and_goes_on() {
     let stop = AtomicBool::new(false);
     let progress = StopEarly { stop: &stop, finished: AtomicU32::new(0) };
     let store = Store::open(cut.path()).unwrap();
-    let error = run(&plan(), &FakeFactory, &store, 1, &stop, &progress).map(|_| ()).unwrap_err();
+    let error =
+        run(&plan(), &FakeFactory, &Session::whole(&store, 1, &stop), &progress).map(|_| ()).unwrap_err();
     assert_eq!(
         error.to_string(),
         "interrupted: 3 of 8 episodes are whole; the same command goes on from there"
@@ -160,21 +161,27 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     assert!(folder.path().join("summary.json").exists());
 }
 
+fn repeated(repeats: u32) -> Plan {
+    let mut plan = plan();
+    plan.conditions[0].params.repeats = repeats;
+    plan
+}
+
 #[test]
 fn repeats_have_keys_and_files_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = plan().repeated("nominal", 2).repeated("exhaustion", 9);
+    let plan = repeated(2);
     let result = go(folder.path(), &plan, 2, &Silent).unwrap();
-    assert_eq!(result.episodes.len(), 16);
+    assert_eq!(result.records.len(), 16);
     let places: Vec<(u64, u32, u32)> =
-        result.episodes.iter().map(|e| (e.key.seed, e.key.world, e.key.repeat)).collect();
+        result.records.iter().map(|e| (e.key.seed, e.key.world, e.key.repeat)).collect();
     assert!(places.is_sorted(), "{places:?}");
     let files = files(folder.path(), "episodes");
     assert!(
         files.contains_key("fake-nominal-7-001.json") && files.contains_key("fake-nominal-7-001-r1.json")
     );
     assert_eq!(files.len(), 17);
-    assert!(result.summary.conditions["nominal"].variance.is_some());
+    assert!(result.summary.as_ref().unwrap().conditions["nominal"].variance.is_some());
     // A plan without repeats is another one; one that asks for them as well reuses what is there.
     let other = go(folder.path(), &crate::fake::plan(), 1, &Silent);
     assert!(matches!(other, Err(RunError::OtherPlan(_))));

@@ -22,6 +22,26 @@ pub struct StoreError {
     source: io::Error,
 }
 
+/// A result folder that is this process's alone.
+#[derive(Debug)]
+pub struct Lock {
+    _file: fs::File,
+}
+
+/// A result folder that cannot be taken.
+#[derive(Debug, thiserror::Error)]
+pub enum LockError {
+    /// Another process has it.
+    #[error("{0}: another run is at work in this folder; wait for its end, or give another folder")]
+    Busy(String),
+    /// It cannot be written to.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// How names of files begin that are not whole yet.
+const HALF_WRITTEN: &str = ".writing-";
+
 /// What was found where a record's file belongs.
 #[derive(Debug)]
 pub enum Stored<R> {
@@ -43,6 +63,39 @@ impl Store {
     pub fn open(root: &Path) -> Result<Self, StoreError> {
         fs::create_dir_all(root).map_err(|e| error(root, e))?;
         Ok(Self { root: root.to_owned() })
+    }
+
+    /// Takes the folder for this process alone, until the lock is dropped or the process ends, however it ends. What earlier
+    /// processes left half written is removed.
+    ///
+    /// # Errors
+    /// Another process has it, or it cannot be written to.
+    pub fn lock(&self) -> Result<Lock, LockError> {
+        let path = self.root.join(".lock");
+        let write = |e| LockError::Store(error(&path, e));
+        let file = fs::File::options().create(true).truncate(false).write(true).open(&path).map_err(write)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(fs::TryLockError::WouldBlock) => {
+                return Err(LockError::Busy(self.root.display().to_string()));
+            }
+            Err(fs::TryLockError::Error(e)) => return Err(write(e)),
+        }
+        self.remove_half_written().map_err(LockError::Store)?;
+        Ok(Lock { _file: file })
+    }
+
+    fn remove_half_written(&self) -> Result<(), StoreError> {
+        let folders = fs::read_dir(&self.root).map_err(|e| error(&self.root, e))?;
+        let folders = folders.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
+        for folder in folders.chain([self.root.clone()]) {
+            for entry in fs::read_dir(&folder).map_err(|e| error(&folder, e))?.flatten() {
+                if entry.file_name().to_string_lossy().starts_with(HALF_WRITTEN) {
+                    fs::remove_file(entry.path()).map_err(|e| error(&entry.path(), e))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Looks for a stored record.
@@ -103,7 +156,7 @@ impl Store {
     }
 
     /// The folder itself.
-    pub(crate) fn root(&self) -> &Path {
+    pub fn path(&self) -> &Path {
         &self.root
     }
 }
@@ -130,7 +183,7 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".writing-");
+    builder.prefix(HALF_WRITTEN);
     // Results are for everyone that the umask lets read; temporary files are private by default.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -181,6 +234,22 @@ mod tests {
             fs::write(&path, damaged).unwrap();
             assert!(matches!(stored(&store, &record.key), Stored::Damaged), "{damaged}");
         }
+    }
+
+    #[test]
+    fn a_folder_has_one_run_at_a_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        fs::create_dir(folder.path().join("episodes")).unwrap();
+        for left in [".writing-abc", "episodes/.writing-def"] {
+            fs::write(folder.path().join(left), "{").unwrap();
+        }
+        let lock = store.lock().unwrap();
+        assert_eq!(fs::read_dir(folder.path().join("episodes")).unwrap().count(), 0);
+        let e = store.lock().unwrap_err();
+        assert!(e.to_string().ends_with("wait for its end, or give another folder"), "{e}");
+        drop(lock);
+        store.lock().unwrap();
     }
 
     #[test]

@@ -1,16 +1,23 @@
 //! `summary.json`: the metrics of a run, by condition.
 
+mod sweeps;
+mod zones;
+
+pub use sweeps::{Adjusted, Sweep, SweepComparison};
+pub use zones::ZoneSummary;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use crate::episode::{AttemptOutcome, CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
-use crate::metrics::{METRICS, Metric, components, estimate};
+use crate::metrics::{METRICS, Metric, completeness, components, estimate};
 use crate::plan::{Condition, ConditionParams, Plan};
 use crate::record::Record;
 use crate::seeds::SeedSetLabel;
+use crate::statistics::bootstrap::ratio;
 use crate::statistics::{Design, Resamples, VarianceComponents};
-use crate::zones::{ZoneTable, zone_table};
+use crate::zones::ZoneTable;
 
 /// A whole run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,8 +40,12 @@ pub struct Summary {
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
+    /// Quarantined worlds of all conditions: they count as zero harvest.
+    pub quarantined: u32,
     /// Results by condition.
     pub conditions: BTreeMap<String, ConditionSummary>,
+    /// Conditions along a dial, by sweep.
+    pub sweeps: BTreeMap<String, Sweep>,
 }
 
 /// Results of one condition.
@@ -93,6 +104,10 @@ pub struct EpisodeLine {
     pub fruit: u32,
     /// Of these, inside the reach sphere.
     pub reachable: u32,
+    /// Of these, confirmed by inverse kinematics; null where not computed.
+    pub reachable_by_ik: Option<u32>,
+    /// Reachable fruit deposited over reachable fruit; null without reachable fruit.
+    pub completeness: Option<f64>,
     /// Attempts.
     pub attempts: u32,
     /// Fruit deposited (0 in a quarantined world).
@@ -101,23 +116,10 @@ pub struct EpisodeLine {
     pub dropped: u32,
     /// Branches snapped.
     pub snapped: u32,
-}
-
-/// One zone, pooled over trees.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct ZoneSummary {
-    /// Reachable fruit at the start.
-    pub reachable: u32,
-    /// Reachable fruit deposited.
-    pub deposited: u32,
-    /// Attempts on targets in the zone.
-    pub attempts: u32,
-    /// Of these, placed.
-    pub placed: u32,
-    /// Placed over attempts; null without attempts.
-    pub place_success: Option<f64>,
-    /// Deposited over reachable; null without reachable fruit.
-    pub completeness: Option<f64>,
+    /// Fruit torn off its stem.
+    pub stem_pulled: u32,
+    /// Fruit deposited with a bruise.
+    pub bruised: u32,
 }
 
 impl Summary {
@@ -138,7 +140,9 @@ impl Summary {
             controller: plan.controller.clone(),
             seed_set: plan.seed_set.clone(),
             seeds: plan.seeds.clone(),
+            quarantined: episodes.iter().filter(|e| e.quarantined()).count() as u32,
             conditions: plan.conditions.iter().map(of).collect(),
+            sweeps: sweeps::sweeps(plan, episodes),
         }
     }
 }
@@ -154,7 +158,7 @@ fn summed_up(plan: &Plan, condition: &Condition, episodes: &[&EpisodeRecord]) ->
         outcomes: count(episodes.iter().map(|e| status(&e.outcome).to_owned())),
         metrics: estimate(METRICS, episodes, &resamples),
         variance: resamples.design().has_repeats().then(|| components(METRICS, episodes, resamples.design())),
-        zones: zones(episodes),
+        zones: zones::zones(episodes, &resamples),
         failures: count(reasons),
         states: states(episodes),
         between_attempts_s: between_attempts(episodes),
@@ -220,35 +224,15 @@ fn line(e: &EpisodeRecord) -> EpisodeLine {
         duration_s: e.duration_s,
         fruit: e.fruit_total,
         reachable: e.reachable_count,
+        reachable_by_ik: e.reachable_ik_count,
+        completeness: ratio(std::iter::once(completeness(e))),
         attempts: e.attempts.len() as u32,
         deposited: e.deposited().count() as u32,
         dropped: e.dropped().count() as u32,
         snapped: e.branches_snapped.len() as u32,
+        stem_pulled: e.stem_pulled().count() as u32,
+        bruised: e.bruised().count() as u32,
     }
-}
-
-fn zones(episodes: &[&EpisodeRecord]) -> ZoneTable<ZoneSummary> {
-    let mut table = zone_table(ZoneSummary::default());
-    for e in episodes {
-        for (zone, reachable) in &e.zone_census {
-            table.entry(*zone).or_default().reachable += reachable;
-        }
-        for zone in e.deposited().filter(|f| f.reachable).filter_map(|f| f.zone) {
-            table.entry(zone).or_default().deposited += 1;
-        }
-        for zone in e.attempts.iter().filter_map(|a| a.zone) {
-            table.entry(zone).or_default().attempts += 1;
-        }
-        for zone in e.placed().filter_map(|a| a.zone) {
-            table.entry(zone).or_default().placed += 1;
-        }
-    }
-    let rate = |n: u32, of: u32| (of > 0).then(|| f64::from(n) / f64::from(of));
-    for summary in table.values_mut() {
-        summary.place_success = rate(summary.placed, summary.attempts);
-        summary.completeness = rate(summary.deposited, summary.reachable);
-    }
-    table
 }
 
 #[cfg(test)]
@@ -281,7 +265,9 @@ mod tests {
             "profile",
             "controller",
             "seeds",
+            "quarantined",
             "conditions",
+            "sweeps",
         ] {
             assert!(json.get(field).is_some(), "{field}");
         }
@@ -311,8 +297,9 @@ mod tests {
             (e.key.world, e.key.repeat) = (world, repeat);
             e
         };
-        let mut plan = plan().repeated("nominal", 2);
+        let mut plan = plan();
         (plan.seeds, plan.conditions[0].params.trees) = (vec![1], 2);
+        plan.conditions[0].params.repeats = 2;
         let episodes = [episode(0, 0, 1), episode(0, 1, 3), episode(1, 0, 2), episode(1, 1, 2)];
         let summary = Summary::of_run(&plan, &episodes);
         let nominal = &summary.conditions["nominal"];

@@ -7,18 +7,30 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
+use serde::Serialize;
 
+use crate::compute::{Compute, RecordCost, TaskCost};
 use crate::holdings::OtherPlan;
 use crate::plan::PlanError;
 use crate::record::Record;
+use crate::shard::Shard;
 use crate::store::{Store, StoreError, Stored};
 
 /// A task.
 pub trait Task: Sync {
     /// Its records.
     type Record: Record + Send;
-    /// Files that a run writes from all records at its end. Until then the folder holds none, rather than old ones.
-    const RESULTS: &'static [&'static str];
+    /// What all of them sum up to.
+    type Summary: Serialize;
+    /// Its name on command lines and in results.
+    const NAME: &'static str;
+    /// The summary's file under the result folder. Until the end of a run the folder holds none, rather than an old one.
+    const SUMMARY: &'static str;
+    /// Checks what a user can get wrong.
+    ///
+    /// # Errors
+    /// A plan that cannot be run.
+    fn check(&self) -> Result<(), PlanError>;
     /// What is to be computed, in the order of the results.
     fn keys(&self) -> Vec<<Self::Record as Record>::Key>;
     /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
@@ -28,6 +40,12 @@ pub trait Task: Sync {
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
     ) -> Option<Self::Record>;
+    /// Steps that a record took.
+    fn steps(&self, record: &Self::Record) -> u64;
+    /// Simulated time of a step [s]; 0 where nothing moves.
+    fn frame(&self) -> f64;
+    /// Sums up all records, given in the order of [`Task::keys`].
+    fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
 }
 
 /// Hears how a run goes on, from several threads.
@@ -76,29 +94,89 @@ pub enum RunError {
     },
 }
 
-/// A record and the wall time that it took [s], if computed now.
-pub type Timed<R> = (R, Option<f64>);
+/// Where a run works, and with what.
+#[derive(Clone, Copy)]
+pub struct Session<'a> {
+    /// The result folder.
+    pub store: &'a Store,
+    /// Threads.
+    pub threads: usize,
+    /// The part of the records that is computed.
+    pub shard: Shard,
+    /// Raised to end the run with whole files.
+    pub stop: &'a AtomicBool,
+}
 
-/// Computes or reuses every record of a task on `threads` threads, in the order of [`Task::keys`].
+impl<'a> Session<'a> {
+    /// A session that computes all records.
+    pub fn whole(store: &'a Store, threads: usize, stop: &'a AtomicBool) -> Self {
+        Self { store, threads, shard: Shard::WHOLE, stop }
+    }
+}
+
+/// A run that ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaskResult<R, S> {
+    /// What was written to the task's summary; none by a part of a run.
+    pub summary: Option<S>,
+    /// What was noted in `compute.json`.
+    pub cost: TaskCost,
+    /// The records of the session's part, in the order of [`Task::keys`].
+    pub records: Vec<R>,
+}
+
+/// Computes or reuses every record of a session's part of a task; writes them, their cost, and the summary of a whole run.
 ///
 /// # Errors
-/// The folder holds another plan's records, a file cannot be written, or `stop` was raised.
+/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run_task<T: Task>(
     task: &T,
-    store: &Store,
-    threads: usize,
-    stop: &AtomicBool,
+    session: &Session<'_>,
+    progress: &impl Progress<T::Record>,
+) -> Result<TaskResult<T::Record, T::Summary>, RunError> {
+    task.check()?;
+    let start = Instant::now();
+    let done = records(task, session, progress)?;
+    let (records, walls): (Vec<T::Record>, Vec<Option<f64>>) = done.into_iter().unzip();
+    let computed = records.iter().zip(&walls).filter(|(_, wall)| wall.is_some());
+    let steps = computed.map(|(record, _)| task.steps(record)).sum();
+    let files = records.iter().map(|record| T::Record::path(record.key()));
+    let costs = files.zip(walls).map(|(file, wall_s)| RecordCost { file, wall_s }).collect();
+    let wall_s = start.elapsed().as_secs_f64();
+    let cost = TaskCost::of_run(session.threads, wall_s, steps, task.frame(), costs);
+    Compute::note(session.store, T::NAME, cost.clone())?;
+    let summary = session.shard.is_whole().then(|| finish(task, &records, session.store)).transpose()?;
+    Ok(TaskResult { summary, cost, records })
+}
+
+/// Sums up all records of a task, given in the order of [`Task::keys`], and writes the summary.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn finish<T: Task>(task: &T, records: &[T::Record], store: &Store) -> Result<T::Summary, StoreError> {
+    let summary = task.sum_up(records);
+    store.write(T::SUMMARY, &summary)?;
+    Ok(summary)
+}
+
+/// A record and the wall time that it took [s], if computed now.
+type Timed<R> = (R, Option<f64>);
+
+fn records<T: Task>(
+    task: &T,
+    session: &Session<'_>,
     progress: &impl Progress<T::Record>,
 ) -> Result<Vec<Timed<T::Record>>, RunError> {
-    let keys = task.keys();
-    store.check_plan::<T::Record>(&keys)?;
-    for name in T::RESULTS {
-        store.remove(name)?;
-    }
-    let own: Vec<String> = keys.iter().map(T::Record::path).collect();
+    let Session { store, threads, shard, stop } = *session;
+    let all = task.keys();
+    store.check_plan::<T::Record>(&all)?;
+    store.remove(T::SUMMARY)?;
+    let own: Vec<String> = all.iter().map(T::Record::path).collect();
     for name in store.files(T::Record::FOLDER).iter().filter(|name| !own.contains(name)) {
         progress.note(&format!("{name} is no record and is left alone"));
     }
+    let part = all.into_iter().enumerate().filter(|(place, _)| shard.holds(*place));
+    let keys: Vec<_> = part.map(|(_, key)| key).collect();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let done: Vec<Option<Timed<T::Record>>> = pool.install(|| {
         keys.par_iter()

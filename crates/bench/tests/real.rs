@@ -10,7 +10,7 @@ use orchard_bench::harvest::Harvest;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
 use orchard_bench::vantage::vantages;
-use orchard_bench::{RunResult, Silent, run};
+use orchard_bench::{RunResult, Session, Silent, run};
 use orchard_camera::{Item, Label};
 use orchard_picker::Kind;
 
@@ -18,7 +18,7 @@ fn go(folder: &Path, threads: usize) -> RunResult {
     let harvest = Harvest::paper(Kind::Baseline);
     let plan = harvest.plan("quick", vec![20250704, 11], 1, 1.5);
     let store = Store::open(folder).unwrap();
-    run(&plan, &harvest, &store, threads, &AtomicBool::new(false), &Silent).unwrap()
+    run(&plan, &harvest, &Session::whole(&store, threads, &AtomicBool::new(false)), &Silent).unwrap()
 }
 
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -36,21 +36,22 @@ fn same_bytes_for_one_thread_and_two() {
     assert_eq!(files(folders[0].path()), files(folders[1].path()));
 
     // The condition is the nominal one, and the detector has looked.
-    let params = &result.summary.conditions["nominal"].params;
-    assert_eq!((params.fruit_count, params.foliage_density, params.terrain_amplitude_m), (40, 0.6, 0.0));
-    for episode in &result.episodes {
+    let dials = result.summary.as_ref().unwrap().conditions["nominal"].params.dials;
+    assert_eq!((dials.fruit_count, dials.foliage_density, dials.terrain_amplitude_m), (40, 0.6, 0.0));
+    for episode in &result.records {
         assert_eq!(episode.frames, 90);
         assert!(episode.reachable_count > 0 && episode.reachable_count <= episode.fruit_total);
         assert!(episode.detection.images > 0);
         assert_ne!(episode.fruit[0].p_world, [0.0; 3]);
     }
-    assert_ne!(result.episodes[0].fruit, result.episodes[1].fruit);
+    assert_ne!(result.records[0].fruit, result.records[1].fruit);
 }
 
 /// The foliage dial changes nothing but leaves: wood, fruit, ground and views are the same bits at every density.
 #[test]
 fn trees_of_the_detection_task_are_paired() {
-    let rules = Protocol::paper().detect;
+    let protocol = Protocol::paper();
+    let rules = &protocol.detect;
     let trees = PaperTrees::new();
     let tree = |foliage| trees.tree(20250704, 1, foliage).unwrap();
     let solids = |tree: &RestingTree| -> Vec<Item> {
@@ -62,7 +63,7 @@ fn trees_of_the_detection_task_are_paired() {
     assert!(solids(&bare).iter().all(|item| item.label != Label::Robot));
     assert_eq!(solids(&bare).len(), bare.scene.items.len());
     let mut leaves = 0;
-    for foliage in rules.densities().into_iter().skip(1) {
+    for foliage in protocol.sweeps.densities().into_iter().skip(1) {
         let tree = tree(foliage);
         assert_eq!(solids(&tree), solids(&bare));
         assert_eq!(

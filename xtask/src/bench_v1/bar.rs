@@ -24,15 +24,16 @@ pub struct Shown {
 }
 
 impl<R> Bar<R> {
-    /// A bar over `total` trees of at most `steps` steps each.
-    pub fn new(total: usize, steps: u64, show: fn(&R) -> Shown) -> Self {
+    /// A bar over a task's `total` records of at most `steps` steps each. It counts steps; a record that ends early gives the rest back.
+    pub fn new(task: &'static str, total: usize, steps: u64, show: fn(&R) -> Shown) -> Self {
         let bar = ProgressBar::new(total as u64 * steps);
-        if let Ok(style) =
-            ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {elapsed} (about {eta} left)")
-        {
+        if let Ok(style) = ProgressStyle::with_template(
+            "{prefix} {bar:30} {percent:>3} %  {msg}  {elapsed} (about {eta} left)",
+        ) {
             bar.set_style(style);
         }
-        bar.set_message(format!("0/{total} trees"));
+        bar.set_prefix(task);
+        bar.set_message(format!("0/{total}"));
         Self { bar, total, steps, done: Mutex::new(0), show }
     }
 
@@ -62,7 +63,7 @@ impl<R> Progress<R> for Bar<R> {
         // A poisoned counter only means that another thread panicked; the run ends with that.
         let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
         *done += 1;
-        self.bar.set_message(format!("{done}/{} trees", self.total));
+        self.bar.set_message(format!("{done}/{}", self.total));
         self.say(&format!("{done}/{}  {line}{}", self.total, if reused { " (stored)" } else { "" }));
     }
 

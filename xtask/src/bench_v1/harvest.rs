@@ -1,116 +1,89 @@
 //! The harvest task: a robot picks fruit for a while.
 
-use std::sync::atomic::AtomicBool;
-
-use orchard_bench::episode::{EpisodeKey, EpisodeRecord};
-use orchard_bench::harvest::Harvest;
+use orchard_bench::Episodes;
+use orchard_bench::episode::EpisodeRecord;
+use orchard_bench::harvest::{Extent, Harvest};
 use orchard_bench::plan::Plan;
-use orchard_bench::protocol::{ConditionName, Profile, Protocol};
 use orchard_bench::store::Store;
-use orchard_bench::{OtherPlan, RunResult, run as run_plan};
+use orchard_bench::summary::Summary;
 
-use super::bar::{Bar, Shown};
-use super::{Args, Scope, counts, ended};
+use super::bar::Shown;
+use super::job::Ready;
+use super::{counts, order};
 use crate::failure::Failure;
 use crate::headline;
 
-/// What the command line asks for.
-pub struct Asked {
+/// Conditions of the matrix under a controller.
+pub struct Harvesting {
     harvest: Harvest,
     plan: Plan,
 }
 
-impl Asked {
-    /// Reads the command line.
-    pub fn read(args: &Args, scope: &Scope, protocol: &Protocol, profile: &Profile) -> Result<Self, Failure> {
-        let bad = |e: String| Failure::BadInput(format!("--horizon: {e}"));
-        let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
-        let horizon = profile.horizon.with_value(horizon).map_err(bad)?;
-        let names = args.conditions.as_ref().unwrap_or(&profile.conditions);
-        if args.repeats.is_some() && !names.contains(&ConditionName::Nominal) {
-            let problem = "--repeats: these are of the nominal condition, which --conditions does not name";
-            return Err(Failure::BadInput(problem.to_owned()));
-        }
-        if args.horizon.is_some() && !names.contains(&ConditionName::Nominal) {
-            let problem = "is that of the nominal condition, which --conditions does not name";
-            return Err(bad(problem.to_owned()));
-        }
-        let seconds = |name: &ConditionName| match name {
-            ConditionName::Nominal => horizon.si(),
-            ConditionName::Exhaustion => protocol.exhaustion.horizon.si(),
-        };
-        let conditions: Vec<_> = names.iter().map(|name| (*name, seconds(name))).collect();
-        let harvest = Harvest::paper(args.controller()?);
-        let plan = harvest
-            .plan_of(args.profile.name(), scope.seeds.clone(), scope.trees, &conditions)
-            .repeated(ConditionName::Nominal.name(), scope.repeats);
-        plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
+impl Harvesting {
+    /// Plans them.
+    pub fn new(controller: &str, extent: &Extent) -> Result<Self, Failure> {
+        let harvest = Harvest::paper(order::kind(controller).map_err(Failure::BadInput)?);
+        let plan = harvest.plan_of(extent.clone())?;
+        plan.check()?;
         Ok(Self { harvest, plan })
     }
+}
 
-    /// Keys of all its episodes.
-    pub fn keys(&self) -> Vec<EpisodeKey> {
-        self.plan.episodes()
+impl Ready for Harvesting {
+    type Record = EpisodeRecord;
+    type Summary = Summary;
+    type Task<'a> = Episodes<'a, Harvest>;
+
+    fn task(&self) -> Episodes<'_, Harvest> {
+        Episodes { plan: &self.plan, factory: &self.harvest }
     }
 
-    /// Whether the folder takes it.
-    pub fn check(&self, store: &Store) -> Result<(), OtherPlan> {
-        store.check_plan::<EpisodeRecord>(&self.keys())
+    fn steps(&self) -> u64 {
+        self.plan.episodes().iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0)
     }
 
-    /// Runs it and reports.
-    pub fn run(&self, scope: &Scope, store: &Store, stop: &AtomicBool) -> Result<(), Failure> {
-        let episodes = self.keys();
-        // The bar counts frames; an episode that ends early gives the rest of the longest back.
-        let frames = episodes.iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0);
-        let bar = Bar::new(episodes.len(), frames, shown);
-        let result = run_plan(&self.plan, &self.harvest, store, scope.threads, stop, &bar);
-        bar.clear();
-        report(&ended(result)?, &self.plan);
-        say!("results: {}", scope.out.join("summary.json").display());
+    fn shown(record: &EpisodeRecord) -> Shown {
+        Shown {
+            steps: u64::from(record.frames),
+            line: format!(
+                "{}, seed {} tree {}{}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
+                record.key.condition,
+                record.key.seed,
+                record.key.world,
+                if record.key.repeat > 0 { format!(" repeat {}", record.key.repeat) } else { String::new() },
+                record.deposited().count(),
+                record.reachable_count,
+                record.attempts.len(),
+                record.dropped().count(),
+            ),
+        }
+    }
+
+    fn report(&self, summary: &Summary, _: &Store) -> Result<(), Failure> {
+        report(summary, &self.plan);
         Ok(())
     }
 }
 
-fn shown(record: &EpisodeRecord) -> Shown {
-    Shown {
-        steps: u64::from(record.frames),
-        line: format!(
-            "{}, seed {} tree {}{}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
-            record.key.condition,
-            record.key.seed,
-            record.key.world,
-            if record.key.repeat > 0 { format!(" repeat {}", record.key.repeat) } else { String::new() },
-            record.deposited().count(),
-            record.reachable_count,
-            record.attempts.len(),
-            record.dropped().count(),
-        ),
+fn report(summary: &Summary, plan: &Plan) {
+    if summary.quarantined > 0 {
+        say!("QUARANTINED: {} worlds became implausible and count as zero harvest", summary.quarantined);
     }
-}
-
-fn report(result: &RunResult, plan: &Plan) {
+    say!("task harvest, controller {}; seeds {:?}", summary.controller, summary.seeds);
     for condition in &plan.conditions {
-        let params = &condition.params;
+        let (params, dials) = (&condition.params, &condition.params.dials);
+        let ends = summary.conditions.get(&condition.name).map(|of| counts(&of.outcomes));
         say!(
-            "condition {}: {} fruit, foliage {}; seeds {:?} x {} trees{} x {} s",
+            "condition {}: {} fruit, foliage {}, ground within {} m; {} trees a seed{} x {} s; ended: {}",
             condition.name,
-            params.fruit_count,
-            params.foliage_density,
-            plan.seeds,
+            dials.fruit_count,
+            dials.foliage_density,
+            dials.terrain_amplitude_m,
             params.trees,
             if params.repeats > 1 { format!(" x {} repeats", params.repeats) } else { String::new() },
-            params.horizon_s
+            params.horizon_s,
+            ends.unwrap_or_default()
         );
-        if let Some(summary) = result.summary.conditions.get(&condition.name) {
-            say!("episodes ended: {}", counts(&summary.outcomes));
-        }
     }
-    say!("{}", headline::report(&result.summary, plan).trim_end());
-    say!(
-        "{:.0} s on {} threads; {} world-seconds a second",
-        result.compute.wall_s,
-        result.compute.threads,
-        result.compute.world_seconds_per_s.map_or_else(|| "-".to_owned(), |x| format!("{x:.1}"))
-    );
+    say!("{}", headline::report(summary, plan).trim_end());
 }

@@ -69,7 +69,7 @@ pub enum Happened {
 pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
     let key = input.record.key.clone();
     let plan_frame = input.harvest.frame();
-    let (world, controller) = match input.harvest.build(key.seed, key.world, key.repeat) {
+    let (world, controller) = match input.harvest.build(&key) {
         Ok(built) => built,
         Err(reason) => return Err(Failure::Failed(format!("the world cannot be built: {reason}"))),
     };
@@ -182,7 +182,7 @@ impl BenchWorld for Watched {
                 WorldEvent::BranchSnapped { segment } => {
                     (Happened::Branch(segment), self.memory.on_limb(&self.world, segment as usize))
                 }
-                WorldEvent::FruitDetached { fruit } => {
+                WorldEvent::FruitDetached { fruit, .. } => {
                     (Happened::Stem(fruit), self.memory.on_fruit(&self.world, fruit as usize))
                 }
                 _ => continue,

@@ -4,7 +4,7 @@ use super::*;
 use clap::Parser;
 use orchard_bench::harvest::Harvest;
 use orchard_bench::store::Store;
-use orchard_bench::{Silent, run as run_plan};
+use orchard_bench::{Session, Silent, run as run_plan};
 use orchard_picker::Kind;
 use std::sync::atomic::AtomicBool;
 
@@ -31,7 +31,7 @@ fn record(folder: &Path) -> PathBuf {
     let harvest = Harvest::paper(Kind::Baseline);
     let plan = harvest.plan("quick", vec![20250704], 1, 14.0);
     let store = Store::open(folder).unwrap();
-    run_plan(&plan, &harvest, &store, 1, &AtomicBool::new(false), &Silent).unwrap();
+    run_plan(&plan, &harvest, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
     folder.join("episodes/baseline-nominal-20250704-000.json")
 }
 

@@ -43,9 +43,8 @@ fn episodes(kind: Kind) -> anyhow::Result<(Rounds, Rounds)> {
     let plan = harvest.plan("full", protocol.tuning_seeds.clone(), 1, protocol.full.horizon.si());
     let (mut seconds, mut rates) = (Vec::new(), Vec::new());
     for key in plan.episodes() {
-        let (mut world, mut picker) = harvest
-            .build(key.seed, key.world, key.repeat)
-            .map_err(|reason| anyhow::anyhow!("seed {}: {reason}", key.seed))?;
+        let (mut world, mut picker) =
+            harvest.build(&key).map_err(|reason| anyhow::anyhow!("seed {}: {reason}", key.seed))?;
         let start = cpu_time();
         let never = AtomicBool::new(false);
         let record = run_episode(key, &mut world, &mut picker, &protocol, plan.frame, &never, &mut || ())

@@ -139,9 +139,12 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
 fn views(eyes: &Eyes) -> anyhow::Result<Vec<View>> {
     let harvest = Harvest::paper(Kind::Baseline);
     let mut views = Vec::new();
-    for seed in Protocol::paper().tuning_seeds {
+    let protocol = Protocol::paper();
+    let plan = harvest.plan("full", protocol.tuning_seeds.clone(), 1, protocol.full.horizon.si());
+    for key in plan.episodes() {
+        let seed = key.seed;
         let (mut world, mut picker) =
-            harvest.build(seed, 0, 0).map_err(|reason| anyhow::anyhow!("seed {seed}: {reason}"))?;
+            harvest.build(&key).map_err(|reason| anyhow::anyhow!("seed {seed}: {reason}"))?;
         let rate = world.spec().sim.frame_rate.si();
         let frames = TIMES.map(|time| (time * rate).round() as u32);
         for frame in 0..=frames[TIMES.len() - 1] {

@@ -101,7 +101,7 @@ impl ComponentPlan {
             ("robot.toml", orchard_robot::PAPER_TOML),
             ("robot.urdf", orchard_robot::PAPER_URDF),
             ("perception.toml", orchard_perception::config::PAPER_TOML),
-            ("bench.toml", PAPER_TOML),
+            ("v1.toml", PAPER_TOML),
             ("picker.toml", orchard_picker::PAPER_TOML),
             ("controller.toml", self.controller.toml()),
             ("goal.toml", GOAL_TOML),

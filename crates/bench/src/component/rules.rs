@@ -1,4 +1,4 @@
-//! The component tasks' constants: `[component]` of `configs/paper/bench.toml`.
+//! The component tasks' constants: `[component]` of `configs/bench/v1.toml`.
 
 use orchard_quantity::{Count, Quantity, Span};
 use serde::{Deserialize, Serialize};

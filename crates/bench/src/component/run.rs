@@ -8,46 +8,46 @@ use orchard_world::World;
 use super::summary::ComponentSummary;
 use super::trial::run_trial;
 use super::{Component, ComponentKey, ComponentPlan, TreeRecord};
-use crate::store::Store;
-use crate::task::{Progress, RunError, Task, run_task};
+use crate::plan::PlanError;
+use crate::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 
 /// A finished run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ComponentResult<C: Component> {
-    /// What was written beside the folder of records.
-    pub summary: ComponentSummary,
-    /// The records, in the order of [`ComponentPlan::keys`].
-    pub trees: Vec<TreeRecord<C>>,
-}
+pub type ComponentResult<C> = TaskResult<TreeRecord<C>, ComponentSummary>;
 
-/// Runs a plan on `threads` threads and writes a record a tree and the summary.
+/// Runs a session's part of a plan: a record a tree, `compute.json`, and of a whole run the summary.
 ///
 /// # Errors
 /// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run<C: Component>(
     plan: &ComponentPlan,
-    store: &Store,
-    threads: usize,
-    stop: &AtomicBool,
+    session: &Session<'_>,
     progress: &impl Progress<TreeRecord<C>>,
 ) -> Result<ComponentResult<C>, RunError> {
-    plan.check()?;
-    let task = Trials { plan, task: PhantomData::<C> };
-    let done = run_task(&task, store, threads, stop, progress)?;
-    let trees: Vec<TreeRecord<C>> = done.into_iter().map(|(record, _)| record).collect();
-    let summary = ComponentSummary::of_run(plan, &trees);
-    store.write(C::SUMMARY, &summary)?;
-    Ok(ComponentResult { summary, trees })
+    run_task(&Trials::of(plan), session, progress)
 }
 
-struct Trials<'a, C> {
+/// A component task: the trials of every tree of a plan.
+pub struct Trials<'a, C> {
     plan: &'a ComponentPlan,
     task: PhantomData<C>,
 }
 
+impl<'a, C: Component> Trials<'a, C> {
+    /// Those of a plan.
+    pub fn of(plan: &'a ComponentPlan) -> Self {
+        Self { plan, task: PhantomData }
+    }
+}
+
 impl<C: Component> Task for Trials<'_, C> {
     type Record = TreeRecord<C>;
-    const RESULTS: &'static [&'static str] = &[C::SUMMARY];
+    type Summary = ComponentSummary;
+    const NAME: &'static str = C::NAME;
+    const SUMMARY: &'static str = C::SUMMARY;
+
+    fn check(&self) -> Result<(), PlanError> {
+        self.plan.check()
+    }
 
     fn keys(&self) -> Vec<ComponentKey> {
         self.plan.keys(C::NAME)
@@ -76,5 +76,18 @@ impl<C: Component> Task for Trials<'_, C> {
             record.trials.push(trial);
         }
         Some(record)
+    }
+
+    fn steps(&self, record: &TreeRecord<C>) -> u64 {
+        let frame = self.frame();
+        record.trials.iter().map(|trial| (trial.duration_s / frame).round() as u64).sum()
+    }
+
+    fn frame(&self) -> f64 {
+        self.plan.spec.sim.frame()
+    }
+
+    fn sum_up(&self, records: &[TreeRecord<C>]) -> ComponentSummary {
+        ComponentSummary::of_run(self.plan, records)
     }
 }

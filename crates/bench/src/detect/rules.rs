@@ -1,4 +1,4 @@
-//! The detection task's constants: `[detect]` of `configs/paper/bench.toml`.
+//! The detection task's constants: `[detect]` of `configs/bench/v1.toml`.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,6 @@ use crate::vantage::VantageSpec;
 pub struct DetectRules {
     /// Views a tree.
     pub views: Count,
-    /// Foliage densities, the paper's dial, at which every tree is seen.
-    pub foliage: Vec<Quantity>,
     /// Where the views are taken from.
     pub vantage: VantageSpec,
     /// Which fruit ought to be found.
@@ -80,22 +78,10 @@ pub struct AtFoliage {
 }
 
 impl DetectRules {
-    /// What is wrong with the densities, as (field, problem).
-    pub(crate) fn problem(&self) -> Option<(&'static str, String)> {
-        let densities = self.densities();
-        if densities.is_empty() {
-            return Some(("detect.foliage", "no density".to_owned()));
-        }
-        if !densities.is_sorted_by(|a, b| a < b) {
-            return Some(("detect.foliage", "densities must ascend, each but once".to_owned()));
-        }
+    /// What is wrong beside the foliage densities of the sweep, as (field, problem).
+    pub(crate) fn problem(&self, densities: &[f64]) -> Option<(&'static str, String)> {
         let asked = self.ablation.foliage.si();
         (!densities.contains(&asked))
-            .then(|| ("detect.ablation.foliage", format!("{asked} is not among detect.foliage")))
-    }
-
-    /// Foliage densities of the sweep.
-    pub fn densities(&self) -> Vec<f64> {
-        self.foliage.iter().map(Quantity::si).collect()
+            .then(|| ("detect.ablation.foliage", format!("{asked} is not among sweeps.foliage")))
     }
 }

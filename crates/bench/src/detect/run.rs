@@ -17,46 +17,39 @@ use super::summary::DetectSummary;
 use super::trees::{RestingTree, Trees};
 use crate::episode::array;
 use crate::matching::{Ball, match_detections};
-use crate::store::Store;
-use crate::task::{Progress, RunError, Task, run_task};
+use crate::plan::PlanError;
+use crate::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 use crate::vantage::vantages;
 use crate::zones::ZoneFrame;
 
 /// A finished run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DetectResult {
-    /// What was written to `detect.json`.
-    pub summary: DetectSummary,
-    /// The records, in the order of [`DetectPlan::keys`].
-    pub trees: Vec<DetectRecord>,
-}
+pub type DetectResult = TaskResult<DetectRecord, DetectSummary>;
 
-/// Runs a plan on `threads` threads and writes `detect/*.json` and `detect.json`.
+/// Runs a session's part of a plan: `detect/*.json`, `compute.json`, and of a whole run `detect.json`.
 ///
 /// # Errors
 /// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
 pub fn run(
     plan: &DetectPlan,
     trees: &impl Trees,
-    store: &Store,
-    threads: usize,
-    stop: &AtomicBool,
+    session: &Session<'_>,
     progress: &impl Progress<DetectRecord>,
 ) -> Result<DetectResult, RunError> {
-    plan.check()?;
-    let detect = Detect { plan, trees, sensor: Sensor::new(&plan.camera) };
-    let done = run_task(&detect, store, threads, stop, progress)?;
-    let trees: Vec<DetectRecord> = done.into_iter().map(|(record, _)| record).collect();
-    let summary = DetectSummary::of_run(plan, &trees);
-    store.write(DetectSummary::FILE, &summary)?;
-    Ok(DetectResult { summary, trees })
+    run_task(&Views::new(plan, trees), session, progress)
 }
 
-/// The detection task.
-struct Detect<'a, T> {
+/// The detection task: the views of every tree of a plan.
+pub struct Views<'a, T> {
     plan: &'a DetectPlan,
     trees: &'a T,
     sensor: Sensor,
+}
+
+impl<'a, T> Views<'a, T> {
+    /// Those of a plan.
+    pub fn new(plan: &'a DetectPlan, trees: &'a T) -> Self {
+        Self { plan, trees, sensor: Sensor::new(&plan.camera) }
+    }
 }
 
 /// What is the same at all densities.
@@ -78,9 +71,15 @@ impl From<PerceptionError> for Ended {
     }
 }
 
-impl<T: Trees> Task for Detect<'_, T> {
+impl<T: Trees> Task for Views<'_, T> {
     type Record = DetectRecord;
-    const RESULTS: &'static [&'static str] = &[DetectSummary::FILE];
+    type Summary = DetectSummary;
+    const NAME: &'static str = "detect";
+    const SUMMARY: &'static str = DetectSummary::FILE;
+
+    fn check(&self) -> Result<(), PlanError> {
+        self.plan.check()
+    }
 
     fn keys(&self) -> Vec<DetectKey> {
         self.plan.keys()
@@ -93,9 +92,22 @@ impl<T: Trees> Task for Detect<'_, T> {
             Err(Ended::Stopped) => None,
         }
     }
+
+    fn steps(&self, record: &DetectRecord) -> u64 {
+        self.plan.steps(&record.key)
+    }
+
+    /// Nothing moves.
+    fn frame(&self) -> f64 {
+        0.0
+    }
+
+    fn sum_up(&self, records: &[DetectRecord]) -> DetectSummary {
+        DetectSummary::of_run(self.plan, records)
+    }
 }
 
-impl<T: Trees> Detect<'_, T> {
+impl<T: Trees> Views<'_, T> {
     fn record(
         &self,
         key: &DetectKey,
@@ -110,7 +122,7 @@ impl<T: Trees> Detect<'_, T> {
         let mut first: Option<(RestingTree, Stand)> = None;
         let mut densities = Vec::new();
         let mut records = Vec::new();
-        for foliage in rules.densities() {
+        for foliage in self.plan.protocol.sweeps.densities() {
             let tree = self.trees.tree(key.seed, key.world, foliage).map_err(Ended::Unseen)?;
             let stand = self.stand(key, &tree);
             if let Some((bare, there)) = &first

@@ -146,7 +146,6 @@ impl DetectSummary {
 
     /// Sums up the trees of a plan, given in the order of [`DetectPlan::keys`].
     pub fn of_run(plan: &DetectPlan, trees: &[DetectRecord]) -> Self {
-        let rules = &plan.protocol.detect;
         let seen: Vec<&DetectRecord> = trees.iter().filter(|tree| tree.quarantined.is_none()).collect();
         Self {
             schema_version: SCHEMA_VERSION,
@@ -161,7 +160,13 @@ impl DetectSummary {
             detector: plan.detector_name.clone(),
             trees: trees.iter().map(line).collect(),
             quarantined: (trees.len() - seen.len()) as u32,
-            densities: rules.densities().into_iter().map(|foliage| density(plan, &seen, foliage)).collect(),
+            densities: plan
+                .protocol
+                .sweeps
+                .densities()
+                .into_iter()
+                .map(|foliage| density(plan, &seen, foliage))
+                .collect(),
             ablation: ablation(plan, &seen),
         }
     }

@@ -10,13 +10,13 @@ use super::fake::{FakeTrees, hit, miss, plan, record, seen};
 use super::*;
 use crate::metrics::Metric;
 use crate::store::Store;
-use crate::task::{Progress, RunError, Silent};
+use crate::task::{Progress, RunError, Session, Silent};
 use crate::watch::{Heard, files};
 use crate::zones::Zone;
 
 fn go(folder: &Path, plan: &DetectPlan, threads: usize, heard: &Heard) -> DetectResult {
     let store = Store::open(folder).unwrap();
-    run(plan, &FakeTrees::new(), &store, threads, &AtomicBool::new(false), heard).unwrap()
+    run(plan, &FakeTrees::new(), &Session::whole(&store, threads, &AtomicBool::new(false)), heard).unwrap()
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let result = go(one.path(), &plan(), 1, &heard);
     let whole = files(one.path(), "detect");
     assert_eq!(whole.len(), 7);
-    for (tree, key) in result.trees.iter().zip(plan().keys()) {
+    for (tree, key) in result.records.iter().zip(plan().keys()) {
         let file = &whole[&<DetectRecord as crate::record::Record>::file(&key)];
         assert_eq!(
             &serde_json::from_str::<DetectRecord>(file).unwrap(),
@@ -40,20 +40,24 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     assert_eq!(u64::from(heard.steps()), steps);
 
     // World 2 of each seed is counted and says nothing about the rest.
-    assert_eq!(result.summary.quarantined, 2);
-    assert_eq!(result.summary.trees[2].quarantined.as_deref(), Some("no static equilibrium"));
-    let images: Vec<u32> = result.summary.densities.iter().map(|d| d.results.images).collect();
+    assert_eq!(result.summary.as_ref().unwrap().quarantined, 2);
+    assert_eq!(
+        result.summary.as_ref().unwrap().trees[2].quarantined.as_deref(),
+        Some("no static equilibrium")
+    );
+    let images: Vec<u32> =
+        result.summary.as_ref().unwrap().densities.iter().map(|d| d.results.images).collect();
     assert_eq!(images, [8; 5]);
-    assert!(result.summary.ablation.variants.values().all(|variant| variant.images == 4));
+    assert!(result.summary.as_ref().unwrap().ablation.variants.values().all(|variant| variant.images == 4));
     // The fake apples hang free: without leaves most are found, and nothing else is.
-    let bare = &result.summary.densities[0].results;
+    let bare = &result.summary.as_ref().unwrap().densities[0].results;
     assert_eq!(bare.metrics["precision"].mean, Some(1.0));
     assert!(bare.metrics["recall"].mean.unwrap() > 0.9, "{:?}", bare.metrics["recall"]);
     // Exact depth on balls: a sphere through them is exact to the f32 of a depth.
     assert!(bare.errors["centre_error_p95_m"].value.unwrap() < 1e-4);
     // The detector as it is and the ablation's first variant are the same detector.
-    let nominal = result.summary.at(0.6).unwrap();
-    let tree = &result.trees[0];
+    let nominal = result.summary.as_ref().unwrap().at(0.6).unwrap();
+    let tree = &result.records[0];
     let at = |foliage| tree.densities.iter().find(|d| d.foliage == foliage).unwrap();
     let detections: Vec<_> = at(0.6).images.iter().map(|image| image.detections.clone()).collect();
     assert_eq!(tree.variants[0].images, detections);
@@ -72,7 +76,8 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let mut other = plan();
     other.detector.fit.refine = false;
     let store = Store::open(two.path()).unwrap();
-    let error = run(&other, &FakeTrees::new(), &store, 1, &AtomicBool::new(false), &Silent).unwrap_err();
+    let error = run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+        .unwrap_err();
     assert!(error.to_string().contains("has config_hash "), "{error}");
 }
 
@@ -106,7 +111,8 @@ fn an_interrupted_run_leaves_whole_files_and_no_summary() {
     fs::write(folder.path().join("detect.json"), "old").unwrap();
     let store = Store::open(folder.path()).unwrap();
     let stop = AtomicBool::new(false);
-    let error = run(&plan(), &FakeTrees::new(), &store, 1, &stop, &StopAfterOne(&stop)).unwrap_err();
+    let error =
+        run(&plan(), &FakeTrees::new(), &Session::whole(&store, 1, &stop), &StopAfterOne(&stop)).unwrap_err();
     assert!(matches!(error, RunError::Interrupted { done: 1, total: 6, .. }), "{error}");
     assert_eq!(files(folder.path(), "detect").keys().collect::<Vec<_>>(), ["7-000.json"]);
 }
@@ -121,7 +127,9 @@ fn bad_plans_are_refused_before_anything_is_touched() {
         (DetectPlan { seeds: vec![4, 4], ..plan() }, "seed 4 is given twice"),
         (DetectPlan { trees: 0, ..plan() }, "0 trees: at least 1 tree a seed is needed"),
     ] {
-        let error = run(&plan, &FakeTrees::new(), &store, 1, &AtomicBool::new(false), &Silent).unwrap_err();
+        let error =
+            run(&plan, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+                .unwrap_err();
         assert_eq!(error.to_string(), message);
     }
     assert!(folder.path().join("detect.json").exists());
@@ -133,8 +141,8 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     let store = Store::open(folder.path()).unwrap();
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
     let trees = FakeTrees { moved: 1e-9, ..FakeTrees::new() };
-    let result = run(&plan, &trees, &store, 1, &AtomicBool::new(false), &Silent).unwrap();
-    assert_eq!(result.trees[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
+    let result = run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    assert_eq!(result.records[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
 }
 
 /// The same solids under another label: what is scored changes, what is detected does not.
@@ -145,7 +153,10 @@ fn the_detector_sees_no_label() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let trees = FakeTrees { fruit_label, ..FakeTrees::new() };
-        run(&plan, &trees, &store, 1, &AtomicBool::new(false), &Silent).unwrap().trees.remove(0)
+        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+            .unwrap()
+            .records
+            .remove(0)
     };
     let (named, unnamed) = (detect(Label::Fruit), detect(Label::Scenery));
     let found = |tree: &DetectRecord| -> Vec<_> {

@@ -1,4 +1,4 @@
-//! The constants of open-loop verification: `[verify]` of `configs/paper/bench.toml`.
+//! The constants of open-loop verification: `[verify]` of `configs/bench/v1.toml`.
 
 use orchard_quantity::Quantity;
 use serde::{Deserialize, Serialize};
