@@ -1,5 +1,6 @@
 //! What is asked of a controller over the tuning seeds, and whether a result keeps it.
 
+use orchard_bench::matrix::EXHAUSTION;
 use orchard_bench::plan::ConditionParams;
 use orchard_bench::protocol::{Asked, Protocol};
 use orchard_bench::summary::Summary;
@@ -35,8 +36,8 @@ impl Judged<'_> {
 pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<'a>> {
     let Some(asked) = protocol.asked.get(&summary.controller) else { return Vec::new() };
     let judge = |(condition, results): (&'a String, &'a orchard_bench::summary::ConditionSummary)| {
-        let (name, figures) = asked.iter().find(|(name, _)| name.name() == condition)?;
-        let judged = as_asked(summary, &results.params, name.name(), protocol).then(|| {
+        let (name, figures) = asked.get_key_value(condition)?;
+        let judged = as_asked(summary, &results.params, name, protocol).then(|| {
             let judged = |(metric, asked): (&'a String, &'a Asked)| Judged {
                 metric,
                 asked,
@@ -52,7 +53,7 @@ pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<
 /// Whether a result is on what figures are asked of: the tuning seeds and the full profile's trees and time, each tree once.
 fn as_asked(summary: &Summary, params: &ConditionParams, condition: &str, protocol: &Protocol) -> bool {
     let horizon = match condition {
-        "exhaustion" => protocol.exhaustion.horizon.si(),
+        EXHAUSTION => protocol.exhaustion.horizon.si(),
         _ => protocol.full.horizon.si(),
     };
     summary.seeds == protocol.tuning_seeds

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use orchard_bench::component::{ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics};
-use orchard_bench::compute::{Compute, EpisodeCost, Machine};
+use orchard_bench::compute::{Compute, Machine, RecordCost, TaskCost};
 use orchard_bench::detect::{
     AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread, VariantSummary,
 };
@@ -13,14 +13,15 @@ use orchard_bench::plan::ConditionParams;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
 use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
-use orchard_bench::summary::{ConditionSummary, EpisodeLine, StateSummary, Summary, ZoneSummary};
+use orchard_bench::matrix::{Dials, SweepPoint};
+use orchard_bench::summary::{
+    Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
+};
 use orchard_bench::zones::{Zone, zone_table};
 use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::pictures::{Moment, Pick, Picture, Pictures};
-use crate::results::{
-    Adjusted, Harvest, Results, Scaling, ScalingRow, Sweep, SweepComparison, SweepPoint,
-};
+use crate::results::{Results, Scaling, ScalingRow};
 
 /// The whole of it.
 pub fn results() -> Results {
@@ -64,6 +65,10 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
                 duration_s: 75.0,
                 fruit: 40,
                 reachable: 18,
+                reachable_by_ik: Some(16),
+                completeness: Some(f64::from(deposited) / 18.0),
+                stem_pulled: 0,
+                bruised: 1,
                 attempts: 6,
                 deposited,
                 dropped: s.integer(0, 2),
@@ -97,6 +102,8 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
                 placed,
                 place_success: (attempts > 0).then(|| f64::from(placed) / f64::from(attempts)),
                 completeness: Some(f64::from(placed) / 54.0),
+                place_success_ci95: if attempts > 0 { [Some(0.1), Some(0.8)] } else { [None; 2] },
+                completeness_ci95: [Some(0.02), Some(0.3)],
             },
         );
     }
@@ -126,16 +133,14 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
 /// Where the nominal condition has its dials.
 fn nominal() -> ConditionParams {
     ConditionParams {
-        fruit_count: 40,
-        foliage_density: 0.6,
-        terrain_amplitude_m: 0.0,
+        dials: Dials { fruit_count: 40, foliage_density: 0.6, terrain_amplitude_m: 0.0 },
         trees: 6,
         horizon_s: 75.0,
         repeats: 1,
     }
 }
 
-fn harvest() -> Harvest {
+fn harvest() -> Summary {
     let mut conditions = BTreeMap::new();
     let mut main = condition(0, 0.4, nominal());
     let design = Design::of((0..18).map(|i| (i / 6, (i / 2) as u32)));
@@ -168,7 +173,7 @@ fn harvest() -> Harvest {
         let comparisons = others.map(|point| comparison(point, values)).collect();
         sweeps.insert(name.to_owned(), Sweep { dial: name.to_owned(), unit: unit.to_owned(), points, comparisons });
     }
-    let summary = Summary {
+    Summary {
         schema_version: SCHEMA_VERSION,
         code_version: CODE_VERSION.to_owned(),
         config_hash: "0123456789abcdef".repeat(4),
@@ -178,9 +183,10 @@ fn harvest() -> Harvest {
         controller: "baseline".to_owned(),
         seed_set: tuning(),
         seeds: Protocol::paper().tuning_seeds,
+        quarantined: 0,
         conditions,
-    };
-    Harvest { summary, quarantined: 0, sweeps }
+        sweeps,
+    }
 }
 
 fn comparison(point: &SweepPoint, values: &[f64]) -> SweepComparison {
@@ -289,17 +295,19 @@ fn machine() -> Machine {
 }
 
 fn compute() -> Compute {
-    Compute {
-        schema_version: SCHEMA_VERSION,
+    let cost = TaskCost {
         machine: machine(),
         threads: 2,
         wall_s: 71.3,
         env_steps: 81_000,
+        step_rate_per_s: Some(570.0),
         env_steps_per_s: Some(1136.0),
         world_seconds_per_s: Some(18.9),
         peak_memory_mib: Some(212.0),
-        episodes: vec![EpisodeCost { file: "episodes/a.json".to_owned(), wall_s: Some(3.0) }],
-    }
+        records: vec![RecordCost { file: "episodes/a.json".to_owned(), wall_s: Some(3.0) }],
+    };
+    let tasks = [("harvest".to_owned(), cost.clone()), ("detect".to_owned(), TaskCost { world_seconds_per_s: None, ..cost })];
+    Compute { schema_version: SCHEMA_VERSION, tasks: tasks.into() }
 }
 
 fn scaling() -> Scaling {

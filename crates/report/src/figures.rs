@@ -15,7 +15,7 @@ use orchard_bench::protocol::Protocol;
 
 use crate::figure::{Figure, FigureError};
 use crate::published::PaperFigures;
-use crate::results::Results;
+use crate::results::{Results, main_condition};
 
 /// Figures by the part of the page that they stand in.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -47,7 +47,7 @@ impl Figures {
             for (name, sweep) in &harvest.sweeps {
                 figures.sweeps.push((name.clone(), sweep::figures(harvest, name, sweep, paper)?));
             }
-            if let Some((name, main)) = harvest.main() {
+            if let Some((name, main)) = main_condition(harvest) {
                 figures.zones = vec![zones::success(main)?, zones::completeness(main)?];
                 if attempts_of(main) > 0 {
                     figures.attempts = vec![attempts::endings(name, main)?, attempts::times(name, main)?];

@@ -27,4 +27,4 @@ pub use figures::{Figures, detection};
 pub use page::page;
 pub use pictures::{Moment, Pick, Picture, Pictures};
 pub use published::{At, PaperFigures, PaperScaling, PaperTrees, PaperZones, REPORT_TOML};
-pub use results::{Adjusted, Harvest, Results, Scaling, ScalingRow, Sweep, SweepComparison, SweepPoint};
+pub use results::{Results, Scaling, ScalingRow, main_condition};

@@ -5,10 +5,10 @@ use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::statistics::Undefined;
 
 /// Titles and definitions by name; `docs/benchmark-v1.md` has the whole of them.
-const WORDS: [(&str, &str, &str); 33] = [
+const WORDS: [(&str, &str, &str); 35] = [
     (
         "harvest_completeness",
-        "Harvest completeness",
+        "Summary completeness",
         "Reachable fruit in the bucket at the end over reachable fruit at the start; mean over trees. The primary metric.",
     ),
     ("place_success_per_attempt", "Place success", "Attempts whose fruit came to rest in the bucket over all attempts."),
@@ -34,8 +34,10 @@ const WORDS: [(&str, &str, &str); 33] = [
     ("max_stem_pull_n", "Largest stem pull", "Largest stem force of an episode; mean over trees."),
     ("detection_precision", "Detection precision", "Detections matched to a fruit over all detections, in all images of the picker."),
     ("detection_recall_visible", "Detection recall", "Visible fruit matched by a detection over visible fruit, image by image."),
-    ("fruit_bruised_per_tree", "Fruit bruised", "Fruit that took an impact above the bruise energy, a tree."),
-    ("fruit_stem_pulled_per_tree", "Stem-pulled fruit", "Deposited fruit whose stem was torn out of it, a tree."),
+    ("fruit_bruised_per_tree", "Fruit bruised", "Deposited fruit that took an impact above the bruise energy, a tree."),
+    ("fruit_stem_pulled_per_tree", "Fruit torn off", "Fruit that came off its stem under a pull above the limit at its end, a tree."),
+    ("reachable_fruit_per_tree", "Reachable fruit", "Fruit inside the reach sphere from an admissible stand-off at the start, a tree."),
+    ("reachable_fruit_by_ik_per_tree", "Reachable, confirmed", "Of these, confirmed by inverse kinematics, a tree."),
     ("precision", "Precision", "Detections matched to a fruit over all detections in single images."),
     ("recall", "Recall", "Fruit that ought to be found (visible enough, large enough, in range) and was."),
     ("recall_visible", "Recall, all visible", "Fruit that shows a pixel and was found."),

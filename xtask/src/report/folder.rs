@@ -69,7 +69,7 @@ mod tests {
         let refused = || read(dir).unwrap_err();
         assert!(refused().contains("holds no result of bench-v1"));
         assert!(read(&dir.join("none")).unwrap_err().contains("there is no such folder"));
-        let compute = Compute::of_run(1, 2.0, 60, 1.0 / 60.0, Vec::new());
+        let compute = Compute { schema_version: SCHEMA_VERSION, tasks: std::collections::BTreeMap::new() };
         let text = serde_json::to_string(&compute).unwrap();
         std::fs::write(dir.join("compute.json"), &text).unwrap();
         assert_eq!(read(dir).unwrap().compute, Some(compute));

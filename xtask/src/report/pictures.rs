@@ -7,7 +7,7 @@ use anyhow::Context;
 use orchard_bench::episode::{AttemptOutcome, AttemptRecord, CODE_VERSION};
 use orchard_bench::summary::ConditionSummary;
 use orchard_geometry::Image;
-use orchard_report::{Moment, Pick, Picture, Pictures, Results};
+use orchard_report::{Moment, Pick, Picture, Pictures, Results, main_condition};
 use orchard_spec::Spec;
 use orchard_world::Planting;
 
@@ -30,13 +30,13 @@ pub fn draw(dir: &Path, results: &Results) -> Result<Pictures, Failure> {
     let Some(harvest) = &results.harvest else {
         return Ok(left_out("Pictures are of a harvest, and this folder has none."));
     };
-    if harvest.summary.code_version != CODE_VERSION {
+    if harvest.code_version != CODE_VERSION {
         return Ok(left_out(&format!(
             "Pictures were left out: the run is of code version {}, this is {CODE_VERSION}, which may act otherwise.",
-            harvest.summary.code_version
+            harvest.code_version
         )));
     }
-    let Some((_, main)) = harvest.main() else {
+    let Some((_, main)) = main_condition(harvest) else {
         return Ok(left_out("Pictures are of episodes, and this folder has none."));
     };
     let trees = trees(main)?;
@@ -53,12 +53,7 @@ fn trees(main: &ConditionSummary) -> Result<Vec<Picture>, Failure> {
     let mut worlds: Vec<(u64, u32)> = main.episodes.iter().map(|e| (e.seed, e.world)).collect();
     worlds.dedup();
     worlds.truncate(TREES);
-    let mut spec = Spec::paper();
-    let dials = [("foliage density", main.params.foliage_density)];
-    for (name, value) in dials {
-        let dial = spec.foliage.density.with_value(value);
-        spec.foliage.density = dial.map_err(|e| Failure::BadInput(format!("{name} {value}: {e}")))?;
-    }
+    let spec = main.params.dials.turn(&Spec::paper()).map_err(Failure::BadInput)?;
     let spec = Arc::new(spec);
     let plant = |(seed, world): &(u64, u32)| Planting::draw(&spec, *seed, *world, 0);
     let plantings: Result<Vec<Planting>, _> = worlds.iter().map(plant).collect();

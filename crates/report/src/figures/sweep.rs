@@ -1,12 +1,14 @@
 //! A sweep of one dial: every headline metric over it, with intervals, and what the paper has.
 
+use orchard_bench::matrix::SweepPoint;
 use orchard_bench::metrics::Metric;
+use orchard_bench::summary::{Summary, Sweep};
 
 use crate::axis::Axis;
 use crate::chart::{Chart, Line, Mark, Point, Series};
 use crate::figure::{Figure, FigureError, colour};
 use crate::published::PaperFigures;
-use crate::results::{Harvest, Sweep, ends};
+use crate::results::{ends, metric_of};
 use crate::words::{digits, interval, number, plain, title, title_with_unit};
 
 /// Metrics that are drawn, those of one panel together.
@@ -21,7 +23,7 @@ const PANELS: [&[&str]; 6] = [
 
 /// All panels of a sweep.
 pub(crate) fn figures(
-    harvest: &Harvest,
+    harvest: &Summary,
     name: &str,
     sweep: &Sweep,
     paper: &PaperFigures,
@@ -31,15 +33,20 @@ pub(crate) fn figures(
 
 /// The dial with its unit.
 pub(crate) fn dial(sweep: &Sweep) -> String {
+    let dial = match &*sweep.dial {
+        "foliage" => "foliage density".to_owned(),
+        "fruit" => "fruit asked for a tree".to_owned(),
+        "terrain" => "terrain amplitude".to_owned(),
+        other => plain(other),
+    };
     match &*sweep.unit {
-        "" | "1" => plain(&sweep.dial),
-        unit if sweep.dial.ends_with(unit) => plain(&sweep.dial),
-        unit => format!("{} [{unit}]", plain(&sweep.dial)),
+        "" | "1" | "fruit" => dial,
+        unit => format!("{dial} [{unit}]"),
     }
 }
 
 fn panel(
-    harvest: &Harvest,
+    harvest: &Summary,
     name: &str,
     sweep: &Sweep,
     metrics: &[&str],
@@ -61,8 +68,8 @@ fn panel(
                 shift: 0,
             });
         }
-        let measured = |point: &crate::results::SweepPoint| {
-            let found = harvest.metric(&point.condition, metric)?;
+        let measured = |point: &SweepPoint| {
+            let found = metric_of(harvest, &point.condition, metric)?;
             Some((point.value, found))
         };
         let measured: Vec<(f64, &Metric)> = sweep.points.iter().filter_map(measured).collect();

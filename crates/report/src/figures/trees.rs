@@ -1,6 +1,6 @@
 //! Tree by tree: how many fruit each gave, and what the harvest cost it.
 
-use orchard_bench::summary::{ConditionSummary, EpisodeLine};
+use orchard_bench::summary::{ConditionSummary, EpisodeLine, Summary};
 use plotters::element::{PathElement, Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, ShapeStyle};
@@ -8,7 +8,7 @@ use plotters::style::{Color, ShapeStyle};
 use crate::axis::Axis;
 use crate::chart::{Chart, Line, Mark, Point, Series};
 use crate::figure::{Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters};
-use crate::results::{Harvest, ends};
+use crate::results::{conditions, ends, main_condition, metric_of};
 use crate::words::{number, title_with_unit};
 
 /// Fruit deposited, episode by episode, as a histogram.
@@ -66,9 +66,9 @@ pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<F
 }
 
 /// Damage against throughput: a point an episode of the main condition, and every condition's mean.
-pub(crate) fn damage(harvest: &Harvest, damage: &'static str) -> Result<Option<Figure>, FigureError> {
+pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<Figure>, FigureError> {
     const THROUGHPUT: &str = "throughput_fruit_per_min";
-    let Some((main, results)) = harvest.main() else { return Ok(None) };
+    let Some((main, results)) = main_condition(harvest) else { return Ok(None) };
     let per_minute = |e: &EpisodeLine| {
         if e.duration_s > 0.0 { 60.0 * f64::from(e.deposited) / e.duration_s } else { 0.0 }
     };
@@ -77,11 +77,11 @@ pub(crate) fn damage(harvest: &Harvest, damage: &'static str) -> Result<Option<F
     let episodes: Vec<Point> =
         results.episodes.iter().map(|e| Point { x: per_minute(e), y: harm(e), ci95: None }).collect();
     let mean = |name: &str| {
-        let (x, y) = (harvest.metric(name, THROUGHPUT)?, harvest.metric(name, damage)?);
+        let (x, y) = (metric_of(harvest, name, THROUGHPUT)?, metric_of(harvest, name, damage)?);
         Some(Point { x: x.mean?, y: y.mean?, ci95: ends(y.ci95) })
     };
     let others: Vec<Point> =
-        harvest.conditions().iter().filter(|(name, _)| *name != main).filter_map(|(name, _)| mean(name)).collect();
+        conditions(harvest).iter().filter(|(name, _)| *name != main).filter_map(|(name, _)| mean(name)).collect();
     let published = orchard_bench::protocol::Protocol::paper().published;
     let paper: Vec<Point> = match (published.get(THROUGHPUT), published.get(damage)) {
         (Some(x), Some(y)) => vec![Point { x: x.value, y: y.value, ci95: None }],
@@ -113,8 +113,8 @@ pub(crate) fn damage(harvest: &Harvest, damage: &'static str) -> Result<Option<F
         "{} against throughput, {} episodes under {main}; mean at {} fruit/min and {} per tree.",
         title_with_unit(damage),
         results.episodes.len(),
-        number(harvest.metric(main, THROUGHPUT).and_then(|m| m.mean), 2),
-        number(harvest.metric(main, damage).and_then(|m| m.mean), 2),
+        number(metric_of(harvest, main, THROUGHPUT).and_then(|m| m.mean), 2),
+        number(metric_of(harvest, main, damage).and_then(|m| m.mean), 2),
     );
     let chart = Chart {
         stem: format!("damage-{}", if snapped { "snapped" } else { "dropped" }),

@@ -7,7 +7,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
 use crate::figure::{Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters};
-use crate::words::number;
+use crate::results::ends;
+use crate::words::{interval, number};
 
 /// Rows from the top of the canopy down.
 const ROWS: [(&str, [Zone; 2]); 3] = [
@@ -27,17 +28,18 @@ struct Told {
     rate: Option<f64>,
     part: u32,
     of: u32,
+    ci95: [Option<f64>; 2],
 }
 
 /// Place success by zone, over the attempts there.
 pub(crate) fn success(results: &ConditionSummary) -> Result<Figure, FigureError> {
-    let told = |z: &ZoneSummary| Told { rate: z.place_success, part: z.placed, of: z.attempts };
+    let told = |z: &ZoneSummary| Told { rate: z.place_success, part: z.placed, of: z.attempts, ci95: z.place_success_ci95 };
     map("zones-success", "Place success by canopy zone", "attempts", results, told)
 }
 
 /// Completeness by zone, over the reachable fruit there: the census.
 pub(crate) fn completeness(results: &ConditionSummary) -> Result<Figure, FigureError> {
-    let told = |z: &ZoneSummary| Told { rate: z.completeness, part: z.deposited, of: z.reachable };
+    let told = |z: &ZoneSummary| Told { rate: z.completeness, part: z.deposited, of: z.reachable, ci95: z.completeness_ci95 };
     map("zones-completeness", "Completeness by canopy zone", "reachable", results, told)
 }
 
@@ -51,16 +53,17 @@ fn map(
     const MARGIN: i32 = 10;
     const LEFT: i32 = 66;
     const TOP: i32 = 58;
-    const HEIGHT: i32 = 64;
+    const HEIGHT: i32 = 70;
     const GAP: i32 = 4;
     let cell_width = (WIDTH as i32 - LEFT - MARGIN - GAP) / 2;
-    let cell = |zone: &Zone| results.zones.get(zone).map_or(Told { rate: None, part: 0, of: 0 }, &told);
+    let cell = |zone: &Zone| results.zones.get(zone).map_or(Told { rate: None, part: 0, of: 0, ci95: [None; 2] }, &told);
     let words: Vec<String> = ROWS
         .iter()
         .flat_map(|(row, zones)| zones.iter().zip(["inner", "outer"]).map(move |(zone, column)| (row, column, zone)))
         .map(|(row, column, zone)| {
             let told = cell(zone);
-            format!("{row} {column} {} ({} of {} {counted})", number(told.rate, 2), told.part, told.of)
+            let ci95 = interval(told.ci95, 2);
+            format!("{row} {column} {} ({ci95}), {} of {} {counted}", number(told.rate, 2), told.part, told.of)
         })
         .collect();
     let height = TOP + 3 * (HEIGHT + GAP) + MARGIN - GAP;
@@ -86,10 +89,13 @@ fn map(
                 let ink = if is_dark(ground) { BRIGHT } else { DARK };
                 let middle = x + cell_width / 2;
                 let large = letters(19.0, ink, HPos::Center, VPos::Center);
-                area.draw(&Text::new(number(told.rate, 2), (middle, y + HEIGHT / 2 - 9), large))?;
+                area.draw(&Text::new(number(told.rate, 2), (middle, y + HEIGHT / 2 - 17), large))?;
                 let small = letters(LETTERS - 1.0, ink, HPos::Center, VPos::Center);
                 let count = format!("{} of {} {counted}", told.part, told.of);
-                area.draw(&Text::new(count, (middle, y + HEIGHT / 2 + 14), small))?;
+                area.draw(&Text::new(count, (middle, y + HEIGHT / 2 + 22), small.clone()))?;
+                if ends(told.ci95).is_some() {
+                    area.draw(&Text::new(interval(told.ci95, 2), (middle, y + HEIGHT / 2 + 5), small))?;
+                }
             }
         }
         Ok(())

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
+use orchard_bench::summary::Summary;
 
 use super::{Section, missing, side_by_side};
 use crate::figures::{Figures, attempts_of, ranked, seconds_in, states_of};
 use crate::published::PaperFigures;
-use crate::results::{Harvest, Results};
+use crate::results::{Results, conditions, main_condition};
 use crate::table::{Cell, table};
 use crate::words::{number, plain};
 
@@ -15,7 +16,7 @@ const COMMAND: &str = "cargo xtask bench-v1 --profile full";
 
 /// Canopy zones.
 pub(crate) fn zones(results: &Results, figures: &Figures, paper: &PaperFigures) -> Section {
-    let condition = results.harvest.as_ref().and_then(|harvest| harvest.main());
+    let condition = results.harvest.as_ref().and_then(main_condition);
     let body = html! {
         @match condition {
             None => (missing("No harvest in this folder.", COMMAND)),
@@ -54,31 +55,31 @@ pub(crate) fn attempts(results: &Results, figures: &Figures) -> Section {
     Section { id: "attempts", title: "Attempts: outcomes and time", body }
 }
 
-fn failures(harvest: &Harvest) -> Markup {
-    let conditions = harvest.conditions();
+fn failures(harvest: &Summary) -> Markup {
+    let all = conditions(harvest);
     let total = |reason: &str| -> u32 {
-        conditions.iter().filter_map(|(_, c)| c.failures.get(reason)).sum()
+        all.iter().filter_map(|(_, c)| c.failures.get(reason)).sum()
     };
-    let names: BTreeSet<&String> = conditions.iter().flat_map(|(_, c)| c.failures.keys()).collect();
+    let names: BTreeSet<&String> = all.iter().flat_map(|(_, c)| c.failures.keys()).collect();
     let totals = names.into_iter().map(|name| (name.clone(), total(name))).collect();
     let mut heads = vec!["reason"];
-    heads.extend(conditions.iter().map(|(name, _)| *name));
+    heads.extend(all.iter().map(|(name, _)| *name));
     let mut rows: Vec<Vec<Cell>> = ranked(&totals)
         .into_iter()
         .map(|(reason, _)| {
-            let counts = conditions.iter().map(|(_, c)| c.failures.get(reason).copied().unwrap_or(0));
+            let counts = all.iter().map(|(_, c)| c.failures.get(reason).copied().unwrap_or(0));
             std::iter::once(Cell::words(plain(reason))).chain(counts.map(|n| Cell::number(n.to_string()))).collect()
         })
         .collect();
-    let all = conditions.iter().map(|(_, c)| Cell::main(attempts_of(c).to_string()));
-    rows.push(std::iter::once(Cell::words("all attempts, placed ones too")).chain(all).collect());
-    html! { @if conditions.len() > 1 {
+    let attempts = all.iter().map(|(_, c)| Cell::main(attempts_of(c).to_string()));
+    rows.push(std::iter::once(Cell::words("all attempts, placed ones too")).chain(attempts).collect());
+    html! { @if all.len() > 1 {
         details { summary { "Failed attempts by reason, every condition" } (table("Failed attempts by reason", &heads, &rows)) }
     } }
 }
 
-fn times(harvest: &Harvest) -> Markup {
-    let Some((name, main)) = harvest.main() else { return html! {} };
+fn times(harvest: &Summary) -> Markup {
+    let Some((name, main)) = main_condition(harvest) else { return html! {} };
     let attempts = attempts_of(main);
     let placed = attempts.saturating_sub(main.failures.values().sum());
     let mut rows: Vec<Vec<Cell>> = states_of(&main.states)
@@ -128,8 +129,8 @@ pub(crate) fn trees(results: &Results, figures: &Figures, paper: &PaperFigures) 
     Section { id: "trees", title: "Tree by tree", body }
 }
 
-fn episodes(harvest: &Harvest) -> Markup {
-    let Some((name, main)) = harvest.main() else { return html! {} };
+fn episodes(harvest: &Summary) -> Markup {
+    let Some((name, main)) = main_condition(harvest) else { return html! {} };
     let row = |e: &orchard_bench::summary::EpisodeLine| {
         vec![
             Cell::words(format!("{} / {}", e.seed, e.world)).because(Some(e.file.as_str())),

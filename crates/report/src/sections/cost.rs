@@ -1,6 +1,7 @@
 //! What it costs to compute.
 
 use maud::{Markup, html};
+use orchard_bench::compute::{Compute, TaskCost};
 
 use super::{Section, missing, side_by_side};
 use crate::figures::Figures;
@@ -46,29 +47,48 @@ fn rows(scaling: &Scaling) -> Markup {
     html! { details { summary { "Every row" } (table("Scaling over worlds", &heads, &rows)) } }
 }
 
-/// What the harvest cost.
+/// What the tasks cost.
 pub(crate) fn compute(results: &Results) -> Section {
     let body = html! {
         @match &results.compute {
             None => (missing("No compute.json in this folder.", "cargo xtask bench-v1")),
             Some(compute) => {
-                @let not_told = |value: Option<f64>| value.is_none().then_some("not told: all episodes were reused, or the system does not say");
-                @let cell = |value: Option<f64>, digits| vec![Cell::main(number(value, digits)).because(not_told(value))];
-                @let row = |name: &str, cells: Vec<Cell>, unit: &str| [vec![Cell::words(name)], cells, vec![Cell::words(unit)]].concat();
-                @let reused = compute.episodes.iter().filter(|e| e.wall_s.is_none()).count();
-                (table("Cost of the harvest", &["figure", "value", "unit"], &[
-                    row("wall time", cell(Some(compute.wall_s), 1), "s"),
-                    row("env-steps computed", vec![Cell::main(grouped(compute.env_steps))], ""),
-                    row("throughput", cell(compute.env_steps_per_s, 0), "env-steps/s"),
-                    row("simulated time", cell(compute.world_seconds_per_s, 1), "world-seconds/s"),
-                    row("peak memory", cell(compute.peak_memory_mib, 0), "MiB"),
-                    row("threads", vec![Cell::main(compute.threads.to_string())], ""),
-                    row("episodes", vec![Cell::main(compute.episodes.len().to_string())], ""),
-                    row("of these, reused", vec![Cell::main(reused.to_string())], ""),
-                ]))
-                p.note { "Sensing and control included. These figures and those of scaling depend on the machine; nothing else on this page does." }
+                (costs(compute))
+                p.note {
+                    "Sensing and control included; env-steps of the detection task are images. These figures and those of scaling depend on \
+                     the machine; nothing else on this page does."
+                }
             },
         }
     };
     Section { id: "compute", title: "Compute", body }
+}
+
+/// A column a task.
+fn costs(compute: &Compute) -> Markup {
+    let costs: Vec<&TaskCost> = compute.tasks.values().collect();
+    let row = |name: &str, unit: &str, cell: &dyn Fn(&TaskCost) -> Cell| -> Vec<Cell> {
+        let cells = costs.iter().map(|cost| cell(cost));
+        std::iter::once(Cell::words(name)).chain(cells).chain([Cell::words(unit)]).collect()
+    };
+    let number_of = |value: Option<f64>, digits| {
+        let reason = "every record was reused, or the system does not tell";
+        Cell::main(number(value, digits)).because(value.is_none().then_some(reason))
+    };
+    let count = |n: usize| Cell::number(grouped(n as u64));
+    let reused = |cost: &TaskCost| cost.records.iter().filter(|record| record.wall_s.is_none()).count();
+    let rows = [
+        row("wall time", "s", &|cost| number_of(Some(cost.wall_s), 1)),
+        row("threads", "", &|cost| count(cost.threads as usize)),
+        row("env-steps computed", "", &|cost| Cell::number(grouped(cost.env_steps))),
+        row("step rate of one world", "frames/s", &|cost| number_of(cost.step_rate_per_s, 0)),
+        row("throughput", "env-steps/s", &|cost| number_of(cost.env_steps_per_s, 0)),
+        row("simulated time", "world-seconds/s", &|cost| number_of(cost.world_seconds_per_s, 1)),
+        row("peak memory", "MiB", &|cost| number_of(cost.peak_memory_mib, 0)),
+        row("records", "", &|cost| count(cost.records.len())),
+        row("of these, reused", "", &|cost| count(reused(cost))),
+    ];
+    let tasks = compute.tasks.keys().map(String::as_str);
+    let heads: Vec<&str> = std::iter::once("figure").chain(tasks).chain(["unit"]).collect();
+    table("Cost of every task's last run", &heads, &rows)
 }

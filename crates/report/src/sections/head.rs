@@ -4,9 +4,9 @@ use maud::{Markup, html};
 use orchard_bench::compute::Machine;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
-use orchard_bench::summary::ConditionSummary;
+use orchard_bench::summary::{ConditionSummary, Summary};
 
-use crate::results::{Harvest, Results};
+use crate::results::{Results, conditions};
 
 /// What a reader must know before the first figure.
 pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
@@ -55,7 +55,7 @@ fn worlds(n: u32) -> String {
 
 /// Seed sets with the tasks that were run on them.
 fn seed_sets(results: &Results) -> Vec<(SeedSetLabel, Vec<String>)> {
-    let harvest = results.harvest.iter().map(|h| (h.summary.seed_set.clone(), "harvest".to_owned()));
+    let harvest = results.harvest.iter().map(|h| (h.seed_set.clone(), "harvest".to_owned()));
     let detect = results.detect.iter().map(|d| (d.seed_set.clone(), "detect".to_owned()));
     let components = results.components.iter().map(|c| (c.seed_set.clone(), c.run.task.clone()));
     let mut sets: Vec<(SeedSetLabel, Vec<String>)> = Vec::new();
@@ -86,9 +86,9 @@ fn of_seeds(label: &SeedSetLabel, tasks: &[String]) -> Option<Markup> {
 }
 
 /// An official seed set with another time or fewer repeats is no official result either.
-fn of_time(harvest: &Harvest, protocol: &Protocol) -> Option<Markup> {
-    let official = harvest.summary.seed_set.name == SeedSetName::V1;
-    let nominal = &harvest.summary.conditions.get("nominal")?.params;
+fn of_time(harvest: &Summary, protocol: &Protocol) -> Option<Markup> {
+    let official = harvest.seed_set.name == SeedSetName::V1;
+    let nominal = &harvest.conditions.get("nominal")?.params;
     let as_asked = nominal.horizon_s == protocol.full.horizon.si()
         && nominal.repeats == protocol.seed_sets.v1.repeats.get();
     (official && !as_asked).then(|| {
@@ -100,7 +100,7 @@ fn of_time(harvest: &Harvest, protocol: &Protocol) -> Option<Markup> {
 }
 
 fn code_versions(results: &Results) -> Vec<String> {
-    let mut versions: Vec<String> = results.harvest.iter().map(|h| h.summary.code_version.clone()).collect();
+    let mut versions: Vec<String> = results.harvest.iter().map(|h| h.code_version.clone()).collect();
     versions.extend(results.detect.iter().map(|d| d.code_version.clone()));
     versions.extend(results.components.iter().map(|c| c.run.code_version.clone()));
     versions.sort();
@@ -111,7 +111,7 @@ fn code_versions(results: &Results) -> Vec<String> {
 /// What the page is called.
 pub(crate) fn title(results: &Results) -> String {
     match &results.harvest {
-        Some(harvest) => format!("OrchardBench v1: {}", harvest.summary.controller),
+        Some(harvest) => format!("OrchardBench v1: {}", harvest.controller),
         None => "OrchardBench v1".to_owned(),
     }
 }
@@ -119,14 +119,14 @@ pub(crate) fn title(results: &Results) -> String {
 /// One line under the title.
 pub(crate) fn subtitle(results: &Results) -> String {
     let Some(harvest) = &results.harvest else { return "A report without a harvest".to_owned() };
-    let episodes: usize = harvest.summary.conditions.values().map(|c| c.episodes.len()).sum();
-    let conditions = harvest.summary.conditions.len();
+    let episodes: usize = harvest.conditions.values().map(|c| c.episodes.len()).sum();
+    let conditions = harvest.conditions.len();
     let s = |n: usize| if n == 1 { "" } else { "s" };
     format!(
         "{} profile, {} seed{}, {conditions} condition{}, {episodes} episode{}",
-        harvest.summary.profile,
-        harvest.summary.seeds.len(),
-        s(harvest.summary.seeds.len()),
+        harvest.profile,
+        harvest.seeds.len(),
+        s(harvest.seeds.len()),
         s(conditions),
         s(episodes)
     )
@@ -135,10 +135,10 @@ pub(crate) fn subtitle(results: &Results) -> String {
 /// What was run, by whom and with which versions.
 pub(crate) fn facts(results: &Results) -> Markup {
     let mut facts: Vec<(&str, Markup)> = Vec::new();
-    if let Some(Harvest { summary, .. }) = &results.harvest {
+    if let Some(summary) = &results.harvest {
         facts.push(("Controller", html! { (summary.controller) }));
         facts.push(("Seeds", html! { (seed_set(&summary.seed_set)) ": " (list(&summary.seeds)) }));
-        let all: Vec<String> = conditions(results.harvest.as_ref());
+        let all: Vec<String> = condition_lines(results.harvest.as_ref());
         facts.push(("Conditions", html! { ul.plain { @for line in &all { li { (line) } } } }));
         facts.push(("Preset, profile", html! { (summary.preset) ", " (summary.profile) }));
         facts.push(("Config", html! { (summary.config_version) ", " code.hash { (summary.config_hash) } }));
@@ -151,7 +151,8 @@ pub(crate) fn facts(results: &Results) -> Markup {
         }
     }
     facts.push(("Code", html! { code.hash { (code_versions(results).join(", ")) } }));
-    let machine = results.compute.as_ref().map(|compute| (&compute.machine, compute.threads));
+    let machine = results.compute.as_ref().and_then(|compute| compute.tasks.values().next());
+    let machine = machine.map(|cost| (&cost.machine, cost.threads));
     let machine = machine.or_else(|| results.scaling.as_ref().map(|scaling| (&scaling.machine, scaling.threads)));
     if let Some((machine, threads)) = machine {
         facts.push(("Machine", html! { (machine_line(machine)) "; " (threads) " threads" }));
@@ -178,7 +179,7 @@ fn list(seeds: &[u64]) -> String {
     seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-fn conditions(harvest: Option<&Harvest>) -> Vec<String> {
+fn condition_lines(harvest: Option<&Summary>) -> Vec<String> {
     let line = |(name, c): (&str, &ConditionSummary)| {
         let p = &c.params;
         let repeats = if p.repeats > 1 { format!(" x {}", p.repeats) } else { String::new() };
@@ -186,13 +187,13 @@ fn conditions(harvest: Option<&Harvest>) -> Vec<String> {
             c.outcomes.iter().map(|(name, n)| format!("{n} {}", name.replace('_', " "))).collect();
         format!(
             "{name}: {} fruit, foliage {}, terrain {} m; {} trees a seed{repeats}, {} s ({})",
-            p.fruit_count,
-            p.foliage_density,
-            p.terrain_amplitude_m,
+            p.dials.fruit_count,
+            p.dials.foliage_density,
+            p.dials.terrain_amplitude_m,
             p.trees,
             p.horizon_s,
             outcomes.join(", ")
         )
     };
-    harvest.map_or_else(Vec::new, |harvest| harvest.conditions().into_iter().map(line).collect())
+    harvest.map_or_else(Vec::new, |harvest| conditions(harvest).into_iter().map(line).collect())
 }

@@ -6,11 +6,11 @@ use maud::{Markup, html};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::protocol::Protocol;
 use orchard_bench::statistics::{Component, VarianceComponents};
-use orchard_bench::summary::ConditionSummary;
+use orchard_bench::summary::{ConditionSummary, Summary};
 
 use super::{Section, missing};
 use crate::asked::demands;
-use crate::results::{Harvest, Results};
+use crate::results::{Results, conditions, main_condition, principal};
 use crate::table::{Cell, table};
 use crate::words::{digits, interval, number, reason_of, title, unit, why};
 
@@ -29,7 +29,7 @@ pub(crate) fn section(results: &Results, protocol: &Protocol) -> Section {
     let body = match &results.harvest {
         None => missing("No harvest in this folder.", "cargo xtask bench-v1 --profile full"),
         Some(harvest) => html! {
-            @if let Some((name, main)) = harvest.main() {
+            @if let Some((name, main)) = main_condition(harvest) {
                 p {
                     "Under the condition " strong { (name) } ". Every metric is a ratio of sums over trees, with a 95 % percentile \
                      interval of a hierarchical bootstrap over seeds and trees; its definition stands "
@@ -37,9 +37,9 @@ pub(crate) fn section(results: &Results, protocol: &Protocol) -> Section {
                 }
                 (cards(main, protocol))
             }
-            @for (name, results) in harvest.apart_from_sweeps() { (metrics(name, results, protocol)) }
+            @for (name, results) in principal(harvest) { (metrics(name, results, protocol)) }
             (asked(harvest, protocol))
-            @for (name, results) in harvest.conditions() {
+            @for (name, results) in conditions(harvest) {
                 @if let Some(variance) = &results.variance { (components(name, variance)) }
             }
         },
@@ -83,8 +83,8 @@ fn metrics(name: &str, results: &ConditionSummary, protocol: &Protocol) -> Marku
     table(&caption, &["metric", "mean", "95 % interval", "n", "paper", "unit"], &rows)
 }
 
-fn asked(harvest: &Harvest, protocol: &Protocol) -> Markup {
-    let demands = demands(&harvest.summary, protocol);
+fn asked(harvest: &Summary, protocol: &Protocol) -> Markup {
+    let demands = demands(harvest, protocol);
     let mut rows = Vec::new();
     for demand in &demands {
         for judged in demand.judged.iter().flatten() {

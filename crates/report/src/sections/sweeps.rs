@@ -1,11 +1,12 @@
 //! Sweeps: figures, and paired tests against the nominal condition.
 
 use maud::{Markup, html};
+use orchard_bench::summary::{Sweep, SweepComparison};
 
 use super::{Section, missing, side_by_side};
 use crate::figure::Figure;
 use crate::figures::{Figures, dial};
-use crate::results::{Results, Sweep, SweepComparison, ends};
+use crate::results::{Results, ends};
 use crate::table::{Cell, table};
 use crate::words::{capital, digits, number, reason_of, title};
 
