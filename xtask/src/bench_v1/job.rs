@@ -79,7 +79,7 @@ impl<R: Ready> Job for R {
                 store.path().display()
             ),
         }
-        say!("{}\n", spent(name, &result.cost));
+        say!("{}\n", spent(name, &result.cost, task.frame() > 0.0));
         Ok(())
     }
 
@@ -102,13 +102,14 @@ fn end<R: Ready>(ready: &R, summary: &R::Summary, store: &Store) -> Result<(), F
 }
 
 /// What a task cost, in one line.
-fn spent(task: &str, cost: &TaskCost) -> String {
+fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
     let rate = |rate: Option<f64>| rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.0}"));
     format!(
-        "{task}: {:.0} s on {} threads; {} env-steps a second, {} of one world on one thread; peak memory {} MiB",
+        "{task}: {:.0} s on {} threads; {} {} a second, {} on one thread; peak memory {} MiB",
         cost.wall_s,
         cost.threads,
         rate(cost.env_steps_per_s),
+        if moves { "env-steps" } else { "images" },
         rate(cost.step_rate_per_s),
         rate(cost.peak_memory_mib)
     )
