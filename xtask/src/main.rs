@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod bare_tree;
 mod bench_v1;
+mod check_report;
 mod check_statistics;
 mod columns;
 mod dataset;
@@ -63,6 +64,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    CheckReport(check_report::Args),
     CheckStatistics(check_statistics::Args),
     Dataset(dataset::Args),
     Detect(detect::Args),
@@ -87,6 +89,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::CheckReport(args) => check_report::run(&args),
             Command::CheckStatistics(args) => check_statistics::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Detect(args) => detect::run(&args),

@@ -40,7 +40,12 @@ const FIGURES: &str = "figures";
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let written = write(&args.dir, args.no_pictures)?;
-    say!("report: {}, {} figures in {}", written.page.display(), written.figures, args.dir.join(FIGURES).display());
+    say!(
+        "report: {}, {} figures in {}",
+        written.page.display(),
+        written.figures,
+        args.dir.join(FIGURES).display()
+    );
     Ok(())
 }
 
@@ -58,7 +63,10 @@ pub fn write(dir: &Path, no_pictures: bool) -> Result<Written, Failure> {
     let (protocol, paper) = (Protocol::paper(), PaperFigures::paper());
     let figures = Figures::draw(&results, &protocol, &paper).context("cannot draw")?;
     let shown = if no_pictures {
-        Pictures { left_out: Some("Pictures were left out (--no-pictures).".to_owned()), ..Pictures::default() }
+        Pictures {
+            left_out: Some("Pictures were left out (--no-pictures).".to_owned()),
+            ..Pictures::default()
+        }
     } else {
         pictures::draw(dir, &results)?
     };

@@ -3,7 +3,9 @@
 use orchard_bench::matrix::EXHAUSTION;
 use orchard_bench::plan::ConditionParams;
 use orchard_bench::protocol::{Asked, Protocol};
-use orchard_bench::summary::Summary;
+use orchard_bench::summary::{ConditionSummary, Summary};
+
+use crate::results::conditions;
 
 /// What is asked under one condition.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +17,7 @@ pub struct Demands<'a> {
 }
 
 /// One figure asked for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged<'a> {
     /// The metric.
     pub metric: &'a str,
@@ -32,12 +34,12 @@ impl Judged<'_> {
     }
 }
 
-/// Judges every condition of a result that something is asked of, in the order of their names.
+/// Judges every condition of a result that something is asked of, the nominal one first.
 pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<'a>> {
     let Some(asked) = protocol.asked.get(&summary.controller) else { return Vec::new() };
-    let judge = |(condition, results): (&'a String, &'a orchard_bench::summary::ConditionSummary)| {
-        let (name, figures) = asked.get_key_value(condition)?;
-        let judged = as_asked(summary, &results.params, name, protocol).then(|| {
+    let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {
+        let figures = asked.get(condition)?;
+        let judged = as_asked(summary, &results.params, condition, protocol).then(|| {
             let judged = |(metric, asked): (&'a String, &'a Asked)| Judged {
                 metric,
                 asked,
@@ -47,7 +49,7 @@ pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<
         });
         Some(Demands { condition, judged })
     };
-    summary.conditions.iter().filter_map(judge).collect()
+    conditions(summary).into_iter().filter_map(judge).collect()
 }
 
 /// Whether a result is on what figures are asked of: the tuning seeds and the full profile's trees and time, each tree once.

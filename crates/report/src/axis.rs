@@ -28,12 +28,7 @@ impl Axis {
         let step = step(if largest > 0.0 { largest } else { 1.0 }, steps);
         let count = ((largest / step) - 1e-9).ceil().max(1.0) as u32;
         let ticks = (0..=count).map(|i| f64::from(i) * step).map(|x| (x, told(x, step))).collect();
-        Self {
-            label: label.into(),
-            ends: [0.0, f64::from(count) * step],
-            ticks,
-            logarithmic: false,
-        }
+        Self { label: label.into(), ends: [0.0, f64::from(count) * step], ticks, logarithmic: false }
     }
 
     /// Ticks at these places and no others, which ascend, with room before the first and behind the last.
@@ -67,7 +62,8 @@ impl Axis {
         let (first, last) = ((power(low) + 1e-9).floor() as i32, (power(high) - 1e-9).ceil() as i32);
         let every = ((last - first) as usize).div_ceil(most.max(1)).max(1);
         let place = |power: i32| f64::from(power) * std::f64::consts::LN_2 / std::f64::consts::LN_10;
-        let ticks = (first..=last).step_by(every).map(|p| (place(p), format!("{}", 2_f64.powf(f64::from(p)))));
+        let ticks =
+            (first..=last).step_by(every).map(|p| (place(p), format!("{}", 2_f64.powf(f64::from(p)))));
         let room = 0.04 * (place(last) - place(first)).max(1.0);
         Self {
             label: label.into(),
@@ -87,7 +83,6 @@ impl Axis {
         let near = self.ticks.iter().find(|(at, _)| (at - place).abs() < 1e-9 * (1.0 + place.abs()));
         near.map_or_else(String::new, |(_, text)| text.clone())
     }
-
 }
 
 impl Ranged for Axis {
@@ -181,7 +176,10 @@ mod tests {
         assert_eq!(axis.told(4.0), "10 k");
         assert!((axis.place(1000.0) - 3.0).abs() < 1e-12);
         let axis = Axis::doublings("x", [1.0, 512.0].into_iter(), 5);
-        assert_eq!(axis.ticks.iter().map(|(_, text)| &**text).collect::<Vec<_>>(), ["1", "4", "16", "64", "256"]);
+        assert_eq!(
+            axis.ticks.iter().map(|(_, text)| &**text).collect::<Vec<_>>(),
+            ["1", "4", "16", "64", "256"]
+        );
         assert!(axis.place(512.0) < axis.ends[1]);
         assert_eq!(Axis::decades("x", std::iter::empty()).ends, [0.0, 1.0]);
     }

@@ -4,7 +4,7 @@ use plotters::element::{Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
-use crate::figure::{Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters, text_width};
+use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading, letters, text_width};
 
 /// A bar.
 pub(crate) struct Bar {
@@ -35,7 +35,8 @@ pub(crate) fn bars(
     keys: &[Key],
 ) -> Result<Figure, FigureError> {
     let size = LETTERS - 1.0;
-    let widest = |of: &dyn Fn(&Bar) -> &String| bars.iter().map(|bar| text_width(of(bar), size)).max().unwrap_or(0);
+    let widest =
+        |of: &dyn Fn(&Bar) -> &String| bars.iter().map(|bar| text_width(of(bar), size)).max().unwrap_or(0);
     let left = MARGIN + widest(&|bar| &bar.name) + 8;
     let right = WIDTH as i32 - MARGIN - widest(&|bar| &bar.told) - 6;
     let total = |bar: &Bar| bar.parts.iter().map(|(size, _)| size).sum::<f64>();
@@ -45,7 +46,7 @@ pub(crate) fn bars(
     let top = MARGIN + 24 + LINE * legend.last().map_or(0, |(.., line)| line + 1) + 4;
     let height = top + ROW * bars.len() as i32 + MARGIN - (ROW - THICK);
     drawn(stem, title, description, (WIDTH, height.max(80) as u32), |area| {
-        let head = letters(TITLE, colour::INK, HPos::Left, VPos::Top);
+        let head = heading();
         area.draw(&Text::new(title.to_owned(), (MARGIN, MARGIN), head))?;
         for ((name, colour), x, line) in &legend {
             let y = MARGIN + 24 + LINE * line + LINE / 2;

@@ -1,16 +1,18 @@
 //! A chart of points over an axis: lines with intervals, what others have published, lines to compare with.
 
+use plotters::backend::SVGBackend;
 use plotters::chart::ChartBuilder;
 use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::drawing::DrawingArea;
 use plotters::element::{Circle, DashedPathElement, PathElement, Polygon, Rectangle, Text};
-use plotters::backend::SVGBackend;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
 use crate::axis::Axis;
-use crate::figure::{Drawn, Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters, text_width};
+use crate::figure::{
+    Drawn, Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading, letters, text_width,
+};
 
 /// A chart.
 pub(crate) struct Chart {
@@ -64,6 +66,8 @@ pub(crate) enum Mark {
     Dot,
     /// A hollow diamond: published elsewhere.
     Hollow,
+    /// Nothing.
+    None,
 }
 
 /// What joins points.
@@ -73,6 +77,8 @@ pub(crate) enum Line {
     Solid,
     /// Dashes.
     Dashed,
+    /// Dots.
+    Dotted,
     /// Nothing.
     None,
 }
@@ -86,7 +92,7 @@ pub(crate) struct Band {
 }
 
 /// Height of the plot with its axes [px].
-const PLOT: i32 = 228;
+const PLOT: i32 = 234;
 /// Margin about the figure [px].
 const MARGIN: i32 = 10;
 /// Height of a line of the legend [px].
@@ -106,7 +112,7 @@ impl Chart {
         let top = MARGIN + 22 + LEGEND * legend.last().map_or(0, |entry| entry.line + 1);
         let size = (WIDTH, (top + PLOT + MARGIN) as u32);
         drawn(&self.stem, &self.title, description, size, |area| {
-            let title = letters(TITLE, colour::INK, HPos::Left, VPos::Top);
+            let title = heading();
             area.draw(&Text::new(self.title.clone(), (MARGIN, MARGIN), title))?;
             for entry in &legend {
                 self.draw_entry(area, entry)?;
@@ -119,7 +125,7 @@ impl Chart {
     fn draw_plot(&self, area: &Canvas) -> Drawn {
         let mut chart = ChartBuilder::on(area)
             .margin_right(MARGIN + 6)
-            .margin_top(6)
+            .margin_top(12)
             .margin_bottom(MARGIN)
             .x_label_area_size(BELOW - 6)
             .y_label_area_size(BESIDE)
@@ -142,14 +148,14 @@ impl Chart {
             .x_desc(self.x.label.clone())
             .axis_desc_style(letters(LETTERS, colour::INK, HPos::Center, VPos::Center))
             .draw()?;
-        let plotting = chart.plotting_area().strip_coord_spec();
-        let (left, top) = plotting.get_base_pixel();
+        // On the whole figure: marks at the edge of the plot are not cut.
+        let (left, top) = area.get_base_pixel();
         let pixel = |x: f64, y: f64, shift: i32| {
             let (u, v) = chart.backend_coord(&(self.x.place(x), self.y.place(y)));
             (u - left + shift, v - top)
         };
         for series in &self.series {
-            draw_series(&plotting, series, &pixel)?;
+            draw_series(area, series, &pixel)?;
         }
         Ok(())
     }
@@ -173,7 +179,8 @@ impl Chart {
         const BETWEEN: i32 = 14;
         let named = self.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
         let signs = named.map(|(i, series)| (Sign::Series(i), series.name.clone()));
-        let bands = self.bands.iter().map(|band| (Sign::Band(band.ends[0] < band.ends[1]), band.name.clone()));
+        let bands =
+            self.bands.iter().map(|band| (Sign::Band(band.ends[0] < band.ends[1]), band.name.clone()));
         let (mut left, mut line) = (MARGIN, 0);
         let lay = |(sign, name): (Sign, String)| {
             let width = SIGN + text_width(&name, LETTERS - 1.0);
@@ -231,11 +238,9 @@ fn draw_series(area: &Canvas, series: &Series, pixel: &impl Fn(f64, f64, i32) ->
     for (point, (x, _)) in series.points.iter().zip(&places) {
         let Some([low, high]) = point.ci95 else { continue };
         let [low, high] = [low, high].map(|end| pixel(point.x, end, series.shift).1);
-        for stroke in [
-            [(*x, low), (*x, high)],
-            [(x - CAP, low), (x + CAP, low)],
-            [(x - CAP, high), (x + CAP, high)],
-        ] {
+        for stroke in
+            [[(*x, low), (*x, high)], [(x - CAP, low), (x + CAP, low)], [(x - CAP, high), (x + CAP, high)]]
+        {
             area.draw(&PathElement::new(stroke, thin))?;
         }
     }
@@ -248,12 +253,14 @@ fn draw_line(area: &Canvas, series: &Series, places: &[(i32, i32)]) -> Drawn {
         Line::None => {}
         Line::Solid => area.draw(&PathElement::new(places.to_vec(), style))?,
         Line::Dashed => area.draw(&DashedPathElement::new(places.to_vec(), 5, 4, style))?,
+        Line::Dotted => area.draw(&DashedPathElement::new(places.to_vec(), 2, 3, style))?,
     }
     Ok(())
 }
 
 fn draw_mark(area: &Canvas, series: &Series, (x, y): (i32, i32)) -> Drawn {
     match series.mark {
+        Mark::None => {}
         Mark::Disc => {
             // A rim of the ground's colour keeps crossing lines apart.
             area.draw(&Circle::new((x, y), 5, colour::PAPER.filled()))?;

@@ -2,18 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use orchard_bench::component::{ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics};
+use orchard_bench::component::{
+    ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics,
+};
 use orchard_bench::compute::{Compute, Machine, RecordCost, TaskCost};
 use orchard_bench::detect::{
-    AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread, VariantSummary,
+    AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread,
+    VariantSummary,
 };
 use orchard_bench::episode::{CODE_VERSION, Outcome, SCHEMA_VERSION};
+use orchard_bench::matrix::{Dials, SweepPoint};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::plan::ConditionParams;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
 use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
-use orchard_bench::matrix::{Dials, SweepPoint};
 use orchard_bench::summary::{
     Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
 };
@@ -171,7 +174,10 @@ fn harvest() -> Summary {
         }
         let others = points.iter().filter(|point| point.condition != "nominal");
         let comparisons = others.map(|point| comparison(point, values)).collect();
-        sweeps.insert(name.to_owned(), Sweep { dial: name.to_owned(), unit: unit.to_owned(), points, comparisons });
+        sweeps.insert(
+            name.to_owned(),
+            Sweep { dial: name.to_owned(), unit: unit.to_owned(), points, comparisons },
+        );
     }
     Summary {
         schema_version: SCHEMA_VERSION,
@@ -225,7 +231,10 @@ fn detect() -> DetectSummary {
             .iter()
             .map(|e| {
                 let value = 0.002 + 0.001 * difficulty;
-                (e.name.to_owned(), Spread { value: Some(value), ci95: [Some(0.9 * value), Some(1.1 * value)], n: 1450 })
+                (
+                    e.name.to_owned(),
+                    Spread { value: Some(value), ci95: [Some(0.9 * value), Some(1.1 * value)], n: 1450 },
+                )
             })
             .collect(),
     };
@@ -254,7 +263,9 @@ fn detect() -> DetectSummary {
         ablation: AblationSummary {
             foliage: 0.6,
             seed: Some(20250704),
-            variants: [("all", 0.2), ("without_isolation", 0.9)].map(|(name, d)| (name.to_owned(), results(d))).into(),
+            variants: [("all", 0.2), ("without_isolation", 0.9)]
+                .map(|(name, d)| (name.to_owned(), results(d)))
+                .into(),
         },
     }
 }
@@ -291,7 +302,12 @@ fn component(task: &str) -> ComponentSummary {
 }
 
 fn machine() -> Machine {
-    Machine { os: "linux".to_owned(), arch: "x86_64".to_owned(), cpu: Some("A processor".to_owned()), logical_cpus: 2 }
+    Machine {
+        os: "linux".to_owned(),
+        arch: "x86_64".to_owned(),
+        cpu: Some("A processor".to_owned()),
+        logical_cpus: 2,
+    }
 }
 
 fn compute() -> Compute {
@@ -306,7 +322,10 @@ fn compute() -> Compute {
         peak_memory_mib: Some(212.0),
         records: vec![RecordCost { file: "episodes/a.json".to_owned(), wall_s: Some(3.0) }],
     };
-    let tasks = [("harvest".to_owned(), cost.clone()), ("detect".to_owned(), TaskCost { world_seconds_per_s: None, ..cost })];
+    let tasks = [
+        ("harvest".to_owned(), cost.clone()),
+        ("detect".to_owned(), TaskCost { world_seconds_per_s: None, ..cost }),
+    ];
     Compute { schema_version: SCHEMA_VERSION, tasks: tasks.into() }
 }
 

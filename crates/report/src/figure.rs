@@ -3,9 +3,9 @@
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
-use plotters::prelude::{Color, Rectangle, RGBColor};
+use plotters::prelude::{Color, RGBColor, Rectangle};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{IntoFont, TextStyle};
+use plotters::style::{FontStyle, IntoFont, TextStyle};
 
 /// A drawn figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,15 +80,21 @@ pub(crate) const WIDTH: u32 = 400;
 /// Size of letters [px].
 pub(crate) const LETTERS: f64 = 13.0;
 /// Size of a title's letters [px].
-pub(crate) const TITLE: f64 = 14.5;
+const TITLE: f64 = 14.5;
 /// The backend writes letters smaller than it is told, as if told the height of a line.
 const LINE_PER_LETTER: f64 = 1.24;
 /// About how wide a letter is, as a part of its size.
-const LETTER_WIDTH: f64 = 0.53;
+const LETTER_WIDTH: f64 = 0.57;
 
 /// Letters of a size and a colour, placed by a point of their box.
 pub(crate) fn letters(size: f64, colour: RGBColor, h: HPos, v: VPos) -> TextStyle<'static> {
     ("sans-serif", size * LINE_PER_LETTER).into_font().color(&colour).pos(Pos::new(h, v))
+}
+
+/// A figure's title, at its upper left.
+pub(crate) fn heading() -> TextStyle<'static> {
+    let font = ("sans-serif", TITLE * LINE_PER_LETTER, FontStyle::Bold).into_font();
+    font.color(&colour::INK).pos(Pos::new(HPos::Left, VPos::Top))
 }
 
 /// About how wide a line is [px]: there are no fonts here to ask.

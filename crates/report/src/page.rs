@@ -7,7 +7,9 @@ use crate::figures::Figures;
 use crate::pictures::Pictures;
 use crate::published::PaperFigures;
 use crate::results::Results;
-use crate::sections::{Section, canopy, components, cost, definitions, detection, head, headline, pictures, sweeps};
+use crate::sections::{
+    Section, canopy, components, cost, definitions, detection, head, headline, pictures, sweeps,
+};
 
 const STYLE: &str = include_str!("style.css");
 

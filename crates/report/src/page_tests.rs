@@ -92,7 +92,11 @@ fn figures_of_the_page_are_the_files() {
     for figure in figures.all() {
         assert!(text.contains(&figure.svg), "{}", figure.stem);
         assert!(figure.svg.starts_with("<svg ") && figure.svg.ends_with("</svg>"), "{}", figure.stem);
-        assert!(!figure.description.contains("NaN") && figure.description.ends_with('.'), "{}", figure.description);
+        assert!(
+            !figure.description.contains("NaN") && figure.description.ends_with('.'),
+            "{}",
+            figure.description
+        );
     }
     let mut stems: Vec<&String> = figures.all().map(|figure| &figure.stem).collect();
     let all = stems.len();
@@ -115,7 +119,8 @@ fn empty_parts_say_what_would_fill_them() {
         harvest.sweeps.clear();
     }
     let only_harvest = Results { harvest, ..Results::default() };
-    let text = page_of(&only_harvest, &Pictures { left_out: Some("not asked for".into()), ..Pictures::default() });
+    let text =
+        page_of(&only_harvest, &Pictures { left_out: Some("not asked for".into()), ..Pictures::default() });
     let html = is_sound(&text);
     // 3 sweeps, detection, components, scaling, compute, pictures.
     assert_eq!(select(&html, ".missing").len(), 8);
@@ -143,7 +148,10 @@ fn warnings_stand_on_top() {
     let warnings = first(&results);
     assert!(warnings[0].starts_with("2 worlds were quarantined."), "{warnings:?}");
     // Official seeds, but each tree only once.
-    assert!(warnings.iter().any(|line| line.starts_with("Not the official time or repeats.")), "{warnings:?}");
+    assert!(
+        warnings.iter().any(|line| line.starts_with("Not the official time or repeats.")),
+        "{warnings:?}"
+    );
     let mut official = example::results();
     official.detect = None;
     official.components.clear();

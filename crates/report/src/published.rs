@@ -106,7 +106,10 @@ mod tests {
         for (name, metrics) in &figures.sweeps {
             for (metric, at) in metrics {
                 let known = orchard_bench::metrics::METRICS.iter().find(|m| m.name == metric);
-                assert!(known.is_some_and(|known| at.iter().all(|at| at.unit == known.unit)), "{name}: {metric}");
+                assert!(
+                    known.is_some_and(|known| at.iter().all(|at| at.unit == known.unit)),
+                    "{name}: {metric}"
+                );
                 assert!(at.windows(2).all(|pair| pair[0].at < pair[1].at), "{name}: {metric}");
             }
         }

@@ -33,6 +33,16 @@ pub(crate) fn side_by_side(figures: &[Figure]) -> Markup {
     }
 }
 
+/// Figures with what is said of them beside the first, where there is room for three.
+pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
+    html! {
+        div.figures {
+            div.prose { (prose) }
+            @for figure in figures { figure id=(figure.stem) { (PreEscaped(&figure.svg)) } }
+        }
+    }
+}
+
 /// A part without data: what would fill it.
 pub(crate) fn missing(what: &str, command: &str) -> Markup {
     html! { p.missing { (what) " " code { (command) } " fills this part." } }

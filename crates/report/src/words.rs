@@ -8,22 +8,38 @@ use orchard_bench::statistics::Undefined;
 const WORDS: [(&str, &str, &str); 35] = [
     (
         "harvest_completeness",
-        "Summary completeness",
+        "Harvest completeness",
         "Reachable fruit in the bucket at the end over reachable fruit at the start; mean over trees. The primary metric.",
     ),
-    ("place_success_per_attempt", "Place success", "Attempts whose fruit came to rest in the bucket over all attempts."),
+    (
+        "place_success_per_attempt",
+        "Place success",
+        "Attempts whose fruit came to rest in the bucket over all attempts.",
+    ),
     ("grasp_rate", "Grasp rate", "Attempts in which both fingers pressed on one fruit over all attempts."),
     ("detach_rate", "Detach rate", "Attempts in which a gripped fruit came off its stem over all attempts."),
     ("throughput_fruit_per_min", "Throughput", "60 x fruit deposited over the episode's simulated seconds."),
-    ("mean_cycle_time_s", "Cycle time", "Duration of placed attempts, from the commitment to the fruit at rest."),
-    ("branches_snapped_per_tree", "Branches snapped", "Ruptures of wood, a tree. Damage: always present, also when 0."),
+    (
+        "mean_cycle_time_s",
+        "Cycle time",
+        "Duration of placed attempts, from the commitment to the fruit at rest.",
+    ),
+    (
+        "branches_snapped_per_tree",
+        "Branches snapped",
+        "Ruptures of wood, a tree. Damage: always present, also when 0.",
+    ),
     (
         "fruit_dropped_per_tree",
         "Fruit dropped",
         "Fruit off its stem at the end and neither at rest in the bucket nor between the fingers, a tree.",
     ),
     ("fruit_deposited_per_tree", "Fruit deposited", "Fruit at rest in the bucket at the end, a tree."),
-    ("fruit_knocked_off_per_tree", "Fruit knocked off", "Fruit that came off its stem without having been held, a tree."),
+    (
+        "fruit_knocked_off_per_tree",
+        "Fruit knocked off",
+        "Fruit that came off its stem without having been held, a tree.",
+    ),
     ("attempts_per_tree", "Attempts", "Commitments to a target, false detections included, a tree."),
     ("mean_drop_height_m", "Drop height", "Height of the fall from the fingers into the bucket."),
     (
@@ -32,16 +48,44 @@ const WORDS: [(&str, &str, &str); 35] = [
         "Deposited fruit that took no impact above the bruise energy over deposited fruit.",
     ),
     ("max_stem_pull_n", "Largest stem pull", "Largest stem force of an episode; mean over trees."),
-    ("detection_precision", "Detection precision", "Detections matched to a fruit over all detections, in all images of the picker."),
-    ("detection_recall_visible", "Detection recall", "Visible fruit matched by a detection over visible fruit, image by image."),
-    ("fruit_bruised_per_tree", "Fruit bruised", "Deposited fruit that took an impact above the bruise energy, a tree."),
-    ("fruit_stem_pulled_per_tree", "Fruit torn off", "Fruit that came off its stem under a pull above the limit at its end, a tree."),
-    ("reachable_fruit_per_tree", "Reachable fruit", "Fruit inside the reach sphere from an admissible stand-off at the start, a tree."),
-    ("reachable_fruit_by_ik_per_tree", "Reachable, confirmed", "Of these, confirmed by inverse kinematics, a tree."),
+    (
+        "detection_precision",
+        "Detection precision",
+        "Detections matched to a fruit over all detections, in all images of the picker.",
+    ),
+    (
+        "detection_recall_visible",
+        "Detection recall",
+        "Visible fruit matched by a detection over visible fruit, image by image.",
+    ),
+    (
+        "fruit_bruised_per_tree",
+        "Fruit bruised",
+        "Deposited fruit that took an impact above the bruise energy, a tree.",
+    ),
+    (
+        "fruit_stem_pulled_per_tree",
+        "Fruit torn off",
+        "Fruit that came off its stem under a pull above the limit at its end, a tree.",
+    ),
+    (
+        "reachable_fruit_per_tree",
+        "Reachable fruit",
+        "Fruit inside the reach sphere from an admissible stand-off at the start, a tree.",
+    ),
+    (
+        "reachable_fruit_by_ik_per_tree",
+        "Reachable, confirmed",
+        "Of these, confirmed by inverse kinematics, a tree.",
+    ),
     ("precision", "Precision", "Detections matched to a fruit over all detections in single images."),
     ("recall", "Recall", "Fruit that ought to be found (visible enough, large enough, in range) and was."),
     ("recall_visible", "Recall, all visible", "Fruit that shows a pixel and was found."),
-    ("false_positives_per_view", "False positives a view", "Detections that are matched to no fruit, an image."),
+    (
+        "false_positives_per_view",
+        "False positives a view",
+        "Detections that are matched to no fruit, an image.",
+    ),
     ("wood_false_positives_per_view", "On wood, a view", "Of these, on wood."),
     ("radius_bias_m", "Radius bias", "Mean error of the radius."),
     ("survey_recall", "Recall over views", "Fruit found in at least one view in which it ought to be."),
@@ -49,7 +93,11 @@ const WORDS: [(&str, &str, &str); 35] = [
     ("time_s", "Time", "Simulated time of successful trials."),
     ("path_m", "Path of the hand", "Way of the point between the finger pads in successful trials."),
     ("contact_impulse_n_s", "Contact impulse", "Force of the robot on live wood, summed over time."),
-    ("peak_contact_force_n", "Peak contact force", "Largest sum of contact forces on live wood at one moment."),
+    (
+        "peak_contact_force_n",
+        "Peak contact force",
+        "Largest sum of contact forces on live wood at one moment.",
+    ),
     ("peak_moment_ratio", "Peak moment ratio", "Largest bending moment of a joint over its rupture moment."),
     ("peak_moment_excess", "Peak moment excess", "Largest rise of that ratio over its value at the start."),
     ("moment_excess_s", "Moment excess", "That rise, summed over time."),
@@ -69,7 +117,8 @@ pub(crate) fn definition(name: &str) -> Option<&'static str> {
 /// A harvest metric's unit, as people write it: nothing for a ratio.
 pub(crate) fn unit(name: &str) -> String {
     let of_harvest = METRICS.iter().find(|m| m.name == name).map(|m| m.unit);
-    let of_trials = || component_metrics::<ReachAndGrasp>().into_iter().find(|m| m.name == name).map(|m| m.unit);
+    let of_trials =
+        || component_metrics::<ReachAndGrasp>().into_iter().find(|m| m.name == name).map(|m| m.unit);
     let unit = of_harvest.or_else(of_trials).unwrap_or("1");
     if name.ends_with("_per_tree") {
         return "per tree".to_owned();
@@ -90,10 +139,9 @@ pub(crate) fn title_with_unit(name: &str) -> String {
 
 /// Digits after the point that a metric is written with.
 pub(crate) fn digits(name: &str) -> usize {
-    let small = ["_rate", "_ratio", "_excess", "_m", "completeness", "success", "precision", "recall"];
     if name.ends_with("_n") {
         1
-    } else if small.iter().any(|part| name.contains(part)) || unit(name).is_empty() {
+    } else if name.ends_with("_m") || name == "moment_excess_s" || unit(name).is_empty() {
         3
     } else {
         2
@@ -168,7 +216,11 @@ mod tests {
             assert!(definition(metric.name).is_some(), "{}", metric.name);
         }
         for metric in component_metrics::<ReachAndGrasp>() {
-            assert!(definition(metric.name).is_some() || metric.name.ends_with("_per_trial"), "{}", metric.name);
+            assert!(
+                definition(metric.name).is_some() || metric.name.ends_with("_per_trial"),
+                "{}",
+                metric.name
+            );
         }
         assert_eq!(title("fruit_knocked_off_per_trial"), "Fruit knocked off per trial");
         assert_eq!(title_with_unit("throughput_fruit_per_min"), "Throughput [fruit/min]");

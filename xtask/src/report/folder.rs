@@ -34,7 +34,8 @@ pub fn read(dir: &Path) -> Result<Results, String> {
         scaling: file_of(dir, "scaling.json")?,
     };
     if results.is_empty() {
-        let names = "summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json, scaling.json";
+        let names =
+            "summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json, scaling.json";
         return Err(format!("{}: holds no result of bench-v1: none of {names}", dir.display()));
     }
     Ok(results)
@@ -49,10 +50,13 @@ fn file_of<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, Str
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(e) => return Err(bad(e.to_string())),
     };
-    let head: Head = serde_json::from_str(&text).map_err(|e| bad(format!("is no result of bench-v1: {e}")))?;
+    let head: Head =
+        serde_json::from_str(&text).map_err(|e| bad(format!("is no result of bench-v1: {e}")))?;
     if head.schema_version != SCHEMA_VERSION {
         let found = head.schema_version;
-        return Err(bad(format!("has schema version {found}, this code reads {SCHEMA_VERSION}: run bench-v1 again")));
+        return Err(bad(format!(
+            "has schema version {found}, this code reads {SCHEMA_VERSION}: run bench-v1 again"
+        )));
     }
     serde_json::from_str(&text).map(Some).map_err(|e| bad(format!("does not read: {e}")))
 }
@@ -75,8 +79,16 @@ mod tests {
         assert_eq!(read(dir).unwrap().compute, Some(compute));
         for (name, text, problem) in [
             ("summary.json", "{", "summary.json: is no result of bench-v1: EOF"),
-            ("summary.json", "{\"schema_version\": 1}", "summary.json: has schema version 1, this code reads"),
-            ("detect.json", &format!("{{\"schema_version\": {SCHEMA_VERSION}}}"), "detect.json: does not read: missing field"),
+            (
+                "summary.json",
+                "{\"schema_version\": 1}",
+                "summary.json: has schema version 1, this code reads",
+            ),
+            (
+                "detect.json",
+                &format!("{{\"schema_version\": {SCHEMA_VERSION}}}"),
+                "detect.json: does not read: missing field",
+            ),
             ("scaling.json", "[]", "scaling.json: is no result"),
         ] {
             std::fs::write(dir.join(name), text).unwrap();

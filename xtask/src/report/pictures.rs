@@ -42,7 +42,9 @@ pub fn draw(dir: &Path, results: &Results) -> Result<Pictures, Failure> {
     let trees = trees(main)?;
     let (pick, left_out) = match placed(dir, main) {
         Ok(Some((input, attempt))) => (Some(pick(&input, &attempt)?), None),
-        Ok(None) => (None, Some("No attempt of this run placed its fruit: there is none to show.".to_owned())),
+        Ok(None) => {
+            (None, Some("No attempt of this run placed its fruit: there is none to show.".to_owned()))
+        }
         Err(reason) => (None, Some(format!("The pictures of an attempt were left out: {reason}."))),
     };
     Ok(Pictures { trees, pick, left_out })
@@ -59,7 +61,8 @@ fn trees(main: &ConditionSummary) -> Result<Vec<Picture>, Failure> {
     let plantings: Result<Vec<Planting>, _> = worlds.iter().map(plant).collect();
     let images = portraits(&plantings.context("cannot grow the trees")?, TREE, || ());
     let picture = |(image, (seed, world)): (&Image<[u8; 3]>, &(u64, u32))| {
-        let alt = format!("Apple tree {world} of seed {seed} with its leaves and fruit, as it stands at the start");
+        let alt =
+            format!("Apple tree {world} of seed {seed} with its leaves and fruit, as it stands at the start");
         picture(image, alt, format!("Seed {seed}, tree {world}"))
     };
     images.iter().zip(&worlds).map(picture).collect()

@@ -56,7 +56,8 @@ pub(crate) fn states_of(states: &BTreeMap<String, StateSummary>) -> Vec<&str> {
 
 /// Seconds of an average attempt in a state: over all attempts, or over the placed ones.
 pub(crate) fn seconds_in(state: &StateSummary, attempts: u32, placed_only: bool) -> f64 {
-    let (n, mean) = if placed_only { (state.placed, state.mean_placed_s) } else { (state.attempts, state.mean_s) };
+    let (n, mean) =
+        if placed_only { (state.placed, state.mean_placed_s) } else { (state.attempts, state.mean_s) };
     mean.map_or(0.0, |mean| mean * f64::from(n) / f64::from(attempts.max(1)))
 }
 

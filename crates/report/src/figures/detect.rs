@@ -76,7 +76,11 @@ pub(crate) fn errors(summary: &DetectSummary) -> Result<Figure, FigureError> {
     let line = |(error, name, colour, shift): (&str, &str, _, _)| {
         let at = |density: &orchard_bench::detect::DensitySummary| {
             let e = density.results.errors.get(error)?;
-            Some(Point { x: density.foliage, y: 1e3 * e.value?, ci95: ends(e.ci95.map(|x| x.map(|x| 1e3 * x))) })
+            Some(Point {
+                x: density.foliage,
+                y: 1e3 * e.value?,
+                ci95: ends(e.ci95.map(|x| x.map(|x| 1e3 * x))),
+            })
         };
         let points: Vec<Point> = summary.densities.iter().filter_map(at).collect();
         let told: Vec<String> = points.iter().map(|p| format!("at {} {:.2}", p.x, p.y)).collect();

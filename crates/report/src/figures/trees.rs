@@ -7,7 +7,7 @@ use plotters::style::{Color, ShapeStyle};
 
 use crate::axis::Axis;
 use crate::chart::{Chart, Line, Mark, Point, Series};
-use crate::figure::{Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters};
+use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading, letters};
 use crate::results::{conditions, ends, main_condition, metric_of};
 use crate::words::{number, title_with_unit};
 
@@ -39,7 +39,7 @@ pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<F
     let description = format!("{} episodes under {condition}, {spread}. {}.", counts.len(), told.join("; "));
     let height = TOP + HEIGHT + 46;
     drawn("trees-deposited", title, &description, (WIDTH, height as u32), |area| {
-        let head = letters(TITLE, colour::INK, HPos::Left, VPos::Top);
+        let head = heading();
         area.draw(&Text::new(title, (MARGIN, MARGIN), head))?;
         let small = |h, v| letters(LETTERS - 1.0, colour::SOFT, h, v);
         area.draw(&Text::new(spread.clone(), (MARGIN, MARGIN + 20), small(HPos::Left, VPos::Top)))?;
@@ -52,7 +52,11 @@ pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<F
             area.draw(&Rectangle::new([(left, top), (right, base)], colour::BLUE.filled()))?;
             let middle = (left + right) / 2;
             if *count > 0 {
-                area.draw(&Text::new(count.to_string(), (middle, top - 4), small(HPos::Center, VPos::Bottom)))?;
+                area.draw(&Text::new(
+                    count.to_string(),
+                    (middle, top - 4),
+                    small(HPos::Center, VPos::Bottom),
+                ))?;
             }
             area.draw(&Text::new(range(bin), (middle, base + 6), small(HPos::Center, VPos::Top)))?;
         }
@@ -80,8 +84,11 @@ pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<F
         let (x, y) = (metric_of(harvest, name, THROUGHPUT)?, metric_of(harvest, name, damage)?);
         Some(Point { x: x.mean?, y: y.mean?, ci95: ends(y.ci95) })
     };
-    let others: Vec<Point> =
-        conditions(harvest).iter().filter(|(name, _)| *name != main).filter_map(|(name, _)| mean(name)).collect();
+    let others: Vec<Point> = conditions(harvest)
+        .iter()
+        .filter(|(name, _)| *name != main)
+        .filter_map(|(name, _)| mean(name))
+        .collect();
     let published = orchard_bench::protocol::Protocol::paper().published;
     let paper: Vec<Point> = match (published.get(THROUGHPUT), published.get(damage)) {
         (Some(x), Some(y)) => vec![Point { x: x.value, y: y.value, ci95: None }],
@@ -99,7 +106,12 @@ pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<F
     if !others.is_empty() {
         all.push(series("mean of another condition", colour::ORANGE, Mark::Disc, others));
     }
-    all.push(series(&format!("mean, {main}"), colour::VERMILION, Mark::Disc, mean(main).into_iter().collect()));
+    all.push(series(
+        &format!("mean, {main}"),
+        colour::VERMILION,
+        Mark::Disc,
+        mean(main).into_iter().collect(),
+    ));
     if !paper.is_empty() {
         all.push(series("paper", colour::SOFT, Mark::Hollow, paper));
     }
@@ -108,7 +120,8 @@ pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<F
     let highest = points().map(|p| p.ci95.map_or(p.y, |[_, high]| high.max(p.y)));
     let y = Axis::from_zero("", highest, 5);
     // Points at 0 stand a little above the axis.
-    let room = |axis: Axis, part: f64| Axis { ends: [-part * axis.ends[1], axis.ends[1]], ..axis };
+    let room =
+        |axis: Axis, part: f64| Axis { ends: [-part * axis.ends[1], (1.0 + part) * axis.ends[1]], ..axis };
     let description = format!(
         "{} against throughput, {} episodes under {main}; mean at {} fruit/min and {} per tree.",
         title_with_unit(damage),

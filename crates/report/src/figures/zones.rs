@@ -6,7 +6,7 @@ use plotters::element::{Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
-use crate::figure::{Figure, FigureError, LETTERS, TITLE, WIDTH, colour, drawn, letters};
+use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading, letters};
 use crate::results::ends;
 use crate::words::{interval, number};
 
@@ -33,13 +33,23 @@ struct Told {
 
 /// Place success by zone, over the attempts there.
 pub(crate) fn success(results: &ConditionSummary) -> Result<Figure, FigureError> {
-    let told = |z: &ZoneSummary| Told { rate: z.place_success, part: z.placed, of: z.attempts, ci95: z.place_success_ci95 };
+    let told = |z: &ZoneSummary| Told {
+        rate: z.place_success,
+        part: z.placed,
+        of: z.attempts,
+        ci95: z.place_success_ci95,
+    };
     map("zones-success", "Place success by canopy zone", "attempts", results, told)
 }
 
 /// Completeness by zone, over the reachable fruit there: the census.
 pub(crate) fn completeness(results: &ConditionSummary) -> Result<Figure, FigureError> {
-    let told = |z: &ZoneSummary| Told { rate: z.completeness, part: z.deposited, of: z.reachable, ci95: z.completeness_ci95 };
+    let told = |z: &ZoneSummary| Told {
+        rate: z.completeness,
+        part: z.deposited,
+        of: z.reachable,
+        ci95: z.completeness_ci95,
+    };
     map("zones-completeness", "Completeness by canopy zone", "reachable", results, told)
 }
 
@@ -56,26 +66,35 @@ fn map(
     const HEIGHT: i32 = 70;
     const GAP: i32 = 4;
     let cell_width = (WIDTH as i32 - LEFT - MARGIN - GAP) / 2;
-    let cell = |zone: &Zone| results.zones.get(zone).map_or(Told { rate: None, part: 0, of: 0, ci95: [None; 2] }, &told);
+    let cell = |zone: &Zone| {
+        results.zones.get(zone).map_or(Told { rate: None, part: 0, of: 0, ci95: [None; 2] }, &told)
+    };
     let words: Vec<String> = ROWS
         .iter()
-        .flat_map(|(row, zones)| zones.iter().zip(["inner", "outer"]).map(move |(zone, column)| (row, column, zone)))
+        .flat_map(|(row, zones)| {
+            zones.iter().zip(["inner", "outer"]).map(move |(zone, column)| (row, column, zone))
+        })
         .map(|(row, column, zone)| {
             let told = cell(zone);
             let ci95 = interval(told.ci95, 2);
-            format!("{row} {column} {} ({ci95}), {} of {} {counted}", number(told.rate, 2), told.part, told.of)
+            format!(
+                "{row} {column} {} ({ci95}), {} of {} {counted}",
+                number(told.rate, 2),
+                told.part,
+                told.of
+            )
         })
         .collect();
     let height = TOP + 3 * (HEIGHT + GAP) + MARGIN - GAP;
     drawn(stem, title, &format!("{title}: {}.", words.join("; ")), (WIDTH, height as u32), |area| {
-        area.draw(&Text::new(
-            title.to_owned(),
-            (MARGIN, MARGIN),
-            letters(TITLE, colour::INK, HPos::Left, VPos::Top),
-        ))?;
+        area.draw(&Text::new(title.to_owned(), (MARGIN, MARGIN), heading()))?;
         for (j, name) in ["inner", "outer"].into_iter().enumerate() {
             let x = LEFT + j as i32 * (cell_width + GAP) + cell_width / 2;
-            area.draw(&Text::new(name, (x, TOP - 12), letters(LETTERS, colour::SOFT, HPos::Center, VPos::Center)))?;
+            area.draw(&Text::new(
+                name,
+                (x, TOP - 12),
+                letters(LETTERS, colour::SOFT, HPos::Center, VPos::Center),
+            ))?;
         }
         for (i, (name, zones)) in ROWS.iter().enumerate() {
             let y = TOP + i as i32 * (HEIGHT + GAP);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use maud::{Markup, html};
 use orchard_bench::summary::Summary;
 
-use super::{Section, missing, side_by_side};
+use super::{Section, beside, missing};
 use crate::figures::{Figures, attempts_of, ranked, seconds_in, states_of};
 use crate::published::PaperFigures;
 use crate::results::{Results, conditions, main_condition};
@@ -21,14 +21,13 @@ pub(crate) fn zones(results: &Results, figures: &Figures, paper: &PaperFigures) 
         @match condition {
             None => (missing("No harvest in this folder.", COMMAND)),
             Some((name, _)) => {
-                p {
+                (beside(&html! { p {
                     "Each tree cuts its own canopy in three by height and in two by distance from the trunk, by its reachable fruit. "
                     strong { "Place success" } " is over attempts on targets in the zone, " strong { "completeness" }
                     " over the reachable fruit that hangs there: the census. Pooled over the trees of " (name)
                     "; the paper has place success of about " (paper.zones.middle.si()) " in the middle canopy and "
                     (paper.zones.others_low.si()) " to " (paper.zones.others_high.si()) " in the lower outer and the upper zones."
-                }
-                (side_by_side(&figures.zones))
+                } }, &figures.zones))
             },
         }
     };
@@ -40,11 +39,10 @@ pub(crate) fn attempts(results: &Results, figures: &Figures) -> Section {
     let body = html! {
         @match &results.harvest {
             Some(harvest) if !figures.attempts.is_empty() => {
-                p {
+                (beside(&html! { p {
                     "Every failed attempt has one reason, by the truth of the world first and by the controller's own word where the world does \
                      not tell. Times are means over attempts, the time before the next commitment included."
-                }
-                (side_by_side(&figures.attempts))
+                } }, &figures.attempts))
                 (failures(harvest))
                 (times(harvest))
             },
@@ -57,9 +55,7 @@ pub(crate) fn attempts(results: &Results, figures: &Figures) -> Section {
 
 fn failures(harvest: &Summary) -> Markup {
     let all = conditions(harvest);
-    let total = |reason: &str| -> u32 {
-        all.iter().filter_map(|(_, c)| c.failures.get(reason)).sum()
-    };
+    let total = |reason: &str| -> u32 { all.iter().filter_map(|(_, c)| c.failures.get(reason)).sum() };
     let names: BTreeSet<&String> = all.iter().flat_map(|(_, c)| c.failures.keys()).collect();
     let totals = names.into_iter().map(|name| (name.clone(), total(name))).collect();
     let mut heads = vec!["reason"];
@@ -68,7 +64,9 @@ fn failures(harvest: &Summary) -> Markup {
         .into_iter()
         .map(|(reason, _)| {
             let counts = all.iter().map(|(_, c)| c.failures.get(reason).copied().unwrap_or(0));
-            std::iter::once(Cell::words(plain(reason))).chain(counts.map(|n| Cell::number(n.to_string()))).collect()
+            std::iter::once(Cell::words(plain(reason)))
+                .chain(counts.map(|n| Cell::number(n.to_string())))
+                .collect()
         })
         .collect();
     let attempts = all.iter().map(|(_, c)| Cell::main(attempts_of(c).to_string()));
@@ -89,8 +87,10 @@ fn times(harvest: &Summary) -> Markup {
             vec![
                 Cell::words(plain(state)),
                 Cell::number(s.attempts.to_string()),
-                Cell::number(number(s.mean_s, 2)).because(s.mean_s.is_none().then_some("no attempt entered it")),
-                Cell::number(number(s.mean_placed_s, 2)).because(s.mean_placed_s.is_none().then_some("no placed attempt entered it")),
+                Cell::number(number(s.mean_s, 2))
+                    .because(s.mean_s.is_none().then_some("no attempt entered it")),
+                Cell::number(number(s.mean_placed_s, 2))
+                    .because(s.mean_placed_s.is_none().then_some("no placed attempt entered it")),
                 Cell::main(number(Some(seconds_in(s, attempts, false)), 2)),
                 Cell::main(number((placed > 0).then(|| seconds_in(s, placed, true)), 2)),
             ]
@@ -107,7 +107,14 @@ fn times(harvest: &Summary) -> Markup {
         Cell::main(number(gap, 2)).because(reason),
         empty(),
     ]);
-    let heads = ["state", "entered by", "mean when entered [s]", "of these, placed [s]", "share of any attempt [s]", "of a placed one [s]"];
+    let heads = [
+        "state",
+        "entered by",
+        "mean when entered [s]",
+        "of these, placed [s]",
+        "share of any attempt [s]",
+        "of a placed one [s]",
+    ];
     html! { details { summary { "Seconds in each state, " (name) } (table("Seconds in each state", &heads, &rows)) } }
 }
 
@@ -117,11 +124,10 @@ pub(crate) fn trees(results: &Results, figures: &Figures, paper: &PaperFigures) 
         @match &results.harvest {
             None => (missing("No harvest in this folder.", COMMAND)),
             Some(harvest) => {
-                p {
+                (beside(&html! { p {
                     "Trees differ, and one episode on one tree says little. The histogram counts episodes by the fruit that they brought \
                      into the bucket (paper: " (paper.trees.mean.si()) " \u{b1} " (paper.trees.deviation.si()) " a tree)."
-                }
-                (side_by_side(&figures.trees))
+                } }, &figures.trees))
                 (episodes(harvest))
             },
         }
@@ -145,7 +151,17 @@ fn episodes(harvest: &Summary) -> Markup {
         ]
     };
     let rows: Vec<_> = main.episodes.iter().map(row).collect();
-    let heads = ["seed / tree", "repeat", "fruit", "reachable", "attempts", "deposited", "dropped", "snapped", "time [s]"];
+    let heads = [
+        "seed / tree",
+        "repeat",
+        "fruit",
+        "reachable",
+        "attempts",
+        "deposited",
+        "dropped",
+        "snapped",
+        "time [s]",
+    ];
     html! { details { summary { "Every episode, " (name) } (table("Every episode", &heads, &rows)) } }
 }
 
@@ -155,8 +171,7 @@ pub(crate) fn damage(results: &Results, figures: &Figures) -> Section {
         @if results.harvest.is_none() || figures.damage.is_empty() {
             (missing("No harvest in this folder.", COMMAND))
         } @else {
-            p { "Fast picking is worth little if it costs the tree: lower right is best. Faint dots are single episodes, where darker lie several." }
-            (side_by_side(&figures.damage))
+            (beside(&html! { p { "Fast picking is worth little if it costs the tree: lower right is best. Faint dots are single episodes, where darker lie several." } }, &figures.damage))
         }
     };
     Section { id: "damage", title: "Damage against throughput", body }

@@ -1,5 +1,7 @@
 //! The component tasks: one skill at a time.
 
+use std::collections::BTreeMap;
+
 use maud::{Markup, html};
 use orchard_bench::component::{ComponentSummary, ReachAndGrasp, metrics};
 
@@ -18,35 +20,49 @@ pub(crate) fn section(results: &Results) -> Section {
                 strong { "reach-and-grasp" } ": hold a named fruit. " strong { "gentle" } ": push the hand through the canopy to a point behind it. \
                  Loads are those of the robot on live wood; without contact they are 0."
             }
-            @for summary in &results.components { (one(summary)) }
+            (side_by_side(&results.components))
+            @for summary in &results.components { (endings(summary)) }
         }
     };
     Section { id: "components", title: "Component tasks", body }
 }
 
-fn one(summary: &ComponentSummary) -> Markup {
+/// A column a task.
+fn side_by_side(tasks: &[ComponentSummary]) -> Markup {
     let row = |name: &str| {
-        let metric = summary.metrics.get(name)?;
         let digits = digits(name);
-        Some(vec![
-            Cell::words(title(name)).because(Some(name)),
-            Cell::main(number(metric.mean, digits)).because(why(metric)),
-            Cell::number(interval(metric.ci95, digits)).because(why(metric)),
-            Cell::number(metric.n.to_string()),
-            Cell::words(unit(name)),
-        ])
+        let mut row = vec![Cell::words(title(name)).because(Some(name))];
+        for task in tasks {
+            match task.metrics.get(name) {
+                Some(metric) => row.extend([
+                    Cell::main(number(metric.mean, digits)).because(why(metric)),
+                    Cell::number(interval(metric.ci95, digits)).because(why(metric)),
+                    Cell::number(metric.n.to_string()),
+                ]),
+                None => {
+                    row.extend(["-"; 3].map(|text| Cell::number(text).because(Some("not in this result"))))
+                }
+            }
+        }
+        row.push(Cell::words(unit(name)));
+        row
     };
-    let rows: Vec<_> = metrics::<ReachAndGrasp>().iter().filter_map(|m| row(m.name)).collect();
-    let counts = |counts: &std::collections::BTreeMap<String, u32>| {
+    let rows: Vec<_> = metrics::<ReachAndGrasp>().iter().map(|m| row(m.name)).collect();
+    let mut heads = vec!["metric"];
+    heads.extend(tasks.iter().flat_map(|task| [task.run.task.as_str(), "95 % interval", "n"]));
+    heads.push("unit");
+    table("Metrics of the component tasks", &heads, &rows)
+}
+
+fn endings(summary: &ComponentSummary) -> Markup {
+    let counts = |counts: &BTreeMap<String, u32>| {
         let list: Vec<String> = counts.iter().map(|(name, n)| format!("{} {n}", plain(name))).collect();
         if list.is_empty() { "none".to_owned() } else { list.join(", ") }
     };
     html! {
-        h3 { (summary.run.task) }
-        (table(&format!("Metrics of {}", summary.run.task), &["metric", "mean", "95 % interval", "n", "unit"], &rows))
         p.note {
-            "Trials ended: " (counts(&summary.outcomes)) ". Attempts given up: " (counts(&summary.failures)) ". Controller "
-            (summary.run.controller) ", " (summary.trees.len()) " trees."
+            strong { (summary.run.task) } ", controller " (summary.run.controller) ", trees: " (summary.trees.len()) ". Trials ended: "
+            (counts(&summary.outcomes)) ". Attempts given up: " (counts(&summary.failures)) "."
         }
     }
 }

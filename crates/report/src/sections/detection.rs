@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use orchard_bench::detect::{DensitySummary, DetectSummary, SitsOn, VariantSummary};
 use orchard_bench::protocol::Protocol;
 
-use super::{Section, missing, side_by_side};
+use super::{Section, beside, missing};
 use crate::figures::Figures;
 use crate::results::Results;
 use crate::table::{Cell, table};
@@ -15,14 +15,15 @@ use crate::words::{grouped, interval, number, plain, why};
 /// The section.
 pub(crate) fn section(results: &Results, figures: &Figures, protocol: &Protocol) -> Section {
     let body = match &results.detect {
-        None => missing("No detection task in this folder.", "cargo xtask bench-v1 --profile full --tasks detect"),
+        None => {
+            missing("No detection task in this folder.", "cargo xtask bench-v1 --profile full --tasks detect")
+        }
         Some(summary) => html! {
-            p {
+            (beside(&html! { p {
                 "Single depth images of resting trees, camera " (summary.camera.name()) ", detector " (summary.detector)
                 ". A detection is right if it lies within one fruit radius of a fruit's centre, one to one. Recall is over fruit that ought to be \
                  found: at least " (number(Some(100.0 * protocol.detect.found.visible_fraction.si()), 0)) " % visible, in range and not too small."
-            }
-            (side_by_side(&figures.detect))
+            } }, &figures.detect))
             (densities(summary, protocol))
             (ablation(summary))
         },
@@ -38,7 +39,8 @@ fn densities(summary: &DetectSummary, protocol: &Protocol) -> Markup {
             let found = results.metrics.get(name);
             [
                 Cell::main(number(found.and_then(|m| m.mean), 3)).because(found.and_then(why)),
-                Cell::number(found.map_or_else(|| "-".to_owned(), |m| interval(m.ci95, 3))).because(found.and_then(why)),
+                Cell::number(found.map_or_else(|| "-".to_owned(), |m| interval(m.ci95, 3)))
+                    .because(found.and_then(why)),
             ]
         };
         let error = |name: &str| {

@@ -7,6 +7,7 @@ use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
 use orchard_bench::summary::{ConditionSummary, Summary};
 
 use crate::results::{Results, conditions};
+use crate::table::{Cell, table};
 
 /// What a reader must know before the first figure.
 pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
@@ -138,8 +139,6 @@ pub(crate) fn facts(results: &Results) -> Markup {
     if let Some(summary) = &results.harvest {
         facts.push(("Controller", html! { (summary.controller) }));
         facts.push(("Seeds", html! { (seed_set(&summary.seed_set)) ": " (list(&summary.seeds)) }));
-        let all: Vec<String> = condition_lines(results.harvest.as_ref());
-        facts.push(("Conditions", html! { ul.plain { @for line in &all { li { (line) } } } }));
         facts.push(("Preset, profile", html! { (summary.preset) ", " (summary.profile) }));
         facts.push(("Config", html! { (summary.config_version) ", " code.hash { (summary.config_hash) } }));
         facts.push(("Schema", html! { (summary.schema_version) }));
@@ -153,11 +152,15 @@ pub(crate) fn facts(results: &Results) -> Markup {
     facts.push(("Code", html! { code.hash { (code_versions(results).join(", ")) } }));
     let machine = results.compute.as_ref().and_then(|compute| compute.tasks.values().next());
     let machine = machine.map(|cost| (&cost.machine, cost.threads));
-    let machine = machine.or_else(|| results.scaling.as_ref().map(|scaling| (&scaling.machine, scaling.threads)));
+    let machine =
+        machine.or_else(|| results.scaling.as_ref().map(|scaling| (&scaling.machine, scaling.threads)));
     if let Some((machine, threads)) = machine {
         facts.push(("Machine", html! { (machine_line(machine)) "; " (threads) " threads" }));
     }
-    html! { dl.facts { @for (name, value) in &facts { div { dt { (name) } dd { (value) } } } } }
+    html! {
+        dl.facts { @for (name, value) in &facts { div { dt { (name) } dd { (value) } } } }
+        @if let Some(summary) = &results.harvest { (condition_table(summary)) }
+    }
 }
 
 fn machine_line(machine: &Machine) -> String {
@@ -179,21 +182,38 @@ fn list(seeds: &[u64]) -> String {
     seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-fn condition_lines(harvest: Option<&Summary>) -> Vec<String> {
-    let line = |(name, c): (&str, &ConditionSummary)| {
+/// Every condition, with how its episodes ended.
+fn condition_table(summary: &Summary) -> Markup {
+    let row = |(name, c): (&str, &ConditionSummary)| {
         let p = &c.params;
-        let repeats = if p.repeats > 1 { format!(" x {}", p.repeats) } else { String::new() };
         let outcomes: Vec<String> =
             c.outcomes.iter().map(|(name, n)| format!("{n} {}", name.replace('_', " "))).collect();
-        format!(
-            "{name}: {} fruit, foliage {}, terrain {} m; {} trees a seed{repeats}, {} s ({})",
-            p.dials.fruit_count,
-            p.dials.foliage_density,
-            p.dials.terrain_amplitude_m,
-            p.trees,
-            p.horizon_s,
-            outcomes.join(", ")
-        )
+        vec![
+            Cell::words(name),
+            Cell::number(p.dials.fruit_count.to_string()),
+            Cell::number(p.dials.foliage_density.to_string()),
+            Cell::number(p.dials.terrain_amplitude_m.to_string()),
+            Cell::number(p.trees.to_string()),
+            Cell::number(p.repeats.to_string()),
+            Cell::number(p.horizon_s.to_string()),
+            Cell::words(outcomes.join(", ")),
+        ]
     };
-    harvest.map_or_else(Vec::new, |harvest| conditions(harvest).into_iter().map(line).collect())
+    let rows: Vec<_> = conditions(summary).into_iter().map(row).collect();
+    let heads = [
+        "condition",
+        "fruit",
+        "foliage",
+        "terrain [m]",
+        "trees a seed",
+        "repeats",
+        "longest [s]",
+        "episodes ended",
+    ];
+    html! {
+        details open[rows.len() <= 4] {
+            summary { "Conditions" }
+            (table("Conditions of the harvest", &heads, &rows))
+        }
+    }
 }

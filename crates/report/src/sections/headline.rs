@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use orchard_bench::metrics::{METRICS, Metric};
+use orchard_bench::metrics::METRICS;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::statistics::{Component, VarianceComponents};
 use orchard_bench::summary::{ConditionSummary, Summary};
@@ -37,7 +37,7 @@ pub(crate) fn section(results: &Results, protocol: &Protocol) -> Section {
                 }
                 (cards(main, protocol))
             }
-            @for (name, results) in principal(harvest) { (metrics(name, results, protocol)) }
+            (metrics(&principal(harvest), protocol))
             (asked(harvest, protocol))
             @for (name, results) in conditions(harvest) {
                 @if let Some(variance) = &results.variance { (components(name, variance)) }
@@ -62,25 +62,33 @@ fn cards(results: &ConditionSummary, protocol: &Protocol) -> Markup {
     }
 }
 
-fn metrics(name: &str, results: &ConditionSummary, protocol: &Protocol) -> Markup {
-    let row = |(metric, found): (&str, &Metric)| {
+/// All metrics, conditions side by side.
+fn metrics(told: &[(&str, &ConditionSummary)], protocol: &Protocol) -> Markup {
+    let row = |metric: &'static str| {
         let digits = digits(metric);
-        // The paper's figures are of its nominal condition.
-        let paper = if name == "nominal" { protocol.published.get(metric) } else { None };
-        vec![
-            Cell::words(title(metric)).because(Some(metric)),
-            Cell::main(number(found.mean, digits)).because(why(found)),
-            Cell::number(interval(found.ci95, digits)).because(why(found)),
-            Cell::number(crate::words::grouped(found.n)),
-            Cell::number(number(paper.map(|p| p.value), digits))
-                .because(paper.is_none().then_some("the paper gives none")),
-            Cell::words(unit(metric)),
-        ]
+        let mut row = vec![Cell::words(title(metric)).because(Some(metric))];
+        for (_, results) in told {
+            match results.metrics.get(metric) {
+                Some(found) => row.extend([
+                    Cell::main(number(found.mean, digits)).because(why(found)),
+                    Cell::number(interval(found.ci95, digits)).because(why(found)),
+                    Cell::number(crate::words::grouped(found.n)),
+                ]),
+                None => {
+                    row.extend(["-"; 3].map(|text| Cell::number(text).because(Some("not in this result"))))
+                }
+            }
+        }
+        let paper = protocol.published.get(metric).map(|published| published.value);
+        let reason = paper.is_none().then_some("the paper gives none");
+        row.extend([Cell::number(number(paper, digits)).because(reason), Cell::words(unit(metric))]);
+        row
     };
-    let known = METRICS.iter().filter_map(|m| Some((m.name, results.metrics.get(m.name)?)));
-    let rows: Vec<_> = known.map(row).collect();
-    let caption = format!("All metrics, {name}");
-    table(&caption, &["metric", "mean", "95 % interval", "n", "paper", "unit"], &rows)
+    let rows: Vec<_> = METRICS.iter().map(|m| row(m.name)).collect();
+    let mut heads = vec!["metric"];
+    heads.extend(told.iter().flat_map(|(name, _)| [*name, "95 % interval", "n"]));
+    heads.extend(["paper, nominal", "unit"]);
+    table("All metrics: means with 95 % intervals", &heads, &rows)
 }
 
 fn asked(harvest: &Summary, protocol: &Protocol) -> Markup {

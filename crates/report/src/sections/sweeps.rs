@@ -24,9 +24,11 @@ const LEVEL: f64 = 0.05;
 pub(crate) fn section(results: &Results, figures: &Figures) -> Section {
     let sweeps = results.harvest.as_ref().map(|harvest| &harvest.sweeps);
     let of = |name: &str| sweeps.and_then(|sweeps| sweeps.get(name));
-    let drawn = |name: &str| figures.sweeps.iter().find(|(own, _)| own == name).map_or(&[][..], |(_, list)| list);
+    let drawn =
+        |name: &str| figures.sweeps.iter().find(|(own, _)| own == name).map_or(&[][..], |(_, list)| list);
     let known = |name: &str| KNOWN.iter().any(|(own, _)| *own == name);
-    let others: Vec<&String> = sweeps.into_iter().flat_map(|s| s.keys()).filter(|name| !known(name)).collect();
+    let others: Vec<&String> =
+        sweeps.into_iter().flat_map(|s| s.keys()).filter(|name| !known(name)).collect();
     let body = html! {
         p {
             "Every point is a condition on the same trees: mean and 95 % interval. Hollow diamonds are the paper's figures. \
@@ -57,8 +59,17 @@ fn one(name: &str, what: &str, sweep: &Sweep, figures: &[Figure]) -> Markup {
 
 fn tests(name: &str, sweep: &Sweep) -> Markup {
     let rows: Vec<_> = sweep.comparisons.iter().map(comparison).collect();
-    let heads =
-        ["metric", "condition", "difference", "95 % interval", "pairs", "p (Wilcoxon)", "p (permutation)", "r", "d_z"];
+    let heads = [
+        "metric",
+        "condition",
+        "difference",
+        "95 % interval",
+        "pairs",
+        "p (Wilcoxon)",
+        "p (permutation)",
+        "r",
+        "d_z",
+    ];
     html! {
         details open[sweep.comparisons.len() <= 12] {
             summary { "Paired tests against nominal, Holm-adjusted over the sweep" }
@@ -118,7 +129,10 @@ mod tests_of_words {
 
     #[test]
     fn differences_have_a_sign_and_p_values_three_digits() {
-        assert_eq!((plus(0.5, 2), plus(-0.5, 2), plus(1e-9, 2)), ("+0.50".into(), "\u{2212}0.50".into(), "0.00".into()));
+        assert_eq!(
+            (plus(0.5, 2), plus(-0.5, 2), plus(1e-9, 2)),
+            ("+0.50".into(), "\u{2212}0.50".into(), "0.00".into())
+        );
         assert_eq!((p_value(0.0004), p_value(0.0456)), ("< 0.001".into(), "0.046".into()));
     }
 }
