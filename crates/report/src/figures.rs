@@ -53,6 +53,7 @@ impl Figures {
                     figures.attempts = vec![attempts::endings(name, main)?, attempts::times(name, main)?];
                 }
                 figures.trees = vec![trees::deposited(name, main)?];
+                figures.trees.extend(trees::completeness(name, main)?);
             }
             for metric in ["fruit_dropped_per_tree", "branches_snapped_per_tree"] {
                 figures.damage.extend(trees::damage(harvest, metric)?);

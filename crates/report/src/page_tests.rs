@@ -75,8 +75,8 @@ fn every_section_is_there() {
         ]
     );
     assert!(select(&html, ".missing").is_empty(), "{:?}", select(&html, ".missing").len());
-    // 3 sweeps of 6 panels, detection 2, zones 2, attempts 2, trees 1, damage 2, scaling 3.
-    assert_eq!(select(&html, "svg").len(), 30);
+    // 3 sweeps of 6 panels, detection 2, zones 2, attempts 2, trees 2, damage 2, scaling 3.
+    assert_eq!(select(&html, "svg").len(), 31);
     assert_eq!(select(&html, "img").len(), 3);
     // Undefined figures have their reason.
     let undefined = select(&html, "[title='no figure: there is nothing to measure']");

@@ -13,60 +13,122 @@ use crate::words::{number, title_with_unit};
 
 /// Fruit deposited, episode by episode, as a histogram.
 pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<Figure, FigureError> {
-    const MARGIN: i32 = 10;
-    const LEFT: i32 = 34;
-    const TOP: i32 = 52;
-    const HEIGHT: i32 = 160;
     let counts: Vec<u32> = results.episodes.iter().map(|episode| episode.deposited).collect();
     let most = counts.iter().copied().max().unwrap_or(0);
     // At most so many bins: wider ones where trees give more.
     let width = (most + 1).div_ceil(14).max(1);
-    let bins = most / width + 1;
-    let of_bin = |bin: u32| counts.iter().filter(|&&n| n / width == bin).count() as u32;
-    let heights: Vec<u32> = (0..bins).map(of_bin).collect();
-    let highest = heights.iter().copied().max().unwrap_or(1).max(1);
-    let range = |bin: u32| {
-        if width == 1 { bin.to_string() } else { format!("{}-{}", bin * width, (bin + 1) * width - 1) }
+    let bin = |bin: u32| {
+        let (first, next) = (bin * width, (bin + 1) * width);
+        let name = if width == 1 { first.to_string() } else { format!("{first}-{}", next - 1) };
+        (name, counts.iter().filter(|&&n| n / width == bin).count())
     };
-    let n = counts.len().max(1) as f64;
-    let mean = counts.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
-    let squares: f64 = counts.iter().map(|&x| (f64::from(x) - mean) * (f64::from(x) - mean)).sum();
-    let deviation = if counts.len() > 1 { Some((squares / (n - 1.0)).sqrt()) } else { None };
-    let told: Vec<String> =
-        (0..bins).zip(&heights).map(|(bin, n)| format!("{} fruit: {n}", range(bin))).collect();
-    let spread = format!("mean {mean:.2}, standard deviation {}", number(deviation, 2));
-    let title = "Fruit deposited, episodes by number";
-    let description = format!("{} episodes under {condition}, {spread}. {}.", counts.len(), told.join("; "));
-    let height = TOP + HEIGHT + 46;
-    drawn("trees-deposited", title, &description, (WIDTH, height as u32), |area| {
-        let head = heading();
-        area.draw(&Text::new(title, (MARGIN, MARGIN), head))?;
-        let small = |h, v| letters(LETTERS - 1.0, colour::SOFT, h, v);
-        area.draw(&Text::new(spread.clone(), (MARGIN, MARGIN + 20), small(HPos::Left, VPos::Top)))?;
-        let step = f64::from(WIDTH as i32 - LEFT - MARGIN) / f64::from(bins);
-        let left_of = |bin: u32| LEFT + (f64::from(bin) * step).round() as i32;
-        let base = TOP + HEIGHT;
-        for (bin, count) in (0..bins).zip(&heights) {
-            let top = base - (f64::from(*count) / f64::from(highest) * f64::from(HEIGHT - 20)).round() as i32;
-            let (left, right) = (left_of(bin) + 3, left_of(bin + 1) - 3);
-            area.draw(&Rectangle::new([(left, top), (right, base)], colour::BLUE.filled()))?;
-            let middle = (left + right) / 2;
-            if *count > 0 {
-                area.draw(&Text::new(
-                    count.to_string(),
-                    (middle, top - 4),
-                    small(HPos::Center, VPos::Bottom),
-                ))?;
+    let values: Vec<f64> = counts.iter().map(|&n| f64::from(n)).collect();
+    Histogram {
+        stem: "trees-deposited",
+        title: "Fruit deposited",
+        label: "fruit in the bucket at the end",
+        spread: spread(&values),
+        bins: (0..=most / width).map(bin).collect(),
+    }
+    .figure(condition)
+}
+
+/// Completeness, episode by episode, as a histogram; none where no tree has reachable fruit.
+pub(crate) fn completeness(
+    condition: &str,
+    results: &ConditionSummary,
+) -> Result<Option<Figure>, FigureError> {
+    let values: Vec<f64> = results.episodes.iter().filter_map(|episode| episode.completeness).collect();
+    if values.is_empty() {
+        return Ok(None);
+    }
+    // Tenths; all of it belongs to the last.
+    let tenth = |value: f64| ((10.0 * value + 1e-9).floor().max(0.0) as u32).min(9);
+    let last = values.iter().map(|&value| tenth(value)).max().unwrap_or(0).max(4);
+    let bin =
+        |i: u32| (format!("{:.1}", f64::from(i) / 10.0), values.iter().filter(|&&v| tenth(v) == i).count());
+    Histogram {
+        stem: "trees-completeness",
+        title: "Harvest completeness",
+        label: "completeness, from this to 0.1 more",
+        spread: spread(&values),
+        bins: (0..=last).map(bin).collect(),
+    }
+    .figure(condition)
+    .map(Some)
+}
+
+/// Mean and standard deviation in words.
+fn spread(values: &[f64]) -> String {
+    let n = values.len() as f64;
+    let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / n);
+    let squares = |mean: f64| values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+    let deviation = mean.filter(|_| values.len() > 1).map(|mean| (squares(mean) / (n - 1.0)).sqrt());
+    format!(
+        "{} episodes, mean {}, standard deviation {}",
+        values.len(),
+        number(mean, 2),
+        number(deviation, 2)
+    )
+}
+
+/// Episodes by a number.
+struct Histogram {
+    stem: &'static str,
+    title: &'static str,
+    /// What the bins are of.
+    label: &'static str,
+    /// Mean and spread in words.
+    spread: String,
+    /// Names and counts.
+    bins: Vec<(String, usize)>,
+}
+
+impl Histogram {
+    fn figure(&self, condition: &str) -> Result<Figure, FigureError> {
+        const MARGIN: i32 = 10;
+        const TOP: i32 = 52;
+        const HEIGHT: i32 = 160;
+        let bins = &self.bins;
+        let highest = bins.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1) as f64;
+        let told: Vec<String> = bins.iter().map(|(name, count)| format!("{name}: {count}")).collect();
+        let description = format!(
+            "{} under {condition}: {}. Episodes by {}: {}.",
+            self.title,
+            self.spread,
+            self.label,
+            told.join("; ")
+        );
+        let size = (WIDTH, (TOP + HEIGHT + 46) as u32);
+        drawn(self.stem, self.title, &description, size, |area| {
+            area.draw(&Text::new(
+                format!("{}, episodes by number", self.title),
+                (MARGIN, MARGIN),
+                heading(),
+            ))?;
+            let small = |h, v| letters(LETTERS - 1.0, colour::SOFT, h, v);
+            area.draw(&Text::new(self.spread.clone(), (MARGIN, MARGIN + 21), small(HPos::Left, VPos::Top)))?;
+            let step = f64::from(WIDTH as i32 - 2 * MARGIN) / bins.len().max(1) as f64;
+            let left_of = |bin: usize| MARGIN + (bin as f64 * step).round() as i32;
+            let base = TOP + HEIGHT;
+            for (bin, (name, count)) in bins.iter().enumerate() {
+                let top = base - (*count as f64 / highest * f64::from(HEIGHT - 20)).round() as i32;
+                let (left, right) = (left_of(bin) + 3, left_of(bin + 1) - 3);
+                area.draw(&Rectangle::new([(left, top), (right, base)], colour::BLUE.filled()))?;
+                let middle = (left + right) / 2;
+                if *count > 0 {
+                    let above = small(HPos::Center, VPos::Bottom);
+                    area.draw(&Text::new(count.to_string(), (middle, top - 4), above))?;
+                }
+                area.draw(&Text::new(name.clone(), (middle, base + 6), small(HPos::Center, VPos::Top)))?;
             }
-            area.draw(&Text::new(range(bin), (middle, base + 6), small(HPos::Center, VPos::Top)))?;
-        }
-        let axis = ShapeStyle::from(colour::AXIS).stroke_width(1);
-        area.draw(&PathElement::new([(LEFT, base), (WIDTH as i32 - MARGIN, base)], axis))?;
-        let label = letters(LETTERS, colour::INK, HPos::Center, VPos::Top);
-        let middle = (LEFT + WIDTH as i32 - MARGIN) / 2;
-        area.draw(&Text::new("fruit in the bucket at the end", (middle, base + 24), label))?;
-        Ok(())
-    })
+            let axis = ShapeStyle::from(colour::AXIS).stroke_width(1);
+            area.draw(&PathElement::new([(MARGIN, base), (WIDTH as i32 - MARGIN, base)], axis))?;
+            let label = letters(LETTERS, colour::INK, HPos::Center, VPos::Top);
+            area.draw(&Text::new(self.label, (WIDTH as i32 / 2, base + 25), label))?;
+            Ok(())
+        })
+    }
 }
 
 /// Damage against throughput: a point an episode of the main condition, and every condition's mean.

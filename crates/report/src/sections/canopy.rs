@@ -125,8 +125,8 @@ pub(crate) fn trees(results: &Results, figures: &Figures, paper: &PaperFigures) 
             None => (missing("No harvest in this folder.", COMMAND)),
             Some(harvest) => {
                 (beside(&html! { p {
-                    "Trees differ, and one episode on one tree says little. The histogram counts episodes by the fruit that they brought \
-                     into the bucket (paper: " (paper.trees.mean.si()) " \u{b1} " (paper.trees.deviation.si()) " a tree)."
+                    "Trees differ, and one episode on one tree says little. The histograms count episodes: by the fruit that they brought \
+                     into the bucket, and by completeness (paper: fruit " (paper.trees.mean.si()) " \u{b1} " (paper.trees.deviation.si()) " a tree)."
                 } }, &figures.trees))
                 (episodes(harvest))
             },
@@ -171,7 +171,7 @@ pub(crate) fn damage(results: &Results, figures: &Figures) -> Section {
         @if results.harvest.is_none() || figures.damage.is_empty() {
             (missing("No harvest in this folder.", COMMAND))
         } @else {
-            (beside(&html! { p { "Fast picking is worth little if it costs the tree: lower right is best. Faint dots are single episodes, where darker lie several." } }, &figures.damage))
+            (beside(&html! { p { "Fast picking is worth little if it costs the tree: lower right is best. Faint dots are single episodes, stronger ones several that coincide." } }, &figures.damage))
         }
     };
     Section { id: "damage", title: "Damage against throughput", body }
