@@ -182,8 +182,3 @@ fn a_run_in_which_nothing_happened() {
     let html = is_sound(&page_of(&results, &Pictures::default()));
     assert_eq!(select(&html, "#attempts .missing").len(), 1);
 }
-
-#[test]
-fn zz_look() {
-    std::fs::write("/tmp/report-example.html", page_of(&example::results(), &example::pictures())).unwrap();
-}

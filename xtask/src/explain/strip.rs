@@ -102,18 +102,19 @@ pub struct Panel {
     pub wrist: Image<[u8; 3]>,
 }
 
-/// Draws every moment of which there is a shot.
+/// Draws every moment of which there is a shot, its views in a size [px].
 pub fn panels(
     record: &EpisodeRecord,
     attempt: &AttemptRecord,
     moments: &[Moment],
     shots: &[Shot],
+    size: [usize; 2],
 ) -> Vec<Panel> {
     let panel = |moment: &Moment| {
         let shot = shots.binary_search_by_key(&moment.frame, |shot| shot.frame).ok()?;
         let view = View::of(attempt, &shots[shot], &moment.harmed);
         let time = f64::from(moment.frame) * frame_length(record);
-        let [outside, wrist] = view.pictures();
+        let [outside, wrist] = view.pictures(size);
         let caption = format!("{time:.1} s {}", moment.caption);
         Some(Panel { caption, distances: view.distances(), outside, wrist })
     };
@@ -140,7 +141,7 @@ pub fn draw(
     moments: &[Moment],
     shots: &[Shot],
 ) -> Image<[u8; 3]> {
-    let panels = panels(record, attempt, moments, shots);
+    let panels = panels(record, attempt, moments, shots, [WIDTH, HEIGHT]);
     let columns = panels.len().clamp(1, COLUMNS);
     let rows = panels.len().div_ceil(COLUMNS).max(1);
     let row_height = 2 * caption::HEIGHT + 2 * (HEIGHT + GAP);
@@ -203,7 +204,7 @@ impl<'a> View<'a> {
     }
 
     /// The outside view and the wrist view.
-    fn pictures(&self) -> [Image<[u8; 3]>; 2] {
+    fn pictures(&self, [width, height]: [usize; 2]) -> [Image<[u8; 3]>; 2] {
         let world = &self.shot.world;
         let style = PictureStyle {
             supersampling: 2,
@@ -212,14 +213,15 @@ impl<'a> View<'a> {
         };
         let whole = world.picture_scene();
         let (x_world_eye, fov) = self.eye();
-        let outside_intrinsics = Intrinsics::from_vertical_fov(WIDTH, HEIGHT, fov);
+        let outside_intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
         let focus = self.focus();
         let open = without_foreground(&whole, &x_world_eye.translation.vector, &focus);
         let mut outside = Studio::new(&open, &style).picture(&outside_intrinsics, &x_world_eye);
         self.mark(&mut outside, &outside_intrinsics, &x_world_eye, false);
 
         let x_world_camera = world.x_world_camera();
-        let wrist_intrinsics = wrist_intrinsics(world);
+        let view = world.spec().camera.view();
+        let wrist_intrinsics = Intrinsics::from_vertical_fov(width, height, view.vertical_fov.si());
         let mut wrist = Studio::new(&whole, &style).picture(&wrist_intrinsics, &x_world_camera);
         self.mark(&mut wrist, &wrist_intrinsics, &x_world_camera, true);
         [outside, wrist]
@@ -283,12 +285,6 @@ fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
         }
         Happened::End { .. } => None,
     }
-}
-
-/// The wrist camera's field of view on a picture of this size.
-fn wrist_intrinsics(world: &World) -> Intrinsics {
-    let view = world.spec().camera.view();
-    Intrinsics::from_vertical_fov(WIDTH, HEIGHT, view.vertical_fov.si())
 }
 
 /// A scene without the leaves that stand between an eye and what it looks at.

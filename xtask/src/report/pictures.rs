@@ -21,8 +21,8 @@ use crate::picture_file::png;
 const TREES: usize = 3;
 /// Width and height of a tree's picture [px].
 const TREE: [usize; 2] = [360, 450];
-/// How much smaller the moments of an attempt are shown than the explanation draws them: a page is to stay small.
-const MOMENT_SCALE: usize = 1;
+/// Width and height of a view of a moment [px]: smaller than the explanation draws them, for a page is to stay small.
+const VIEW: [usize; 2] = [300, 225];
 
 /// Draws what the results are of; of other code there is nothing to draw.
 pub fn draw(dir: &Path, results: &Results) -> Result<Pictures, Failure> {
@@ -86,36 +86,18 @@ fn pick(input: &Input, attempt: &AttemptRecord) -> Result<Pick, Failure> {
     let mut frames: Vec<u32> = moments.iter().map(|moment| moment.frame).collect();
     frames.dedup();
     let replay = replay::replay(input, &frames)?;
-    let panels = strip::panels(record, attempt, &moments, &replay.shots);
+    let panels = strip::panels(record, attempt, &moments, &replay.shots, VIEW);
     let moment = |panel: &strip::Panel| {
         let alt = |whence: &str| format!("{}, {whence}", panel.caption);
         Ok(Moment {
             caption: panel.caption.clone(),
             detail: panel.distances.clone(),
-            outside: picture(&smaller(&panel.outside), alt("seen from outside"), String::new())?,
-            wrist: picture(&smaller(&panel.wrist), alt("seen by the wrist camera"), String::new())?,
+            outside: picture(&panel.outside, alt("seen from outside"), String::new())?,
+            wrist: picture(&panel.wrist, alt("seen by the wrist camera"), String::new())?,
         })
     };
     let moments: Result<Vec<Moment>, Failure> = panels.iter().map(moment).collect();
     Ok(Pick { title: format!("One attempt: {}", strip::title(record, attempt)), moments: moments? })
-}
-
-/// A picture of a part of the size: every pixel the mean of a square.
-fn smaller(image: &Image<[u8; 3]>) -> Image<[u8; 3]> {
-    const BY: usize = MOMENT_SCALE;
-    let (width, height) = (image.width() / BY, image.height() / BY);
-    let mut small = Image::filled(width, height, [0; 3]);
-    for v in 0..height {
-        for u in 0..width {
-            let mut sums = [0_usize; 3];
-            for (dv, du) in (0..BY * BY).map(|i| (i / BY, i % BY)) {
-                let pixel = image[(u * BY + du, v * BY + dv)];
-                sums.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += usize::from(value));
-            }
-            small[(u, v)] = sums.map(|sum| (sum / (BY * BY)) as u8);
-        }
-    }
-    small
 }
 
 fn picture(image: &Image<[u8; 3]>, alt: String, caption: String) -> Result<Picture, Failure> {
