@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod bare_tree;
 mod bench_v1;
+mod check_report;
 mod check_statistics;
 mod columns;
 mod dataset;
@@ -30,6 +31,7 @@ mod python;
 mod read_back;
 mod render;
 mod replay;
+mod report;
 mod robot;
 mod rows;
 mod sensing_args;
@@ -64,6 +66,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    CheckReport(check_report::Args),
     CheckStatistics(check_statistics::Args),
     Dataset(dataset::Args),
     Detect(detect::Args),
@@ -76,6 +79,7 @@ enum Command {
     Leaderboard(leaderboard::Args),
     Merge(merge::Args),
     ReadBack(read_back::Args),
+    Report(report::Args),
     Perf(perf::Args),
     Robot(robot::Args),
     Validate(validate::Args),
@@ -89,6 +93,7 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::CheckReport(args) => check_report::run(&args),
             Command::CheckStatistics(args) => check_statistics::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Detect(args) => detect::run(&args),
@@ -101,6 +106,7 @@ fn main() -> ExitCode {
             Command::Leaderboard(args) => leaderboard::run(&args),
             Command::Merge(args) => merge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
+            Command::Report(args) => report::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Robot(args) => robot::run(&args),
             Command::Validate(args) => validate::run(&args),
