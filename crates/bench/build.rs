@@ -1,4 +1,4 @@
-//! Names the code that makes results: the package version and a hash over the sources of all crates and the
+//! Names the code that makes results: the package version and a hash over the sources of all crates that can change one and the
 //! lock file, so that a result of other code is never taken for one of this code. A published package, which
 //! has no neighbours, is named by its version alone.
 
@@ -10,6 +10,9 @@ use sha2::{Digest, Sha256};
 /// Bytes of the hash that are kept; enough to tell versions of one code base apart.
 const KEPT_BYTES: usize = 6;
 
+/// Crates that only show results: none depends on them.
+const SHOWING: [&str; 1] = ["report"];
+
 fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
     let version = env::var("CARGO_PKG_VERSION").unwrap_or_default();
@@ -18,7 +21,8 @@ fn main() -> io::Result<()> {
     let name = if lock.is_file() {
         println!("cargo:rerun-if-changed={}", lock.display());
         let mut files = vec![lock.to_owned()];
-        for folder in entries(crates)? {
+        let shows = |folder: &Path| SHOWING.iter().any(|name| folder.ends_with(name));
+        for folder in entries(crates)?.into_iter().filter(|folder| !shows(folder)) {
             let sources = folder.join("src");
             if sources.is_dir() {
                 println!("cargo:rerun-if-changed={}", sources.display());

@@ -35,6 +35,7 @@ Files:\n  DIR/plan.json         what was asked for\n  \
 DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the sweeps'\n                        \
 conditions tested against the nominal one tree by tree\n  \
 DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
+DIR/recordings/*.mcap with --record: one an episode, for Foxglove and `cargo xtask replay` (docs/recording.md)\n  \
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
 DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
@@ -81,6 +82,9 @@ pub struct Args {
     /// [default: nominal and all sweeps]
     #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
     conditions: Option<Vec<String>>,
+    /// Records every episode of the harvest as an MCAP file, some 30 MB for 75 s; episodes that have no whole one are run again
+    #[arg(long)]
+    record: bool,
     /// Controller of the robot: baseline, the paper's state machine, or expert
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
@@ -179,8 +183,9 @@ impl std::str::FromStr for Seeds {
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is read before anything is computed.
     let orders = order::orders(args, &Protocol::paper())?;
-    let jobs = orders.iter().map(job::job).collect::<Result<Vec<_>, Failure>>()?;
     let out = args.out.clone().unwrap_or_else(|| order::default_out(args));
+    let record = args.record.then_some(&*out);
+    let jobs = orders.iter().map(|order| job::job(order, record)).collect::<Result<Vec<_>, Failure>>()?;
     let (store, _lock) = open(&out)?;
     // Nor is a folder found to hold something else after an hour.
     for job in &jobs {

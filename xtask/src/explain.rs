@@ -1,10 +1,10 @@
 //! `cargo xtask explain`: the story of an episode of the benchmark, and a strip of pictures an attempt.
 
-mod input;
+pub mod input;
 mod marks;
-mod replay;
+pub mod replay;
 mod story;
-mod strip;
+pub mod strip;
 mod touch;
 
 use std::path::{Path, PathBuf};

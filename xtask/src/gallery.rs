@@ -128,16 +128,21 @@ impl Group {
     fn draw(&self, seed: u64, cell: [usize; 2], bar: &ProgressBar) -> anyhow::Result<Vec<Image<[u8; 3]>>> {
         let plant = |(spec, world): &(Arc<Spec>, u32)| Ok(Planting::draw(spec, seed, *world, EPISODE)?);
         let plantings: Vec<Planting> = self.trees.par_iter().map(plant).collect::<anyhow::Result<_>>()?;
-        let tips = plantings.iter().flat_map(|planting| &planting.skeleton.segments);
-        let top = tips.map(|segment| segment.p_tip_world().z).fold(0.0, f64::max);
-        let shown = SHOWN.max(SHOWN_OVER_TOP * top);
-        let picture = |planting: &Planting| {
-            let image = draw(planting, shown, cell);
-            bar.inc(1);
-            image
-        };
-        Ok(plantings.par_iter().map(picture).collect())
+        Ok(portraits(&plantings, cell, || bar.inc(1)))
     }
+}
+
+/// Trees in one scale, each in the middle of a picture of this width and height [px].
+pub fn portraits(plantings: &[Planting], cell: [usize; 2], drawn: impl Fn() + Sync) -> Vec<Image<[u8; 3]>> {
+    let tips = plantings.iter().flat_map(|planting| &planting.skeleton.segments);
+    let top = tips.map(|segment| segment.p_tip_world().z).fold(0.0, f64::max);
+    let shown = SHOWN.max(SHOWN_OVER_TOP * top);
+    let picture = |planting: &Planting| {
+        let image = draw(planting, shown, cell);
+        drawn();
+        image
+    };
+    plantings.par_iter().map(picture).collect()
 }
 
 /// One tree, in the middle of its cell.

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use orchard_bench::matrix::{EXHAUSTION, NOMINAL, SweepPoint};
+use orchard_bench::matrix::{NOMINAL, SweepPoint};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::plan::Plan;
 use orchard_bench::statistics::Component;
 use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_report::{Judged, demands};
 
 use crate::columns::columns;
 
@@ -127,36 +128,23 @@ fn variance(summary: &Summary, plan: &Plan) -> String {
 
 /// What is asked of the controller over the tuning seeds, and whether these results keep it.
 fn asked(summary: &Summary, plan: &Plan) -> String {
-    let Some(asked) = plan.protocol.asked.get(&summary.controller) else { return String::new() };
     let mut text = String::new();
-    for condition in &plan.conditions {
-        let Some(figures) = asked.get(&condition.name) else { continue };
-        let full = &plan.protocol.full;
-        let horizon = match &*condition.name {
-            EXHAUSTION => plan.protocol.exhaustion.horizon.si(),
-            _ => full.horizon.si(),
-        };
-        let as_asked = plan.seeds == plan.protocol.tuning_seeds
-            && condition.params.trees == full.trees.get()
-            && condition.params.repeats == 1
-            && condition.params.horizon_s == horizon;
-        if !as_asked {
+    for demands in demands(summary, &plan.protocol) {
+        let condition = demands.condition;
+        let Some(judged) = demands.judged else {
             text += &format!(
-                "what is asked of the tuning seeds is not judged ({}): other seeds, trees, repeats or time\n",
-                condition.name
+                "what is asked of the tuning seeds is not judged ({condition}): other seeds, trees, repeats or time\n"
             );
             continue;
-        }
-        let Some(results) = summary.conditions.get(&condition.name) else { continue };
-        for (metric, asked) in figures {
-            let mean = results.metrics.get(metric).and_then(|metric| metric.mean);
+        };
+        for figure in judged {
+            let Judged { metric, asked, mean } = figure;
             let unit = if asked.unit == "1" { String::new() } else { format!(" {}", asked.unit) };
             text += &format!(
-                "asked over the tuning seeds, {}: {metric} {}{unit}: {}, {}\n",
-                condition.name,
+                "asked over the tuning seeds, {condition}: {metric} {}{unit}: {}, {}\n",
                 asked.bound(),
                 mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
-                if asked.is_met(mean) { "met" } else { "MISSED" }
+                if figure.is_met() { "met" } else { "MISSED" }
             );
         }
     }

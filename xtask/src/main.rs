@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod bare_tree;
 mod bench_v1;
+mod check_report;
 mod check_statistics;
 mod columns;
 mod dataset;
@@ -29,6 +30,8 @@ mod picture_file;
 mod python;
 mod read_back;
 mod render;
+mod replay;
+mod report;
 mod robot;
 mod rows;
 mod sensing_args;
@@ -63,17 +66,20 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     BenchV1(bench_v1::Args),
+    CheckReport(check_report::Args),
     CheckStatistics(check_statistics::Args),
     Dataset(dataset::Args),
     Detect(detect::Args),
     Explain(explain::Args),
     Render(render::Args),
+    Replay(replay::Args),
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
     Leaderboard(leaderboard::Args),
     Merge(merge::Args),
     ReadBack(read_back::Args),
+    Report(report::Args),
     Perf(perf::Args),
     Robot(robot::Args),
     Validate(validate::Args),
@@ -87,17 +93,20 @@ fn main() -> ExitCode {
     let result = match Cli::try_parse() {
         Ok(cli) => match cli.command {
             Command::BenchV1(args) => bench_v1::run(&args),
+            Command::CheckReport(args) => check_report::run(&args),
             Command::CheckStatistics(args) => check_statistics::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Detect(args) => detect::run(&args),
             Command::Explain(args) => explain::run(&args),
             Command::Render(args) => render::run(&args),
+            Command::Replay(args) => replay::run(&args),
             Command::Gallery(args) => gallery::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
             Command::Leaderboard(args) => leaderboard::run(&args),
             Command::Merge(args) => merge::run(&args),
             Command::ReadBack(args) => read_back::run(&args),
+            Command::Report(args) => report::run(&args),
             Command::Perf(args) => perf::run(&args),
             Command::Robot(args) => robot::run(&args),
             Command::Validate(args) => validate::run(&args),

@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let plans = parts.iter().map(PlanFile::read).collect::<Result<Vec<_>, _>>().map_err(|e| bad(&e))?;
     let orders = common(&args.parts, &plans).map_err(Failure::BadInput)?;
-    let jobs = orders.iter().map(job::job).collect::<Result<Vec<_>, Failure>>()?;
+    let jobs = orders.iter().map(|order| job::job(order, None)).collect::<Result<Vec<_>, Failure>>()?;
     let (into, _lock) = open(&args.out)?;
     for job in &jobs {
         job.check(&into).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;

@@ -36,10 +36,12 @@ pub fn write(out: &Path, image: &Image<[u8; 3]>) -> Result<(), Failure> {
     write_bytes(out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))
 }
 
-fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
+/// A picture as PNG.
+pub fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, image.width() as u32, image.height() as u32);
     encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::High);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&image.pixels().concat())?;
     writer.finish()?;

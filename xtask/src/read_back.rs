@@ -1,6 +1,7 @@
-//! `cargo xtask read-back`: exported trees and data sets read by tools that nobody here wrote.
+//! `cargo xtask read-back`: exported trees, data sets and recordings read by tools that nobody here wrote.
 
 mod data_sets;
+mod recordings;
 
 use std::path::PathBuf;
 
@@ -13,10 +14,11 @@ use crate::export_tree::Format;
 use crate::failure::Failure;
 use crate::python::{self, Verdict};
 
-/// Reads exported trees back with mujoco, yourdfpy, usd-core and trimesh, and data sets with pycocotools, and compares.
+/// Reads exported trees back with mujoco, yourdfpy, usd-core and trimesh, data sets with pycocotools, and recordings with
+/// mcap, and compares.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Needs python3 with venv, and the network on the first run: packages go into target/exchange/venv and\n                  target/dataset/venv.\n\
+    after_help = "Needs python3 with venv, and the network on the first run: packages go into target/exchange/venv,\n                  target/dataset/venv and target/recording/venv.\n\
                   Where they cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails."
 )]
 pub struct Args {}
@@ -46,10 +48,15 @@ pub fn run(_: &Args) -> Result<(), Failure> {
 
 /// Writes, reads and compares, or tells why it cannot.
 pub fn read_back() -> Result<Verdict, Failure> {
-    Ok(match (read_trees()?, data_sets::read_back()?) {
-        (Verdict::Agreed, verdict) | (verdict, Verdict::Agreed) => verdict,
-        (Verdict::Skipped(trees), Verdict::Skipped(sets)) => Verdict::Skipped(format!("{trees}; {sets}")),
-    })
+    let verdicts = [read_trees()?, data_sets::read_back()?, recordings::read_back()?];
+    let skipped: Vec<String> = verdicts
+        .into_iter()
+        .filter_map(|verdict| match verdict {
+            Verdict::Skipped(reason) => Some(reason),
+            Verdict::Agreed => None,
+        })
+        .collect();
+    Ok(if skipped.is_empty() { Verdict::Agreed } else { Verdict::Skipped(skipped.join("; ")) })
 }
 
 fn read_trees() -> Result<Verdict, Failure> {

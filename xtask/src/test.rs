@@ -5,12 +5,12 @@ use std::process::Command;
 use crate::failure::Failure;
 use crate::judge;
 use crate::python::Verdict;
-use crate::{check_statistics, fuzz, read_back, tidy, workspace};
+use crate::{check_report, check_statistics, fuzz, read_back, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge,\n  cargo xtask check-statistics, cargo xtask read-back, cargo xtask fuzz.\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge,\n  cargo xtask check-statistics, cargo xtask read-back, cargo xtask check-report,\n  cargo xtask fuzz.\n\
                         All steps run; the last lines say which passed."
 )]
 pub struct Args {}
@@ -27,7 +27,7 @@ enum Outcome {
 
 pub fn run(_: &Args) -> Result<(), Failure> {
     type Step = (&'static str, fn() -> Result<Outcome, Failure>);
-    let steps: [Step; 8] = [
+    let steps: [Step; 9] = [
         ("format", || cargo(&["fmt", "--all", "--check"])),
         ("clippy", || cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])),
         ("tidy", || tidy::run(&tidy::Args {}).map(|()| Outcome::Passed)),
@@ -35,6 +35,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
         ("judge", || judge::judge().map(outcome)),
         ("statistics", || check_statistics::check().map(outcome)),
         ("read-back", || read_back::read_back().map(outcome)),
+        ("report", || check_report::check().map(outcome)),
         ("fuzz", || fuzz::fuzz(FUZZ_SECONDS).map(outcome)),
     ];
     let mut results = Vec::new();

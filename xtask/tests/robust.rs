@@ -12,7 +12,16 @@ use orchard_spec::{Purpose, Stream};
 
 /// A run of six short episodes under three conditions.
 const RUN: [&str; 10] = [
-    "bench-v1", "--conditions", "fruit", "--trees", "2", "--seeds", "20250704", "--horizon", "2", "--threads",
+    "bench-v1",
+    "--conditions",
+    "fruit",
+    "--trees",
+    "2",
+    "--seeds",
+    "20250704",
+    "--horizon",
+    "2",
+    "--threads",
 ];
 
 fn bench(out: &Path) -> Command {

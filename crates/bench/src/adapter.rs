@@ -124,6 +124,7 @@ impl<C: Controller> BenchController for Recorded<C> {
         let record = self.controller.record();
         let detected = |image: &ImageReport| ControllerEvent::Detected {
             p_odom: image.detections.iter().map(|d| d.p_odom).collect(),
+            radius: image.detections.iter().map(|d| d.radius).collect(),
         };
         let mut log: Vec<ControllerEvent> =
             since(&record.images, &mut self.images_read).iter().map(detected).collect();

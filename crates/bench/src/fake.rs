@@ -171,8 +171,8 @@ impl BenchController for FakeController {
         let frame = (observation.time / FRAME).round() as usize;
         if observation.depth.is_some() {
             // Fruit 0 is found, one detection is false.
-            self.log
-                .push(ControllerEvent::Detected { p_odom: vec![self.targets[0], Vec3::new(50.0, 0.0, 0.0)] });
+            let p_odom = vec![self.targets[0], Vec3::new(50.0, 0.0, 0.0)];
+            self.log.push(ControllerEvent::Detected { p_odom, radius: vec![0.03; 2] });
         }
         if let Some(target) = self.targets.get(frame / 10) {
             match frame % 10 {

@@ -13,6 +13,7 @@ use crate::episode::{
 use crate::hold::HoldWatch;
 use crate::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit, WorldEvent};
 use crate::matching::{Ball, match_detections};
+use crate::observe::{Asked, Observer, Unwatched};
 use crate::protocol::Protocol;
 use crate::reason::ABANDONED;
 use crate::stall::StallWatch;
@@ -28,6 +29,21 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     stop: &AtomicBool,
     on_frame: &mut dyn FnMut(),
 ) -> Option<EpisodeRecord> {
+    watch_episode(key, world, controller, protocol, frame, stop, on_frame, &mut Unwatched)
+}
+
+/// [`run_episode`] with somebody who watches.
+#[expect(clippy::too_many_arguments, reason = "one more than run_episode, whose callers have no use for it")]
+pub fn watch_episode<W: BenchWorld, C: BenchController>(
+    key: EpisodeKey,
+    world: &mut W,
+    controller: &mut C,
+    protocol: &Protocol,
+    frame: f64,
+    stop: &AtomicBool,
+    on_frame: &mut dyn FnMut(),
+    observer: &mut impl Observer<W>,
+) -> Option<EpisodeRecord> {
     let mut log = EpisodeLog::new(world, protocol, frame);
     let mut stall = StallWatch::new(&protocol.rules, frame);
     let mut outcome = world.quarantine().map(|reason| Outcome::Quarantined { reason });
@@ -42,9 +58,11 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
             break;
         }
         let command = controller.act(&observation);
-        log.take_controller(controller.drain_log(), world);
-        world.step(&command);
-        log.take_world(world, command.finger_q);
+        let noted = controller.drain_log();
+        let asked = Asked { observation: Some(&observation), noted: &noted, command: &command };
+        observer.before_step(world, &asked);
+        log.take_controller(noted, world);
+        log.step(world, &command, observer);
         on_frame();
         last = Some(command);
         outcome = if let Some(reason) = world.quarantine() {
@@ -61,7 +79,8 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     let outcome = outcome.unwrap_or(Outcome::BudgetSpent);
     if let (Outcome::BudgetSpent, Some(command)) = (&outcome, last) {
         let frames = (protocol.rules.settle_time.si() / frame).round() as u32;
-        log.settle(world, &Command { base_velocity: [0.0; 3], arm_v: [0.0; ARM_DOF], ..command }, frames);
+        let hold = Command { base_velocity: [0.0; 3], arm_v: [0.0; ARM_DOF], ..command };
+        log.settle(world, &hold, frames, observer);
     }
     Some(log.finish(key, outcome, world))
 }
@@ -185,7 +204,7 @@ impl EpisodeLog {
                     }
                 }
                 ControllerEvent::AttemptEnded { failure } => self.end_attempt(failure),
-                ControllerEvent::Detected { p_odom } => {
+                ControllerEvent::Detected { p_odom, .. } => {
                     self.tally(&p_odom, &world.fruit(), &world.visible_fruit());
                 }
             }
@@ -256,26 +275,40 @@ impl EpisodeLog {
         self.detection.recalled += recalled as u32;
     }
 
-    /// Takes what the step did; its command told each finger to open so far [m].
     /// The time is over and the robot stands; what it had let go comes to rest, in `frames` frames at most.
-    fn settle<W: BenchWorld>(&mut self, world: &mut W, hold: &Command, frames: u32) {
+    fn settle<W: BenchWorld>(
+        &mut self,
+        world: &mut W,
+        hold: &Command,
+        frames: u32,
+        observer: &mut impl Observer<W>,
+    ) {
         let end = self.frames;
         for _ in 0..frames {
             let moving = world.fruit().iter().any(|f| f.state == FruitState::Loose);
             if !moving || world.quarantine().is_some() {
                 break;
             }
-            world.step(hold);
-            self.take_world(world, hold.finger_q);
+            observer.before_step(world, &Asked { observation: None, noted: &[], command: hold });
+            self.step(world, hold, observer);
         }
         self.frames = end;
     }
 
-    fn take_world<W: BenchWorld>(&mut self, world: &mut W, opening: f64) {
+    /// Advances one frame and takes what it did.
+    fn step<W: BenchWorld>(&mut self, world: &mut W, command: &Command, observer: &mut impl Observer<W>) {
+        world.step(command);
+        let events = world.drain_events();
+        observer.after_step(world, &events);
+        self.take_world(world, events, command.finger_q);
+    }
+
+    /// Takes what a step did; its command told each finger to open so far [m].
+    fn take_world<W: BenchWorld>(&mut self, world: &mut W, events: Vec<WorldEvent>, opening: f64) {
         self.frames += 1;
         let (frame, time) = (self.frames, self.time());
         let of = |fruit| FruitEvent { fruit, frame, time };
-        for event in world.drain_events() {
+        for event in events {
             match event {
                 WorldEvent::FruitGripped { fruit } => self.history.gripped.push(of(fruit)),
                 WorldEvent::FruitDetached { fruit, tension } => {

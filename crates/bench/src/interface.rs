@@ -144,5 +144,7 @@ pub enum ControllerEvent {
     Detected {
         /// Centres of all detections in that image [m, odom].
         p_odom: Vec<Vec3>,
+        /// Their radii [m].
+        radius: Vec<f64>,
     },
 }

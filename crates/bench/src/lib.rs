@@ -14,6 +14,7 @@ pub mod episode;
 #[cfg(test)]
 mod fake;
 mod gather;
+pub mod growing;
 mod harness;
 #[cfg(test)]
 mod harness_tests;
@@ -25,11 +26,12 @@ pub mod leaderboard;
 mod matching;
 pub mod matrix;
 pub mod metrics;
+pub mod observe;
 pub mod order;
 pub mod plan;
 pub mod protocol;
 mod reason;
-mod record;
+pub mod record;
 mod run;
 #[cfg(test)]
 mod run_tests;
@@ -49,10 +51,10 @@ mod watch;
 pub mod zones;
 
 pub use gather::{MergeError, Missing, gather, merge};
-pub use harness::run_episode;
+pub use harness::{run_episode, watch_episode};
 pub use holdings::OtherPlan;
 pub use record::Record;
 pub use run::{Episodes, RunResult, WorldFactory, run};
 pub use shard::Shard;
-pub use task::{Progress, RunError, Session, Silent};
+pub use task::{Progress, RunError, Session, Silent, run_task};
 pub use trial::trial;

@@ -2,12 +2,15 @@
 //!
 //! Episodes are the records of a [`Task`]: independent, each with its own file.
 
+use std::marker::PhantomData;
 use std::sync::atomic::AtomicBool;
 
 use crate::episode::{EpisodeKey, EpisodeRecord};
-use crate::harness::{never_started, run_episode};
+use crate::harness::{never_started, watch_episode};
 use crate::interface::{BenchController, BenchWorld};
+use crate::observe::{KeepNothing, Watch};
 use crate::plan::{Plan, PlanError};
+use crate::store::StoreError;
 use crate::summary::Summary;
 use crate::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 
@@ -37,18 +40,20 @@ pub fn run<F: WorldFactory>(
     session: &Session<'_>,
     progress: &impl Progress<EpisodeRecord>,
 ) -> Result<RunResult, RunError> {
-    run_task(&Episodes { plan, factory }, session, progress)
+    run_task(&Episodes { plan, factory, watch: &KeepNothing(PhantomData) }, session, progress)
 }
 
 /// The harvest task: every episode of a plan.
-pub struct Episodes<'a, F> {
+pub struct Episodes<'a, F, O> {
     /// The plan.
     pub plan: &'a Plan,
     /// Its worlds.
     pub factory: &'a F,
+    /// Who watches.
+    pub watch: &'a O,
 }
 
-impl<F: WorldFactory> Task for Episodes<'_, F> {
+impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
     type Record = EpisodeRecord;
     type Summary = Summary;
     const NAME: &'static str = "harvest";
@@ -67,14 +72,24 @@ impl<F: WorldFactory> Task for Episodes<'_, F> {
         key: &EpisodeKey,
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
-    ) -> Option<EpisodeRecord> {
-        match self.factory.build(key) {
-            Err(reason) => Some(never_started(key.clone(), reason)),
-            Ok((mut world, mut controller)) => {
-                let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
-                run_episode(key.clone(), &mut world, &mut controller, protocol, frame, stop, on_step)
-            }
+    ) -> Result<Option<EpisodeRecord>, StoreError> {
+        let (mut world, mut controller) = match self.factory.build(key) {
+            Ok(built) => built,
+            Err(reason) => return Ok(Some(never_started(key.clone(), reason))),
+        };
+        let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
+        let mut observer = self.watch.begin(key, &world);
+        let (key, world, controller) = (key.clone(), &mut world, &mut controller);
+        let record = watch_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
+        if let Some(record) = &record {
+            self.watch.end(observer, world, record)?;
         }
+        Ok(record)
+    }
+
+    fn is_kept(&self, record: &EpisodeRecord) -> bool {
+        // A world that was never built has nothing to watch.
+        record.fruit_total == 0 && record.frames == 0 || self.watch.is_kept(&record.key)
     }
 
     fn steps(&self, record: &EpisodeRecord) -> u64 {

@@ -42,6 +42,13 @@ pub enum LockError {
 /// How names of files begin that are not whole yet.
 const HALF_WRITTEN: &str = ".writing-";
 
+impl StoreError {
+    /// What befell a file.
+    pub fn new(path: &Path, source: io::Error) -> Self {
+        Self { path: path.display().to_string(), source }
+    }
+}
+
 /// What was found where a record's file belongs.
 #[derive(Debug)]
 pub enum Stored<R> {
@@ -182,16 +189,21 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
+    let mut file = temporary_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|e| e.error)?;
+    Ok(())
+}
+
+/// A file that will take its name later.
+pub(crate) fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(HALF_WRITTEN);
     // Results are for everyone that the umask lets read; temporary files are private by default.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
+    builder.tempfile_in(folder)
 }
 
 /// The bytes of a JSON file.
@@ -202,7 +214,7 @@ pub(crate) fn encode(value: &impl Serialize) -> io::Result<Vec<u8>> {
 }
 
 fn error(path: &Path, source: io::Error) -> StoreError {
-    StoreError { path: path.display().to_string(), source }
+    StoreError::new(path, source)
 }
 
 #[cfg(test)]

@@ -34,18 +34,26 @@ pub trait Task: Sync {
     /// What is to be computed, in the order of the results.
     fn keys(&self) -> Vec<<Self::Record as Record>::Key>;
     /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
+    ///
+    /// # Errors
+    /// A file that the task keeps beside the record cannot be written.
     fn compute(
         &self,
         key: &<Self::Record as Record>::Key,
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
-    ) -> Option<Self::Record>;
+    ) -> Result<Option<Self::Record>, StoreError>;
     /// Steps that a record took.
     fn steps(&self, record: &Self::Record) -> u64;
     /// Simulated time of a step [s]; 0 where nothing moves.
     fn frame(&self) -> f64;
     /// Sums up all records, given in the order of [`Task::keys`].
     fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
+    /// Whether the files that the task keeps beside a record are there; else the record is computed again.
+    fn is_kept(&self, record: &Self::Record) -> bool {
+        let _ = record;
+        true
+    }
 }
 
 /// Hears how a run goes on, from several threads.
@@ -200,20 +208,20 @@ fn one<T: Task>(
     progress: &impl Progress<T::Record>,
 ) -> Result<Option<Timed<T::Record>>, StoreError> {
     match store.stored::<T::Record>(key) {
-        Stored::Whole(record) => {
+        Stored::Whole(record) if task.is_kept(&record) => {
             progress.record(&record, true);
             return Ok(Some((*record, None)));
         }
         Stored::Damaged => {
             progress.note(&format!("{} is damaged and is computed again", T::Record::path(key)));
         }
-        Stored::Missing | Stored::Other => {}
+        Stored::Whole(_) | Stored::Missing | Stored::Other => {}
     }
     if stop.load(Ordering::Relaxed) {
         return Ok(None);
     }
     let start = Instant::now();
-    let Some(record) = task.compute(key, stop, &mut || progress.step()) else { return Ok(None) };
+    let Some(record) = task.compute(key, stop, &mut || progress.step())? else { return Ok(None) };
     store.write_record(&record)?;
     progress.record(&record, false);
     Ok(Some((record, Some(start.elapsed().as_secs_f64()))))

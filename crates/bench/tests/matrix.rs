@@ -31,7 +31,8 @@ impl Conditions {
     }
 
     fn world(&self, condition: &str, (seed, world): (u64, u32)) -> World {
-        let of = |key: &&EpisodeKey| (key.condition.as_str(), key.seed, key.world) == (condition, seed, world);
+        let of =
+            |key: &&EpisodeKey| (key.condition.as_str(), key.seed, key.world) == (condition, seed, world);
         self.harvest.build(self.keys.iter().find(of).unwrap()).unwrap().0
     }
 }

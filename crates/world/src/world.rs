@@ -303,7 +303,7 @@ impl World {
     }
 
     /// The robot.
-    pub(crate) fn robot(&self) -> &RobotModel {
+    pub fn robot(&self) -> &RobotModel {
         &self.robot
     }
 }

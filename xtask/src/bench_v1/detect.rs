@@ -1,6 +1,5 @@
 //! The detection task: what a detector finds in single depth images.
 
-mod figure;
 mod tables;
 
 use anyhow::Context;
@@ -9,6 +8,7 @@ use orchard_bench::order::Trees;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::{Store, write_bytes};
 use orchard_perception::DetectorConfig;
+use orchard_report::detection;
 use orchard_spec::camera::CameraSpec;
 
 use super::bar::Shown;
@@ -82,7 +82,7 @@ impl Ready for Detecting {
     }
 
     fn report(&self, summary: &DetectSummary, store: &Store) -> Result<(), Failure> {
-        let svg = figure::svg(summary, &self.plan.protocol.detect).context("cannot draw the figure")?;
+        let svg = detection(summary, &self.plan.protocol.detect).context("cannot draw the figure")?.svg;
         let path = store.path().join(FIGURE);
         write_bytes(&path, svg.as_bytes()).map_err(|e| unwritten(&path, e))?;
         say!("{}", tables::report(summary, &self.plan).trim_end());
@@ -133,7 +133,7 @@ mod tests {
         for line in text.lines().filter(|line| line.contains("precision") && line.starts_with("foliage")) {
             assert!(line.contains("recall"), "{line}");
         }
-        let svg = figure::svg(&summary, &plan.protocol.detect).unwrap();
+        let svg = detection(&summary, &plan.protocol.detect).unwrap().svg;
         assert!(svg.contains("foliage density") && svg.contains("precision, published"));
         assert!(!svg.contains("NaN") && !text.contains("NaN"));
     }

@@ -1,11 +1,14 @@
 //! The harvest task: a robot picks fruit for a while.
 
+use std::path::Path;
+
 use orchard_bench::Episodes;
 use orchard_bench::episode::EpisodeRecord;
 use orchard_bench::harvest::{Extent, Harvest};
 use orchard_bench::plan::Plan;
 use orchard_bench::store::Store;
 use orchard_bench::summary::Summary;
+use orchard_recording::{RecordingConfig, Recordings};
 
 use super::bar::Shown;
 use super::job::Ready;
@@ -17,25 +20,28 @@ use crate::headline;
 pub struct Harvesting {
     harvest: Harvest,
     plan: Plan,
+    recordings: Option<Recordings>,
 }
 
 impl Harvesting {
-    /// Plans them.
-    pub fn new(controller: &str, extent: &Extent) -> Result<Self, Failure> {
+    /// Plans them; episodes are recorded under the folder `record`, if there is one.
+    pub fn new(controller: &str, extent: &Extent, record: Option<&Path>) -> Result<Self, Failure> {
         let harvest = Harvest::paper(order::kind(controller).map_err(Failure::BadInput)?);
         let plan = harvest.plan_of(extent.clone())?;
         plan.check()?;
-        Ok(Self { harvest, plan })
+        let frame = harvest.frame();
+        let recordings = record.map(|out| Recordings::new(out, RecordingConfig::paper(), frame));
+        Ok(Self { harvest, plan, recordings })
     }
 }
 
 impl Ready for Harvesting {
     type Record = EpisodeRecord;
     type Summary = Summary;
-    type Task<'a> = Episodes<'a, Harvest>;
+    type Task<'a> = Episodes<'a, Harvest, Option<Recordings>>;
 
-    fn task(&self) -> Episodes<'_, Harvest> {
-        Episodes { plan: &self.plan, factory: &self.harvest }
+    fn task(&self) -> Self::Task<'_> {
+        Episodes { plan: &self.plan, factory: &self.harvest, watch: &self.recordings }
     }
 
     fn steps(&self) -> u64 {

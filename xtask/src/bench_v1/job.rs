@@ -25,10 +25,12 @@ pub trait Job {
     fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure>;
 }
 
-/// Makes an order ready.
-pub fn job(order: &Order) -> Result<Box<dyn Job>, Failure> {
+/// Makes an order ready. Episodes of the harvest are recorded under the folder `record`, if there is one.
+pub fn job(order: &Order, record: Option<&Path>) -> Result<Box<dyn Job>, Failure> {
     Ok(match order {
-        Order::Harvest { controller, extent } => Box::new(harvest::Harvesting::new(controller, extent)?),
+        Order::Harvest { controller, extent } => {
+            Box::new(harvest::Harvesting::new(controller, extent, record)?)
+        }
         Order::Detect { trees, camera, detector_name, detector } => {
             Box::new(detect::Detecting::new(trees, camera, detector_name, detector)?)
         }

@@ -60,7 +60,8 @@ fn tasks(args: &Args) -> Vec<TaskName> {
     if let Some(tasks) = &args.tasks {
         return TaskName::ALL.into_iter().filter(|task| tasks.contains(task)).collect();
     }
-    let of_harvest = args.conditions.is_some() || args.horizon.is_some() || args.repeats.is_some();
+    let of_harvest =
+        args.conditions.is_some() || args.horizon.is_some() || args.repeats.is_some() || args.record;
     let of_detect = args.camera.is_some() || args.detector.is_some();
     let asked = |task: &TaskName| match task {
         TaskName::Harvest => of_harvest || !of_detect,
@@ -79,10 +80,11 @@ fn is_part(args: &Args) -> bool {
 /// An option of a task that is not run would change nothing: better told than ignored.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp};
-    let options: [(&str, bool, &[TaskName], &str); 6] = [
+    let options: [(&str, bool, &[TaskName], &str); 7] = [
         ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
         ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
         ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
+        ("--record", args.record, &[Harvest], "the task harvest"),
         (
             "--controller",
             args.controller.is_some(),

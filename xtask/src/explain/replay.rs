@@ -243,7 +243,7 @@ impl<C: BenchController> BenchController for Overheard<C> {
     fn drain_log(&mut self) -> Vec<ControllerEvent> {
         let log = self.controller.drain_log();
         for event in &log {
-            if let ControllerEvent::Detected { p_odom } = event {
+            if let ControllerEvent::Detected { p_odom, .. } = event {
                 self.detected.borrow_mut().clone_from(p_odom);
             }
         }

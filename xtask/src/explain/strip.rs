@@ -90,6 +90,50 @@ fn frame_length(record: &EpisodeRecord) -> f64 {
     record.duration_s / f64::from(record.frames.max(1))
 }
 
+/// A moment as it is shown.
+pub struct Panel {
+    /// When, and what happens.
+    pub caption: String,
+    /// How far the fingers are from the fruit.
+    pub distances: String,
+    /// The view from outside.
+    pub outside: Image<[u8; 3]>,
+    /// What the wrist camera looks at.
+    pub wrist: Image<[u8; 3]>,
+}
+
+/// Draws every moment of which there is a shot, its views in a size [px].
+pub fn panels(
+    record: &EpisodeRecord,
+    attempt: &AttemptRecord,
+    moments: &[Moment],
+    shots: &[Shot],
+    size: [usize; 2],
+) -> Vec<Panel> {
+    let panel = |moment: &Moment| {
+        let shot = shots.binary_search_by_key(&moment.frame, |shot| shot.frame).ok()?;
+        let view = View::of(attempt, &shots[shot], &moment.harmed);
+        let time = f64::from(moment.frame) * frame_length(record);
+        let [outside, wrist] = view.pictures(size);
+        let caption = format!("{time:.1} s {}", moment.caption);
+        Some(Panel { caption, distances: view.distances(), outside, wrist })
+    };
+    moments.iter().filter_map(panel).collect()
+}
+
+/// What a strip is about.
+pub fn title(record: &EpisodeRecord, attempt: &AttemptRecord) -> String {
+    let key = &record.key;
+    format!(
+        "{}, seed {}, tree {}, attempt {}: {}",
+        key.controller,
+        key.seed,
+        key.world,
+        attempt.id,
+        verdict(attempt)
+    )
+}
+
 /// Draws the strip.
 pub fn draw(
     record: &EpisodeRecord,
@@ -97,34 +141,21 @@ pub fn draw(
     moments: &[Moment],
     shots: &[Shot],
 ) -> Image<[u8; 3]> {
-    let columns = moments.len().clamp(1, COLUMNS);
-    let rows = moments.len().div_ceil(COLUMNS).max(1);
+    let panels = panels(record, attempt, moments, shots, [WIDTH, HEIGHT]);
+    let columns = panels.len().clamp(1, COLUMNS);
+    let rows = panels.len().div_ceil(COLUMNS).max(1);
     let row_height = 2 * caption::HEIGHT + 2 * (HEIGHT + GAP);
-    let title = caption::HEIGHT;
-    let mut sheet = Image::filled(columns * (WIDTH + GAP) + GAP, title + rows * row_height + GAP, PAPER);
-    let key = &record.key;
-    let line = format!(
-        "{}, seed {}, tree {}, attempt {}: {}",
-        key.controller,
-        key.seed,
-        key.world,
-        attempt.id,
-        verdict(attempt)
-    );
-    caption::write(&mut sheet, &line, 2 * GAP, 0);
-    for (i, moment) in moments.iter().enumerate() {
-        let Ok(shot) = shots.binary_search_by_key(&moment.frame, |shot| shot.frame) else { continue };
-        let shot = &shots[shot];
-        let view = View::of(attempt, shot, &moment.harmed);
-        let (left, top) = (GAP + (i % COLUMNS) * (WIDTH + GAP), title + (i / COLUMNS) * row_height);
-        let time = f64::from(moment.frame) * frame_length(record);
-        let first: String = format!("{time:.1} s {}", moment.caption).chars().take(LETTERS).collect();
+    let head = caption::HEIGHT;
+    let mut sheet = Image::filled(columns * (WIDTH + GAP) + GAP, head + rows * row_height + GAP, PAPER);
+    caption::write(&mut sheet, &title(record, attempt), 2 * GAP, 0);
+    for (i, panel) in panels.iter().enumerate() {
+        let (left, top) = (GAP + (i % COLUMNS) * (WIDTH + GAP), head + (i / COLUMNS) * row_height);
+        let first: String = panel.caption.chars().take(LETTERS).collect();
         caption::write(&mut sheet, &first, left, top);
-        caption::write(&mut sheet, &view.distances(), left, top + caption::HEIGHT - 6);
-        let [outside, wrist] = view.pictures();
+        caption::write(&mut sheet, &panel.distances, left, top + caption::HEIGHT - 6);
         let below = top + 2 * caption::HEIGHT;
-        paste(&mut sheet, &outside, left, below);
-        paste(&mut sheet, &wrist, left, below + HEIGHT + GAP);
+        paste(&mut sheet, &panel.outside, left, below);
+        paste(&mut sheet, &panel.wrist, left, below + HEIGHT + GAP);
     }
     sheet
 }
@@ -173,7 +204,7 @@ impl<'a> View<'a> {
     }
 
     /// The outside view and the wrist view.
-    fn pictures(&self) -> [Image<[u8; 3]>; 2] {
+    fn pictures(&self, [width, height]: [usize; 2]) -> [Image<[u8; 3]>; 2] {
         let world = &self.shot.world;
         let style = PictureStyle {
             supersampling: 2,
@@ -182,14 +213,15 @@ impl<'a> View<'a> {
         };
         let whole = world.picture_scene();
         let (x_world_eye, fov) = self.eye();
-        let outside_intrinsics = Intrinsics::from_vertical_fov(WIDTH, HEIGHT, fov);
+        let outside_intrinsics = Intrinsics::from_vertical_fov(width, height, fov);
         let focus = self.focus();
         let open = without_foreground(&whole, &x_world_eye.translation.vector, &focus);
         let mut outside = Studio::new(&open, &style).picture(&outside_intrinsics, &x_world_eye);
         self.mark(&mut outside, &outside_intrinsics, &x_world_eye, false);
 
         let x_world_camera = world.x_world_camera();
-        let wrist_intrinsics = wrist_intrinsics(world);
+        let view = world.spec().camera.view();
+        let wrist_intrinsics = Intrinsics::from_vertical_fov(width, height, view.vertical_fov.si());
         let mut wrist = Studio::new(&whole, &style).picture(&wrist_intrinsics, &x_world_camera);
         self.mark(&mut wrist, &wrist_intrinsics, &x_world_camera, true);
         [outside, wrist]
@@ -253,12 +285,6 @@ fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
         }
         Happened::End { .. } => None,
     }
-}
-
-/// The wrist camera's field of view on a picture of this size.
-fn wrist_intrinsics(world: &World) -> Intrinsics {
-    let view = world.spec().camera.view();
-    Intrinsics::from_vertical_fov(WIDTH, HEIGHT, view.vertical_fov.si())
 }
 
 /// A scene without the leaves that stand between an eye and what it looks at.

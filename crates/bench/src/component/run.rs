@@ -9,6 +9,7 @@ use super::summary::ComponentSummary;
 use super::trial::run_trial;
 use super::{Component, ComponentKey, ComponentPlan, TreeRecord};
 use crate::plan::PlanError;
+use crate::store::StoreError;
 use crate::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 
 /// A finished run.
@@ -58,7 +59,7 @@ impl<C: Component> Task for Trials<'_, C> {
         key: &ComponentKey,
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
-    ) -> Option<TreeRecord<C>> {
+    ) -> Result<Option<TreeRecord<C>>, StoreError> {
         let ComponentPlan { spec, robot, detector, controller, protocol, .. } = self.plan;
         let mut record =
             TreeRecord { key: key.clone(), never_built: None, trials: Vec::new(), task: PhantomData };
@@ -66,16 +67,18 @@ impl<C: Component> Task for Trials<'_, C> {
             Ok(world) => world,
             Err(e) => {
                 record.never_built = Some(e.to_string());
-                return Some(record);
+                return Ok(Some(record));
             }
         };
         for target in C::targets(&world, &protocol.component, key.seed) {
             world.reset();
             let mut controller = controller.with_goal(&C::goal(&target), robot, detector.clone());
-            let trial = run_trial::<C>(&mut world, &mut *controller, &target, protocol, stop, on_step)?;
-            record.trials.push(trial);
+            match run_trial::<C>(&mut world, &mut *controller, &target, protocol, stop, on_step) {
+                Some(trial) => record.trials.push(trial),
+                None => return Ok(None),
+            }
         }
-        Some(record)
+        Ok(Some(record))
     }
 
     fn steps(&self, record: &TreeRecord<C>) -> u64 {

@@ -18,6 +18,7 @@ use super::trees::{RestingTree, Trees};
 use crate::episode::array;
 use crate::matching::{Ball, match_detections};
 use crate::plan::PlanError;
+use crate::store::StoreError;
 use crate::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 use crate::vantage::vantages;
 use crate::zones::ZoneFrame;
@@ -85,12 +86,17 @@ impl<T: Trees> Task for Views<'_, T> {
         self.plan.keys()
     }
 
-    fn compute(&self, key: &DetectKey, stop: &AtomicBool, on_step: &mut dyn FnMut()) -> Option<DetectRecord> {
-        match self.record(key, stop, on_step) {
+    fn compute(
+        &self,
+        key: &DetectKey,
+        stop: &AtomicBool,
+        on_step: &mut dyn FnMut(),
+    ) -> Result<Option<DetectRecord>, StoreError> {
+        Ok(match self.record(key, stop, on_step) {
             Ok(record) => Some(record),
             Err(Ended::Unseen(reason)) => Some(DetectRecord::never_seen(key.clone(), reason)),
             Err(Ended::Stopped) => None,
-        }
+        })
     }
 
     fn steps(&self, record: &DetectRecord) -> u64 {

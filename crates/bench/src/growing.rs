@@ -1,0 +1,87 @@
+//! A file that is written piece by piece and takes its name when it is whole.
+
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::store::{StoreError, temporary_in};
+
+/// A temporary file beside the place where it belongs; dropped, it is gone.
+#[derive(Debug)]
+pub struct GrowingFile {
+    file: BufWriter<NamedTempFile>,
+    path: PathBuf,
+}
+
+impl GrowingFile {
+    /// Begins a file, and makes its folder if needed.
+    ///
+    /// # Errors
+    /// The folder or the file cannot be made.
+    pub fn begin(path: &Path) -> Result<Self, StoreError> {
+        let begin = || {
+            let folder = path.parent().unwrap_or(Path::new("."));
+            std::fs::create_dir_all(folder)?;
+            temporary_in(folder)
+        };
+        let file = begin().map_err(|e| StoreError::new(path, e))?;
+        Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
+    }
+
+    /// The file takes its name.
+    ///
+    /// # Errors
+    /// Not all of it can be written, or the name cannot be taken.
+    pub fn finish(self) -> Result<(), StoreError> {
+        let Self { file, path } = self;
+        let finish = || {
+            let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+            file.as_file().sync_all()?;
+            file.persist(&path).map_err(|e| e.error)
+        };
+        finish().map(drop).map_err(|e| StoreError::new(&path, e))
+    }
+}
+
+impl Write for GrowingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for GrowingFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_has_its_name_only_when_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deeper/file");
+        let mut dropped = GrowingFile::begin(&path).unwrap();
+        dropped.write_all(b"half").unwrap();
+        assert!(!path.exists());
+        drop(dropped);
+        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 0);
+
+        let mut whole = GrowingFile::begin(&path).unwrap();
+        whole.write_all(b"?bc").unwrap();
+        whole.seek(SeekFrom::Start(0)).unwrap();
+        whole.write_all(b"a").unwrap();
+        whole.finish().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"abc");
+        // A folder cannot be made where a file is.
+        let below = path.join("x");
+        assert!(GrowingFile::begin(&below).unwrap_err().to_string().contains("file"));
+    }
+}

@@ -1,0 +1,77 @@
+//! Commands, with all their bits.
+
+use orchard_robot::{ARM_DOF, Command};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::exact::Exact;
+
+/// What the robot was asked for in a frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommandMessage {
+    /// Where the arm joints' set points are to be at the end of the frame [rad].
+    #[schemars(with = "[f64; ARM_DOF]")]
+    arm_q: [Exact; ARM_DOF],
+    /// Velocities with which they are to pass there [rad/s].
+    #[schemars(with = "[f64; ARM_DOF]")]
+    arm_v: [Exact; ARM_DOF],
+    /// Velocity of the base in its own frame: forward [m/s], left [m/s], yaw rate [rad/s].
+    #[schemars(with = "[f64; 3]")]
+    base_velocity: [Exact; 3],
+    /// Opening of each finger [m].
+    #[schemars(with = "f64")]
+    finger_q: Exact,
+    /// Largest force of each finger drive [N].
+    #[schemars(with = "f64")]
+    finger_force: Exact,
+}
+
+impl From<&Command> for CommandMessage {
+    fn from(command: &Command) -> Self {
+        Self {
+            arm_q: command.arm_q.map(Exact),
+            arm_v: command.arm_v.map(Exact),
+            base_velocity: command.base_velocity.map(Exact),
+            finger_q: Exact(command.finger_q),
+            finger_force: Exact(command.finger_force),
+        }
+    }
+}
+
+impl From<&CommandMessage> for Command {
+    fn from(message: &CommandMessage) -> Self {
+        Self {
+            arm_q: message.arm_q.map(|x| x.0),
+            arm_v: message.arm_v.map(|x| x.0),
+            base_velocity: message.base_velocity.map(|x| x.0),
+            finger_q: message.finger_q.0,
+            finger_force: message.finger_force.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_comes_back_with_all_its_bits() {
+        let command = Command {
+            arm_q: [0.1, -0.0, f64::NAN, f64::INFINITY, 1e-300, 2.0, -3.5],
+            arm_v: [1.0 / 3.0; ARM_DOF],
+            base_velocity: [0.1 + 0.2, f64::NEG_INFINITY, 0.0],
+            finger_q: 0.04,
+            finger_force: 20.0,
+        };
+        let text = serde_json::to_vec(&CommandMessage::from(&command)).unwrap();
+        let back = Command::from(&serde_json::from_slice::<CommandMessage>(&text).unwrap());
+        let bits = |c: &Command| {
+            let numbers = c.arm_q.iter().chain(&c.arm_v).chain(&c.base_velocity);
+            numbers.chain([&c.finger_q, &c.finger_force]).map(|x| x.to_bits()).collect::<Vec<u64>>()
+        };
+        assert_eq!(bits(&back), bits(&command));
+        let short = r#"{"arm_q":[0],"arm_v":[0],"base_velocity":[0],"finger_q":0,"finger_force":0}"#;
+        assert!(serde_json::from_str::<CommandMessage>(short).is_err());
+    }
+}

@@ -1,0 +1,93 @@
+//! Facts of the world and what the controller noted, as messages and as lines of a log.
+
+use foxglove::messages::{Log, log::Level};
+use orchard_bench::interface::WorldEvent;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::clock::timestamp;
+
+/// Hash of the state of the world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StateHashMessage {
+    /// Frames stepped so far.
+    pub frame: u32,
+    /// SHA-256 of the world's snapshot, hexadecimal.
+    pub sha256: String,
+}
+
+/// A fact of the world. What does not apply is left out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct EventMessage {
+    /// `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped` or `branch_snapped`.
+    pub event: String,
+    /// The fruit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "u32")]
+    pub fruit: Option<u32>,
+    /// The segment whose base joint broke.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "u32")]
+    pub segment: Option<u32>,
+    /// How far the fruit fell before it first touched the bucket or its fruit [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub drop_height: Option<f64>,
+    /// Energy of the hardest impact of that fall [J].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub impact_energy: Option<f64>,
+}
+
+impl From<&WorldEvent> for EventMessage {
+    fn from(event: &WorldEvent) -> Self {
+        let of = |name: &str, fruit: Option<u32>, segment: Option<u32>| Self {
+            event: name.to_owned(),
+            fruit,
+            segment,
+            drop_height: None,
+            impact_energy: None,
+        };
+        match *event {
+            WorldEvent::FruitGripped { fruit } => of("fruit_gripped", Some(fruit), None),
+            WorldEvent::FruitDetached { fruit, .. } => of("fruit_detached", Some(fruit), None),
+            WorldEvent::FruitDeposited { fruit, drop_height, impact_energy } => {
+                Self { drop_height, impact_energy, ..of("fruit_deposited", Some(fruit), None) }
+            }
+            WorldEvent::FruitDropped { fruit } => of("fruit_dropped", Some(fruit), None),
+            WorldEvent::BranchSnapped { segment } => of("branch_snapped", None, Some(segment)),
+        }
+    }
+}
+
+/// A line of the log about a fact.
+pub fn world_line(log_time: u64, event: &WorldEvent) -> Log {
+    let (level, text) = match event {
+        WorldEvent::FruitGripped { fruit } => (Level::Info, format!("both fingers press on fruit {fruit}")),
+        WorldEvent::FruitDetached { fruit, tension } => {
+            (Level::Info, format!("fruit {fruit} is off its stem at {tension:.1} N"))
+        }
+        WorldEvent::FruitDeposited { fruit, .. } => {
+            (Level::Info, format!("fruit {fruit} rests in the bucket"))
+        }
+        WorldEvent::FruitDropped { fruit } => {
+            (Level::Warning, format!("fruit {fruit} has touched the ground"))
+        }
+        WorldEvent::BranchSnapped { segment } => {
+            (Level::Error, format!("the branch at segment {segment} broke"))
+        }
+    };
+    line(log_time, "world", level, text)
+}
+
+/// A line of the log.
+pub fn line(log_time: u64, name: &str, level: Level, message: String) -> Log {
+    Log {
+        timestamp: Some(timestamp(log_time)),
+        level: level.into(),
+        message,
+        name: name.to_owned(),
+        file: String::new(),
+        line: 0,
+    }
+}

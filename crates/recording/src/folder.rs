@@ -1,0 +1,89 @@
+//! The recordings of a run: a file an episode, beside the records.
+
+use std::path::{Path, PathBuf};
+
+use orchard_bench::episode::{EpisodeKey, EpisodeRecord};
+use orchard_bench::growing::GrowingFile;
+use orchard_bench::interface::WorldEvent;
+use orchard_bench::observe::{Asked, Observer, Watch};
+use orchard_bench::record::Record;
+use orchard_bench::store::StoreError;
+use orchard_world::World;
+
+use crate::clock::nanoseconds;
+use crate::config::RecordingConfig;
+use crate::file::{FileSink, Header};
+use crate::read::Recording;
+use crate::recorder::Recorder;
+
+/// Folder of the recordings under a result folder.
+pub const FOLDER: &str = "recordings";
+
+/// Name of an episode's recording, under the result folder.
+pub fn name_of(key: &EpisodeKey) -> String {
+    let record = EpisodeRecord::file(key);
+    format!("{FOLDER}/{}.mcap", record.strip_suffix(".json").unwrap_or(&record))
+}
+
+/// Records every episode of a run.
+#[derive(Debug, Clone)]
+pub struct Recordings {
+    root: PathBuf,
+    config: RecordingConfig,
+    frame: f64,
+}
+
+impl Recordings {
+    /// Under a result folder; `frame` is the length of a frame [s].
+    pub fn new(root: &Path, config: RecordingConfig, frame: f64) -> Self {
+        Self { root: root.to_owned(), config, frame }
+    }
+
+    fn header(&self, key: &EpisodeKey) -> Header {
+        Header::new(key, self.config.hash())
+    }
+}
+
+/// A recorder into a file, or why there is none.
+pub struct Episode {
+    path: PathBuf,
+    recorder: Result<Recorder<FileSink<GrowingFile>>, StoreError>,
+}
+
+impl Observer<World> for Episode {
+    fn before_step(&mut self, world: &World, frame: &Asked<'_>) {
+        if let Ok(recorder) = &mut self.recorder {
+            recorder.before_step(world, frame);
+        }
+    }
+
+    fn after_step(&mut self, world: &World, events: &[WorldEvent]) {
+        if let Ok(recorder) = &mut self.recorder {
+            recorder.after_step(world, events);
+        }
+    }
+}
+
+impl Watch<World> for Recordings {
+    type Observer = Episode;
+
+    fn is_kept(&self, key: &EpisodeKey) -> bool {
+        let recording = Recording::open(&self.root.join(name_of(key)));
+        recording.is_ok_and(|recording| *recording.header() == self.header(key))
+    }
+
+    fn begin(&self, key: &EpisodeKey, world: &World) -> Episode {
+        let path = self.root.join(name_of(key));
+        let sink = GrowingFile::begin(&path)
+            .and_then(|file| FileSink::begin(file, &self.header(key)).map_err(|e| StoreError::new(&path, e)));
+        let recorder = sink.map(|sink| Recorder::begin(sink, self.config.clone(), self.frame, world));
+        Episode { path, recorder }
+    }
+
+    fn end(&self, recording: Episode, world: &World, record: &EpisodeRecord) -> Result<(), StoreError> {
+        let Episode { path, recorder } = recording;
+        let end = nanoseconds(record.duration_s);
+        let file = recorder?.end(world).end(record, end).map_err(|e| StoreError::new(&path, e))?;
+        file.finish()
+    }
+}

@@ -1,0 +1,52 @@
+//! A controller that does as it once did, and is asked what it would do.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use orchard_bench::interface::{BenchController, ControllerEvent};
+use orchard_robot::{Command, Observation};
+
+use crate::clock::nanoseconds;
+use crate::command::CommandMessage;
+use crate::sink::json;
+
+use super::comparison::{Comparison, Differs};
+
+/// Gives the recorded commands. Notes are the controller's own.
+pub struct Playback<C> {
+    controller: C,
+    comparison: Rc<RefCell<Comparison>>,
+}
+
+impl<C: BenchController> Playback<C> {
+    pub fn new(controller: C, comparison: Rc<RefCell<Comparison>>) -> Self {
+        Self { controller, comparison }
+    }
+}
+
+impl<C: BenchController> BenchController for Playback<C> {
+    fn act(&mut self, observation: &Observation) -> Command {
+        let own = self.controller.act(observation);
+        let mut comparison = self.comparison.borrow_mut();
+        // Without a recorded command the world goes on under the controller's, and the sink finds one too many.
+        let Some(bytes) = comparison.command(nanoseconds(observation.time)) else { return own };
+        if bytes == json(&CommandMessage::from(&own)) {
+            return own;
+        }
+        let recorded = serde_json::from_slice::<CommandMessage>(bytes);
+        match recorded {
+            Ok(recorded) => {
+                comparison.other_command(Differs::OtherCommand);
+                Command::from(&recorded)
+            }
+            Err(_) => {
+                comparison.other_command(Differs::NoCommand);
+                own
+            }
+        }
+    }
+
+    fn drain_log(&mut self) -> Vec<ControllerEvent> {
+        self.controller.drain_log()
+    }
+}

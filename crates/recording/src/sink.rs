@@ -1,0 +1,51 @@
+//! Where messages go.
+
+use foxglove::Encode;
+use serde::Serialize;
+
+use crate::channel::Channel;
+
+/// A message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// Its channel.
+    pub channel: Channel,
+    /// When it was noted: nanoseconds of the simulation from the start of the episode.
+    pub log_time: u64,
+    /// Its bytes.
+    pub data: Vec<u8>,
+}
+
+/// Takes messages, in the order of time.
+pub trait Sink {
+    /// Takes one.
+    fn put(&mut self, message: Message);
+}
+
+impl Sink for Vec<Message> {
+    fn put(&mut self, message: Message) {
+        self.push(message);
+    }
+}
+
+/// Both.
+impl<A: Sink, B: Sink> Sink for (A, B) {
+    fn put(&mut self, message: Message) {
+        self.0.put(message.clone());
+        self.1.put(message);
+    }
+}
+
+/// The bytes of one of Foxglove's messages.
+pub(crate) fn protobuf<M: Encode>(message: &M) -> Vec<u8> {
+    let mut data = Vec::with_capacity(message.encoded_len().unwrap_or(0));
+    match message.encode(&mut data) {
+        Ok(()) => data,
+        Err(e) => unreachable!("a list of bytes grows: {e}"),
+    }
+}
+
+/// The bytes of one of ours.
+pub(crate) fn json(message: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(message).unwrap_or_else(|e| unreachable!("numbers and words are JSON: {e}"))
+}

@@ -1,0 +1,65 @@
+//! What is asked of a controller over the tuning seeds, and whether a result keeps it.
+
+use orchard_bench::matrix::EXHAUSTION;
+use orchard_bench::plan::ConditionParams;
+use orchard_bench::protocol::{Asked, Protocol};
+use orchard_bench::summary::{ConditionSummary, Summary};
+
+use crate::results::conditions;
+
+/// What is asked under one condition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Demands<'a> {
+    /// The condition.
+    pub condition: &'a str,
+    /// By metric; none where the result cannot be judged: other seeds, trees, repeats or time than asked for.
+    pub judged: Option<Vec<Judged<'a>>>,
+}
+
+/// One figure asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged<'a> {
+    /// The metric.
+    pub metric: &'a str,
+    /// What is asked.
+    pub asked: &'a Asked,
+    /// What there is.
+    pub mean: Option<f64>,
+}
+
+impl Judged<'_> {
+    /// Whether it will do.
+    pub fn is_met(&self) -> bool {
+        self.asked.is_met(self.mean)
+    }
+}
+
+/// Judges every condition of a result that something is asked of, the nominal one first.
+pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<'a>> {
+    let Some(asked) = protocol.asked.get(&summary.controller) else { return Vec::new() };
+    let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {
+        let figures = asked.get(condition)?;
+        let judged = as_asked(summary, &results.params, condition, protocol).then(|| {
+            let judged = |(metric, asked): (&'a String, &'a Asked)| Judged {
+                metric,
+                asked,
+                mean: results.metrics.get(metric).and_then(|metric| metric.mean),
+            };
+            figures.iter().map(judged).collect()
+        });
+        Some(Demands { condition, judged })
+    };
+    conditions(summary).into_iter().filter_map(judge).collect()
+}
+
+/// Whether a result is on what figures are asked of: the tuning seeds and the full profile's trees and time, each tree once.
+fn as_asked(summary: &Summary, params: &ConditionParams, condition: &str, protocol: &Protocol) -> bool {
+    let horizon = match condition {
+        EXHAUSTION => protocol.exhaustion.horizon.si(),
+        _ => protocol.full.horizon.si(),
+    };
+    summary.seeds == protocol.tuning_seeds
+        && params.trees == protocol.full.trees.get()
+        && params.repeats == 1
+        && params.horizon_s == horizon
+}

@@ -1,0 +1,376 @@
+//! A made-up result with everything in it, for tests.
+
+use std::collections::BTreeMap;
+
+use orchard_bench::component::{
+    ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics,
+};
+use orchard_bench::compute::{Compute, Machine, RecordCost, TaskCost};
+use orchard_bench::detect::{
+    AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread,
+    VariantSummary,
+};
+use orchard_bench::episode::{CODE_VERSION, Outcome, SCHEMA_VERSION};
+use orchard_bench::matrix::{Dials, SweepPoint};
+use orchard_bench::metrics::{METRICS, Metric};
+use orchard_bench::plan::ConditionParams;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
+use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
+use orchard_bench::summary::{
+    Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
+};
+use orchard_bench::zones::{Zone, zone_table};
+use orchard_spec::{Purpose, Spec, Stream};
+
+use crate::pictures::{Moment, Pick, Picture, Pictures};
+use crate::results::{Results, Scaling, ScalingRow};
+
+/// The whole of it.
+pub fn results() -> Results {
+    Results {
+        harvest: Some(harvest()),
+        detect: Some(detect()),
+        components: vec![component("reach-and-grasp"), component("gentle")],
+        compute: Some(compute()),
+        scaling: Some(scaling()),
+    }
+}
+
+fn stream(number: u32) -> Stream {
+    Stream::new(1, number, Purpose::Test)
+}
+
+fn tuning() -> SeedSetLabel {
+    SeedSetLabel { name: SeedSetName::Tuning, whole: true }
+}
+
+fn metric(mean: f64, half: f64, n: u64) -> Metric {
+    Metric { mean: Some(mean), ci95: [Some((mean - half).max(0.0)), Some(mean + half)], n, undefined: None }
+}
+
+fn nothing() -> Metric {
+    Metric { mean: None, ci95: [None, None], n: 0, undefined: Some(Undefined::NothingToMeasure) }
+}
+
+/// A condition whose figures fall with its difficulty.
+fn condition(number: u32, difficulty: f64, params: ConditionParams) -> ConditionSummary {
+    let mut s = stream(number);
+    let episodes: Vec<EpisodeLine> = (0..18)
+        .map(|i| {
+            let deposited = (6.0 * s.unit() * (1.0 - 0.4 * difficulty)).round() as u32;
+            EpisodeLine {
+                file: format!("episodes/baseline-{number}-{i}.json"),
+                seed: 20250704 + i / 6,
+                world: (i % 6) as u32,
+                repeat: 0,
+                outcome: Outcome::BudgetSpent,
+                duration_s: 75.0,
+                fruit: 40,
+                reachable: 18,
+                reachable_by_ik: Some(16),
+                completeness: Some(f64::from(deposited) / 18.0),
+                stem_pulled: 0,
+                bruised: 1,
+                attempts: 6,
+                deposited,
+                dropped: s.integer(0, 2),
+                snapped: s.integer(0, 9) / 9,
+            }
+        })
+        .collect();
+    let mean = |name: &str| match name {
+        "harvest_completeness" => 0.24 - 0.1 * difficulty,
+        "place_success_per_attempt" => 0.7 - 0.2 * difficulty,
+        "throughput_fruit_per_min" => 3.4 - difficulty,
+        "mean_cycle_time_s" => 7.9 + difficulty,
+        "branches_snapped_per_tree" => 0.1 + 0.1 * difficulty,
+        "fruit_dropped_per_tree" => 0.9 + 0.4 * difficulty,
+        "max_stem_pull_n" => 41.0,
+        name if name.contains("per_tree") => 3.0,
+        _ => 0.9 - 0.1 * difficulty,
+    };
+    let mut metrics: BTreeMap<String, Metric> =
+        METRICS.iter().map(|m| (m.name.to_owned(), metric(mean(m.name), 0.15 * mean(m.name), 18))).collect();
+    metrics.insert("mean_drop_height_m".to_owned(), nothing());
+    let mut zones = zone_table(ZoneSummary::default());
+    for (zone, placed) in Zone::ALL.into_iter().zip([4, 5, 11, 9, 6, 0]) {
+        let attempts = if placed == 0 { 0 } else { 15 };
+        zones.insert(
+            zone,
+            ZoneSummary {
+                reachable: 54,
+                deposited: placed,
+                attempts,
+                placed,
+                place_success: (attempts > 0).then(|| f64::from(placed) / f64::from(attempts)),
+                completeness: Some(f64::from(placed) / 54.0),
+                place_success_ci95: if attempts > 0 { [Some(0.1), Some(0.8)] } else { [None; 2] },
+                completeness_ci95: [Some(0.02), Some(0.3)],
+            },
+        );
+    }
+    let state = |mean: f64| StateSummary {
+        attempts: 108,
+        mean_s: Some(mean),
+        placed: 60,
+        mean_placed_s: Some(1.1 * mean),
+    };
+    ConditionSummary {
+        params,
+        outcomes: [("budget_spent".to_owned(), 18)].into(),
+        metrics,
+        variance: None,
+        zones,
+        failures: [("no_fruit_at_detection", 21), ("grasp_stalled", 12), ("slipped", 9), ("run_ended", 6)]
+            .map(|(reason, n)| (reason.to_owned(), n))
+            .into(),
+        states: [("align", 1.8), ("reach", 1.5), ("grasp", 2.4), ("pull", 1.6), ("deposit", 3.6)]
+            .map(|(name, mean)| (name.to_owned(), state(mean)))
+            .into(),
+        between_attempts_s: Some(3.9),
+        episodes,
+    }
+}
+
+/// Where the nominal condition has its dials.
+fn nominal() -> ConditionParams {
+    ConditionParams {
+        dials: Dials { fruit_count: 40, foliage_density: 0.6, terrain_amplitude_m: 0.0 },
+        trees: 6,
+        horizon_s: 75.0,
+        repeats: 1,
+    }
+}
+
+fn harvest() -> Summary {
+    let mut conditions = BTreeMap::new();
+    let mut main = condition(0, 0.4, nominal());
+    let design = Design::of((0..18).map(|i| (i / 6, (i / 2) as u32)));
+    let values: Vec<Option<f64>> = main.episodes.iter().map(|e| Some(f64::from(e.deposited))).collect();
+    main.variance =
+        Some([("fruit_deposited_per_tree".to_owned(), variance_components(&design, &values))].into());
+    conditions.insert("nominal".to_owned(), main);
+    let exhaustion = ConditionParams { horizon_s: 600.0, ..nominal() };
+    conditions.insert("exhaustion".to_owned(), condition(1, 0.0, exhaustion));
+    let mut sweeps = BTreeMap::new();
+    let dials: [(&str, &str, &[f64], f64); 3] = [
+        ("foliage", "1", &[0.0, 0.3, 0.6, 1.0, 1.5], 0.6),
+        ("fruit", "fruit", &[20.0, 40.0, 60.0], 40.0),
+        ("terrain", "m", &[0.0, 0.05, 0.1, 0.2], 0.0),
+    ];
+    let mut number = 2;
+    for (name, unit, values, at_nominal) in dials {
+        let mut points = Vec::new();
+        for &value in values {
+            let condition_name =
+                if value == at_nominal { "nominal".to_owned() } else { format!("{name}-{value}") };
+            if value != at_nominal {
+                let difficulty = value / values[values.len() - 1];
+                conditions.insert(condition_name.clone(), condition(number, difficulty, nominal()));
+            }
+            number += 1;
+            points.push(SweepPoint { condition: condition_name, value });
+        }
+        let others = points.iter().filter(|point| point.condition != "nominal");
+        let comparisons = others.map(|point| comparison(point, values)).collect();
+        sweeps.insert(
+            name.to_owned(),
+            Sweep { dial: name.to_owned(), unit: unit.to_owned(), points, comparisons },
+        );
+    }
+    Summary {
+        schema_version: SCHEMA_VERSION,
+        code_version: CODE_VERSION.to_owned(),
+        config_hash: "0123456789abcdef".repeat(4),
+        config_version: "v1".to_owned(),
+        preset: "paper".to_owned(),
+        profile: "full".to_owned(),
+        controller: "baseline".to_owned(),
+        seed_set: tuning(),
+        seeds: Protocol::paper().tuning_seeds,
+        quarantined: 0,
+        conditions,
+        sweeps,
+    }
+}
+
+fn comparison(point: &SweepPoint, values: &[f64]) -> SweepComparison {
+    let mut s = stream(100 + (100.0 * point.value) as u32);
+    let design = Design::of((0..18).map(|i| (i / 6, i as u32)));
+    let mut draw = |mean: f64| -> Vec<Share> {
+        (0..18).map(|_| Share { numerator: mean + 0.3 * s.unit(), denominator: 1.0 }).collect()
+    };
+    let (first, second) = (draw(0.5), draw(0.5 - 0.3 * point.value / values[values.len() - 1]));
+    let protocol = Protocol::paper();
+    let test = compare(&design, &first, &second, &protocol.bootstrap, &protocol.paired);
+    let holm = Adjusted {
+        wilcoxon: test.wilcoxon.as_ref().map(|w| w.p_value),
+        permutation: test.permutation.as_ref().map(|p| p.p_value),
+    };
+    SweepComparison {
+        metric: "place_success_per_attempt".to_owned(),
+        reference: "nominal".to_owned(),
+        condition: point.condition.clone(),
+        test,
+        holm,
+    }
+}
+
+fn detect() -> DetectSummary {
+    let results = |difficulty: f64| VariantSummary {
+        images: 144,
+        detections: 1500,
+        true_positives: 1450,
+        false_positives: [(SitsOn::Wood, 12), (SitsOn::Leaf, 38)].into(),
+        metrics: DETECT_METRICS
+            .iter()
+            .map(|m| (m.name.to_owned(), metric(0.98 - 0.1 * difficulty, 0.02, 1500)))
+            .collect(),
+        errors: ERRORS
+            .iter()
+            .map(|e| {
+                let value = 0.002 + 0.001 * difficulty;
+                (
+                    e.name.to_owned(),
+                    Spread { value: Some(value), ci95: [Some(0.9 * value), Some(1.1 * value)], n: 1450 },
+                )
+            })
+            .collect(),
+    };
+    let protocol = Protocol::paper();
+    let density = |foliage: f64| DensitySummary {
+        foliage,
+        leaves: 1000,
+        results: results(foliage),
+        recall_by_visible_fraction: Vec::new(),
+        zones: zone_table(orchard_bench::detect::ZoneSummary::default()),
+    };
+    DetectSummary {
+        schema_version: SCHEMA_VERSION,
+        code_version: CODE_VERSION.to_owned(),
+        config_hash: "fedcba9876543210".repeat(4),
+        preset: "paper".to_owned(),
+        profile: "full".to_owned(),
+        config_version: "v1".to_owned(),
+        seed_set: tuning(),
+        seeds: protocol.tuning_seeds.clone(),
+        camera: Spec::paper().camera,
+        detector: "paper".to_owned(),
+        trees: Vec::new(),
+        quarantined: 0,
+        densities: [0.0, 0.3, 0.6, 1.0, 1.5].map(density).into(),
+        ablation: AblationSummary {
+            foliage: 0.6,
+            seed: Some(20250704),
+            variants: [("all", 0.2), ("without_isolation", 0.9)]
+                .map(|(name, d)| (name.to_owned(), results(d)))
+                .into(),
+        },
+    }
+}
+
+fn component(task: &str) -> ComponentSummary {
+    ComponentSummary {
+        run: ComponentRun {
+            schema_version: SCHEMA_VERSION,
+            code_version: CODE_VERSION.to_owned(),
+            config_hash: "0".repeat(64),
+            preset: "paper".to_owned(),
+            task: task.to_owned(),
+            controller: "baseline".to_owned(),
+        },
+        config_version: "v1".to_owned(),
+        profile: "full".to_owned(),
+        seed_set: tuning(),
+        seeds: Protocol::paper().tuning_seeds,
+        trees: vec![TreeLine {
+            file: format!("{task}/20250704-000.json"),
+            seed: 20250704,
+            world: 0,
+            never_built: None,
+            trials: 4,
+            successes: 3,
+        }],
+        outcomes: [("success".to_owned(), 3), ("time_over".to_owned(), 1)].into(),
+        failures: [("grasp_stalled".to_owned(), 1)].into(),
+        metrics: component_metrics::<ReachAndGrasp>()
+            .iter()
+            .map(|m| (m.name.to_owned(), metric(0.75, 0.2, 4)))
+            .collect(),
+    }
+}
+
+fn machine() -> Machine {
+    Machine {
+        os: "linux".to_owned(),
+        arch: "x86_64".to_owned(),
+        cpu: Some("A processor".to_owned()),
+        logical_cpus: 2,
+    }
+}
+
+fn compute() -> Compute {
+    let cost = TaskCost {
+        machine: machine(),
+        threads: 2,
+        wall_s: 71.3,
+        env_steps: 81_000,
+        step_rate_per_s: Some(570.0),
+        env_steps_per_s: Some(1136.0),
+        world_seconds_per_s: Some(18.9),
+        peak_memory_mib: Some(212.0),
+        records: vec![RecordCost { file: "episodes/a.json".to_owned(), wall_s: Some(3.0) }],
+    };
+    let tasks = [
+        ("harvest".to_owned(), cost.clone()),
+        ("detect".to_owned(), TaskCost { world_seconds_per_s: None, ..cost }),
+    ];
+    Compute { schema_version: SCHEMA_VERSION, tasks: tasks.into() }
+}
+
+fn scaling() -> Scaling {
+    let modes = [("homogeneous", 1.0), ("shared_dimensions", 0.97), ("distinct_geometry", 0.9)];
+    let mut rows = Vec::new();
+    for (solver, slower) in [("batch", 1.0), ("reference", 3.0)] {
+        for (mode, factor) in modes {
+            for power in 0..10 {
+                let worlds = 1_u32 << power;
+                let full = f64::from(worlds) / (1.0 + f64::from(worlds) / 40.0);
+                let env_steps_per_s = 250.0 * factor * full / slower;
+                rows.push(ScalingRow {
+                    solver: solver.to_owned(),
+                    mode: mode.to_owned(),
+                    worlds,
+                    step_rate_per_s: env_steps_per_s / f64::from(worlds),
+                    env_steps_per_s,
+                    memory_mib: Some(20.0 + 3.0 * f64::from(worlds)),
+                });
+            }
+        }
+    }
+    Scaling { schema_version: SCHEMA_VERSION, machine: machine(), threads: 2, rows }
+}
+
+/// Pictures of nothing in particular.
+pub fn pictures() -> Pictures {
+    let picture = |alt: &str| Picture {
+        png: b"\x89PNG\r\n\x1a\n".to_vec(),
+        size: [4, 3],
+        alt: alt.to_owned(),
+        caption: "a picture".to_owned(),
+    };
+    Pictures {
+        trees: vec![picture("a tree")],
+        pick: Some(Pick {
+            title: "Attempt 0 of seed 20250704, tree 0: placed".to_owned(),
+            moments: vec![Moment {
+                caption: "1.2 s REACH".to_owned(),
+                detail: "fingers 80 mm open".to_owned(),
+                outside: picture("seen from outside"),
+                wrist: picture("seen by the wrist camera"),
+            }],
+        }),
+        left_out: None,
+    }
+}

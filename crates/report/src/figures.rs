@@ -1,0 +1,82 @@
+//! All figures of a result.
+
+mod attempts;
+mod detect;
+mod scaling;
+mod sweep;
+mod trees;
+mod zones;
+
+pub(crate) use attempts::{attempts_of, ranked, seconds_in, states_of};
+pub use detect::detection;
+pub(crate) use sweep::dial;
+
+use orchard_bench::protocol::Protocol;
+
+use crate::figure::{Figure, FigureError};
+use crate::published::PaperFigures;
+use crate::results::{Results, main_condition};
+
+/// Figures by the part of the page that they stand in.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Figures {
+    /// By sweep.
+    pub sweeps: Vec<(String, Vec<Figure>)>,
+    /// The detection task.
+    pub detect: Vec<Figure>,
+    /// Canopy zones.
+    pub zones: Vec<Figure>,
+    /// Outcomes of attempts, and their times.
+    pub attempts: Vec<Figure>,
+    /// Tree by tree.
+    pub trees: Vec<Figure>,
+    /// Damage against throughput.
+    pub damage: Vec<Figure>,
+    /// Throughput over parallel worlds.
+    pub scaling: Vec<Figure>,
+}
+
+impl Figures {
+    /// Draws all that the results have data for.
+    ///
+    /// # Errors
+    /// A figure cannot be drawn.
+    pub fn draw(results: &Results, protocol: &Protocol, paper: &PaperFigures) -> Result<Self, FigureError> {
+        let mut figures = Self::default();
+        if let Some(harvest) = &results.harvest {
+            for (name, sweep) in &harvest.sweeps {
+                figures.sweeps.push((name.clone(), sweep::figures(harvest, name, sweep, paper)?));
+            }
+            if let Some((name, main)) = main_condition(harvest) {
+                figures.zones = vec![zones::success(main)?, zones::completeness(main)?];
+                if attempts_of(main) > 0 {
+                    figures.attempts = vec![attempts::endings(name, main)?, attempts::times(name, main)?];
+                }
+                figures.trees = vec![trees::deposited(name, main)?];
+                figures.trees.extend(trees::completeness(name, main)?);
+            }
+            for metric in ["fruit_dropped_per_tree", "branches_snapped_per_tree"] {
+                figures.damage.extend(trees::damage(harvest, metric)?);
+            }
+        }
+        if let Some(detect) = &results.detect {
+            figures.detect = vec![detection(detect, &protocol.detect)?, detect::errors(detect)?];
+        }
+        if let Some(scaling) = results.scaling.as_ref().filter(|scaling| !scaling.rows.is_empty()) {
+            figures.scaling = scaling::figures(scaling, &paper.scaling)?;
+        }
+        Ok(figures)
+    }
+
+    /// All of them, in the order of the page.
+    pub fn all(&self) -> impl Iterator<Item = &Figure> {
+        let sweeps = self.sweeps.iter().flat_map(|(_, figures)| figures);
+        sweeps
+            .chain(&self.detect)
+            .chain(&self.zones)
+            .chain(&self.attempts)
+            .chain(&self.trees)
+            .chain(&self.damage)
+            .chain(&self.scaling)
+    }
+}

@@ -1,0 +1,78 @@
+//! The page: one file with all that it shows, nothing to load, nothing to run.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use orchard_bench::protocol::Protocol;
+
+use crate::figures::Figures;
+use crate::pictures::Pictures;
+use crate::published::PaperFigures;
+use crate::results::Results;
+use crate::sections::{
+    Section, canopy, components, cost, definitions, detection, head, headline, pictures, sweeps,
+};
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page of a result: HTML, complete in itself. The same results give the same bytes.
+pub fn page(
+    results: &Results,
+    figures: &Figures,
+    shown: &Pictures,
+    protocol: &Protocol,
+    paper: &PaperFigures,
+) -> String {
+    let sections = [
+        headline::section(results, protocol),
+        sweeps::section(results, figures),
+        detection::section(results, figures, protocol),
+        components::section(results),
+        canopy::zones(results, figures, paper),
+        canopy::attempts(results, figures),
+        canopy::trees(results, figures, paper),
+        canopy::damage(results, figures),
+        cost::scaling(results, figures, paper),
+        cost::compute(results),
+        pictures::section(shown),
+        definitions::section(),
+    ];
+    let warnings = head::warnings(results, protocol);
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (head::title(results)) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { (head::title(results)) }
+                    p.subtitle { (head::subtitle(results)) }
+                }
+                main {
+                    @if !warnings.is_empty() {
+                        aside.warnings role="note" aria-label="Warnings" {
+                            @for warning in &warnings { p { (warning) } }
+                        }
+                    }
+                    (contents(&sections))
+                    section id="run" { h2 { "What was run" } (head::facts(results)) }
+                    @for section in &sections { section id=(section.id) { h2 { (section.title) } (section.body) } }
+                }
+                footer { p { "Figures of this page as SVG: folder figures beside it. Made by cargo xtask report." } }
+            }
+        }
+    };
+    markup.into_string() + "\n"
+}
+
+fn contents(sections: &[Section]) -> Markup {
+    html! {
+        nav aria-label="Contents" { ul {
+            li { a href="#run" { "What was run" } }
+            @for section in sections { li { a href={ "#" (section.id) } { (section.title) } } }
+        } }
+    }
+}

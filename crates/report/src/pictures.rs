@@ -1,0 +1,59 @@
+//! Pictures of a run, drawn elsewhere: here they are only shown.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, html};
+
+/// Pictures of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pictures {
+    /// Trees of the run.
+    pub trees: Vec<Picture>,
+    /// One attempt, moment by moment.
+    pub pick: Option<Pick>,
+    /// Why some or all are missing, if so.
+    pub left_out: Option<String>,
+}
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// The picture as PNG.
+    pub png: Vec<u8>,
+    /// Its size [px].
+    pub size: [u32; 2],
+    /// What it shows, for those who cannot see it.
+    pub alt: String,
+    /// What stands below it.
+    pub caption: String,
+}
+
+/// An attempt in pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pick {
+    /// Which attempt of which episode, and how it ended.
+    pub title: String,
+    /// Its moments in the order of time.
+    pub moments: Vec<Moment>,
+}
+
+/// A moment of an attempt.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moment {
+    /// When, and what happens.
+    pub caption: String,
+    /// How far the fingers are.
+    pub detail: String,
+    /// Seen from outside.
+    pub outside: Picture,
+    /// Seen by the wrist camera.
+    pub wrist: Picture,
+}
+
+impl Picture {
+    /// The picture as an element of a page, with all its bytes.
+    pub(crate) fn element(&self) -> Markup {
+        let source = format!("data:image/png;base64,{}", STANDARD.encode(&self.png));
+        html! { img src=(source) alt=(self.alt) width=(self.size[0]) height=(self.size[1]); }
+    }
+}

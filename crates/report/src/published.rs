@@ -1,0 +1,119 @@
+//! The paper's figures for sweeps, zones and scaling, read from `configs/paper/report.toml`.
+
+use std::collections::BTreeMap;
+
+use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use serde::Deserialize;
+
+/// The file as text.
+pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
+
+/// Figures of the paper that stand beside ours.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PaperFigures {
+    /// By sweep and metric, in the order of the dial.
+    pub sweeps: BTreeMap<String, BTreeMap<String, Vec<At>>>,
+    /// Throughput over parallel worlds.
+    pub scaling: PaperScaling,
+    /// Place success by canopy zone.
+    pub zones: PaperZones,
+    /// Fruit deposited a tree.
+    pub trees: PaperTrees,
+}
+
+/// A figure at one place of a dial.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct At {
+    /// Where the dial stands, in the sweep's unit.
+    pub at: f64,
+    /// The figure.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// Where aggregate throughput levels off [env-steps/s].
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PaperScaling {
+    /// Homogeneous and shared-dimension batches, at least.
+    pub plateau_low: Count,
+    /// The same, at most.
+    pub plateau_high: Count,
+    /// A geometry for every world.
+    pub distinct: Count,
+}
+
+/// Place success by canopy zone.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PaperZones {
+    /// In the middle thirds, about.
+    pub middle: Quantity,
+    /// In the lower outer and the upper zones, at least.
+    pub others_low: Quantity,
+    /// The same, at most.
+    pub others_high: Quantity,
+}
+
+/// Fruit deposited a tree.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PaperTrees {
+    /// Mean.
+    pub mean: Quantity,
+    /// Standard deviation between trees.
+    pub deviation: Quantity,
+}
+
+impl PaperFigures {
+    /// Reads them from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        from_toml(file, text)
+    }
+
+    /// Those of the paper.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn paper() -> Self {
+        match Self::from_toml("paper/report.toml", REPORT_TOML) {
+            Ok(figures) => figures,
+            Err(e) => unreachable!("embedded figures: {e}"),
+        }
+    }
+
+    /// A metric's figures over a sweep.
+    pub fn of_sweep(&self, sweep: &str, metric: &str) -> &[At] {
+        self.sweeps.get(sweep).and_then(|metrics| metrics.get(metric)).map_or(&[], Vec::as_slice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_file_reads_and_names_known_metrics() {
+        let figures = PaperFigures::from_toml("paper/report.toml", REPORT_TOML).unwrap();
+        for (name, metrics) in &figures.sweeps {
+            for (metric, at) in metrics {
+                let known = orchard_bench::metrics::METRICS.iter().find(|m| m.name == metric);
+                assert!(
+                    known.is_some_and(|known| at.iter().all(|at| at.unit == known.unit)),
+                    "{name}: {metric}"
+                );
+                assert!(at.windows(2).all(|pair| pair[0].at < pair[1].at), "{name}: {metric}");
+            }
+        }
+        assert_eq!(figures.of_sweep("fruit", "harvest_completeness").len(), 2);
+        assert!(figures.of_sweep("fruit", "no_metric").is_empty());
+    }
+}

@@ -1,0 +1,98 @@
+//! What a result folder holds, as far as it holds it.
+
+use orchard_bench::component::ComponentSummary;
+use orchard_bench::compute::Compute;
+use orchard_bench::detect::DetectSummary;
+use orchard_bench::matrix::NOMINAL;
+use orchard_bench::metrics::Metric;
+use orchard_bench::summary::{ConditionSummary, Summary};
+use serde::{Deserialize, Serialize};
+
+/// Results, each where its task was run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Results {
+    /// The harvest, `summary.json`.
+    pub harvest: Option<Summary>,
+    /// Detection, `detect.json`.
+    pub detect: Option<DetectSummary>,
+    /// The component tasks, `reach-and-grasp.json` and `gentle.json`, in this order.
+    pub components: Vec<ComponentSummary>,
+    /// What the harvest cost, `compute.json`.
+    pub compute: Option<Compute>,
+    /// Throughput over parallel worlds, `scaling.json`.
+    pub scaling: Option<Scaling>,
+}
+
+/// Throughput over parallel worlds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scaling {
+    /// Layout version.
+    pub schema_version: u32,
+    /// The machine.
+    pub machine: orchard_bench::compute::Machine,
+    /// Threads.
+    pub threads: u32,
+    /// A row a number of worlds, solver and mode.
+    pub rows: Vec<ScalingRow>,
+}
+
+/// One number of worlds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ScalingRow {
+    /// Solver.
+    pub solver: String,
+    /// Randomisation mode.
+    pub mode: String,
+    /// Worlds.
+    pub worlds: u32,
+    /// Frames of the whole batch a second.
+    pub step_rate_per_s: f64,
+    /// Frames of one world a second, all worlds together.
+    pub env_steps_per_s: f64,
+    /// Memory [MiB].
+    pub memory_mib: Option<f64>,
+}
+
+impl Results {
+    /// Whether there is nothing at all.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// The nominal condition, or the first where it was not run.
+pub fn main_condition(summary: &Summary) -> Option<(&str, &ConditionSummary)> {
+    let conditions = &summary.conditions;
+    let main = conditions.get_key_value(NOMINAL).or_else(|| conditions.first_key_value());
+    main.map(|(name, results)| (name.as_str(), results))
+}
+
+/// All conditions, the nominal one first, then by name.
+pub(crate) fn conditions(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
+    let mut all: Vec<_> = summary.conditions.iter().map(|(name, c)| (name.as_str(), c)).collect();
+    all.sort_by_key(|(name, _)| *name != NOMINAL);
+    all
+}
+
+/// Conditions that are told in full: the nominal one, and those that no sweep has; all, if these are none.
+pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
+    let swept = |name: &str| {
+        let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);
+        name != NOMINAL && points.any(|point| point.condition == name)
+    };
+    let told: Vec<_> = conditions(summary).into_iter().filter(|(name, _)| !swept(name)).collect();
+    if told.is_empty() { conditions(summary) } else { told }
+}
+
+/// A metric under a condition.
+pub(crate) fn metric_of<'a>(summary: &'a Summary, condition: &str, metric: &str) -> Option<&'a Metric> {
+    summary.conditions.get(condition)?.metrics.get(metric)
+}
+
+/// Both ends of an interval, if there is one.
+pub(crate) fn ends(ci95: [Option<f64>; 2]) -> Option<[f64; 2]> {
+    match ci95 {
+        [Some(low), Some(high)] => Some([low, high]),
+        _ => None,
+    }
+}

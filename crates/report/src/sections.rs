@@ -1,0 +1,49 @@
+//! The parts of the page, from top to bottom.
+
+pub(crate) mod canopy;
+pub(crate) mod components;
+pub(crate) mod cost;
+pub(crate) mod definitions;
+pub(crate) mod detection;
+pub(crate) mod head;
+pub(crate) mod headline;
+pub(crate) mod pictures;
+pub(crate) mod sweeps;
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::figure::Figure;
+
+/// A part of the page.
+pub(crate) struct Section {
+    /// Its place to jump to.
+    pub id: &'static str,
+    /// Its title.
+    pub title: &'static str,
+    /// What it holds, or why it holds nothing.
+    pub body: Markup,
+}
+
+/// Figures side by side where there is room.
+pub(crate) fn side_by_side(figures: &[Figure]) -> Markup {
+    html! {
+        div.figures { @for figure in figures {
+            figure id=(figure.stem) { (PreEscaped(&figure.svg)) }
+        } }
+    }
+}
+
+/// Figures with what is said of them beside the first, where there is room for three.
+pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
+    html! {
+        div.figures {
+            div.prose { (prose) }
+            @for figure in figures { figure id=(figure.stem) { (PreEscaped(&figure.svg)) } }
+        }
+    }
+}
+
+/// A part without data: what would fill it.
+pub(crate) fn missing(what: &str, command: &str) -> Markup {
+    html! { p.missing { (what) " " code { (command) } " fills this part." } }
+}

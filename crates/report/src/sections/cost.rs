@@ -1,0 +1,94 @@
+//! What it costs to compute.
+
+use maud::{Markup, html};
+use orchard_bench::compute::{Compute, TaskCost};
+
+use super::{Section, missing, side_by_side};
+use crate::figures::Figures;
+use crate::published::PaperFigures;
+use crate::results::{Results, Scaling};
+use crate::table::{Cell, table};
+use crate::words::{grouped, number, plain};
+
+/// Throughput over parallel worlds.
+pub(crate) fn scaling(results: &Results, figures: &Figures, paper: &PaperFigures) -> Section {
+    let paper = &paper.scaling;
+    let body = html! {
+        @match results.scaling.as_ref().filter(|_| !figures.scaling.is_empty()) {
+            None => (missing("No scaling run in this folder.", "cargo xtask bench-v1 --tasks scaling")),
+            Some(scaling) => {
+                p {
+                    "Physics alone, no rendering, both axes logarithmic. An env-step is one frame (1/60 s) of one world. The paper's throughput levels off between "
+                    (grouped(paper.plateau_low.get().into())) " and " (grouped(paper.plateau_high.get().into()))
+                    " env-steps/s on its laptop GPU where worlds share their dimensions, and at " (paper.distinct.get())
+                    " where every world has a geometry of its own."
+                }
+                (side_by_side(&figures.scaling))
+                (rows(scaling))
+            },
+        }
+    };
+    Section { id: "scaling", title: "Scaling over worlds", body }
+}
+
+fn rows(scaling: &Scaling) -> Markup {
+    let row = |r: &crate::results::ScalingRow| {
+        vec![
+            Cell::words(plain(&r.solver)),
+            Cell::words(plain(&r.mode)),
+            Cell::number(r.worlds.to_string()),
+            Cell::number(number(Some(r.step_rate_per_s), 1)),
+            Cell::main(grouped(r.env_steps_per_s.max(0.0).round() as u64)),
+            Cell::number(number(r.memory_mib, 0)).because(r.memory_mib.is_none().then_some("not measured")),
+        ]
+    };
+    let rows: Vec<_> = scaling.rows.iter().map(row).collect();
+    let heads = ["solver", "mode", "worlds", "frames of the batch [1/s]", "env-steps/s", "memory [MiB]"];
+    html! { details { summary { "Every row" } (table("Scaling over worlds", &heads, &rows)) } }
+}
+
+/// What the tasks cost.
+pub(crate) fn compute(results: &Results) -> Section {
+    let body = html! {
+        @match &results.compute {
+            None => (missing("No compute.json in this folder.", "cargo xtask bench-v1")),
+            Some(compute) => {
+                (costs(compute))
+                p.note {
+                    "Sensing and control included; env-steps of the detection task are images. These figures and those of scaling depend on \
+                     the machine; nothing else on this page does."
+                }
+            },
+        }
+    };
+    Section { id: "compute", title: "Compute", body }
+}
+
+/// A column a task.
+fn costs(compute: &Compute) -> Markup {
+    let costs: Vec<&TaskCost> = compute.tasks.values().collect();
+    let row = |name: &str, unit: &str, cell: &dyn Fn(&TaskCost) -> Cell| -> Vec<Cell> {
+        let cells = costs.iter().map(|cost| cell(cost));
+        std::iter::once(Cell::words(name)).chain(cells).chain([Cell::words(unit)]).collect()
+    };
+    let number_of = |value: Option<f64>, digits| {
+        let reason = "every record was reused, or the system does not tell";
+        Cell::main(number(value, digits)).because(value.is_none().then_some(reason))
+    };
+    let count = |n: usize| Cell::number(grouped(n as u64));
+    let reused = |cost: &TaskCost| cost.records.iter().filter(|record| record.wall_s.is_none()).count();
+    let rows = [
+        row("wall time", "s", &|cost| number_of(Some(cost.wall_s), 1)),
+        row("threads", "", &|cost| count(cost.threads as usize)),
+        row("env-steps computed", "", &|cost| Cell::number(grouped(cost.env_steps))),
+        row("step rate of one world", "frames/s", &|cost| number_of(cost.step_rate_per_s, 0)),
+        row("throughput", "env-steps/s", &|cost| number_of(cost.env_steps_per_s, 0)),
+        row("simulated time", "world-seconds/s", &|cost| number_of(cost.world_seconds_per_s, 1)),
+        row("peak memory", "MiB", &|cost| number_of(cost.peak_memory_mib, 0)),
+        row("records", "", &|cost| count(cost.records.len())),
+        row("of these, reused", "", &|cost| count(reused(cost))),
+    ];
+    let tasks = compute.tasks.keys().map(String::as_str);
+    let heads: Vec<&str> = std::iter::once("figure").chain(tasks).chain(["unit"]).collect();
+    table("Cost of every task's last run", &heads, &rows)
+}

@@ -1,0 +1,99 @@
+//! Reading a result folder.
+
+use std::path::Path;
+
+use orchard_bench::detect::DetectSummary;
+use orchard_bench::episode::SCHEMA_VERSION;
+use orchard_report::Results;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+/// Summaries of the component tasks.
+const COMPONENTS: [&str; 2] = ["reach-and-grasp.json", "gentle.json"];
+
+/// What every result file has.
+#[derive(Deserialize)]
+struct Head {
+    schema_version: u32,
+}
+
+/// Reads all summaries that are there. The error names the file and the problem.
+pub fn read(dir: &Path) -> Result<Results, String> {
+    if !dir.is_dir() {
+        return Err(format!("{}: there is no such folder", dir.display()));
+    }
+    let mut components = Vec::new();
+    for file in COMPONENTS {
+        components.extend(file_of(dir, file)?);
+    }
+    let results = Results {
+        harvest: file_of(dir, "summary.json")?,
+        detect: file_of(dir, DetectSummary::FILE)?,
+        components,
+        compute: file_of(dir, "compute.json")?,
+        scaling: file_of(dir, "scaling.json")?,
+    };
+    if results.is_empty() {
+        let names =
+            "summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json, scaling.json";
+        return Err(format!("{}: holds no result of bench-v1: none of {names}", dir.display()));
+    }
+    Ok(results)
+}
+
+/// A file's content, if there is one.
+fn file_of<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, String> {
+    let path = dir.join(name);
+    let bad = |problem: String| format!("{}: {problem}", path.display());
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(bad(e.to_string())),
+    };
+    let head: Head =
+        serde_json::from_str(&text).map_err(|e| bad(format!("is no result of bench-v1: {e}")))?;
+    if head.schema_version != SCHEMA_VERSION {
+        let found = head.schema_version;
+        return Err(bad(format!(
+            "has schema version {found}, this code reads {SCHEMA_VERSION}: run bench-v1 again"
+        )));
+    }
+    serde_json::from_str(&text).map(Some).map_err(|e| bad(format!("does not read: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_bench::compute::Compute;
+
+    #[test]
+    fn folders_without_results_and_broken_files_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path();
+        let refused = || read(dir).unwrap_err();
+        assert!(refused().contains("holds no result of bench-v1"));
+        assert!(read(&dir.join("none")).unwrap_err().contains("there is no such folder"));
+        let compute = Compute { schema_version: SCHEMA_VERSION, tasks: std::collections::BTreeMap::new() };
+        let text = serde_json::to_string(&compute).unwrap();
+        std::fs::write(dir.join("compute.json"), &text).unwrap();
+        assert_eq!(read(dir).unwrap().compute, Some(compute));
+        for (name, text, problem) in [
+            ("summary.json", "{", "summary.json: is no result of bench-v1: EOF"),
+            (
+                "summary.json",
+                "{\"schema_version\": 1}",
+                "summary.json: has schema version 1, this code reads",
+            ),
+            (
+                "detect.json",
+                &format!("{{\"schema_version\": {SCHEMA_VERSION}}}"),
+                "detect.json: does not read: missing field",
+            ),
+            ("scaling.json", "[]", "scaling.json: is no result"),
+        ] {
+            std::fs::write(dir.join(name), text).unwrap();
+            assert!(refused().contains(problem), "{}", refused());
+            std::fs::remove_file(dir.join(name)).unwrap();
+        }
+    }
+}
