@@ -4,6 +4,8 @@
 //! sample of its episodes, run again, has the same bytes. `docs/leaderboard.md` tells how to submit.
 
 mod board;
+#[cfg(test)]
+mod board_tests;
 mod consistency;
 mod difference;
 mod entry;
