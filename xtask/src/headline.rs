@@ -228,6 +228,7 @@ pub fn interval(metric: &Metric) -> String {
 mod tests {
     use super::*;
     use orchard_bench::harvest::{Extent, Harvest};
+    use orchard_bench::matrix::EXHAUSTION;
     use orchard_bench::protocol::Protocol;
     use orchard_picker::Kind;
 

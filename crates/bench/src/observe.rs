@@ -1,7 +1,5 @@
 //! Watching an episode: who does so is told everything and changes nothing.
 
-use std::marker::PhantomData;
-
 use orchard_robot::io::{Command, Observation};
 
 use crate::episode::{EpisodeKey, EpisodeRecord};
@@ -89,9 +87,10 @@ impl<W, O: Observer<W>> Observer<W> for Option<O> {
 }
 
 /// Keeps nothing.
-pub(crate) struct KeepNothing<W>(pub PhantomData<fn(W)>);
+#[derive(Debug, Clone, Copy)]
+pub struct KeepNothing;
 
-impl<W> Watch<W> for KeepNothing<W> {
+impl<W> Watch<W> for KeepNothing {
     type Observer = Unwatched;
 
     fn is_kept(&self, _: &EpisodeKey) -> bool {

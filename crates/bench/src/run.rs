@@ -2,7 +2,6 @@
 //!
 //! Episodes are the records of a [`Task`]: independent, each with its own file.
 
-use std::marker::PhantomData;
 use std::sync::atomic::AtomicBool;
 
 use crate::episode::{EpisodeKey, EpisodeRecord};
@@ -40,7 +39,7 @@ pub fn run<F: WorldFactory>(
     session: &Session<'_>,
     progress: &impl Progress<EpisodeRecord>,
 ) -> Result<RunResult, RunError> {
-    run_task(&Episodes { plan, factory, watch: &KeepNothing(PhantomData) }, session, progress)
+    run_task(&Episodes::unwatched(plan, factory), session, progress)
 }
 
 /// The harvest task: every episode of a plan.
@@ -51,6 +50,13 @@ pub struct Episodes<'a, F, O> {
     pub factory: &'a F,
     /// Who watches.
     pub watch: &'a O,
+}
+
+impl<'a, F> Episodes<'a, F, KeepNothing> {
+    /// Those of a plan, with nobody watching.
+    pub fn unwatched(plan: &'a Plan, factory: &'a F) -> Self {
+        Self { plan, factory, watch: &KeepNothing }
+    }
 }
 
 impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {

@@ -16,6 +16,7 @@ use super::sample::drawn;
 use crate::digest::{FilesDigest, hex};
 use crate::episode::{CODE_VERSION, EpisodeKey, EpisodeRecord, SCHEMA_VERSION};
 use crate::gather::gather;
+use crate::observe::KeepNothing;
 use crate::plan::Plan;
 use crate::record::Record;
 use crate::run::{Episodes, WorldFactory};
@@ -107,7 +108,7 @@ pub fn verify<F: WorldFactory>(
     let sample: Vec<&EpisodeRecord> =
         drawn(&hash, records.len(), sample).into_iter().map(|index| &records[index]).collect();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let task = Episodes { plan, factory };
+    let task = Episodes::unwatched(plan, factory);
     pool.install(|| {
         sample.par_iter().with_max_len(1).try_for_each(|record| repeat(&task, record, stop, progress))
     })?;
@@ -176,15 +177,15 @@ fn check_summary(folder: &Path, summary: &Summary) -> Result<(), Refusal> {
 
 /// Runs an episode again and compares bytes.
 fn repeat<F: WorldFactory>(
-    task: &Episodes<'_, F>,
+    task: &Episodes<'_, F, KeepNothing>,
     record: &EpisodeRecord,
     stop: &AtomicBool,
     progress: &impl Progress<EpisodeRecord>,
 ) -> Result<(), Refusal> {
     let file = EpisodeRecord::path(&record.key);
-    let Some(again) = task.compute(&record.key, stop, &mut || progress.step()) else {
-        return Err(Refusal::Interrupted);
-    };
+    let again = task.compute(&record.key, stop, &mut || progress.step());
+    let again = again.map_err(|e| Refusal::NotAResult { file: file.clone(), problem: e.to_string() })?;
+    let Some(again) = again else { return Err(Refusal::Interrupted) };
     let (found, own) = (bytes(&file, record)?, bytes(&file, &again)?);
     if found != own {
         return Err(Refusal::NotRepeated { file, difference: difference(&found, &own) });
