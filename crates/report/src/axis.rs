@@ -64,7 +64,7 @@ impl Axis {
         let every = ((last - first) as usize).div_ceil(most.max(1)).max(1);
         let place = |power: i32| f64::from(power) * std::f64::consts::LN_2 / std::f64::consts::LN_10;
         let ticks =
-            (first..=last).step_by(every).map(|p| (place(p), format!("{}", 2_f64.powf(f64::from(p)))));
+            (first..=last).step_by(every).map(|p| (place(p), format!("{}", math::pow(2.0, f64::from(p)))));
         let room = 0.04 * (place(last) - place(first)).max(1.0);
         Self {
             label: label.into(),
