@@ -25,7 +25,8 @@ impl Axis {
     /// From 0 to the next even number above all values, in about so many steps.
     pub fn from_zero(label: impl Into<String>, values: impl Iterator<Item = f64>, steps: u32) -> Self {
         let largest = values.filter(|x| x.is_finite()).fold(0.0, f64::max);
-        let step = step(if largest > 0.0 { largest } else { 1.0 }, steps);
+        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let step = step(largest, steps);
         let count = ((largest / step) - 1e-9).ceil().max(1.0) as u32;
         let ticks = (0..=count).map(|i| f64::from(i) * step).map(|x| (x, told(x, step))).collect();
         Self { label: label.into(), ends: [0.0, f64::from(count) * step], ticks, logarithmic: false }
@@ -63,7 +64,7 @@ impl Axis {
         let every = ((last - first) as usize).div_ceil(most.max(1)).max(1);
         let place = |power: i32| f64::from(power) * std::f64::consts::LN_2 / std::f64::consts::LN_10;
         let ticks =
-            (first..=last).step_by(every).map(|p| (place(p), format!("{}", 2_f64.powf(f64::from(p)))));
+            (first..=last).step_by(every).map(|p| (place(p), format!("{}", math::pow(2.0, f64::from(p)))));
         let room = 0.04 * (place(last) - place(first)).max(1.0);
         Self {
             label: label.into(),
@@ -161,8 +162,8 @@ mod tests {
         assert_eq!(texts(&axis(&[0.12])), ["0.000", "0.025", "0.050", "0.075", "0.100", "0.125"]);
         assert_eq!(texts(&axis(&[7.0])), ["0", "2", "4", "6", "8"]);
         assert_eq!(texts(&axis(&[1.0])), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(axis(&[]).ends, [0.0, 0.2]);
-        assert_eq!(axis(&[f64::NAN, 0.0]).ends, [0.0, 0.2]);
+        assert_eq!(axis(&[]).ends, [0.0, 1.0]);
+        assert_eq!(axis(&[f64::NAN, 0.0]).ends, [0.0, 1.0]);
         for largest in [1e-3, 0.7, 3.3, 12.0, 4400.0] {
             let [low, high] = axis(&[largest]).ends;
             assert!(low == 0.0 && high >= largest && high <= 2.0 * largest, "{largest}: {high}");

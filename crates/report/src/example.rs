@@ -15,16 +15,18 @@ use orchard_bench::matrix::{Dials, SweepPoint};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::plan::ConditionParams;
 use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::{MemoryBasis, Row, Scaling, SolverName};
 use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
 use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
 use orchard_bench::summary::{
     Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
 };
 use orchard_bench::zones::{Zone, zone_table};
+use orchard_spec::randomisation::Mode;
 use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::pictures::{Moment, Pick, Picture, Pictures};
-use crate::results::{Results, Scaling, ScalingRow};
+use crate::results::Results;
 
 /// The whole of it.
 pub fn results() -> Results {
@@ -330,26 +332,50 @@ fn compute() -> Compute {
 }
 
 fn scaling() -> Scaling {
-    let modes = [("homogeneous", 1.0), ("shared_dimensions", 0.97), ("distinct_geometry", 0.9)];
+    let modes = [(Mode::Homogeneous, 1.0), (Mode::SharedDimensions, 0.97), (Mode::DistinctDimensions, 0.9)];
     let mut rows = Vec::new();
-    for (solver, slower) in [("batch", 1.0), ("reference", 3.0)] {
+    for (solver, slower) in [(SolverName::Lanes, 1.0), (SolverName::Aba, 3.0)] {
         for (mode, factor) in modes {
-            for power in 0..10 {
-                let worlds = 1_u32 << power;
+            for worlds in (0..10).map(|power| 1_u32 << power) {
                 let full = f64::from(worlds) / (1.0 + f64::from(worlds) / 40.0);
                 let env_steps_per_s = 250.0 * factor * full / slower;
-                rows.push(ScalingRow {
-                    solver: solver.to_owned(),
-                    mode: mode.to_owned(),
+                let step_rate_per_s = env_steps_per_s / f64::from(worlds);
+                rows.push(Row {
+                    solver,
+                    mode,
                     worlds,
-                    step_rate_per_s: env_steps_per_s / f64::from(worlds),
+                    step_rate_per_s,
                     env_steps_per_s,
+                    spread: [0.9 * step_rate_per_s, 1.1 * step_rate_per_s],
+                    processor_us_per_env_step: 1e6 / env_steps_per_s,
                     memory_mib: Some(20.0 + 3.0 * f64::from(worlds)),
+                    memory_basis: MemoryBasis::Growth,
+                    segments_per_tree: 150.0,
+                    fruit_per_tree: 40.0,
+                    repeats: 3,
+                    courses: 3,
+                    unfinite: 0,
                 });
             }
         }
     }
-    Scaling { schema_version: SCHEMA_VERSION, machine: machine(), threads: 2, rows }
+    Scaling {
+        schema_version: SCHEMA_VERSION,
+        code_version: CODE_VERSION.to_owned(),
+        config_version: "v1".to_owned(),
+        profile: "full".to_owned(),
+        machine: machine(),
+        instructions: "avx2".to_owned(),
+        threads: 2,
+        seed: 20250704,
+        frame_s: 1.0 / 60.0,
+        substeps: 3,
+        frames: 60,
+        wall_s: 30.0,
+        peak_memory_mib: Some(500.0),
+        left_out: Vec::new(),
+        rows,
+    }
 }
 
 /// Pictures of nothing in particular.

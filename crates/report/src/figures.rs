@@ -63,7 +63,7 @@ impl Figures {
             figures.detect = vec![detection(detect, &protocol.detect)?, detect::errors(detect)?];
         }
         if let Some(scaling) = results.scaling.as_ref().filter(|scaling| !scaling.rows.is_empty()) {
-            figures.scaling = scaling::figures(scaling, &paper.scaling)?;
+            figures.scaling = scaling::figures(scaling, &protocol.scaling.published)?;
         }
         Ok(figures)
     }

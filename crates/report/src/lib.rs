@@ -26,5 +26,5 @@ pub use figure::{Figure, FigureError};
 pub use figures::{Figures, detection};
 pub use page::page;
 pub use pictures::{Moment, Pick, Picture, Pictures};
-pub use published::{At, PaperFigures, PaperScaling, PaperTrees, PaperZones, REPORT_TOML};
-pub use results::{Results, Scaling, ScalingRow, main_condition};
+pub use published::{At, PaperFigures, PaperTrees, PaperZones, REPORT_TOML};
+pub use results::{Results, main_condition};

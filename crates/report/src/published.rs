@@ -1,8 +1,8 @@
-//! The paper's figures for sweeps, zones and scaling, read from `configs/paper/report.toml`.
+//! The paper's figures for sweeps, zones and trees, read from `configs/paper/report.toml`.
 
 use std::collections::BTreeMap;
 
-use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use orchard_quantity::{ConfigError, Quantity, from_toml};
 use serde::Deserialize;
 
 /// The file as text.
@@ -14,8 +14,6 @@ pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 pub struct PaperFigures {
     /// By sweep and metric, in the order of the dial.
     pub sweeps: BTreeMap<String, BTreeMap<String, Vec<At>>>,
-    /// Throughput over parallel worlds.
-    pub scaling: PaperScaling,
     /// Place success by canopy zone.
     pub zones: PaperZones,
     /// Fruit deposited a tree.
@@ -34,18 +32,6 @@ pub struct At {
     pub unit: String,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
-}
-
-/// Where aggregate throughput levels off [env-steps/s].
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PaperScaling {
-    /// Homogeneous and shared-dimension batches, at least.
-    pub plateau_low: Count,
-    /// The same, at most.
-    pub plateau_high: Count,
-    /// A geometry for every world.
-    pub distinct: Count,
 }
 
 /// Place success by canopy zone.

@@ -5,8 +5,8 @@ use orchard_bench::compute::Compute;
 use orchard_bench::detect::DetectSummary;
 use orchard_bench::matrix::NOMINAL;
 use orchard_bench::metrics::Metric;
+use orchard_bench::scaling::Scaling;
 use orchard_bench::summary::{ConditionSummary, Summary};
-use serde::{Deserialize, Serialize};
 
 /// Results, each where its task was run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,36 +21,6 @@ pub struct Results {
     pub compute: Option<Compute>,
     /// Throughput over parallel worlds, `scaling.json`.
     pub scaling: Option<Scaling>,
-}
-
-/// Throughput over parallel worlds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Scaling {
-    /// Layout version.
-    pub schema_version: u32,
-    /// The machine.
-    pub machine: orchard_bench::compute::Machine,
-    /// Threads.
-    pub threads: u32,
-    /// A row a number of worlds, solver and mode.
-    pub rows: Vec<ScalingRow>,
-}
-
-/// One number of worlds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ScalingRow {
-    /// Solver.
-    pub solver: String,
-    /// Randomisation mode.
-    pub mode: String,
-    /// Worlds.
-    pub worlds: u32,
-    /// Frames of the whole batch a second.
-    pub step_rate_per_s: f64,
-    /// Frames of one world a second, all worlds together.
-    pub env_steps_per_s: f64,
-    /// Memory [MiB].
-    pub memory_mib: Option<f64>,
 }
 
 impl Results {

@@ -3,6 +3,7 @@
 use orchard_bench::component::{ReachAndGrasp, metrics as component_metrics};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::statistics::Undefined;
+use orchard_spec::randomisation::Mode;
 
 /// Titles and definitions by name; `docs/benchmark-v1.md` has the whole of them.
 const WORDS: [(&str, &str, &str); 35] = [
@@ -193,6 +194,16 @@ pub(crate) fn why(metric: &Metric) -> Option<String> {
 /// A reason in words.
 pub(crate) fn reason_of(reason: Undefined, has_mean: bool) -> String {
     if has_mean { format!("no interval: {reason}") } else { format!("no figure: {reason}") }
+}
+
+/// What differs between the worlds of a batch.
+pub(crate) fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Homogeneous => "homogeneous",
+        Mode::SharedDimensions => "shared dimensions",
+        Mode::DistinctDimensions => "distinct dimensions",
+        Mode::DistinctTopology => "distinct topology",
+    }
 }
 
 /// A name of a file or a state as people write it.

@@ -1,50 +1,49 @@
 //! Throughput over parallel worlds.
 
-use std::collections::BTreeSet;
+use orchard_bench::scaling::{PublishedScaling, Row, Scaling, SolverName};
+use orchard_spec::randomisation::Mode;
 
 use crate::axis::Axis;
 use crate::chart::{Band, Chart, Line, Mark, Point, Series};
 use crate::figure::{Figure, FigureError, colour};
-use crate::published::PaperScaling;
-use crate::results::{Scaling, ScalingRow};
-use crate::words::plain;
+use crate::words::{mode as mode_name, plain};
 
-/// What is drawn of a row.
-type Value = fn(&ScalingRow) -> Option<f64>;
+/// What is drawn of a row, with the smallest and the largest of its repeats.
+type Value = fn(&Row) -> Option<(f64, Option<[f64; 2]>)>;
 
 /// Lines of solvers, in their order.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dotted];
 
 /// Throughput, step rate and memory over the number of worlds.
-pub(crate) fn figures(scaling: &Scaling, paper: &PaperScaling) -> Result<Vec<Figure>, FigureError> {
-    let bands = || {
-        let plateau = [&paper.plateau_low, &paper.plateau_high].map(|count| f64::from(count.get()));
-        let distinct = f64::from(paper.distinct.get());
-        vec![
-            Band { name: "paper, plateau".to_owned(), ends: plateau },
-            Band { name: "paper, distinct".to_owned(), ends: [distinct; 2] },
-        ]
+pub(crate) fn figures(scaling: &Scaling, paper: &PublishedScaling) -> Result<Vec<Figure>, FigureError> {
+    // Smallest and largest of the repeats.
+    let throughput: Value = |row| {
+        let ends = row.spread.map(|rate| rate * f64::from(row.worlds));
+        Some((row.env_steps_per_s, Some(ends)))
     };
+    let rate: Value = |row| Some((row.step_rate_per_s, Some(row.spread)));
+    let memory: Value = |row| Some((row.memory_mib?, None));
     let mut figures = vec![
-        figure(
-            scaling,
-            "scaling-throughput",
-            "Throughput [env-steps/s]",
-            |row| Some(row.env_steps_per_s),
-            bands(),
-        )?,
-        figure(
-            scaling,
-            "scaling-steps",
-            "Frames of the batch [1/s]",
-            |row| Some(row.step_rate_per_s),
-            Vec::new(),
-        )?,
+        figure(scaling, "scaling-throughput", "Throughput [env-steps/s]", throughput, bands(paper))?,
+        figure(scaling, "scaling-steps", "Frames of the batch [1/s]", rate, Vec::new())?,
     ];
     if scaling.rows.iter().any(|row| row.memory_mib.is_some()) {
-        figures.push(figure(scaling, "scaling-memory", "Memory [MiB]", |row| row.memory_mib, Vec::new())?);
+        figures.push(figure(scaling, "scaling-memory", "Memory of the batch [MiB]", memory, Vec::new())?);
     }
     Ok(figures)
+}
+
+/// What the paper's largest batches reach, modes of one rate together.
+fn bands(paper: &PublishedScaling) -> Vec<Band> {
+    let mut bands: Vec<Band> = Vec::new();
+    for rate in paper.env_steps_per_s.iter().filter(|rate| rate.worlds > 1) {
+        let (ends, name) = ([rate.low, rate.high], mode_name(rate.mode));
+        match bands.iter_mut().find(|band| band.ends == ends) {
+            Some(band) => band.name += &format!(", {name}"),
+            None => bands.push(Band { name: format!("paper: {name}"), ends }),
+        }
+    }
+    bands
 }
 
 fn figure(
@@ -54,10 +53,10 @@ fn figure(
     value: Value,
     bands: Vec<Band>,
 ) -> Result<Figure, FigureError> {
-    let solvers: Vec<&str> =
-        scaling.rows.iter().map(|row| &*row.solver).collect::<BTreeSet<_>>().into_iter().collect();
-    let modes: Vec<&str> =
-        scaling.rows.iter().map(|row| &*row.mode).collect::<BTreeSet<_>>().into_iter().collect();
+    let has = |of: &dyn Fn(&Row) -> bool| scaling.rows.iter().any(of);
+    let solvers: Vec<SolverName> =
+        SolverName::ALL.into_iter().filter(|s| has(&|row| row.solver == *s)).collect();
+    let modes: Vec<Mode> = Mode::ALL.into_iter().filter(|m| has(&|row| row.mode == *m)).collect();
     let mut series = Vec::new();
     let mut told = Vec::new();
     // A colour a mode, a kind of line a solver: the legend tells them apart.
@@ -70,17 +69,20 @@ fn figure(
         points: Vec::new(),
         shift: 0,
     };
-    series.extend(modes.iter().enumerate().map(|(i, mode)| key(mode, colour_of(i), Mark::Disc, Line::None)));
+    series.extend(
+        modes.iter().enumerate().map(|(i, mode)| key(mode_name(*mode), colour_of(i), Mark::Disc, Line::None)),
+    );
     if solvers.len() > 1 {
-        let sign =
-            |(j, solver): (usize, &&str)| key(solver, colour::SOFT, Mark::None, LINES[j % LINES.len()]);
+        let sign = |(j, solver): (usize, &SolverName)| {
+            key(solver.name(), colour::SOFT, Mark::None, LINES[j % LINES.len()])
+        };
         series.extend(solvers.iter().enumerate().map(sign));
     }
     for (i, mode) in modes.iter().enumerate() {
         for (j, solver) in solvers.iter().enumerate() {
             let own = scaling.rows.iter().filter(|row| row.solver == *solver && row.mode == *mode);
             let mut points: Vec<Point> = own
-                .filter_map(|row| Some(Point { x: f64::from(row.worlds), y: value(row)?, ci95: None }))
+                .filter_map(|row| value(row).map(|(y, ci95)| Point { x: f64::from(row.worlds), y, ci95 }))
                 .filter(|point| point.x > 0.0 && point.y > 0.0)
                 .collect();
             if points.is_empty() {
@@ -88,7 +90,7 @@ fn figure(
             }
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
             let list: Vec<String> = points.iter().map(|p| format!("{:.0} at {}", p.y, p.x)).collect();
-            told.push(format!("{}, {}: {}", plain(mode), plain(solver), list.join(", ")));
+            told.push(format!("{}, {}: {}", mode_name(*mode), plain(solver.name()), list.join(", ")));
             let line = LINES[j % LINES.len()];
             series.push(Series {
                 name: String::new(),

@@ -2,26 +2,24 @@
 
 use maud::{Markup, html};
 use orchard_bench::compute::{Compute, TaskCost};
+use orchard_bench::scaling::{Row, Scaling};
 
 use super::{Section, missing, side_by_side};
 use crate::figures::Figures;
-use crate::published::PaperFigures;
-use crate::results::{Results, Scaling};
+use crate::results::Results;
 use crate::table::{Cell, table};
-use crate::words::{grouped, number, plain};
+use crate::words::{grouped, mode, number};
 
 /// Throughput over parallel worlds.
-pub(crate) fn scaling(results: &Results, figures: &Figures, paper: &PaperFigures) -> Section {
-    let paper = &paper.scaling;
+pub(crate) fn scaling(results: &Results, figures: &Figures) -> Section {
     let body = html! {
         @match results.scaling.as_ref().filter(|_| !figures.scaling.is_empty()) {
             None => (missing("No scaling run in this folder.", "cargo xtask bench-v1 --tasks scaling")),
             Some(scaling) => {
                 p {
-                    "Physics alone, no rendering, both axes logarithmic. An env-step is one frame (1/60 s) of one world. The paper's throughput levels off between "
-                    (grouped(paper.plateau_low.get().into())) " and " (grouped(paper.plateau_high.get().into()))
-                    " env-steps/s on its laptop GPU where worlds share their dimensions, and at " (paper.distinct.get())
-                    " where every world has a geometry of its own."
+                    "Physics alone, no rendering, both axes logarithmic; an env-step is one frame (1/60 s) of one world. Marks are medians of the \
+                     repeats, caps the slowest and the fastest; " (scaling.threads) " threads, lanes of " (scaling.instructions)
+                    ". Grey are the paper's rates of its largest batches, on its laptop GPU."
                 }
                 (side_by_side(&figures.scaling))
                 (rows(scaling))
@@ -32,10 +30,10 @@ pub(crate) fn scaling(results: &Results, figures: &Figures, paper: &PaperFigures
 }
 
 fn rows(scaling: &Scaling) -> Markup {
-    let row = |r: &crate::results::ScalingRow| {
+    let row = |r: &Row| {
         vec![
-            Cell::words(plain(&r.solver)),
-            Cell::words(plain(&r.mode)),
+            Cell::words(r.solver.name()),
+            Cell::words(mode(r.mode)),
             Cell::number(r.worlds.to_string()),
             Cell::number(number(Some(r.step_rate_per_s), 1)),
             Cell::main(grouped(r.env_steps_per_s.max(0.0).round() as u64)),
