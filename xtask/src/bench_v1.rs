@@ -82,7 +82,7 @@ pub struct Args {
     /// [default: nominal and all sweeps]
     #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
     conditions: Option<Vec<String>>,
-    /// Records every episode of the harvest as an MCAP file, some 30 MB for 75 s; episodes that have no whole one are run again
+    /// Records every episode of the harvest as an MCAP file, some 20 MB for 75 s; episodes that have no whole one are run again
     #[arg(long)]
     record: bool,
     /// Controller of the robot: baseline, the paper's state machine, or expert

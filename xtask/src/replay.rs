@@ -24,8 +24,8 @@ use crate::interrupt;
                   Recordings are made by bench-v1 --record. They replay with the code and the configs that wrote them.\n\
                   Exit code 1: something differs; the first difference is named. Exit code 2: no recording, a damaged one, or one\n\
                   of other code.\n\n\
-                  Example:\n  cargo xtask bench-v1 --trees 1 --record\n  \
-                  cargo xtask replay results/bench-v1-quick/recordings/baseline-nominal-20250704-000.mcap"
+                  Example:\n  cargo xtask bench-v1 --conditions nominal --trees 1 --record\n  \
+                  cargo xtask replay results/bench-v1-quick-nominal/recordings/baseline-nominal-20250704-000.mcap"
 )]
 pub struct Args {
     /// The recording, from the folder recordings of a result
