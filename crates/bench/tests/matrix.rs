@@ -52,7 +52,9 @@ fn dials_leave_the_tree_and_the_start_as_they_are() {
         let nominal = conditions.world("nominal", tree);
         for name in &names {
             let world = conditions.world(name, tree);
-            assert_eq!(world.skeleton(), nominal.skeleton(), "{name}");
+            assert!(world.skeleton().segments == nominal.skeleton().segments, "{name}: other wood");
+            let same_leaves = world.skeleton().leaves == nominal.skeleton().leaves;
+            assert_eq!(same_leaves, !name.starts_with("foliage"), "{name}: leaves");
             let place = |world: &World| {
                 let x = world.x_world_odom();
                 (x.translation.vector.xy(), x.rotation.euler_angles().2)
@@ -62,7 +64,7 @@ fn dials_leave_the_tree_and_the_start_as_they_are() {
             }
             assert_eq!(place(&world).0, place(&nominal).0, "{name}");
             if !name.starts_with("fruit") {
-                assert_eq!(fruit(&world), fruit(&nominal), "{name}");
+                assert!(fruit(&world) == fruit(&nominal), "{name}: other fruit");
             }
         }
     }
