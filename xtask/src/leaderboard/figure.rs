@@ -18,6 +18,8 @@ const MARGIN: f64 = 0.12;
 const LEAST_DAMAGE: f64 = 0.5;
 /// Size of names [px].
 const FONT: i32 = 13;
+/// Part of the range that is shown before 0.
+const BEFORE: f64 = 0.04;
 /// Up to here of the range, the name of a budget stands to the right of its line.
 const TURN: f64 = 0.2;
 
@@ -65,7 +67,8 @@ fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(55)
-        .build_cartesian_2d(0.0..most_damage, 0.0..most_completeness)?;
+        // Who does no damage must not stand on the axis.
+        .build_cartesian_2d(-BEFORE * most_damage..most_damage, 0.0..most_completeness)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
