@@ -20,6 +20,7 @@ mod export_tree;
 mod failure;
 mod fuzz;
 mod gallery;
+mod gpu_info;
 mod headline;
 mod interrupt;
 mod judge;
@@ -74,6 +75,7 @@ enum Command {
     Render(render::Args),
     Replay(replay::Args),
     Gallery(gallery::Args),
+    GpuInfo(gpu_info::Args),
     ExportTree(export_tree::Args),
     Judge(judge::Args),
     Leaderboard(leaderboard::Args),
@@ -101,6 +103,7 @@ fn main() -> ExitCode {
             Command::Render(args) => render::run(&args),
             Command::Replay(args) => replay::run(&args),
             Command::Gallery(args) => gallery::run(&args),
+            Command::GpuInfo(args) => gpu_info::run(&args),
             Command::ExportTree(args) => export_tree::run(&args),
             Command::Judge(args) => judge::run(&args),
             Command::Leaderboard(args) => leaderboard::run(&args),

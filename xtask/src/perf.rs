@@ -1,6 +1,7 @@
 //! `cargo xtask perf`: how fast the parts are, as a file of rows.
 
 mod episode;
+mod gpu;
 mod perception;
 mod physics;
 mod timing;
@@ -19,6 +20,7 @@ use crate::rows::{Effort, Suite, run_suite};
 #[command(
     after_help = "Suites:\n  trees    trees grown a second of one core, and 512 randomised worlds built\n  physics  substeps of trees a second, beside MuJoCo's\n  \
                         episode  nominal episodes of every controller with picker and camera, one core\n  \
+                        gpu      substeps of batches of trees on the graphics device\n  \
                         perception  depth images of the wrist camera and the detector on them, one core\n\n\
                   Rows of physics (151 links, 30 fruit, 390 degrees of freedom; medians of processor time, in turns with MuJoCo):\n  \
                   physics.one_tree              one tree, one core, f64\n  \
@@ -31,6 +33,9 @@ use crate::rows::{Effort, Suite, run_suite};
                   Rows of episode (one tree a tuning seed, 75 s; medians of processor time):\n  \
                   episode.nominal_75s.*         seconds of a whole episode, by controller\n  \
                   episode.rate.*                the same as world-seconds a second\n\
+                  Rows of gpu (151 links, 30 fruit; medians of the time elapsed; targets are those of one H200):\n  \
+                  gpu.dimensions_N              N trees of one topology, dimensions of their own; .memory, .build\n  \
+                  gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n\
                   Rows of perception (views of nominal episodes of the tuning seeds; mean over the views, median of rounds of processor time):\n  \
                   perception.camera.192x144, .640x480     scene from the world, depth and labels\n  \
                   perception.camera.scene                 the scene alone\n  \
@@ -67,6 +72,11 @@ const SUITES: &[Suite] = &[
         name: "episode",
         about: "nominal episodes of every controller with picker and camera, one core",
         measure: episode::measure,
+    },
+    Suite {
+        name: "gpu",
+        about: "substeps of batches of trees on the graphics device",
+        measure: gpu::measure,
     },
     Suite {
         name: "perception",

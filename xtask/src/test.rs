@@ -5,12 +5,12 @@ use std::process::Command;
 use crate::failure::Failure;
 use crate::judge;
 use crate::python::Verdict;
-use crate::{check_report, check_statistics, fuzz, read_back, tidy, workspace};
+use crate::{check_report, check_statistics, fuzz, read_back, tidy, validate, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask judge,\n  cargo xtask check-statistics, cargo xtask read-back, cargo xtask check-report,\n  cargo xtask fuzz.\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo xtask tidy, cargo test --workspace, cargo xtask validate gpu (skipped without a graphics adapter), cargo xtask judge,\n  cargo xtask check-statistics, cargo xtask read-back, cargo xtask check-report,\n  cargo xtask fuzz.\n\
                         All steps run; the last lines say which passed."
 )]
 pub struct Args {}
@@ -27,11 +27,12 @@ enum Outcome {
 
 pub fn run(_: &Args) -> Result<(), Failure> {
     type Step = (&'static str, fn() -> Result<Outcome, Failure>);
-    let steps: [Step; 9] = [
+    let steps: [Step; 10] = [
         ("format", || cargo(&["fmt", "--all", "--check"])),
         ("clippy", || cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"])),
         ("tidy", || tidy::run(&tidy::Args {}).map(|()| Outcome::Passed)),
         ("tests", || cargo(&["test", "--workspace", "--quiet"])),
+        ("gpu", || validate::check_gpu().map(outcome)),
         ("judge", || judge::judge().map(outcome)),
         ("statistics", || check_statistics::check().map(outcome)),
         ("read-back", || read_back::read_back().map(outcome)),

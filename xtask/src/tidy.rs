@@ -21,7 +21,7 @@ every source key in configs/ resolves in docs/references.bib\n  no source file i
 pub struct Args {}
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 20] = [
+const LAYERS: [&str; 21] = [
     "quantity",
     "spec",
     "geometry",
@@ -33,6 +33,7 @@ const LAYERS: [&str; 20] = [
     "exchange",
     "fruit",
     "batch",
+    "gpu",
     "robot",
     "picker",
     "world",

@@ -1,16 +1,18 @@
 //! `cargo xtask validate`: the simulator against closed forms and measurements, as a file of rows.
 
+mod gpu;
 mod trees;
 
 use std::path::PathBuf;
 
 use crate::failure::Failure;
+use crate::python::Verdict;
 use crate::rows::{Effort, Suite, run_suite};
 
 /// Holds the simulator against closed forms and published measurements and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n\n\
+    after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n  gpu    trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
                   A row has the figure of the grown trees, the measured one as its target, and the interval in which the\n\
                   figure is to lie. Histograms go into the folder FILE-pictures beside FILE. A missed target ends with exit\n\
                   code 1, unless its row says why it cannot be met.\n\nExample:\n  cargo xtask validate trees --json trees.json"
@@ -23,11 +25,23 @@ pub struct Args {
     json: PathBuf,
 }
 
-const SUITES: &[Suite] = &[Suite {
-    name: "trees",
-    about: "200 grown trees of each calibrated preset against measured ones",
-    measure: trees::measure,
-}];
+const SUITES: &[Suite] = &[
+    Suite {
+        name: "trees",
+        about: "200 grown trees of each calibrated preset against measured ones",
+        measure: trees::measure,
+    },
+    Suite {
+        name: "gpu",
+        about: "trees on the graphics device against the same trees in f64",
+        measure: gpu::measure,
+    },
+];
+
+/// Holds the graphics device that there is against f64.
+pub fn check_gpu() -> Result<Verdict, Failure> {
+    gpu::check()
+}
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     run_suite("validation", SUITES, &args.suite, &args.json, Effort::Full)

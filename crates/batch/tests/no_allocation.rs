@@ -7,6 +7,7 @@ mod common;
 use common::{drop_fruit, kick, siblings, state, tip_over, tips};
 use orchard_batch::Batch;
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Barrier;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
@@ -59,6 +60,12 @@ fn frames_without_events_allocate_nothing() {
     assert_eq!(fallen, 7);
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        // A thread that takes its first job registers itself, and on a busy machine that may come late: here each takes one.
+        let met = Barrier::new(threads);
+        pool.install(|| match threads {
+            1 => _ = met.wait(),
+            _ => _ = rayon::join(|| met.wait(), || met.wait()),
+        });
         let count = pool.install(|| {
             assert_eq!(batch.step(20), []);
             let before = ALLOCATIONS.load(Ordering::Relaxed);

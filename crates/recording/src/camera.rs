@@ -11,17 +11,24 @@ use crate::transforms::CAMERA;
 
 /// Bytes of a coordinate.
 const FLOAT: u32 = size_of::<f32>() as u32;
+/// Bytes of a pixel.
+const PIXEL: u32 = size_of::<u16>() as u32;
+/// Depth units of a metre: millimetres, as drivers of depth cameras give them (ROS Enhancement Proposal 118).
+const PER_METRE: f32 = 1000.0;
 
-/// A depth image as the controller sees it: metres along the optical axis, 0 without a measurement.
+/// A depth image: what the controller sees along the optical axis to the nearest millimetre, 0 without a measurement. Viewers stretch
+/// colours over whole numbers, and take floats for brightness from 0 to 1.
 pub fn image(taken: u64, depth: &DepthImage) -> RawImage {
-    let data: Vec<u8> = depth.pixels().iter().flat_map(|d| d.to_le_bytes()).collect();
+    // A cast saturates, at 65 m.
+    let data: Vec<u8> =
+        depth.pixels().iter().flat_map(|d| ((d * PER_METRE).round() as u16).to_le_bytes()).collect();
     RawImage {
         timestamp: Some(timestamp(taken)),
         frame_id: CAMERA.to_owned(),
         width: depth.width() as u32,
         height: depth.height() as u32,
-        encoding: "32FC1".to_owned(),
-        step: depth.width() as u32 * FLOAT,
+        encoding: "16UC1".to_owned(),
+        step: depth.width() as u32 * PIXEL,
         data: Bytes::from(data),
     }
 }
@@ -85,8 +92,12 @@ mod tests {
         let floats: Vec<f32> =
             cloud.data.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
         assert_eq!(floats, [-1.5, -1.0, 2.0, 0.25, 0.5, 1.0]);
+        depth[(3, 0)] = 0.4567;
+        depth[(0, 1)] = 70.0;
         let image = image(5, &depth);
-        assert_eq!((image.step, image.data.len()), (16, 48));
-        assert_eq!(image.data[4..8], 9.0_f32.to_le_bytes());
+        assert_eq!((image.step, image.data.len()), (8, 24));
+        let millimetres: Vec<u16> =
+            image.data.chunks_exact(2).map(|b| u16::from_le_bytes(b.try_into().unwrap())).collect();
+        assert_eq!(millimetres, [2000, 9000, 0, 457, 65535, 0, 0, 0, 0, 0, 1000, 0]);
     }
 }

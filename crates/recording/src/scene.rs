@@ -6,7 +6,7 @@ mod primitives;
 mod tree;
 
 use foxglove::messages::scene_entity_deletion::Type;
-use foxglove::messages::{SceneEntity, SceneEntityDeletion, SceneUpdate, SpherePrimitive};
+use foxglove::messages::{Duration, SceneEntity, SceneEntityDeletion, SceneUpdate, SpherePrimitive};
 use orchard_camera::{Geometry, Label};
 use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_world::World;
@@ -39,7 +39,8 @@ fn entity(now: u64, frame: String, id: String) -> SceneEntity {
         timestamp: Some(timestamp(now)),
         frame_id: frame,
         id,
-        lifetime: None,
+        // None: it stays until it is replaced.
+        lifetime: Some(Duration::new(0, 0)),
         frame_locked: true,
         ..SceneEntity::default()
     }

@@ -2,7 +2,7 @@
 //! may break and drop fruit. `docs/performance.md` tells what each row means.
 
 mod contact;
-mod forest;
+pub(super) mod forest;
 mod limit;
 mod peer;
 mod pushed;
@@ -25,14 +25,14 @@ use limit::Peaks;
 use peer::{Course, Peer};
 
 /// The tree that the figures are about.
-const LINKS: usize = 151;
-const FRUIT: u32 = 30;
+pub(super) const LINKS: usize = 151;
+pub(super) const FRUIT: u32 = 30;
 /// Worlds of a batch.
-const WORLDS: usize = 512;
+pub(super) const WORLDS: usize = 512;
 /// Threads that share a batch.
 const THREADS: usize = 2;
 /// Worlds of the seed among which the trees are looked for.
-const SEARCHED: u32 = 8192;
+pub(super) const SEARCHED: u32 = 8192;
 /// Frames of a course: short enough that everything is still on the move at its end.
 const FRAMES: u32 = 15;
 

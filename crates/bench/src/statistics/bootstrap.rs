@@ -1,10 +1,11 @@
 //! Confidence intervals over trees x seeds.
 //!
 //! Every metric is a ratio of sums over trees, sum(numerator) / sum(denominator); a mean over trees has the
-//! denominator 1 for each tree. The hierarchical bootstrap (Davison and Hinkley 1997, section 3.8) draws seeds
-//! with replacement and, for every drawn seed, as many of its trees with replacement; a drawn tree brings all its repeats. The
-//! interval lies between percentiles of the resampled ratios (Efron and Tibshirani 1993, chapter 13). All metrics share one set of
-//! resamples. `docs/decisions/0014-whole-trees-are-resampled.md` says why so.
+//! denominator 1 for each tree. The hierarchical bootstrap (Davison and Hinkley 1997, section 3.8) draws one seed fewer than there
+//! are, with replacement, and of every drawn seed twice as many trees as it has, with replacement; a drawn tree brings all its
+//! repeats. Of a single seed its trees are drawn, as many as there are. The interval lies between percentiles of the resampled ratios
+//! (Efron and Tibshirani 1993, chapter 13). All metrics share one set of resamples.
+//! `docs/decisions/0014-whole-trees-are-resampled.md` says why so.
 
 use std::ops::Add;
 
@@ -76,9 +77,9 @@ impl Resamples {
         let mut trees = Vec::new();
         for _ in 0..self.rules.resamples.get() {
             trees.clear();
-            for _ in 0..seeds.len() {
+            for _ in 0..seeds_drawn(seeds.len()) {
                 let seed = &seeds[pick(seeds.len())];
-                for _ in 0..seed.len() {
+                for _ in 0..trees_drawn(seeds.len(), seed.len()) {
                     trees.push(seed[pick(seed.len())]);
                 }
             }
@@ -119,6 +120,18 @@ impl Resamples {
         let end = |p| quantile(&values, p).ok_or(Undefined::NothingToMeasure);
         Ok([end(tail)?, end(1.0 - tail)?])
     }
+}
+
+/// Seeds in a resample of `seeds` of them. Of n independent draws among K values a mean has (K - 1) / (K n) of their sample variance:
+/// with n = K - 1 the K-th part, which is what the mean of K has (Rao and Wu 1988, section 2).
+fn seeds_drawn(seeds: usize) -> usize {
+    (seeds - 1).max(1)
+}
+
+/// Trees drawn of a seed that has `trees`. The spread of trees within seeds is in the spread of the seeds' means already, so that drawing
+/// trees counts it a second time; twice the trees halve what that adds.
+fn trees_drawn(seeds: usize, trees: usize) -> usize {
+    if seeds > 1 { 2 * trees } else { trees }
 }
 
 fn sum(shares: impl Iterator<Item = Share>) -> Share {
@@ -169,23 +182,46 @@ mod tests {
         assert_eq!(interval(&[0.0, 0.0, 3.0, 1.0]), Ok([0.0, 2.0]));
     }
 
-    /// A seed's trees are drawn only with their seed: with seeds of 0 and 10 without spread inside, every
-    /// resample of two seeds has mean 0, 5 or 10.
+    /// A seed's trees are drawn only with their seed: with seeds of 0, 10 and 20 without spread inside, every resample of two
+    /// seeds has a mean of 0, 5, 10, 15 or 20.
     #[test]
     fn trees_stay_with_their_seed() {
-        let resamples = Resamples::draw(&[vec![0, 1], vec![2, 3]], &rules());
-        let shares = means(&[0.0, 0.0, 10.0, 10.0]);
-        let mut counts = [0_u32; 3];
+        let resamples = Resamples::draw(&[vec![0, 1], vec![2, 3], vec![4, 5]], &rules());
+        let shares = means(&[0.0, 0.0, 10.0, 10.0, 20.0, 20.0]);
+        let mut counts = [0_u32; 5];
         for trees in drawn(&resamples) {
+            assert_eq!(trees.len(), 8);
             let mean = ratio(trees.iter().map(|&t| shares[t])).unwrap();
             counts[(mean / 5.0) as usize] += 1;
             assert_eq!(mean % 5.0, 0.0);
         }
-        // Binomial(10,000, 1/4), (1/2), (1/4): five standard deviations are 217 and 250.
-        for (count, expected) in counts.iter().zip([2500_i32, 5000, 2500]) {
-            assert!((*count as i32 - expected).abs() < 250, "{counts:?}");
+        // Binomial(10,000, 1/9), (2/9), (3/9): five standard deviations are 157, 208 and 236.
+        for (count, expected) in counts.iter().zip([1111_i32, 2222, 3333, 2222, 1111]) {
+            assert!((*count as i32 - expected).abs() < 236, "{counts:?}");
         }
-        assert_eq!(resamples.interval(&shares), Ok([0.0, 10.0]));
+        assert_eq!(resamples.interval(&shares), Ok([0.0, 20.0]));
+    }
+
+    /// Two stages of a balanced design: the variance of the resampled mean is S_b^2 / K, of the seeds' means, and the
+    /// K m / (2 (K - 1)) trees drawn add (population variance within) / (2 (K - 1) m).
+    #[test]
+    fn variance_of_the_resampled_mean_is_the_known_one() {
+        let (seeds, trees) = (5, 6);
+        let mut stream = Stream::new(9, 0, Purpose::Test);
+        let values: Vec<f64> = (0..seeds * trees).map(|_| stream.normal(0.0, 1.0)).collect();
+        let groups: Vec<Vec<usize>> = (0..seeds).map(|s| (s * trees..(s + 1) * trees).collect()).collect();
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+        let spread = |of: &[f64]| of.iter().map(|x| (x - mean(of)) * (x - mean(of))).sum::<f64>();
+        let of_seeds: Vec<f64> = values.chunks(trees).map(mean).collect();
+        let within = values.chunks(trees).map(spread).sum::<f64>() / values.len() as f64;
+        let expected =
+            spread(&of_seeds) / ((seeds - 1) * seeds) as f64 + within / (2 * (seeds - 1) * trees) as f64;
+        let mut resampled = Vec::new();
+        Resamples::draw(&groups, &rules())
+            .each(|drawn| resampled.push(mean(&drawn.iter().map(|&t| values[t]).collect::<Vec<_>>())));
+        let found = spread(&resampled) / resampled.len() as f64;
+        // The standard error of a variance of N nearly normal values is sqrt(2 / N), 1.4 %; five of these.
+        assert!((found / expected - 1.0).abs() < 0.07, "{found} {expected}");
     }
 
     /// For one seed the bootstrap distribution of the mean is normal with variance (population variance)/n.

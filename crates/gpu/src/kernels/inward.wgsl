@@ -1,0 +1,256 @@
+// Twin: `twin/inward.rs`, which derives the equations.
+
+struct Body {
+    joint: Joint,
+    d: vec3f,
+    torque: vec3f,
+    force: vec3f,
+    parent: Motion,
+}
+
+// The substep of the frame, from 0.
+var<private> substep: u32;
+
+fn inward(part: u32) {
+    let start = header(TILE_STARTS + part);
+    var borne = nothing();
+    var tip = still();
+    let end = header(TILE_STARTS + part + 1u);
+    if end == start {
+        return;
+    }
+    // The next link is read while this one is worked on.
+    var next = read_link(link_at(end - 1u));
+    var next_operation = operations[operation_at(end - 1u)];
+    var next_bits = states[operation_at(end - 1u)];
+    for (var row = end; row > start;) {
+        row -= 1u;
+        let own = next;
+        let operation = next_operation;
+        let bits = next_bits;
+        let ahead = max(row, start + 1u) - 1u;
+        next = read_link(link_at(ahead));
+        next_operation = operations[operation_at(ahead)];
+        next_bits = states[operation_at(ahead)];
+        if (operation.x & FIRST_ACTIVE) == 0u {
+            continue;
+        }
+        if (operation.y & SECOND_CARRIES) == 0u {
+            tip = motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
+            borne = nothing();
+        }
+        if (operation.y & SECOND_TAKES) != 0u {
+            borne = plus(borne, load(slot_at(part, (operation.x >> FIRST_SLOT) & 0xffu)));
+        }
+        let first_load = (operation.y >> SECOND_FIRST_LOAD) & 0x3ffu;
+        let last_load = first_load + ((operation.y >> SECOND_LOADS) & 0x3fu);
+        for (var k = first_load; k < last_load; k++) {
+            borne = plus(borne, load(cross_load_at(k)));
+        }
+        let body = body_inward(own, tip);
+        var torque = body.torque;
+        var force = body.force;
+        let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
+        let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
+        for (var k = first_fruit; k < last_fruit; k++) {
+            let stem = fruit_at(k);
+            let arm = fruit(stem, FRUIT_ARM).xyz;
+            let last = fruit(stem, FRUIT_REACTION);
+            let reaction = last.xyz;
+            borne = plus_point_mass(borne, last.w, arm - body.d);
+            torque += cross(arm, reaction);
+            force += reaction;
+        }
+        let is_debris = (bits & STATE_DEBRIS) != 0u;
+        var held = vec2f(0.0);
+        if is_debris {
+            let on_ground = propped(row, borne);
+            borne = on_ground.borne;
+            held = on_ground.held;
+        }
+        if (operation.w & FOURTH_PUSHED) != 0u && !is_debris {
+            let push = pushed(row, body.d);
+            torque += push[0];
+            force += push[1];
+        }
+        borne = eliminate(own, row, bits, body, borne, torque, force);
+        if is_debris {
+            hand_on(row, held);
+        }
+        tip = body.parent;
+        if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES)) != 0u {
+            let to = slot_at(part, (operation.x >> FIRST_PARENT) & 0xffu);
+            if (operation.y & SECOND_GIVES) != 0u {
+                set_load(to, plus(load(to), borne));
+            } else {
+                set_load(to, borne);
+            }
+        }
+        if (operation.y & SECOND_GIVES_CROSS) != 0u {
+            set_load(cross_load_at(operation.y >> SECOND_OWN_LOAD), borne);
+        }
+    }
+}
+
+fn hand_on(row: u32, held: vec2f) {
+    let at = work_at(row);
+    set_quad(at, WORK_G_2N, vec4f(quad(at, WORK_G_2N).xyz, held.x));
+    set_quad(at, WORK_G_2F, vec4f(quad(at, WORK_G_2F).xyz, held.y));
+}
+
+fn body_inward(own: Link, tip: Motion) -> Body {
+    let v = own.v;
+    let turned = joint_inward(tip.axes, own.direction, own.q);
+    let joint = turned.joint;
+    let z = tip.axes.z;
+    let w = tip.w;
+    let length = own.length;
+    let d = z * length;
+    let w_cross_z = cross(w, z);
+    let v_d = w_cross_z * length;
+    let b_d = cross(tip.b_w, d) + cross(w, v_d);
+    let v_joint = tip.v - v_d;
+    let b_joint = tip.b_v - b_d;
+
+    var f = b_joint + b_d * 0.5 + (v_joint + v_d * 0.5) * own.linear_drag;
+    f.z += rules.gravity;
+    let force = f * (-rules.h * own.mass);
+    let t = tip.b_w + w * own.angular_drag;
+    let spin = z * dot(z, t) + w_cross_z * dot(w, z);
+    let n = t * own.across + spin * own.excess;
+    let torque = cross(d * 0.5, force) - n * rules.h;
+
+    let s_w = joint.first * v.x + joint.axes.y * v.y;
+    let w_parent = w - s_w;
+    let b_joint_turn = cross(w_parent, s_w) + joint.third * (v.x * v.y);
+    return Body(joint, d, torque, force, Motion(turned.parent, w_parent, tip.b_w - b_joint_turn, v_joint, b_joint));
+}
+
+// Torque, force.
+fn pushed(row: u32, d: vec3f) -> array<vec3f, 2> {
+    var torque = vec3f(0.0);
+    var force = vec3f(0.0);
+    for (var k = 0u; k < PUSHES_EACH; k++) {
+        let at = ((tile_number * PUSHES_EACH + k) * PUSH_FIELDS) * LANES + lane;
+        if bitcast<u32>(pushes[at + PUSH_ROW * LANES]) == row {
+            let f = push3(at, PUSH_FORCE);
+            force += f * rules.h;
+            torque += (push3(at, PUSH_TORQUE) + cross(d * 0.5, f)) * rules.h;
+        }
+    }
+    return array(torque, force);
+}
+
+fn push3(at: u32, field: u32) -> vec3f {
+    return vec3f(pushes[at + field * LANES], pushes[at + (field + 1u) * LANES], pushes[at + (field + 2u) * LANES]);
+}
+
+fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
+    let stiffness = own.stiffness;
+    let damping = own.damping;
+    if (bits & STATE_BROKEN) == 0u {
+        return vec2f(stiffness, rules.h * (damping + rules.h * stiffness));
+    }
+    let inertia = stiffness;
+    let last = damping;
+    let friction = own.limit;
+    let rate = length(own.v);
+    let frames = rules.frame - (bits >> STATE_BROKE) - 1u;
+    let age = f32(frames * rules.substeps + substep) * rules.h;
+    var ramp = 1.0;
+    if rules.friction_ramp_time > 0.0 {
+        ramp = min(age / rules.friction_ramp_time, 1.0);
+    }
+    let moment = friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+    let expected = rate + max(rate - last, 0.0);
+    let speeding = expected / rules.rate_limit;
+    let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
+    let residual = min(rules.residual_damping * inertia, rules.residual_damping_max);
+    let held = residual + brake + moment / max(expected, rules.friction_regularisation);
+    set_link(link_at(row), LINK_STIFFNESS, vec4f(own.stiffness, rate, own.linear_drag, own.angular_drag));
+    return vec2f(0.0, rules.h * held);
+}
+
+fn eliminate(own: Link, row: u32, bits: u32, body: Body, borne: Load, torque: vec3f, force: vec3f) -> Load {
+    let h = rules.h;
+    let d = body.d;
+    let law = joint_law(own, row, bits);
+    let stiffness = law.x;
+    let armature = law.y;
+
+    let mass = own.mass * (1.0 + h * own.linear_drag);
+    let turning = 1.0 + h * own.angular_drag;
+    let length = own.length;
+    let quarter = 0.25 * mass;
+    let across = own.across * turning + quarter * (length * length);
+    let along = d * (own.excess * turning / (length * length) - quarter);
+    let half = d * (0.5 * mass);
+
+    let m_0 = borne.linear[0];
+    let m_1 = borne.linear[1];
+    let o_0 = borne.coupling[0];
+    let o_1 = borne.coupling[1];
+    let o_2 = borne.coupling[2];
+    var h_0 = o_0 + cross(d, m_0);
+    var h_1 = o_1 + cross(d, vec3f(m_0.y, m_1.x, m_1.y));
+    var h_2 = o_2 + cross(d, vec3f(m_0.z, m_1.y, m_1.z));
+    let column_x = cross(d, vec3f(o_0.x, o_1.x, o_2.x)) - (h_1 * d.z - h_2 * d.y) + along * d.x;
+    let column_y = cross(d, vec3f(o_0.y, o_1.y, o_2.y)) - (h_2 * d.x - h_0 * d.z) + along * d.y;
+    let column_z = cross(d, vec3f(o_0.z, o_1.z, o_2.z)) - (h_0 * d.y - h_1 * d.x) + along * d.z;
+    let angular_0 = borne.angular[0] + column_x + vec3f(across, 0.0, 0.0);
+    let angular_1 = borne.angular[1] + vec3f(column_y.y + across, column_y.z, column_z.z + across);
+    h_0 += vec3f(0.0, half.z, -half.y);
+    h_1 += vec3f(-half.z, 0.0, half.x);
+    h_2 += vec3f(half.y, -half.x, 0.0);
+    let linear_0 = m_0 + vec3f(mass, 0.0, 0.0);
+    let linear_1 = m_1 + vec3f(mass, 0.0, mass);
+    let n = torque + borne.torque + cross(d, borne.force);
+    let f = force + borne.force;
+
+    let a_1 = body.joint.first;
+    let a_2 = body.joint.axes.y;
+    let u_1n = symmetric(angular_0, angular_1, a_1);
+    let u_2n = symmetric(angular_0, angular_1, a_2);
+    let u_1f = vec3f(dot(h_0, a_1), dot(h_1, a_1), dot(h_2, a_1));
+    let u_2f = vec3f(dot(h_0, a_2), dot(h_1, a_2), dot(h_2, a_2));
+    let d_11 = dot(a_1, u_1n) + armature;
+    let d_12 = dot(a_2, u_1n);
+    let d_22 = dot(a_2, u_2n) + armature;
+    let inverse = 1.0 / (d_11 * d_22 - d_12 * d_12);
+    let i_11 = d_22 * inverse;
+    let i_12 = -d_12 * inverse;
+    let i_22 = d_11 * inverse;
+    let g_1n = u_1n * i_11 + u_2n * i_12;
+    let g_1f = u_1f * i_11 + u_2f * i_12;
+    let g_2n = u_1n * i_12 + u_2n * i_22;
+    let g_2f = u_1f * i_12 + u_2f * i_22;
+    let y_1 = dot(a_1, n) - (h * stiffness * own.q.x + armature * own.v.x);
+    let y_2 = dot(a_2, n) - (h * stiffness * own.q.y + armature * own.v.y);
+    let e_1 = i_11 * y_1 + i_12 * y_2;
+    let e_2 = i_12 * y_1 + i_22 * y_2;
+    let left_at = work_at(row);
+    set_quad(left_at, WORK_G_1N, vec4f(g_1n, e_1));
+    set_quad(left_at, WORK_G_1F, vec4f(g_1f, e_2));
+    set_quad(left_at, WORK_G_2N, vec4f(g_2n, 0.0));
+    set_quad(left_at, WORK_G_2F, vec4f(g_2f, 0.0));
+
+    return Load(
+        array(
+            angular_0 - g_1n * u_1n.x - g_2n * u_2n.x,
+            angular_1 - vec3f(u_1n.y, u_1n.y, u_1n.z) * vec3f(g_1n.y, g_1n.z, g_1n.z)
+                - vec3f(u_2n.y, u_2n.y, u_2n.z) * vec3f(g_2n.y, g_2n.z, g_2n.z),
+        ),
+        array(
+            h_0 - u_1n * g_1f.x - u_2n * g_2f.x,
+            h_1 - u_1n * g_1f.y - u_2n * g_2f.y,
+            h_2 - u_1n * g_1f.z - u_2n * g_2f.z,
+        ),
+        array(
+            linear_0 - g_1f * u_1f.x - g_2f * u_2f.x,
+            linear_1 - vec3f(u_1f.y, u_1f.y, u_1f.z) * vec3f(g_1f.y, g_1f.z, g_1f.z)
+                - vec3f(u_2f.y, u_2f.y, u_2f.z) * vec3f(g_2f.y, g_2f.z, g_2f.z),
+        ),
+        n - u_1n * e_1 - u_2n * e_2,
+        f - u_1f * e_1 - u_2f * e_2,
+    );
+}

@@ -1,0 +1,149 @@
+// The buffers, by one lane. The twin is `twin/mod.rs`; where numbers stand is `layout.rs`, whose constants precede this file.
+
+struct Rules {
+    h: f32,
+    gravity: f32,
+    substeps: u32,
+    frame: u32,
+    rupture_frames: u32,
+    pull_frames: u32,
+    tension_frames: u32,
+    tension_factor: f32,
+    broken_linear_drag: f32,
+    broken_angular_drag: f32,
+    friction_ratio: f32,
+    friction_ramp: f32,
+    friction_ramp_time: f32,
+    friction_regularisation: f32,
+    residual_damping: f32,
+    residual_damping_max: f32,
+    rate_limit: f32,
+    rate_brake: f32,
+    ground_stiffness: f32,
+    dissipation_time: f32,
+    ground_friction: f32,
+    spin_loss: f32,
+    wood_stiffness: f32,
+    wood_friction: f32,
+}
+
+@group(0) @binding(0) var<uniform> rules: Rules;
+@group(0) @binding(1) var<storage, read> tiles: array<u32>;
+@group(0) @binding(2) var<storage, read> operations: array<vec4u>;
+@group(0) @binding(3) var<storage, read_write> states: array<u32>;
+@group(0) @binding(4) var<storage, read_write> links: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> fruits: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> works: array<vec4f>;
+@group(0) @binding(7) var<storage, read_write> worlds: array<f32>;
+@group(0) @binding(8) var<storage, read> pushes: array<f32>;
+
+// The tile and the lane in it, and where the tile's parts of the buffers begin for this lane.
+var<private> tile_number: u32;
+var<private> lane: u32;
+var<private> operations_at: u32;
+var<private> links_at: u32;
+var<private> fruits_at: u32;
+var<private> works_at: u32;
+var<private> leaves_at: u32;
+var<private> slots_at: u32;
+var<private> slots_each: u32;
+var<private> cross_forks_at: u32;
+var<private> cross_loads_at: u32;
+
+fn enter(tile: u32, lane_of_tile: u32) {
+    tile_number = tile;
+    lane = lane_of_tile;
+    operations_at = header(TILE_ROWS) * LANES + lane;
+    links_at = header(TILE_ROWS) * (LINK_FIELDS / QUAD * LANES) + lane;
+    fruits_at = header(TILE_FRUIT) * (FRUIT_FIELDS / QUAD * LANES) + lane;
+    works_at = header(TILE_WORK) + lane;
+    leaves_at = header(TILE_LEAVES) + lane;
+    slots_at = header(TILE_SLOTS) + lane;
+    slots_each = header(TILE_SLOTS_EACH);
+    cross_forks_at = header(TILE_CROSS_FORKS) + lane;
+    cross_loads_at = header(TILE_CROSS_LOADS) + lane;
+}
+
+fn header(field: u32) -> u32 {
+    return tiles[tile_number * TILE_FIELDS + field];
+}
+
+fn operation_at(row: u32) -> u32 {
+    return operations_at + row * LANES;
+}
+
+fn link_at(row: u32) -> u32 {
+    return links_at + row * (LINK_FIELDS / QUAD * LANES);
+}
+
+fn link(at: u32, field: u32) -> vec4f {
+    return links[at + field / QUAD * LANES];
+}
+
+fn set_link(at: u32, field: u32, value: vec4f) {
+    links[at + field / QUAD * LANES] = value;
+}
+
+fn fruit_at(row: u32) -> u32 {
+    return fruits_at + row * (FRUIT_FIELDS / QUAD * LANES);
+}
+
+fn fruit(at: u32, field: u32) -> vec4f {
+    return fruits[at + field / QUAD * LANES];
+}
+
+fn set_fruit(at: u32, field: u32, value: vec4f) {
+    fruits[at + field / QUAD * LANES] = value;
+}
+
+fn world_at(field: u32) -> u32 {
+    return (tile_number * WORLD_FIELDS + field) * LANES + lane;
+}
+
+fn world(field: u32) -> f32 {
+    return worlds[world_at(field)];
+}
+
+fn set_world(field: u32, value: f32) {
+    worlds[world_at(field)] = value;
+}
+
+fn p_trunk() -> vec3f {
+    return vec3f(world(WORLD_P), world(WORLD_P + 1u), world(WORLD_P + 2u));
+}
+
+fn work_at(row: u32) -> u32 {
+    return works_at + row * (WORK_FIELDS / QUAD * LANES);
+}
+
+fn leaf_at(leaf: u32) -> u32 {
+    return leaves_at + leaf * (LEAF_FIELDS / QUAD * LANES);
+}
+
+fn slot_at(part: u32, slot: u32) -> u32 {
+    return slots_at + (part * slots_each + slot) * (FORK_FIELDS / QUAD * LANES);
+}
+
+fn cross_fork_at(fork: u32) -> u32 {
+    return cross_forks_at + fork * (FORK_FIELDS / QUAD * LANES);
+}
+
+fn cross_load_at(load: u32) -> u32 {
+    return cross_loads_at + load * (LOAD_FIELDS / QUAD * LANES);
+}
+
+fn quad(at: u32, field: u32) -> vec4f {
+    return works[at + field / QUAD * LANES];
+}
+
+fn set_quad(at: u32, field: u32, value: vec4f) {
+    works[at + field / QUAD * LANES] = value;
+}
+
+fn parent_fork_at(part: u32, word: u32) -> u32 {
+    let place = (word >> FIRST_PARENT) & 0xffu;
+    if (word & FIRST_FROM_CROSS) != 0u {
+        return cross_fork_at(place);
+    }
+    return slot_at(part, place);
+}

@@ -1,0 +1,108 @@
+// Twin: `twin/motion.rs`.
+
+struct Axes {
+    x: vec3f,
+    y: vec3f,
+    z: vec3f,
+}
+
+struct Motion {
+    axes: Axes,
+    w: vec3f,
+    b_w: vec3f,
+    v: vec3f,
+    b_v: vec3f,
+}
+
+struct Joint {
+    first: vec3f,
+    third: vec3f,
+    axes: Axes,
+}
+
+// A link's constants and state, read at once so that the device waits for memory once.
+struct Link {
+    direction: vec3f,
+    length: f32,
+    mass: f32,
+    across: f32,
+    excess: f32,
+    limit: f32,
+    stiffness: f32,
+    damping: f32,
+    linear_drag: f32,
+    angular_drag: f32,
+    q: vec2f,
+    v: vec2f,
+}
+
+// A joint, and the axes of the parent that it was found from.
+struct JointInward {
+    joint: Joint,
+    parent: Axes,
+}
+
+fn read_link(at: u32) -> Link {
+    let a = link(at, LINK_DIRECTION);
+    let b = link(at, LINK_MASS);
+    let c = link(at, LINK_STIFFNESS);
+    let d = link(at, LINK_Q);
+    return Link(a.xyz, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, d.xy, d.zw);
+}
+
+fn axes_of(y: vec3f, z: vec3f) -> Axes {
+    return Axes(cross(y, z), y, z);
+}
+
+fn world_axes() -> Axes {
+    return Axes(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));
+}
+
+fn still() -> Motion {
+    let zero = vec3f(0.0);
+    return Motion(world_axes(), zero, zero, zero, zero);
+}
+
+fn joint_outward(parent: Axes, c: vec3f, q: vec2f) -> Joint {
+    let across = parent.x * c.x + parent.y * c.y;
+    let u = across * (1.0 / (1.0 + c.z)) + parent.z;
+    let first = parent.x - u * c.x;
+    let frame_y = parent.y - u * c.y;
+    let frame_z = parent.z * c.z + across;
+    let t_1 = sin_cos(q.x);
+    let t_2 = sin_cos(q.y);
+    let y = frame_y * t_1.y + frame_z * t_1.x;
+    let third = frame_z * t_1.y - frame_y * t_1.x;
+    return Joint(first, third, Axes(first * t_2.y - third * t_2.x, y, first * t_2.x + third * t_2.y));
+}
+
+fn joint_inward(own: Axes, c: vec3f, q: vec2f) -> JointInward {
+    let t_1 = sin_cos(q.x);
+    let t_2 = sin_cos(q.y);
+    let first = own.x * t_2.y + own.z * t_2.x;
+    let third = own.z * t_2.y - own.x * t_2.x;
+    let frame_y = own.y * t_1.y - third * t_1.x;
+    let frame_z = own.y * t_1.x + third * t_1.y;
+    let across = first * c.x + frame_y * c.y;
+    let u = frame_z - across * (1.0 / (1.0 + c.z));
+    let parent = Axes(first + u * c.x, frame_y + u * c.y, frame_z * c.z - across);
+    return JointInward(Joint(first, third, own), parent);
+}
+
+fn motion(at: u32, field: u32) -> Motion {
+    let a = quad(at, field);
+    let b = quad(at, field + 4u);
+    let c = quad(at, field + 8u);
+    let d = quad(at, field + 12u);
+    let e = quad(at, field + 16u);
+    return Motion(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, c.x), c.yzw, d.xyz, vec3f(d.w, e.xy));
+}
+
+// The last two numbers are free for something else.
+fn set_motion(at: u32, field: u32, value: Motion, more: vec2f) {
+    set_quad(at, field, vec4f(value.axes.y, value.axes.z.x));
+    set_quad(at, field + 4u, vec4f(value.axes.z.yz, value.w.xy));
+    set_quad(at, field + 8u, vec4f(value.w.z, value.b_w));
+    set_quad(at, field + 12u, vec4f(value.v, value.b_v.x));
+    set_quad(at, field + 16u, vec4f(value.b_v.yz, more));
+}

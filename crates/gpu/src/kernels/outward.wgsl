@@ -1,0 +1,199 @@
+// Twin: `twin/outward.rs`.
+
+// What an outward walk is for.
+const LOOK: u32 = 0u;
+const ADVANCE: u32 = 1u;
+const TEST: u32 = 2u;
+
+struct Tip {
+    old: Axes,
+    turn: vec3f,
+    shift: vec3f,
+    motion: Motion,
+    p: vec3f,
+}
+
+// What the tests of this thread's parts found in this frame.
+var<private> found_notice: u32;
+var<private> found_peak: f32;
+
+// What the way in has left at a link.
+struct Left {
+    g_1n: vec3f,
+    g_1f: vec3f,
+    g_2n: vec3f,
+    g_2f: vec3f,
+    e: vec2f,
+    held: vec2f,
+}
+
+fn read_left(at: u32) -> Left {
+    let a = quad(at, WORK_G_1N);
+    let b = quad(at, WORK_G_1F);
+    let c = quad(at, WORK_G_2N);
+    let d = quad(at, WORK_G_2F);
+    return Left(a.xyz, b.xyz, c.xyz, d.xyz, vec2f(a.w, b.w), vec2f(c.w, d.w));
+}
+
+fn outward(part: u32, way: u32) {
+    let start = header(TILE_STARTS + part);
+    let end = header(TILE_STARTS + part + 1u);
+    if end == start {
+        return;
+    }
+    var tip = ground_tip();
+    // The next link is read while this one is worked on.
+    var next = read_link(link_at(start));
+    var next_left = read_left(work_at(start));
+    var next_operation = operations[operation_at(start)];
+    var next_bits = states[operation_at(start)];
+    for (var row = start; row < end; row++) {
+        var own = next;
+        let left = next_left;
+        let operation = next_operation;
+        let bits = next_bits;
+        let ahead = min(row + 1u, end - 1u);
+        next = read_link(link_at(ahead));
+        next_left = read_left(work_at(ahead));
+        next_operation = operations[operation_at(ahead)];
+        next_bits = states[operation_at(ahead)];
+        if (operation.x & FIRST_ACTIVE) == 0u {
+            continue;
+        }
+        if (operation.x & FIRST_ROOT) != 0u {
+            tip = ground_tip();
+        } else if (operation.x & (FIRST_FROM_SLOT | FIRST_FROM_CROSS)) != 0u {
+            tip = fork(parent_fork_at(part, operation.x));
+        }
+        // Change of velocity at the joint.
+        let shift = tip.shift;
+        if way != LOOK {
+            let advanced = advance(own, left, tip);
+            tip = advanced.tip;
+            own.q = advanced.q;
+            own.v = advanced.v;
+            set_link(link_at(row), LINK_Q, vec4f(own.q, own.v));
+        }
+        let p_joint = tip.p;
+        let at_joint = kinematics(own, tip.motion);
+        let d = at_joint.axes.z * own.length;
+        let v_d = cross(at_joint.w, d);
+        tip.motion = at_joint;
+        tip.motion.v += v_d;
+        tip.motion.b_v += cross(at_joint.b_w, d) + cross(at_joint.w, v_d);
+        tip.p += d;
+        let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
+        let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
+        for (var k = first_fruit; k < last_fruit; k++) {
+            let at = fruit_at(k);
+            var stem = read_stem(at);
+            if way != LOOK {
+                stem = stem_end(at, stem, tip.turn, shift);
+            }
+            let stretch = stem_start(at, stem, at_joint, p_joint);
+            if way == TEST {
+                test_stem(at, stem, stretch);
+            }
+        }
+        if way == TEST {
+            test_joint(row, bits, own);
+        }
+        if (bits & STATE_DEBRIS) != 0u {
+            let lift = select(tip.shift.z, 0.0, way == LOOK);
+            let held = select(left.held, vec2f(0.0, UNBOUNDED), way == LOOK);
+            meet_ground(row, operation.w, tip.p.z, tip.motion.v, lift, held);
+        }
+        if (operation.y & SECOND_CARRIES) == 0u {
+            set_motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u, tip.motion, vec2f(0.0));
+        }
+        if (operation.x & FIRST_TO_SLOT) != 0u {
+            set_fork(slot_at(part, (operation.x >> FIRST_SLOT) & 0xffu), tip);
+        }
+        if (operation.x & FIRST_TO_CROSS) != 0u {
+            set_fork(cross_fork_at(operation.x >> FIRST_FORK), tip);
+        }
+    }
+}
+
+fn ground_tip() -> Tip {
+    let zero = vec3f(0.0);
+    return Tip(world_axes(), zero, zero, still(), p_trunk());
+}
+
+fn fork(at: u32) -> Tip {
+    let a = quad(at, FORK_CHANGE);
+    let b = quad(at, FORK_CHANGE + 4u);
+    let c = quad(at, FORK_CHANGE + 8u);
+    let p = vec3f(quad(at, FORK_HEIGHT - QUAD).zw, quad(at, FORK_HEIGHT).x);
+    return Tip(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, c.x), c.yzw, motion(at, FORK_MOTION), p);
+}
+
+fn set_fork(at: u32, tip: Tip) {
+    set_quad(at, FORK_CHANGE, vec4f(tip.old.y, tip.old.z.x));
+    set_quad(at, FORK_CHANGE + 4u, vec4f(tip.old.z.yz, tip.turn.xy));
+    set_quad(at, FORK_CHANGE + 8u, vec4f(tip.turn.z, tip.shift));
+    set_motion(at, FORK_MOTION, tip.motion, tip.p.xy);
+    set_quad(at, FORK_HEIGHT, vec4f(tip.p.z, 0.0, 0.0, 0.0));
+}
+
+// A link's new angles and rates, and its tip.
+struct Advanced {
+    tip: Tip,
+    q: vec2f,
+    v: vec2f,
+}
+
+fn advance(own: Link, left: Left, from_tip: Tip) -> Advanced {
+    var tip = from_tip;
+    let joint = joint_outward(tip.old, own.direction, own.q);
+    let dv_1 = left.e.x - dot(left.g_1n, tip.turn) - dot(left.g_1f, tip.shift);
+    let dv_2 = left.e.y - dot(left.g_2n, tip.turn) - dot(left.g_2f, tip.shift);
+    tip.turn += joint.first * dv_1 + joint.axes.y * dv_2;
+    tip.shift += cross(tip.turn, joint.axes.z * own.length);
+    tip.old = joint.axes;
+    let v = own.v + vec2f(dv_1, dv_2);
+    return Advanced(tip, own.q + v * rules.h, v);
+}
+
+fn kinematics(own: Link, parent: Motion) -> Motion {
+    let v = own.v;
+    let joint = joint_outward(parent.axes, own.direction, own.q);
+    let s_w = joint.first * v.x + joint.axes.y * v.y;
+    let b_w = parent.b_w + cross(parent.w, s_w) + joint.third * (v.x * v.y);
+    return Motion(joint.axes, parent.w + s_w, b_w, parent.v, parent.b_v);
+}
+
+fn test_joint(row: u32, bits: u32, own: Link) {
+    let bend = dot(own.q, own.q);
+    if !(is_finite(bend) && is_finite(dot(own.v, own.v))) {
+        found_notice |= NOTICE_NON_FINITE;
+    }
+    if (bits & STATE_DEBRIS) != 0u {
+        return;
+    }
+    found_peak = max(found_peak, bend / own.limit);
+    let frames = bits & STATE_FRAMES_OVER;
+    let over = select(0u, min(frames + 1u, STATE_FRAMES_OVER), bend > own.limit);
+    if over >= rules.rupture_frames {
+        found_notice |= NOTICE_SNAPS;
+    }
+    if over != frames {
+        states[operation_at(row)] = bits - frames + over;
+    }
+}
+
+fn test_stem(at: u32, stem: Stem, stretch: f32) {
+    if !(is_finite(dot(stem.p, stem.p)) && is_finite(dot(stem.v, stem.v))) {
+        found_notice |= NOTICE_NON_FINITE;
+    }
+    if stem.stiffness > 0.0 {
+        let longest = rules.tension_factor * stem.threshold / stem.stiffness;
+        let tension = select(0u, min((stem.frames_over & 0xffu) + 1u, 0xffu), stretch > longest * longest);
+        let is_pulled = dot(stem.force, stem.force) > stem.threshold * stem.threshold;
+        let pull = select(0u, min(((stem.frames_over >> 8u) & 0xffu) + 1u, 0xffu), is_pulled);
+        set_fruit(at, FRUIT_FORCE, vec4f(stem.force, bitcast<f32>(tension | (pull << 8u))));
+        if tension >= rules.tension_frames || pull >= rules.pull_frames {
+            found_notice |= NOTICE_DETACHES;
+        }
+    }
+}

@@ -1,0 +1,131 @@
+// Twin: `twin/stem.rs`.
+
+const NEAR_RIGID: f32 = 1e-4;
+const BALL: f32 = 0.4;
+
+// A fruit with its stem, read at once.
+struct Stem {
+    mass: f32,
+    radius: f32,
+    threshold: f32,
+    air_drag: f32,
+    stiffness: f32,
+    damping: f32,
+    bias: f32,
+    cap: f32,
+    anchor: vec3f,
+    drop: f32,
+    force: vec3f,
+    frames_over: u32,
+    p: vec3f,
+    came_off: f32,
+    v: vec3f,
+    inverse_mass: f32,
+    arm: vec3f,
+    impulse: vec3f,
+}
+
+fn read_stem(at: u32) -> Stem {
+    let a = fruit(at, FRUIT_MASS);
+    let b = fruit(at, FRUIT_STIFFNESS);
+    let c = fruit(at, FRUIT_ANCHOR);
+    let d = fruit(at, FRUIT_FORCE);
+    let e = fruit(at, FRUIT_P);
+    let f = fruit(at, FRUIT_V);
+    let g = fruit(at, FRUIT_ARM);
+    let i = fruit(at, FRUIT_IMPULSE);
+    return Stem(
+        a.x, a.y, a.z, a.w,
+        b.x, b.y, b.z, b.w,
+        c.xyz, c.w,
+        d.xyz, bitcast<u32>(d.w),
+        e.xyz, e.w,
+        f.xyz, f.w,
+        g.xyz,
+        i.xyz,
+    );
+}
+
+fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f) -> f32 {
+    let h = rules.h;
+    let arm = own.axes.x * stem.anchor.x + own.axes.y * stem.anchor.y + own.axes.z * stem.anchor.z;
+    var stretch = stem.p - (p + arm);
+    stretch.z -= stem.drop;
+    let u_relative = stem.v - (own.v + cross(own.w, arm));
+
+    let kappa = h * (stem.damping + h * stem.stiffness);
+    let pull = stretch * (h * stem.stiffness) + u_relative * kappa;
+    let drag = select(stem.air_drag * length(stem.v), 0.0, stem.stiffness > 0.0);
+    let mass = stem.mass + h * drag;
+    let inverse_mass = 1.0 / (mass + kappa);
+    let share = kappa * inverse_mass;
+    var impulse = (stem.force - stem.v * drag) * h - pull;
+    impulse.z -= h * stem.mass * rules.gravity;
+
+    var reaction = pull + impulse * share;
+    reaction.z += h * stem.bias;
+    let size = length(reaction);
+    let largest = h * stem.cap;
+    let is_capped = size > largest;
+    set_fruit(at, FRUIT_V, vec4f(stem.v, inverse_mass));
+    set_fruit(at, FRUIT_ARM, vec4f(arm, 0.0));
+    set_fruit(
+        at,
+        FRUIT_REACTION,
+        vec4f(select(reaction, reaction * (largest / size), is_capped), select(mass * share, 0.0, is_capped)),
+    );
+    set_fruit(at, FRUIT_IMPULSE, vec4f(impulse, 0.0));
+    return select(0.0, dot(stretch, stretch), stem.stiffness > 0.0);
+}
+
+fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
+    let h = rules.h;
+    var stem = from_stem;
+    var impulse = stem.impulse;
+    if stem.stiffness > 0.0 {
+        let kappa = h * (stem.damping + h * stem.stiffness);
+        impulse += (shift + cross(turn, stem.arm)) * kappa;
+    } else {
+        let met = ground_impulse(stem);
+        impulse += met.impulse;
+        stem.anchor = met.spin;
+        set_fruit(at, FRUIT_ANCHOR, vec4f(met.spin, stem.drop));
+    }
+    stem.v += impulse * stem.inverse_mass;
+    stem.p += stem.v * h;
+    // The velocity is written with what follows from it.
+    set_fruit(at, FRUIT_P, vec4f(stem.p, stem.came_off));
+    return stem;
+}
+
+// What the ground does to a loose fruit.
+struct Met {
+    impulse: vec3f,
+    spin: vec3f,
+}
+
+fn ground_impulse(stem: Stem) -> Met {
+    let v = stem.v + stem.impulse * stem.inverse_mass;
+    let inertia = BALL * stem.mass * stem.radius * stem.radius;
+    var spin = stem.anchor / (1.0 + rules.h * rules.spin_loss);
+    let gap = stem.p.z - stem.radius;
+    let time = select(rules.h + rules.dissipation_time, rules.h, gap > 0.0);
+    let admittance = rules.h * rules.ground_stiffness * time;
+    let compliance = max(1.0 / admittance, NEAR_RIGID * stem.inverse_mass);
+    let pressed = (-gap / time - v.z) / (compliance + stem.inverse_mass);
+    var impulse = vec3f(0.0);
+    if pressed > 0.0 {
+        let arm = vec3f(0.0, 0.0, -stem.radius);
+        let slip = v + cross(spin, arm);
+        let across = stem.inverse_mass + stem.radius * stem.radius / inertia;
+        var held = vec3f(slip.x, slip.y, 0.0) * (-1.0 / ((1.0 + NEAR_RIGID) * across));
+        let size = length(held);
+        let most = rules.ground_friction * pressed;
+        if size > most {
+            held = held * (most / size);
+        }
+        spin += cross(arm, held) / inertia;
+        impulse = held + vec3f(0.0, 0.0, pressed);
+    }
+    return Met(impulse, spin);
+}

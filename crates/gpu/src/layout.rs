@@ -1,0 +1,297 @@
+//! Where numbers stand in the device's memory, for Rust and for the kernels.
+//!
+//! Everything is `[tile][row][quad][lane][4]`: a tile is [`LANES`] worlds side by side, so that the threads of a warp read whole lines of memory, four fields
+//! of their world at a time. What is read together stands together.
+//! The constants here are also the head of every kernel's source ([`wgsl`]).
+
+use std::fmt::Write;
+
+/// Worlds of a tile: the threads of a warp.
+pub const LANES: usize = 32;
+/// Fields that are read at once.
+pub(crate) const QUAD: usize = 4;
+
+/// One list of constants for both languages: names in Rust are `module::NAME`, in WGSL `MODULE_NAME`.
+macro_rules! fields {
+    ($($(#[$about:meta])* $module:ident { $($(#[$doc:meta])* $name:ident = $value:literal,)* })*) => {
+        $($(#[$about])*
+        #[allow(dead_code, reason = "some are for the kernels and their twins alone")]
+        pub(crate) mod $module { $($(#[$doc])* pub const $name: usize = $value;)* })*
+
+        const ALL: &[(&str, &str, usize)] =
+            &[$($((stringify!($module), stringify!($name), $value),)*)*];
+    };
+}
+
+fields! {
+    /// A link. Constants first, those that breaking changes after them, then the state.
+    link {
+        /// Axis at rest in the parent's frame (3): the joint's frame is the parent's, turned by the smallest rotation that carries z onto it.
+        DIRECTION = 0,
+        /// From the joint to the tip, where all children sit [m].
+        LENGTH = 3,
+        /// Mass [kg].
+        MASS = 4,
+        /// Inertia across the link about the centre of mass [kg m^2].
+        ACROSS = 5,
+        /// Inertia about the axis less that across [kg m^2].
+        EXCESS = 6,
+        /// Square of the angle that breaks the joint [rad^2]; of a broken joint its friction before the ramp [N m].
+        LIMIT = 7,
+        /// Joint stiffness [N m/rad]; of a broken joint the inertia of its sub-tree [kg m^2].
+        STIFFNESS = 8,
+        /// Joint damping [N m s/rad]; of a broken joint its rate a substep ago [rad/s].
+        DAMPING = 9,
+        /// Drag of translation [1/s].
+        LINEAR_DRAG = 10,
+        /// Drag of rotation [1/s].
+        ANGULAR_DRAG = 11,
+        /// Angles [rad] (2).
+        Q = 12,
+        /// Rates [rad/s] (2).
+        V = 14,
+        /// Fields.
+        FIELDS = 16,
+    }
+    /// What the way in leaves for the way out at a link.
+    work {
+        /// Inverse pivot times U, of the first joint axis: torque (3), and inverse pivot times the joint's impulse.
+        G_1N = 0,
+        /// Force (3), and the second joint's.
+        G_1F = 4,
+        /// The same of the second joint axis (3).
+        G_2N = 8,
+        /// Likewise (3).
+        G_2F = 12,
+        /// Between a way out and the next way in, for a link of a broken limb: impulse of the ground on its tip (3), and damper along the ground.
+        PROP = 0,
+        /// Damper along the normal, then what held the tip: the velocity at which the impulse vanishes, and its vertical velocity. The way in hands
+        /// these two on as the fourth numbers of `G_2N` and `G_2F`.
+        HELD = 4,
+        /// Fields.
+        FIELDS = 16,
+    }
+    /// Motion of a link's tip, what the way in starts from at a link that hands on to no row after it: second and third axis, angular velocity,
+    /// angular bias acceleration, velocity, bias acceleration, 3 each one after the other; the last two numbers are free.
+    leaf {
+        /// Fields.
+        FIELDS = 20,
+    }
+    /// What a link with several children keeps for those that do not follow at once, at its tip.
+    fork {
+        /// Second and third axis at the start of the substep, changes of angular and linear velocity in it (3 each).
+        CHANGE = 0,
+        /// The new motion, as a leaf; its last two numbers are x and y of the tip.
+        MOTION = 12,
+        /// z of the tip.
+        HEIGHT = 32,
+        /// Fields.
+        FIELDS = 36,
+    }
+    /// What children bring to their parent's tip, one after the other: angular inertia (6: columns x, y, z from the diagonal down), columns of the coupling, torque
+    /// by linear motion (9), linear inertia (6), torque impulse, force impulse (3 each).
+    load {
+        /// Fields.
+        FIELDS = 28,
+    }
+    /// A fruit. Constants first, then what detachment changes, the state, and what a substep leaves for the next one.
+    fruit {
+        /// Mass [kg].
+        MASS = 0,
+        /// Radius [m].
+        RADIUS = 1,
+        /// Force that takes it off when pulled at directly [N].
+        THRESHOLD = 2,
+        /// Coefficient of air drag off the stem [N s^2/m^2].
+        AIR_DRAG = 3,
+        /// Stiffness of the stem [N/m]; 0 off it.
+        STIFFNESS = 4,
+        /// Damping of the stem [N s/m].
+        DAMPING = 5,
+        /// Upward force that takes the weight off the anchor [N].
+        BIAS = 6,
+        /// Largest reaction on the anchor [N].
+        CAP = 7,
+        /// Where the stem is fixed, in the link's frame [m] (3); off the stem the angular velocity [rad/s].
+        ANCHOR = 8,
+        /// Height of the hang point above the anchor [m].
+        DROP = 11,
+        /// Applied force [N] (3).
+        FORCE = 12,
+        /// Frames in a row over the stem's limit in the lower, over the pull's in the next 8 bits.
+        FRAMES_OVER = 15,
+        /// Position [m] (3).
+        P = 16,
+        /// Frame in which it came off, as bits; 0 while it hangs.
+        CAME_OFF = 19,
+        /// Velocity [m/s] (3).
+        V = 20,
+        /// 1 / (mass + h drag + what the stem adds) [1/kg].
+        INVERSE_MASS = 23,
+        /// From the link's origin to the anchor [m] (3).
+        ARM = 24,
+        /// Impulse of the stem on the anchor (3).
+        REACTION = 28,
+        /// Mass that the fruit adds to its link at the anchor [kg].
+        ADDED_MASS = 31,
+        /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
+        IMPULSE = 32,
+        /// Fields.
+        FIELDS = 36,
+    }
+    /// A force on a link.
+    push {
+        /// Row in the tile, as bits; `u32::MAX` if there is none.
+        ROW = 0,
+        /// At the centre of mass [N] (3).
+        FORCE = 1,
+        /// About it [N m] (3).
+        TORQUE = 4,
+        /// Fields.
+        FIELDS = 7,
+    }
+    /// A world. Whole numbers are kept as bits.
+    world {
+        /// Where its trunk stands [m] (3).
+        P = 0,
+        /// Frame at whose end it was found non-finite; 0 while it runs.
+        STOPPED = 3,
+        /// What waits for the next pass, bits [`notice`].
+        NOTICE = 4,
+        /// Joints that broke.
+        SNAPPED = 5,
+        /// Fruit that came off.
+        DETACHED = 6,
+        /// Largest square of an angle over its limit's, of any joint and frame.
+        PEAK = 7,
+        /// Number of fruit.
+        FRUIT = 8,
+        /// Number of links.
+        LINKS = 9,
+        /// Fields.
+        FIELDS = 10,
+    }
+    /// Bits of [`world::NOTICE`].
+    notice {
+        /// An input or a break has changed what the way in starts from.
+        STALE = 1,
+        /// A joint has been over its limit for long enough.
+        SNAPS = 2,
+        /// A stem has.
+        DETACHES = 4,
+        /// A number is not finite.
+        NON_FINITE = 8,
+    }
+    /// Where a tile stands in the buffers: whole numbers, by tile.
+    tile {
+        /// First row of links.
+        ROWS = 0,
+        /// First row of fruit.
+        FRUIT = 1,
+        /// First quad of the rows' work in the work buffer.
+        WORK = 2,
+        /// The same of leaves.
+        LEAVES = 3,
+        /// Of the warps' own slots; forks and loads share them.
+        SLOTS = 4,
+        /// Slots a warp has.
+        SLOTS_EACH = 5,
+        /// Of forks that other warps read.
+        CROSS_FORKS = 6,
+        /// Of loads that other warps bring.
+        CROSS_LOADS = 7,
+        /// First row of each warp's part, from the trunk's on; the last one is the number of rows (10).
+        STARTS = 8,
+        /// Fields.
+        FIELDS = 18,
+    }
+    /// Bits of the first word of an operation: whose child a link is, and what it keeps.
+    first {
+        /// There is a link in this lane.
+        ACTIVE = 0x1,
+        /// It stands on the ground.
+        ROOT = 0x2,
+        /// Its parent left its motion in a slot of this warp.
+        FROM_SLOT = 0x4,
+        /// Its parent left it for all warps.
+        FROM_CROSS = 0x8,
+        /// It leaves its own in a slot.
+        TO_SLOT = 0x10,
+        /// It leaves it for other warps.
+        TO_CROSS = 0x20,
+        /// Shift of its parent's slot or fork (8 bits).
+        PARENT = 8,
+        /// Shift of its own slot (8 bits).
+        SLOT = 16,
+        /// Shift of its own fork for other warps (8 bits).
+        FORK = 24,
+    }
+    /// Bits of the second word: what children bring.
+    second {
+        /// The next row is a child, whose numbers are still at hand.
+        CARRIES = 0x1,
+        /// Children of this warp have brought something to its slot.
+        TAKES = 0x2,
+        /// It is the first to bring something to its parent's slot.
+        GIVES_FIRST = 0x4,
+        /// It adds to what is there.
+        GIVES = 0x8,
+        /// It brings it to a parent of another warp.
+        GIVES_CROSS = 0x10,
+        /// Number of loads from other warps (6 bits).
+        LOADS = 5,
+        /// Shift of the first of them (10 bits).
+        FIRST_LOAD = 11,
+        /// Shift of the place that it brings its own to (10 bits).
+        OWN_LOAD = 21,
+    }
+    /// Bits of the third word: fruit and leaf.
+    third {
+        /// Shift of the leaf (10 bits).
+        LEAF = 0,
+        /// Shift of the first row of fruit (12 bits).
+        FIRST_FRUIT = 10,
+        /// Shift of the number of fruit (6 bits).
+        FRUIT = 22,
+    }
+    /// Bits of the fourth word.
+    fourth {
+        /// A force is applied to the link.
+        PUSHED = 0x1,
+        /// Shift of the link's radius in hundredths of a millimetre (15 bits), with which a broken limb meets the ground.
+        RADIUS = 1,
+        /// Shift of the parent's row (16 bits).
+        PARENT_ROW = 16,
+    }
+    /// Bits of a link's state, by row and lane.
+    state {
+        /// Frames in a row over the limit (8 bits).
+        FRAMES_OVER = 0xff,
+        /// The joint is broken.
+        BROKEN = 0x100,
+        /// The link hangs from a broken joint.
+        DEBRIS = 0x200,
+        /// It belongs to the limb that is breaking off.
+        BREAKING = 0x400,
+        /// Shift of the frame in which the joint broke (21 bits: nine hours at 60 Hz).
+        BROKE = 11,
+    }
+}
+
+/// Units of a radius in an operation [1/m].
+pub(crate) const RADIUS_UNITS: f32 = 1e5;
+
+/// What stands where there is no limit: an infinity is refused in a kernel's source.
+pub(crate) const UNBOUNDED: f32 = 1e30;
+
+/// The same constants for a kernel.
+pub(crate) fn wgsl() -> String {
+    let mut text = format!(
+        "const LANES: u32 = {LANES}u;\nconst UNBOUNDED: f32 = {UNBOUNDED:e};\nconst QUAD: u32 = {QUAD}u;\nconst RADIUS_UNITS: f32 = {RADIUS_UNITS:e};\n"
+    );
+    for (module, name, value) in ALL {
+        // Writing to a string never fails.
+        let _ = writeln!(text, "const {}_{name}: u32 = {value}u;", module.to_uppercase());
+    }
+    text
+}

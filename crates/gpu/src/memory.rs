@@ -1,0 +1,490 @@
+//! Worlds as the device's buffers hold them, and back.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use orchard_batch::{Fault, Plant, Quarantine, Status, TreeWorld};
+use orchard_geometry::{Shape, Vec3};
+use orchard_multibody::Data;
+
+use crate::BatchError;
+use crate::layout::{
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, leaf, link, load, notice, push, state, tile,
+    work, world,
+};
+use crate::rules::Rules;
+use crate::schedule::{PARTS, Schedule};
+
+/// Constant of a padding fruit: anything that keeps its inverse finite.
+const PADDING_MASS: f32 = 1.0;
+
+/// The buffers, on the host. `[tile][row][field][lane]`; whole numbers among floats are kept as their bits.
+#[derive(Debug, Clone)]
+pub(crate) struct Memory {
+    pub rules: Rules,
+    /// Substep of the frame under way, which the twin counts here.
+    #[cfg(test)]
+    pub substep: u32,
+    pub tiles: Vec<u32>,
+    pub operations: Vec<[u32; 4]>,
+    pub states: Vec<u32>,
+    pub links: Vec<f32>,
+    pub fruit: Vec<f32>,
+    pub work: Vec<f32>,
+    pub worlds: Vec<f32>,
+    pub pushes: Vec<f32>,
+    /// Forces that a world can have on its links.
+    pub pushes_each: usize,
+    /// Frame up to which each world's events have been told.
+    pub reported_until: Vec<u32>,
+    places: Vec<Place>,
+}
+
+/// Where a world is.
+#[derive(Debug, Clone)]
+struct Place {
+    tile: usize,
+    lane: usize,
+    /// Row in its tile of each link.
+    rows: Vec<usize>,
+    /// Row in its tile of each fruit.
+    fruit_rows: Vec<usize>,
+}
+
+impl Memory {
+    /// Packs worlds; each world can have so many forces on its links at once.
+    ///
+    /// # Errors
+    /// A world that has no schedule, or other rules than the first.
+    pub fn new(given: &[TreeWorld], pushes_each: usize) -> Result<Self, BatchError> {
+        let mut schedules = Vec::with_capacity(given.len());
+        // Worlds of one topology share their schedule.
+        let mut known: BTreeMap<(Vec<Option<usize>>, Vec<usize>), Schedule> = BTreeMap::new();
+        for (index, world) in given.iter().enumerate() {
+            let plant = world.plant();
+            if Rules::of(plant) != Rules::of(given[0].plant()) {
+                return Err(BatchError::Rules { world: index });
+            }
+            if !world.rupture().breaks().is_empty() {
+                return Err(BatchError::Broken { world: index });
+            }
+            let data = world.data();
+            let zero = Vec3::zeros();
+            let pushed = data
+                .body_force_world
+                .iter()
+                .zip(&data.body_torque_world)
+                .filter(|(f, n)| **f != zero || **n != zero);
+            let pushed = pushed.count();
+            if pushed > pushes_each {
+                return Err(BatchError::Pushes { world: index, pushed, most: pushes_each });
+            }
+            let on: Vec<usize> = plant.fruit.fruit.iter().map(|fruit| fruit.segment).collect();
+            let key = (plant.tree.parent.clone(), on);
+            let schedule = match known.get(&key) {
+                Some(schedule) => schedule.clone(),
+                None => {
+                    let mut fruit_of = vec![Vec::new(); plant.tree.len()];
+                    plant.fruit.fruit.iter().enumerate().for_each(|(i, f)| fruit_of[f.segment].push(i));
+                    let schedule = Schedule::new(&plant.tree.parent, &fruit_of)
+                        .map_err(|why| BatchError::Schedule { world: index, why })?;
+                    known.insert(key, schedule.clone());
+                    schedule
+                }
+            };
+            schedules.push(schedule);
+        }
+        // Like beside like: a tile takes as long as its longest world.
+        let mut order: Vec<usize> = (0..given.len()).collect();
+        order.sort_by_cached_key(|&index| {
+            let plant = given[index].plant();
+            let lengths: Vec<usize> = schedules[index].parts.iter().map(Vec::len).collect();
+            (plant.tree.len(), lengths, plant.tree.parent.clone(), index)
+        });
+        let mut memory = Self {
+            rules: given.first().map_or_else(bytemuck::Zeroable::zeroed, |world| Rules::of(world.plant())),
+            #[cfg(test)]
+            substep: 0,
+            tiles: Vec::new(),
+            operations: Vec::new(),
+            states: Vec::new(),
+            links: Vec::new(),
+            fruit: Vec::new(),
+            work: Vec::new(),
+            worlds: Vec::new(),
+            pushes: Vec::new(),
+            pushes_each,
+            reported_until: vec![0; given.len()],
+            places: vec![Place { tile: 0, lane: 0, rows: Vec::new(), fruit_rows: Vec::new() }; given.len()],
+        };
+        for members in order.chunks(LANES) {
+            let members: Vec<_> =
+                members.iter().map(|&index| (index, &given[index], &schedules[index])).collect();
+            memory.add_tile(&members);
+        }
+        Ok(memory)
+    }
+
+    fn add_tile(&mut self, members: &[(usize, &TreeWorld, &Schedule)]) {
+        let most = |of: &dyn Fn(&Schedule) -> usize| {
+            members.iter().map(|(_, _, schedule)| of(schedule)).max().unwrap_or(0)
+        };
+        let mut starts = [0; PARTS + 1];
+        for part in 0..PARTS {
+            starts[part + 1] = starts[part] + most(&|schedule| schedule.parts[part].len());
+        }
+        let rows = starts[PARTS];
+        // One row at least: a lane without fruit reads none, but a buffer is never empty.
+        let fruit_rows = most(&|schedule| schedule.fruit.len()).max(1);
+        let slots = most(&|schedule| schedule.slots);
+        let slot = fork::FIELDS.max(load::FIELDS);
+        let number = self.tiles.len() / tile::FIELDS;
+        let mut header = [0_u32; tile::FIELDS];
+        header[tile::ROWS] = (self.operations.len() / LANES) as u32;
+        header[tile::FRUIT] = (self.fruit.len() / (fruit::FIELDS * LANES)) as u32;
+        header[tile::SLOTS_EACH] = slots as u32;
+        let mut at = self.work.len() / QUAD;
+        for (field, size) in [
+            (tile::WORK, rows * work::FIELDS),
+            (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
+            (tile::SLOTS, PARTS * slots * slot),
+            (tile::CROSS_FORKS, most(&|schedule| schedule.forks) * fork::FIELDS),
+            (tile::CROSS_LOADS, most(&|schedule| schedule.loads) * load::FIELDS),
+        ] {
+            header[field] = at as u32;
+            at += size / QUAD * LANES;
+        }
+        for (field, start) in header[tile::STARTS..].iter_mut().zip(starts) {
+            *field = start as u32;
+        }
+        self.tiles.extend(header);
+        self.work.resize(at * QUAD, 0.0);
+        self.operations.resize(self.operations.len() + rows * LANES, [0; 4]);
+        self.states.resize(self.operations.len(), 0);
+        self.links.resize(self.links.len() + rows * link::FIELDS * LANES, 0.0);
+        self.fruit.resize(self.fruit.len() + fruit_rows * fruit::FIELDS * LANES, 0.0);
+        self.worlds.resize(self.worlds.len() + world::FIELDS * LANES, 0.0);
+        self.pushes
+            .resize(self.pushes.len() + self.pushes_each * push::FIELDS * LANES, f32::from_bits(u32::MAX));
+        for (lane, &(index, world, schedule)) in members.iter().enumerate() {
+            let mut place = Place {
+                tile: number,
+                lane,
+                rows: vec![0; world.plant().tree.len()],
+                fruit_rows: vec![0; schedule.fruit.len()],
+            };
+            for (part, visits) in schedule.parts.iter().enumerate() {
+                for (row, visit) in visits.iter().enumerate() {
+                    place.rows[visit.link] = starts[part] + row;
+                }
+            }
+            for (row, &fruit) in schedule.fruit.iter().enumerate() {
+                place.fruit_rows[fruit] = row;
+            }
+            self.places[index] = place;
+            self.load(index, world, schedule);
+        }
+        for lane in 0..LANES {
+            for row in 0..fruit_rows {
+                let mass = self.fruit_at(number, row, fruit::MASS, lane);
+                if self.fruit[mass] == 0.0 {
+                    self.fruit[mass] = PADDING_MASS;
+                }
+            }
+        }
+    }
+
+    /// Constants, state and operations of a world.
+    fn load(&mut self, index: usize, given: &TreeWorld, schedule: &Schedule) {
+        let place = self.places[index].clone();
+        let (number, lane) = (place.tile, place.lane);
+        let (plant, data) = (given.plant(), given.data());
+        let (model, tree) = (&plant.model, &plant.tree);
+        for visit in schedule.parts.iter().flatten() {
+            let (segment, row) = (visit.link, place.rows[visit.link]);
+            let id = tree.bodies[segment];
+            let body = model.body(id);
+            let (direction, i_com) = (body.x_parent_joint.rotation * Vec3::z(), &body.inertia.i_com);
+            let (dof, q) = (model.dofs(id).start, model.qs(id).start);
+            let limit = plant.tree.rupture_moment[segment] / plant.tree.stiffness[segment];
+            let is_root = tree.parent[segment].is_none();
+            let numbers = [
+                (link::DIRECTION, direction.x),
+                (link::DIRECTION + 1, direction.y),
+                (link::DIRECTION + 2, direction.z),
+                (link::LENGTH, 2.0 * body.inertia.p_com.z),
+                (link::MASS, body.inertia.mass),
+                (link::ACROSS, i_com[(0, 0)]),
+                (link::EXCESS, i_com[(2, 2)] - i_com[(0, 0)]),
+                (link::STIFFNESS, data.stiffness[dof]),
+                (link::DAMPING, data.damping[dof]),
+                (link::LINEAR_DRAG, data.linear_drag[id.index()]),
+                (link::ANGULAR_DRAG, data.angular_drag[id.index()]),
+                (link::Q, data.q[q]),
+                (link::Q + 1, data.q[q + 1]),
+                (link::V, data.v[dof]),
+                (link::V + 1, data.v[dof + 1]),
+                // The root's joint stands for the soil's grip: there is nothing to break.
+                (link::LIMIT, if is_root { f64::from(UNBOUNDED) } else { limit * limit }),
+            ];
+            for (field, value) in numbers {
+                let at = self.link_at(number, row, field, lane);
+                self.links[at] = value as f32;
+            }
+            let [a, b, c] = visit.words;
+            let radius = match model.collider(tree.colliders[segment]).shape {
+                Shape::Capsule { radius, .. } => (radius * f64::from(RADIUS_UNITS)).round() as usize,
+                _ => 0,
+            };
+            let d = tree.parent[segment].map_or(0xffff, |up| place.rows[up]) << fourth::PARENT_ROW
+                | radius.min(0x7fff) << fourth::RADIUS;
+            let at = self.operation_at(number, row, lane);
+            self.operations[at] = [a, b, c, d as u32];
+            if is_root {
+                for k in 0..3 {
+                    let at = self.world_at(number, world::P + k, lane);
+                    self.worlds[at] = body.x_parent_joint.translation.vector[k] as f32;
+                }
+            }
+        }
+        for (i, &row) in place.fruit_rows.iter().enumerate() {
+            for (field, value) in fruit_numbers(plant, data, i) {
+                let at = self.fruit_at(number, row, field, lane);
+                self.fruit[at] = value as f32;
+            }
+        }
+        for (field, count) in [
+            (world::NOTICE, notice::STALE),
+            (world::FRUIT, place.fruit_rows.len()),
+            (world::LINKS, place.rows.len()),
+        ] {
+            let at = self.world_at(number, field, lane);
+            self.worlds[at] = f32::from_bits(count as u32);
+        }
+        for (segment, id) in tree.bodies.iter().enumerate() {
+            let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
+            if force != Vec3::zeros() || torque != Vec3::zeros() {
+                // Checked before: there are no more than a world can have.
+                self.push(index, segment, force, torque);
+            }
+        }
+    }
+
+    /// Number of tiles.
+    pub fn tile_count(&self) -> usize {
+        self.tiles.len() / tile::FIELDS
+    }
+
+    /// Number of worlds.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// A field of a tile's header.
+    pub fn header(&self, number: usize, field: usize) -> usize {
+        self.tiles[number * tile::FIELDS + field] as usize
+    }
+
+    pub fn operation_at(&self, number: usize, row: usize, lane: usize) -> usize {
+        (self.header(number, tile::ROWS) + row) * LANES + lane
+    }
+
+    pub fn link_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
+        quad_at((self.header(number, tile::ROWS) + row) * link::FIELDS + field, lane)
+    }
+
+    pub fn fruit_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
+        quad_at((self.header(number, tile::FRUIT) + row) * fruit::FIELDS + field, lane)
+    }
+
+    pub fn world_at(&self, number: usize, field: usize, lane: usize) -> usize {
+        (number * world::FIELDS + field) * LANES + lane
+    }
+
+    pub fn push_at(&self, number: usize, place: usize, field: usize, lane: usize) -> usize {
+        ((number * self.pushes_each + place) * push::FIELDS + field) * LANES + lane
+    }
+
+    /// Places of a world in the worlds' buffer, for its notice.
+    pub fn notice_of(&self, index: usize) -> usize {
+        let place = &self.places[index];
+        self.world_at(place.tile, world::NOTICE, place.lane)
+    }
+
+    /// A whole number of a world, or a number as its bits.
+    pub fn world_number(&self, index: usize, field: usize) -> u32 {
+        let place = &self.places[index];
+        self.worlds[self.world_at(place.tile, field, place.lane)].to_bits()
+    }
+
+    /// Tile of a world.
+    pub fn tile_of(&self, index: usize) -> usize {
+        self.places[index].tile
+    }
+
+    /// Rows of a tile among those of all.
+    pub fn rows_of(&self, number: usize) -> Range<usize> {
+        let start = self.header(number, tile::ROWS);
+        start..start + self.header(number, tile::STARTS + PARTS)
+    }
+
+    /// The same of fruit.
+    pub fn fruit_rows_of(&self, number: usize) -> Range<usize> {
+        let end = match number + 1 {
+            next if next < self.tile_count() => self.header(next, tile::FRUIT),
+            _ => self.fruit.len() / (fruit::FIELDS * LANES),
+        };
+        self.header(number, tile::FRUIT)..end
+    }
+
+    /// Sets force and torque on a link; gives whether there was room for it.
+    pub fn push(&mut self, index: usize, segment: usize, force: Vec3, torque: Vec3) -> bool {
+        let (number, lane) = (self.places[index].tile, self.places[index].lane);
+        let row = self.places[index].rows[segment];
+        let row_of =
+            |memory: &Self, k: usize| memory.pushes[memory.push_at(number, k, push::ROW, lane)].to_bits();
+        let mut places = (0..self.pushes_each).filter(|&k| row_of(self, k) == row as u32);
+        let is_free = |k: &usize| row_of(self, *k) == u32::MAX;
+        let Some(k) = places.next().or_else(|| (0..self.pushes_each).find(is_free)) else { return false };
+        let operation = self.operation_at(number, row, lane);
+        let is_there = force != Vec3::zeros() || torque != Vec3::zeros();
+        let at = self.push_at(number, k, push::ROW, lane);
+        self.pushes[at] = f32::from_bits(if is_there { row as u32 } else { u32::MAX });
+        for axis in 0..3 {
+            for (field, value) in [(push::FORCE, force[axis]), (push::TORQUE, torque[axis])] {
+                let at = self.push_at(number, k, field + axis, lane);
+                self.pushes[at] = value as f32;
+            }
+        }
+        let pushed = fourth::PUSHED as u32;
+        let word = &mut self.operations[operation][3];
+        *word = if is_there { *word | pushed } else { *word & !pushed };
+        true
+    }
+
+    /// Sets the force on a fruit; gives the places in `fruit` that changed.
+    pub fn pull(&mut self, index: usize, fruit_index: usize, force: Vec3) -> [usize; 3] {
+        let (number, lane) = (self.places[index].tile, self.places[index].lane);
+        let row = self.places[index].fruit_rows[fruit_index];
+        [0, 1, 2].map(|k| {
+            let at = self.fruit_at(number, row, fruit::FORCE + k, lane);
+            self.fruit[at] = force[k] as f32;
+            at
+        })
+    }
+
+    /// Whether a world runs.
+    pub fn status(&self, index: usize) -> Status {
+        let place = &self.places[index];
+        let frame = self.worlds[self.world_at(place.tile, world::STOPPED, place.lane)].to_bits();
+        if frame == 0 {
+            return Status::Running;
+        }
+        let bad = |x: f32| !(x * x).is_finite();
+        let joint = (0..place.rows.len()).find(|&segment| {
+            (link::Q..link::Q + 4).any(|field| {
+                bad(self.links[self.link_at(place.tile, place.rows[segment], field, place.lane)])
+            })
+        });
+        let fruit = || {
+            (0..place.fruit_rows.len()).find(|&i| {
+                (fruit::P..fruit::P + 6).any(|field| {
+                    bad(self.fruit[self.fruit_at(place.tile, place.fruit_rows[i], field, place.lane)])
+                })
+            })
+        };
+        let fault = match joint {
+            Some(segment) => Fault::Joint { segment },
+            None => Fault::Fruit { fruit: fruit().unwrap_or_default() },
+        };
+        Status::Quarantined(Quarantine { frame, fault })
+    }
+
+    /// Frames in which each joint of a world broke and each fruit came off; 0 if not.
+    pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<u32>) {
+        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
+        let broke = rows.iter().map(|&row| self.states[self.operation_at(*tile, row, *lane)] >> state::BROKE);
+        let off = fruit_rows
+            .iter()
+            .map(|&row| self.fruit[self.fruit_at(*tile, row, fruit::CAME_OFF, *lane)].to_bits());
+        (broke.collect(), off.collect())
+    }
+
+    /// Writes a world's state into the f64 state of its model.
+    pub fn store(&self, index: usize, plant: &Plant, data: &mut Data) {
+        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
+        for (segment, &row) in rows.iter().enumerate() {
+            let id = plant.tree.bodies[segment];
+            let number = |field: usize| f64::from(self.links[self.link_at(*tile, row, field, *lane)]);
+            let bits = self.states[self.operation_at(*tile, row, *lane)];
+            let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
+            for k in 0..2 {
+                data.q[q + k] = number(link::Q + k);
+                data.v[dof + k] = number(link::V + k);
+                if bits & state::BROKEN as u32 != 0 {
+                    data.stiffness[dof + k] = 0.0;
+                }
+            }
+            data.linear_drag[id.index()] = number(link::LINEAR_DRAG);
+            data.angular_drag[id.index()] = number(link::ANGULAR_DRAG);
+        }
+        for (i, &row) in fruit_rows.iter().enumerate() {
+            let point = plant.fruit.points[i].index();
+            let number = |field: usize| f64::from(self.fruit[self.fruit_at(*tile, row, field, *lane)]);
+            let vector = |field: usize| Vec3::from_fn(|k, _| number(field + k));
+            data.point_p_world[point] = vector(fruit::P);
+            data.point_v_world[point] = vector(fruit::V);
+            data.tethered[point] = number(fruit::STIFFNESS) != 0.0;
+            if !data.tethered[point] {
+                data.point_w_world[point] = vector(fruit::ANCHOR);
+                data.point_quadratic_drag[point] = number(fruit::AIR_DRAG);
+                data.groups[plant.fruit.colliders[i].index()] = plant.fruit.groups.loose;
+            }
+        }
+        plant.fruit.weigh_on(data, |segment| {
+            self.states[self.operation_at(*tile, rows[segment], *lane)] & state::DEBRIS as u32 != 0
+        });
+    }
+
+    /// Bytes of the buffers.
+    pub fn bytes(&self) -> usize {
+        let floats = [&self.links, &self.fruit, &self.work, &self.worlds, &self.pushes];
+        let floats: usize = floats.into_iter().map(Vec::len).sum();
+        4 * (floats + self.tiles.len() + self.states.len()) + 16 * self.operations.len() + size_of::<Rules>()
+    }
+}
+
+/// Place of a lane's field; `field` counts those of all rows before.
+fn quad_at(field: usize, lane: usize) -> usize {
+    (field / QUAD * LANES + lane) * QUAD + field % QUAD
+}
+
+fn fruit_numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)> {
+    let id = plant.fruit.points[i];
+    let (grown, point, at) = (&plant.fruit.fruit[i], plant.model.point(id), id.index());
+    let mut numbers = vec![
+        (fruit::MASS, point.mass),
+        (fruit::RADIUS, grown.radius),
+        (fruit::THRESHOLD, grown.detach_force),
+        (fruit::AIR_DRAG, plant.fruit.air_drag(i)),
+        (fruit::CAP, f64::from(UNBOUNDED)),
+    ];
+    for k in 0..3 {
+        numbers.push((fruit::FORCE + k, data.point_force_world[at][k]));
+        numbers.push((fruit::P + k, data.point_p_world[at][k]));
+        numbers.push((fruit::V + k, data.point_v_world[at][k]));
+    }
+    if let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[at]) {
+        numbers.extend([
+            (fruit::DROP, tether.offset_world.z),
+            (fruit::CAP, data.reaction_cap[at].min(f64::from(UNBOUNDED))),
+            (fruit::BIAS, data.anchor_bias_world[at].z),
+            (fruit::STIFFNESS, tether.stiffness),
+            (fruit::DAMPING, tether.damping),
+        ]);
+        numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, tether.p_body[k])));
+    } else {
+        numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, data.point_w_world[at][k])));
+    }
+    numbers
+}

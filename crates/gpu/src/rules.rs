@@ -1,0 +1,92 @@
+//! What all worlds of a batch have in common, as the kernels get it.
+
+use bytemuck::{Pod, Zeroable};
+use orchard_batch::Plant;
+use orchard_multibody::contact::in_series;
+
+/// Constants of a step. The same fields in the same order stand in `kernels/memory.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Rules {
+    /// Substep [s].
+    pub h: f32,
+    /// Gravity [m/s^2].
+    pub gravity: f32,
+    /// Substeps of a frame.
+    pub substeps: u32,
+    /// Frame that the step ends with, from 1.
+    pub frame: u32,
+    /// Frames in a row over its limit that break a joint.
+    pub rupture_frames: u32,
+    /// Frames in a row of a direct pull, and of stem tension, that take a fruit off.
+    pub pull_frames: u32,
+    /// Likewise.
+    pub tension_frames: u32,
+    /// Stem tension that does, as a multiple of the direct pull's.
+    pub tension_factor: f32,
+    /// Drag of broken limbs [1/s].
+    pub broken_linear_drag: f32,
+    /// Likewise of rotation [1/s].
+    pub broken_angular_drag: f32,
+    /// Friction of a broken joint as a part of the moment of its limb's weight.
+    pub friction_ratio: f32,
+    /// What that friction grows to, as a multiple.
+    pub friction_ramp: f32,
+    /// In how long [s].
+    pub friction_ramp_time: f32,
+    /// Rate below which friction acts as a damper [rad/s].
+    pub friction_regularisation: f32,
+    /// Damping left in a broken joint by its limb's inertia [1/s], and at most [N m s/rad].
+    pub residual_damping: f32,
+    /// Likewise.
+    pub residual_damping_max: f32,
+    /// Rate that the brake of a broken joint holds [rad/s].
+    pub rate_limit: f32,
+    /// Its strength by inertia [1/s].
+    pub rate_brake: f32,
+    /// Stiffness of fruit and ground in series [N/m].
+    pub ground_stiffness: f32,
+    /// Time over which an overlap dissipates [s].
+    pub dissipation_time: f32,
+    /// Coulomb coefficient of fruit on the ground.
+    pub ground_friction: f32,
+    /// Loss of spin of loose fruit [1/s].
+    pub spin_loss: f32,
+    /// Stiffness of wood and ground in series [N/m].
+    pub wood_stiffness: f32,
+    /// Coulomb coefficient of wood on the ground.
+    pub wood_friction: f32,
+}
+
+impl Rules {
+    /// Those of a plant at frame 0.
+    pub fn of(plant: &Plant) -> Self {
+        let (sim, wood, fruit) = (&plant.spec.sim, &plant.spec.wood, &plant.spec.fruit);
+        Self {
+            h: plant.settings.h as f32,
+            gravity: sim.gravity.si() as f32,
+            substeps: sim.substeps.get(),
+            frame: 0,
+            rupture_frames: wood.rupture_frames.get(),
+            pull_frames: fruit.pull_frames.get(),
+            tension_frames: fruit.tension_frames.get(),
+            tension_factor: fruit.tension_factor.si() as f32,
+            broken_linear_drag: (wood.linear_drag.si() * wood.broken_linear_drag_scale.si()) as f32,
+            broken_angular_drag: (wood.angular_drag.si() * wood.broken_angular_drag_scale.si()) as f32,
+            friction_ratio: wood.broken_friction_ratio.si() as f32,
+            friction_ramp: wood.broken_friction_ramp.si() as f32,
+            friction_ramp_time: wood.broken_friction_ramp_time.si() as f32,
+            friction_regularisation: wood.friction_regularisation.si() as f32,
+            residual_damping: wood.broken_residual_damping.si() as f32,
+            residual_damping_max: wood.broken_residual_damping_max.si() as f32,
+            rate_limit: wood.broken_rate_limit.si() as f32,
+            rate_brake: wood.broken_rate_brake.si() as f32,
+            ground_stiffness: in_series(fruit.contact_stiffness.si(), sim.ground_stiffness.si()) as f32,
+            dissipation_time: sim.contact_dissipation_time.si() as f32,
+            ground_friction: (fruit.friction.si() * sim.ground_friction.si()).sqrt() as f32,
+            spin_loss: fruit.rolling_loss.si() as f32,
+            wood_stiffness: in_series(wood.contact_stiffness.si(), sim.ground_stiffness.si()) as f32,
+            wood_friction: (wood.friction.si() * sim.ground_friction.si()).sqrt() as f32,
+        }
+    }
+}

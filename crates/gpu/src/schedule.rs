@@ -1,0 +1,367 @@
+//! Which warp visits which link of a world, in which order, and what it does there besides the arithmetic.
+//!
+//! Sub-trees are shared out over the warps of a workgroup; what lies below them is the trunk's part, which the first warp does alone. Each part
+//! is a depth-first walk: outwards a link's first child follows it at once and finds its numbers at hand, the others find them in a slot; inwards the
+//! same the other way round. A schedule depends on nothing but its own tree, so that a world has the same bits in any company.
+
+use crate::layout::{first, second, third};
+
+/// Warps of a workgroup. The same on every device: with another number the sums have another order.
+pub const WARPS: usize = 6;
+/// Parts of a walk: the trunk's, then each warp's.
+pub(crate) const PARTS: usize = WARPS + 1;
+
+/// A world that has no schedule.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ScheduleError {
+    /// An operation's fields have so many bits.
+    #[error("a tree needs {needed} {what}, {most} are possible")]
+    TooLarge {
+        /// Of what.
+        what: &'static str,
+        /// How many it needs.
+        needed: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// The trunk's part has one root.
+    #[error("a tree has {0} roots, one is possible")]
+    Roots(usize),
+}
+
+/// A link in a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Visit {
+    /// Link.
+    pub link: usize,
+    /// First three words of its operation; the leaf's and the fruit's places are counted by world.
+    pub words: [u32; 3],
+}
+
+/// What a world's parts need.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Schedule {
+    /// Links by part.
+    pub parts: [Vec<Visit>; PARTS],
+    /// Slots that a part needs at most.
+    pub slots: usize,
+    /// Forks with children in other parts.
+    pub forks: usize,
+    /// Loads that go to another part.
+    pub loads: usize,
+    /// Links with no child in the next row.
+    pub leaves: usize,
+    /// Fruit in the order of their rows.
+    pub fruit: Vec<usize>,
+}
+
+impl Schedule {
+    /// Schedules a tree; `fruit_of[link]` are the fruit on a link.
+    ///
+    /// # Errors
+    /// The tree has not one root, or is too large for an operation's fields.
+    pub fn new(parent: &[Option<usize>], fruit_of: &[Vec<usize>]) -> Result<Self, ScheduleError> {
+        let roots = parent.iter().filter(|parent| parent.is_none()).count();
+        if roots != 1 {
+            return Err(ScheduleError::Roots(roots));
+        }
+        let tree = Tree::new(parent);
+        let parts = tree.shared_out();
+        let mut place = vec![(0, 0); parent.len()];
+        for (part, links) in parts.iter().enumerate() {
+            for (row, &link) in links.iter().enumerate() {
+                place[link] = (part, row);
+            }
+        }
+        let mut schedule = Self::default();
+        // By link: its fork for other parts, the first load that they bring, and the next free one of these.
+        let mut cross = vec![None; parent.len()];
+        for &link in parts.iter().flatten() {
+            let away = tree.children[link].iter().filter(|&&child| place[child].0 != place[link].0).count();
+            if away > 0 {
+                cross[link] = Some((schedule.forks, schedule.loads, away, schedule.loads));
+                schedule.forks += 1;
+                schedule.loads += away;
+            }
+        }
+        for (part, links) in parts.iter().enumerate() {
+            let slots = Slots::new(&tree, links, &place);
+            schedule.slots = schedule.slots.max(slots.most);
+            for (row, &link) in links.iter().enumerate() {
+                let visit = schedule.visit(&tree, &place, (part, row), link, &slots, &mut cross, fruit_of);
+                schedule.parts[part].push(visit);
+            }
+        }
+        schedule.check(fruit_of)?;
+        Ok(schedule)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the tables of one walk, used here alone")]
+    fn visit(
+        &mut self,
+        tree: &Tree<'_>,
+        place: &[(usize, usize)],
+        (part, row): (usize, usize),
+        link: usize,
+        slots: &Slots,
+        cross: &mut [Option<(usize, usize, usize, usize)>],
+        fruit_of: &[Vec<usize>],
+    ) -> Visit {
+        let (mut a, mut b) = (first::ACTIVE, 0);
+        match tree.parent[link] {
+            None => a |= first::ROOT,
+            Some(up) if place[up].0 != part => {
+                if let Some((fork, _, _, next)) = &mut cross[up] {
+                    a |= first::FROM_CROSS | *fork << first::PARENT;
+                    b |= second::GIVES_CROSS | *next << second::OWN_LOAD;
+                    *next += 1;
+                }
+            }
+            Some(up) if place[up].1 + 1 != row => {
+                let slot = slots.of_row[place[up].1].unwrap_or_default();
+                a |= first::FROM_SLOT | slot << first::PARENT;
+                // Inwards the last child comes first.
+                b |= if slots.last_child[place[up].1] == Some(row) {
+                    second::GIVES_FIRST
+                } else {
+                    second::GIVES
+                };
+            }
+            Some(_) => {}
+        }
+        if let Some(slot) = slots.of_row[row] {
+            a |= first::TO_SLOT | slot << first::SLOT;
+            b |= second::TAKES;
+        }
+        if let Some((fork, first_load, count, _)) = cross[link] {
+            a |= first::TO_CROSS | fork << first::FORK;
+            b |= count << second::LOADS | first_load << second::FIRST_LOAD;
+        }
+        let mut c = self.fruit.len() << third::FIRST_FRUIT | fruit_of[link].len() << third::FRUIT;
+        self.fruit.extend(&fruit_of[link]);
+        if slots.carries[row] {
+            b |= second::CARRIES;
+        } else {
+            c |= self.leaves << third::LEAF;
+            self.leaves += 1;
+        }
+        Visit { link, words: [a as u32, b as u32, c as u32] }
+    }
+
+    fn check(&self, fruit_of: &[Vec<usize>]) -> Result<(), ScheduleError> {
+        let most_fruit = fruit_of.iter().map(Vec::len).max().unwrap_or(0);
+        let rows = self.parts.iter().map(Vec::len).sum();
+        for (what, needed, bits) in [
+            ("slots", self.slots, 8),
+            ("forks", self.forks, 8),
+            ("loads", self.loads, 10),
+            ("loads of one link", self.loads.min(64), 6),
+            ("leaves", self.leaves, 10),
+            ("fruit", self.fruit.len(), 12),
+            ("fruit on one link", most_fruit, 6),
+            ("links", rows, 15),
+        ] {
+            let most = (1 << bits) - usize::from(bits != 6);
+            if needed > most {
+                return Err(ScheduleError::TooLarge { what, needed, most });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A tree with what its walks need.
+struct Tree<'a> {
+    parent: &'a [Option<usize>],
+    /// Children, small sub-trees first: then a slot is free again before the walk goes down the largest one.
+    children: Vec<Vec<usize>>,
+    /// Links of each sub-tree.
+    size: Vec<usize>,
+}
+
+impl<'a> Tree<'a> {
+    fn new(parent: &'a [Option<usize>]) -> Self {
+        let (mut children, mut size) = (vec![Vec::new(); parent.len()], vec![1; parent.len()]);
+        for (link, up) in parent.iter().enumerate().rev() {
+            if let Some(up) = *up {
+                children[up].push(link);
+                size[up] += size[link];
+            }
+        }
+        for of in &mut children {
+            of.sort_by_key(|&child| (size[child], child));
+        }
+        Self { parent, children, size }
+    }
+
+    /// Links of each part, in the order of their walks: the split with the shortest longest way through.
+    fn shared_out(&self) -> [Vec<usize>; PARTS] {
+        let root = self.parent.iter().position(Option::is_none).unwrap_or_default();
+        let mut is_trunk = vec![false; self.parent.len()];
+        let mut waiting = vec![root];
+        let mut best: Option<(usize, Vec<bool>, [Vec<usize>; WARPS])> = None;
+        loop {
+            waiting.sort_by_key(|&link| (usize::MAX - self.size[link], link));
+            // The largest sub-tree first, each to the warp with least to do.
+            let mut shares: [(usize, Vec<usize>); WARPS] = Default::default();
+            for &link in &waiting {
+                if let Some(share) = shares.iter_mut().min_by_key(|(work, _)| *work) {
+                    share.0 += self.size[link];
+                    share.1.push(link);
+                }
+            }
+            let trunk = is_trunk.iter().filter(|is| **is).count();
+            let longest = trunk + shares.iter().map(|(work, _)| *work).max().unwrap_or(0);
+            if best.as_ref().is_none_or(|(shortest, ..)| longest < *shortest) {
+                best = Some((longest, is_trunk.clone(), shares.map(|(_, links)| links)));
+            }
+            // Nothing shorter comes of more trunk than the best way through.
+            let largest = waiting[0];
+            if self.size[largest] == 1 || best.as_ref().is_some_and(|(shortest, ..)| trunk >= *shortest) {
+                break;
+            }
+            waiting.remove(0);
+            is_trunk[largest] = true;
+            waiting.extend(&self.children[largest]);
+        }
+        let mut parts: [Vec<usize>; PARTS] = Default::default();
+        if let Some((_, is_trunk, shares)) = best {
+            if is_trunk[root] {
+                self.walk(root, &mut parts[0], &|link| is_trunk[link]);
+            }
+            for (part, links) in parts[1..].iter_mut().zip(shares) {
+                links.into_iter().for_each(|link| self.walk(link, part, &|_| true));
+            }
+        }
+        parts
+    }
+
+    fn walk(&self, from: usize, part: &mut Vec<usize>, belongs: &dyn Fn(usize) -> bool) {
+        let mut open = vec![from];
+        while let Some(link) = open.pop() {
+            part.push(link);
+            open.extend(self.children[link].iter().rev().filter(|child| belongs(**child)));
+        }
+    }
+}
+
+/// Slots of one part, by row.
+struct Slots {
+    /// Slot of a row with children that do not follow at once.
+    of_row: Vec<Option<usize>>,
+    /// Row of the last such child.
+    last_child: Vec<Option<usize>>,
+    /// Whether the next row is a child.
+    carries: Vec<bool>,
+    most: usize,
+}
+
+impl Slots {
+    fn new(tree: &Tree<'_>, links: &[usize], place: &[(usize, usize)]) -> Self {
+        let part = links.first().map_or(0, |link| place[*link].0);
+        let parent_row =
+            |row: usize| tree.parent[links[row]].filter(|up| place[*up].0 == part).map(|up| place[up].1);
+        let (mut last_child, mut carries) = (vec![None; links.len()], vec![false; links.len()]);
+        for row in 0..links.len() {
+            match parent_row(row) {
+                Some(up) if up + 1 == row => carries[up] = true,
+                Some(up) => last_child[up] = Some(row),
+                None => {}
+            }
+        }
+        let (mut free, mut most) = (Vec::new(), 0);
+        let mut of_row = vec![None; links.len()];
+        for row in 0..links.len() {
+            // Its last child reads a slot before it writes its own, so that it may have the same.
+            if let Some(up) = parent_row(row).filter(|up| last_child[*up] == Some(row)) {
+                free.extend(of_row[up]);
+            }
+            if last_child[row].is_some() {
+                of_row[row] = Some(free.pop().unwrap_or_else(|| {
+                    most += 1;
+                    most - 1
+                }));
+            }
+        }
+        Self { of_row, last_child, carries, most }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn schedule(parent: &[Option<usize>]) -> Schedule {
+        Schedule::new(parent, &vec![Vec::new(); parent.len()]).unwrap()
+    }
+
+    /// A trunk of three links with eight branches of four links each at its top.
+    fn broom() -> Vec<Option<usize>> {
+        let mut parent = vec![None, Some(0), Some(1)];
+        for _ in 0..8 {
+            let base = parent.len();
+            parent.extend([Some(2), Some(base), Some(base + 1), Some(base + 2)]);
+        }
+        parent
+    }
+
+    #[test]
+    fn every_link_is_visited_once_and_after_its_parent() {
+        let parent = broom();
+        let schedule = schedule(&parent);
+        let mut seen = vec![false; parent.len()];
+        for visit in schedule.parts.iter().flatten() {
+            assert!(!seen[visit.link] && parent[visit.link].is_none_or(|up| seen[up]), "{}", visit.link);
+            seen[visit.link] = true;
+        }
+        assert!(seen.iter().all(|seen| *seen));
+        // Eight branches on six warps: two have two.
+        let lengths: Vec<usize> = schedule.parts.iter().map(Vec::len).collect();
+        assert_eq!(lengths, [3, 8, 8, 4, 4, 4, 4]);
+        assert_eq!((schedule.forks, schedule.loads, schedule.slots, schedule.leaves), (1, 8, 0, 9));
+    }
+
+    /// Outwards a slot holds what its reader's parent left; inwards it is stored before anything is added, and taken after.
+    #[test]
+    fn slots_hold_what_their_readers_expect() {
+        // A chain with a twig at every link, in one part: the walk's own rules, whatever the split.
+        let mut parent = vec![None];
+        for k in 0..40 {
+            parent.extend([Some(2 * k), Some(2 * k)]);
+        }
+        let parent: Vec<Option<usize>> = parent.into_iter().collect();
+        let schedule = schedule(&parent);
+        for part in &schedule.parts {
+            let field = |word: u32, shift: usize| (word >> shift & 0xff) as usize;
+            let mut held = vec![None; schedule.slots];
+            for visit in part {
+                let [a, ..] = visit.words;
+                if a & first::FROM_SLOT as u32 != 0 {
+                    assert_eq!(held[field(a, first::PARENT)], parent[visit.link]);
+                }
+                if a & first::TO_SLOT as u32 != 0 {
+                    held[field(a, first::SLOT)] = Some(visit.link);
+                }
+            }
+            let mut brought = vec![Vec::new(); schedule.slots];
+            for visit in part.iter().rev() {
+                let [a, b, _] = visit.words;
+                if b & second::TAKES as u32 != 0 {
+                    let from = std::mem::take(&mut brought[field(a, first::SLOT)]);
+                    assert!(!from.is_empty() && from.iter().all(|child| parent[*child] == Some(visit.link)));
+                }
+                if b & second::GIVES_FIRST as u32 != 0 {
+                    brought[field(a, first::PARENT)] = vec![visit.link];
+                }
+                if b & second::GIVES as u32 != 0 {
+                    brought[field(a, first::PARENT)].push(visit.link);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_tree_has_one_root() {
+        assert_eq!(Schedule::new(&[None, None], &[vec![], vec![]]), Err(ScheduleError::Roots(2)));
+    }
+}

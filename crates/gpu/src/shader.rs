@@ -1,0 +1,80 @@
+//! The kernels' source.
+
+use crate::layout;
+use crate::schedule::{PARTS, WARPS};
+
+/// Kernels, in an order in which each file knows those before it.
+pub(crate) const FILES: [(&str, &str); 10] = [
+    ("memory", include_str!("kernels/memory.wgsl")),
+    ("math", include_str!("kernels/math.wgsl")),
+    ("load", include_str!("kernels/load.wgsl")),
+    ("motion", include_str!("kernels/motion.wgsl")),
+    ("ground", include_str!("kernels/ground.wgsl")),
+    ("inward", include_str!("kernels/inward.wgsl")),
+    ("stem", include_str!("kernels/stem.wgsl")),
+    ("outward", include_str!("kernels/outward.wgsl")),
+    ("frame", include_str!("kernels/frame.wgsl")),
+    ("mend", include_str!("kernels/mend.wgsl")),
+];
+
+/// The whole source, for worlds with so many forces each.
+pub(crate) fn source(pushes_each: usize) -> String {
+    let mut text = layout::wgsl();
+    text += &format!(
+        "const WARPS: u32 = {WARPS}u;\nconst PARTS: u32 = {PARTS}u;\nconst PUSHES_EACH: u32 = {pushes_each}u;\n"
+    );
+    for (_, file) in FILES {
+        text += file;
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names of the functions of a source.
+    fn functions(text: &str) -> Vec<&str> {
+        let starts = text.lines().filter_map(|line| {
+            let line = line.trim_start().trim_start_matches("pub(super) ").trim_start_matches("pub(crate) ");
+            line.trim_start_matches("pub ").strip_prefix("fn ")
+        });
+        starts.filter_map(|rest| rest.split(['(', '<']).next()).collect()
+    }
+
+    /// Every function of a kernel has its twin of the same name, in the file of the same name.
+    #[test]
+    fn kernels_have_twins() {
+        let twins = [
+            ("memory", include_str!("twin/mod.rs")),
+            ("math", include_str!("twin/math.rs")),
+            ("load", include_str!("twin/load.rs")),
+            ("motion", include_str!("twin/motion.rs")),
+            ("ground", include_str!("twin/ground.rs")),
+            ("inward", include_str!("twin/inward.rs")),
+            ("stem", include_str!("twin/stem.rs")),
+            ("outward", include_str!("twin/outward.rs")),
+            ("frame", include_str!("twin/frame.rs")),
+            ("mend", include_str!("twin/mend.rs")),
+        ];
+        // How the two languages reach memory and make values differs.
+        let apart = [
+            "operation_at",
+            "link_at",
+            "fruit_at",
+            "world_at",
+            "axes_of",
+            "world_axes",
+            "push3",
+            "enter",
+            "placed",
+        ];
+        for ((name, kernel), (twin_name, twin)) in FILES.iter().zip(twins) {
+            assert_eq!(*name, twin_name);
+            let of_twin = functions(twin);
+            for function in functions(kernel) {
+                assert!(of_twin.contains(&function) || apart.contains(&function), "{name}.wgsl: {function}");
+            }
+        }
+    }
+}

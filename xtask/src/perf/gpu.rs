@@ -1,0 +1,143 @@
+//! Suite `gpu`: batches of trees on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
+
+use std::time::Instant;
+
+use anyhow::Context;
+use orchard_batch::TreeWorld;
+use orchard_gpu::{Choice, Gpu, GpuBatch};
+use rayon::prelude::*;
+
+use super::physics::forest::{Planting, kick, nearest, spec_with_fruit};
+use super::physics::{FRUIT, LINKS, SEARCHED, WORLDS};
+use super::timing::Rounds;
+use super::{say, spinner};
+use crate::rows::{Effort, Measured, Row};
+
+/// Frames of a round, and rounds.
+const FRAMES: u32 = 60;
+const ROUNDS: usize = 5;
+/// Frames before the first round: the device wakes up.
+const WARM_UP: u32 = 10;
+/// Worlds of the rows with their targets on one H200 [substeps/s].
+const TARGETS: [(usize, f64); 3] = [(512, 6e6), (4096, 28e6), (16384, 45e6)];
+/// Worlds of the rows about memory, building and topologies, and what is asked there: bytes, seconds, share of the rate of one topology.
+const MANY: usize = 4096;
+const MEMORY: f64 = 150e6;
+const BUILD: f64 = 0.5;
+const TOPOLOGIES: f64 = 0.5;
+/// Worlds on an adapter in software, which is for tests.
+const SOFTWARE_WORLDS: usize = 32;
+
+const NOTE: &str =
+    "151 links, 30 fruit; every joint kicked at up to 1 rad/s before the first of 5 s; elapsed";
+const SOFTWARE_NOTE: &str = "an adapter in software: nothing is asked of it";
+
+/// Substeps a second, memory and time to build.
+pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
+    let gpu = Gpu::open(Choice::Any).context("the suite gpu needs a graphics adapter")?;
+    let is_real = !gpu.info().is_software;
+    let bar = spinner();
+    say(&bar, "growing trees");
+    let kinds = if is_real && effort == Effort::Full { WORLDS } else { SOFTWARE_WORLDS };
+    let spec = spec_with_fruit(FRUIT)?;
+    let substeps = f64::from(spec.sim.substeps.get());
+    let forest = nearest(spec, LINKS, kinds, SEARCHED)?;
+    let typical = &forest[0];
+    let siblings: Vec<Planting> = (0..kinds as u32).map(|index| typical.sibling(index)).collect();
+    let [same, dimensions, topologies] = [std::slice::from_ref(typical), &siblings, &forest].map(settled);
+    let (same, dimensions, topologies) = (same?, dimensions?, topologies?);
+
+    let mut rows = Vec::new();
+    let targets: &[(usize, f64)] = if is_real { &TARGETS } else { &[(SOFTWARE_WORLDS, 0.0)] };
+    for &(worlds, target) in targets {
+        say(&bar, &format!("{worlds} worlds"));
+        let cell = Cell::measure(&gpu, &dimensions, worlds)?;
+        let row = cell.row(&format!("gpu.dimensions_{worlds}"), substeps);
+        rows.push(if is_real {
+            Row { note: Some(NOTE.to_owned()), ..row.at_least(target) }
+        } else {
+            Row { note: Some(SOFTWARE_NOTE.to_owned()), ..row }
+        });
+        if worlds == MANY {
+            rows.push(
+                Row::measured(&format!("gpu.dimensions_{worlds}.memory"), cell.bytes, "bytes")
+                    .at_most(MEMORY),
+            );
+            let note = "packed and sent, from settled trees on the processor".to_owned();
+            let build =
+                Row::measured(&format!("gpu.dimensions_{worlds}.build"), cell.build, "s").at_most(BUILD);
+            rows.push(Row { note: Some(note), ..build });
+        }
+    }
+    for &(worlds, _) in targets {
+        say(&bar, &format!("{worlds} worlds of one topology, and of as many"));
+        let of_one = Cell::measure(&gpu, &same, worlds)?;
+        let of_many = Cell::measure(&gpu, &topologies, worlds)?;
+        rows.push(of_one.row(&format!("gpu.same_{worlds}"), substeps));
+        rows.push(of_many.row(&format!("gpu.topologies_{worlds}"), substeps));
+        let share = of_many.rates.median() / of_one.rates.median();
+        let row = Row::measured(&format!("gpu.topologies_{worlds}.share"), share, "1");
+        rows.push(if is_real && worlds == MANY { row.at_least(TOPOLOGIES) } else { row });
+    }
+    bar.finish_and_clear();
+    let info = gpu.info();
+    let mut measured = Measured::from(rows);
+    measured.context.insert("adapter", Some(info.name.clone()));
+    measured.context.insert("driver", Some(info.driver.clone()));
+    measured.context.insert("backend", Some(info.backend.clone()));
+    Ok(measured)
+}
+
+fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
+    plantings
+        .par_iter()
+        .map(|planting| {
+            Ok(TreeWorld::new(planting.spec.clone(), &planting.skeleton, planting.fruit.clone())?)
+        })
+        .collect()
+}
+
+/// One batch, timed.
+struct Cell {
+    worlds: usize,
+    /// Frames of the whole batch a second.
+    rates: Rounds,
+    bytes: f64,
+    build: f64,
+}
+
+impl Cell {
+    /// So many worlds, of the given kinds in turns, each with its own kick.
+    fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize) -> anyhow::Result<Self> {
+        let all: Vec<TreeWorld> = (0..worlds)
+            .into_par_iter()
+            .map(|index| {
+                let mut world = kinds[index % kinds.len()].clone();
+                kick(&mut world.data_mut().v, index as u32);
+                world
+            })
+            .collect();
+        let start = Instant::now();
+        let mut batch = GpuBatch::new(gpu, &all)?;
+        batch.wait()?;
+        let build = start.elapsed().as_secs_f64();
+        drop(all);
+        batch.advance(WARM_UP);
+        batch.wait()?;
+        let mut rates = Vec::with_capacity(ROUNDS);
+        for _ in 0..ROUNDS {
+            let start = Instant::now();
+            batch.advance(FRAMES);
+            batch.wait()?;
+            rates.push(f64::from(FRAMES) / start.elapsed().as_secs_f64());
+        }
+        Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build })
+    }
+
+    /// Substeps of one world a second.
+    fn row(&self, name: &str, substeps: f64) -> Row {
+        let each = self.worlds as f64 * substeps;
+        let row = Row::measured(name, self.rates.median() * each, "substeps/s");
+        Row { spread: Some(self.rates.spread().map(|rate| rate * each)), ..row }
+    }
+}
