@@ -1,23 +1,19 @@
 //! Worlds on a device.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use orchard_batch::{BatchEvent, Plant, Status, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 use orchard_multibody::Data;
-use wgpu::{BufferUsages, util::DeviceExt};
 
+use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_APART};
 use crate::device::{Gpu, GpuError};
 use crate::layout::{LANES, fruit, link, notice, world};
 use crate::memory::Memory;
+use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
-use crate::shader;
 
-/// Frames that go to the device at once: each has its own rules, of which the frame's number differs.
-const FRAMES_AT_ONCE: u32 = 64;
-/// Distance of their rules in the uniform buffer [bytes]: what every adapter can do.
-const RULES_APART: u64 = 256;
 /// Forces that a world can have on its links at once, unless asked otherwise.
 pub const PUSHES_EACH: usize = 4;
 
@@ -30,25 +26,20 @@ pub struct GpuBatch {
     plants: Vec<Arc<Plant>>,
     memory: Memory,
     buffers: Buffers,
-    frame: wgpu::ComputePipeline,
-    mend: wgpu::ComputePipeline,
+    pipelines: Pipelines,
     bindings: wgpu::BindGroup,
-    /// What has been reported of each world: snapped, detached, stopped.
-    reported: Vec<[u32; 3]>,
+    /// By world.
+    told: Vec<Told>,
     inputs_changed: bool,
 }
 
-#[derive(Debug)]
-struct Buffers {
-    rules: wgpu::Buffer,
-    tiles: wgpu::Buffer,
-    operations: wgpu::Buffer,
-    states: wgpu::Buffer,
-    links: wgpu::Buffer,
-    fruit: wgpu::Buffer,
-    work: wgpu::Buffer,
-    worlds: wgpu::Buffer,
-    pushes: wgpu::Buffer,
+/// What [`GpuBatch::events`] has told of a world.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Told {
+    /// Joints that broke, fruit that came off, and the frame in which it stopped.
+    counts: [u32; 3],
+    /// Up to which frame.
+    until: u32,
 }
 
 impl GpuBatch {
@@ -67,40 +58,15 @@ impl GpuBatch {
     pub fn with_pushes(gpu: &Gpu, worlds: &[TreeWorld], pushes_each: usize) -> Result<Self, GpuError> {
         let memory = Memory::new(worlds, pushes_each.max(1))?;
         let buffers = Buffers::new(gpu, &memory)?;
-        let layout = binding_layout(gpu);
-        let bindings = buffers.bind(gpu, &layout);
-        let device = &gpu.device;
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("orchard"),
-            source: wgpu::ShaderSource::Wgsl(shader::source(memory.pushes_each).into()),
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = |entry: &str| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    zero_initialize_workgroup_memory: false,
-                    ..Default::default()
-                },
-                cache: None,
-            })
-        };
+        let pipelines = Pipelines::new(gpu, memory.pushes_each);
         Ok(Self {
-            frame: pipeline("frame"),
-            mend: pipeline("mend"),
+            bindings: buffers.bind(gpu, &pipelines.bindings),
             gpu: gpu.clone(),
             plants: worlds.iter().map(|world| world.plant().clone()).collect(),
-            reported: vec![[0; 3]; worlds.len()],
+            told: vec![Told::default(); worlds.len()],
             memory,
             buffers,
-            bindings,
+            pipelines,
             inputs_changed: false,
         })
     }
@@ -123,28 +89,53 @@ impl GpuBatch {
     /// Asks the device for whole frames of every world. It returns at once; whoever reads waits.
     pub fn advance(&mut self, frames: u32) {
         self.send_inputs();
+        let first = self.memory.rules.frame + 1;
+        self.memory.rules.frame += frames;
+        let rules = self.memory.rules;
+        let steps = (first..first + frames).map(|frame| Rules { frame, ..rules });
+        self.run(steps.map(|rules| (rules, &[Pass::Frame, Pass::Mend][..])));
+    }
+
+    /// Puts some worlds back to their beginning while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under
+    /// what is applied to them, with counts and peaks at zero. Their events that have not been read are gone. Fruit that had come off when the batch began
+    /// stay off.
+    pub fn reset(&mut self, worlds: &[usize]) {
+        self.send_inputs();
+        self.memory.mark(worlds);
+        let frame = self.memory.rules.frame;
+        for &index in worlds {
+            self.told[index] = Told { until: frame, ..Told::default() };
+        }
+        for (at, marks) in self.memory.marks() {
+            self.gpu.queue.write_buffer(&self.buffers.worlds, 4 * at as u64, bytemuck::cast_slice(marks));
+        }
+        let rules = self.memory.rules;
+        let settling = rules.settling().map(|rules| (rules, &[Pass::Settle][..]));
+        self.run(std::iter::once((rules, &[Pass::Reset][..])).chain(settling));
+    }
+
+    /// Sends passes to the device, each with its rules, in order.
+    fn run<'a>(&self, passes: impl Iterator<Item = (Rules, &'a [Pass])>) {
         let tiles = self.memory.tile_count() as u32;
-        let mut left = frames;
-        while left > 0 && tiles > 0 {
-            let now = left.min(FRAMES_AT_ONCE);
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            let mut rules = vec![0; (RULES_APART * u64::from(now)) as usize];
-            for slot in rules.chunks_mut(RULES_APART as usize) {
-                self.memory.rules.frame += 1;
-                slot[..size_of::<Rules>()].copy_from_slice(bytemuck::bytes_of(&self.memory.rules));
+        let mut passes = passes.peekable();
+        while passes.peek().is_some() && tiles > 0 {
+            let now: Vec<(Rules, &[Pass])> = passes.by_ref().take(PASSES_AT_ONCE).collect();
+            let mut rules = vec![0; RULES_APART * now.len()];
+            for (slot, (own, _)) in rules.chunks_mut(RULES_APART).zip(&now) {
+                slot[..size_of::<Rules>()].copy_from_slice(bytemuck::bytes_of(own));
             }
             self.gpu.queue.write_buffer(&self.buffers.rules, 0, &rules);
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            for slot in 0..now {
-                pass.set_bind_group(0, &self.bindings, &[slot * RULES_APART as u32]);
-                for pipeline in [&self.frame, &self.mend] {
-                    pass.set_pipeline(pipeline);
+            for (slot, (_, kinds)) in now.iter().enumerate() {
+                pass.set_bind_group(0, &self.bindings, &[(slot * RULES_APART) as u32]);
+                for &kind in *kinds {
+                    pass.set_pipeline(self.pipelines.of(kind));
                     pass.dispatch_workgroups(tiles, 1, 1);
                 }
             }
             drop(pass);
             self.gpu.queue.submit([encoder.finish()]);
-            left -= now;
         }
     }
 
@@ -166,31 +157,23 @@ impl GpuBatch {
             [world::SNAPPED, world::DETACHED, world::STOPPED].map(|field| memory.world_number(index, field))
         };
         let changed: Vec<usize> =
-            (0..self.len()).filter(|&index| counts(&self.memory, index) != self.reported[index]).collect();
+            (0..self.len()).filter(|&index| counts(&self.memory, index) != self.told[index].counts).collect();
         self.fetch_state(&changed)?;
-        let since = self.reported.clone();
         let mut events = Vec::new();
-        for index in changed {
-            let now = counts(&self.memory, index);
-            let (broke, off) = self.memory.lost(index);
+        for world in changed {
+            let told = self.told[world];
+            let (broke, off) = self.memory.lost(world);
             let snapped =
                 broke.into_iter().enumerate().map(|(segment, frame)| (frame, TreeEvent::Snapped { segment }));
             let came_off =
                 off.into_iter().enumerate().map(|(fruit, frame)| (frame, TreeEvent::Detached { fruit }));
-            let last = self.memory.reported_until[index];
-            events.extend(
-                snapped.chain(came_off).filter(|(frame, _)| *frame > last).map(|(frame, event)| BatchEvent {
-                    frame,
-                    world: index,
-                    event,
-                }),
-            );
-            if let (Status::Quarantined(quarantine), 0) = (self.memory.status(index), since[index][2]) {
+            let new = snapped.chain(came_off).filter(|(frame, _)| *frame > told.until);
+            events.extend(new.map(|(frame, event)| BatchEvent { frame, world, event }));
+            if let (Status::Quarantined(quarantine), 0) = (self.memory.status(world), told.counts[2]) {
                 let event = TreeEvent::Quarantined { fault: quarantine.fault };
-                events.push(BatchEvent { frame: quarantine.frame, world: index, event });
+                events.push(BatchEvent { frame: quarantine.frame, world, event });
             }
-            self.reported[index] = now;
-            self.memory.reported_until[index] = self.memory.rules.frame;
+            self.told[world] = Told { counts: counts(&self.memory, world), until: self.memory.rules.frame };
         }
         events.sort_unstable();
         Ok(events)
@@ -206,16 +189,18 @@ impl GpuBatch {
         Ok(self.memory.status(index))
     }
 
-    /// What a world has gone through.
+    /// What every world has gone through, and its energy now.
     ///
     /// # Errors
     /// The device was lost.
     pub fn statistics(&mut self) -> Result<Vec<Statistics>, GpuError> {
+        self.run(std::iter::once((self.memory.rules, &[Pass::Measure][..])));
         self.fetch_worlds()?;
         let of = |index| Statistics {
             snapped: self.memory.world_number(index, world::SNAPPED),
             detached: self.memory.world_number(index, world::DETACHED),
             peak_moment: f32::from_bits(self.memory.world_number(index, world::PEAK)).sqrt(),
+            energy: f32::from_bits(self.memory.world_number(index, world::ENERGY)),
         };
         Ok((0..self.len()).map(of).collect())
     }
@@ -235,6 +220,21 @@ impl GpuBatch {
     pub fn push(&mut self, index: usize, segment: usize, force_world: Vec3, torque_world: Vec3) -> bool {
         self.inputs_changed = true;
         self.memory.push(index, segment, force_world, torque_world)
+    }
+
+    /// Adds a force [N] at, and a torque [N m] about, a segment's centre of mass that act in some frames to come, the first frame of the batch being 1. Gives
+    /// whether the world had room for it; what is over has made room.
+    #[must_use]
+    pub fn script(
+        &mut self,
+        index: usize,
+        segment: usize,
+        force_world: Vec3,
+        torque_world: Vec3,
+        frames: RangeInclusive<u32>,
+    ) -> bool {
+        self.inputs_changed = true;
+        self.memory.script(index, segment, force_world, torque_world, frames)
     }
 
     /// Sets the external force [N] on a fruit until changed.
@@ -294,150 +294,7 @@ pub struct Statistics {
     pub detached: u32,
     /// Largest moment of a joint at the end of any frame, over the one that breaks it.
     pub peak_moment: f32,
-}
-
-impl Buffers {
-    fn new(gpu: &Gpu, memory: &Memory) -> Result<Self, GpuError> {
-        let (worlds, limits) = (memory.len(), gpu.device.limits());
-        let largest = [
-            4 * memory.links.len(),
-            4 * memory.fruit.len(),
-            4 * memory.work.len(),
-            16 * memory.operations.len(),
-        ];
-        let needed = largest.into_iter().max().unwrap_or(0) as u64;
-        let has = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if needed > has {
-            return Err(GpuError::TooLarge {
-                worlds,
-                what: "one buffer",
-                needed,
-                adapter: gpu.info().name.clone(),
-                has,
-                fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
-            });
-        }
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let filled = |label: &str, contents: &[u8]| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                // A buffer has a size.
-                contents: if contents.is_empty() { &[0; 16] } else { contents },
-                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
-            })
-        };
-        let buffers = Self {
-            rules: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("rules"),
-                size: RULES_APART * u64::from(FRAMES_AT_ONCE),
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-            tiles: filled("tiles", bytemuck::cast_slice(&memory.tiles)),
-            operations: filled("operations", bytemuck::cast_slice(&memory.operations)),
-            states: filled("states", bytemuck::cast_slice(&memory.states)),
-            links: filled("links", bytemuck::cast_slice(&memory.links)),
-            fruit: filled("fruit", bytemuck::cast_slice(&memory.fruit)),
-            work: filled("work", bytemuck::cast_slice(&memory.work)),
-            worlds: filled("worlds", bytemuck::cast_slice(&memory.worlds)),
-            pushes: filled("pushes", bytemuck::cast_slice(&memory.pushes)),
-        };
-        match pollster::block_on(scope.pop()) {
-            None => Ok(buffers),
-            Some(_) => Err(GpuError::OutOfMemory {
-                adapter: gpu.info().name.clone(),
-                worlds,
-                each: memory.bytes() / worlds.max(1),
-                fits: worlds / 2,
-            }),
-        }
-    }
-
-    fn storage(&self) -> [&wgpu::Buffer; 8] {
-        [
-            &self.tiles,
-            &self.operations,
-            &self.states,
-            &self.links,
-            &self.fruit,
-            &self.work,
-            &self.worlds,
-            &self.pushes,
-        ]
-    }
-
-    fn bind(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
-        let rules = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: &self.rules,
-            offset: 0,
-            size: std::num::NonZeroU64::new(size_of::<Rules>() as u64),
-        });
-        let storage = self.storage().map(wgpu::Buffer::as_entire_binding);
-        let entries: Vec<_> = (0..)
-            .zip(std::iter::once(rules).chain(storage))
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-    }
-}
-
-fn binding_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    // Tiles, operations and pushes are only read.
-    let storage = [true, true, false, false, false, false, false, true]
-        .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
-    let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
-    let entries: Vec<_> = (0..)
-        .zip(all)
-        .map(|(binding, (ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
-            count: None,
-        })
-        .collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
-}
-
-/// A buffer, its copy on the host, and what of it is to be read.
-type Wanted<'a, T> = (&'a wgpu::Buffer, &'a mut Vec<T>, Vec<Range<usize>>);
-
-impl Gpu {
-    /// Copies ranges of buffers to the same ranges on the host.
-    fn fetch<T: bytemuck::Pod>(&self, wanted: &mut [Wanted<'_, T>]) -> Result<(), GpuError> {
-        let each = size_of::<T>();
-        let length: usize = wanted.iter().flat_map(|(_, _, ranges)| ranges).map(Range::len).sum();
-        if length == 0 {
-            return self.wait();
-        }
-        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("read"),
-            size: (each * length) as u64,
-            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        let mut at = 0;
-        for (buffer, _, ranges) in wanted.iter() {
-            for range in ranges {
-                let (from, size) = ((each * range.start) as u64, (each * range.len()) as u64);
-                encoder.copy_buffer_to_buffer(buffer, from, &staging, at, size);
-                at += size;
-            }
-        }
-        self.queue.submit([encoder.finish()]);
-        // Its result is that of the wait: a device that is lost maps nothing.
-        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-        self.wait()?;
-        let lost = |e: wgpu::MapRangeError| GpuError::Lost(e.to_string());
-        let mapped = staging.slice(..).get_mapped_range().map_err(lost)?;
-        let mut read = bytemuck::cast_slice::<u8, T>(&mapped);
-        for (_, host, ranges) in wanted {
-            for range in ranges {
-                let (here, rest) = read.split_at(range.len());
-                host[range.clone()].copy_from_slice(here);
-                read = rest;
-            }
-        }
-        Ok(())
-    }
+    /// Kinetic, gravitational (zero at the height of the world's origin) and elastic energy of wood, stems and fruit [J], as `orchard_multibody::energy` sums it
+    /// up.
+    pub energy: f32,
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use orchard_batch::{BatchEvent, TreeEvent, TreeWorld};
+use orchard_batch::{BatchEvent, Status, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 use orchard_spec::Spec;
 
+use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state};
 use crate::{Choice, Gpu, GpuBatch, GpuError};
@@ -203,4 +204,64 @@ fn a_broken_tree_comes_to_rest_on_the_ground() {
     assert!(batch.statistics().unwrap()[0].snapped > 0);
     assert!(lowest > 0.0 && lowest < 0.02, "{lowest}");
     assert!(fastest < 0.05, "{fastest}");
+}
+
+/// A reset on the device: as new, while the others do not notice; also a world that had stopped.
+#[test]
+fn a_reset_world_is_as_new() {
+    let Some(gpu) = device() else { return };
+    let (worlds, trial) = Trial::harsh(grown(4));
+    let mut batch = GpuBatch::new(&gpu, &worlds).unwrap();
+    trial.apply_to_batch(&mut batch);
+    batch.pull(3, 0, Vec3::new(1e30, 0.0, 0.0));
+    batch.advance(20);
+    assert!(batch.status(3).unwrap() != Status::Running);
+    let of = |batch: &mut GpuBatch, index: usize| {
+        let mut data = worlds[index].data().clone();
+        batch.store(index, &mut data).unwrap();
+        data
+    };
+    let before = of(&mut batch, 1);
+    let left = batch.statistics().unwrap()[1];
+    trial.released().apply_to_batch(&mut batch);
+    batch.pull(3, 0, Vec3::zeros());
+    batch.reset(&[0, 2, 3]);
+    let after = of(&mut batch, 1);
+    assert_eq!((before.q, before.v), (after.q, after.v));
+    let fresh = grown(4);
+    for frames in [0, 30] {
+        batch.advance(frames);
+        for index in [0, 2, 3] {
+            let (q, v, tip) = errors(&fresh[index], of(&mut batch, index));
+            println!("world {index}, {frames} frames: angle {q:.1e}, rate {v:.1e} rad/s, tip {tip:.1e} m");
+            assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5);
+            assert_eq!(batch.status(index).unwrap(), Status::Running);
+        }
+    }
+    let events = batch.events().unwrap();
+    assert!(!events.is_empty() && events.iter().all(|event| event.world == 1), "{events:?}");
+    let statistics = batch.statistics().unwrap();
+    assert!([0, 2, 3].iter().all(|&index| statistics[index].snapped + statistics[index].detached == 0));
+    assert!(statistics[1].snapped >= left.snapped && statistics[1].peak_moment >= left.peak_moment);
+}
+
+/// Energy and scripted forces, as the twins have them, whose tests hold them to f64.
+#[test]
+fn energies_and_scripted_forces_are_the_twins() {
+    let Some(gpu) = device() else { return };
+    let (worlds, _) = Trial::harsh(grown(3));
+    let (mut twin, mut batch) = (Memory::new(&worlds, 4).unwrap(), GpuBatch::new(&gpu, &worlds).unwrap());
+    let force = Vec3::new(0.0, 5.0, -2.0);
+    assert!(twin.script(1, 20, force, Vec3::zeros(), 2..=3));
+    assert!(batch.script(1, 20, force, Vec3::zeros(), 2..=3));
+    for _ in 0..5 {
+        twin.frame();
+        twin.measure();
+        batch.advance(1);
+        for (index, statistics) in batch.statistics().unwrap().into_iter().enumerate() {
+            let by_twin = f32::from_bits(twin.world_number(index, world::ENERGY));
+            let error = (statistics.energy - by_twin).abs() / by_twin.abs().max(100.0);
+            assert!(error < 1e-5, "world {index}: {} and {by_twin} J", statistics.energy);
+        }
+    }
 }

@@ -24,7 +24,7 @@ macro_rules! fields {
 }
 
 fields! {
-    /// A link. Constants first, those that breaking changes after them, then the state.
+    /// A link. Constants first, what a broken joint keeps after them, then the state. Breaking changes no constant, so that a reset finds all of them.
     link {
         /// Axis at rest in the parent's frame (3): the joint's frame is the parent's, turned by the smallest rotation that carries z onto it.
         DIRECTION = 0,
@@ -36,16 +36,16 @@ fields! {
         ACROSS = 5,
         /// Inertia about the axis less that across [kg m^2].
         EXCESS = 6,
-        /// Square of the angle that breaks the joint [rad^2]; of a broken joint its friction before the ramp [N m].
+        /// Square of the angle that breaks the joint [rad^2].
         LIMIT = 7,
-        /// Joint stiffness [N m/rad]; of a broken joint the inertia of its sub-tree [kg m^2].
+        /// Joint stiffness [N m/rad]; its damping is in proportion.
         STIFFNESS = 8,
-        /// Joint damping [N m s/rad]; of a broken joint its rate a substep ago [rad/s].
-        DAMPING = 9,
-        /// Drag of translation [1/s].
-        LINEAR_DRAG = 10,
-        /// Drag of rotation [1/s].
-        ANGULAR_DRAG = 11,
+        /// Of a broken joint: inertia of its sub-tree [kg m^2].
+        BROKEN_INERTIA = 9,
+        /// Its friction before the ramp [N m].
+        FRICTION = 10,
+        /// Its rate a substep ago [rad/s].
+        LAST_RATE = 11,
         /// Angles [rad] (2).
         Q = 12,
         /// Rates [rad/s] (2).
@@ -94,7 +94,7 @@ fields! {
         /// Fields.
         FIELDS = 28,
     }
-    /// A fruit. Constants first, then what detachment changes, the state, and what a substep leaves for the next one.
+    /// A fruit. Constants first, then the state, and what a substep leaves for the next one.
     fruit {
         /// Mass [kg].
         MASS = 0,
@@ -104,7 +104,7 @@ fields! {
         THRESHOLD = 2,
         /// Coefficient of air drag off the stem [N s^2/m^2].
         AIR_DRAG = 3,
-        /// Stiffness of the stem [N/m]; 0 off it.
+        /// Stiffness of the stem [N/m].
         STIFFNESS = 4,
         /// Damping of the stem [N s/m].
         DAMPING = 5,
@@ -112,7 +112,7 @@ fields! {
         BIAS = 6,
         /// Largest reaction on the anchor [N].
         CAP = 7,
-        /// Where the stem is fixed, in the link's frame [m] (3); off the stem the angular velocity [rad/s].
+        /// Where the stem is fixed, in the link's frame [m] (3).
         ANCHOR = 8,
         /// Height of the hang point above the anchor [m].
         DROP = 11,
@@ -128,7 +128,7 @@ fields! {
         V = 20,
         /// 1 / (mass + h drag + what the stem adds) [1/kg].
         INVERSE_MASS = 23,
-        /// From the link's origin to the anchor [m] (3).
+        /// From the link's origin to the anchor [m] (3); off the stem the angular velocity [rad/s].
         ARM = 24,
         /// Impulse of the stem on the anchor (3).
         REACTION = 28,
@@ -147,8 +147,12 @@ fields! {
         FORCE = 1,
         /// About it [N m] (3).
         TORQUE = 4,
+        /// Frame after which it acts, as bits.
+        AFTER = 7,
+        /// Last frame in which it does, as bits.
+        UNTIL = 8,
         /// Fields.
-        FIELDS = 7,
+        FIELDS = 9,
     }
     /// A world. Whole numbers are kept as bits.
     world {
@@ -168,8 +172,12 @@ fields! {
         FRUIT = 8,
         /// Number of links.
         LINKS = 9,
+        /// Not 0 if the world is to be reset.
+        RESET = 10,
+        /// Energy when it was last measured [J].
+        ENERGY = 11,
         /// Fields.
-        FIELDS = 10,
+        FIELDS = 12,
     }
     /// Bits of [`world::NOTICE`].
     notice {
@@ -200,10 +208,10 @@ fields! {
         CROSS_FORKS = 6,
         /// Of loads that other warps bring.
         CROSS_LOADS = 7,
-        /// First row of each warp's part, from the trunk's on; the last one is the number of rows (10).
+        /// First row of each part, from the trunk's on; the last one is the number of rows (20).
         STARTS = 8,
         /// Fields.
-        FIELDS = 18,
+        FIELDS = 28,
     }
     /// Bits of the first word of an operation: whose child a link is, and what it keeps.
     first {

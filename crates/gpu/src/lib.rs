@@ -23,9 +23,11 @@
 mod batch;
 #[cfg(test)]
 mod batch_tests;
+mod buffers;
 mod device;
 mod layout;
 mod memory;
+mod pipelines;
 mod rules;
 mod schedule;
 mod shader;
@@ -48,6 +50,14 @@ pub enum BatchError {
         world: usize,
         /// Why.
         why: ScheduleError,
+    },
+    /// A joint's damping is not its wood's.
+    #[error(
+        "world {world} has a joint whose damping is not wood.damping_time times its stiffness; a graphics device knows no other"
+    )]
+    Damping {
+        /// Index of the world.
+        world: usize,
     },
     /// A tree has broken limbs.
     #[error("world {world} has broken limbs; a batch on a graphics device starts with whole trees")]

@@ -1,5 +1,7 @@
 //! Worlds as the device's buffers hold them, and back.
 
+mod inputs;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -13,7 +15,7 @@ use crate::layout::{
     work, world,
 };
 use crate::rules::Rules;
-use crate::schedule::{PARTS, Schedule};
+use crate::schedule::{PARTS, Schedule, WARPS};
 
 /// Constant of a padding fruit: anything that keeps its inverse finite.
 const PADDING_MASS: f32 = 1.0;
@@ -35,8 +37,9 @@ pub(crate) struct Memory {
     pub pushes: Vec<f32>,
     /// Forces that a world can have on its links.
     pub pushes_each: usize,
-    /// Frame up to which each world's events have been told.
-    pub reported_until: Vec<u32>,
+    /// Whether the twin's frames are those of settling.
+    #[cfg(test)]
+    pub settles: bool,
     places: Vec<Place>,
 }
 
@@ -67,6 +70,11 @@ impl Memory {
             }
             if !world.rupture().breaks().is_empty() {
                 return Err(BatchError::Broken { world: index });
+            }
+            let damping_time = plant.spec.wood.damping_time.si();
+            let of_wood = |(damping, stiffness): (&f64, &f64)| *damping == damping_time * stiffness;
+            if !world.data().damping.iter().zip(&world.data().stiffness).all(of_wood) {
+                return Err(BatchError::Damping { world: index });
             }
             let data = world.data();
             let zero = Vec3::zeros();
@@ -114,7 +122,8 @@ impl Memory {
             worlds: Vec::new(),
             pushes: Vec::new(),
             pushes_each,
-            reported_until: vec![0; given.len()],
+            #[cfg(test)]
+            settles: false,
             places: vec![Place { tile: 0, lane: 0, rows: Vec::new(), fruit_rows: Vec::new() }; given.len()],
         };
         for members in order.chunks(LANES) {
@@ -147,7 +156,7 @@ impl Memory {
         for (field, size) in [
             (tile::WORK, rows * work::FIELDS),
             (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
-            (tile::SLOTS, PARTS * slots * slot),
+            (tile::SLOTS, WARPS * slots * slot),
             (tile::CROSS_FORKS, most(&|schedule| schedule.forks) * fork::FIELDS),
             (tile::CROSS_LOADS, most(&|schedule| schedule.loads) * load::FIELDS),
         ] {
@@ -217,9 +226,6 @@ impl Memory {
                 (link::ACROSS, i_com[(0, 0)]),
                 (link::EXCESS, i_com[(2, 2)] - i_com[(0, 0)]),
                 (link::STIFFNESS, data.stiffness[dof]),
-                (link::DAMPING, data.damping[dof]),
-                (link::LINEAR_DRAG, data.linear_drag[id.index()]),
-                (link::ANGULAR_DRAG, data.angular_drag[id.index()]),
                 (link::Q, data.q[q]),
                 (link::Q + 1, data.q[q + 1]),
                 (link::V, data.v[dof]),
@@ -337,42 +343,6 @@ impl Memory {
         self.header(number, tile::FRUIT)..end
     }
 
-    /// Sets force and torque on a link; gives whether there was room for it.
-    pub fn push(&mut self, index: usize, segment: usize, force: Vec3, torque: Vec3) -> bool {
-        let (number, lane) = (self.places[index].tile, self.places[index].lane);
-        let row = self.places[index].rows[segment];
-        let row_of =
-            |memory: &Self, k: usize| memory.pushes[memory.push_at(number, k, push::ROW, lane)].to_bits();
-        let mut places = (0..self.pushes_each).filter(|&k| row_of(self, k) == row as u32);
-        let is_free = |k: &usize| row_of(self, *k) == u32::MAX;
-        let Some(k) = places.next().or_else(|| (0..self.pushes_each).find(is_free)) else { return false };
-        let operation = self.operation_at(number, row, lane);
-        let is_there = force != Vec3::zeros() || torque != Vec3::zeros();
-        let at = self.push_at(number, k, push::ROW, lane);
-        self.pushes[at] = f32::from_bits(if is_there { row as u32 } else { u32::MAX });
-        for axis in 0..3 {
-            for (field, value) in [(push::FORCE, force[axis]), (push::TORQUE, torque[axis])] {
-                let at = self.push_at(number, k, field + axis, lane);
-                self.pushes[at] = value as f32;
-            }
-        }
-        let pushed = fourth::PUSHED as u32;
-        let word = &mut self.operations[operation][3];
-        *word = if is_there { *word | pushed } else { *word & !pushed };
-        true
-    }
-
-    /// Sets the force on a fruit; gives the places in `fruit` that changed.
-    pub fn pull(&mut self, index: usize, fruit_index: usize, force: Vec3) -> [usize; 3] {
-        let (number, lane) = (self.places[index].tile, self.places[index].lane);
-        let row = self.places[index].fruit_rows[fruit_index];
-        [0, 1, 2].map(|k| {
-            let at = self.fruit_at(number, row, fruit::FORCE + k, lane);
-            self.fruit[at] = force[k] as f32;
-            at
-        })
-    }
-
     /// Whether a world runs.
     pub fn status(&self, index: usize) -> Status {
         let place = &self.places[index];
@@ -425,8 +395,11 @@ impl Memory {
                     data.stiffness[dof + k] = 0.0;
                 }
             }
-            data.linear_drag[id.index()] = number(link::LINEAR_DRAG);
-            data.angular_drag[id.index()] = number(link::ANGULAR_DRAG);
+            if bits & state::DEBRIS as u32 != 0 {
+                let wood = &plant.spec.wood;
+                data.linear_drag[id.index()] = wood.linear_drag.si() * wood.broken_linear_drag_scale.si();
+                data.angular_drag[id.index()] = wood.angular_drag.si() * wood.broken_angular_drag_scale.si();
+            }
         }
         for (i, &row) in fruit_rows.iter().enumerate() {
             let point = plant.fruit.points[i].index();
@@ -434,9 +407,9 @@ impl Memory {
             let vector = |field: usize| Vec3::from_fn(|k, _| number(field + k));
             data.point_p_world[point] = vector(fruit::P);
             data.point_v_world[point] = vector(fruit::V);
-            data.tethered[point] = number(fruit::STIFFNESS) != 0.0;
+            data.tethered[point] = number(fruit::STIFFNESS) != 0.0 && number(fruit::CAME_OFF) == 0.0;
             if !data.tethered[point] {
-                data.point_w_world[point] = vector(fruit::ANCHOR);
+                data.point_w_world[point] = vector(fruit::ARM);
                 data.point_quadratic_drag[point] = number(fruit::AIR_DRAG);
                 data.groups[plant.fruit.colliders[i].index()] = plant.fruit.groups.loose;
             }
@@ -484,7 +457,7 @@ fn fruit_numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)> {
         ]);
         numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, tether.p_body[k])));
     } else {
-        numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, data.point_w_world[at][k])));
+        numbers.extend((0..3).map(|k| (fruit::ARM + k, data.point_w_world[at][k])));
     }
     numbers
 }

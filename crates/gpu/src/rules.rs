@@ -24,6 +24,12 @@ pub(crate) struct Rules {
     pub tension_frames: u32,
     /// Stem tension that does, as a multiple of the direct pull's.
     pub tension_factor: f32,
+    /// Damping of a joint over its stiffness [s].
+    pub damping_time: f32,
+    /// Drag of wood [1/s].
+    pub linear_drag: f32,
+    /// Likewise of rotation [1/s].
+    pub angular_drag: f32,
     /// Drag of broken limbs [1/s].
     pub broken_linear_drag: f32,
     /// Likewise of rotation [1/s].
@@ -58,7 +64,20 @@ pub(crate) struct Rules {
     pub wood_friction: f32,
 }
 
+/// Steps from rest to equilibrium: how long each is [s], and how many. Long ones are Newton steps on the statics without geometric stiffness, which overshoot where
+/// gravity is stiffer than the spring, in limp twigs; the short ones between them take that back, since inertia holds there (`orchard_multibody::equilibrium`
+/// finds the length of each step; a device has the same for all worlds).
+const SETTLING: [(f32, u32); 4] = [(1e3, 2), (0.3, 2), (0.1, 4), (0.03, 8)];
+/// Times that all of them are made.
+const SETTLING_ROUNDS: usize = 8;
+
 impl Rules {
+    /// Those of the passes that settle worlds before the next frame: without dampers, since every step starts at rest.
+    pub fn settling(self) -> impl Iterator<Item = Self> {
+        let steps = std::iter::repeat_n(SETTLING, SETTLING_ROUNDS).flatten().chain([SETTLING[0]]);
+        steps.map(move |(h, substeps)| Self { h, substeps, frame: self.frame + 1, damping_time: 0.0, ..self })
+    }
+
     /// Those of a plant at frame 0.
     pub fn of(plant: &Plant) -> Self {
         let (sim, wood, fruit) = (&plant.spec.sim, &plant.spec.wood, &plant.spec.fruit);
@@ -71,6 +90,9 @@ impl Rules {
             pull_frames: fruit.pull_frames.get(),
             tension_frames: fruit.tension_frames.get(),
             tension_factor: fruit.tension_factor.si() as f32,
+            damping_time: wood.damping_time.si() as f32,
+            linear_drag: wood.linear_drag.si() as f32,
+            angular_drag: wood.angular_drag.si() as f32,
             broken_linear_drag: (wood.linear_drag.si() * wood.broken_linear_drag_scale.si()) as f32,
             broken_angular_drag: (wood.angular_drag.si() * wood.broken_angular_drag_scale.si()) as f32,
             friction_ratio: wood.broken_friction_ratio.si() as f32,

@@ -1,15 +1,26 @@
 //! Which warp visits which link of a world, in which order, and what it does there besides the arithmetic.
 //!
-//! Sub-trees are shared out over the warps of a workgroup; what lies below them is the trunk's part, which the first warp does alone. Each part
-//! is a depth-first walk: outwards a link's first child follows it at once and finds its numbers at hand, the others find them in a slot; inwards the
-//! same the other way round. A schedule depends on nothing but its own tree, so that a world has the same bits in any company.
+//! A tree is cut into levels. The lowest is the trunk, which the first warp does alone; the branches of every other level are shared out over the warps of
+//! a workgroup. Each part is a depth-first walk: outwards a link's first child follows it at once and finds its numbers at hand, the others find them in a
+//! slot; inwards the same the other way round. A schedule depends on nothing but its own tree, so that a world has the same bits in any company.
+
+mod shares;
+
+use shares::Shares;
 
 use crate::layout::{first, second, third};
 
 /// Warps of a workgroup. The same on every device: with another number the sums have another order.
 pub const WARPS: usize = 6;
-/// Parts of a walk: the trunk's, then each warp's.
-pub(crate) const PARTS: usize = WARPS + 1;
+/// Levels above the trunk.
+pub(crate) const LEVELS: usize = 3;
+/// Parts of a walk: the trunk's, then each warp's of the first level and so on.
+pub(crate) const PARTS: usize = 1 + LEVELS * WARPS;
+
+/// A warp's part of a level.
+fn part_of(level: usize, warp: usize) -> usize {
+    if level == 0 { 0 } else { 1 + (level - 1) * WARPS + warp }
+}
 
 /// A world that has no schedule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -194,43 +205,13 @@ impl<'a> Tree<'a> {
         Self { parent, children, size }
     }
 
-    /// Links of each part, in the order of their walks: the split with the shortest longest way through.
+    /// Links of each part, in the order of their walks.
     fn shared_out(&self) -> [Vec<usize>; PARTS] {
-        let root = self.parent.iter().position(Option::is_none).unwrap_or_default();
-        let mut is_trunk = vec![false; self.parent.len()];
-        let mut waiting = vec![root];
-        let mut best: Option<(usize, Vec<bool>, [Vec<usize>; WARPS])> = None;
-        loop {
-            waiting.sort_by_key(|&link| (usize::MAX - self.size[link], link));
-            // The largest sub-tree first, each to the warp with least to do.
-            let mut shares: [(usize, Vec<usize>); WARPS] = Default::default();
-            for &link in &waiting {
-                if let Some(share) = shares.iter_mut().min_by_key(|(work, _)| *work) {
-                    share.0 += self.size[link];
-                    share.1.push(link);
-                }
-            }
-            let trunk = is_trunk.iter().filter(|is| **is).count();
-            let longest = trunk + shares.iter().map(|(work, _)| *work).max().unwrap_or(0);
-            if best.as_ref().is_none_or(|(shortest, ..)| longest < *shortest) {
-                best = Some((longest, is_trunk.clone(), shares.map(|(_, links)| links)));
-            }
-            // Nothing shorter comes of more trunk than the best way through.
-            let largest = waiting[0];
-            if self.size[largest] == 1 || best.as_ref().is_some_and(|(shortest, ..)| trunk >= *shortest) {
-                break;
-            }
-            waiting.remove(0);
-            is_trunk[largest] = true;
-            waiting.extend(&self.children[largest]);
-        }
+        let of = Shares::shortest(self);
         let mut parts: [Vec<usize>; PARTS] = Default::default();
-        if let Some((_, is_trunk, shares)) = best {
-            if is_trunk[root] {
-                self.walk(root, &mut parts[0], &|link| is_trunk[link]);
-            }
-            for (part, links) in parts[1..].iter_mut().zip(shares) {
-                links.into_iter().for_each(|link| self.walk(link, part, &|_| true));
+        for (link, &(level, warp)) in of.iter().enumerate() {
+            if self.parent[link].is_none_or(|up| of[up] != (level, warp)) {
+                self.walk(link, &mut parts[part_of(level, warp)], &|other| of[other] == (level, warp));
             }
         }
         parts
@@ -315,10 +296,11 @@ mod tests {
             seen[visit.link] = true;
         }
         assert!(seen.iter().all(|seen| *seen));
-        // Eight branches on six warps: two have two.
-        let lengths: Vec<usize> = schedule.parts.iter().map(Vec::len).collect();
-        assert_eq!(lengths, [3, 8, 8, 4, 4, 4, 4]);
-        assert_eq!((schedule.forks, schedule.loads, schedule.slots, schedule.leaves), (1, 8, 0, 9));
+        // The trunk and then two of the eight branches, on the warps that have two, would be eleven links; cutting branches makes it shorter.
+        let lengths = schedule.parts.each_ref().map(Vec::len);
+        let longest = |level: &[usize]| level.iter().max().copied().unwrap_or_default();
+        let way = lengths[0] + lengths[1..].chunks(WARPS).map(longest).sum::<usize>();
+        assert!((3 + 32_usize.div_ceil(WARPS)..11).contains(&way), "{lengths:?}");
     }
 
     /// Outwards a slot holds what its reader's parent left; inwards it is stored before anything is added, and taken after.

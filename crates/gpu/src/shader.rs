@@ -1,10 +1,10 @@
 //! The kernels' source.
 
 use crate::layout;
-use crate::schedule::{PARTS, WARPS};
+use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Kernels, in an order in which each file knows those before it.
-pub(crate) const FILES: [(&str, &str); 10] = [
+pub(crate) const FILES: [(&str, &str); 12] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -15,13 +15,15 @@ pub(crate) const FILES: [(&str, &str); 10] = [
     ("outward", include_str!("kernels/outward.wgsl")),
     ("frame", include_str!("kernels/frame.wgsl")),
     ("mend", include_str!("kernels/mend.wgsl")),
+    ("reset", include_str!("kernels/reset.wgsl")),
+    ("measure", include_str!("kernels/measure.wgsl")),
 ];
 
 /// The whole source, for worlds with so many forces each.
 pub(crate) fn source(pushes_each: usize) -> String {
     let mut text = layout::wgsl();
     text += &format!(
-        "const WARPS: u32 = {WARPS}u;\nconst PARTS: u32 = {PARTS}u;\nconst PUSHES_EACH: u32 = {pushes_each}u;\n"
+        "const WARPS: u32 = {WARPS}u;\nconst LEVELS: u32 = {LEVELS}u;\nconst PARTS: u32 = {PARTS}u;\nconst PUSHES_EACH: u32 = {pushes_each}u;\n"
     );
     for (_, file) in FILES {
         text += file;
@@ -56,19 +58,12 @@ mod tests {
             ("outward", include_str!("twin/outward.rs")),
             ("frame", include_str!("twin/frame.rs")),
             ("mend", include_str!("twin/mend.rs")),
+            ("reset", include_str!("twin/reset.rs")),
+            ("measure", include_str!("twin/measure.rs")),
         ];
         // How the two languages reach memory and make values differs.
-        let apart = [
-            "operation_at",
-            "link_at",
-            "fruit_at",
-            "world_at",
-            "axes_of",
-            "world_axes",
-            "push3",
-            "enter",
-            "placed",
-        ];
+        let apart =
+            ["operation_at", "link_at", "fruit_at", "world_at", "axes_of", "world_axes", "push3", "enter"];
         for ((name, kernel), (twin_name, twin)) in FILES.iter().zip(twins) {
             assert_eq!(*name, twin_name);
             let of_twin = functions(twin);

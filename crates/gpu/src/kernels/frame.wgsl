@@ -1,32 +1,36 @@
 // Twin: `twin/frame.rs`. A workgroup is a tile, a thread a world's part.
 
+// Whether worlds that were reset find their equilibrium, instead of all worlds going on.
+override SETTLES: bool = false;
+
 var<workgroup> notices: array<u32, LANES * WARPS>;
 var<workgroup> peaks: array<f32, LANES * WARPS>;
 
 @compute @workgroup_size(LANES * WARPS)
 fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
-    enter(group.x, thread % LANES);
     let warp = thread / LANES;
-    let runs = bitcast<u32>(world(WORLD_STOPPED)) == 0u;
+    enter(group.x, warp, thread % LANES);
+    let runs = bitcast<u32>(world(WORLD_STOPPED)) == 0u && (!SETTLES || world(WORLD_RESET) != 0.0);
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;
-    // Step 0 looks where something has changed. Then each substep: the warps' parts inwards, the trunk's in and out, the warps' outwards.
+    // Step 0 looks where something has changed. Then each substep: level by level inwards, the trunk in and out, level by level outwards.
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
-        let way = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
-        for (var phase = 0u; phase < 3u; phase++) {
-            let is_trunk = phase == 1u;
-            let part = select(warp + 1u, 0u, is_trunk);
+        let way = select(select(ADVANCE, TEST, step == rules.substeps && !SETTLES), LOOK, step == 0u);
+        for (var phase = 0u; phase <= 2u * LEVELS; phase++) {
+            let level = max(phase, LEVELS) - min(phase, LEVELS);
+            let is_trunk = level == 0u;
+            let part = select((level - 1u) * WARPS + warp + 1u, 0u, is_trunk);
             if runs && (!is_trunk || warp == 0u) && (step > 0u || is_stale) {
-                if phase < 2u && step > 0u {
+                if phase <= LEVELS && step > 0u {
                     inward(part);
                 }
-                if phase > 0u {
+                if phase >= LEVELS {
                     outward(part, way);
                 }
             }
-            if phase < 2u {
+            if phase < 2u * LEVELS {
                 storageBarrier();
                 workgroupBarrier();
             }
@@ -41,7 +45,7 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
             found_notice |= notices[k * LANES + lane];
             peak = max(peak, peaks[k * LANES + lane]);
         }
-        set_world(WORLD_NOTICE, bitcast<f32>(found_notice));
+        set_world(WORLD_NOTICE, bitcast<f32>(select(found_notice, NOTICE_STALE, SETTLES)));
         set_world(WORLD_PEAK, peak);
     }
 }

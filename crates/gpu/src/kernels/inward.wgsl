@@ -40,14 +40,16 @@ fn inward(part: u32) {
             borne = nothing();
         }
         if (operation.y & SECOND_TAKES) != 0u {
-            borne = plus(borne, load(slot_at(part, (operation.x >> FIRST_SLOT) & 0xffu)));
+            borne = plus(borne, load(slot_at((operation.x >> FIRST_SLOT) & 0xffu)));
         }
         let first_load = (operation.y >> SECOND_FIRST_LOAD) & 0x3ffu;
         let last_load = first_load + ((operation.y >> SECOND_LOADS) & 0x3fu);
         for (var k = first_load; k < last_load; k++) {
             borne = plus(borne, load(cross_load_at(k)));
         }
-        let body = body_inward(own, tip);
+        let is_debris = (bits & STATE_DEBRIS) != 0u;
+        let drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
+        let body = body_inward(own, tip, drag);
         var torque = body.torque;
         var force = body.force;
         let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
@@ -61,7 +63,6 @@ fn inward(part: u32) {
             torque += cross(arm, reaction);
             force += reaction;
         }
-        let is_debris = (bits & STATE_DEBRIS) != 0u;
         var held = vec2f(0.0);
         if is_debris {
             let on_ground = propped(row, borne);
@@ -73,13 +74,13 @@ fn inward(part: u32) {
             torque += push[0];
             force += push[1];
         }
-        borne = eliminate(own, row, bits, body, borne, torque, force);
+        borne = eliminate(own, row, bits, drag, body, borne, torque, force);
         if is_debris {
             hand_on(row, held);
         }
         tip = body.parent;
         if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES)) != 0u {
-            let to = slot_at(part, (operation.x >> FIRST_PARENT) & 0xffu);
+            let to = slot_at((operation.x >> FIRST_PARENT) & 0xffu);
             if (operation.y & SECOND_GIVES) != 0u {
                 set_load(to, plus(load(to), borne));
             } else {
@@ -98,7 +99,7 @@ fn hand_on(row: u32, held: vec2f) {
     set_quad(at, WORK_G_2F, vec4f(quad(at, WORK_G_2F).xyz, held.y));
 }
 
-fn body_inward(own: Link, tip: Motion) -> Body {
+fn body_inward(own: Link, tip: Motion, drag: vec2f) -> Body {
     let v = own.v;
     let turned = joint_inward(tip.axes, own.direction, own.q);
     let joint = turned.joint;
@@ -112,10 +113,10 @@ fn body_inward(own: Link, tip: Motion) -> Body {
     let v_joint = tip.v - v_d;
     let b_joint = tip.b_v - b_d;
 
-    var f = b_joint + b_d * 0.5 + (v_joint + v_d * 0.5) * own.linear_drag;
+    var f = b_joint + b_d * 0.5 + (v_joint + v_d * 0.5) * drag.x;
     f.z += rules.gravity;
     let force = f * (-rules.h * own.mass);
-    let t = tip.b_w + w * own.angular_drag;
+    let t = tip.b_w + w * drag.y;
     let spin = z * dot(z, t) + w_cross_z * dot(w, z);
     let n = t * own.across + spin * own.excess;
     let torque = cross(d * 0.5, force) - n * rules.h;
@@ -132,7 +133,9 @@ fn pushed(row: u32, d: vec3f) -> array<vec3f, 2> {
     var force = vec3f(0.0);
     for (var k = 0u; k < PUSHES_EACH; k++) {
         let at = ((tile_number * PUSHES_EACH + k) * PUSH_FIELDS) * LANES + lane;
-        if bitcast<u32>(pushes[at + PUSH_ROW * LANES]) == row {
+        let acts = bitcast<u32>(pushes[at + PUSH_AFTER * LANES]) < rules.frame
+            && rules.frame <= bitcast<u32>(pushes[at + PUSH_UNTIL * LANES]);
+        if acts && bitcast<u32>(pushes[at + PUSH_ROW * LANES]) == row {
             let f = push3(at, PUSH_FORCE);
             force += f * rules.h;
             torque += (push3(at, PUSH_TORQUE) + cross(d * 0.5, f)) * rules.h;
@@ -146,14 +149,10 @@ fn push3(at: u32, field: u32) -> vec3f {
 }
 
 fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
-    let stiffness = own.stiffness;
-    let damping = own.damping;
     if (bits & STATE_BROKEN) == 0u {
-        return vec2f(stiffness, rules.h * (damping + rules.h * stiffness));
+        return vec2f(own.stiffness, rules.h * (rules.damping_time + rules.h) * own.stiffness);
     }
-    let inertia = stiffness;
-    let last = damping;
-    let friction = own.limit;
+    let inertia = own.broken_inertia;
     let rate = length(own.v);
     let frames = rules.frame - (bits >> STATE_BROKE) - 1u;
     let age = f32(frames * rules.substeps + substep) * rules.h;
@@ -161,25 +160,25 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if rules.friction_ramp_time > 0.0 {
         ramp = min(age / rules.friction_ramp_time, 1.0);
     }
-    let moment = friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
-    let expected = rate + max(rate - last, 0.0);
+    let moment = own.friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+    let expected = rate + max(rate - own.last_rate, 0.0);
     let speeding = expected / rules.rate_limit;
     let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
     let residual = min(rules.residual_damping * inertia, rules.residual_damping_max);
     let held = residual + brake + moment / max(expected, rules.friction_regularisation);
-    set_link(link_at(row), LINK_STIFFNESS, vec4f(own.stiffness, rate, own.linear_drag, own.angular_drag));
+    set_link(link_at(row), LINK_STIFFNESS, vec4f(own.stiffness, own.broken_inertia, own.friction, rate));
     return vec2f(0.0, rules.h * held);
 }
 
-fn eliminate(own: Link, row: u32, bits: u32, body: Body, borne: Load, torque: vec3f, force: vec3f) -> Load {
+fn eliminate(own: Link, row: u32, bits: u32, drag: vec2f, body: Body, borne: Load, torque: vec3f, force: vec3f) -> Load {
     let h = rules.h;
     let d = body.d;
     let law = joint_law(own, row, bits);
     let stiffness = law.x;
     let armature = law.y;
 
-    let mass = own.mass * (1.0 + h * own.linear_drag);
-    let turning = 1.0 + h * own.angular_drag;
+    let mass = own.mass * (1.0 + h * drag.x);
+    let turning = 1.0 + h * drag.y;
     let length = own.length;
     let quarter = 0.25 * mass;
     let across = own.across * turning + quarter * (length * length);

@@ -9,6 +9,9 @@ struct Rules {
     pull_frames: u32,
     tension_frames: u32,
     tension_factor: f32,
+    damping_time: f32,
+    linear_drag: f32,
+    angular_drag: f32,
     broken_linear_drag: f32,
     broken_angular_drag: f32,
     friction_ratio: f32,
@@ -37,7 +40,7 @@ struct Rules {
 @group(0) @binding(7) var<storage, read_write> worlds: array<f32>;
 @group(0) @binding(8) var<storage, read> pushes: array<f32>;
 
-// The tile and the lane in it, and where the tile's parts of the buffers begin for this lane.
+// The tile and the lane in it, and where the tile's parts of the buffers begin for this lane; the slots are those of a warp.
 var<private> tile_number: u32;
 var<private> lane: u32;
 var<private> operations_at: u32;
@@ -46,11 +49,10 @@ var<private> fruits_at: u32;
 var<private> works_at: u32;
 var<private> leaves_at: u32;
 var<private> slots_at: u32;
-var<private> slots_each: u32;
 var<private> cross_forks_at: u32;
 var<private> cross_loads_at: u32;
 
-fn enter(tile: u32, lane_of_tile: u32) {
+fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     tile_number = tile;
     lane = lane_of_tile;
     operations_at = header(TILE_ROWS) * LANES + lane;
@@ -58,8 +60,7 @@ fn enter(tile: u32, lane_of_tile: u32) {
     fruits_at = header(TILE_FRUIT) * (FRUIT_FIELDS / QUAD * LANES) + lane;
     works_at = header(TILE_WORK) + lane;
     leaves_at = header(TILE_LEAVES) + lane;
-    slots_at = header(TILE_SLOTS) + lane;
-    slots_each = header(TILE_SLOTS_EACH);
+    slots_at = header(TILE_SLOTS) + warp * header(TILE_SLOTS_EACH) * (FORK_FIELDS / QUAD * LANES) + lane;
     cross_forks_at = header(TILE_CROSS_FORKS) + lane;
     cross_loads_at = header(TILE_CROSS_LOADS) + lane;
 }
@@ -120,8 +121,8 @@ fn leaf_at(leaf: u32) -> u32 {
     return leaves_at + leaf * (LEAF_FIELDS / QUAD * LANES);
 }
 
-fn slot_at(part: u32, slot: u32) -> u32 {
-    return slots_at + (part * slots_each + slot) * (FORK_FIELDS / QUAD * LANES);
+fn slot_at(slot: u32) -> u32 {
+    return slots_at + slot * (FORK_FIELDS / QUAD * LANES);
 }
 
 fn cross_fork_at(fork: u32) -> u32 {
@@ -140,10 +141,10 @@ fn set_quad(at: u32, field: u32, value: vec4f) {
     works[at + field / QUAD * LANES] = value;
 }
 
-fn parent_fork_at(part: u32, word: u32) -> u32 {
+fn parent_fork_at(word: u32) -> u32 {
     let place = (word >> FIRST_PARENT) & 0xffu;
     if (word & FIRST_FROM_CROSS) != 0u {
         return cross_fork_at(place);
     }
-    return slot_at(part, place);
+    return slot_at(place);
 }

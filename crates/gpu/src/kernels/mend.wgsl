@@ -18,7 +18,7 @@ fn mend(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     if (found & (NOTICE_NON_FINITE | NOTICE_SNAPS | NOTICE_DETACHES)) == 0u {
         return;
     }
-    enter(group.x, thread);
+    enter(group.x, 0u, thread);
     var left = 0u;
     if (found & NOTICE_NON_FINITE) == 0u {
         if (found & NOTICE_SNAPS) != 0u {
@@ -92,10 +92,7 @@ fn break_joint(broken: u32, rows: u32) {
             continue;
         }
         states[place] |= STATE_DEBRIS | STATE_BREAKING;
-        let from_at = link_at(row);
-        let member = read_link(from_at);
-        let drag = vec2f(rules.broken_linear_drag, rules.broken_angular_drag);
-        set_link(from_at, LINK_STIFFNESS, vec4f(member.stiffness, member.damping, drag));
+        let member = read_link(link_at(row));
         let here = placed(work_at(row));
         let half = here.axes.z * (0.5 * member.length);
         let arm = here.p - half - p_joint;
@@ -110,7 +107,6 @@ fn break_joint(broken: u32, rows: u32) {
                 let to_fruit = hanging.p - p_joint;
                 moment += to_fruit * hanging.mass;
                 inertia += hanging.mass * dot(to_fruit, to_fruit);
-                set_fruit(stem, FRUIT_STIFFNESS, vec4f(hanging.stiffness, hanging.damping, 0.0, UNBOUNDED));
             }
         }
     }
@@ -121,8 +117,7 @@ fn break_joint(broken: u32, rows: u32) {
     let at = link_at(broken);
     let broke = read_link(at);
     let friction = rules.friction_ratio * rules.gravity * length(moment);
-    set_link(at, LINK_MASS, vec4f(broke.mass, broke.across, broke.excess, friction));
-    set_link(at, LINK_STIFFNESS, vec4f(inertia, 0.0, broke.linear_drag, broke.angular_drag));
+    set_link(at, LINK_STIFFNESS, vec4f(broke.stiffness, inertia, friction, 0.0));
     count(WORLD_SNAPPED);
 }
 
@@ -143,8 +138,7 @@ fn detach() {
         if stem.stiffness == 0.0 || !is_over {
             continue;
         }
-        set_fruit(at, FRUIT_STIFFNESS, vec4f(0.0, 0.0, 0.0, UNBOUNDED));
-        set_fruit(at, FRUIT_ANCHOR, vec4f(vec3f(0.0), stem.drop));
+        set_fruit(at, FRUIT_ARM, vec4f(0.0));
         set_fruit(at, FRUIT_P, vec4f(stem.p, bitcast<f32>(rules.frame)));
         count(WORLD_DETACHED);
     }

@@ -29,9 +29,17 @@ struct Link {
     excess: f32,
     limit: f32,
     stiffness: f32,
-    damping: f32,
-    linear_drag: f32,
-    angular_drag: f32,
+    broken_inertia: f32,
+    friction: f32,
+    last_rate: f32,
+    q: vec2f,
+    v: vec2f,
+}
+
+// What the way out needs of it.
+struct Hinge {
+    direction: vec3f,
+    length: f32,
     q: vec2f,
     v: vec2f,
 }
@@ -48,6 +56,12 @@ fn read_link(at: u32) -> Link {
     let c = link(at, LINK_STIFFNESS);
     let d = link(at, LINK_Q);
     return Link(a.xyz, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, d.xy, d.zw);
+}
+
+fn read_hinge(at: u32) -> Hinge {
+    let a = link(at, LINK_DIRECTION);
+    let b = link(at, LINK_Q);
+    return Hinge(a.xyz, a.w, b.xy, b.zw);
 }
 
 fn axes_of(y: vec3f, z: vec3f) -> Axes {

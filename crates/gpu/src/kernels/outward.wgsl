@@ -4,6 +4,7 @@
 const LOOK: u32 = 0u;
 const ADVANCE: u32 = 1u;
 const TEST: u32 = 2u;
+const LARGEST_MOVE: f32 = 0.3;
 
 struct Tip {
     old: Axes,
@@ -43,7 +44,11 @@ fn outward(part: u32, way: u32) {
     }
     var tip = ground_tip();
     // The next link is read while this one is worked on.
-    var next = read_link(link_at(start));
+    var next = read_hinge(link_at(start));
+    var next_limit = 0.0;
+    if way == TEST {
+        next_limit = link(link_at(start), LINK_MASS).w;
+    }
     var next_left = read_left(work_at(start));
     var next_operation = operations[operation_at(start)];
     var next_bits = states[operation_at(start)];
@@ -52,8 +57,12 @@ fn outward(part: u32, way: u32) {
         let left = next_left;
         let operation = next_operation;
         let bits = next_bits;
+        let limit = next_limit;
         let ahead = min(row + 1u, end - 1u);
-        next = read_link(link_at(ahead));
+        next = read_hinge(link_at(ahead));
+        if way == TEST {
+            next_limit = link(link_at(ahead), LINK_MASS).w;
+        }
         next_left = read_left(work_at(ahead));
         next_operation = operations[operation_at(ahead)];
         next_bits = states[operation_at(ahead)];
@@ -63,7 +72,7 @@ fn outward(part: u32, way: u32) {
         if (operation.x & FIRST_ROOT) != 0u {
             tip = ground_tip();
         } else if (operation.x & (FIRST_FROM_SLOT | FIRST_FROM_CROSS)) != 0u {
-            tip = fork(parent_fork_at(part, operation.x));
+            tip = fork(parent_fork_at(operation.x));
         }
         // Change of velocity at the joint.
         let shift = tip.shift;
@@ -82,6 +91,7 @@ fn outward(part: u32, way: u32) {
         tip.motion.v += v_d;
         tip.motion.b_v += cross(at_joint.b_w, d) + cross(at_joint.w, v_d);
         tip.p += d;
+        let is_debris = (bits & STATE_DEBRIS) != 0u;
         let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
         let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
         for (var k = first_fruit; k < last_fruit; k++) {
@@ -90,15 +100,15 @@ fn outward(part: u32, way: u32) {
             if way != LOOK {
                 stem = stem_end(at, stem, tip.turn, shift);
             }
-            let stretch = stem_start(at, stem, at_joint, p_joint);
+            let stretch = stem_start(at, stem, at_joint, p_joint, is_debris);
             if way == TEST {
                 test_stem(at, stem, stretch);
             }
         }
         if way == TEST {
-            test_joint(row, bits, own);
+            test_joint(row, bits, own, limit);
         }
-        if (bits & STATE_DEBRIS) != 0u {
+        if is_debris {
             let lift = select(tip.shift.z, 0.0, way == LOOK);
             let held = select(left.held, vec2f(0.0, UNBOUNDED), way == LOOK);
             meet_ground(row, operation.w, tip.p.z, tip.motion.v, lift, held);
@@ -107,7 +117,7 @@ fn outward(part: u32, way: u32) {
             set_motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u, tip.motion, vec2f(0.0));
         }
         if (operation.x & FIRST_TO_SLOT) != 0u {
-            set_fork(slot_at(part, (operation.x >> FIRST_SLOT) & 0xffu), tip);
+            set_fork(slot_at((operation.x >> FIRST_SLOT) & 0xffu), tip);
         }
         if (operation.x & FIRST_TO_CROSS) != 0u {
             set_fork(cross_fork_at(operation.x >> FIRST_FORK), tip);
@@ -143,7 +153,7 @@ struct Advanced {
     v: vec2f,
 }
 
-fn advance(own: Link, left: Left, from_tip: Tip) -> Advanced {
+fn advance(own: Hinge, left: Left, from_tip: Tip) -> Advanced {
     var tip = from_tip;
     let joint = joint_outward(tip.old, own.direction, own.q);
     let dv_1 = left.e.x - dot(left.g_1n, tip.turn) - dot(left.g_1f, tip.shift);
@@ -152,10 +162,13 @@ fn advance(own: Link, left: Left, from_tip: Tip) -> Advanced {
     tip.shift += cross(tip.turn, joint.axes.z * own.length);
     tip.old = joint.axes;
     let v = own.v + vec2f(dv_1, dv_2);
+    if SETTLES {
+        return Advanced(tip, own.q + clamp(v * rules.h, vec2f(-LARGEST_MOVE), vec2f(LARGEST_MOVE)), vec2f(0.0));
+    }
     return Advanced(tip, own.q + v * rules.h, v);
 }
 
-fn kinematics(own: Link, parent: Motion) -> Motion {
+fn kinematics(own: Hinge, parent: Motion) -> Motion {
     let v = own.v;
     let joint = joint_outward(parent.axes, own.direction, own.q);
     let s_w = joint.first * v.x + joint.axes.y * v.y;
@@ -163,7 +176,7 @@ fn kinematics(own: Link, parent: Motion) -> Motion {
     return Motion(joint.axes, parent.w + s_w, b_w, parent.v, parent.b_v);
 }
 
-fn test_joint(row: u32, bits: u32, own: Link) {
+fn test_joint(row: u32, bits: u32, own: Hinge, limit: f32) {
     let bend = dot(own.q, own.q);
     if !(is_finite(bend) && is_finite(dot(own.v, own.v))) {
         found_notice |= NOTICE_NON_FINITE;
@@ -171,9 +184,9 @@ fn test_joint(row: u32, bits: u32, own: Link) {
     if (bits & STATE_DEBRIS) != 0u {
         return;
     }
-    found_peak = max(found_peak, bend / own.limit);
+    found_peak = max(found_peak, bend / limit);
     let frames = bits & STATE_FRAMES_OVER;
-    let over = select(0u, min(frames + 1u, STATE_FRAMES_OVER), bend > own.limit);
+    let over = select(0u, min(frames + 1u, STATE_FRAMES_OVER), bend > limit);
     if over >= rules.rupture_frames {
         found_notice |= NOTICE_SNAPS;
     }

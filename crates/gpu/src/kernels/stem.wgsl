@@ -34,9 +34,10 @@ fn read_stem(at: u32) -> Stem {
     let f = fruit(at, FRUIT_V);
     let g = fruit(at, FRUIT_ARM);
     let i = fruit(at, FRUIT_IMPULSE);
+    let hangs = bitcast<u32>(e.w) == 0u;
     return Stem(
         a.x, a.y, a.z, a.w,
-        b.x, b.y, b.z, b.w,
+        select(0.0, b.x, hangs), select(0.0, b.y, hangs), b.z, b.w,
         c.xyz, c.w,
         d.xyz, bitcast<u32>(d.w),
         e.xyz, e.w,
@@ -46,7 +47,7 @@ fn read_stem(at: u32) -> Stem {
     );
 }
 
-fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f) -> f32 {
+fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f32 {
     let h = rules.h;
     let arm = own.axes.x * stem.anchor.x + own.axes.y * stem.anchor.y + own.axes.z * stem.anchor.z;
     var stretch = stem.p - (p + arm);
@@ -55,7 +56,8 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f) -> f32 {
 
     let kappa = h * (stem.damping + h * stem.stiffness);
     let pull = stretch * (h * stem.stiffness) + u_relative * kappa;
-    let drag = select(stem.air_drag * length(stem.v), 0.0, stem.stiffness > 0.0);
+    let hangs = stem.stiffness > 0.0;
+    let drag = select(stem.air_drag * length(stem.v), 0.0, hangs);
     let mass = stem.mass + h * drag;
     let inverse_mass = 1.0 / (mass + kappa);
     let share = kappa * inverse_mass;
@@ -63,19 +65,20 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f) -> f32 {
     impulse.z -= h * stem.mass * rules.gravity;
 
     var reaction = pull + impulse * share;
-    reaction.z += h * stem.bias;
+    let is_live = hangs && !is_debris;
+    reaction.z += h * select(0.0, stem.bias, is_live);
     let size = length(reaction);
-    let largest = h * stem.cap;
+    let largest = h * select(UNBOUNDED, stem.cap, is_live);
     let is_capped = size > largest;
     set_fruit(at, FRUIT_V, vec4f(stem.v, inverse_mass));
-    set_fruit(at, FRUIT_ARM, vec4f(arm, 0.0));
+    set_fruit(at, FRUIT_ARM, vec4f(select(stem.arm, arm, hangs), 0.0));
     set_fruit(
         at,
         FRUIT_REACTION,
         vec4f(select(reaction, reaction * (largest / size), is_capped), select(mass * share, 0.0, is_capped)),
     );
     set_fruit(at, FRUIT_IMPULSE, vec4f(impulse, 0.0));
-    return select(0.0, dot(stretch, stretch), stem.stiffness > 0.0);
+    return select(0.0, dot(stretch, stretch), hangs);
 }
 
 fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
@@ -88,11 +91,14 @@ fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
     } else {
         let met = ground_impulse(stem);
         impulse += met.impulse;
-        stem.anchor = met.spin;
-        set_fruit(at, FRUIT_ANCHOR, vec4f(met.spin, stem.drop));
+        // Written with the rest of what the next substep starts from.
+        stem.arm = met.spin;
     }
     stem.v += impulse * stem.inverse_mass;
     stem.p += stem.v * h;
+    if SETTLES {
+        stem.v = vec3f(0.0);
+    }
     // The velocity is written with what follows from it.
     set_fruit(at, FRUIT_P, vec4f(stem.p, stem.came_off));
     return stem;
@@ -107,7 +113,7 @@ struct Met {
 fn ground_impulse(stem: Stem) -> Met {
     let v = stem.v + stem.impulse * stem.inverse_mass;
     let inertia = BALL * stem.mass * stem.radius * stem.radius;
-    var spin = stem.anchor / (1.0 + rules.h * rules.spin_loss);
+    var spin = stem.arm / (1.0 + rules.h * rules.spin_loss);
     let gap = stem.p.z - stem.radius;
     let time = select(rules.h + rules.dissipation_time, rules.h, gap > 0.0);
     let admittance = rules.h * rules.ground_stiffness * time;

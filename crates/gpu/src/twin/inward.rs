@@ -34,14 +34,21 @@ impl Lane<'_> {
                 load = Load::nothing();
             }
             if b & second::TAKES != 0 {
-                load = load.plus(&self.load(self.slot_at(part, a >> first::SLOT & 0xff)));
+                load = load.plus(&self.load(self.slot_at(a >> first::SLOT & 0xff)));
             }
             for k in 0..(b >> second::LOADS & 0x3f) {
                 let brought = self.load(self.cross_load_at((b >> second::FIRST_LOAD & 0x3ff) + k));
                 load = load.plus(&brought);
             }
             let own = self.read_link(row);
-            let body = self.body_inward(&own, &motion);
+            let bits = self.state(row);
+            let (rules, is_debris) = (&self.memory.rules, bits & state::DEBRIS != 0);
+            let drag = if is_debris {
+                [rules.broken_linear_drag, rules.broken_angular_drag]
+            } else {
+                [rules.linear_drag, rules.angular_drag]
+            };
+            let body = self.body_inward(&own, &motion, drag);
             let (mut torque, mut force) = (body.torque, body.force);
             for k in 0..(c >> third::FRUIT & 0x3f) {
                 let fruit = (c >> third::FIRST_FRUIT & 0xfff) + k;
@@ -50,7 +57,6 @@ impl Lane<'_> {
                 torque += arm.cross(&reaction);
                 force += reaction;
             }
-            let bits = self.state(row);
             // Nobody holds on to what falls.
             let mut held = [0.0; 2];
             if bits & state::DEBRIS != 0 {
@@ -61,13 +67,13 @@ impl Lane<'_> {
                 torque += push_torque;
                 force += push_force;
             }
-            load = self.eliminate(&own, row, bits, &body, &load, torque, force);
+            load = self.eliminate(&own, row, bits, drag, &body, &load, torque, force);
             if bits & state::DEBRIS != 0 {
                 self.hand_on(row, held);
             }
             motion = body.parent;
             if b & (second::GIVES_FIRST | second::GIVES) != 0 {
-                let at = self.slot_at(part, a >> first::PARENT & 0xff);
+                let at = self.slot_at(a >> first::PARENT & 0xff);
                 let sum = if b & second::GIVES != 0 { self.load(at).plus(&load) } else { load };
                 self.set_load(at, &sum);
             }
@@ -87,7 +93,7 @@ impl Lane<'_> {
     }
 
     /// Gravity, drag and velocity products of a link, from the motion of its tip.
-    fn body_inward(&self, own: &Link, tip: &Motion) -> Body {
+    fn body_inward(&self, own: &Link, tip: &Motion, drag: [f32; 2]) -> Body {
         let h = self.memory.rules.h;
         let v = own.v;
         let (joint, axes) = joint_inward(&tip.axes, own.direction, own.q);
@@ -100,10 +106,10 @@ impl Lane<'_> {
         let (v_joint, b_joint) = (tip.v - v_d, tip.b_v - b_d);
 
         // Minus the rate of change of momentum that the bias motion needs, at the centre of mass and then about the joint.
-        let mut f = b_joint + b_d * 0.5 + (v_joint + v_d * 0.5) * own.linear_drag;
+        let mut f = b_joint + b_d * 0.5 + (v_joint + v_d * 0.5) * drag[0];
         f.z += self.memory.rules.gravity;
         let force = f * (-h * own.mass);
-        let t = tip.b_w + w * own.angular_drag;
+        let t = tip.b_w + w * drag[1];
         let spin = z * z.dot(&t) + w_cross_z * w.dot(&z);
         let n = t * own.across + spin * own.excess;
         let torque = (d * 0.5).cross(&force) - n * h;
@@ -121,7 +127,9 @@ impl Lane<'_> {
         for k in 0..self.memory.pushes_each {
             let number =
                 |field: usize| self.memory.pushes[self.memory.push_at(self.number, k, field, self.lane)];
-            if number(push::ROW).to_bits() == row as u32 {
+            let frame = self.memory.rules.frame;
+            let acts = number(push::AFTER).to_bits() < frame && frame <= number(push::UNTIL).to_bits();
+            if acts && number(push::ROW).to_bits() == row as u32 {
                 let vector = |field: usize| Vec3::from_fn(|axis, _| number(field + axis));
                 let (f, n) = (vector(push::FORCE), vector(push::TORQUE));
                 force += f * self.memory.rules.h;
@@ -133,25 +141,24 @@ impl Lane<'_> {
 
     /// Stiffness and armature of a joint, h (D + h K); of a broken one the damper that its friction and brake are (`treephys::Rupture`).
     fn joint_law(&mut self, own: &Link, row: usize, bits: usize) -> [f32; 2] {
-        let (stiffness, damping) = (own.stiffness, own.damping);
-        let h = self.memory.rules.h;
-        if bits & state::BROKEN == 0 {
-            return [stiffness, h * (damping + h * stiffness)];
-        }
         let rules = &self.memory.rules;
-        let (inertia, last, friction) = (stiffness, damping, own.limit);
+        let h = rules.h;
+        if bits & state::BROKEN == 0 {
+            return [own.stiffness, h * (rules.damping_time + h) * own.stiffness];
+        }
+        let inertia = own.broken_inertia;
         let rate = (own.v[0] * own.v[0] + own.v[1] * own.v[1]).sqrt();
         let frames = rules.frame - (bits >> state::BROKE) as u32 - 1;
         let age = (frames * rules.substeps + self.memory.substep) as f32 * h;
         let ramp =
             if rules.friction_ramp_time > 0.0 { (age / rules.friction_ramp_time).min(1.0) } else { 1.0 };
-        let moment = friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
-        let expected = rate + (rate - last).max(0.0);
+        let moment = own.friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+        let expected = rate + (rate - own.last_rate).max(0.0);
         let speeding = expected / rules.rate_limit;
         let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
         let residual = (rules.residual_damping * inertia).min(rules.residual_damping_max);
         let damping = residual + brake + moment / expected.max(rules.friction_regularisation);
-        self.set_link(row, link::DAMPING, rate);
+        self.set_link(row, link::LAST_RATE, rate);
         [0.0, h * damping]
     }
 
@@ -162,6 +169,7 @@ impl Lane<'_> {
         own: &Link,
         row: usize,
         bits: usize,
+        drag: [f32; 2],
         body: &Body,
         borne: &Load,
         torque: Vec3,
@@ -172,8 +180,8 @@ impl Lane<'_> {
         let [stiffness, armature] = self.joint_law(own, row, bits);
 
         // The link's own inertia at its joint, drag included: a rod of mass m (1 + h c) and what it has beyond that.
-        let mass = own.mass * (1.0 + h * own.linear_drag);
-        let turning = 1.0 + h * own.angular_drag;
+        let mass = own.mass * (1.0 + h * drag[0]);
+        let turning = 1.0 + h * drag[1];
         let length = own.length;
         let quarter = 0.25 * mass;
         let across = own.across * turning + quarter * (length * length);

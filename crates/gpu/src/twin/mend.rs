@@ -3,7 +3,7 @@
 use super::Lane;
 use super::math::Vec3;
 use super::motion::{Axes, joint_outward};
-use crate::layout::{UNBOUNDED, first, fourth, fruit, link, notice, state, third, tile, world};
+use crate::layout::{first, fourth, fruit, link, notice, state, third, tile, world};
 use crate::schedule::PARTS;
 
 /// Where a pass over all links leaves their second and third axes and tips, in their rows' work.
@@ -54,7 +54,7 @@ impl Lane<'_> {
     }
 
     /// Axes and tip of every link. Parents have smaller rows.
-    fn place_links(&mut self) {
+    pub(super) fn place_links(&mut self) {
         for row in 0..self.header(tile::STARTS + PARTS) {
             let [a, .., d] = self.operation(row);
             if a & first::ACTIVE == 0 {
@@ -74,8 +74,12 @@ impl Lane<'_> {
         if first_word & first::ROOT != 0 {
             return (Axes::world(), self.p_trunk());
         }
-        let at = self.work_at(fourth_word >> fourth::PARENT_ROW);
-        let [y, z, p] = self.vectors(at, PLACED);
+        self.placed(fourth_word >> fourth::PARENT_ROW)
+    }
+
+    /// Axes and tip of a link that has been placed.
+    pub(super) fn placed(&self, row: usize) -> (Axes, Vec3) {
+        let [y, z, p] = self.vectors(self.work_at(row), PLACED);
         (Axes::of(y, z), p)
     }
 
@@ -91,9 +95,6 @@ impl Lane<'_> {
                 continue;
             }
             self.set_state(row, self.state(row) | state::DEBRIS | state::BREAKING);
-            let rules = self.memory.rules;
-            self.set_link(row, link::LINEAR_DRAG, rules.broken_linear_drag);
-            self.set_link(row, link::ANGULAR_DRAG, rules.broken_angular_drag);
             let at = self.work_at(row);
             let [_, z, p_tip] = self.vectors(at, PLACED);
             let half = z * (0.5 * self.link(row, link::LENGTH));
@@ -104,13 +105,11 @@ impl Lane<'_> {
                 + THIRD * self.link(row, link::EXCESS);
             let first_fruit = c >> third::FIRST_FRUIT & 0xfff;
             for fruit_row in first_fruit..first_fruit + (c >> third::FRUIT & 0x3f) {
-                if self.fruit(fruit_row, fruit::STIFFNESS) > 0.0 {
-                    let arm = self.fruit3(fruit_row, fruit::P) - p_joint;
-                    let mass = self.fruit(fruit_row, fruit::MASS);
-                    moment += arm * mass;
-                    inertia += mass * arm.norm_squared();
-                    self.set_fruit(fruit_row, fruit::BIAS, 0.0);
-                    self.set_fruit(fruit_row, fruit::CAP, UNBOUNDED);
+                let stem = self.read_stem(fruit_row);
+                if stem.stiffness > 0.0 {
+                    let arm = stem.p - p_joint;
+                    moment += arm * stem.mass;
+                    inertia += stem.mass * arm.norm_squared();
                 }
             }
         }
@@ -120,10 +119,9 @@ impl Lane<'_> {
         let frame = self.memory.rules.frame as usize;
         self.set_state(broken, self.state(broken) | state::BROKEN | frame << state::BROKE);
         let rules = self.memory.rules;
-        self.set_link(broken, link::STIFFNESS, inertia);
-        self.set_link(broken, link::DAMPING, 0.0);
-        self.set_link(broken, link::LIMIT, rules.friction_ratio * rules.gravity * moment.norm());
-
+        self.set_link(broken, link::BROKEN_INERTIA, inertia);
+        self.set_link(broken, link::FRICTION, rules.friction_ratio * rules.gravity * moment.norm());
+        self.set_link(broken, link::LAST_RATE, 0.0);
         self.count(world::SNAPPED);
     }
 
@@ -141,15 +139,11 @@ impl Lane<'_> {
             let frames = self.fruit(row, fruit::FRAMES_OVER).to_bits();
             let rules = self.memory.rules;
             let is_over = frames & 0xff >= rules.tension_frames || frames >> 8 >= rules.pull_frames;
-            if self.fruit(row, fruit::STIFFNESS) == 0.0 || !is_over {
+            if self.read_stem(row).stiffness == 0.0 || !is_over {
                 continue;
             }
-            for field in [fruit::STIFFNESS, fruit::DAMPING, fruit::BIAS] {
-                self.set_fruit(row, field, 0.0);
-            }
-            self.set_fruit(row, fruit::CAP, UNBOUNDED);
             // From now on its spin.
-            self.set_fruit3(row, fruit::ANCHOR, Vec3::zeros());
+            self.set_fruit3(row, fruit::ARM, Vec3::zeros());
             self.set_fruit(row, fruit::CAME_OFF, f32::from_bits(rules.frame));
             self.count(world::DETACHED);
         }

@@ -6,9 +6,11 @@ mod ground;
 mod inward;
 mod load;
 mod math;
+mod measure;
 mod mend;
 mod motion;
 mod outward;
+mod reset;
 mod stem;
 #[cfg(test)]
 mod tests;
@@ -28,11 +30,32 @@ impl Memory {
     /// Advances every world by one frame, as the device does.
     pub fn frame(&mut self) {
         self.rules.frame += 1;
+        self.each(|world| world.frame());
+        self.each(|world| world.mend());
+    }
+
+    /// Resets worlds, as the device does.
+    pub fn reset(&mut self, worlds: &[usize]) {
+        self.mark(worlds);
+        self.each(|world| world.reset());
+        let rules = self.rules;
+        self.settles = true;
+        for settling in self.rules.settling() {
+            self.rules = settling;
+            self.each(|world| world.frame());
+        }
+        (self.rules, self.settles) = (rules, false);
+    }
+
+    /// Measures every world's energy.
+    pub fn measure(&mut self) {
+        self.each(|world| world.measure());
+    }
+
+    fn each(&mut self, act: impl Fn(&mut Lane<'_>)) {
         for number in 0..self.tile_count() {
             for lane in 0..LANES {
-                let mut world = Lane { memory: self, number, lane };
-                world.frame();
-                world.mend();
+                act(&mut Lane { memory: self, number, lane });
             }
         }
     }
@@ -109,9 +132,8 @@ impl Lane<'_> {
         self.header(tile::LEAVES) + leaf * leaf::FIELDS / QUAD * LANES + self.lane
     }
 
-    /// First quad of a slot of a part; forks and loads take turns in it.
-    fn slot_at(&self, part: usize, slot: usize) -> usize {
-        let slot = part * self.header(tile::SLOTS_EACH) + slot;
+    /// First quad of a slot; forks and loads take turns in it. On the device every warp has its own; here one part follows the other.
+    fn slot_at(&self, slot: usize) -> usize {
         self.header(tile::SLOTS) + slot * fork::FIELDS / QUAD * LANES + self.lane
     }
 
@@ -156,8 +178,8 @@ impl Lane<'_> {
     }
 
     /// Where a link's parent left its fork, for a link whose parent's motion is not at hand.
-    fn parent_fork_at(&self, part: usize, word: usize) -> usize {
+    fn parent_fork_at(&self, word: usize) -> usize {
         let place = word >> first::PARENT & 0xff;
-        if word & first::FROM_CROSS != 0 { self.cross_fork_at(place) } else { self.slot_at(part, place) }
+        if word & first::FROM_CROSS != 0 { self.cross_fork_at(place) } else { self.slot_at(place) }
     }
 }

@@ -48,11 +48,19 @@ pub(super) struct Link {
     pub mass: f32,
     pub across: f32,
     pub excess: f32,
-    pub limit: f32,
     pub stiffness: f32,
-    pub damping: f32,
-    pub linear_drag: f32,
-    pub angular_drag: f32,
+    pub broken_inertia: f32,
+    pub friction: f32,
+    pub last_rate: f32,
+    pub q: [f32; 2],
+    pub v: [f32; 2],
+}
+
+/// What the way out needs of it.
+#[derive(Clone, Copy)]
+pub(super) struct Hinge {
+    pub direction: Vec3,
+    pub length: f32,
     pub q: [f32; 2],
     pub v: [f32; 2],
 }
@@ -100,14 +108,18 @@ impl Lane<'_> {
             mass: number(link::MASS),
             across: number(link::ACROSS),
             excess: number(link::EXCESS),
-            limit: number(link::LIMIT),
             stiffness: number(link::STIFFNESS),
-            damping: number(link::DAMPING),
-            linear_drag: number(link::LINEAR_DRAG),
-            angular_drag: number(link::ANGULAR_DRAG),
+            broken_inertia: number(link::BROKEN_INERTIA),
+            friction: number(link::FRICTION),
+            last_rate: number(link::LAST_RATE),
             q: [0, 1].map(|k| number(link::Q + k)),
             v: [0, 1].map(|k| number(link::V + k)),
         }
+    }
+
+    pub(super) fn read_hinge(&self, row: usize) -> Hinge {
+        let Link { direction, length, q, v, .. } = self.read_link(row);
+        Hinge { direction, length, q, v }
     }
 
     /// A motion from `field` on.

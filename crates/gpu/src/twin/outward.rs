@@ -3,9 +3,12 @@
 use super::Lane;
 use super::ground::Held;
 use super::math::{Vec3, is_finite};
-use super::motion::{Axes, Link, Motion, joint_outward};
+use super::motion::{Axes, Hinge, Motion, joint_outward};
 use super::stem::Stem;
 use crate::layout::{QUAD, UNBOUNDED, first, fork, fruit, link, notice, second, state, third, tile, work};
+
+/// No angle moves further in a step of settling [rad]: `orchard_multibody::equilibrium`'s.
+const LARGEST_MOVE: f32 = 0.3;
 
 /// What an outward walk is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -29,14 +32,14 @@ pub(super) struct Found {
 
 /// Where the walk is: a link's tip.
 #[derive(Clone, Copy)]
-struct Tip {
+pub(super) struct Tip {
     /// Axes at the start of the substep.
     old: Axes,
     /// Change of velocity in the substep.
     turn: Vec3,
     shift: Vec3,
-    motion: Motion,
-    p: Vec3,
+    pub motion: Motion,
+    pub p: Vec3,
 }
 
 /// What the way in has left at a link.
@@ -74,11 +77,11 @@ impl Lane<'_> {
             if a & first::ACTIVE == 0 {
                 continue;
             }
-            let mut own = self.read_link(row);
+            let mut own = self.read_hinge(row);
             if a & first::ROOT != 0 {
                 tip = self.ground_tip();
             } else if a & (first::FROM_SLOT | first::FROM_CROSS) != 0 {
-                tip = self.fork(self.parent_fork_at(part, a));
+                tip = self.fork(self.parent_fork_at(a));
             }
             // Change of velocity at the joint.
             let (shift, mut held) = (tip.shift, [0.0, UNBOUNDED]);
@@ -98,13 +101,14 @@ impl Lane<'_> {
             let b_d = at_joint.b_w.cross(&to_tip) + at_joint.w.cross(&v_d);
             tip.motion = Motion { v: at_joint.v + v_d, b_v: at_joint.b_v + b_d, ..at_joint };
             tip.p += to_tip;
+            let is_debris = self.state(row) & state::DEBRIS != 0;
             let first_fruit = c >> third::FIRST_FRUIT & 0xfff;
             for fruit in first_fruit..first_fruit + (c >> third::FRUIT & 0x3f) {
                 let mut stem = self.read_stem(fruit);
                 if way != Way::Look {
                     stem = self.stem_end(fruit, stem, tip.turn, shift);
                 }
-                let stretch = self.stem_start(fruit, &stem, &at_joint, p_joint);
+                let stretch = self.stem_start(fruit, &stem, &at_joint, p_joint, is_debris);
                 if way == Way::Test {
                     found.notice |= self.test_stem(fruit, &stem, stretch);
                 }
@@ -112,7 +116,7 @@ impl Lane<'_> {
             if way == Way::Test {
                 self.test_joint(row, &own, &mut found);
             }
-            if self.state(row) & state::DEBRIS != 0 {
+            if is_debris {
                 let lift = if way == Way::Look { 0.0 } else { tip.shift.z };
                 self.meet_ground(row, d, tip.p.z, tip.motion.v, lift, held);
             }
@@ -120,7 +124,7 @@ impl Lane<'_> {
                 self.set_motion(self.leaf_at(c >> third::LEAF & 0x3ff), 0, &tip.motion);
             }
             if a & first::TO_SLOT != 0 {
-                self.set_fork(self.slot_at(part, a >> first::SLOT & 0xff), &tip);
+                self.set_fork(self.slot_at(a >> first::SLOT & 0xff), &tip);
             }
             if a & first::TO_CROSS != 0 {
                 self.set_fork(self.cross_fork_at(a >> first::FORK), &tip);
@@ -129,19 +133,19 @@ impl Lane<'_> {
         found
     }
 
-    fn ground_tip(&self) -> Tip {
+    pub(super) fn ground_tip(&self) -> Tip {
         let zero = Vec3::zeros();
         Tip { old: Axes::world(), turn: zero, shift: zero, motion: Motion::still(), p: self.p_trunk() }
     }
 
-    fn fork(&self, at: usize) -> Tip {
+    pub(super) fn fork(&self, at: usize) -> Tip {
         let [y, z, turn, shift] = self.vectors(at, fork::CHANGE);
         let [.., x, y_tip] = self.quad(at, fork::HEIGHT - QUAD);
         let p = Vec3::new(x, y_tip, self.quad(at, fork::HEIGHT)[0]);
         Tip { old: Axes::of(y, z), turn, shift, motion: self.motion(at, fork::MOTION), p }
     }
 
-    fn set_fork(&mut self, at: usize, tip: &Tip) {
+    pub(super) fn set_fork(&mut self, at: usize, tip: &Tip) {
         self.set_vectors(at, fork::CHANGE, &[tip.old.y, tip.old.z, tip.turn, tip.shift]);
         self.set_motion(at, fork::MOTION, &tip.motion);
         let mut last = self.quad(at, fork::HEIGHT - QUAD);
@@ -151,7 +155,7 @@ impl Lane<'_> {
     }
 
     /// A link's new angles and rates, and its tip's change of velocity.
-    fn advance(&self, own: &Link, left: &Left, tip: &mut Tip) -> ([f32; 2], [f32; 2]) {
+    fn advance(&self, own: &Hinge, left: &Left, tip: &mut Tip) -> ([f32; 2], [f32; 2]) {
         let joint = joint_outward(&tip.old, own.direction, own.q);
         let dv = [
             left.e[0] - left.g_1n.dot(&tip.turn) - left.g_1f.dot(&tip.shift),
@@ -162,11 +166,16 @@ impl Lane<'_> {
         tip.old = joint.axes;
         let v = [own.v[0] + dv[0], own.v[1] + dv[1]];
         let h = self.memory.rules.h;
+        if self.memory.settles {
+            let moved = v.map(|v| (v * h).clamp(-LARGEST_MOVE, LARGEST_MOVE));
+            return ([own.q[0] + moved[0], own.q[1] + moved[1]], [0.0; 2]);
+        }
         ([own.q[0] + v[0] * h, own.q[1] + v[1] * h], v)
     }
 
     /// Counts frames over the limit of an unbroken joint, and looks for numbers that are none.
-    fn test_joint(&mut self, row: usize, own: &Link, found: &mut Found) {
+    fn test_joint(&mut self, row: usize, own: &Hinge, found: &mut Found) {
+        let limit = self.link(row, link::LIMIT);
         let bits = self.state(row);
         let square = |pair: [f32; 2]| pair[0] * pair[0] + pair[1] * pair[1];
         let bend = square(own.q);
@@ -176,9 +185,9 @@ impl Lane<'_> {
         if bits & state::DEBRIS != 0 {
             return;
         }
-        found.peak = found.peak.max(bend / own.limit);
+        found.peak = found.peak.max(bend / limit);
         let frames = bits & state::FRAMES_OVER;
-        let over = if bend > own.limit { (frames + 1).min(state::FRAMES_OVER) } else { 0 };
+        let over = if bend > limit { (frames + 1).min(state::FRAMES_OVER) } else { 0 };
         if over >= self.memory.rules.rupture_frames as usize {
             found.notice |= notice::SNAPS;
         }
@@ -207,7 +216,7 @@ impl Lane<'_> {
 }
 
 /// A link's motion at its joint, with its own axes, from its parent's at the tip.
-fn kinematics(own: &Link, parent: &Motion) -> Motion {
+pub(super) fn kinematics(own: &Hinge, parent: &Motion) -> Motion {
     let joint = joint_outward(&parent.axes, own.direction, own.q);
     let s_w = joint.first * own.v[0] + joint.axes.y * own.v[1];
     let b_w = parent.b_w + parent.w.cross(&s_w) + joint.third * (own.v[0] * own.v[1]);

@@ -3,32 +3,32 @@
 use super::Lane;
 use super::math::Vec3;
 use super::motion::Motion;
-use crate::layout::fruit;
+use crate::layout::{UNBOUNDED, fruit};
 
 /// Regularisation of a contact as a share of its own inverse inertia, as in `orchard_multibody`.
 const NEAR_RIGID: f32 = 1e-4;
 /// Rotational inertia of a ball by mass and square of the radius.
-const BALL: f32 = 0.4;
+pub(super) const BALL: f32 = 0.4;
 
 /// A fruit with its stem, which a kernel reads at once.
 #[derive(Clone, Copy)]
 pub(super) struct Stem {
-    mass: f32,
-    radius: f32,
+    pub mass: f32,
+    pub radius: f32,
     pub threshold: f32,
     air_drag: f32,
     pub stiffness: f32,
     damping: f32,
-    bias: f32,
+    pub bias: f32,
     cap: f32,
-    anchor: Vec3,
-    drop: f32,
+    pub anchor: Vec3,
+    pub drop: f32,
     pub force: Vec3,
     pub frames_over: u32,
     pub p: Vec3,
     pub v: Vec3,
     inverse_mass: f32,
-    arm: Vec3,
+    pub arm: Vec3,
     impulse: Vec3,
 }
 
@@ -41,13 +41,15 @@ struct Met {
 impl Lane<'_> {
     pub(super) fn read_stem(&self, row: usize) -> Stem {
         let (number, vector) = (|field| self.fruit(row, field), |field| self.fruit3(row, field));
+        let hangs = number(fruit::CAME_OFF).to_bits() == 0;
+        let of_stem = |field| if hangs { number(field) } else { 0.0 };
         Stem {
             mass: number(fruit::MASS),
             radius: number(fruit::RADIUS),
             threshold: number(fruit::THRESHOLD),
             air_drag: number(fruit::AIR_DRAG),
-            stiffness: number(fruit::STIFFNESS),
-            damping: number(fruit::DAMPING),
+            stiffness: of_stem(fruit::STIFFNESS),
+            damping: of_stem(fruit::DAMPING),
             bias: number(fruit::BIAS),
             cap: number(fruit::CAP),
             anchor: vector(fruit::ANCHOR),
@@ -68,7 +70,14 @@ impl Lane<'_> {
     }
 
     /// What the next substep starts from, with the link's motion and position at its joint. Gives the square of the stem's stretch.
-    pub(super) fn stem_start(&mut self, row: usize, stem: &Stem, own: &Motion, p: Vec3) -> f32 {
+    pub(super) fn stem_start(
+        &mut self,
+        row: usize,
+        stem: &Stem,
+        own: &Motion,
+        p: Vec3,
+        is_debris: bool,
+    ) -> f32 {
         let (h, gravity) = (self.memory.rules.h, self.memory.rules.gravity);
         let arm = own.axes.x * stem.anchor.x + own.axes.y * stem.anchor.y + own.axes.z * stem.anchor.z;
         let mut stretch = stem.p - (p + arm);
@@ -78,25 +87,27 @@ impl Lane<'_> {
         // Impulse of the stem on the anchor, with both velocities as they are.
         let kappa = h * (stem.damping + h * stem.stiffness);
         let pull = stretch * (h * stem.stiffness) + u_relative * kappa;
-        let drag = if stem.stiffness > 0.0 { 0.0 } else { stem.air_drag * stem.v.norm() };
+        let hangs = stem.stiffness > 0.0;
+        let drag = if hangs { 0.0 } else { stem.air_drag * stem.v.norm() };
         let mass = stem.mass + h * drag;
         let inverse_mass = 1.0 / (mass + kappa);
         let share = kappa * inverse_mass;
         let mut impulse = (stem.force - stem.v * drag) * h - pull;
         impulse.z -= h * stem.mass * gravity;
 
-        // What the anchor feels. Above the cap its size is the cap's, and the fruit adds no mass.
+        // What the anchor feels. On live wood the weight at rest is taken off it, and above the cap its size is the cap's and the fruit adds no mass.
+        let (bias, cap) = if hangs && !is_debris { (stem.bias, stem.cap) } else { (0.0, UNBOUNDED) };
         let mut reaction = pull + impulse * share;
-        reaction.z += h * stem.bias;
-        let (size, largest) = (reaction.norm(), h * stem.cap);
+        reaction.z += h * bias;
+        let (size, largest) = (reaction.norm(), h * cap);
         let is_capped = size > largest;
         let reaction = if is_capped { reaction * (largest / size) } else { reaction };
         self.set_fruit(row, fruit::INVERSE_MASS, inverse_mass);
-        self.set_fruit3(row, fruit::ARM, arm);
+        self.set_fruit3(row, fruit::ARM, if hangs { arm } else { stem.arm });
         self.set_fruit3(row, fruit::REACTION, reaction);
         self.set_fruit(row, fruit::ADDED_MASS, if is_capped { 0.0 } else { mass * share });
         self.set_fruit3(row, fruit::IMPULSE, impulse);
-        if stem.stiffness > 0.0 { stretch.norm_squared() } else { 0.0 }
+        if hangs { stretch.norm_squared() } else { 0.0 }
     }
 
     /// The fruit at the end of a substep, the link having been turned and shifted at its joint.
@@ -109,11 +120,13 @@ impl Lane<'_> {
         } else {
             let met = self.ground_impulse(&stem);
             impulse += met.impulse;
-            stem.anchor = met.spin;
-            self.set_fruit3(row, fruit::ANCHOR, met.spin);
+            stem.arm = met.spin;
         }
         stem.v += impulse * stem.inverse_mass;
         stem.p += stem.v * h;
+        if self.memory.settles {
+            stem.v = Vec3::zeros();
+        }
         self.set_fruit3(row, fruit::V, stem.v);
         self.set_fruit3(row, fruit::P, stem.p);
         stem
@@ -125,7 +138,7 @@ impl Lane<'_> {
         // The velocity that it would end the substep with.
         let v = stem.v + stem.impulse * stem.inverse_mass;
         let inertia = BALL * stem.mass * stem.radius * stem.radius;
-        let mut spin = stem.anchor / (1.0 + rules.h * rules.spin_loss);
+        let mut spin = stem.arm / (1.0 + rules.h * rules.spin_loss);
         let gap = stem.p.z - stem.radius;
         let time = if gap > 0.0 { rules.h } else { rules.h + rules.dissipation_time };
         let admittance = rules.h * rules.ground_stiffness * time;

@@ -1,7 +1,10 @@
 //! The twin against the f64 worlds that its memory was made of.
 
 use orchard_batch::TreeEvent;
+use orchard_geometry::Vec3;
+use orchard_multibody::{energy, forward_kinematics};
 
+use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state, tips};
 
@@ -65,4 +68,80 @@ fn what_comes_off_comes_off_in_the_same_frame() {
         assert_eq!(happened(&memory, index), expected);
         assert!(expected.iter().any(|(_, event)| matches!(event, TreeEvent::Snapped { .. })));
     }
+}
+
+/// A reset world is whole, at rest and in the equilibrium that f64 finds, and goes on as a new one does; the others do not notice.
+#[test]
+fn a_reset_world_is_as_new() {
+    let (worlds, trial) = Trial::harsh(grown(6));
+    let mut memory = Memory::new(&worlds, 4).unwrap();
+    trial.apply_to_twin(&mut memory);
+    (0..20).for_each(|_| memory.frame());
+    trial.released().apply_to_twin(&mut memory);
+    let others = [1, 3].map(|index| state(&memory, &worlds, index));
+    let reset = [0, 2, 4, 5];
+    assert!(reset.iter().any(|&index| !happened(&memory, index).is_empty()));
+    memory.reset(&reset);
+    for (index, before) in [1, 3].into_iter().zip(others) {
+        let now = state(&memory, &worlds, index);
+        assert_eq!((now.q, now.v), (before.q, before.v));
+    }
+    let fresh = grown(6);
+    for frames in [0, 60] {
+        (0..frames).for_each(|_| memory.frame());
+        for index in reset {
+            let (q, v, tip) = errors(&fresh[index], state(&memory, &worlds, index));
+            println!("world {index}, {frames} frames: angle {q:.1e}, rate {v:.1e} rad/s, tip {tip:.1e} m");
+            assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5);
+            assert_eq!(happened(&memory, index), []);
+        }
+    }
+}
+
+/// The energy of the twin's own state, in f64. Potential energies of some hundred joules stand in f32 for motions of a few.
+#[test]
+fn energy_is_that_of_f64() {
+    let (worlds, trial) = Trial::harsh(grown(3));
+    let mut memory = Memory::new(&worlds, 4).unwrap();
+    trial.apply_to_twin(&mut memory);
+    for _ in 0..12 {
+        memory.measure();
+        for (index, world) in worlds.iter().enumerate() {
+            let (plant, mut data) = (world.plant(), state(&memory, &worlds, index));
+            forward_kinematics(&plant.model, &mut data);
+            let truth = energy(&plant.model, &data, &plant.settings.gravity);
+            let scale = truth.gravitational.abs() + truth.anchor_bias.abs();
+            let found = f64::from(f32::from_bits(memory.world_number(index, world::ENERGY)));
+            assert!((found - truth.total()).abs() < 2e-6 * scale, "world {index}: {found} J, {truth:?}");
+        }
+        memory.frame();
+    }
+    assert!(
+        (0..3).any(|index| !happened(&memory, index).is_empty()),
+        "limbs and fruit that are off count as well"
+    );
+}
+
+/// Forces that act in some frames do what the same forces do that are set and taken away by hand.
+#[test]
+fn scripted_forces_act_in_their_frames() {
+    let mut worlds = grown(2);
+    let mut memory = Memory::new(&worlds, 2).unwrap();
+    let (force, torque, none) = (Vec3::new(3.0, -2.0, 1.0), Vec3::new(0.1, 0.0, 0.2), Vec3::zeros());
+    let segment = worlds[1].plant().tree.len() / 2;
+    assert!(memory.script(1, segment, force, torque, 3..=5));
+    assert!(memory.script(1, segment, force, none, 5..=6));
+    assert!(!memory.script(1, segment, force, none, 9..=9), "no room");
+    let body = worlds[1].plant().tree.bodies[segment].index();
+    for frame in 1..=10_u32 {
+        let first = f64::from(u8::from((3..=5).contains(&frame)));
+        let second = f64::from(u8::from((5..=6).contains(&frame)));
+        worlds[1].data_mut().body_force_world[body] = force * (first + second);
+        worlds[1].data_mut().body_torque_world[body] = torque * first;
+        worlds.iter_mut().for_each(|world| assert_eq!(world.step(), []));
+        memory.frame();
+        let (q, v, tip) = errors(&worlds[1], state(&memory, &worlds, 1));
+        assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5, "frame {frame}: {q:.1e}, {v:.1e} rad/s, {tip:.1e} m");
+    }
+    assert!(memory.script(1, segment, force, none, 12..=12), "what is over has made room");
 }

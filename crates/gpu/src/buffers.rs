@@ -1,0 +1,180 @@
+//! A batch's memory on the device.
+
+use std::ops::Range;
+
+use wgpu::{BufferUsages, util::DeviceExt};
+
+use crate::device::{Gpu, GpuError};
+use crate::layout::LANES;
+use crate::memory::Memory;
+use crate::rules::Rules;
+
+/// Passes that go to the device at once: each has its own rules.
+pub(crate) const PASSES_AT_ONCE: usize = 64;
+/// Distance of their rules in the uniform buffer [bytes]: what every adapter can do.
+pub(crate) const RULES_APART: usize = 256;
+
+/// One buffer for each of the kernels' bindings.
+#[derive(Debug)]
+pub(crate) struct Buffers {
+    pub rules: wgpu::Buffer,
+    pub tiles: wgpu::Buffer,
+    pub operations: wgpu::Buffer,
+    pub states: wgpu::Buffer,
+    pub links: wgpu::Buffer,
+    pub fruit: wgpu::Buffer,
+    pub work: wgpu::Buffer,
+    pub worlds: wgpu::Buffer,
+    pub pushes: wgpu::Buffer,
+}
+
+impl Buffers {
+    /// Sends a batch to the device.
+    ///
+    /// # Errors
+    /// It does not fit.
+    pub fn new(gpu: &Gpu, memory: &Memory) -> Result<Self, GpuError> {
+        let (worlds, limits) = (memory.len(), gpu.device.limits());
+        let largest = [
+            4 * memory.links.len(),
+            4 * memory.fruit.len(),
+            4 * memory.work.len(),
+            16 * memory.operations.len(),
+        ];
+        let needed = largest.into_iter().max().unwrap_or(0) as u64;
+        let has = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if needed > has {
+            return Err(GpuError::TooLarge {
+                worlds,
+                what: "one buffer",
+                needed,
+                adapter: gpu.info().name.clone(),
+                has,
+                fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
+            });
+        }
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let filled = |label: &str, contents: &[u8]| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                // A buffer has a size.
+                contents: if contents.is_empty() { &[0; 16] } else { contents },
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
+            })
+        };
+        let buffers = Self {
+            rules: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("rules"),
+                size: (RULES_APART * PASSES_AT_ONCE) as u64,
+                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            tiles: filled("tiles", bytemuck::cast_slice(&memory.tiles)),
+            operations: filled("operations", bytemuck::cast_slice(&memory.operations)),
+            states: filled("states", bytemuck::cast_slice(&memory.states)),
+            links: filled("links", bytemuck::cast_slice(&memory.links)),
+            fruit: filled("fruit", bytemuck::cast_slice(&memory.fruit)),
+            work: filled("work", bytemuck::cast_slice(&memory.work)),
+            worlds: filled("worlds", bytemuck::cast_slice(&memory.worlds)),
+            pushes: filled("pushes", bytemuck::cast_slice(&memory.pushes)),
+        };
+        match pollster::block_on(scope.pop()) {
+            None => Ok(buffers),
+            Some(_) => Err(GpuError::OutOfMemory {
+                adapter: gpu.info().name.clone(),
+                worlds,
+                each: memory.bytes() / worlds.max(1),
+                fits: worlds / 2,
+            }),
+        }
+    }
+
+    fn storage(&self) -> [&wgpu::Buffer; 8] {
+        [
+            &self.tiles,
+            &self.operations,
+            &self.states,
+            &self.links,
+            &self.fruit,
+            &self.work,
+            &self.worlds,
+            &self.pushes,
+        ]
+    }
+
+    pub fn bind(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
+        let rules = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &self.rules,
+            offset: 0,
+            size: std::num::NonZeroU64::new(size_of::<Rules>() as u64),
+        });
+        let storage = self.storage().map(wgpu::Buffer::as_entire_binding);
+        let entries: Vec<_> = (0..)
+            .zip(std::iter::once(rules).chain(storage))
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+}
+
+/// What the kernels bind: rules by the pass, then the buffers in the order of `kernels/memory.wgsl`.
+pub(crate) fn binding_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    // Tiles, operations and pushes are only read.
+    let storage = [true, true, false, false, false, false, false, true]
+        .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
+    let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
+    let entries: Vec<_> = (0..)
+        .zip(all)
+        .map(|(binding, (ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+/// A buffer, its copy on the host, and what of it is to be read.
+pub(crate) type Wanted<'a, T> = (&'a wgpu::Buffer, &'a mut Vec<T>, Vec<Range<usize>>);
+
+impl Gpu {
+    /// Copies ranges of buffers to the same ranges on the host.
+    pub(crate) fn fetch<T: bytemuck::Pod>(&self, wanted: &mut [Wanted<'_, T>]) -> Result<(), GpuError> {
+        let each = size_of::<T>();
+        let length: usize = wanted.iter().flat_map(|(_, _, ranges)| ranges).map(Range::len).sum();
+        if length == 0 {
+            return self.wait();
+        }
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read"),
+            size: (each * length) as u64,
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let mut at = 0;
+        for (buffer, _, ranges) in wanted.iter() {
+            for range in ranges {
+                let (from, size) = ((each * range.start) as u64, (each * range.len()) as u64);
+                encoder.copy_buffer_to_buffer(buffer, from, &staging, at, size);
+                at += size;
+            }
+        }
+        self.queue.submit([encoder.finish()]);
+        // Its result is that of the wait: a device that is lost maps nothing.
+        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.wait()?;
+        let lost = |e: wgpu::MapRangeError| GpuError::Lost(e.to_string());
+        let mapped = staging.slice(..).get_mapped_range().map_err(lost)?;
+        let mut read = bytemuck::cast_slice::<u8, T>(&mapped);
+        for (_, host, ranges) in wanted {
+            for range in ranges {
+                let (here, rest) = read.split_at(range.len());
+                host[range.clone()].copy_from_slice(here);
+                read = rest;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,92 @@
+//! The kernels, compiled for a device.
+
+use std::sync::OnceLock;
+
+use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
+
+use crate::buffers::binding_layout;
+use crate::device::Gpu;
+use crate::shader;
+
+/// One pipeline for each thing that a pass can do. What not every batch needs is compiled when it is first asked for.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    gpu: Gpu,
+    module: ShaderModule,
+    layout: PipelineLayout,
+    /// What they bind.
+    pub bindings: wgpu::BindGroupLayout,
+    /// By pass.
+    compiled: [OnceLock<ComputePipeline>; Pass::ALL.len()],
+}
+
+/// What every tile does at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pass {
+    /// A frame.
+    Frame,
+    /// What its tests found.
+    Mend,
+    /// Worlds back to their beginning.
+    Reset,
+    /// Steps to their equilibrium.
+    Settle,
+    /// Energies.
+    Measure,
+}
+
+impl Pass {
+    const ALL: [Self; 5] = [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure];
+
+    /// Its entry point, and the constants that make it what it is.
+    fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
+        match self {
+            Self::Frame => ("frame", &[]),
+            Self::Mend => ("mend", &[]),
+            Self::Reset => ("reset", &[]),
+            Self::Settle => ("frame", &[("SETTLES", 1.0)]),
+            Self::Measure => ("measure", &[]),
+        }
+    }
+}
+
+impl Pipelines {
+    /// Those for worlds with so many forces on links each.
+    pub fn new(gpu: &Gpu, pushes_each: usize) -> Self {
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("orchard"),
+            source: wgpu::ShaderSource::Wgsl(shader::source(pushes_each).into()),
+        });
+        let bindings = binding_layout(gpu);
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        let pipelines =
+            Self { gpu: gpu.clone(), module, layout, bindings, compiled: [const { OnceLock::new() }; 5] };
+        // Every batch steps: nobody should wait for this in the first frame.
+        for pass in [Pass::Frame, Pass::Mend] {
+            pipelines.of(pass);
+        }
+        pipelines
+    }
+
+    /// The pipeline of a pass.
+    pub fn of(&self, pass: Pass) -> &ComputePipeline {
+        self.compiled[pass as usize].get_or_init(|| {
+            let (entry, constants) = pass.entry();
+            self.gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&self.layout),
+                module: &self.module,
+                entry_point: Some(entry),
+                compilation_options: PipelineCompilationOptions {
+                    constants,
+                    zero_initialize_workgroup_memory: false,
+                },
+                cache: None,
+            })
+        })
+    }
+}
