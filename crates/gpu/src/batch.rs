@@ -7,12 +7,14 @@ use orchard_batch::{BatchEvent, Plant, Status, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 use orchard_multibody::Data;
 
-use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_APART};
+use crate::BatchError;
+use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_APART, Use};
 use crate::device::{Gpu, GpuError};
-use crate::layout::{LANES, fruit, link, notice, world};
+use crate::layout::{LANES, fourth, fruit, link, notice, world};
 use crate::memory::Memory;
 use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
+use crate::table::BaseTree;
 
 /// Forces that a world can have on its links at once, unless asked otherwise.
 pub const PUSHES_EACH: usize = 4;
@@ -28,9 +30,13 @@ pub struct GpuBatch {
     buffers: Buffers,
     pipelines: Pipelines,
     bindings: wgpu::BindGroup,
+    /// Of worlds that are drawn from a base.
+    vary_bindings: Option<wgpu::BindGroup>,
     /// By world.
     told: Vec<Told>,
     inputs_changed: bool,
+    /// Whether the device has drawn radii that the host's operations do not have yet.
+    has_new_radii: bool,
 }
 
 /// What [`GpuBatch::events`] has told of a world.
@@ -57,17 +63,43 @@ impl GpuBatch {
     /// As [`Self::new`].
     pub fn with_pushes(gpu: &Gpu, worlds: &[TreeWorld], pushes_each: usize) -> Result<Self, GpuError> {
         let memory = Memory::new(worlds, pushes_each.max(1))?;
+        Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
+    }
+
+    /// Worlds that the device draws by itself: the base tree in dimensions, habit, wood and fruit that every world draws from its own random streams, as
+    /// `orchard_world::Planting` draws them for the same spec, seed and world (episode 0), in static equilibrium. All of the base's fruit are there, on the
+    /// segments that they grew on; which of them a planting shows is settled on the host. Where no axis acts, the worlds are the base to the last bit.
+    ///
+    /// For [`Self::store`] and its like every world has the base's model, with the base's own constants.
+    ///
+    /// # Errors
+    /// The base makes no batch, or the worlds do not fit into the device.
+    pub fn randomised(gpu: &Gpu, base: &BaseTree, worlds: u32) -> Result<Self, GpuError> {
+        let count = worlds as usize;
+        let memory = Memory::repeated(base, count, PUSHES_EACH)?;
+        let mut batch = Self::of(gpu, memory, vec![base.world().plant().clone(); count])?;
+        batch.vary_bindings =
+            Some(batch.buffers.bind(gpu, &batch.pipelines.vary_bindings, Use::Varies));
+        if base.varies() {
+            batch.redraw(&(0..count).collect::<Vec<_>>(), 0)?;
+        }
+        Ok(batch)
+    }
+
+    fn of(gpu: &Gpu, memory: Memory, plants: Vec<Arc<Plant>>) -> Result<Self, GpuError> {
         let buffers = Buffers::new(gpu, &memory)?;
         let pipelines = Pipelines::new(gpu, memory.pushes_each);
         Ok(Self {
-            bindings: buffers.bind(gpu, &pipelines.bindings),
+            bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
+            vary_bindings: None,
             gpu: gpu.clone(),
-            plants: worlds.iter().map(|world| world.plant().clone()).collect(),
-            told: vec![Told::default(); worlds.len()],
+            told: vec![Told::default(); plants.len()],
+            plants,
             memory,
             buffers,
             pipelines,
             inputs_changed: false,
+            has_new_radii: false,
         })
     }
 
@@ -100,6 +132,26 @@ impl GpuBatch {
     /// what is applied to them, with counts and peaks at zero. Their events that have not been read are gone. Fruit that had come off when the batch began
     /// stay off.
     pub fn reset(&mut self, worlds: &[usize]) {
+        self.restart(worlds, &[Pass::Reset]);
+    }
+
+    /// Draws some worlds of [`Self::randomised`] anew and puts them to their beginning as [`Self::reset`] does. In the mode of shared dimensions these are the
+    /// episode's; all else is the world's for good.
+    ///
+    /// # Errors
+    /// The batch was made of given worlds.
+    pub fn redraw(&mut self, worlds: &[usize], episode: u32) -> Result<(), GpuError> {
+        if self.vary_bindings.is_none() {
+            return Err(BatchError::NoBase.into());
+        }
+        self.buffers.set_episode(&self.gpu, episode);
+        self.restart(worlds, &[Pass::Vary, Pass::Reset]);
+        self.has_new_radii = true;
+        Ok(())
+    }
+
+    /// Marks worlds, sends passes and lets the worlds settle.
+    fn restart(&mut self, worlds: &[usize], passes: &[Pass]) {
         self.send_inputs();
         self.memory.mark(worlds);
         let frame = self.memory.rules.frame;
@@ -111,7 +163,7 @@ impl GpuBatch {
         }
         let rules = self.memory.rules;
         let settling = rules.settling().map(|rules| (rules, &[Pass::Settle][..]));
-        self.run(std::iter::once((rules, &[Pass::Reset][..])).chain(settling));
+        self.run(std::iter::once((rules, passes)).chain(settling));
     }
 
     /// Sends passes to the device, each with its rules, in order.
@@ -128,8 +180,10 @@ impl GpuBatch {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&Default::default());
             for (slot, (_, kinds)) in now.iter().enumerate() {
-                pass.set_bind_group(0, &self.bindings, &[(slot * RULES_APART) as u32]);
                 for &kind in *kinds {
+                    let varied = self.vary_bindings.as_ref().filter(|_| kind == Pass::Vary);
+                    let bindings = varied.unwrap_or(&self.bindings);
+                    pass.set_bind_group(0, bindings, &[(slot * RULES_APART) as u32]);
                     pass.set_pipeline(self.pipelines.of(kind));
                     pass.dispatch_workgroups(tiles, 1, 1);
                 }
@@ -251,12 +305,33 @@ impl GpuBatch {
         );
     }
 
+    /// The device's links, fruit and operations, as the host lays them out.
+    #[cfg(test)]
+    pub(crate) fn fetched(&mut self) -> Result<&Memory, GpuError> {
+        self.fetch_state(&(0..self.len()).collect::<Vec<_>>())?;
+        self.fetch_radii();
+        Ok(&self.memory)
+    }
+
     fn send_inputs(&mut self) {
         if std::mem::take(&mut self.inputs_changed) {
+            if std::mem::take(&mut self.has_new_radii) {
+                self.fetch_radii();
+            }
             let queue = &self.gpu.queue;
             queue.write_buffer(&self.buffers.pushes, 0, bytemuck::cast_slice(&self.memory.pushes));
             queue.write_buffer(&self.buffers.operations, 0, bytemuck::cast_slice(&self.memory.operations));
         }
+    }
+
+    /// Takes over what the device has drawn into the operations, and keeps the marks of forces.
+    fn fetch_radii(&mut self) {
+        let operations = &mut self.memory.operations;
+        let marks: Vec<u32> = operations.iter().map(|words| words[3] & fourth::PUSHED as u32).collect();
+        let whole = 0..operations.len();
+        // A device that is lost tells whoever reads from it next.
+        let _ = self.gpu.fetch(&mut [(&self.buffers.operations, operations, vec![whole])]);
+        operations.iter_mut().zip(marks).for_each(|(words, mark)| words[3] |= mark);
     }
 
     fn fetch_worlds(&mut self) -> Result<(), GpuError> {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use wgpu::{BufferUsages, util::DeviceExt};
 
 use crate::device::{Gpu, GpuError};
-use crate::layout::LANES;
+use crate::layout::{LANES, base};
 use crate::memory::Memory;
 use crate::rules::Rules;
 
@@ -26,9 +26,24 @@ pub(crate) struct Buffers {
     pub work: wgpu::Buffer,
     pub worlds: wgpu::Buffer,
     pub pushes: wgpu::Buffer,
+    table: wgpu::Buffer,
+}
+
+/// What a pass binds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Use {
+    /// Operations to be read, and forces.
+    Steps,
+    /// Operations to be written, whose radii change, and the base table in the place of forces: adapters have no ninth storage buffer.
+    Varies,
 }
 
 impl Buffers {
+    /// Sets the episode in the head of the base table.
+    pub fn set_episode(&self, gpu: &Gpu, episode: u32) {
+        gpu.queue.write_buffer(&self.table, 4 * base::EPISODE as u64, &episode.to_ne_bytes());
+    }
+
     /// Sends a batch to the device.
     ///
     /// # Errors
@@ -74,9 +89,16 @@ impl Buffers {
             states: filled("states", bytemuck::cast_slice(&memory.states)),
             links: filled("links", bytemuck::cast_slice(&memory.links)),
             fruit: filled("fruit", bytemuck::cast_slice(&memory.fruit)),
-            work: filled("work", bytemuck::cast_slice(&memory.work)),
+            // Zero as every new buffer, with room for something.
+            work: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("work"),
+                size: (4 * memory.work.len().max(4)) as u64,
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
             worlds: filled("worlds", bytemuck::cast_slice(&memory.worlds)),
             pushes: filled("pushes", bytemuck::cast_slice(&memory.pushes)),
+            table: filled("table", bytemuck::cast_slice(&memory.table)),
         };
         match pollster::block_on(scope.pop()) {
             None => Ok(buffers),
@@ -89,7 +111,7 @@ impl Buffers {
         }
     }
 
-    fn storage(&self) -> [&wgpu::Buffer; 8] {
+    fn storage(&self, of: Use) -> [&wgpu::Buffer; 8] {
         [
             &self.tiles,
             &self.operations,
@@ -98,17 +120,17 @@ impl Buffers {
             &self.fruit,
             &self.work,
             &self.worlds,
-            &self.pushes,
+            if of == Use::Varies { &self.table } else { &self.pushes },
         ]
     }
 
-    pub fn bind(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
+    pub fn bind(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout, of: Use) -> wgpu::BindGroup {
         let rules = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &self.rules,
             offset: 0,
             size: std::num::NonZeroU64::new(size_of::<Rules>() as u64),
         });
-        let storage = self.storage().map(wgpu::Buffer::as_entire_binding);
+        let storage = self.storage(of).map(wgpu::Buffer::as_entire_binding);
         let entries: Vec<_> = (0..)
             .zip(std::iter::once(rules).chain(storage))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -118,9 +140,9 @@ impl Buffers {
 }
 
 /// What the kernels bind: rules by the pass, then the buffers in the order of `kernels/memory.wgsl`.
-pub(crate) fn binding_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    // Tiles, operations and pushes are only read.
-    let storage = [true, true, false, false, false, false, false, true]
+pub(crate) fn binding_layout(gpu: &Gpu, of: Use) -> wgpu::BindGroupLayout {
+    // Tiles, operations but for their radii, and forces or the table are only read.
+    let storage = [true, of == Use::Steps, false, false, false, false, false, true]
         .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
     let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
     let entries: Vec<_> = (0..)

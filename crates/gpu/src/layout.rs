@@ -179,6 +179,168 @@ fields! {
         /// Fields.
         FIELDS = 12,
     }
+    /// Head of the base table, from which worlds are varied: words, the axes' entries after them, then the segments', then the fruit's.
+    base {
+        /// Bits [`varied`].
+        FLAGS = 0,
+        /// Episode of the axes that know it.
+        EPISODE = 1,
+        /// Number of segments.
+        SEGMENTS = 2,
+        /// Number of fruit.
+        FRUIT = 3,
+        /// Least height of a branch's underside above the ground [m].
+        CLEARANCE = 4,
+        /// Density of wood [kg/m^3].
+        DENSITY = 5,
+        /// Young's modulus of wood [Pa].
+        MODULUS = 6,
+        /// Rupture stress of wood [Pa].
+        STRESS = 7,
+        /// Least joint stiffness [N m/rad].
+        STIFFNESS_MIN = 8,
+        /// Largest one.
+        STIFFNESS_MAX = 9,
+        /// From a stem's anchor to the skin of its fruit [m].
+        STEM = 10,
+        /// Damping of a stem over the root of its fruit's mass [N s/m/kg^1/2].
+        STEM_DAMPING = 11,
+        /// Air drag of a fruit over the square of its radius [N s^2/m^4].
+        AIR_DRAG = 12,
+        /// Upward force that takes a fruit's weight off the anchor, over its mass [m/s^2].
+        BIAS = 13,
+        /// Droop of an internode that its factor acts on [rad].
+        INTERNODE = 14,
+        /// Fields.
+        FIELDS = 16,
+    }
+    /// Bits of [`base::FLAGS`].
+    varied {
+        /// Some axis changes the form of wood.
+        FORM = 1,
+        /// A joint's stiffness is that of the corrected law.
+        CORRECTED = 2,
+        /// It is that of a branch order, which no axis changes.
+        PER_LEVEL = 4,
+    }
+    /// The axes by their entries in the table.
+    axis {
+        /// Size of the whole tree.
+        SCALE = 0,
+        /// Thickness of all wood.
+        STOCKINESS = 1,
+        /// Length of each segment.
+        SEGMENT_LENGTH = 2,
+        /// Radius of each segment.
+        SEGMENT_RADIUS = 3,
+        /// Bend at the base of each segment.
+        SEGMENT_BEND = 4,
+        /// Droop of every limb's internodes.
+        DROOP = 5,
+        /// Lean of the whole tree.
+        LEAN = 6,
+        /// Angle between a lateral and its parent.
+        FORK_SPREAD = 7,
+        /// Roll from one lateral of an axis to the next.
+        TWIST = 8,
+        /// Density of wood.
+        WOOD_DENSITY = 9,
+        /// Young's modulus of wood.
+        YOUNGS_MODULUS = 10,
+        /// Rupture stress of wood.
+        RUPTURE_STRESS = 11,
+        /// Radius of fruit.
+        FRUIT_SIZE = 12,
+        /// Mass of fruit.
+        FRUIT_MASS = 13,
+        /// How many.
+        COUNT = 14,
+    }
+    /// An axis's entry.
+    dial {
+        /// Key of its random streams (8 words).
+        KEY = 0,
+        /// Strength.
+        STRENGTH = 8,
+        /// Lower end of what is drawn uniformly, mean of what is drawn normally.
+        LOW = 9,
+        /// Upper end, or standard deviation.
+        HIGH = 10,
+        /// 1 if the stream's number is the episode and not the world.
+        BY_EPISODE = 11,
+        /// Lower end of a cut normal distribution, or of what the factor acts on.
+        LEAST = 12,
+        /// Upper end.
+        MOST = 13,
+        /// Fields.
+        FIELDS = 16,
+    }
+    /// A segment's entry, parents first.
+    segment {
+        /// Row in the tile.
+        ROW = 0,
+        /// Its parent's entry, or `u32::MAX`.
+        PARENT = 1,
+        /// Number of the lateral on its axis, in the bits of [`growth`].
+        GROWTH = 2,
+        /// Radius as its operation has it.
+        RADIUS_UNITS = 3,
+        /// Heading in the world (3).
+        HEADING = 4,
+        /// Joint stiffness [N m/rad].
+        STIFFNESS = 7,
+        /// Direction in the parent's frame (3), and length [m]: as a link has them.
+        DIRECTION = 8,
+        /// Mass, inertia across, excess and limit: as a link has them.
+        MASS = 12,
+        /// Radius [m].
+        RADIUS = 16,
+        /// Fields.
+        FIELDS = 20,
+    }
+    /// Bits of [`segment::GROWTH`].
+    growth {
+        /// It is no part of the trunk.
+        BRANCH = 0x1,
+        /// It is a lateral of its parent's axis.
+        LATERAL = 0x2,
+        /// Shift of how many laterals the axis had before it.
+        ORDINAL = 2,
+    }
+    /// A fruit's entry.
+    hung {
+        /// Row in the tile.
+        ROW = 0,
+        /// Its segment's entry.
+        SEGMENT = 1,
+        /// How far its anchor is outside the bark [m].
+        OFF_BARK = 2,
+        /// Unit vector across the wood to the anchor, in the segment's frame (2); zero for an anchor on the axis.
+        ACROSS = 4,
+        /// The same as a complex number over that of the underside (2); zero where there is no underside.
+        FROM_UNDERSIDE = 6,
+        /// Mass and the fields after it: as a fruit has them.
+        MASS = 8,
+        /// Stiffness and the fields after it.
+        STIFFNESS = 12,
+        /// Anchor and the field after it.
+        ANCHOR = 16,
+        /// Fields.
+        FIELDS = 20,
+    }
+    /// What is kept in a link's work while a world's wood is being formed.
+    form {
+        /// Turn of what grows on it, as a quaternion (4: vector, scalar).
+        TURN = 0,
+        /// Turn that lifts it off the ground (4).
+        LIFT = 4,
+        /// Second and third axis of its frame (6).
+        AXES = 8,
+        /// Height of its tip [m].
+        Z_TIP = 14,
+        /// Radius [m].
+        RADIUS = 15,
+    }
     /// Bits of [`world::NOTICE`].
     notice {
         /// An input or a break has changed what the way in starts from.
@@ -268,6 +430,8 @@ fields! {
         PUSHED = 0x1,
         /// Shift of the link's radius in hundredths of a millimetre (15 bits), with which a broken limb meets the ground.
         RADIUS = 1,
+        /// These bits.
+        RADIUS_BITS = 0x7fff,
         /// Shift of the parent's row (16 bits).
         PARENT_ROW = 16,
     }

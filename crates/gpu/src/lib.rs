@@ -23,6 +23,8 @@
 mod batch;
 #[cfg(test)]
 mod batch_tests;
+#[cfg(test)]
+mod redraw_tests;
 mod buffers;
 mod device;
 mod layout;
@@ -31,6 +33,7 @@ mod pipelines;
 mod rules;
 mod schedule;
 mod shader;
+mod table;
 #[cfg(test)]
 mod trials;
 #[cfg(test)]
@@ -39,6 +42,7 @@ mod twin;
 pub use batch::{GpuBatch, PUSHES_EACH, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
 pub use schedule::{ScheduleError, WARPS};
+pub use table::{BaseError, BaseTree};
 
 /// Worlds that make no batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -75,6 +79,9 @@ pub enum BatchError {
         /// Links that can have one.
         most: usize,
     },
+    /// There is nothing to draw worlds from.
+    #[error("the batch was made of given worlds; GpuBatch::randomised makes one that draws its worlds anew")]
+    NoBase,
     /// The worlds do not step alike.
     #[error("world {world} has another substep, gravity or rules of breaking than world 0")]
     Rules {

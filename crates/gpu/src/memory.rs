@@ -1,9 +1,11 @@
 //! Worlds as the device's buffers hold them, and back.
 
 mod inputs;
+mod repeat;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use orchard_batch::{Fault, Plant, Quarantine, Status, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
@@ -35,6 +37,8 @@ pub(crate) struct Memory {
     pub work: Vec<f32>,
     pub worlds: Vec<f32>,
     pub pushes: Vec<f32>,
+    /// What worlds are varied from ([`crate::table`]); empty where they are not.
+    pub table: Vec<[u32; QUAD]>,
     /// Forces that a world can have on its links.
     pub pushes_each: usize,
     /// Whether the twin's frames are those of settling.
@@ -49,9 +53,9 @@ struct Place {
     tile: usize,
     lane: usize,
     /// Row in its tile of each link.
-    rows: Vec<usize>,
+    rows: Arc<[usize]>,
     /// Row in its tile of each fruit.
-    fruit_rows: Vec<usize>,
+    fruit_rows: Arc<[usize]>,
 }
 
 impl Memory {
@@ -121,10 +125,11 @@ impl Memory {
             work: Vec::new(),
             worlds: Vec::new(),
             pushes: Vec::new(),
+            table: Vec::new(),
             pushes_each,
             #[cfg(test)]
             settles: false,
-            places: vec![Place { tile: 0, lane: 0, rows: Vec::new(), fruit_rows: Vec::new() }; given.len()],
+            places: vec![Place { tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() }; given.len()],
         };
         for members in order.chunks(LANES) {
             let members: Vec<_> =
@@ -176,21 +181,18 @@ impl Memory {
         self.pushes
             .resize(self.pushes.len() + self.pushes_each * push::FIELDS * LANES, f32::from_bits(u32::MAX));
         for (lane, &(index, world, schedule)) in members.iter().enumerate() {
-            let mut place = Place {
-                tile: number,
-                lane,
-                rows: vec![0; world.plant().tree.len()],
-                fruit_rows: vec![0; schedule.fruit.len()],
-            };
+            let mut rows = vec![0; world.plant().tree.len()];
+            let mut fruit_rows = vec![0; schedule.fruit.len()];
             for (part, visits) in schedule.parts.iter().enumerate() {
                 for (row, visit) in visits.iter().enumerate() {
-                    place.rows[visit.link] = starts[part] + row;
+                    rows[visit.link] = starts[part] + row;
                 }
             }
             for (row, &fruit) in schedule.fruit.iter().enumerate() {
-                place.fruit_rows[fruit] = row;
+                fruit_rows[fruit] = row;
             }
-            self.places[index] = place;
+            self.places[index] =
+                Place { tile: number, lane, rows: rows.into(), fruit_rows: fruit_rows.into() };
             self.load(index, world, schedule);
         }
         for lane in 0..LANES {
@@ -243,7 +245,7 @@ impl Memory {
                 _ => 0,
             };
             let d = tree.parent[segment].map_or(0xffff, |up| place.rows[up]) << fourth::PARENT_ROW
-                | radius.min(0x7fff) << fourth::RADIUS;
+                | radius.min(fourth::RADIUS_BITS) << fourth::RADIUS;
             let at = self.operation_at(number, row, lane);
             self.operations[at] = [a, b, c, d as u32];
             if is_root {
@@ -321,6 +323,37 @@ impl Memory {
     pub fn world_number(&self, index: usize, field: usize) -> u32 {
         let place = &self.places[index];
         self.worlds[self.world_at(place.tile, field, place.lane)].to_bits()
+    }
+
+    /// Row in its tile of a world's link.
+    pub fn row_of(&self, index: usize, segment: usize) -> usize {
+        self.places[index].rows[segment]
+    }
+
+    /// Row in its tile of a world's fruit.
+    pub fn fruit_row_of(&self, index: usize, fruit_index: usize) -> usize {
+        self.places[index].fruit_rows[fruit_index]
+    }
+
+    /// A number of a world's link.
+    #[cfg(test)]
+    pub fn link_of(&self, index: usize, segment: usize, field: usize) -> f32 {
+        let Place { tile, lane, rows, .. } = &self.places[index];
+        self.links[self.link_at(*tile, rows[segment], field, *lane)]
+    }
+
+    /// A number of a world's fruit.
+    #[cfg(test)]
+    pub fn fruit_of(&self, index: usize, fruit_index: usize, field: usize) -> f32 {
+        let Place { tile, lane, fruit_rows, .. } = &self.places[index];
+        self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
+    }
+
+    /// The operation of a world's link.
+    #[cfg(test)]
+    pub fn operation_of(&self, index: usize, segment: usize) -> [u32; 4] {
+        let Place { tile, lane, rows, .. } = &self.places[index];
+        self.operations[self.operation_at(*tile, rows[segment], *lane)]
     }
 
     /// Tile of a world.
@@ -423,7 +456,7 @@ impl Memory {
     pub fn bytes(&self) -> usize {
         let floats = [&self.links, &self.fruit, &self.work, &self.worlds, &self.pushes];
         let floats: usize = floats.into_iter().map(Vec::len).sum();
-        4 * (floats + self.tiles.len() + self.states.len()) + 16 * self.operations.len() + size_of::<Rules>()
+        4 * (floats + self.tiles.len() + self.states.len()) + 16 * (self.operations.len() + self.table.len()) + size_of::<Rules>()
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
-use crate::buffers::binding_layout;
+use crate::buffers::{Use, binding_layout};
 use crate::device::Gpu;
 use crate::shader;
 
@@ -14,8 +14,11 @@ pub(crate) struct Pipelines {
     gpu: Gpu,
     module: ShaderModule,
     layout: PipelineLayout,
+    vary_layout: PipelineLayout,
     /// What they bind.
     pub bindings: wgpu::BindGroupLayout,
+    /// What [`Pass::Vary`] binds.
+    pub vary_bindings: wgpu::BindGroupLayout,
     /// By pass.
     compiled: [OnceLock<ComputePipeline>; Pass::ALL.len()],
 }
@@ -33,10 +36,13 @@ pub(crate) enum Pass {
     Settle,
     /// Energies.
     Measure,
+    /// Worlds drawn anew from the base.
+    Vary,
 }
 
 impl Pass {
-    const ALL: [Self; 5] = [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure];
+    const ALL: [Self; 6] =
+        [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
 
     /// Its entry point, and the constants that make it what it is.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
@@ -46,6 +52,7 @@ impl Pass {
             Self::Reset => ("reset", &[]),
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
             Self::Measure => ("measure", &[]),
+            Self::Vary => ("vary", &[]),
         }
     }
 }
@@ -57,14 +64,24 @@ impl Pipelines {
             label: Some("orchard"),
             source: wgpu::ShaderSource::Wgsl(shader::source(pushes_each).into()),
         });
-        let bindings = binding_layout(gpu);
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
-        let pipelines =
-            Self { gpu: gpu.clone(), module, layout, bindings, compiled: [const { OnceLock::new() }; 5] };
+        let bindings = binding_layout(gpu, Use::Steps);
+        let vary_bindings = binding_layout(gpu, Use::Varies);
+        let layout_of = |bindings: &wgpu::BindGroupLayout| {
+            gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(bindings)],
+                immediate_size: 0,
+            })
+        };
+        let pipelines = Self {
+            gpu: gpu.clone(),
+            layout: layout_of(&bindings),
+            vary_layout: layout_of(&vary_bindings),
+            module,
+            bindings,
+            vary_bindings,
+            compiled: [const { OnceLock::new() }; Pass::ALL.len()],
+        };
         // Every batch steps: nobody should wait for this in the first frame.
         for pass in [Pass::Frame, Pass::Mend] {
             pipelines.of(pass);
@@ -78,7 +95,7 @@ impl Pipelines {
             let (entry, constants) = pass.entry();
             self.gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
-                layout: Some(&self.layout),
+                layout: Some(if pass == Pass::Vary { &self.vary_layout } else { &self.layout }),
                 module: &self.module,
                 entry_point: Some(entry),
                 compilation_options: PipelineCompilationOptions {

@@ -4,7 +4,7 @@ use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Kernels, in an order in which each file knows those before it.
-pub(crate) const FILES: [(&str, &str); 12] = [
+pub(crate) const FILES: [(&str, &str); 17] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -17,6 +17,11 @@ pub(crate) const FILES: [(&str, &str); 12] = [
     ("mend", include_str!("kernels/mend.wgsl")),
     ("reset", include_str!("kernels/reset.wgsl")),
     ("measure", include_str!("kernels/measure.wgsl")),
+    ("chacha", include_str!("kernels/chacha.wgsl")),
+    ("draws", include_str!("kernels/draws.wgsl")),
+    ("turns", include_str!("kernels/turns.wgsl")),
+    ("habit", include_str!("kernels/habit.wgsl")),
+    ("vary", include_str!("kernels/vary.wgsl")),
 ];
 
 /// The whole source, for worlds with so many forces each.
@@ -60,6 +65,11 @@ mod tests {
             ("mend", include_str!("twin/mend.rs")),
             ("reset", include_str!("twin/reset.rs")),
             ("measure", include_str!("twin/measure.rs")),
+            ("chacha", include_str!("twin/chacha.rs")),
+            ("draws", include_str!("twin/draws.rs")),
+            ("turns", include_str!("twin/turns.rs")),
+            ("habit", include_str!("twin/habit.rs")),
+            ("vary", include_str!("twin/vary.rs")),
         ];
         // How the two languages reach memory and make values differs.
         let apart =

@@ -80,14 +80,19 @@ pub struct Stream(ChaCha8Rng);
 impl Stream {
     /// The stream of one purpose in one world of one seed.
     pub fn new(seed: u64, world: u32, purpose: Purpose) -> Self {
+        let mut rng = ChaCha8Rng::from_seed(Self::key(seed, purpose));
+        rng.set_stream(u64::from(world));
+        Self(rng)
+    }
+
+    /// The key of a purpose's streams: the seed, then the purpose's name.
+    pub fn key(seed: u64, purpose: Purpose) -> [u8; 32] {
         let mut key = [0_u8; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         for (slot, byte) in key[8..].iter_mut().zip(purpose.name().bytes()) {
             *slot = byte;
         }
-        let mut rng = ChaCha8Rng::from_seed(key);
-        rng.set_stream(u64::from(world));
-        Self(rng)
+        key
     }
 
     /// The part of a stream that belongs to one frame of the world: [`Self::new`]'s, the frame in the upper half of the

@@ -41,7 +41,7 @@ pub(crate) fn outerness(p_world: &Vec3, canopy_radius: f64) -> f64 {
 }
 
 /// Unit vector across the wood to its lower side, in the segment's frame; zero where the wood is vertical.
-pub(crate) fn underside(segment: &Segment) -> Vec3 {
+pub fn underside(segment: &Segment) -> Vec3 {
     let down = segment.r_world_segment.inverse() * -Vec3::z();
     let across = Vec3::new(down.x, down.y, 0.0);
     // Within a microradian of the vertical the lower side is rounding noise.

@@ -28,6 +28,7 @@ pub use assemble::segments;
 pub use carry::carried_to;
 pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
+pub use fruit_sites::underside;
 pub use growth::{Growth, GrowthUnit};
 pub use habit::{Habit, reshape};
 pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton, Spur};

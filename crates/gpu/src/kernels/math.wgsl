@@ -25,3 +25,69 @@ fn symmetric(a: vec3f, b: vec3f, v: vec3f) -> vec3f {
 fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x * x) & 0x7f800000u) != 0x7f800000u;
 }
+
+const LN_2_HIGH: f32 = 0.693359375;
+const LN_2_LOW: f32 = -2.12194440e-4;
+const HALF_ROOT: f32 = 0.70710678;
+const TAN_22: f32 = 0.41421356;
+const TAN_67: f32 = 2.41421356;
+const QUARTER_PI: f32 = 0.78539816;
+const HALF_PI: f32 = 1.57079633;
+const PI: f32 = 3.14159265;
+
+// For -0.3 < x < 0.42.
+fn ln_1p(x: f32) -> f32 {
+    var p = fma(7.0376836292e-2, x, -1.1514610310e-1);
+    p = fma(p, x, 1.1676998740e-1);
+    p = fma(p, x, -1.2420140846e-1);
+    p = fma(p, x, 1.4249322787e-1);
+    p = fma(p, x, -1.6668057665e-1);
+    p = fma(p, x, 2.0000714765e-1);
+    p = fma(p, x, -2.4999993993e-1);
+    p = fma(p, x, 3.3333331174e-1);
+    let z = x * x;
+    return x + fma(p * z, x, -0.5 * z);
+}
+
+fn ln(x: f32) -> f32 {
+    let bits = bitcast<u32>(x);
+    var power = f32(bits >> 23u) - 126.0;
+    var part = bitcast<f32>((bits & 0x7fffffu) | 0x3f000000u);
+    if part < HALF_ROOT {
+        power -= 1.0;
+        part += part;
+    }
+    let rest = ln_1p(part - 1.0) + power * LN_2_LOW;
+    return fma(power, LN_2_HIGH, rest);
+}
+
+fn e_to(x: f32) -> f32 {
+    let power = round(x * 1.44269504);
+    let r = fma(-power, LN_2_LOW, fma(-power, LN_2_HIGH, x));
+    var p = fma(1.9875691500e-4, r, 1.3981999507e-3);
+    p = fma(p, r, 8.3334519073e-3);
+    p = fma(p, r, 4.1665795894e-2);
+    p = fma(p, r, 1.6666665459e-1);
+    p = fma(p, r, 5.0000001201e-1);
+    return (fma(p * r, r, r) + 1.0) * bitcast<f32>(u32(i32(power) + 127) << 23u);
+}
+
+// Of the point (x, y) with y not below zero.
+fn angle_of(y: f32, x: f32) -> f32 {
+    let a = abs(x);
+    var t = y / max(a, 1e-30);
+    var start = 0.0;
+    if y > TAN_67 * a {
+        start = HALF_PI;
+        t = -a / y;
+    } else if y > TAN_22 * a {
+        start = QUARTER_PI;
+        t = (y - a) / (y + a);
+    }
+    let z = t * t;
+    var p = fma(8.05374449538e-2, z, -1.38776856032e-1);
+    p = fma(p, z, 1.99777106478e-1);
+    p = fma(p, z, -3.33329491539e-1);
+    let angle = start + fma(p * z, t, t);
+    return select(angle, PI - angle, x < 0.0);
+}

@@ -39,6 +39,11 @@ struct Rules {
 @group(0) @binding(6) var<storage, read_write> works: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> worlds: array<f32>;
 @group(0) @binding(8) var<storage, read> pushes: array<f32>;
+// What `vary` binds in the places of operations and forces: operations to be written, and the base table.
+@group(0) @binding(2) var<storage, read_write> operations_varied: array<vec4u>;
+@group(0) @binding(8) var<storage, read> table: array<vec4u>;
+
+const NO_SEGMENT: u32 = 0xffffffffu;
 
 // The tile and the lane in it, and where the tile's parts of the buffers begin for this lane; the slots are those of a warp.
 var<private> tile_number: u32;

@@ -1,8 +1,11 @@
 //! The kernels in Rust: the same functions by the same names over the same memory, in f32, one lane after the other. They are what a kernel is held to, and where
 //! its mathematics is explained; they are not fast.
 
+mod chacha;
+mod draws;
 mod frame;
 mod ground;
+mod habit;
 mod inward;
 mod load;
 mod math;
@@ -12,8 +15,12 @@ mod motion;
 mod outward;
 mod reset;
 mod stem;
+mod turns;
+mod vary;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) mod vary_tests;
 
 use crate::layout::{LANES, QUAD, first, fork, leaf, link, tile, work, world};
 use crate::memory::Memory;
@@ -37,6 +44,18 @@ impl Memory {
     /// Resets worlds, as the device does.
     pub fn reset(&mut self, worlds: &[usize]) {
         self.mark(worlds);
+        self.reset_marked();
+    }
+
+    /// Draws worlds anew from the base, as the device does.
+    pub fn redraw(&mut self, worlds: &[usize], episode: u32) {
+        self.set_episode(episode);
+        self.mark(worlds);
+        self.each(|world| world.vary());
+        self.reset_marked();
+    }
+
+    fn reset_marked(&mut self) {
         self.each(|world| world.reset());
         let rules = self.rules;
         self.settles = true;
@@ -117,6 +136,15 @@ impl Lane<'_> {
     fn set_world(&mut self, field: usize, value: f32) {
         let at = self.memory.world_at(self.number, field, self.lane);
         self.memory.worlds[at] = value;
+    }
+
+    /// A number of the base table's head.
+    fn base_number(&self, field: usize) -> f32 {
+        f32::from_bits(self.base_word(field))
+    }
+
+    fn base_word(&self, field: usize) -> u32 {
+        self.memory.table[field / QUAD][field % QUAD]
     }
 
     fn p_trunk(&self) -> Vec3 {

@@ -1,0 +1,61 @@
+//! One tree in all worlds.
+
+use std::slice::from_ref;
+
+use super::{Memory, Place};
+use crate::BatchError;
+use crate::layout::{LANES, QUAD, base, tile};
+use crate::table::BaseTree;
+
+/// Fields of a tile's header that count what the tiles before it have: they move on from tile to tile.
+const WORK_PLACES: [usize; 5] = [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS];
+
+impl Memory {
+    /// So many worlds of a base, not varied yet, with the table to vary them from. A world is packed once and copied; lanes after the last world hold the
+    /// base as well.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn repeated(base: &BaseTree, count: usize, pushes_each: usize) -> Result<Self, BatchError> {
+        let mut memory = Self::new(from_ref(base.world()), pushes_each)?;
+        memory.table = base.table(&memory);
+        let tiles = count.div_ceil(LANES);
+        let (rows, fruit) = (memory.rows_of(0).len(), memory.fruit_rows_of(0).len());
+        let work = memory.work.len() / QUAD;
+        memory.tiles = (0..tiles).flat_map(|number| {
+            let mut header = memory.tiles.clone();
+            header[tile::ROWS] += (number * rows) as u32;
+            header[tile::FRUIT] += (number * fruit) as u32;
+            WORK_PLACES.iter().for_each(|&field| header[field] += (number * work) as u32);
+            header
+        }).collect();
+        memory.operations = spread(&memory.operations, 1).repeat(tiles);
+        memory.states = spread(&memory.states, 1).repeat(tiles);
+        memory.links = spread(&memory.links, QUAD).repeat(tiles);
+        memory.fruit = spread(&memory.fruit, QUAD).repeat(tiles);
+        memory.worlds = spread(&memory.worlds, 1).repeat(tiles);
+        memory.pushes = spread(&memory.pushes, 1).repeat(tiles);
+        memory.work = vec![0.0; tiles * work * QUAD];
+        let Place { rows, fruit_rows, .. } = memory.places[0].clone();
+        let place = |index| Place {
+            tile: index / LANES,
+            lane: index % LANES,
+            rows: rows.clone(),
+            fruit_rows: fruit_rows.clone(),
+        };
+        memory.places = (0..count).map(place).collect();
+        Ok(memory)
+    }
+
+    /// Sets the episode that the next draws are of.
+    pub fn set_episode(&mut self, episode: u32) {
+        if let Some(first) = self.table.first_mut() {
+            first[base::EPISODE] = episode;
+        }
+    }
+}
+
+/// A tile whose lanes are all as its first, of which `each` numbers stand together.
+fn spread<T: Copy>(tile: &[T], each: usize) -> Vec<T> {
+    tile.chunks_exact(each * LANES).flat_map(|lanes| lanes[..each].repeat(LANES)).collect()
+}

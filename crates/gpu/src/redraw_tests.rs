@@ -1,0 +1,175 @@
+//! Worlds that the device draws by itself, against the twin, which is held to the host's plantings.
+
+use std::time::Instant;
+
+use orchard_batch::Status;
+use orchard_geometry::Vec3;
+use orchard_spec::randomisation::Mode;
+
+use crate::batch_tests::device;
+use crate::layout::{LANES, fruit, link};
+use crate::memory::Memory;
+use crate::table::{BaseError, BaseTree};
+use crate::twin::vary_tests::{SEED, base_of, drawn, spec};
+use crate::{BatchError, GpuBatch, GpuError};
+
+/// A world's constants, by links and fruit.
+fn constants(memory: &Memory, index: usize, base: &BaseTree) -> Vec<f32> {
+    let plant = base.world().plant();
+    let links = (0..plant.tree.len())
+        .flat_map(|segment| (0..=link::STIFFNESS).map(move |field| memory.link_of(index, segment, field)));
+    let fruit = (0..plant.fruit.len())
+        .flat_map(|i| (0..fruit::FORCE).map(move |field| memory.fruit_of(index, i, field)));
+    links.chain(fruit).collect()
+}
+
+fn bits(numbers: &[f32]) -> Vec<u32> {
+    numbers.iter().map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn the_device_draws_what_its_twin_draws() {
+    let Some(gpu) = device() else { return };
+    let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
+    let twin = drawn(&base, LANES + 2, 0);
+    let mut batch = GpuBatch::randomised(&gpu, &base, LANES as u32 + 2).unwrap();
+    let on_device = batch.fetched().unwrap();
+    let mut worst = 0.0_f32;
+    for index in 0..LANES + 2 {
+        // Parts of a direction are near zero by cancellation.
+        for (a, b) in constants(on_device, index, &base).iter().zip(constants(&twin, index, &base)) {
+            let size = if b.abs() < 1.0 { b.abs().max(1e-5) } else { b.abs() };
+            let error = (a - b).abs() / size;
+            worst = worst.max(if (a - b).abs() < 1e-6 && b.abs() < 1.0 { 0.0 } else { error });
+        }
+        for segment in 0..base.world().plant().tree.len() {
+            let [a, b] = [on_device, &twin].map(|memory| memory.operation_of(index, segment));
+            assert_eq!(a[..3], b[..3]);
+            assert!(a[3].abs_diff(b[3]) <= 2, "{a:?} {b:?}");
+        }
+    }
+    println!("largest error {worst:.1e}");
+    assert!(worst < 1e-5);
+}
+
+/// A base without strength is the packed base, and stays it when it is drawn.
+#[test]
+fn strength_zero_is_the_base_bit_for_bit() {
+    let Some(gpu) = device() else { return };
+    let base = base_of(&spec(Mode::DistinctDimensions, |_| 0.0));
+    let packed = Memory::new(std::slice::from_ref(base.world()), 4).unwrap();
+    let mut batch = GpuBatch::randomised(&gpu, &base, 3).unwrap();
+    for redraws in [false, true] {
+        if redraws {
+            batch.redraw(&[0, 2], 1).unwrap();
+        }
+        let memory = batch.fetched().unwrap();
+        for index in 0..3 {
+            assert_eq!(bits(&constants(memory, index, &base)), bits(&constants(&packed, 0, &base)));
+            for segment in 0..base.world().plant().tree.len() {
+                assert_eq!(memory.operation_of(index, segment), packed.operation_of(0, segment));
+            }
+        }
+    }
+    let mut data = base.world().data().clone();
+    batch.store(1, &mut data).unwrap();
+    let rounded = |q: &[f64]| q.iter().map(|q| *q as f32).collect::<Vec<_>>();
+    assert_eq!(rounded(&data.q), rounded(&base.world().data().q));
+}
+
+/// A world has the same bits in batches of other sizes, drawn alone or with others, at once or again.
+#[test]
+fn company_changes_no_bit() {
+    let Some(gpu) = device() else { return };
+    let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
+    let mut few = GpuBatch::randomised(&gpu, &base, 2).unwrap();
+    let mut many = GpuBatch::randomised(&gpu, &base, LANES as u32 + 5).unwrap();
+    let state = |batch: &mut GpuBatch| {
+        let mut data = base.world().data().clone();
+        batch.store(1, &mut data).unwrap();
+        (data.q, data.v, data.point_p_world)
+    };
+    let first = bits(&constants(few.fetched().unwrap(), 1, &base));
+    assert_eq!(first, bits(&constants(many.fetched().unwrap(), 1, &base)));
+    for batch in [&mut few, &mut many] {
+        batch.advance(3);
+    }
+    assert_eq!(state(&mut few), state(&mut many));
+    let other = bits(&constants(few.fetched().unwrap(), 0, &base));
+    few.redraw(&[1], 0).unwrap();
+    assert_eq!(first, bits(&constants(few.fetched().unwrap(), 1, &base)));
+    assert_eq!(other, bits(&constants(few.fetched().unwrap(), 0, &base)));
+    few.advance(3);
+    assert_eq!(state(&mut few), state(&mut many));
+}
+
+/// A world drawn anew after damage is whole, at rest, and runs on; a force after it keeps the radii that the device has drawn.
+#[test]
+fn a_world_drawn_anew_is_whole_and_runs_on() {
+    let Some(gpu) = device() else { return };
+    let base = base_of(&spec(Mode::SharedDimensions, |_| 1.0));
+    let mut batch = GpuBatch::randomised(&gpu, &base, 3).unwrap();
+    let segment = base.world().plant().tree.len() / 3;
+    assert!(batch.push(0, segment, Vec3::new(0.0, 0.0, -600.0), Vec3::zeros()));
+    batch.advance(20);
+    assert!(batch.statistics().unwrap()[0].snapped > 0);
+    assert!(batch.push(0, segment, Vec3::zeros(), Vec3::zeros()));
+    batch.redraw(&[0, 1, 2], 4).unwrap();
+    let twin = drawn(&base, 3, 4);
+    let q = |batch: &mut GpuBatch, index: usize| {
+        let mut data = base.world().data().clone();
+        batch.store(index, &mut data).unwrap();
+        data.q
+    };
+    let rest: Vec<_> = (0..3).map(|index| q(&mut batch, index)).collect();
+    batch.advance(30);
+    for (index, rest) in rest.iter().enumerate() {
+        assert_eq!(batch.status(index).unwrap(), Status::Running);
+        let now = q(&mut batch, index);
+        let off = rest.iter().zip(&now).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        assert!(off < 1e-5, "world {index} moves by {off} rad");
+    }
+    assert_eq!(batch.events().unwrap(), []);
+    assert!(batch.push(1, segment, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros()));
+    batch.advance(1);
+    for index in 0..3 {
+        let [a, b] = [batch.fetched().unwrap(), &twin].map(|memory| memory.operation_of(index, segment)[3]);
+        // The mark of a force is the lowest bit.
+        assert!((a >> 1).abs_diff(b >> 1) <= 1, "{a:x} {b:x}");
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused() {
+    let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
+    let grown = spec(Mode::DistinctTopology, |_| 1.0);
+    let skeleton = orchard_treegen::grow(&grown, SEED, 0).unwrap();
+    let refused = BaseTree::new(std::sync::Arc::new(grown), &skeleton, Vec::new(), SEED).unwrap_err();
+    assert!(matches!(refused, BaseError::Topology), "{refused}");
+    let Some(gpu) = device() else { return };
+    let mut given = GpuBatch::new(&gpu, std::slice::from_ref(base.world())).unwrap();
+    assert_eq!(given.redraw(&[0], 0), Err(GpuError::Batch(BatchError::NoBase)));
+    assert!(GpuBatch::randomised(&gpu, &base, 0).unwrap().is_empty());
+}
+
+/// Prints how long many worlds take, on the host and on the device.
+#[test]
+#[ignore = "a measurement: cargo test -p orchard-gpu --release -- --ignored --nocapture building"]
+fn building_takes() {
+    const WORLDS: u32 = 4096;
+    let Some(gpu) = device() else { return };
+    let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
+    drop(GpuBatch::randomised(&gpu, &base, 1).unwrap());
+    let start = Instant::now();
+    drop(Memory::repeated(&base, WORLDS as usize, 4).unwrap());
+    let packed = start.elapsed();
+    let start = Instant::now();
+    let batch = GpuBatch::randomised(&gpu, &base, WORLDS).unwrap();
+    let asked = start.elapsed();
+    batch.wait().unwrap();
+    println!(
+        "{WORLDS} worlds on {}: packed in {packed:?}, asked for in {asked:?}, ready after {:?}",
+        gpu.info().name,
+        start.elapsed()
+    );
+}

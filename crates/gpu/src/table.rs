@@ -1,0 +1,266 @@
+//! The base of a batch whose worlds a device draws by itself: one tree with its fruit, and the table that the kernel `vary` reads of it.
+
+use std::sync::Arc;
+
+use orchard_batch::{TreeWorld, TreeWorldError};
+use orchard_fruit::Fruit;
+use orchard_geometry::Vec3;
+use orchard_spec::fruit::FruitSpec;
+use orchard_spec::randomisation::{Axis, Mode, RandomisationSpec};
+use orchard_spec::wood::JointLaw;
+use orchard_spec::{Purpose, Spec, Stream};
+use orchard_treegen::{Segment, Skeleton, underside};
+
+use crate::layout::{QUAD, axis, base, dial, fourth, fruit, growth, hung, link, segment, varied};
+use crate::memory::Memory;
+
+/// Where a segment has no parent.
+pub(crate) const NO_SEGMENT: u32 = u32::MAX;
+
+/// The axes that act on physics, in the order of their entries ([`axis`]).
+pub(crate) const AXES: [Axis; axis::COUNT] = [
+    Axis::Scale,
+    Axis::Stockiness,
+    Axis::SegmentLength,
+    Axis::SegmentRadius,
+    Axis::SegmentBend,
+    Axis::Droop,
+    Axis::Lean,
+    Axis::ForkSpread,
+    Axis::Twist,
+    Axis::WoodDensity,
+    Axis::YoungsModulus,
+    Axis::RuptureStress,
+    Axis::FruitSize,
+    Axis::FruitMass,
+];
+
+/// A base tree that cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum BaseError {
+    /// Worlds are to differ in topology.
+    #[error(
+        "randomisation.mode = distinct-topology: a graphics device gives one tree other dimensions, it grows none; take another mode, or grow the worlds on the host and use GpuBatch::new"
+    )]
+    Topology,
+    /// The tree makes no world.
+    #[error(transparent)]
+    World(#[from] TreeWorldError),
+}
+
+/// The tree that all worlds of a batch are made of, with its fruit, in static equilibrium.
+#[derive(Debug, Clone)]
+pub struct BaseTree {
+    spec: Arc<Spec>,
+    segments: Vec<Segment>,
+    seed: u64,
+    world: TreeWorld,
+}
+
+impl BaseTree {
+    /// A tree with its fruit as they are before any randomisation; `spec.randomisation` says what the worlds draw, and their streams have this seed.
+    ///
+    /// # Errors
+    /// The worlds of the spec's mode have trees of their own, or the tree makes no world.
+    pub fn new(spec: Arc<Spec>, skeleton: &Skeleton, fruit: Vec<Fruit>, seed: u64) -> Result<Self, BaseError> {
+        if spec.randomisation.mode == Mode::DistinctTopology {
+            return Err(BaseError::Topology);
+        }
+        let world = TreeWorld::new(spec.clone(), skeleton, fruit)?;
+        Ok(Self { spec, segments: skeleton.segments.clone(), seed, world })
+    }
+
+    /// It as a world.
+    pub fn world(&self) -> &TreeWorld {
+        &self.world
+    }
+
+    /// Whether any physical axis acts: else all worlds are the base.
+    pub(crate) fn varies(&self) -> bool {
+        AXES.iter().any(|&axis| self.strength(axis) != 0.0)
+    }
+
+    /// Strength of an axis in the spec's mode.
+    fn strength(&self, axis: Axis) -> f64 {
+        let axes = &self.spec.randomisation;
+        if axes.mode == Mode::Homogeneous { 0.0 } else { axes.strength(axis).si() }
+    }
+
+    /// The table, of words in quads, for a memory whose first world is this tree.
+    pub(crate) fn table(&self, memory: &Memory) -> Vec<[u32; QUAD]> {
+        let mut words = self.head();
+        for &axis in &AXES {
+            words.extend(self.dial(axis));
+        }
+        words.extend(self.growths().into_iter().zip(&self.segments).enumerate().flat_map(
+            |(index, (growth, segment))| self.segment(memory, index, growth as u32, segment),
+        ));
+        for (index, fruit) in self.world.plant().fruit.fruit.iter().enumerate() {
+            words.extend(self.hung(memory, index, fruit));
+        }
+        words.chunks_exact(QUAD).map(|quad| std::array::from_fn(|k| quad[k])).collect()
+    }
+
+    fn head(&self) -> Vec<u32> {
+        let (wood, fruit) = (&self.spec.wood, &self.spec.fruit);
+        let mut words = vec![0; base::FIELDS];
+        let forms = AXES[..=axis::TWIST].iter().any(|&axis| self.strength(axis) != 0.0);
+        let law = match wood.joint_law {
+            JointLaw::Paper => 0,
+            JointLaw::Corrected => varied::CORRECTED,
+            JointLaw::PerLevel => varied::PER_LEVEL,
+        };
+        words[base::FLAGS] = (usize::from(forms) * varied::FORM | law) as u32;
+        words[base::SEGMENTS] = self.segments.len() as u32;
+        words[base::FRUIT] = self.world.plant().fruit.len() as u32;
+        let gravity = self.spec.sim.gravity.si();
+        for (field, number) in [
+            (base::CLEARANCE, self.spec.tree.clearance.si()),
+            (base::DENSITY, wood.density.si()),
+            (base::MODULUS, wood.youngs_modulus.si()),
+            (base::STRESS, wood.rupture_stress.si()),
+            (base::STIFFNESS_MIN, wood.stiffness_min.si()),
+            (base::STIFFNESS_MAX, wood.stiffness_max.si()),
+            (base::STEM, fruit.stem_length.si()),
+            (base::STEM_DAMPING, 2.0 * fruit.stem_damping_ratio.si() * fruit.stem_stiffness.si().sqrt()),
+            (base::AIR_DRAG, air_drag(fruit)),
+            (base::BIAS, if fruit.weight_compensated { gravity } else { 0.0 }),
+            (base::INTERNODE, self.spec.randomisation.droop.internode.si()),
+        ] {
+            words[field] = (number as f32).to_bits();
+        }
+        words
+    }
+
+    fn dial(&self, axis: Axis) -> [u32; dial::FIELDS] {
+        let mut words = [0; dial::FIELDS];
+        let key = Stream::key(self.seed, Purpose::Variation(axis));
+        for (word, bytes) in words[dial::KEY..].iter_mut().zip(key.chunks_exact(size_of::<u32>())) {
+            *word = u32::from_le_bytes(std::array::from_fn(|k| bytes[k]));
+        }
+        let axes = &self.spec.randomisation;
+        let ([low, high], [least, most]) = drawn(axes, axis);
+        for (field, number) in [
+            (dial::STRENGTH, self.strength(axis)),
+            (dial::LOW, low),
+            (dial::HIGH, high),
+            (dial::LEAST, least),
+            (dial::MOST, most),
+        ] {
+            words[field] = (number as f32).to_bits();
+        }
+        words[dial::BY_EPISODE] = u32::from(axes.mode == Mode::SharedDimensions && axis.is_dimension());
+        words
+    }
+
+    /// Where each segment grows, bits [`growth`].
+    fn growths(&self) -> Vec<usize> {
+        // First segment of a segment's axis, and laterals of the axis so far, counted there.
+        let mut axes: Vec<usize> = Vec::with_capacity(self.segments.len());
+        let mut laterals = vec![0; self.segments.len()];
+        let mut growths = Vec::with_capacity(self.segments.len());
+        for (index, segment) in self.segments.iter().enumerate() {
+            let mut bits = usize::from(segment.order > 0) * growth::BRANCH;
+            let mut axis = index;
+            if let Some(parent) = segment.parent {
+                if segment.order == self.segments[parent].order {
+                    axis = axes[parent];
+                } else {
+                    bits |= growth::LATERAL | laterals[axes[parent]] << growth::ORDINAL;
+                    laterals[axes[parent]] += 1;
+                }
+            }
+            axes.push(axis);
+            growths.push(bits);
+        }
+        growths
+    }
+
+    fn segment(&self, memory: &Memory, index: usize, growth: u32, of: &Segment) -> [u32; segment::FIELDS] {
+        let row = memory.row_of(0, index);
+        let bits = |field: usize| memory.links[memory.link_at(0, row, field, 0)].to_bits();
+        let mut words = [0; segment::FIELDS];
+        words[segment::ROW] = row as u32;
+        words[segment::PARENT] = of.parent.map_or(NO_SEGMENT, |parent| parent as u32);
+        words[segment::GROWTH] = growth;
+        let operation = memory.operations[memory.operation_at(0, row, 0)][3];
+        words[segment::RADIUS_UNITS] = operation >> fourth::RADIUS & fourth::RADIUS_BITS as u32;
+        let heading = of.heading();
+        for k in 0..3 {
+            words[segment::HEADING + k] = (heading[k] as f32).to_bits();
+        }
+        words[segment::STIFFNESS] = bits(link::STIFFNESS);
+        for k in 0..QUAD {
+            words[segment::DIRECTION + k] = bits(link::DIRECTION + k);
+            words[segment::MASS + k] = bits(link::MASS + k);
+        }
+        words[segment::RADIUS] = (of.radius as f32).to_bits();
+        words
+    }
+
+    fn hung(&self, memory: &Memory, index: usize, of: &Fruit) -> [u32; hung::FIELDS] {
+        let row = memory.fruit_row_of(0, index);
+        let bits = |field: usize| memory.fruit[memory.fruit_at(0, row, field, 0)].to_bits();
+        let wood = &self.segments[of.segment];
+        let level = Vec3::new(of.p_segment.x, of.p_segment.y, 0.0);
+        let distance = level.norm();
+        let across = if distance > 0.0 { level / distance } else { Vec3::zeros() };
+        let under = underside(wood);
+        // Over a unit complex number is times its conjugate.
+        let (real, imaginary) = (across.dot(&under), under.cross(&across).z);
+        let mut words = [0; hung::FIELDS];
+        words[hung::ROW] = row as u32;
+        words[hung::SEGMENT] = of.segment as u32;
+        for (field, number) in [
+            (hung::OFF_BARK, distance - wood.radius),
+            (hung::ACROSS, across.x),
+            (hung::ACROSS + 1, across.y),
+            (hung::FROM_UNDERSIDE, real),
+            (hung::FROM_UNDERSIDE + 1, imaginary),
+        ] {
+            words[field] = (number as f32).to_bits();
+        }
+        for k in 0..QUAD {
+            words[hung::MASS + k] = bits(fruit::MASS + k);
+            words[hung::STIFFNESS + k] = bits(fruit::STIFFNESS + k);
+            words[hung::ANCHOR + k] = bits(fruit::ANCHOR + k);
+        }
+        words
+    }
+}
+
+/// Air drag of a fruit over the square of its radius [N s^2/m^4], as `FruitSet` has it.
+fn air_drag(fruit: &FruitSpec) -> f64 {
+    0.5 * fruit.air_density.si() * fruit.drag_coefficient.si() * std::f64::consts::PI
+}
+
+/// What an axis draws ([`dial::LOW`], [`dial::HIGH`]), and the ends of that or of what it acts on ([`dial::LEAST`], [`dial::MOST`]).
+fn drawn(axes: &RandomisationSpec, axis: Axis) -> ([f64; 2], [f64; 2]) {
+    const NONE: [f64; 2] = [0.0; 2];
+    let ends = |(low, high): (f64, f64)| [low, high];
+    let uniform = |factor: &orchard_spec::randomisation::Factor| (ends(factor.factor.si()), NONE);
+    let normal = |factor: &orchard_spec::randomisation::NormalFactor| {
+        ([factor.factor.mean_si(), factor.factor.sd_si()], ends(factor.factor.ends_si()))
+    };
+    let clipped = |factor: &orchard_spec::randomisation::ClippedFactor| {
+        (ends(factor.factor.si()), ends(factor.limits.si()))
+    };
+    match axis {
+        Axis::Scale => uniform(&axes.scale),
+        Axis::Stockiness => uniform(&axes.stockiness),
+        Axis::SegmentLength => normal(&axes.segment_length),
+        Axis::SegmentRadius => normal(&axes.segment_radius),
+        Axis::SegmentBend => ([0.0, axes.segment_bend.sd.si()], NONE),
+        Axis::Droop => (ends(axes.droop.factor.si()), NONE),
+        Axis::Lean => (ends(axes.lean.angle.si()), NONE),
+        Axis::ForkSpread => uniform(&axes.fork_spread),
+        Axis::Twist => (ends(axes.twist.angle.si()), NONE),
+        Axis::WoodDensity => uniform(&axes.wood_density),
+        Axis::YoungsModulus => uniform(&axes.youngs_modulus),
+        Axis::RuptureStress => uniform(&axes.rupture_stress),
+        Axis::FruitSize => clipped(&axes.fruit_size),
+        Axis::FruitMass => clipped(&axes.fruit_mass),
+        // No physical axis: it has no entry.
+        _ => (NONE, NONE),
+    }
+}
