@@ -1,6 +1,8 @@
 //! Worlds as the device's buffers hold them, and back.
 
 mod inputs;
+#[cfg(test)]
+mod numbers;
 mod repeat;
 
 use std::collections::BTreeMap;
@@ -333,27 +335,6 @@ impl Memory {
     /// Row in its tile of a world's fruit.
     pub fn fruit_row_of(&self, index: usize, fruit_index: usize) -> usize {
         self.places[index].fruit_rows[fruit_index]
-    }
-
-    /// A number of a world's link.
-    #[cfg(test)]
-    pub fn link_of(&self, index: usize, segment: usize, field: usize) -> f32 {
-        let Place { tile, lane, rows, .. } = &self.places[index];
-        self.links[self.link_at(*tile, rows[segment], field, *lane)]
-    }
-
-    /// A number of a world's fruit.
-    #[cfg(test)]
-    pub fn fruit_of(&self, index: usize, fruit_index: usize, field: usize) -> f32 {
-        let Place { tile, lane, fruit_rows, .. } = &self.places[index];
-        self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
-    }
-
-    /// The operation of a world's link.
-    #[cfg(test)]
-    pub fn operation_of(&self, index: usize, segment: usize) -> [u32; 4] {
-        let Place { tile, lane, rows, .. } = &self.places[index];
-        self.operations[self.operation_at(*tile, rows[segment], *lane)]
     }
 
     /// Tile of a world.

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
-use orchard_fruit::Fruit;
 use orchard_geometry::Vec3;
 use orchard_spec::randomisation::{Axis, Mode};
 use orchard_spec::wood::JointLaw;
@@ -18,6 +17,9 @@ use crate::table::{AXES, BaseTree};
 use crate::trials::{errors, state};
 
 pub(crate) const SEED: u64 = 23;
+/// Error of a direction, and relative one of a number. A limb is 20 links long and more, each with a few roundings of its own, and a limit goes with the tenth power of
+/// a radius's error; the largest found is a quarter of this.
+const TOLERANCE: f64 = 5e-6;
 
 /// The preset with all dials at 1, and the fruit's visibility, which stays on the host, at 0.
 pub(crate) fn spec(mode: Mode, strength: impl Fn(Axis) -> f64) -> Spec {
@@ -38,10 +40,9 @@ pub(crate) fn base_of(spec: &Spec) -> BaseTree {
 }
 
 /// A world as the host draws it.
-fn planted(spec: &Spec, world: u32, episode: u32) -> (TreeWorld, Vec<Fruit>) {
+fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
     let planting = Planting::draw(&Arc::new(spec.clone()), SEED, world, episode).unwrap();
-    let fruit = planting.fruit.clone();
-    (TreeWorld::new(planting.spec, &planting.skeleton, planting.fruit).unwrap(), fruit)
+    TreeWorld::new(planting.spec, &planting.skeleton, planting.fruit).unwrap()
 }
 
 /// All worlds of a base, drawn by the twin.
@@ -98,7 +99,7 @@ fn compare(found: &Memory, index: usize, truth: &Memory, base: &BaseTree) -> [f6
         let size = Vec3::from_fn(|k, _| f64::from(anchors[k].1)).norm() as f32;
         anchors.iter().for_each(|(found, truth)| note(2, (found - truth).abs(), size));
     }
-    assert!(there > all.len() / 2, "{there} of {}", all.len());
+    assert!(there * 2 >= all.len(), "{there} of {}", all.len());
     worst
 }
 
@@ -126,8 +127,7 @@ fn words_are_those_of_the_streams() {
     }
 }
 
-/// All axes at once, under each law of joints. A limb is 20 links long and more, each with a rounding or two of its own; a stiffness goes with the fourth power of a
-/// radius.
+/// All axes at once, under each law of joints.
 #[test]
 fn worlds_are_those_of_the_host() {
     for law in [JointLaw::Paper, JointLaw::Corrected, JointLaw::PerLevel] {
@@ -138,25 +138,19 @@ fn worlds_are_those_of_the_host() {
         memory.mark(&[0, 1, 2, 3, 4, 5]);
         memory.each(|world| world.vary());
         for world in 0..6 {
-            let (host, _) = planted(&spec, world, 0);
+            let host = planted(&spec, world, 0);
             let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
             let [direction, links, fruit] = compare(&memory, world as usize, &truth, &base);
             println!("{law:?}, world {world}: {direction:.1e}, {links:.1e}, {fruit:.1e}");
-            assert!(direction < 1e-5 && links < 1e-5 && fruit < 1e-5);
+            assert!([direction, links, fruit].iter().all(|error| *error < TOLERANCE));
         }
     }
 }
 
-/// Numbers of a world that no state is.
-fn constants(memory: &Memory, index: usize, base: &BaseTree) -> Vec<u32> {
-    let plant = base.world().plant();
-    let links = (0..plant.tree.len()).flat_map(|segment| {
-        let numbers = (0..=link::STIFFNESS).map(move |field| memory.link_of(index, segment, field).to_bits());
-        numbers.chain([memory.operation_of(index, segment)[3]])
-    });
-    let fruit = (0..plant.fruit.len())
-        .flat_map(|i| (0..fruit::FORCE).map(move |field| memory.fruit_of(index, i, field).to_bits()));
-    links.chain(fruit).collect()
+/// The bits of a world's constants.
+pub(crate) fn bits(memory: &Memory, index: usize) -> Vec<u32> {
+    let numbers = memory.constants(index).into_iter().map(f32::to_bits);
+    numbers.chain(memory.last_words(index)).collect()
 }
 
 #[test]
@@ -168,7 +162,7 @@ fn strength_zero_is_the_base_bit_for_bit() {
         let before = Memory::repeated(&base, 3, 4).unwrap();
         let after = drawn(&base, 3, 1);
         for index in 0..3 {
-            assert_eq!(constants(&before, index, &base), constants(&after, index, &base), "{mode:?}");
+            assert_eq!(bits(&before, index), bits(&after, index), "{mode:?}");
         }
         assert!(!base.varies());
     }
@@ -181,16 +175,16 @@ fn each_axis_alone_is_the_hosts() {
         let spec = spec(Mode::DistinctDimensions, |axis| f64::from(u8::from(axis == turned)));
         let base = base_of(&spec);
         let mut memory = Memory::repeated(&base, 2, 1).unwrap();
-        let before = constants(&memory, 1, &base);
+        let before = bits(&memory, 1);
         memory.mark(&[1]);
         memory.each(|world| world.vary());
-        let (host, _) = planted(&spec, 1, 0);
+        let host = planted(&spec, 1, 0);
         let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
         let [direction, links, fruit] = compare(&memory, 1, &truth, &base);
         println!("{turned:?}: {direction:.1e}, {links:.1e}, {fruit:.1e}");
-        assert!(direction < 1e-5 && links < 1e-5 && fruit < 1e-5);
-        assert_ne!(constants(&memory, 1, &base), before, "{turned:?}");
-        assert_eq!(constants(&memory, 0, &base), before, "a world that is not marked");
+        assert!([direction, links, fruit].iter().all(|error| *error < TOLERANCE));
+        assert_ne!(bits(&memory, 1), before, "{turned:?}");
+        assert_eq!(bits(&memory, 0), before, "a world that is not marked");
     }
 }
 
@@ -208,10 +202,56 @@ fn shared_dimensions_are_those_of_the_episode() {
     assert_eq!(of(&later, 0), of(&later, 5));
     assert_ne!(of(&first, 0), of(&later, 0));
     assert_ne!(first.link_of(0, 9, link::STIFFNESS), first.link_of(1, 9, link::STIFFNESS));
-    let (host, _) = planted(&spec, 5, 3);
+    let host = planted(&spec, 5, 3);
     let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
     let worst = compare(&later, 5, &truth, &base);
-    assert!(worst.iter().all(|error| *error < 1e-5), "{worst:?}");
+    assert!(worst.iter().all(|error| *error < TOLERANCE), "{worst:?}");
+}
+
+/// Branches that droop to the ground are lifted as on the host: at twice the strength, with the clearance raised until many do.
+#[test]
+fn branches_are_lifted_off_the_ground() {
+    const CLEARANCE: f64 = 0.5;
+    let mut spec = spec(Mode::DistinctDimensions, |_| 2.0);
+    spec.tree.clearance = spec.tree.clearance.with_value(CLEARANCE).unwrap();
+    let base = base_of(&spec);
+    let mut memory = Memory::repeated(&base, 6, 1).unwrap();
+    memory.mark(&[0, 1, 2, 3, 4, 5]);
+    memory.each(|world| world.vary());
+    let mut lifted = 0;
+    for world in 0..6 {
+        // What stands too low even upright is refused there.
+        let Ok(planting) = Planting::draw(&Arc::new(spec.clone()), SEED, world, 0) else { continue };
+        let rests = planting.skeleton.segments.iter().filter(|segment| {
+            segment.order > 0 && (segment.p_tip_world().z - CLEARANCE - segment.radius).abs() < 1e-9
+        });
+        lifted += rests.count();
+        let host = TreeWorld::new(planting.spec, &planting.skeleton, planting.fruit).unwrap();
+        let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+        let worst = compare(&memory, world as usize, &truth, &base);
+        println!("world {world}: {worst:?}");
+        assert!(worst.iter().all(|error| *error < TOLERANCE), "{worst:?}");
+    }
+    println!("{lifted} branches rest on the clearance");
+    assert!(lifted > 10, "{lifted}");
+}
+
+/// Trees of every grammar.
+#[test]
+fn trees_of_every_preset_are_the_hosts() {
+    for &preset in Preset::ALL {
+        let mut spec = Spec::preset(preset);
+        spec.randomisation = self::spec(Mode::DistinctDimensions, |_| 1.0).randomisation;
+        let base = base_of(&spec);
+        let Ok(mut memory) = Memory::repeated(&base, 2, 1) else { continue };
+        memory.mark(&[1]);
+        memory.each(|world| world.vary());
+        let host = planted(&spec, 1, 0);
+        let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+        let worst = compare(&memory, 1, &truth, &base);
+        println!("{}: {worst:?}", preset.name());
+        assert!(worst.iter().all(|error| *error < TOLERANCE), "{}: {worst:?}", preset.name());
+    }
 }
 
 /// A world that has been drawn anew is in the equilibrium that the host finds for its planting, and stays there.
@@ -224,7 +264,7 @@ fn a_world_drawn_anew_is_in_equilibrium() {
     for frames in [0, 60] {
         (0..frames).for_each(|_| memory.frame());
         for index in 0..4 {
-            let (host, _) = planted(&spec, index as u32, 0);
+            let host = planted(&spec, index as u32, 0);
             let of_twin = state(&memory, &bases, index);
             let mut data = host.data().clone();
             (data.q, data.v) = (of_twin.q, of_twin.v);

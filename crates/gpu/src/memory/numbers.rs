@@ -1,0 +1,39 @@
+//! Numbers of a world, for tests.
+
+use super::{Memory, Place};
+use crate::layout::{fruit, link};
+
+impl Memory {
+    /// A number of a world's link.
+    pub fn link_of(&self, index: usize, segment: usize, field: usize) -> f32 {
+        let Place { tile, lane, rows, .. } = &self.places[index];
+        self.links[self.link_at(*tile, rows[segment], field, *lane)]
+    }
+
+    /// A number of a world's fruit.
+    pub fn fruit_of(&self, index: usize, fruit_index: usize, field: usize) -> f32 {
+        let Place { tile, lane, fruit_rows, .. } = &self.places[index];
+        self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
+    }
+
+    /// The operation of a world's link.
+    pub fn operation_of(&self, index: usize, segment: usize) -> [u32; 4] {
+        let Place { tile, lane, rows, .. } = &self.places[index];
+        self.operations[self.operation_at(*tile, rows[segment], *lane)]
+    }
+
+    /// A world's constants, of its links and its fruit.
+    pub fn constants(&self, index: usize) -> Vec<f32> {
+        let Place { rows, fruit_rows, .. } = &self.places[index];
+        let links = (0..rows.len())
+            .flat_map(|segment| (0..=link::STIFFNESS).map(move |field| self.link_of(index, segment, field)));
+        let fruit = (0..fruit_rows.len())
+            .flat_map(|i| (0..fruit::FORCE).map(move |field| self.fruit_of(index, i, field)));
+        links.chain(fruit).collect()
+    }
+
+    /// The last words of its operations.
+    pub fn last_words(&self, index: usize) -> Vec<u32> {
+        (0..self.places[index].rows.len()).map(|segment| self.operation_of(index, segment)[3]).collect()
+    }
+}
