@@ -28,7 +28,7 @@ pub struct GpuBatch {
     plants: Vec<Arc<Plant>>,
     memory: Memory,
     buffers: Buffers,
-    pipelines: Pipelines,
+    pipelines: Arc<Pipelines>,
     bindings: wgpu::BindGroup,
     /// Of worlds that are drawn from a base.
     vary_bindings: Option<wgpu::BindGroup>,
@@ -78,8 +78,7 @@ impl GpuBatch {
         let count = worlds as usize;
         let memory = Memory::repeated(base, count, PUSHES_EACH)?;
         let mut batch = Self::of(gpu, memory, vec![base.world().plant().clone(); count])?;
-        batch.vary_bindings =
-            Some(batch.buffers.bind(gpu, &batch.pipelines.vary_bindings, Use::Varies));
+        batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.vary_bindings, Use::Varies));
         if base.varies() {
             batch.redraw(&(0..count).collect::<Vec<_>>(), 0)?;
         }
@@ -88,7 +87,7 @@ impl GpuBatch {
 
     fn of(gpu: &Gpu, memory: Memory, plants: Vec<Arc<Plant>>) -> Result<Self, GpuError> {
         let buffers = Buffers::new(gpu, &memory)?;
-        let pipelines = Pipelines::new(gpu, memory.pushes_each);
+        let pipelines = gpu.pipelines(memory.pushes_each);
         Ok(Self {
             bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
             vary_bindings: None,
@@ -144,7 +143,8 @@ impl GpuBatch {
         if self.vary_bindings.is_none() {
             return Err(BatchError::NoBase.into());
         }
-        self.buffers.set_episode(&self.gpu, episode);
+        self.memory.set_episode(episode);
+        self.buffers.send_head(&self.gpu, &self.memory);
         self.restart(worlds, &[Pass::Vary, Pass::Reset]);
         self.has_new_radii = true;
         Ok(())
@@ -167,7 +167,7 @@ impl GpuBatch {
     }
 
     /// Sends passes to the device, each with its rules, in order.
-    fn run<'a>(&self, passes: impl Iterator<Item = (Rules, &'a [Pass])>) {
+    pub(crate) fn run<'a>(&self, passes: impl Iterator<Item = (Rules, &'a [Pass])>) {
         let tiles = self.memory.tile_count() as u32;
         let mut passes = passes.peekable();
         while passes.peek().is_some() && tiles > 0 {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use wgpu::{BufferUsages, util::DeviceExt};
 
 use crate::device::{Gpu, GpuError};
-use crate::layout::{LANES, base};
+use crate::layout::LANES;
 use crate::memory::Memory;
 use crate::rules::Rules;
 
@@ -39,9 +39,9 @@ pub(crate) enum Use {
 }
 
 impl Buffers {
-    /// Sets the episode in the head of the base table.
-    pub fn set_episode(&self, gpu: &Gpu, episode: u32) {
-        gpu.queue.write_buffer(&self.table, 4 * base::EPISODE as u64, &episode.to_ne_bytes());
+    /// Sends the first words of the base table, among which is the episode.
+    pub fn send_head(&self, gpu: &Gpu, memory: &Memory) {
+        gpu.queue.write_buffer(&self.table, 0, bytemuck::cast_slice(&memory.table[..1]));
     }
 
     /// Sends a batch to the device.

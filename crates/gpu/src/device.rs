@@ -1,11 +1,13 @@
 //! The graphics device: which there is, what it can do, and its errors.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use wgpu::{Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor, Limits, PowerPreference};
 
 use crate::BatchError;
 use crate::layout::LANES;
+use crate::pipelines::Pipelines;
 use crate::schedule::WARPS;
 
 /// Storage buffers that the kernels bind.
@@ -105,6 +107,8 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     info: GpuInfo,
     lost: Arc<Mutex<Option<String>>>,
+    /// The kernels by how many forces a world can have.
+    pipelines: Arc<Mutex<BTreeMap<usize, Arc<Pipelines>>>>,
 }
 
 impl Gpu {
@@ -154,12 +158,18 @@ impl Gpu {
             *note.lock().unwrap_or_else(PoisonError::into_inner) =
                 Some(format!("{reason:?}: {}", one_line(&text)));
         });
-        Ok(Self { device, queue, info, lost })
+        Ok(Self { device, queue, info, lost, pipelines: Arc::default() })
     }
 
     /// What it is.
     pub fn info(&self) -> &GpuInfo {
         &self.info
+    }
+
+    /// The kernels for worlds with so many forces on links each, compiled once.
+    pub(crate) fn pipelines(&self, pushes_each: usize) -> Arc<Pipelines> {
+        let mut known = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        known.entry(pushes_each).or_insert_with(|| Arc::new(Pipelines::new(self, pushes_each))).clone()
     }
 
     /// Waits until everything is done that was asked for.

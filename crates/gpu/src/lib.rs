@@ -2,6 +2,7 @@
 //!
 //! A [`GpuBatch`] is what `orchard_batch::Batch` is on the processor: trees with fruit, ruptures and detachments, without a robot. Every world may have its own
 //! dimensions and its own topology. Each kernel (`kernels/*.wgsl`) has a twin of the same names in Rust (`twin/`), which explains it and to which tests hold it.
+//! A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws every world by itself ([`GpuBatch::randomised`]).
 //! `docs/computation/gpu.md` tells how worlds lie in memory and are shared out over threads.
 //!
 //! ```no_run
@@ -23,13 +24,13 @@
 mod batch;
 #[cfg(test)]
 mod batch_tests;
-#[cfg(test)]
-mod redraw_tests;
 mod buffers;
 mod device;
 mod layout;
 mod memory;
 mod pipelines;
+#[cfg(test)]
+mod redraw_tests;
 mod rules;
 mod schedule;
 mod shader;

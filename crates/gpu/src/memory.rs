@@ -437,7 +437,9 @@ impl Memory {
     pub fn bytes(&self) -> usize {
         let floats = [&self.links, &self.fruit, &self.work, &self.worlds, &self.pushes];
         let floats: usize = floats.into_iter().map(Vec::len).sum();
-        4 * (floats + self.tiles.len() + self.states.len()) + 16 * (self.operations.len() + self.table.len()) + size_of::<Rules>()
+        4 * (floats + self.tiles.len() + self.states.len())
+            + 16 * (self.operations.len() + self.table.len())
+            + size_of::<Rules>()
     }
 }
 

@@ -11,7 +11,7 @@ use crate::shader;
 /// One pipeline for each thing that a pass can do. What not every batch needs is compiled when it is first asked for.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
-    gpu: Gpu,
+    device: wgpu::Device,
     module: ShaderModule,
     layout: PipelineLayout,
     vary_layout: PipelineLayout,
@@ -41,8 +41,7 @@ pub(crate) enum Pass {
 }
 
 impl Pass {
-    const ALL: [Self; 6] =
-        [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
+    const ALL: [Self; 6] = [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
 
     /// Its entry point, and the constants that make it what it is.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
@@ -58,7 +57,7 @@ impl Pass {
 }
 
 impl Pipelines {
-    /// Those for worlds with so many forces on links each.
+    /// Those for worlds with so many forces on links each. Batches share them ([`Gpu::pipelines`]): to compile takes longer than to fill a batch.
     pub fn new(gpu: &Gpu, pushes_each: usize) -> Self {
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("orchard"),
@@ -74,7 +73,7 @@ impl Pipelines {
             })
         };
         let pipelines = Self {
-            gpu: gpu.clone(),
+            device: gpu.device.clone(),
             layout: layout_of(&bindings),
             vary_layout: layout_of(&vary_bindings),
             module,
@@ -93,7 +92,7 @@ impl Pipelines {
     pub fn of(&self, pass: Pass) -> &ComputePipeline {
         self.compiled[pass as usize].get_or_init(|| {
             let (entry, constants) = pass.entry();
-            self.gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(if pass == Pass::Vary { &self.vary_layout } else { &self.layout }),
                 module: &self.module,

@@ -62,7 +62,12 @@ impl BaseTree {
     ///
     /// # Errors
     /// The worlds of the spec's mode have trees of their own, or the tree makes no world.
-    pub fn new(spec: Arc<Spec>, skeleton: &Skeleton, fruit: Vec<Fruit>, seed: u64) -> Result<Self, BaseError> {
+    pub fn new(
+        spec: Arc<Spec>,
+        skeleton: &Skeleton,
+        fruit: Vec<Fruit>,
+        seed: u64,
+    ) -> Result<Self, BaseError> {
         if spec.randomisation.mode == Mode::DistinctTopology {
             return Err(BaseError::Topology);
         }
@@ -92,9 +97,13 @@ impl BaseTree {
         for &axis in &AXES {
             words.extend(self.dial(axis));
         }
-        words.extend(self.growths().into_iter().zip(&self.segments).enumerate().flat_map(
-            |(index, (growth, segment))| self.segment(memory, index, growth as u32, segment),
-        ));
+        words.extend(
+            self.growths()
+                .into_iter()
+                .zip(&self.segments)
+                .enumerate()
+                .flat_map(|(index, (growth, segment))| self.segment(memory, index, growth as u32, segment)),
+        );
         for (index, fruit) in self.world.plant().fruit.fruit.iter().enumerate() {
             words.extend(self.hung(memory, index, fruit));
         }
@@ -110,7 +119,7 @@ impl BaseTree {
             JointLaw::Corrected => varied::CORRECTED,
             JointLaw::PerLevel => varied::PER_LEVEL,
         };
-        words[base::FLAGS] = (usize::from(forms) * varied::FORM | law) as u32;
+        words[base::FLAGS] = ((usize::from(forms) * varied::FORM) | law) as u32;
         words[base::SEGMENTS] = self.segments.len() as u32;
         words[base::FRUIT] = self.world.plant().fruit.len() as u32;
         let gravity = self.spec.sim.gravity.si();

@@ -33,6 +33,7 @@ const TAN_22: f32 = 0.41421356;
 const TAN_67: f32 = 2.41421356;
 const QUARTER_PI: f32 = 0.78539816;
 const HALF_PI: f32 = 1.57079633;
+const TINY: f32 = 1e-30;
 const PI: f32 = 3.14159265;
 
 // For -0.3 < x < 0.42.
@@ -68,14 +69,14 @@ fn e_to(x: f32) -> f32 {
     p = fma(p, r, 8.3334519073e-3);
     p = fma(p, r, 4.1665795894e-2);
     p = fma(p, r, 1.6666665459e-1);
-    p = fma(p, r, 5.0000001201e-1);
+    p = fma(p, r, 0.5);
     return (fma(p * r, r, r) + 1.0) * bitcast<f32>(u32(i32(power) + 127) << 23u);
 }
 
 // Of the point (x, y) with y not below zero.
 fn angle_of(y: f32, x: f32) -> f32 {
     let a = abs(x);
-    var t = y / max(a, 1e-30);
+    var t = y / max(a, TINY);
     var start = 0.0;
     if y > TAN_67 * a {
         start = HALF_PI;

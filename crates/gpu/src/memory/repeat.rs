@@ -22,13 +22,15 @@ impl Memory {
         let tiles = count.div_ceil(LANES);
         let (rows, fruit) = (memory.rows_of(0).len(), memory.fruit_rows_of(0).len());
         let work = memory.work.len() / QUAD;
-        memory.tiles = (0..tiles).flat_map(|number| {
-            let mut header = memory.tiles.clone();
-            header[tile::ROWS] += (number * rows) as u32;
-            header[tile::FRUIT] += (number * fruit) as u32;
-            WORK_PLACES.iter().for_each(|&field| header[field] += (number * work) as u32);
-            header
-        }).collect();
+        memory.tiles = (0..tiles)
+            .flat_map(|number| {
+                let mut header = memory.tiles.clone();
+                header[tile::ROWS] += (number * rows) as u32;
+                header[tile::FRUIT] += (number * fruit) as u32;
+                WORK_PLACES.iter().for_each(|&field| header[field] += (number * work) as u32);
+                header
+            })
+            .collect();
         memory.operations = spread(&memory.operations, 1).repeat(tiles);
         memory.states = spread(&memory.states, 1).repeat(tiles);
         memory.links = spread(&memory.links, QUAD).repeat(tiles);

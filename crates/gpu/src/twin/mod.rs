@@ -15,10 +15,10 @@ mod motion;
 mod outward;
 mod reset;
 mod stem;
-mod turns;
-mod vary;
 #[cfg(test)]
 mod tests;
+mod turns;
+mod vary;
 #[cfg(test)]
 pub(crate) mod vary_tests;
 

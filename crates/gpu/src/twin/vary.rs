@@ -172,8 +172,7 @@ impl Lane<'_> {
     fn vary_fruit(&mut self) {
         let [size, heaviness] = [axis::FRUIT_SIZE, axis::FRUIT_MASS].map(|axis| self.factor_of(axis));
         let segments = self.base_word(base::SEGMENTS) as usize;
-        let first =
-            (base::FIELDS + axis::COUNT * dial::FIELDS + segments * segment::FIELDS) / QUAD;
+        let first = (base::FIELDS + axis::COUNT * dial::FIELDS + segments * segment::FIELDS) / QUAD;
         for index in 0..self.base_word(base::FRUIT) as usize {
             let at = first + index * hung::FIELDS / QUAD;
             let quad = |field: usize| self.memory.table[at + field / QUAD];

@@ -87,10 +87,12 @@ fn compare(found: &Memory, index: usize, truth: &Memory, base: &BaseTree) -> [f6
         };
         there += 1;
         let of = |field: usize| (found.fruit_of(index, i, field), truth.fruit_of(0, host, field));
-        for field in [fruit::MASS, fruit::RADIUS, fruit::AIR_DRAG, fruit::STIFFNESS]
-            .into_iter()
-            .chain([fruit::DAMPING, fruit::BIAS, fruit::CAP, fruit::DROP])
-        {
+        for field in [fruit::MASS, fruit::RADIUS, fruit::AIR_DRAG, fruit::STIFFNESS].into_iter().chain([
+            fruit::DAMPING,
+            fruit::BIAS,
+            fruit::CAP,
+            fruit::DROP,
+        ]) {
             let (found, truth) = of(field);
             let size = if truth == 0.0 { 1.0 } else { truth.abs() };
             note(2, (found - truth).abs(), size);
