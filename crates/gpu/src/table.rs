@@ -49,6 +49,21 @@ pub enum BaseError {
 }
 
 /// The tree that all worlds of a batch are made of, with its fruit, in static equilibrium.
+///
+/// ```no_run
+/// use orchard_gpu::{BaseTree, Choice, Gpu, GpuBatch};
+/// use orchard_spec::{Preset, Spec, randomisation::Mode};
+///
+/// let (mut spec, seed) = (Spec::preset(Preset::Randomised), 1);
+/// spec.randomisation.mode = Mode::SharedDimensions;
+/// let skeleton = orchard_treegen::grow(&spec, seed, 0)?;
+/// let fruit = orchard_fruit::place(&spec.fruit, &skeleton, seed, 0);
+/// let base = BaseTree::new(spec.into(), &skeleton, fruit, seed)?;
+/// let mut batch = GpuBatch::randomised(&Gpu::open(Choice::Any)?, &base, 4096)?;
+/// batch.advance(60);
+/// batch.redraw(&[0, 7], 1)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct BaseTree {
     spec: Arc<Spec>,
