@@ -58,7 +58,7 @@ impl GpuBatch {
     pub fn with_pushes(gpu: &Gpu, worlds: &[TreeWorld], pushes_each: usize) -> Result<Self, GpuError> {
         let memory = Memory::new(worlds, pushes_each.max(1))?;
         let buffers = Buffers::new(gpu, &memory)?;
-        let pipelines = Pipelines::new(gpu, memory.pushes_each);
+        let pipelines = Pipelines::new(gpu);
         Ok(Self {
             bindings: buffers.bind(gpu, &pipelines.bindings),
             gpu: gpu.clone(),

@@ -126,6 +126,7 @@ impl Memory {
             settles: false,
             places: vec![Place { tile: 0, lane: 0, rows: Vec::new(), fruit_rows: Vec::new() }; given.len()],
         };
+        memory.rules.pushes_each = pushes_each as u32;
         for members in order.chunks(LANES) {
             let members: Vec<_> =
                 members.iter().map(|&index| (index, &given[index], &schedules[index])).collect();
@@ -157,12 +158,15 @@ impl Memory {
             (tile::WORK, rows * work::FIELDS),
             (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
             (tile::SLOTS, WARPS * slots * slot),
-            (tile::CROSS_FORKS, most(&|schedule| schedule.forks) * fork::FIELDS),
-            (tile::CROSS_LOADS, most(&|schedule| schedule.loads) * load::FIELDS),
         ] {
             header[field] = at as u32;
             at += size / QUAD * LANES;
         }
+        // What one way has left for other parts has been read when the other begins.
+        let (forks, loads) = (most(&|schedule| schedule.forks), most(&|schedule| schedule.loads));
+        header[tile::CROSS_FORKS] = at as u32;
+        header[tile::CROSS_LOADS] = at as u32;
+        at += (forks * fork::FIELDS).max(loads * load::FIELDS) / QUAD * LANES;
         for (field, start) in header[tile::STARTS..].iter_mut().zip(starts) {
             *field = start as u32;
         }

@@ -51,11 +51,11 @@ impl Pass {
 }
 
 impl Pipelines {
-    /// Those for worlds with so many forces on links each.
-    pub fn new(gpu: &Gpu, pushes_each: usize) -> Self {
+    /// Compiles what every batch needs.
+    pub fn new(gpu: &Gpu) -> Self {
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("orchard"),
-            source: wgpu::ShaderSource::Wgsl(shader::source(pushes_each).into()),
+            source: wgpu::ShaderSource::Wgsl(shader::source().into()),
         });
         let bindings = binding_layout(gpu);
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {

@@ -19,11 +19,11 @@ pub(crate) const FILES: [(&str, &str); 12] = [
     ("measure", include_str!("kernels/measure.wgsl")),
 ];
 
-/// The whole source, for worlds with so many forces each.
-pub(crate) fn source(pushes_each: usize) -> String {
+/// The whole source.
+pub(crate) fn source() -> String {
     let mut text = layout::wgsl();
     text += &format!(
-        "const WARPS: u32 = {WARPS}u;\nconst LEVELS: u32 = {LEVELS}u;\nconst PARTS: u32 = {PARTS}u;\nconst PUSHES_EACH: u32 = {pushes_each}u;\n"
+        "const WARPS: u32 = {WARPS}u;\nconst LEVELS: u32 = {LEVELS}u;\nconst PARTS: u32 = {PARTS}u;\n"
     );
     for (_, file) in FILES {
         text += file;
@@ -62,8 +62,17 @@ mod tests {
             ("measure", include_str!("twin/measure.rs")),
         ];
         // How the two languages reach memory and make values differs.
-        let apart =
-            ["operation_at", "link_at", "fruit_at", "world_at", "axes_of", "world_axes", "push3", "enter"];
+        let apart = [
+            "operation_at",
+            "link_at",
+            "fruit_at",
+            "world_at",
+            "axes_of",
+            "world_axes",
+            "push3",
+            "enter",
+            "learn_starts",
+        ];
         for ((name, kernel), (twin_name, twin)) in FILES.iter().zip(twins) {
             assert_eq!(*name, twin_name);
             let of_twin = functions(twin);

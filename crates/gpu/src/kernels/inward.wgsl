@@ -12,10 +12,10 @@ struct Body {
 var<private> substep: u32;
 
 fn inward(part: u32) {
-    let start = header(TILE_STARTS + part);
+    let start = starts[part];
     var borne = nothing();
     var tip = still();
-    let end = header(TILE_STARTS + part + 1u);
+    let end = starts[part + 1u];
     if end == start {
         return;
     }
@@ -39,13 +39,13 @@ fn inward(part: u32) {
             tip = motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
             borne = nothing();
         }
-        if (operation.y & SECOND_TAKES) != 0u {
-            borne = plus(borne, load(slot_at((operation.x >> FIRST_SLOT) & 0xffu)));
-        }
+        // The slot first, then what other parts bring: one loop, since every copy of it would have to be fetched.
+        let taken = select(0u, 1u, (operation.y & SECOND_TAKES) != 0u);
+        let loads = taken + ((operation.y >> SECOND_LOADS) & 0x3fu);
         let first_load = (operation.y >> SECOND_FIRST_LOAD) & 0x3ffu;
-        let last_load = first_load + ((operation.y >> SECOND_LOADS) & 0x3fu);
-        for (var k = first_load; k < last_load; k++) {
-            borne = plus(borne, load(cross_load_at(k)));
+        for (var k = 0u; k < loads; k++) {
+            let own_slot = slot_at((operation.x >> FIRST_SLOT) & 0xffu);
+            borne = plus(borne, load(select(cross_load_at(first_load + k - taken), own_slot, k < taken)));
         }
         let is_debris = (bits & STATE_DEBRIS) != 0u;
         let drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
@@ -79,16 +79,15 @@ fn inward(part: u32) {
             hand_on(row, held);
         }
         tip = body.parent;
-        if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES)) != 0u {
-            let to = slot_at((operation.x >> FIRST_PARENT) & 0xffu);
+        // Whoever gives something away is not carried by the next row.
+        if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES | SECOND_GIVES_CROSS)) != 0u {
+            let is_cross = (operation.y & SECOND_GIVES_CROSS) != 0u;
+            let slot = slot_at((operation.x >> FIRST_PARENT) & 0xffu);
+            let to = select(slot, cross_load_at(operation.y >> SECOND_OWN_LOAD), is_cross);
             if (operation.y & SECOND_GIVES) != 0u {
-                set_load(to, plus(load(to), borne));
-            } else {
-                set_load(to, borne);
+                borne = plus(load(to), borne);
             }
-        }
-        if (operation.y & SECOND_GIVES_CROSS) != 0u {
-            set_load(cross_load_at(operation.y >> SECOND_OWN_LOAD), borne);
+            set_load(to, borne);
         }
     }
 }
@@ -131,8 +130,8 @@ fn body_inward(own: Link, tip: Motion, drag: vec2f) -> Body {
 fn pushed(row: u32, d: vec3f) -> array<vec3f, 2> {
     var torque = vec3f(0.0);
     var force = vec3f(0.0);
-    for (var k = 0u; k < PUSHES_EACH; k++) {
-        let at = ((tile_number * PUSHES_EACH + k) * PUSH_FIELDS) * LANES + lane;
+    for (var k = 0u; k < rules.pushes_each; k++) {
+        let at = ((tile_number * rules.pushes_each + k) * PUSH_FIELDS) * LANES + lane;
         let acts = bitcast<u32>(pushes[at + PUSH_AFTER * LANES]) < rules.frame
             && rules.frame <= bitcast<u32>(pushes[at + PUSH_UNTIL * LANES]);
         if acts && bitcast<u32>(pushes[at + PUSH_ROW * LANES]) == row {

@@ -5,6 +5,7 @@ struct Rules {
     gravity: f32,
     substeps: u32,
     frame: u32,
+    pushes_each: u32,
     rupture_frames: u32,
     pull_frames: u32,
     tension_frames: u32,

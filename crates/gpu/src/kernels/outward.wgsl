@@ -37,8 +37,8 @@ fn read_left(at: u32) -> Left {
 }
 
 fn outward(part: u32, way: u32) {
-    let start = header(TILE_STARTS + part);
-    let end = header(TILE_STARTS + part + 1u);
+    let start = starts[part];
+    let end = starts[part + 1u];
     if end == start {
         return;
     }
@@ -116,11 +116,11 @@ fn outward(part: u32, way: u32) {
         if (operation.y & SECOND_CARRIES) == 0u {
             set_motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u, tip.motion, vec2f(0.0));
         }
-        if (operation.x & FIRST_TO_SLOT) != 0u {
-            set_fork(slot_at((operation.x >> FIRST_SLOT) & 0xffu), tip);
-        }
-        if (operation.x & FIRST_TO_CROSS) != 0u {
-            set_fork(cross_fork_at(operation.x >> FIRST_FORK), tip);
+        let kept = select(0u, 1u, (operation.x & FIRST_TO_SLOT) != 0u);
+        let forks = kept + select(0u, 1u, (operation.x & FIRST_TO_CROSS) != 0u);
+        for (var k = 0u; k < forks; k++) {
+            let own_slot = slot_at((operation.x >> FIRST_SLOT) & 0xffu);
+            set_fork(select(cross_fork_at(operation.x >> FIRST_FORK), own_slot, k < kept), tip);
         }
     }
 }
