@@ -14,8 +14,30 @@ use crate::memory::Memory;
 use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
 
-/// Forces that a world can have on its links at once, unless asked otherwise.
-pub const PUSHES_EACH: usize = 4;
+/// What the linear system of a substep is solved by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Solver {
+    /// The articulated-body algorithm: exact, and the fastest.
+    #[default]
+    Aba,
+    /// Conjugate gradients without a matrix, preconditioned by each joint's own block of the inertia: for comparison.
+    ConjugateGradients,
+}
+
+/// How a batch is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Forces that a world can have on its links at once.
+    pub pushes_each: usize,
+    /// Solver.
+    pub solver: Solver,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { pushes_each: 4, solver: Solver::Aba }
+    }
+}
 
 /// Tree worlds that advance together on a graphics device. Their state stays there; what is asked for is read.
 ///
@@ -48,15 +70,15 @@ impl GpuBatch {
     /// # Errors
     /// The worlds do not step alike, one is broken already, or they do not fit into the device.
     pub fn new(gpu: &Gpu, worlds: &[TreeWorld]) -> Result<Self, GpuError> {
-        Self::with_pushes(gpu, worlds, PUSHES_EACH)
+        Self::with_options(gpu, worlds, Options::default())
     }
 
-    /// The same with room for so many forces on links in each world.
+    /// The same with other options.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_pushes(gpu: &Gpu, worlds: &[TreeWorld], pushes_each: usize) -> Result<Self, GpuError> {
-        let memory = Memory::new(worlds, pushes_each.max(1))?;
+    pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
+        let memory = Memory::new(worlds, options.pushes_each.max(1), options.solver)?;
         let buffers = Buffers::new(gpu, &memory)?;
         let pipelines = Pipelines::new(gpu);
         Ok(Self {
@@ -93,7 +115,11 @@ impl GpuBatch {
         self.memory.rules.frame += frames;
         let rules = self.memory.rules;
         let steps = (first..first + frames).map(|frame| Rules { frame, ..rules });
-        self.run(steps.map(|rules| (rules, &[Pass::Frame, Pass::Mend][..])));
+        let passes: &[Pass] = match self.memory.solver {
+            Solver::Aba => &[Pass::Frame, Pass::Mend],
+            Solver::ConjugateGradients => &[Pass::Conjugate, Pass::Mend],
+        };
+        self.run(steps.map(|rules| (rules, passes)));
     }
 
     /// Puts some worlds back to their beginning while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under

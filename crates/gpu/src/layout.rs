@@ -71,6 +71,23 @@ fields! {
         /// Fields.
         FIELDS = 16,
     }
+    /// What conjugate gradients keep of a joint, if worlds are stepped by them.
+    krylov {
+        /// First axis (3), and the first number of the inverse of its block of the joint-space inertia.
+        FIRST = 0,
+        /// Second axis (3), and the number off its diagonal.
+        SECOND = 4,
+        /// From the joint to the tip [m] (3), and its last number.
+        ARM = 8,
+        /// Velocity changes so far (2), and residual (2).
+        X = 12,
+        /// Direction (2), and its product with the inertia (2).
+        P = 16,
+        /// Of the joint.
+        ARMATURE = 20,
+        /// Fields.
+        FIELDS = 24,
+    }
     /// Motion of a link's tip, what the way in starts from at a link that hands on to no row after it: second and third axis, angular velocity,
     /// angular bias acceleration, velocity, bias acceleration, 3 each one after the other; the last two numbers are free.
     leaf {
@@ -208,10 +225,12 @@ fields! {
         CROSS_FORKS = 6,
         /// Of loads that other warps bring.
         CROSS_LOADS = 7,
+        /// Of the rows' numbers for conjugate gradients.
+        KRYLOV = 8,
         /// First row of each part, from the trunk's on; the last one is the number of rows (20).
-        STARTS = 8,
+        STARTS = 9,
         /// Fields.
-        FIELDS = 28,
+        FIELDS = 29,
     }
     /// Bits of the first word of an operation: whose child a link is, and what it keeps.
     first {

@@ -36,7 +36,7 @@ mod trials;
 #[cfg(test)]
 mod twin;
 
-pub use batch::{GpuBatch, PUSHES_EACH, Statistics};
+pub use batch::{GpuBatch, Options, Solver, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
 pub use schedule::{ScheduleError, WARPS};
 

@@ -9,13 +9,13 @@ use orchard_batch::{Fault, Plant, Quarantine, Status, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::Data;
 
-use crate::BatchError;
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, leaf, link, load, notice, push, state, tile,
-    work, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, krylov, leaf, link, load, notice, push, state,
+    tile, work, world,
 };
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule, WARPS};
+use crate::{BatchError, Solver};
 
 /// Constant of a padding fruit: anything that keeps its inverse finite.
 const PADDING_MASS: f32 = 1.0;
@@ -37,6 +37,8 @@ pub(crate) struct Memory {
     pub pushes: Vec<f32>,
     /// Forces that a world can have on its links.
     pub pushes_each: usize,
+    /// What a substep's linear system is solved by.
+    pub solver: Solver,
     /// Whether the twin's frames are those of settling.
     #[cfg(test)]
     pub settles: bool,
@@ -59,7 +61,7 @@ impl Memory {
     ///
     /// # Errors
     /// A world that has no schedule, or other rules than the first.
-    pub fn new(given: &[TreeWorld], pushes_each: usize) -> Result<Self, BatchError> {
+    pub fn new(given: &[TreeWorld], pushes_each: usize, solver: Solver) -> Result<Self, BatchError> {
         let mut schedules = Vec::with_capacity(given.len());
         // Worlds of one topology share their schedule.
         let mut known: BTreeMap<(Vec<Option<usize>>, Vec<usize>), Schedule> = BTreeMap::new();
@@ -122,6 +124,7 @@ impl Memory {
             worlds: Vec::new(),
             pushes: Vec::new(),
             pushes_each,
+            solver,
             #[cfg(test)]
             settles: false,
             places: vec![Place { tile: 0, lane: 0, rows: Vec::new(), fruit_rows: Vec::new() }; given.len()],
@@ -158,6 +161,7 @@ impl Memory {
             (tile::WORK, rows * work::FIELDS),
             (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
             (tile::SLOTS, WARPS * slots * slot),
+            (tile::KRYLOV, if self.solver == Solver::ConjugateGradients { rows * krylov::FIELDS } else { 0 }),
         ] {
             header[field] = at as u32;
             at += size / QUAD * LANES;

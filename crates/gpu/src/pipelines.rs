@@ -25,6 +25,8 @@ pub(crate) struct Pipelines {
 pub(crate) enum Pass {
     /// A frame.
     Frame,
+    /// A frame by conjugate gradients.
+    Conjugate,
     /// What its tests found.
     Mend,
     /// Worlds back to their beginning.
@@ -36,12 +38,14 @@ pub(crate) enum Pass {
 }
 
 impl Pass {
-    const ALL: [Self; 5] = [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure];
+    const ALL: [Self; 6] =
+        [Self::Frame, Self::Conjugate, Self::Mend, Self::Reset, Self::Settle, Self::Measure];
 
     /// Its entry point, and the constants that make it what it is.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
         match self {
             Self::Frame => ("frame", &[]),
+            Self::Conjugate => ("conjugate", &[("CONJUGATE", 1.0)]),
             Self::Mend => ("mend", &[]),
             Self::Reset => ("reset", &[]),
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
@@ -63,8 +67,13 @@ impl Pipelines {
             bind_group_layouts: &[Some(&bindings)],
             immediate_size: 0,
         });
-        let pipelines =
-            Self { gpu: gpu.clone(), module, layout, bindings, compiled: [const { OnceLock::new() }; 5] };
+        let pipelines = Self {
+            gpu: gpu.clone(),
+            module,
+            layout,
+            bindings,
+            compiled: [const { OnceLock::new() }; Pass::ALL.len()],
+        };
         // Every batch steps: nobody should wait for this in the first frame.
         for pass in [Pass::Frame, Pass::Mend] {
             pipelines.of(pass);

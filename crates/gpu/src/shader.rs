@@ -4,7 +4,7 @@ use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Kernels, in an order in which each file knows those before it.
-pub(crate) const FILES: [(&str, &str); 12] = [
+pub(crate) const FILES: [(&str, &str); 13] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -15,6 +15,7 @@ pub(crate) const FILES: [(&str, &str); 12] = [
     ("outward", include_str!("kernels/outward.wgsl")),
     ("frame", include_str!("kernels/frame.wgsl")),
     ("mend", include_str!("kernels/mend.wgsl")),
+    ("conjugate", include_str!("kernels/conjugate.wgsl")),
     ("reset", include_str!("kernels/reset.wgsl")),
     ("measure", include_str!("kernels/measure.wgsl")),
 ];
@@ -58,6 +59,7 @@ mod tests {
             ("outward", include_str!("twin/outward.rs")),
             ("frame", include_str!("twin/frame.rs")),
             ("mend", include_str!("twin/mend.rs")),
+            ("conjugate", include_str!("twin/conjugate.rs")),
             ("reset", include_str!("twin/reset.rs")),
             ("measure", include_str!("twin/measure.rs")),
         ];
@@ -72,6 +74,10 @@ mod tests {
             "push3",
             "enter",
             "learn_starts",
+            "works_at_level",
+            "part_at",
+            "meet",
+            "any_of",
         ];
         for ((name, kernel), (twin_name, twin)) in FILES.iter().zip(twins) {
             assert_eq!(*name, twin_name);

@@ -8,6 +8,10 @@ struct Body {
     parent: Motion,
 }
 
+// Whether joints are left to conjugate gradients instead of being eliminated.
+override CONJUGATE: bool = false;
+var<private> found_dot: f32;
+
 // The substep of the frame, from 0.
 var<private> substep: u32;
 
@@ -224,6 +228,10 @@ fn eliminate(own: Link, row: u32, bits: u32, drag: vec2f, body: Body, borne: Loa
     let g_2f = u_1f * i_12 + u_2f * i_22;
     let y_1 = dot(a_1, n) - (h * stiffness * own.q.x + armature * own.v.x);
     let y_2 = dot(a_2, n) - (h * stiffness * own.q.y + armature * own.v.y);
+    if CONJUGATE {
+        prepare(row, body, vec3f(i_11, i_12, i_22), armature, vec2f(y_1, y_2));
+        return Load(array(angular_0, angular_1), array(h_0, h_1, h_2), array(linear_0, linear_1), n, f);
+    }
     let e_1 = i_11 * y_1 + i_12 * y_2;
     let e_2 = i_12 * y_1 + i_22 * y_2;
     let left_at = work_at(row);

@@ -52,6 +52,7 @@ var<private> leaves_at: u32;
 var<private> slots_at: u32;
 var<private> cross_forks_at: u32;
 var<private> cross_loads_at: u32;
+var<private> krylov_at: u32;
 
 fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     tile_number = tile;
@@ -116,6 +117,10 @@ fn p_trunk() -> vec3f {
 
 fn work_at(row: u32) -> u32 {
     return works_at + row * (WORK_FIELDS / QUAD * LANES);
+}
+
+fn krylov_of(row: u32) -> u32 {
+    return krylov_at + row * (KRYLOV_FIELDS / QUAD * LANES);
 }
 
 fn leaf_at(leaf: u32) -> u32 {

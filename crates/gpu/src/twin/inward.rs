@@ -5,13 +5,14 @@ use super::Lane;
 use super::load::Load;
 use super::math::{Vec3, symmetric};
 use super::motion::{Joint, Link, Motion, joint_inward};
+use crate::Solver;
 use crate::layout::{first, fourth, link, push, second, state, third, tile, work};
 
 /// A link at its joint: impulses on it, and where its joint leads.
-struct Body {
-    joint: Joint,
+pub(super) struct Body {
+    pub joint: Joint,
     /// From the joint to the tip.
-    d: Vec3,
+    pub d: Vec3,
     /// Torque about the joint and force, as impulses over the substep.
     torque: Vec3,
     force: Vec3,
@@ -222,6 +223,10 @@ impl Lane<'_> {
         let (g_2n, g_2f) = (u_1n * i_12 + u_2n * i_22, u_1f * i_12 + u_2f * i_22);
         let spring = |k: usize| h * stiffness * own.q[k] + armature * own.v[k];
         let (y_1, y_2) = (a_1.dot(&n) - spring(0), a_2.dot(&n) - spring(1));
+        if self.memory.solver == Solver::ConjugateGradients {
+            self.prepare(row, body, [i_11, i_12, i_22], armature, [y_1, y_2]);
+            return Load { angular, coupling, linear, torque: n, force: f };
+        }
         let (e_1, e_2) = (i_11 * y_1 + i_12 * y_2, i_12 * y_1 + i_22 * y_2);
         let at = self.work_at(row);
         self.set_quad(at, work::G_1N, [g_1n.x, g_1n.y, g_1n.z, e_1]);

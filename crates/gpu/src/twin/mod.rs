@@ -1,6 +1,7 @@
 //! The kernels in Rust: the same functions by the same names over the same memory, in f32, one lane after the other. They are what a kernel is held to, and where
 //! its mathematics is explained; they are not fast.
 
+mod conjugate;
 mod frame;
 mod ground;
 mod inward;
@@ -15,7 +16,8 @@ mod stem;
 #[cfg(test)]
 mod tests;
 
-use crate::layout::{LANES, QUAD, first, fork, leaf, link, tile, work, world};
+use crate::Solver;
+use crate::layout::{LANES, QUAD, first, fork, krylov, leaf, link, tile, work, world};
 use crate::memory::Memory;
 use math::Vec3;
 
@@ -30,7 +32,10 @@ impl Memory {
     /// Advances every world by one frame, as the device does.
     pub fn frame(&mut self) {
         self.rules.frame += 1;
-        self.each(|world| world.frame());
+        match self.solver {
+            Solver::Aba => self.each(|world| world.frame()),
+            Solver::ConjugateGradients => self.each(|world| world.conjugate()),
+        }
         self.each(|world| world.mend());
     }
 
@@ -38,13 +43,13 @@ impl Memory {
     pub fn reset(&mut self, worlds: &[usize]) {
         self.mark(worlds);
         self.each(|world| world.reset());
-        let rules = self.rules;
+        let (rules, solver) = (self.rules, std::mem::take(&mut self.solver));
         self.settles = true;
         for settling in self.rules.settling() {
             self.rules = settling;
             self.each(|world| world.frame());
         }
-        (self.rules, self.settles) = (rules, false);
+        (self.rules, self.settles, self.solver) = (rules, false, solver);
     }
 
     /// Measures every world's energy.
@@ -126,6 +131,11 @@ impl Lane<'_> {
     /// First quad of a row's work.
     fn work_at(&self, row: usize) -> usize {
         self.header(tile::WORK) + row * work::FIELDS / QUAD * LANES + self.lane
+    }
+
+    /// First quad of a row's numbers for conjugate gradients.
+    fn krylov_of(&self, row: usize) -> usize {
+        self.header(tile::KRYLOV) + row * krylov::FIELDS / QUAD * LANES + self.lane
     }
 
     fn leaf_at(&self, leaf: usize) -> usize {
