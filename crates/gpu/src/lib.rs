@@ -29,6 +29,7 @@ mod memory;
 mod rules;
 mod schedule;
 mod shader;
+mod stepper;
 #[cfg(test)]
 mod trials;
 #[cfg(test)]
