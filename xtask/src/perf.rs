@@ -151,6 +151,9 @@ mod tests {
         let json = folder.path().join("scaling.json");
         let backend = Some(backend.parse().unwrap());
         run(&Args { suite: SCALING.to_owned(), json: json.clone(), quick: true, backend })?;
+        // As it is, the file is one that a report is made of.
+        let written = crate::report::write(folder.path(), true)?;
+        assert_eq!(written.figures, 3);
         Ok(serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap())
     }
 

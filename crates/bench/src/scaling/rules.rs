@@ -179,10 +179,12 @@ pub struct PublishedSolver {
     pub name: String,
     /// Worlds of its largest batch.
     pub most_worlds: u32,
-    /// Memory there.
-    pub memory: f64,
+    /// Memory there, where it is told.
+    pub memory: Option<f64>,
     /// Time of a step over that of the first solver, at least and at most.
     pub slower: [f64; 2],
+    /// Memory over that of the first solver.
+    pub heavier: f64,
     /// Unit of the memory.
     pub unit: String,
     /// Key of the source in `docs/references.bib`.
