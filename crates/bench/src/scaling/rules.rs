@@ -4,7 +4,7 @@ use orchard_quantity::{Count, Quantity, Span};
 use orchard_spec::randomisation::Mode;
 use serde::{Deserialize, Serialize};
 
-use super::plan::Backend;
+use super::solver::Backend;
 
 /// The scaling task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
