@@ -84,8 +84,8 @@ impl ScalingPlan {
         let frame = trees::spec_of(Mode::Homogeneous).sim.frame();
         let most = (device.simulated.si() / frame).round() as u32;
         let (frames, going_on) = match backend {
-            Backend::Cpu => (rules.frames, None),
-            Backend::Gpu => (device.frames, Some(GoingOn { warm_up: device.warm_up.get(), most })),
+            Backend::Cpu => (&rules.frames, None),
+            Backend::Gpu => (&device.frames, Some(GoingOn { warm_up: device.warm_up.get(), most })),
         };
         Self {
             profile: profile.to_owned(),
