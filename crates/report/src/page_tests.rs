@@ -195,7 +195,7 @@ fn scaling_on_both_backends() {
     // The fastest solver of each.
     let told = &throughput.description;
     assert!(told.contains("lanes: ") && told.contains("device aba: ") && !told.contains(", aba: "), "{told}");
-    assert!(throughput.svg.contains(">65536<") && throughput.svg.contains(">paper: distinct dimensions<"));
+    assert!(throughput.svg.contains("32768") && throughput.svg.contains("paper: distinct dimensions"));
     let text = page_of(&results, &Pictures::default());
     let html = is_sound(&text);
     let scaling = &select(&html, "#scaling")[0];
