@@ -175,7 +175,7 @@ mod tests {
                 detector: Box::new(DetectorConfig::paper()),
             },
             Order::Gentle { controller: "expert".into(), trees: trees() },
-            Order::Scaling { profile: "full".into() },
+            Order::Scaling { profile: "full".into(), backend: Backend::Gpu },
         ]
     }
 
