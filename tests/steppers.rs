@@ -9,7 +9,8 @@ use orchard_multibody::{Data, Preconditioner, Solver};
 use orchard_spec::{Purpose, Spec, Stream};
 use std::sync::Arc;
 
-const FRAMES: u32 = 15;
+/// Frames of each half: everything is still on the move after both.
+const FRAMES: u32 = 5;
 /// Joint rates of a kick [rad/s]: nothing breaks.
 const KICK: f64 = 0.5;
 /// A force that lifts a fruit off its stem, over the one that suffices.
@@ -76,7 +77,7 @@ fn story(stepper: &mut dyn Stepper, worlds: &[TreeWorld]) -> (Vec<Data>, Vec<Bat
     (worlds.iter().enumerate().map(stored).collect(), events)
 }
 
-/// f32 carries 6e-8 relative; 20 links in a chain and 90 substeps may lose three digits of it in the angles, which are held against
+/// f32 carries 6e-8 relative; 20 links in a chain and 30 substeps may lose three digits of it in the angles, which are held against
 /// the largest. Conjugate gradients end at their own tolerance. What comes off comes off in the same frame.
 #[test]
 fn all_batches_end_alike() {
@@ -93,7 +94,7 @@ fn all_batches_end_alike() {
             println!("{name}, world {index}: {:.1e} of the largest angle", error / size);
             assert!(error < tolerance * size, "{name}, world {index}: {error:e} of {size} rad");
             let start = worlds[index].data();
-            assert!(truth.q.iter().zip(&start.q).any(|(a, b)| (a - b).abs() > 1e-2), "it moved");
+            assert!(truth.q.iter().zip(&start.q).any(|(a, b)| (a - b).abs() > 1e-3), "it moved");
         }
     }
     let (_, events) = reference.unwrap();
