@@ -31,6 +31,7 @@ mod pipelines;
 mod rules;
 mod schedule;
 mod shader;
+mod stepper;
 #[cfg(test)]
 mod trials;
 #[cfg(test)]
