@@ -117,7 +117,8 @@ impl Cell {
         let rate = self.sound().map_or(f64::NAN, |timed| timed.rate);
         let outcome = match &self.outcome {
             Outcome::Timed(timed) => {
-                let gap = timed.gap.map_or("not finite".to_owned(), |gap| format!("{gap:.1e} off MuJoCo's way"));
+                let gap =
+                    timed.gap.map_or("not finite".to_owned(), |gap| format!("{gap:.1e} off MuJoCo's way"));
                 let memory = timed.bytes.map(|bytes| format!("{:.0} MB, ", bytes / 1e6)).unwrap_or_default();
                 let verdict = if self.sound().is_some() { "" } else { "WRONG: " };
                 format!("{verdict}{memory}{gap}")
