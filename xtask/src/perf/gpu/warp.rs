@@ -12,7 +12,7 @@ use crate::rows::Row;
 /// Packages of their own beside those of the judge.
 const PART: &str = "warp";
 
-/// What `tests/judge/warp.py` found.
+/// What `tests/judge/warp_speed.py` found.
 pub struct Peer {
     header: Header,
     cells: Vec<Cell>,
@@ -63,7 +63,7 @@ impl Peer {
     pub fn measure(model: &str, worlds: &[usize]) -> Result<Self, String> {
         let file = folder(&format!("{SUITE}-{PART}")).join("tree.xml");
         write_bytes(&file, model.as_bytes()).map_err(|e| e.to_string())?;
-        let mut command = Environment::install_part(SUITE, PART)?.script("warp.py");
+        let mut command = Environment::install_part(SUITE, PART)?.script("warp_speed.py");
         let worlds: Vec<String> = worlds.iter().map(usize::to_string).collect();
         command.arg(&file).args(["--worlds", &worlds.join(",")]).stderr(Stdio::inherit());
         let output = command.output().map_err(|e| format!("cannot run Python: {e}"))?;

@@ -1,6 +1,6 @@
 """Steps an exported tree in MuJoCo-Warp for `cargo xtask perf gpu`, many worlds at once.
 
-usage: warp.py MODEL.xml [--worlds N,N...] [--variants NAME,NAME...] [--device cuda|cpu] [--rounds N] [--seconds S]
+usage: warp_speed.py MODEL.xml [--worlds N,N...] [--variants NAME,NAME...] [--device cuda|cpu] [--rounds N] [--seconds S]
 
 Writes a JSON object a line to stdout: what runs on what first, then a cell for every number of worlds and variant. All
 worlds start from the first keyframe, if there is one, and every hinge of every world is kicked with a rate of its own.
@@ -19,9 +19,6 @@ import time
 # Before Warp is imported: it greets on stdout, which is for answers.
 ANSWERS = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)
-
-# This file is called warp.py and its folder comes first where modules are looked for.
-sys.path.pop(0)
 
 import mujoco  # noqa: E402
 import mujoco_warp as mjw  # noqa: E402
