@@ -54,11 +54,9 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let targets: &[(usize, f64)] = if is_real { &TARGETS } else { &[(SOFTWARE_WORLDS, 0.0)] };
     say(&bar, "MuJoCo-Warp");
     let compared: Vec<usize> = targets.iter().map(|&(worlds, _)| worlds).collect();
-    let peer = if is_real {
-        Peer::measure(&mjcf_of(&same[0])?, &compared)
-    } else {
-        Err(SOFTWARE_NOTE.to_owned())
-    };
+    // The file stays, for whoever wants to step it elsewhere.
+    let tree = warp::leave(&mjcf_of(&same[0])?)?;
+    let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
     let peer = peer.inspect_err(|why| eprintln!("NO COMPARISON with MuJoCo-Warp: {why}")).ok();
     for &(worlds, target) in targets {
         say(&bar, &format!("{worlds} worlds"));

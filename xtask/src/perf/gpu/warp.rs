@@ -1,7 +1,9 @@
 //! MuJoCo-Warp as a process beside ours: the same tree, as many worlds at once, on the same device.
 
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
+use anyhow::Context;
 use orchard_bench::store::write_bytes;
 use serde::Deserialize;
 
@@ -58,14 +60,21 @@ struct Timed {
     agrees: bool,
 }
 
+/// Writes the text of the model to a file, whose path it gives.
+pub fn leave(model: &str) -> anyhow::Result<PathBuf> {
+    let folder = folder(&format!("{SUITE}-{PART}"));
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let file = folder.join("tree.xml");
+    write_bytes(&file, model.as_bytes())?;
+    Ok(file)
+}
+
 impl Peer {
-    /// Runs MuJoCo-Warp on the text of a model. The error says why there is no comparison.
-    pub fn measure(model: &str, worlds: &[usize]) -> Result<Self, String> {
-        let file = folder(&format!("{SUITE}-{PART}")).join("tree.xml");
-        write_bytes(&file, model.as_bytes()).map_err(|e| e.to_string())?;
+    /// Runs MuJoCo-Warp on a model. The error says why there is no comparison.
+    pub fn measure(model: &Path, worlds: &[usize]) -> Result<Self, String> {
         let mut command = Environment::install_part(SUITE, PART)?.script("warp_speed.py");
         let worlds: Vec<String> = worlds.iter().map(usize::to_string).collect();
-        command.arg(&file).args(["--worlds", &worlds.join(",")]).stderr(Stdio::inherit());
+        command.arg(model).args(["--worlds", &worlds.join(",")]).stderr(Stdio::inherit());
         let output = command.output().map_err(|e| format!("cannot run Python: {e}"))?;
         // What was measured before an end that was none counts.
         Self::read(&String::from_utf8_lossy(&output.stdout)).map_err(|e| format!("{e} ({})", output.status))
