@@ -54,7 +54,7 @@ struct Timed {
     spread: [f64; 2],
     /// Device memory [bytes].
     bytes: Option<f64>,
-    /// Largest difference of a coordinate of the first world from MuJoCo's, after a lead.
+    /// Largest difference of a coordinate of the first world from MuJoCo's after a lead, in parts of its way.
     gap: Option<f64>,
     finite: bool,
     agrees: bool,
@@ -126,8 +126,9 @@ impl Cell {
         let rate = self.sound().map_or(f64::NAN, |timed| timed.rate);
         let outcome = match &self.outcome {
             Outcome::Timed(timed) => {
-                let gap =
-                    timed.gap.map_or("not finite".to_owned(), |gap| format!("{gap:.1e} off MuJoCo's way"));
+                let gap = timed
+                    .gap
+                    .map_or("not finite".to_owned(), |gap| format!("{gap:.0e} of its way off MuJoCo's"));
                 let memory = timed.bytes.map(|bytes| format!("{:.0} MB, ", bytes / 1e6)).unwrap_or_default();
                 let verdict = if self.sound().is_some() { "" } else { "WRONG: " };
                 format!("{verdict}{memory}{gap}")
