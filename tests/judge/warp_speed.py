@@ -119,7 +119,7 @@ def cell(path, variant, worlds, device, rounds, seconds):
     model = mjw.put_model(host)
     model.opt.warn_overflow = 0  # printing from kernels takes time
     data = mjw.put_data(host, host_data, nworld=worlds, **variant.sizes)
-    data.qvel = wp.array(qvel, dtype=float)
+    data.qvel.assign(qvel)
     # Compiles what is not in Warp's cache of kernels.
     mjw.step(model, data)
     if device.is_cuda:
