@@ -39,7 +39,8 @@ use crate::rows::{Effort, Suite, run_suite};
                   episode.rate.*                the same as world-seconds a second\n\
                   Rows of gpu (151 links, 30 fruit; medians of the time elapsed; targets are those of one H200):\n  \
                   gpu.dimensions_N              N trees of one topology, dimensions of their own; .memory, .build\n  \
-                  gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n\
+                  gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n  \
+                  gpu.mujoco_warp_N.*           MuJoCo-Warp on the first of these, by solver and integrator; the best is the peer of dimensions_N\n\
                   Rows of perception (views of nominal episodes of the tuning seeds; mean over the views, median of rounds of processor time):\n  \
                   perception.camera.192x144, .640x480     scene from the world, depth and labels\n  \
                   perception.camera.scene                 the scene alone\n  \
@@ -51,7 +52,7 @@ use crate::rows::{Effort, Suite, run_suite};
                   scaling.MODE_N.SOLVER                   frames of one world a second of N worlds; null where left out, with why\n  \
                   scaling.MODE_N.SOLVER.build             64 and 512 worlds: seconds to grow, settle and pack them\n  \
                   scaling.axis.KIND.SOLVER                rate of 8 settled worlds that differ in one thing, over 8 identical ones\n\
-                  MuJoCo needs python3 with venv and, the first time, the network; without it the peer's columns are null.\n\
+                  MuJoCo needs python3 with venv and, the first time, the network or the wheels in tests/judge/wheels; without them the peer's columns are null.\n\
                   docs/performance.md tells how everything is measured. A missed target ends with exit code 1.\n\n\
                   Examples:\n  cargo xtask perf physics --json physics.json\n  cargo xtask perf trees --json trees.json\n  \
                   cargo xtask perf scaling --backend gpu --json scaling-gpu.json"

@@ -48,7 +48,7 @@ pub struct GpuBatch {
     plants: Vec<Arc<Plant>>,
     memory: Memory,
     buffers: Buffers,
-    pipelines: Pipelines,
+    pipelines: Arc<Pipelines>,
     bindings: wgpu::BindGroup,
     /// By world.
     told: Vec<Told>,
@@ -80,7 +80,7 @@ impl GpuBatch {
     pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
         let memory = Memory::new(worlds, options.pushes_each.max(1), options.solver)?;
         let buffers = Buffers::new(gpu, &memory)?;
-        let pipelines = Pipelines::new(gpu);
+        let pipelines = gpu.pipelines();
         Ok(Self {
             bindings: buffers.bind(gpu, &pipelines.bindings),
             gpu: gpu.clone(),

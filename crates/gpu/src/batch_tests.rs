@@ -289,3 +289,39 @@ fn conjugate_gradients_do_what_their_twin_does() {
         assert!(error < 1e-3 * size, "world {index}: {:.1e}", error / size);
     }
 }
+
+/// A batch that no buffer of the device can hold is refused with the number of worlds that would fit, and these do.
+#[test]
+fn a_batch_that_is_too_large_names_one_that_fits() {
+    const LARGEST: u64 = 1 << 20;
+    if device().is_none() {
+        return;
+    }
+    let gpu = Gpu::open_with(Choice::Any, LARGEST).unwrap();
+    let worlds: Vec<TreeWorld> = grown(1).into_iter().cycle().take(200).collect();
+    let e = GpuBatch::new(&gpu, &worlds).unwrap_err();
+    let GpuError::TooLarge { worlds: 200, needed, has: LARGEST, fits, .. } = e else { panic!("{e}") };
+    assert!(needed > LARGEST && (32..200).contains(&fits), "{e}");
+    assert!(e.to_string().contains(&format!("{fits} worlds like these would fit")), "{e}");
+    let mut batch = GpuBatch::new(&gpu, &worlds[..fits]).unwrap();
+    batch.advance(1);
+    assert_eq!(batch.events().unwrap(), []);
+}
+
+/// A device that goes away is an error at whatever is read next, and what was to be filled stays as it was.
+#[test]
+fn a_lost_device_is_told() {
+    let Some(gpu) = device() else { return };
+    let worlds = grown(1);
+    let mut batch = GpuBatch::new(&gpu, &worlds).unwrap();
+    batch.advance(1);
+    let mut data = worlds[0].data().clone();
+    gpu.device.destroy();
+    batch.advance(1);
+    assert!(matches!(batch.wait(), Err(GpuError::Lost(_))), "{:?}", batch.wait());
+    assert!(matches!(batch.store(0, &mut data), Err(GpuError::Lost(_))));
+    assert!(matches!(batch.events(), Err(GpuError::Lost(_))));
+    assert_eq!(data.q, worlds[0].data().q);
+    let e = batch.statistics().unwrap_err().to_string();
+    assert!(e.starts_with("the graphics device was lost"), "{e}");
+}

@@ -118,7 +118,7 @@ impl Buffers {
 }
 
 /// What the kernels bind: rules by the pass, then the buffers in the order of `kernels/memory.wgsl`.
-pub(crate) fn binding_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     // Tiles, operations and pushes are only read.
     let storage = [true, true, false, false, false, false, false, true]
         .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
@@ -132,7 +132,7 @@ pub(crate) fn binding_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
             count: None,
         })
         .collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
 /// A buffer, its copy on the host, and what of it is to be read.

@@ -5,13 +5,12 @@ use std::sync::OnceLock;
 use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
 use crate::buffers::binding_layout;
-use crate::device::Gpu;
 use crate::shader;
 
 /// One pipeline for each thing that a pass can do. What not every batch needs is compiled when it is first asked for.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
-    gpu: Gpu,
+    device: wgpu::Device,
     module: ShaderModule,
     layout: PipelineLayout,
     /// What they bind.
@@ -56,19 +55,19 @@ impl Pass {
 
 impl Pipelines {
     /// Compiles what every batch needs.
-    pub fn new(gpu: &Gpu) -> Self {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("orchard"),
             source: wgpu::ShaderSource::Wgsl(shader::source().into()),
         });
-        let bindings = binding_layout(gpu);
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        let bindings = binding_layout(device);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
             bind_group_layouts: &[Some(&bindings)],
             immediate_size: 0,
         });
         let pipelines = Self {
-            gpu: gpu.clone(),
+            device: device.clone(),
             module,
             layout,
             bindings,
@@ -85,7 +84,7 @@ impl Pipelines {
     pub fn of(&self, pass: Pass) -> &ComputePipeline {
         self.compiled[pass as usize].get_or_init(|| {
             let (entry, constants) = pass.entry();
-            self.gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(&self.layout),
                 module: &self.module,

@@ -1,7 +1,7 @@
 //! How the worlds of a batch are advanced, and on what.
 
 use orchard_batch::{Batch, ReferenceBatch, Stepper, TreeWorld};
-use orchard_gpu::{Gpu, GpuBatch, GpuError};
+use orchard_gpu::{Gpu, GpuBatch, GpuError, Options};
 use orchard_multibody::{Preconditioner, Solver};
 use serde::{Deserialize, Serialize};
 
@@ -123,8 +123,10 @@ impl SolverName {
     fn on_device(self) -> Option<OnDevice> {
         match self {
             Self::DeviceAba => Some(GpuBatch::new),
-            // PLUG IN: Some(|gpu, worlds| GpuBatch::with_solver(gpu, worlds, orchard_gpu::Solver::ConjugateGradients))
-            Self::DeviceCg => None,
+            Self::DeviceCg => Some(|gpu, worlds| {
+                let solver = orchard_gpu::Solver::ConjugateGradients;
+                GpuBatch::with_options(gpu, worlds, Options { solver, ..Options::default() })
+            }),
             Self::Lanes | Self::Aba | Self::Cg | Self::Cholesky => None,
         }
     }
