@@ -36,10 +36,10 @@ fields! {
         ACROSS = 5,
         /// Inertia about the axis less that across [kg m^2].
         EXCESS = 6,
-        /// Square of the angle that breaks the joint [rad^2].
-        LIMIT = 7,
         /// Joint stiffness [N m/rad]; its damping is in proportion.
-        STIFFNESS = 8,
+        STIFFNESS = 7,
+        /// Square of the angle that breaks the joint [rad^2]. It and what follows is not read in every substep.
+        LIMIT = 8,
         /// Of a broken joint: inertia of its sub-tree [kg m^2].
         BROKEN_INERTIA = 9,
         /// Its friction before the ramp [N m].

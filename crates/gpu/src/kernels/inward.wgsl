@@ -155,7 +155,8 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if (bits & STATE_BROKEN) == 0u {
         return vec2f(own.stiffness, rules.h * (rules.damping_time + rules.h) * own.stiffness);
     }
-    let inertia = own.broken_inertia;
+    let broken = link(link_at(row), LINK_LIMIT);
+    let inertia = broken.y;
     let rate = length(own.v);
     let frames = rules.frame - (bits >> STATE_BROKE) - 1u;
     let age = f32(frames * rules.substeps + substep) * rules.h;
@@ -163,13 +164,13 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if rules.friction_ramp_time > 0.0 {
         ramp = min(age / rules.friction_ramp_time, 1.0);
     }
-    let moment = own.friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
-    let expected = rate + max(rate - own.last_rate, 0.0);
+    let moment = broken.z * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+    let expected = rate + max(rate - broken.w, 0.0);
     let speeding = expected / rules.rate_limit;
     let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
     let residual = min(rules.residual_damping * inertia, rules.residual_damping_max);
     let held = residual + brake + moment / max(expected, rules.friction_regularisation);
-    set_link(link_at(row), LINK_STIFFNESS, vec4f(own.stiffness, own.broken_inertia, own.friction, rate));
+    set_link(link_at(row), LINK_LIMIT, vec4f(broken.xyz, rate));
     return vec2f(0.0, rules.h * held);
 }
 

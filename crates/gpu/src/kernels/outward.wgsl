@@ -47,7 +47,7 @@ fn outward(part: u32, way: u32) {
     var next = read_hinge(link_at(start));
     var next_limit = 0.0;
     if way == TEST {
-        next_limit = link(link_at(start), LINK_MASS).w;
+        next_limit = link(link_at(start), LINK_LIMIT).x;
     }
     var next_left = read_left(work_at(start));
     var next_operation = operations[operation_at(start)];
@@ -61,7 +61,7 @@ fn outward(part: u32, way: u32) {
         let ahead = min(row + 1u, end - 1u);
         next = read_hinge(link_at(ahead));
         if way == TEST {
-            next_limit = link(link_at(ahead), LINK_MASS).w;
+            next_limit = link(link_at(ahead), LINK_LIMIT).x;
         }
         next_left = read_left(work_at(ahead));
         next_operation = operations[operation_at(ahead)];

@@ -147,14 +147,15 @@ impl Lane<'_> {
         if bits & state::BROKEN == 0 {
             return [own.stiffness, h * (rules.damping_time + h) * own.stiffness];
         }
-        let inertia = own.broken_inertia;
+        let [inertia, friction, last] =
+            [link::BROKEN_INERTIA, link::FRICTION, link::LAST_RATE].map(|field| self.link(row, field));
         let rate = (own.v[0] * own.v[0] + own.v[1] * own.v[1]).sqrt();
         let frames = rules.frame - (bits >> state::BROKE) as u32 - 1;
         let age = (frames * rules.substeps + self.memory.substep) as f32 * h;
         let ramp =
             if rules.friction_ramp_time > 0.0 { (age / rules.friction_ramp_time).min(1.0) } else { 1.0 };
-        let moment = own.friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
-        let expected = rate + (rate - own.last_rate).max(0.0);
+        let moment = friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+        let expected = rate + (rate - last).max(0.0);
         let speeding = expected / rules.rate_limit;
         let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
         let residual = (rules.residual_damping * inertia).min(rules.residual_damping_max);
