@@ -73,7 +73,6 @@ mod tests {
             "world_axes",
             "push3",
             "enter",
-            "learn_starts",
             "works_at_level",
             "part_at",
             "meet",

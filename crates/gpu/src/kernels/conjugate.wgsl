@@ -16,7 +16,6 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;
-    learn_starts(thread);
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let way = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
@@ -157,9 +156,9 @@ fn set_pair(at: u32, value: Pair) {
 }
 
 fn spread(part: u32) {
-    let end = starts[part + 1u];
+    let end = header(TILE_STARTS + part + 1u);
     var tip = Pair(vec3f(0.0), vec3f(0.0));
-    for (var row = starts[part]; row < end; row++) {
+    for (var row = header(TILE_STARTS + part); row < end; row++) {
         let operation = operations[operation_at(row)];
         if (operation.x & FIRST_ACTIVE) == 0u {
             continue;
@@ -186,11 +185,11 @@ fn spread(part: u32) {
 }
 
 fn collect(part: u32) -> f32 {
-    let start = starts[part];
+    let start = header(TILE_STARTS + part);
     var tip = Pair(vec3f(0.0), vec3f(0.0));
     var borne = tip;
     var curvature = 0.0;
-    for (var row = starts[part + 1u]; row > start;) {
+    for (var row = header(TILE_STARTS + part + 1u); row > start;) {
         row -= 1u;
         let operation = operations[operation_at(row)];
         if (operation.x & FIRST_ACTIVE) == 0u {
@@ -267,9 +266,9 @@ fn momentum(row: u32, third_word: u32, tip: Pair, d: vec3f, borne: Pair) -> Pair
 }
 
 fn relax(part: u32, alpha: f32) -> f32 {
-    let end = starts[part + 1u];
+    let end = header(TILE_STARTS + part + 1u);
     var rho = 0.0;
-    for (var row = starts[part]; row < end; row++) {
+    for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let at = krylov_of(row);
             let p = quad(at, KRYLOV_P);
@@ -287,8 +286,8 @@ fn pivot_of(at: u32) -> vec3f {
 }
 
 fn redirect(part: u32, beta: f32) {
-    let end = starts[part + 1u];
-    for (var row = starts[part]; row < end; row++) {
+    let end = header(TILE_STARTS + part + 1u);
+    for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let at = krylov_of(row);
             let z = preconditioned(pivot_of(at), quad(at, KRYLOV_X).zw);
@@ -298,8 +297,8 @@ fn redirect(part: u32, beta: f32) {
 }
 
 fn hand_over(part: u32) {
-    let end = starts[part + 1u];
-    for (var row = starts[part]; row < end; row++) {
+    let end = header(TILE_STARTS + part + 1u);
+    for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let x = quad(krylov_of(row), KRYLOV_X).xy;
             let at = work_at(row);

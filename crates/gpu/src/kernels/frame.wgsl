@@ -5,8 +5,6 @@ override SETTLES: bool = false;
 
 var<workgroup> notices: array<u32, LANES * WARPS>;
 var<workgroup> peaks: array<f32, LANES * WARPS>;
-// Of the tile's parts: nearer than the header.
-var<workgroup> starts: array<u32, PARTS + 1u>;
 
 @compute @workgroup_size(LANES * WARPS)
 fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
@@ -16,7 +14,6 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;
-    learn_starts(thread);
     // Step 0 looks where something has changed. Then each substep: level by level inwards, the trunk in and out, level by level outwards.
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
@@ -53,11 +50,4 @@ fn conclude(thread: u32, runs: bool) {
         set_world(WORLD_NOTICE, bitcast<f32>(select(found_notice, NOTICE_STALE, SETTLES)));
         set_world(WORLD_PEAK, peak);
     }
-}
-
-fn learn_starts(thread: u32) {
-    if thread <= PARTS {
-        starts[thread] = header(TILE_STARTS + thread);
-    }
-    workgroupBarrier();
 }

@@ -16,10 +16,10 @@ var<private> found_dot: f32;
 var<private> substep: u32;
 
 fn inward(part: u32) {
-    let start = starts[part];
+    let start = header(TILE_STARTS + part);
     var borne = nothing();
     var tip = still();
-    let end = starts[part + 1u];
+    let end = header(TILE_STARTS + part + 1u);
     if end == start {
         return;
     }
@@ -27,6 +27,7 @@ fn inward(part: u32) {
     var next = read_link(link_at(end - 1u));
     var next_operation = operations[operation_at(end - 1u)];
     var next_bits = states[operation_at(end - 1u)];
+    var next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
     for (var row = end; row > start;) {
         row -= 1u;
         let own = next;
@@ -37,10 +38,11 @@ fn inward(part: u32) {
         next_operation = operations[operation_at(ahead)];
         next_bits = states[operation_at(ahead)];
         if (operation.x & FIRST_ACTIVE) == 0u {
+            next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
             continue;
         }
         if (operation.y & SECOND_CARRIES) == 0u {
-            tip = motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
+            tip = next_tip;
             borne = nothing();
         }
         // The slot first, then what other parts bring: one loop, since every copy of it would have to be fetched.
@@ -77,6 +79,10 @@ fn inward(part: u32) {
             let push = pushed(row, body.d);
             torque += push[0];
             force += push[1];
+        }
+        // A leaf's motion is asked for while its row's neighbour is worked on.
+        if (next_operation.y & SECOND_CARRIES) == 0u {
+            next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
         }
         borne = eliminate(own, row, bits, drag, body, borne, torque, force);
         if is_debris {

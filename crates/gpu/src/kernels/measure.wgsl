@@ -4,7 +4,6 @@
 fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
-    learn_starts(thread);
     var energy = 0.0;
     for (var level = 0u; level <= LEVELS; level++) {
         if level > 0u || warp == 0u {
@@ -24,8 +23,8 @@ fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
 }
 
 fn energy_of(part: u32) -> f32 {
-    let start = starts[part];
-    let end = starts[part + 1u];
+    let start = header(TILE_STARTS + part);
+    let end = header(TILE_STARTS + part + 1u);
     var tip = ground_tip();
     var energy = 0.0;
     for (var row = start; row < end; row++) {

@@ -37,8 +37,8 @@ fn read_left(at: u32) -> Left {
 }
 
 fn outward(part: u32, way: u32) {
-    let start = starts[part];
-    let end = starts[part + 1u];
+    let start = header(TILE_STARTS + part);
+    let end = header(TILE_STARTS + part + 1u);
     if end == start {
         return;
     }
