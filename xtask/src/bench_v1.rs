@@ -6,7 +6,7 @@ mod detect;
 mod harvest;
 pub mod job;
 mod order;
-mod scaling;
+pub mod scaling;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use orchard_bench::order::PlanFile;
 use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::Backend;
 use orchard_bench::store::{Lock, Store};
 use orchard_bench::{Session, Shard};
 
@@ -30,7 +31,8 @@ detect    single depth images by a free camera, 8 a tree at each of 5 foliage de
 errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
 gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
-scaling   frames a second of batches of 1 to 512 trees, by solver and by what differs between trees; no robot\n\n\
+scaling   frames a second of batches of 1 to 512 trees, by solver and by what differs between trees; no robot\n            \
+--backend gpu runs this task, and no other, on a graphics device: robot and camera stay on the CPU\n\n\
 Files:\n  DIR/plan.json         what was asked for\n  \
 DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the sweeps'\n                        \
 conditions tested against the nominal one tree by tree\n  \
@@ -54,6 +56,7 @@ cargo xtask bench-v1 --conditions foliage,terrain-0.2 --seeds 1,2,3 --trees 2 --
 cargo xtask bench-v1 --seeds tuning --conditions nominal --repeats 3\n  \
 cargo xtask bench-v1 --tasks detect --profile full --camera d435i\n  \
 cargo xtask bench-v1 --tasks reach-and-grasp,gentle --controller expert\n  \
+cargo xtask bench-v1 --tasks scaling --backend gpu\n  \
 cargo xtask bench-v1 --profile full --shard 3/8 --out parts/3    one part of eight, then cargo xtask merge"
 )]
 pub struct Args {
@@ -104,6 +107,10 @@ pub struct Args {
     /// Detector of the detect task: paper, d435i, or a file of figures that differ [default: the one made for the camera]
     #[arg(long, value_name = "NAME|FILE.toml")]
     detector: Option<String>,
+    /// What advances the batches of the scaling task: cpu or gpu, any Vulkan, Metal or DirectX 12 device. Robot and camera stay on the
+    /// CPU [default: cpu]
+    #[arg(long, value_name = "cpu|gpu")]
+    backend: Option<Backend>,
 }
 
 /// A task of the benchmark.
@@ -186,6 +193,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| order::default_out(args));
     let record = args.record.then_some(&*out);
     let jobs = orders.iter().map(|order| job::job(order, record)).collect::<Result<Vec<_>, Failure>>()?;
+    // Nor is a device missed after an hour.
+    scaling::check_device(&orders)?;
     let (store, _lock) = open(&out)?;
     // Nor is a folder found to hold something else after an hour.
     for job in &jobs {

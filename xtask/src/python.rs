@@ -28,6 +28,11 @@ pub fn folder(suite: &str) -> PathBuf {
     workspace::root().join("target").join(suite)
 }
 
+/// Where a suite's scripts and pinned packages stand.
+fn source(suite: &str) -> PathBuf {
+    workspace::root().join("tests").join(suite)
+}
+
 /// The environment of a suite, or why it cannot be had. In continuous integration there is no excuse.
 pub fn environment(suite: &str) -> Result<Result<Environment, Verdict>, Failure> {
     match Environment::install(suite) {
@@ -43,11 +48,18 @@ impl Environment {
     /// Makes the virtual environment `target/SUITE/venv` with the packages that `tests/SUITE/requirements.txt` pins,
     /// unless it is there already. The error says why they cannot be had.
     pub fn install(suite: &str) -> Result<Self, String> {
-        Self::install_from(&workspace::root().join("tests").join(suite), &folder(suite))
+        Self::install_from(&source(suite), "requirements.txt", &folder(suite))
     }
 
-    fn install_from(source: &Path, folder: &Path) -> Result<Self, String> {
-        let requirements = source.join("requirements.txt");
+    /// The same for scripts of a suite that need other packages: those of `tests/SUITE/requirements-PART.txt`, in
+    /// `target/SUITE-PART/venv`.
+    pub fn install_part(suite: &str, part: &str) -> Result<Self, String> {
+        let requirements = format!("requirements-{part}.txt");
+        Self::install_from(&source(suite), &requirements, &folder(&format!("{suite}-{part}")))
+    }
+
+    fn install_from(source: &Path, requirements: &str, folder: &Path) -> Result<Self, String> {
+        let requirements = source.join(requirements);
         let wanted = std::fs::read(&requirements).map_err(|e| format!("{}: {e}", requirements.display()))?;
         let (venv, installed) = (folder.join("venv"), folder.join("installed.txt"));
         let binaries = if cfg!(windows) { "Scripts" } else { "bin" };
@@ -57,13 +69,35 @@ impl Environment {
             return Ok(environment);
         }
         eprintln!("installing pinned packages into {}", venv.display());
-        let mut make = Command::new("python3");
-        quiet(make.args(["-m", "venv", "--clear"]).arg(&venv), "cannot make a virtual environment")?;
-        let mut install = Command::new(&environment.python);
-        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"]);
-        quiet(install.arg(&requirements), "cannot install the pinned packages")?;
+        let mut install = environment.make(&venv)?;
+        install.args(["install", "--quiet", "--disable-pip-version-check"]);
+        // Wheels beside the script stand in for the network.
+        let wheels = source.join("wheels");
+        if wheels.is_dir() {
+            install.args(["--no-index", "--find-links"]).arg(&wheels);
+        }
+        quiet(install.arg("-r").arg(&requirements), "cannot install the pinned packages")?;
         write_bytes(&installed, &wanted).map_err(|e| e.to_string())?;
         Ok(environment)
+    }
+
+    /// Makes an empty environment and gives its pip.
+    fn make(&self, venv: &Path) -> Result<Command, String> {
+        let make = |options: &[&str]| {
+            let mut make = Command::new("python3");
+            make.args(["-m", "venv", "--clear"]).args(options).arg(venv);
+            quiet(&mut make, "cannot make a virtual environment")
+        };
+        if make(&[]).is_ok() {
+            let mut pip = Command::new(&self.python);
+            pip.args(["-m", "pip"]);
+            return Ok(pip);
+        }
+        // Some Pythons cannot put a pip into it; their own will do.
+        make(&["--without-pip"])?;
+        let mut pip = Command::new("python3");
+        pip.args(["-m", "pip", "--python"]).arg(&self.python);
+        Ok(pip)
     }
 
     /// A command that runs a script of the suite.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use orchard_bench::compute::Machine;
+use orchard_bench::scaling::Scaling;
 use orchard_bench::store::{write_bytes, write_json};
 use serde::Serialize;
 
@@ -154,6 +155,8 @@ pub struct Measured {
     pub context: BTreeMap<&'static str, Option<String>>,
     /// Pictures of what was found. They go into a folder beside the file, which has its name.
     pub pictures: Vec<Picture>,
+    /// The scaling run that the rows were made of, for `cargo xtask report`.
+    pub scaling: Option<Box<Scaling>>,
 }
 
 /// A picture of what a suite found.
@@ -187,6 +190,8 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     context: &'a BTreeMap<&'static str, Option<String>>,
     rows: &'a [Row],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scaling: Option<&'a Scaling>,
 }
 
 /// A named group of measurements.
@@ -219,9 +224,14 @@ pub fn run_suite(
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
     }
     eprintln!("{}: {}", suite.name, suite.about);
-    let Measured { rows, context, pictures } = (suite.measure)(effort)?;
-    let report =
-        Report { schema_version: SCHEMA_VERSION, machine: Machine::detect(), context: &context, rows: &rows };
+    let Measured { rows, context, pictures, scaling } = (suite.measure)(effort)?;
+    let report = Report {
+        schema_version: SCHEMA_VERSION,
+        machine: Machine::detect(),
+        context: &context,
+        rows: &rows,
+        scaling: scaling.as_deref(),
+    };
     write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
     write_pictures(json, &pictures).map_err(|e| Failure::Failed(e.to_string()))?;
     print!("{}", table::markdown(&rows));

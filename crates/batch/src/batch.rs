@@ -103,7 +103,17 @@ impl Batch {
 
     /// Advances every world by whole frames, tiles in parallel. Gives what happened, by frame and world.
     pub fn step(&mut self, frames: u32) -> Vec<BatchEvent> {
+        self.run(frames);
+        self.drain_events()
+    }
+
+    /// Advances every world by whole frames; what happens stays in the tiles.
+    pub(crate) fn run(&mut self, frames: u32) {
         self.tiles.par_iter_mut().for_each(|tile| tile.run(frames));
+    }
+
+    /// What happened in the frames since the last call, by frame and world.
+    pub(crate) fn drain_events(&mut self) -> Vec<BatchEvent> {
         let mut events: Vec<BatchEvent> = self.tiles.iter_mut().flat_map(Tile::drain_events).collect();
         events.sort_unstable();
         events

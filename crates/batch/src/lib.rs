@@ -3,7 +3,7 @@
 //! [`TreeWorld`] is one tree with its fruit in f64, by `orchard_multibody`: the reference. [`Batch`] advances many
 //! of them in f32, as many in a vector as the processor's registers hold ([`Isa`]), with the same equations,
 //! substeps, ruptures and detachments. Trees may differ in dimensions and in topology. There is no robot;
-//! loose fruit and broken limbs meet the ground, nothing else touches anything. Memory layout and the order of the
+//! loose fruit and broken limbs meet the ground, nothing else touches anything. [`Stepper`] is what all batches can do. Memory layout and the order of the
 //! passes are told in `docs/computation/batch.md`.
 //!
 //! ```
@@ -27,12 +27,16 @@ mod isa;
 mod kernel;
 mod lane_world;
 mod layout;
+mod reference;
 mod schedule;
+mod stepper;
 mod tile;
 mod tree_world;
 
 pub use batch::{Batch, BatchError};
 pub use fault::{Fault, Quarantine, Status};
 pub use isa::Isa;
+pub use reference::ReferenceBatch;
+pub use stepper::{Stepper, StepperError};
 pub use tile::BatchEvent;
 pub use tree_world::{Plant, TreeEvent, TreeWorld, TreeWorldError};

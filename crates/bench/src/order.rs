@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::harvest::Extent;
+use crate::scaling::Backend;
 use crate::shard::Shard;
 use crate::store::{Store, StoreError};
 
@@ -56,6 +57,9 @@ pub enum Order {
     Scaling {
         /// How much.
         profile: String,
+        /// What advances the batches.
+        #[serde(default)]
+        backend: Backend,
     },
 }
 
@@ -171,7 +175,7 @@ mod tests {
                 detector: Box::new(DetectorConfig::paper()),
             },
             Order::Gentle { controller: "expert".into(), trees: trees() },
-            Order::Scaling { profile: "full".into() },
+            Order::Scaling { profile: "full".into(), backend: Backend::Gpu },
         ]
     }
 

@@ -4,18 +4,25 @@
 //! drop fruit as they must. A clock decides the figures, so `scaling.json` is no result that two runs share. `docs/scaling.md`
 //! tells how everything is measured.
 
+mod axes;
 mod cell;
 mod plan;
 mod process;
 mod results;
 mod rules;
 mod run;
+mod solver;
 #[cfg(test)]
 mod tests;
 mod trees;
 
-pub use plan::{Cell, ScalingPlan, SolverName};
+pub use axes::{AxesPlan, AxisKind, AxisRow};
+pub use plan::{Cell, GoingOn, Limits, ScalingPlan};
 pub use process::{processor_time, resident_bytes};
-pub use results::{MemoryBasis, Row, Scaling};
-pub use rules::{Effort, PublishedRate, PublishedScaling, ScalingRules};
-pub use run::{RESULT, ScalingError, ScalingProgress, run};
+pub use results::{Adapter, MemoryBasis, Omitted, Row, Scaling};
+pub use rules::{
+    AxesRules, DeviceRules, Effort, PublishedBuild, PublishedRate, PublishedScaling, PublishedSolver,
+    ScalingRules, StudyRules,
+};
+pub use run::{RESULT, ScalingError, ScalingProgress, measure, run};
+pub use solver::{Backend, SolverName};

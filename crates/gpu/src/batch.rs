@@ -16,8 +16,30 @@ use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
 use crate::table::BaseTree;
 
-/// Forces that a world can have on its links at once, unless asked otherwise.
-pub const PUSHES_EACH: usize = 4;
+/// What the linear system of a substep is solved by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Solver {
+    /// The articulated-body algorithm: exact, and the fastest.
+    #[default]
+    Aba,
+    /// Conjugate gradients without a matrix, preconditioned by each joint's own block of the inertia: for comparison.
+    ConjugateGradients,
+}
+
+/// How a batch is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Forces that a world can have on its links at once.
+    pub pushes_each: usize,
+    /// Solver.
+    pub solver: Solver,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { pushes_each: 4, solver: Solver::Aba }
+    }
+}
 
 /// Tree worlds that advance together on a graphics device. Their state stays there; what is asked for is read.
 ///
@@ -54,15 +76,15 @@ impl GpuBatch {
     /// # Errors
     /// The worlds do not step alike, one is broken already, or they do not fit into the device.
     pub fn new(gpu: &Gpu, worlds: &[TreeWorld]) -> Result<Self, GpuError> {
-        Self::with_pushes(gpu, worlds, PUSHES_EACH)
+        Self::with_options(gpu, worlds, Options::default())
     }
 
-    /// The same with room for so many forces on links in each world.
+    /// The same with other options.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_pushes(gpu: &Gpu, worlds: &[TreeWorld], pushes_each: usize) -> Result<Self, GpuError> {
-        let memory = Memory::new(worlds, pushes_each.max(1))?;
+    pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
+        let memory = Memory::new(worlds, options.pushes_each.max(1), options.solver)?;
         Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
     }
 
@@ -75,8 +97,21 @@ impl GpuBatch {
     /// # Errors
     /// The base makes no batch, or the worlds do not fit into the device.
     pub fn randomised(gpu: &Gpu, base: &BaseTree, worlds: u32) -> Result<Self, GpuError> {
+        Self::randomised_with_options(gpu, base, worlds, Options::default())
+    }
+
+    /// The same with options.
+    ///
+    /// # Errors
+    /// As [`Self::randomised`].
+    pub fn randomised_with_options(
+        gpu: &Gpu,
+        base: &BaseTree,
+        worlds: u32,
+        options: Options,
+    ) -> Result<Self, GpuError> {
         let count = worlds as usize;
-        let memory = Memory::repeated(base, count, PUSHES_EACH)?;
+        let memory = Memory::repeated(base, count, options.pushes_each.max(1), options.solver)?;
         let mut batch = Self::of(gpu, memory, vec![base.world().plant().clone(); count])?;
         batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.vary_bindings, Use::Varies));
         if base.varies() {
@@ -87,7 +122,7 @@ impl GpuBatch {
 
     fn of(gpu: &Gpu, memory: Memory, plants: Vec<Arc<Plant>>) -> Result<Self, GpuError> {
         let buffers = Buffers::new(gpu, &memory)?;
-        let pipelines = gpu.pipelines(memory.pushes_each);
+        let pipelines = gpu.pipelines();
         Ok(Self {
             bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
             vary_bindings: None,
@@ -124,7 +159,11 @@ impl GpuBatch {
         self.memory.rules.frame += frames;
         let rules = self.memory.rules;
         let steps = (first..first + frames).map(|frame| Rules { frame, ..rules });
-        self.run(steps.map(|rules| (rules, &[Pass::Frame, Pass::Mend][..])));
+        let passes: &[Pass] = match self.memory.solver {
+            Solver::Aba => &[Pass::Frame, Pass::Mend],
+            Solver::ConjugateGradients => &[Pass::Conjugate, Pass::Mend],
+        };
+        self.run(steps.map(|rules| (rules, passes)));
     }
 
     /// Puts some worlds back to their beginning while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under

@@ -9,7 +9,7 @@ use orchard_spec::Spec;
 use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state};
-use crate::{Choice, Gpu, GpuBatch, GpuError};
+use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver};
 
 /// A device, or none, which is said; `cargo xtask test` has a step that tells it again, and fails in CI.
 pub(crate) fn device() -> Option<Gpu> {
@@ -28,7 +28,8 @@ pub(crate) fn device() -> Option<Gpu> {
 fn kernels_do_what_their_twins_do() {
     let Some(gpu) = device() else { return };
     let (worlds, trial) = Trial::harsh(grown(6));
-    let (mut twin, mut batch) = (Memory::new(&worlds, 4).unwrap(), GpuBatch::new(&gpu, &worlds).unwrap());
+    let (mut twin, mut batch) =
+        (Memory::new(&worlds, 4, Solver::Aba).unwrap(), GpuBatch::new(&gpu, &worlds).unwrap());
     trial.apply_to_twin(&mut twin);
     trial.apply_to_batch(&mut batch);
     for frame in 1..=20 {
@@ -52,7 +53,8 @@ fn kernels_do_what_their_twins_do() {
 fn pull_and_release_agrees_with_f64() {
     let Some(gpu) = device() else { return };
     let (mut worlds, pull) = Trial::gentle(grown(5));
-    let mut batch = GpuBatch::with_pushes(&gpu, &worlds, 8).unwrap();
+    let mut batch =
+        GpuBatch::with_options(&gpu, &worlds, Options { pushes_each: 8, ..Options::default() }).unwrap();
     for force in [Some(&pull), None] {
         let trial = force.cloned().unwrap_or_else(|| pull.released());
         trial.apply_to_batch(&mut batch);
@@ -250,7 +252,8 @@ fn a_reset_world_is_as_new() {
 fn energies_and_scripted_forces_are_the_twins() {
     let Some(gpu) = device() else { return };
     let (worlds, _) = Trial::harsh(grown(3));
-    let (mut twin, mut batch) = (Memory::new(&worlds, 4).unwrap(), GpuBatch::new(&gpu, &worlds).unwrap());
+    let (mut twin, mut batch) =
+        (Memory::new(&worlds, 4, Solver::Aba).unwrap(), GpuBatch::new(&gpu, &worlds).unwrap());
     let force = Vec3::new(0.0, 5.0, -2.0);
     assert!(twin.script(1, 20, force, Vec3::zeros(), 2..=3));
     assert!(batch.script(1, 20, force, Vec3::zeros(), 2..=3));
@@ -264,4 +267,61 @@ fn energies_and_scripted_forces_are_the_twins() {
             assert!(error < 1e-5, "world {index}: {} and {by_twin} J", statistics.energy);
         }
     }
+}
+
+#[test]
+fn conjugate_gradients_do_what_their_twin_does() {
+    let Some(gpu) = device() else { return };
+    let (worlds, trial) = Trial::harsh(grown(3));
+    let options = Options { solver: Solver::ConjugateGradients, ..Options::default() };
+    let mut batch = GpuBatch::with_options(&gpu, &worlds, options).unwrap();
+    let mut twin = Memory::new(&worlds, options.pushes_each, options.solver).unwrap();
+    trial.apply_to_twin(&mut twin);
+    trial.apply_to_batch(&mut batch);
+    (0..5).for_each(|_| twin.frame());
+    batch.advance(5);
+    for (index, world) in worlds.iter().enumerate() {
+        let mut on_device = world.data().clone();
+        batch.store(index, &mut on_device).unwrap();
+        let by_twin = state(&twin, &worlds, index);
+        let size = by_twin.q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let error = by_twin.q.iter().zip(&on_device.q).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        assert!(error < 1e-3 * size, "world {index}: {:.1e}", error / size);
+    }
+}
+
+/// A batch that no buffer of the device can hold is refused with the number of worlds that would fit, and these do.
+#[test]
+fn a_batch_that_is_too_large_names_one_that_fits() {
+    const LARGEST: u64 = 1 << 20;
+    if device().is_none() {
+        return;
+    }
+    let gpu = Gpu::open_with(Choice::Any, LARGEST).unwrap();
+    let worlds: Vec<TreeWorld> = grown(1).into_iter().cycle().take(200).collect();
+    let e = GpuBatch::new(&gpu, &worlds).unwrap_err();
+    let GpuError::TooLarge { worlds: 200, needed, has: LARGEST, fits, .. } = e else { panic!("{e}") };
+    assert!(needed > LARGEST && (32..200).contains(&fits), "{e}");
+    assert!(e.to_string().contains(&format!("{fits} worlds like these would fit")), "{e}");
+    let mut batch = GpuBatch::new(&gpu, &worlds[..fits]).unwrap();
+    batch.advance(1);
+    assert_eq!(batch.events().unwrap(), []);
+}
+
+/// A device that goes away is an error at whatever is read next, and what was to be filled stays as it was.
+#[test]
+fn a_lost_device_is_told() {
+    let Some(gpu) = device() else { return };
+    let worlds = grown(1);
+    let mut batch = GpuBatch::new(&gpu, &worlds).unwrap();
+    batch.advance(1);
+    let mut data = worlds[0].data().clone();
+    gpu.device.destroy();
+    batch.advance(1);
+    assert!(matches!(batch.wait(), Err(GpuError::Lost(_))), "{:?}", batch.wait());
+    assert!(matches!(batch.store(0, &mut data), Err(GpuError::Lost(_))));
+    assert!(matches!(batch.events(), Err(GpuError::Lost(_))));
+    assert_eq!(data.q, worlds[0].data().q);
+    let e = batch.statistics().unwrap_err().to_string();
+    assert!(e.starts_with("the graphics device was lost"), "{e}");
 }

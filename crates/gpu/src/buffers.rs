@@ -140,7 +140,7 @@ impl Buffers {
 }
 
 /// What the kernels bind: rules by the pass, then the buffers in the order of `kernels/memory.wgsl`.
-pub(crate) fn binding_layout(gpu: &Gpu, of: Use) -> wgpu::BindGroupLayout {
+pub(crate) fn binding_layout(device: &wgpu::Device, of: Use) -> wgpu::BindGroupLayout {
     // Tiles, operations but for their radii, and forces or the table are only read.
     let storage = [true, of == Use::Steps, false, false, false, false, false, true]
         .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
@@ -154,7 +154,7 @@ pub(crate) fn binding_layout(gpu: &Gpu, of: Use) -> wgpu::BindGroupLayout {
             count: None,
         })
         .collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
 /// A buffer, its copy on the host, and what of it is to be read.

@@ -1,7 +1,6 @@
 //! The graphics device: which there is, what it can do, and its errors.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use wgpu::{Backends, DeviceDescriptor, DeviceType, Features, InstanceDescriptor, Limits, PowerPreference};
 
@@ -107,8 +106,7 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     info: GpuInfo,
     lost: Arc<Mutex<Option<String>>>,
-    /// The kernels by how many forces a world can have.
-    pipelines: Arc<Mutex<BTreeMap<usize, Arc<Pipelines>>>>,
+    pipelines: Arc<OnceLock<Arc<Pipelines>>>,
 }
 
 impl Gpu {
@@ -117,6 +115,11 @@ impl Gpu {
     /// # Errors
     /// There is none, or it cannot do what the kernels need.
     pub fn open(choice: Choice) -> Result<Self, GpuError> {
+        Self::open_with(choice, u64::MAX)
+    }
+
+    /// The same with no buffer larger than so many bytes.
+    pub(crate) fn open_with(choice: Choice, largest_buffer: u64) -> Result<Self, GpuError> {
         let descriptor = InstanceDescriptor {
             backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
             ..InstanceDescriptor::new_without_display_handle()
@@ -140,8 +143,8 @@ impl Gpu {
             }
         }
         let required_limits = Limits {
-            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
-            max_buffer_size: has.max_buffer_size,
+            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size.min(largest_buffer),
+            max_buffer_size: has.max_buffer_size.min(largest_buffer),
             ..Limits::downlevel_defaults()
         };
         let required_limits = Limits {
@@ -158,7 +161,18 @@ impl Gpu {
             *note.lock().unwrap_or_else(PoisonError::into_inner) =
                 Some(format!("{reason:?}: {}", one_line(&text)));
         });
+        // What is asked of a device that is gone fails; the next read tells why, where the library would panic.
+        let note = lost.clone();
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            let mut lost = note.lock().unwrap_or_else(PoisonError::into_inner);
+            lost.get_or_insert_with(|| one_line(&e.to_string()));
+        }));
         Ok(Self { device, queue, info, lost, pipelines: Arc::default() })
+    }
+
+    /// The kernels, which all batches of a device share.
+    pub(crate) fn pipelines(&self) -> Arc<Pipelines> {
+        self.pipelines.get_or_init(|| Arc::new(Pipelines::new(&self.device))).clone()
     }
 
     /// What it is.
@@ -166,22 +180,24 @@ impl Gpu {
         &self.info
     }
 
-    /// The kernels for worlds with so many forces on links each, compiled once.
-    pub(crate) fn pipelines(&self, pushes_each: usize) -> Arc<Pipelines> {
-        let mut known = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        known.entry(pushes_each).or_insert_with(|| Arc::new(Pipelines::new(self, pushes_each))).clone()
-    }
-
     /// Waits until everything is done that was asked for.
     ///
     /// # Errors
     /// The device was lost.
     pub fn wait(&self) -> Result<(), GpuError> {
+        self.check()?;
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        if let Some(why) = &*self.lost.lock().unwrap_or_else(PoisonError::into_inner) {
-            return Err(GpuError::Lost(why.clone()));
-        }
+        self.check()?;
         waited.map(|_| ()).map_err(|e| GpuError::Lost(one_line(&e.to_string())))
+    }
+}
+
+impl Gpu {
+    fn check(&self) -> Result<(), GpuError> {
+        match &*self.lost.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(why) => Err(GpuError::Lost(why.clone())),
+            None => Ok(()),
+        }
     }
 }
 

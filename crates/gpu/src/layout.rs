@@ -36,10 +36,10 @@ fields! {
         ACROSS = 5,
         /// Inertia about the axis less that across [kg m^2].
         EXCESS = 6,
-        /// Square of the angle that breaks the joint [rad^2].
-        LIMIT = 7,
         /// Joint stiffness [N m/rad]; its damping is in proportion.
-        STIFFNESS = 8,
+        STIFFNESS = 7,
+        /// Square of the angle that breaks the joint [rad^2]. It and what follows is not read in every substep.
+        LIMIT = 8,
         /// Of a broken joint: inertia of its sub-tree [kg m^2].
         BROKEN_INERTIA = 9,
         /// Its friction before the ramp [N m].
@@ -70,6 +70,23 @@ fields! {
         HELD = 4,
         /// Fields.
         FIELDS = 16,
+    }
+    /// What conjugate gradients keep of a joint, if worlds are stepped by them.
+    krylov {
+        /// First axis (3), and the first number of the inverse of its block of the joint-space inertia.
+        FIRST = 0,
+        /// Second axis (3), and the number off its diagonal.
+        SECOND = 4,
+        /// From the joint to the tip [m] (3), and its last number.
+        ARM = 8,
+        /// Velocity changes so far (2), and residual (2).
+        X = 12,
+        /// Direction (2), and its product with the inertia (2).
+        P = 16,
+        /// Of the joint.
+        ARMATURE = 20,
+        /// Fields.
+        FIELDS = 24,
     }
     /// Motion of a link's tip, what the way in starts from at a link that hands on to no row after it: second and third axis, angular velocity,
     /// angular bias acceleration, velocity, bias acceleration, 3 each one after the other; the last two numbers are free.
@@ -287,11 +304,11 @@ fields! {
         RADIUS_UNITS = 3,
         /// Heading in the world (3).
         HEADING = 4,
-        /// Joint stiffness [N m/rad].
-        STIFFNESS = 7,
+        /// Square of the angle that breaks its joint [rad^2].
+        LIMIT = 7,
         /// Direction in the parent's frame (3), and length [m]: as a link has them.
         DIRECTION = 8,
-        /// Mass, inertia across, excess and limit: as a link has them.
+        /// Mass, inertia across, excess and stiffness: as a link has them.
         MASS = 12,
         /// Radius [m].
         RADIUS = 16,
@@ -370,10 +387,12 @@ fields! {
         CROSS_FORKS = 6,
         /// Of loads that other warps bring.
         CROSS_LOADS = 7,
+        /// Of the rows' numbers for conjugate gradients.
+        KRYLOV = 8,
         /// First row of each part, from the trunk's on; the last one is the number of rows (20).
-        STARTS = 8,
+        STARTS = 9,
         /// Fields.
-        FIELDS = 28,
+        FIELDS = 29,
     }
     /// Bits of the first word of an operation: whose child a link is, and what it keeps.
     first {

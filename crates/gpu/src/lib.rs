@@ -34,13 +34,14 @@ mod redraw_tests;
 mod rules;
 mod schedule;
 mod shader;
+mod stepper;
 mod table;
 #[cfg(test)]
 mod trials;
 #[cfg(test)]
 mod twin;
 
-pub use batch::{GpuBatch, PUSHES_EACH, Statistics};
+pub use batch::{GpuBatch, Options, Solver, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
 pub use schedule::{ScheduleError, WARPS};
 pub use table::{BaseError, BaseTree};

@@ -13,13 +13,13 @@ use orchard_batch::{Fault, Plant, Quarantine, Status, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::Data;
 
-use crate::BatchError;
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, leaf, link, load, notice, push, state, tile,
-    work, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, krylov, leaf, link, load, notice, push, state,
+    tile, work, world,
 };
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule, WARPS};
+use crate::{BatchError, Solver};
 
 /// Constant of a padding fruit: anything that keeps its inverse finite.
 const PADDING_MASS: f32 = 1.0;
@@ -43,6 +43,8 @@ pub(crate) struct Memory {
     pub table: Vec<[u32; QUAD]>,
     /// Forces that a world can have on its links.
     pub pushes_each: usize,
+    /// What a substep's linear system is solved by.
+    pub solver: Solver,
     /// Whether the twin's frames are those of settling.
     #[cfg(test)]
     pub settles: bool,
@@ -65,7 +67,7 @@ impl Memory {
     ///
     /// # Errors
     /// A world that has no schedule, or other rules than the first.
-    pub fn new(given: &[TreeWorld], pushes_each: usize) -> Result<Self, BatchError> {
+    pub fn new(given: &[TreeWorld], pushes_each: usize, solver: Solver) -> Result<Self, BatchError> {
         let mut schedules = Vec::with_capacity(given.len());
         // Worlds of one topology share their schedule.
         let mut known: BTreeMap<(Vec<Option<usize>>, Vec<usize>), Schedule> = BTreeMap::new();
@@ -129,10 +131,12 @@ impl Memory {
             pushes: Vec::new(),
             table: Vec::new(),
             pushes_each,
+            solver,
             #[cfg(test)]
             settles: false,
             places: vec![Place { tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() }; given.len()],
         };
+        memory.rules.pushes_each = pushes_each as u32;
         for members in order.chunks(LANES) {
             let members: Vec<_> =
                 members.iter().map(|&index| (index, &given[index], &schedules[index])).collect();
@@ -164,12 +168,16 @@ impl Memory {
             (tile::WORK, rows * work::FIELDS),
             (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
             (tile::SLOTS, WARPS * slots * slot),
-            (tile::CROSS_FORKS, most(&|schedule| schedule.forks) * fork::FIELDS),
-            (tile::CROSS_LOADS, most(&|schedule| schedule.loads) * load::FIELDS),
+            (tile::KRYLOV, if self.solver == Solver::ConjugateGradients { rows * krylov::FIELDS } else { 0 }),
         ] {
             header[field] = at as u32;
             at += size / QUAD * LANES;
         }
+        // What one way has left for other parts has been read when the other begins.
+        let (forks, loads) = (most(&|schedule| schedule.forks), most(&|schedule| schedule.loads));
+        header[tile::CROSS_FORKS] = at as u32;
+        header[tile::CROSS_LOADS] = at as u32;
+        at += (forks * fork::FIELDS).max(loads * load::FIELDS) / QUAD * LANES;
         for (field, start) in header[tile::STARTS..].iter_mut().zip(starts) {
             *field = start as u32;
         }

@@ -5,7 +5,6 @@ use std::sync::OnceLock;
 use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
 use crate::buffers::{Use, binding_layout};
-use crate::device::Gpu;
 use crate::shader;
 
 /// One pipeline for each thing that a pass can do. What not every batch needs is compiled when it is first asked for.
@@ -28,6 +27,8 @@ pub(crate) struct Pipelines {
 pub(crate) enum Pass {
     /// A frame.
     Frame,
+    /// A frame by conjugate gradients.
+    Conjugate,
     /// What its tests found.
     Mend,
     /// Worlds back to their beginning.
@@ -41,12 +42,14 @@ pub(crate) enum Pass {
 }
 
 impl Pass {
-    const ALL: [Self; 6] = [Self::Frame, Self::Mend, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
+    const ALL: [Self; 7] =
+        [Self::Frame, Self::Conjugate, Self::Mend, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
 
     /// Its entry point, and the constants that make it what it is.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
         match self {
             Self::Frame => ("frame", &[]),
+            Self::Conjugate => ("conjugate", &[("CONJUGATE", 1.0)]),
             Self::Mend => ("mend", &[]),
             Self::Reset => ("reset", &[]),
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
@@ -57,23 +60,23 @@ impl Pass {
 }
 
 impl Pipelines {
-    /// Those for worlds with so many forces on links each. Batches share them ([`Gpu::pipelines`]): to compile takes longer than to fill a batch.
-    pub fn new(gpu: &Gpu, pushes_each: usize) -> Self {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    /// Compiles what every batch needs.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("orchard"),
-            source: wgpu::ShaderSource::Wgsl(shader::source(pushes_each).into()),
+            source: wgpu::ShaderSource::Wgsl(shader::source().into()),
         });
-        let bindings = binding_layout(gpu, Use::Steps);
-        let vary_bindings = binding_layout(gpu, Use::Varies);
+        let bindings = binding_layout(device, Use::Steps);
+        let vary_bindings = binding_layout(device, Use::Varies);
         let layout_of = |bindings: &wgpu::BindGroupLayout| {
-            gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: None,
                 bind_group_layouts: &[Some(bindings)],
                 immediate_size: 0,
             })
         };
         let pipelines = Self {
-            device: gpu.device.clone(),
+            device: device.clone(),
             layout: layout_of(&bindings),
             vary_layout: layout_of(&vary_bindings),
             module,

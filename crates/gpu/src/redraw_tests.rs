@@ -13,7 +13,7 @@ use crate::memory::Memory;
 use crate::pipelines::Pass;
 use crate::table::{BaseError, BaseTree};
 use crate::twin::vary_tests::{SEED, base_of, bits, drawn, spec};
-use crate::{BatchError, GpuBatch, GpuError};
+use crate::{BatchError, GpuBatch, GpuError, Solver};
 
 #[test]
 fn the_device_draws_what_its_twin_draws() {
@@ -45,7 +45,7 @@ fn the_device_draws_what_its_twin_draws() {
 fn strength_zero_is_the_base_bit_for_bit() {
     let Some(gpu) = device() else { return };
     let base = base_of(&spec(Mode::DistinctDimensions, |_| 0.0));
-    let packed = Memory::new(std::slice::from_ref(base.world()), 4).unwrap();
+    let packed = Memory::new(std::slice::from_ref(base.world()), 4, Solver::Aba).unwrap();
     let mut batch = GpuBatch::randomised(&gpu, &base, 3).unwrap();
     for redraws in [false, true] {
         if redraws {
@@ -151,13 +151,13 @@ fn building_takes() {
     };
     println!("{WORLDS} worlds on {}", gpu.info().name);
     let mut memory = None;
-    timed("packed", &mut || memory = Memory::repeated(&base, WORLDS, 4).ok());
+    timed("packed", &mut || memory = Memory::repeated(&base, WORLDS, 4, Solver::Aba).ok());
     timed("sent", &mut || {
         drop(Buffers::new(&gpu, memory.as_ref().unwrap()).unwrap());
         gpu.wait().unwrap();
     });
     timed("kernels compiled", &mut || {
-        let pipelines = gpu.pipelines(4);
+        let pipelines = gpu.pipelines();
         for pass in [Pass::Vary, Pass::Reset, Pass::Settle] {
             pipelines.of(pass);
         }

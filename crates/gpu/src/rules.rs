@@ -16,6 +16,8 @@ pub(crate) struct Rules {
     pub substeps: u32,
     /// Frame that the step ends with, from 1.
     pub frame: u32,
+    /// Forces that a world can have on its links.
+    pub pushes_each: u32,
     /// Frames in a row over its limit that break a joint.
     pub rupture_frames: u32,
     /// Frames in a row of a direct pull, and of stem tension, that take a fruit off.
@@ -86,6 +88,7 @@ impl Rules {
             gravity: sim.gravity.si() as f32,
             substeps: sim.substeps.get(),
             frame: 0,
+            pushes_each: 0,
             rupture_frames: wood.rupture_frames.get(),
             pull_frames: fruit.pull_frames.get(),
             tension_frames: fruit.tension_frames.get(),

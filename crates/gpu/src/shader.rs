@@ -4,7 +4,7 @@ use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Kernels, in an order in which each file knows those before it.
-pub(crate) const FILES: [(&str, &str); 17] = [
+pub(crate) const FILES: [(&str, &str); 18] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -15,6 +15,7 @@ pub(crate) const FILES: [(&str, &str); 17] = [
     ("outward", include_str!("kernels/outward.wgsl")),
     ("frame", include_str!("kernels/frame.wgsl")),
     ("mend", include_str!("kernels/mend.wgsl")),
+    ("conjugate", include_str!("kernels/conjugate.wgsl")),
     ("reset", include_str!("kernels/reset.wgsl")),
     ("measure", include_str!("kernels/measure.wgsl")),
     ("chacha", include_str!("kernels/chacha.wgsl")),
@@ -24,11 +25,11 @@ pub(crate) const FILES: [(&str, &str); 17] = [
     ("vary", include_str!("kernels/vary.wgsl")),
 ];
 
-/// The whole source, for worlds with so many forces each.
-pub(crate) fn source(pushes_each: usize) -> String {
+/// The whole source.
+pub(crate) fn source() -> String {
     let mut text = layout::wgsl();
     text += &format!(
-        "const WARPS: u32 = {WARPS}u;\nconst LEVELS: u32 = {LEVELS}u;\nconst PARTS: u32 = {PARTS}u;\nconst PUSHES_EACH: u32 = {pushes_each}u;\n"
+        "const WARPS: u32 = {WARPS}u;\nconst LEVELS: u32 = {LEVELS}u;\nconst PARTS: u32 = {PARTS}u;\n"
     );
     for (_, file) in FILES {
         text += file;
@@ -63,6 +64,7 @@ mod tests {
             ("outward", include_str!("twin/outward.rs")),
             ("frame", include_str!("twin/frame.rs")),
             ("mend", include_str!("twin/mend.rs")),
+            ("conjugate", include_str!("twin/conjugate.rs")),
             ("reset", include_str!("twin/reset.rs")),
             ("measure", include_str!("twin/measure.rs")),
             ("chacha", include_str!("twin/chacha.rs")),
@@ -72,8 +74,20 @@ mod tests {
             ("vary", include_str!("twin/vary.rs")),
         ];
         // How the two languages reach memory and make values differs.
-        let apart =
-            ["operation_at", "link_at", "fruit_at", "world_at", "axes_of", "world_axes", "push3", "enter"];
+        let apart = [
+            "operation_at",
+            "link_at",
+            "fruit_at",
+            "world_at",
+            "axes_of",
+            "world_axes",
+            "push3",
+            "enter",
+            "works_at_level",
+            "part_at",
+            "meet",
+            "any_of",
+        ];
         for ((name, kernel), (twin_name, twin)) in FILES.iter().zip(twins) {
             assert_eq!(*name, twin_name);
             let of_twin = functions(twin);

@@ -213,7 +213,7 @@ impl BaseTree {
         for k in 0..3 {
             words[segment::HEADING + k] = (heading[k] as f32).to_bits();
         }
-        words[segment::STIFFNESS] = bits(link::STIFFNESS);
+        words[segment::LIMIT] = bits(link::LIMIT);
         for k in 0..QUAD {
             words[segment::DIRECTION + k] = bits(link::DIRECTION + k);
             words[segment::MASS + k] = bits(link::MASS + k);

@@ -145,7 +145,8 @@ fn power_of_ten(power: i32) -> String {
     match power {
         0..=3 => format!("{}", 10_u32.pow(power as u32)),
         4..=5 => format!("{} k", 10_u32.pow(power as u32 - 3)),
-        6.. => format!("1e{power}"),
+        6..=8 => format!("{} M", 10_u32.pow(power as u32 - 6)),
+        9.. => format!("1e{power}"),
         below => format!("{:.*}", below.unsigned_abs() as usize, math::pow(10.0, f64::from(below))),
     }
 }

@@ -15,7 +15,9 @@ use orchard_bench::matrix::{Dials, SweepPoint};
 use orchard_bench::metrics::{METRICS, Metric};
 use orchard_bench::plan::ConditionParams;
 use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::{MemoryBasis, Row, Scaling, SolverName};
+use orchard_bench::scaling::{
+    Adapter, AxisKind, AxisRow, Backend, MemoryBasis, Omitted, Row, Scaling, SolverName,
+};
 use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
 use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
 use orchard_bench::summary::{
@@ -35,7 +37,7 @@ pub fn results() -> Results {
         detect: Some(detect()),
         components: vec![component("reach-and-grasp"), component("gentle")],
         compute: Some(compute()),
-        scaling: Some(scaling()),
+        scaling: vec![scaling(Backend::Cpu)],
     }
 }
 
@@ -331,12 +333,20 @@ fn compute() -> Compute {
     Compute { schema_version: SCHEMA_VERSION, tasks: tasks.into() }
 }
 
-fn scaling() -> Scaling {
+/// A scaling run on a backend; on a device one that was asked for more than it could do.
+pub fn scaling(backend: Backend) -> Scaling {
+    let is_device = backend == Backend::Gpu;
+    let solvers: &[(SolverName, f64)] = if is_device {
+        &[(SolverName::DeviceAba, 0.1)]
+    } else {
+        &[(SolverName::Lanes, 1.0), (SolverName::Aba, 3.0)]
+    };
+    let most = if is_device { 17 } else { 10 };
     let modes = [(Mode::Homogeneous, 1.0), (Mode::SharedDimensions, 0.97), (Mode::DistinctDimensions, 0.9)];
     let mut rows = Vec::new();
-    for (solver, slower) in [(SolverName::Lanes, 1.0), (SolverName::Aba, 3.0)] {
+    for &(solver, slower) in solvers {
         for (mode, factor) in modes {
-            for worlds in (0..10).map(|power| 1_u32 << power) {
+            for worlds in (0..most).map(|power| 1_u32 << power) {
                 let full = f64::from(worlds) / (1.0 + f64::from(worlds) / 40.0);
                 let env_steps_per_s = 250.0 * factor * full / slower;
                 let step_rate_per_s = env_steps_per_s / f64::from(worlds);
@@ -346,24 +356,51 @@ fn scaling() -> Scaling {
                     worlds,
                     step_rate_per_s,
                     env_steps_per_s,
+                    substeps_per_s: 3.0 * env_steps_per_s,
                     spread: [0.9 * step_rate_per_s, 1.1 * step_rate_per_s],
                     processor_us_per_env_step: 1e6 / env_steps_per_s,
                     memory_mib: Some(20.0 + 3.0 * f64::from(worlds)),
                     memory_basis: MemoryBasis::Growth,
+                    grow_s: 0.01 * f64::from(worlds),
+                    pack_s: 1e-4 * f64::from(worlds),
                     segments_per_tree: 150.0,
                     fruit_per_tree: 40.0,
                     repeats: 3,
                     courses: 3,
                     unfinite: 0,
+                    note: None,
                 });
             }
         }
     }
+    let omitted = is_device.then(|| Omitted {
+        solver: SolverName::DeviceAba,
+        mode: Mode::DistinctTopology,
+        worlds: 65536,
+        why: "it would take 90 s, a cell has 60 s".to_owned(),
+    });
+    let axes = AxisKind::ALL.map(|axis| AxisRow {
+        axis,
+        solver: solvers[0].0,
+        worlds: 8,
+        env_steps_per_s: 2000.0,
+        relative: 0.95,
+        spread: [0.9, 1.0],
+        note: None,
+    });
+    let axes = if is_device { axes.to_vec() } else { Vec::new() };
     Scaling {
         schema_version: SCHEMA_VERSION,
         code_version: CODE_VERSION.to_owned(),
         config_version: "v1".to_owned(),
         profile: "full".to_owned(),
+        backend,
+        adapter: is_device.then(|| Adapter {
+            name: "Device".to_owned(),
+            driver: "driver 1".to_owned(),
+            api: "Vulkan".to_owned(),
+            is_software: false,
+        }),
         machine: machine(),
         instructions: "avx2".to_owned(),
         threads: 2,
@@ -375,6 +412,8 @@ fn scaling() -> Scaling {
         peak_memory_mib: Some(500.0),
         left_out: Vec::new(),
         rows,
+        omitted: omitted.into_iter().collect(),
+        axes,
     }
 }
 

@@ -62,8 +62,8 @@ impl Figures {
         if let Some(detect) = &results.detect {
             figures.detect = vec![detection(detect, &protocol.detect)?, detect::errors(detect)?];
         }
-        if let Some(scaling) = results.scaling.as_ref().filter(|scaling| !scaling.rows.is_empty()) {
-            figures.scaling = scaling::figures(scaling, &protocol.scaling.published)?;
+        if results.scaling.iter().any(|scaling| !scaling.rows.is_empty()) {
+            figures.scaling = scaling::figures(&results.scaling, &protocol.scaling.published)?;
         }
         Ok(figures)
     }

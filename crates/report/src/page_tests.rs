@@ -1,6 +1,7 @@
 //! Whole pages of a made-up result.
 
 use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::Backend;
 use orchard_bench::seeds::SeedSetName;
 use scraper::{Html, Selector};
 
@@ -181,4 +182,35 @@ fn a_run_in_which_nothing_happened() {
     }
     let html = is_sound(&page_of(&results, &Pictures::default()));
     assert_eq!(select(&html, "#attempts .missing").len(), 1);
+}
+
+/// Both backends stand in one figure, with the paper's points; what was left out and what each kind of randomisation costs is told.
+#[test]
+fn scaling_on_both_backends() {
+    let mut results = example::results();
+    let of_cpu = drawn(&results).scaling[0].description.clone();
+    assert!(of_cpu.contains("lanes: ") && of_cpu.contains("aba: ") && !of_cpu.contains("device"));
+    results.scaling.push(example::scaling(Backend::Gpu));
+    let throughput = &drawn(&results).scaling[0];
+    // The fastest solver of each.
+    let told = &throughput.description;
+    assert!(told.contains("lanes: ") && told.contains("device aba: ") && !told.contains(", aba: "), "{told}");
+    assert!(throughput.svg.contains("32768") && throughput.svg.contains("paper: distinct dimensions"));
+    let text = page_of(&results, &Pictures::default());
+    let html = is_sound(&text);
+    let scaling = &select(&html, "#scaling")[0];
+    let words: String = scaling.text().collect();
+    for phrase in [
+        "2 threads, lanes of avx2; Device.",
+        "Newton up to 256 worlds, 2 to 3 times slower",
+        "device-aba, distinct topology, 65536 worlds: it would take 90 s",
+        "habit-angles",
+    ] {
+        assert!(words.contains(phrase), "{phrase}");
+    }
+    let solvers: Vec<String> = select(&html, "#scaling td:first-child, #scaling th[scope='row']")
+        .iter()
+        .map(|cell| cell.text().collect())
+        .collect();
+    assert!(["lanes", "aba", "device-aba"].iter().all(|name| solvers.iter().any(|cell| cell == name)));
 }

@@ -19,8 +19,8 @@ pub struct Results {
     pub components: Vec<ComponentSummary>,
     /// What the harvest cost, `compute.json`.
     pub compute: Option<Compute>,
-    /// Throughput over parallel worlds, `scaling.json`.
-    pub scaling: Option<Scaling>,
+    /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one a backend.
+    pub scaling: Vec<Scaling>,
 }
 
 impl Results {

@@ -36,7 +36,7 @@ pub fn job(order: &Order, record: Option<&Path>) -> Result<Box<dyn Job>, Failure
         }
         Order::ReachAndGrasp { controller, trees } => Box::new(component::Grasping::new(controller, trees)?),
         Order::Gentle { controller, trees } => Box::new(component::Pushing::new(controller, trees)?),
-        Order::Scaling { profile } => Box::new(scaling::Timing::new(profile)?),
+        Order::Scaling { profile, backend } => Box::new(scaling::Timing::new(profile, *backend)?),
     })
 }
 

@@ -30,7 +30,10 @@ pub fn orders(args: &Args, protocol: &Protocol) -> Result<Vec<Order>, Failure> {
                 Order::ReachAndGrasp { controller: controller()?, trees: trees.clone() }
             }
             TaskName::Gentle => Order::Gentle { controller: controller()?, trees: trees.clone() },
-            TaskName::Scaling => Order::Scaling { profile: args.profile.name().to_owned() },
+            TaskName::Scaling => Order::Scaling {
+                profile: args.profile.name().to_owned(),
+                backend: args.backend.unwrap_or(protocol.scaling.backend),
+            },
         })
     };
     tasks(args).iter().map(of_task).collect()
@@ -79,8 +82,8 @@ fn is_part(args: &Args) -> bool {
 
 /// An option of a task that is not run would change nothing: better told than ignored.
 fn check_options(args: &Args) -> Result<(), String> {
-    use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp};
-    let options: [(&str, bool, &[TaskName], &str); 7] = [
+    use TaskName::{Detect, Gentle, Harvest, ReachAndGrasp, Scaling};
+    let options: [(&str, bool, &[TaskName], &str); 8] = [
         ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
         ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
         ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
@@ -93,6 +96,7 @@ fn check_options(args: &Args) -> Result<(), String> {
         ),
         ("--camera", args.camera.is_some(), &[Detect], "the task detect"),
         ("--detector", args.detector.is_some(), &[Detect], "the task detect"),
+        ("--backend", args.backend.is_some(), &[Scaling], "the task scaling"),
     ];
     let run = tasks(args);
     for (option, given, tasks, names) in options {
@@ -100,7 +104,7 @@ fn check_options(args: &Args) -> Result<(), String> {
             return Err(format!("{option} is for {names}, which --tasks does not name"));
         }
     }
-    if is_part(args) && run.contains(&TaskName::Scaling) {
+    if is_part(args) && run.contains(&Scaling) {
         return Err("--shard: the task scaling has no parts; run it alone".to_owned());
     }
     Ok(())

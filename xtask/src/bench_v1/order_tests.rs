@@ -94,6 +94,26 @@ fn options_of_tasks_that_are_not_run() {
 }
 
 #[test]
+fn the_backend_is_of_the_scaling_task() {
+    let backend = |line: &[&str]| match orders_of(line).unwrap().pop() {
+        Some(Order::Scaling { backend, .. }) => backend.name(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(backend(&["--tasks", "scaling"]), "cpu");
+    assert_eq!(backend(&["--tasks", "scaling", "--backend", "gpu"]), "gpu");
+    // The other tasks are run as ever.
+    assert_eq!(backend(&["--backend", "gpu"]), "gpu");
+    assert_eq!(orders_of(&["--backend", "gpu"]).unwrap().len(), 5);
+    assert_eq!(
+        orders_of(&["--tasks", "detect", "--backend", "gpu"]).unwrap_err(),
+        "--backend is for the task scaling, which --tasks does not name"
+    );
+    let line = ["bench-v1", "--backend", "tpu"];
+    let e = <Line as clap::Parser>::try_parse_from(line).err().unwrap().to_string();
+    assert!(e.contains("'tpu'") && e.contains("--backend") && e.contains("there are cpu and gpu"), "{e}");
+}
+
+#[test]
 fn plans_in_common_use_have_folders_of_their_own() {
     let out = |line: &[&str]| default_out(&args(line)).display().to_string();
     assert_eq!(out(&[]), "results/bench-v1-quick");

@@ -1,10 +1,11 @@
 //! The scaling task: how fast batches of trees step.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::order::Order;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::scaling::{
-    RESULT, Row, Scaling, ScalingError, ScalingPlan, ScalingProgress, ScalingRules, SolverName,
-    run as run_plan,
+    Backend, Omitted, RESULT, Row, Scaling, ScalingError, ScalingPlan, ScalingProgress, ScalingRules,
+    SolverName, run as run_plan,
 };
 use orchard_bench::store::Store;
 use orchard_bench::{OtherPlan, Session};
@@ -23,16 +24,37 @@ pub struct Timing {
 
 impl Timing {
     /// Plans it.
-    pub fn new(profile: &str) -> Result<Self, Failure> {
+    pub fn new(profile: &str, backend: Backend) -> Result<Self, Failure> {
         let protocol = Protocol::paper();
         let rules = protocol.scaling.clone();
         let efforts = [(ProfileName::Quick, &rules.quick), (ProfileName::Full, &rules.full)];
         let Some((_, effort)) = efforts.into_iter().find(|(name, _)| name.name() == profile) else {
             return Err(Failure::BadInput(format!("scaling: there is no profile {profile}")));
         };
-        let plan = ScalingPlan::of_protocol(&protocol, profile, effort);
+        let plan = ScalingPlan::of_protocol(&protocol, profile, effort, backend);
         plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { plan, rules })
+    }
+}
+
+/// Checks that there is a device if an order needs one.
+pub fn check_device(orders: &[Order]) -> Result<(), Failure> {
+    let needs = |order: &Order| matches!(order, Order::Scaling { backend: Backend::Gpu, .. });
+    match orders.iter().find(|order| needs(order)) {
+        None => Ok(()),
+        Some(_) => {
+            let protocol = Protocol::paper();
+            let quick = &protocol.scaling.quick;
+            let plan = ScalingPlan::of_protocol(&protocol, "quick", quick, Backend::Gpu);
+            plan.with_device(&protocol.scaling).map(|_| ()).map_err(failure)
+        }
+    }
+}
+
+fn failure(e: ScalingError) -> Failure {
+    match e {
+        ScalingError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        e => Failure::Failed(e.to_string()),
     }
 }
 
@@ -43,13 +65,11 @@ impl Job for Timing {
     }
 
     fn run(&self, session: &Session<'_>) -> Result<(), Failure> {
-        let bar = Cells::new(&self.plan);
-        let result = run_plan(&self.plan, session.store, session.threads, session.stop, &bar);
-        bar.bar.finish_and_clear();
-        let scaling = result.map_err(|e| match e {
-            ScalingError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
-            e => Failure::Failed(e.to_string()),
-        })?;
+        let (plan, gpu) = self.plan.clone().with_device(&self.rules).map_err(failure)?;
+        let bar = Cells::new(&plan);
+        let result = run_plan(&plan, gpu.as_ref(), session.store, session.threads, session.stop, &bar);
+        bar.clear();
+        let scaling = result.map_err(failure)?;
         say!("{}", report(&scaling, &self.rules).trim_end());
         say!("results: {}\n", session.store.path().join(RESULT).display());
         Ok(())
@@ -62,14 +82,15 @@ impl Job for Timing {
 }
 
 /// How the run goes on. Building a mode's worlds counts as much as its cells of one size.
-struct Cells {
+pub struct Cells {
     bar: ProgressBar,
     /// What building counts.
     solvers: u64,
 }
 
 impl Cells {
-    fn new(plan: &ScalingPlan) -> Self {
+    /// Nothing is done yet.
+    pub fn new(plan: &ScalingPlan) -> Self {
         let solvers = plan.solvers.len() as u64;
         let bar = ProgressBar::new(plan.cells().len() as u64 + solvers * plan.modes.len() as u64);
         if let Ok(style) =
@@ -79,15 +100,23 @@ impl Cells {
         }
         Self { bar, solvers }
     }
-}
 
-impl ScalingProgress for Cells {
-    fn building(&self, mode: Mode, worlds: u32) {
-        let line = format!("scaling, {}: {worlds} worlds", name(mode));
+    /// Takes the bar away.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn say(&self, line: String) {
         if self.bar.is_hidden() {
             eprintln!("{line}");
         }
         self.bar.set_message(line);
+    }
+}
+
+impl ScalingProgress for Cells {
+    fn building(&self, mode: Mode, worlds: u32) {
+        self.say(format!("scaling, {}: up to {worlds} worlds", name(mode)));
         self.bar.inc(self.solvers);
     }
 
@@ -95,10 +124,20 @@ impl ScalingProgress for Cells {
         self.bar.set_message(format!("scaling, {}: {} x {}", name(row.mode), row.worlds, row.solver.name()));
         self.bar.inc(1);
     }
+
+    fn omitted(&self, omitted: &Omitted) {
+        let Omitted { solver, mode, worlds, why } = omitted;
+        self.say(format!("scaling, {}: {worlds} x {} left out: {why}", name(*mode), solver.name()));
+        self.bar.inc(1);
+    }
+
+    fn axes(&self) {
+        self.say("scaling: each kind of randomisation alone".to_owned());
+    }
 }
 
 /// A mode as files name it.
-fn name(mode: Mode) -> &'static str {
+pub fn name(mode: Mode) -> &'static str {
     match mode {
         Mode::Homogeneous => "homogeneous",
         Mode::SharedDimensions => "shared-dimensions",
@@ -109,19 +148,26 @@ fn name(mode: Mode) -> &'static str {
 
 /// All figures as tables, one a mode.
 fn report(scaling: &Scaling, rules: &ScalingRules) -> String {
+    let from = match &scaling.adapter {
+        Some(adapter) => format!("{}, courses of {} frames", adapter.name, scaling.frames),
+        None => {
+            let Scaling { threads, instructions, frames, .. } = scaling;
+            format!("{threads} threads, lanes of f32 by {instructions}, {frames} frames from a kick")
+        }
+    };
     let mut text = format!(
-        "scaling: {} threads, lanes of f32 by {}, {} frames of {} substeps from a kick; env-steps (frames of one world) and frames of the \
-         whole batch a second, memory of the batch\n",
-        scaling.threads, scaling.instructions, scaling.frames, scaling.substeps
+        "scaling: {from}, {} substeps a frame; env-steps (frames of one world) and frames of the whole batch a second, memory of \
+         the batch\n",
+        scaling.substeps
     );
+    if let Some(note) = scaling.rows.first().and_then(|row| row.note.as_ref()) {
+        text += &format!("{note}\n");
+    }
     for mode in Mode::ALL {
         text += &of_mode(scaling, rules, mode);
     }
     for solver in &scaling.left_out {
-        text += &format!(
-            "\nsolver {} is not in this build: cargo run --release -p xtask --features cholesky -- bench-v1 --tasks scaling\n",
-            solver.name()
-        );
+        text += &format!("\nthis build has no solver {}: {}\n", solver.name(), solver.needs());
     }
     let unfinite: u32 = scaling.rows.iter().map(|row| row.unfinite).sum();
     if unfinite > 0 {
@@ -144,15 +190,24 @@ fn of_mode(scaling: &Scaling, rules: &ScalingRules, mode: Mode) -> String {
     head.extend(solvers.iter().map(|solver| format!("{} env-steps/s", solver.name())));
     head.push("paper".to_owned());
     head.extend(solvers.iter().map(|solver| format!("{} frames/s", solver.name())));
-    head.extend(["MiB lanes".to_owned(), "MiB f64".to_owned()]);
+    // Solvers in f64 share a figure.
+    let kinds = [
+        ("MiB lanes", &[SolverName::Lanes][..]),
+        ("MiB f64", &[SolverName::Aba, SolverName::Cg, SolverName::Cholesky]),
+        ("MiB device", &[SolverName::DeviceAba, SolverName::DeviceCg]),
+    ];
+    let kinds: Vec<_> =
+        kinds.into_iter().filter(|(_, of)| of.iter().any(|solver| solvers.contains(solver))).collect();
+    head.extend(kinds.iter().map(|(name, _)| (*name).to_owned()));
     let mut worlds: Vec<u32> = own.iter().map(|row| row.worlds).collect();
     worlds.dedup();
     let mut rows = vec![head];
     for worlds in worlds {
         let of = |solver: SolverName| own.iter().find(|row| row.worlds == worlds && row.solver == solver);
         let rate = |solver: &SolverName, rate: fn(&Row) -> f64| figure(of(*solver).map(|row| rate(row)));
-        let memory = |row: Option<&&&Row>| figure(row.and_then(|row| row.memory_mib));
-        let of_f64 = solvers.iter().filter(|solver| **solver != SolverName::Lanes).find_map(|s| of(*s));
+        let memory = |of_kind: &[SolverName]| {
+            figure(of_kind.iter().find_map(|solver| of(*solver)).and_then(|row| row.memory_mib))
+        };
         let mut row = vec![worlds.to_string()];
         row.extend(solvers.iter().map(|solver| rate(solver, |row| row.env_steps_per_s)));
         row.push(rules.published.at(mode, worlds).map_or_else(String::new, |paper| {
@@ -163,7 +218,7 @@ fn of_mode(scaling: &Scaling, rules: &ScalingRules, mode: Mode) -> String {
             }
         }));
         row.extend(solvers.iter().map(|solver| rate(solver, |row| row.step_rate_per_s)));
-        row.extend([memory(of(SolverName::Lanes).as_ref()), memory(of_f64.as_ref())]);
+        row.extend(kinds.iter().map(|(_, of_kind)| memory(of_kind)));
         rows.push(row);
     }
     format!(

@@ -1,5 +1,7 @@
 //! Suite `gpu`: batches of trees on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
 
+mod warp;
+
 use std::time::Instant;
 
 use anyhow::Context;
@@ -7,11 +9,12 @@ use orchard_batch::TreeWorld;
 use orchard_gpu::{Choice, Gpu, GpuBatch};
 use rayon::prelude::*;
 
-use super::physics::forest::{Planting, kick, nearest, spec_with_fruit};
+use super::physics::forest::{Planting, kick, mjcf_of, nearest, spec_with_fruit};
 use super::physics::{FRUIT, LINKS, SEARCHED, WORLDS};
 use super::timing::Rounds;
 use super::{say, spinner};
 use crate::rows::{Effort, Measured, Row};
+use warp::Peer;
 
 /// Frames of a round, and rounds.
 const FRAMES: u32 = 60;
@@ -49,11 +52,18 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
 
     let mut rows = Vec::new();
     let targets: &[(usize, f64)] = if is_real { &TARGETS } else { &[(SOFTWARE_WORLDS, 0.0)] };
+    say(&bar, "MuJoCo-Warp");
+    let compared: Vec<usize> = targets.iter().map(|&(worlds, _)| worlds).collect();
+    // The file stays, for whoever wants to step it elsewhere.
+    let tree = warp::leave(&mjcf_of(&same[0])?)?;
+    let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
+    let peer = peer.inspect_err(|why| eprintln!("NO COMPARISON with MuJoCo-Warp: {why}")).ok();
     for &(worlds, target) in targets {
         say(&bar, &format!("{worlds} worlds"));
         let cell = Cell::measure(&gpu, &dimensions, worlds)?;
         let row = cell.row(&format!("gpu.dimensions_{worlds}"), substeps);
         rows.push(if is_real {
+            let row = peer.iter().fold(row, |row, peer| peer.beside(row, worlds));
             Row { note: Some(NOTE.to_owned()), ..row.at_least(target) }
         } else {
             Row { note: Some(SOFTWARE_NOTE.to_owned()), ..row }
@@ -81,7 +91,9 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     }
     bar.finish_and_clear();
     let info = gpu.info();
+    rows.extend(peer.iter().flat_map(Peer::rows));
     let mut measured = Measured::from(rows);
+    measured.context.insert("mujoco_warp", peer.as_ref().map(Peer::about));
     measured.context.insert("adapter", Some(info.name.clone()));
     measured.context.insert("driver", Some(info.driver.clone()));
     measured.context.insert("backend", Some(info.backend.clone()));

@@ -4,12 +4,22 @@ use std::path::Path;
 
 use orchard_bench::detect::DetectSummary;
 use orchard_bench::episode::SCHEMA_VERSION;
+use orchard_bench::scaling::Scaling;
 use orchard_report::Results;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 /// Summaries of the component tasks.
 const COMPONENTS: [&str; 2] = ["reach-and-grasp.json", "gentle.json"];
+
+/// Scaling runs, of any backend each.
+const SCALINGS: [&str; 2] = ["scaling.json", "scaling-gpu.json"];
+
+/// What a file of `perf scaling` has beside its rows.
+#[derive(Deserialize)]
+struct PerfFile {
+    scaling: serde_json::Value,
+}
 
 /// What every result file has.
 #[derive(Deserialize)]
@@ -31,34 +41,63 @@ pub fn read(dir: &Path) -> Result<Results, String> {
         detect: file_of(dir, DetectSummary::FILE)?,
         components,
         compute: file_of(dir, "compute.json")?,
-        scaling: file_of(dir, "scaling.json")?,
+        scaling: scalings(dir)?,
     };
     if results.is_empty() {
-        let names =
-            "summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json, scaling.json";
+        let names = "summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json, scaling.json, \
+             scaling-gpu.json";
         return Err(format!("{}: holds no result of bench-v1: none of {names}", dir.display()));
     }
     Ok(results)
 }
 
-/// A file's content, if there is one.
+/// Scaling runs, one a backend.
+fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
+    let mut scalings: Vec<Scaling> = Vec::new();
+    for file in SCALINGS {
+        let Some(scaling) = scaling_of(dir, file)? else { continue };
+        let backend = scaling.backend;
+        if scalings.iter().any(|other| other.backend == backend) {
+            let [a, b] = SCALINGS;
+            return Err(format!("{}: {a} and {b} are both of the backend {}", dir.display(), backend.name()));
+        }
+        scalings.push(scaling);
+    }
+    Ok(scalings)
+}
+
+/// A scaling run, by itself or in a file of `perf scaling`.
+fn scaling_of(dir: &Path, name: &str) -> Result<Option<Scaling>, String> {
+    let path = dir.join(name);
+    let Some(text) = text_of(&path)? else { return Ok(None) };
+    let inner = serde_json::from_str::<PerfFile>(&text).map(|perf| perf.scaling.to_string());
+    result_of(&path, &inner.unwrap_or(text)).map(Some)
+}
+
+/// A result file's content, if there is one.
 fn file_of<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, String> {
     let path = dir.join(name);
+    text_of(&path)?.map(|text| result_of(&path, &text)).transpose()
+}
+
+fn text_of(path: &Path) -> Result<Option<String>, String> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(format!("{}: {e}", path.display())),
+    }
+}
+
+fn result_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, String> {
     let bad = |problem: String| format!("{}: {problem}", path.display());
-    let text = match std::fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(bad(e.to_string())),
-    };
-    let head: Head =
-        serde_json::from_str(&text).map_err(|e| bad(format!("is no result of bench-v1: {e}")))?;
+    let head: Head = serde_json::from_str(text).map_err(|e| bad(format!("is no result of bench-v1: {e}")))?;
     if head.schema_version != SCHEMA_VERSION {
         let found = head.schema_version;
         return Err(bad(format!(
             "has schema version {found}, this code reads {SCHEMA_VERSION}: run bench-v1 again"
         )));
     }
-    serde_json::from_str(&text).map(Some).map_err(|e| bad(format!("does not read: {e}")))
+    serde_json::from_str(text).map_err(|e| bad(format!("does not read: {e}")))
 }
 
 #[cfg(test)]

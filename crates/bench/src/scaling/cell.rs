@@ -1,39 +1,32 @@
 //! One batch, timed.
 
-use std::hint::black_box;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use orchard_batch::{Batch, BatchError, Status, TreeWorld};
-#[cfg(test)]
-use orchard_multibody::Data;
-use orchard_multibody::Solver;
+use orchard_batch::{Stepper, StepperError, TreeEvent, TreeWorld};
+use orchard_gpu::Gpu;
 use rayon::ThreadPool;
-use rayon::prelude::*;
 
-use super::plan::{ScalingPlan, SolverName};
+use super::plan::{GoingOn, ScalingPlan};
 use super::process::processor_time;
+use super::run::ScalingError;
+use super::solver::SolverName;
 
 /// Shortest time that a clock tells [s]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
 
-/// Worlds as they are before every course.
-pub enum Start<'a> {
-    /// In lanes.
-    Lanes(Box<Batch>),
-    /// In f64.
-    Each(&'a [TreeWorld], Solver),
+/// Worlds as they are before the first course, and what is to advance them.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// The worlds.
+    pub worlds: &'a [TreeWorld],
+    /// How they are advanced.
+    pub solver: SolverName,
+    /// Where, for solvers of a device.
+    pub gpu: Option<&'a Gpu>,
 }
 
-/// The same after a course.
-pub enum End {
-    /// In lanes.
-    Lanes(Box<Batch>),
-    /// In f64.
-    Each(Vec<TreeWorld>),
-}
-
-/// What a course took.
+/// What something took.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Spent {
     /// Time elapsed.
@@ -51,92 +44,86 @@ pub struct Timed {
     pub courses: u32,
     /// Processor time of all of them [s].
     pub processor_s: f64,
+    /// Time to make the batch of its worlds, and to send it to a device [s].
+    pub pack_s: f64,
+    /// Memory of the numbers that a step goes through [bytes], where the batch knows it.
+    pub bytes: Option<usize>,
     /// Worlds that are no longer finite at the end of a course.
     pub unfinite: u32,
 }
 
-impl<'a> Start<'a> {
-    /// The worlds under a solver that this build has.
-    pub fn new(worlds: &'a [TreeWorld], solver: SolverName) -> Result<Self, BatchError> {
-        match solver.of_f64() {
-            Some(solver) => Ok(Self::Each(worlds, solver)),
-            None => Ok(Self::Lanes(Box::new(Batch::new(worlds)?))),
-        }
-    }
-
-    /// A course. A frame begins when all worlds have ended the one before.
-    pub fn course(&self, frames: u32, pool: &ThreadPool) -> (Spent, End) {
-        match self {
-            Self::Lanes(start) => {
-                let mut batch = start.clone();
-                let spent = pool.install(|| {
-                    timed(frames, || {
-                        black_box(batch.step(1));
-                    })
-                });
-                (spent, End::Lanes(batch))
-            }
-            Self::Each(start, solver) => {
-                let mut worlds = start.to_vec();
-                let spent = pool.install(|| {
-                    timed(frames, || {
-                        worlds.par_iter_mut().for_each(|world| {
-                            black_box(world.step_by(*solver));
-                        });
-                    })
-                });
-                (spent, End::Each(worlds))
-            }
-        }
+impl Start<'_> {
+    /// The batch.
+    pub fn batch(&self) -> Result<Box<dyn Stepper>, ScalingError> {
+        self.solver.batch(self.worlds, self.gpu)
     }
 }
 
-impl End {
-    /// Writes the state of a world into data of its model.
-    #[cfg(test)]
-    pub fn store(&self, world: usize, data: &mut Data) {
-        match self {
-            Self::Lanes(batch) => batch.store(world, data),
-            Self::Each(worlds) => data.clone_from(worlds[world].data()),
-        }
-    }
-
-    /// Worlds that are no longer finite.
-    pub fn unfinite(&self) -> u32 {
-        let count = match self {
-            Self::Lanes(batch) => (0..batch.len()).filter(|&i| batch.status(i) != Status::Running).count(),
-            Self::Each(worlds) => worlds.iter().filter(|world| !world.data().is_finite()).count(),
-        };
-        count as u32
-    }
+/// Some frames of a batch. A frame begins when all worlds have ended the one before.
+pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<Spent, StepperError> {
+    pool.install(|| {
+        let (start, processor) = (Instant::now(), processor_time());
+        batch.advance(frames);
+        batch.wait()?;
+        let processor = processor_time().saturating_sub(processor);
+        Ok(Spent { elapsed: start.elapsed(), processor })
+    })
 }
 
-fn timed(frames: u32, mut frame: impl FnMut()) -> Spent {
-    let (start, processor) = (Instant::now(), processor_time());
-    for _ in 0..frames {
-        frame();
-    }
-    Spent { elapsed: start.elapsed(), processor: processor_time().saturating_sub(processor) }
+/// Worlds that were found to be no longer finite since the last call.
+fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
+    let events = batch.events()?;
+    let is_stop = |event: &TreeEvent| matches!(event, TreeEvent::Quarantined { .. });
+    Ok(events.iter().filter(|happened| is_stop(&happened.event)).count() as u32)
 }
 
 /// Times a batch: whole courses for a part of the cell's time, as many times as the plan says. `None` if `stop` was raised.
-pub fn time(plan: &ScalingPlan, start: &Start<'_>, pool: &ThreadPool, stop: &AtomicBool) -> Option<Timed> {
+pub fn time(
+    plan: &ScalingPlan,
+    start: &Start<'_>,
+    pool: &ThreadPool,
+    stop: &AtomicBool,
+) -> Result<Option<Timed>, ScalingError> {
     let share = plan.cell_time / f64::from(plan.repeats);
-    let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, unfinite: 0 };
+    let packing = Instant::now();
+    let mut batch = pool.install(|| start.batch())?;
+    batch.wait()?;
+    let pack_s = packing.elapsed().as_secs_f64();
+    let bytes = batch.bytes();
+    let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
+    if let Some(GoingOn { warm_up, .. }) = plan.going_on {
+        course(&mut *batch, warm_up, pool)?;
+    }
     for _ in 0..plan.repeats {
         let (mut elapsed, mut courses) = (0.0, 0);
-        while courses == 0 || elapsed < share {
+        while courses == 0 || elapsed < share && plan.has_course(courses) {
             if stop.load(Ordering::Relaxed) {
-                return None;
+                return Ok(None);
             }
-            let (spent, end) = start.course(plan.frames, pool);
+            if plan.going_on.is_none() && timed.courses + courses > 0 {
+                batch = pool.install(|| start.batch())?;
+            }
+            let spent = course(&mut *batch, plan.frames, pool)?;
             elapsed += spent.elapsed.as_secs_f64();
             timed.processor_s += spent.processor.as_secs_f64();
-            timed.unfinite = timed.unfinite.max(end.unfinite());
             courses += 1;
+            if plan.going_on.is_none() {
+                timed.unfinite = timed.unfinite.max(unfinite(&mut *batch)?);
+            }
         }
         timed.rates.push(f64::from(plan.frames) * f64::from(courses) / elapsed.max(CLOCK_RESOLUTION));
         timed.courses += courses;
     }
-    Some(timed)
+    if plan.going_on.is_some() {
+        timed.unfinite = unfinite(&mut *batch)?;
+    }
+    Ok(Some(timed))
+}
+
+impl ScalingPlan {
+    /// Whether a repeat has another course after so many. Courses that go on share the time in which everything moves.
+    fn has_course(&self, courses: u32) -> bool {
+        let of = |going_on: &GoingOn| going_on.most.saturating_sub(going_on.warm_up) / self.repeats;
+        self.going_on.as_ref().is_none_or(|going_on| (courses + 1) * self.frames <= of(going_on))
+    }
 }

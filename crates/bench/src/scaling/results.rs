@@ -1,10 +1,13 @@
 //! `scaling.json`.
 
+use orchard_gpu::GpuInfo;
 use orchard_spec::randomisation::Mode;
 use serde::{Deserialize, Serialize};
 
+use super::axes::AxisRow;
 use super::cell::Timed;
-use super::plan::{Cell, SolverName};
+use super::plan::{Cell, ScalingPlan};
+use super::solver::{Backend, SolverName};
 use crate::compute::Machine;
 use crate::statistics::quantile::{ascending, quantile};
 
@@ -19,6 +22,12 @@ pub struct Scaling {
     pub config_version: String,
     /// Profile.
     pub profile: String,
+    /// What advanced the batches.
+    #[serde(default)]
+    pub backend: Backend,
+    /// The graphics device, where it is one.
+    #[serde(default)]
+    pub adapter: Option<Adapter>,
     /// Machine.
     pub machine: Machine,
     /// Instructions of the lanes.
@@ -37,17 +46,56 @@ pub struct Scaling {
     pub wall_s: f64,
     /// Largest resident memory of the process so far [MiB], where the system tells.
     pub peak_memory_mib: Option<f64>,
-    /// Solvers that this build lacks.
+    /// Solvers of the backend that this build lacks.
     pub left_out: Vec<SolverName>,
     /// A row a cell.
     pub rows: Vec<Row>,
+    /// Cells that were not timed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub omitted: Vec<Omitted>,
+    /// What each kind of randomisation costs, where that was measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<AxisRow>,
+}
+
+/// A graphics device.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Adapter {
+    /// Its name.
+    pub name: String,
+    /// Driver, with its version.
+    pub driver: String,
+    /// Vulkan, Metal or DX12.
+    pub api: String,
+    /// Whether it is a program on the CPU.
+    pub is_software: bool,
+}
+
+impl From<&GpuInfo> for Adapter {
+    fn from(info: &GpuInfo) -> Self {
+        let GpuInfo { name, driver, backend, is_software, .. } = info;
+        Self { name: name.clone(), driver: driver.clone(), api: backend.clone(), is_software: *is_software }
+    }
+}
+
+/// A cell that was not timed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Omitted {
+    /// Solver.
+    pub solver: SolverName,
+    /// What differs between the worlds.
+    pub mode: Mode,
+    /// Worlds.
+    pub worlds: u32,
+    /// Why.
+    pub why: String,
 }
 
 /// What a cell's memory is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemoryBasis {
-    /// The numbers that a step goes through.
+    /// The numbers that a step goes through, on the device where it is one.
     Numbers,
     /// What the process grew by with as many worlds, states and models; what a solver keeps beside them is left out.
     Growth,
@@ -66,6 +114,8 @@ pub struct Row {
     pub step_rate_per_s: f64,
     /// The same times the worlds: frames of one world a second.
     pub env_steps_per_s: f64,
+    /// The same times the substeps of a frame: substeps of one world a second.
+    pub substeps_per_s: f64,
     /// Smallest and largest step rate of the repeats [1/s].
     pub spread: [f64; 2],
     /// Processor time of all threads an env-step [us], over all repeats: what other work on the machine hardly changes.
@@ -74,6 +124,10 @@ pub struct Row {
     pub memory_mib: Option<f64>,
     /// What that is.
     pub memory_basis: MemoryBasis,
+    /// Time to grow so many worlds and let them settle [s], on all threads.
+    pub grow_s: f64,
+    /// Time to make the solver's batch of them and, on a device, to send it [s].
+    pub pack_s: f64,
     /// Segments of a tree on average.
     pub segments_per_tree: f64,
     /// Fruit of a tree on average.
@@ -84,6 +138,9 @@ pub struct Row {
     pub courses: u32,
     /// Worlds that were no longer finite at the end of a course; figures with any are worth nothing.
     pub unfinite: u32,
+    /// What is particular about it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// What all cells of some worlds share.
@@ -91,6 +148,10 @@ pub struct Row {
 pub struct Batched {
     /// Memory [bytes] and what that is.
     pub memory: (Option<f64>, MemoryBasis),
+    /// Time to grow them [s].
+    pub grow_s: f64,
+    /// Substeps of a frame.
+    pub substeps: u32,
     /// Segments of a tree on average.
     pub segments: f64,
     /// Fruit of a tree on average.
@@ -98,12 +159,17 @@ pub struct Batched {
 }
 
 impl Row {
-    /// The figures of a cell whose course has so many frames.
-    pub(super) fn new(cell: &Cell, frames: u32, timed: &Timed, batched: &Batched) -> Self {
+    /// Time from nothing to a batch that can be stepped [s].
+    pub fn build_s(&self) -> f64 {
+        self.grow_s + self.pack_s
+    }
+
+    /// The figures of a plan's cell.
+    pub(super) fn new(cell: &Cell, plan: &ScalingPlan, timed: &Timed, batched: &Batched) -> Self {
         let rates = ascending(timed.rates.iter().copied());
         let rate = |p: f64| quantile(&rates, p).unwrap_or_default();
         let worlds = f64::from(cell.worlds);
-        let env_steps = worlds * f64::from(frames) * f64::from(timed.courses);
+        let env_steps = worlds * f64::from(plan.frames) * f64::from(timed.courses);
         let (bytes, memory_basis) = batched.memory;
         Self {
             solver: cell.solver,
@@ -111,18 +177,22 @@ impl Row {
             worlds: cell.worlds,
             step_rate_per_s: rate(0.5),
             env_steps_per_s: rate(0.5) * worlds,
+            substeps_per_s: rate(0.5) * worlds * f64::from(batched.substeps),
             spread: [rate(0.0), rate(1.0)],
             processor_us_per_env_step: 1e6 * timed.processor_s / env_steps,
             memory_mib: bytes.map(|bytes| bytes / BYTES_PER_MIB),
             memory_basis,
+            grow_s: batched.grow_s,
+            pack_s: timed.pack_s,
             segments_per_tree: batched.segments,
             fruit_per_tree: batched.fruit,
             repeats: timed.rates.len() as u32,
             courses: timed.courses,
             unfinite: timed.unfinite,
+            note: plan.note.clone(),
         }
     }
 }
 
 /// Bytes of a mebibyte.
-const BYTES_PER_MIB: f64 = 1_048_576.0;
+pub(super) const BYTES_PER_MIB: f64 = 1_048_576.0;

@@ -3,15 +3,18 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use orchard_batch::{BatchError, Isa, TreeWorld};
+use orchard_batch::{BatchError, Isa, StepperError, TreeWorld};
+use orchard_gpu::{Gpu, GpuError};
 use orchard_spec::randomisation::Mode;
 use rayon::ThreadPool;
 
-use super::cell::{Start, time};
-use super::plan::{Cell, ScalingPlan, SolverName};
-use super::process::resident_bytes;
-use super::results::{Batched, MemoryBasis, Row, Scaling};
-use super::trees;
+use super::axes;
+use super::cell::{Start, Timed, time};
+use super::plan::{Cell, ScalingPlan};
+use super::process::{available_bytes, resident_bytes};
+use super::results::{BYTES_PER_MIB, Batched, MemoryBasis, Omitted, Row, Scaling};
+use super::solver::SolverName;
+use super::trees::{self, Forest};
 use crate::compute::{Machine, peak_memory_mib};
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::store::{Store, StoreError};
@@ -28,7 +31,7 @@ pub enum ScalingError {
     )]
     NoCells,
     /// The plan names a solver that this build lacks.
-    #[error("this build has no solver {}: it needs the feature `cholesky`", .0.name())]
+    #[error("this build has no solver {}: {}", .0.name(), .0.needs())]
     NotBuilt(SolverName),
     /// A world cannot be built.
     #[error("a world of mode {mode:?} cannot be built: {reason}")]
@@ -41,6 +44,15 @@ pub enum ScalingError {
     /// Worlds make no batch.
     #[error(transparent)]
     Batch(#[from] BatchError),
+    /// There is no device that can be used.
+    #[error("--backend gpu: {0}; --backend cpu is the default")]
+    NoDevice(GpuError),
+    /// Worlds make no batch on a device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A batch stopped working.
+    #[error(transparent)]
+    Stepper(#[from] StepperError),
     /// The threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -67,36 +79,70 @@ pub trait ScalingProgress {
     fn row(&self, row: &Row) {
         let _ = row;
     }
+    /// A cell is left out.
+    fn omitted(&self, omitted: &Omitted) {
+        let _ = omitted;
+    }
+    /// The kinds of randomisation are being timed.
+    fn axes(&self) {}
 }
 
 impl ScalingProgress for crate::Silent {}
 
-/// Times every cell on `threads` threads and writes `scaling.json`.
+/// Times every cell on `threads` threads, or on a device, and writes `scaling.json`.
 ///
 /// # Errors
-/// A plan without cells, a solver that is not built, worlds that cannot be built, a file that cannot be written, or `stop` was raised.
+/// As [`measure`], or the file cannot be written.
 pub fn run(
     plan: &ScalingPlan,
+    gpu: Option<&Gpu>,
     store: &Store,
     threads: usize,
     stop: &AtomicBool,
     progress: &impl ScalingProgress,
 ) -> Result<Scaling, ScalingError> {
     plan.check()?;
-    let start = Instant::now();
     store.remove(RESULT)?;
+    let scaling = measure(plan, gpu, threads, stop, progress)?;
+    store.write(RESULT, &scaling)?;
+    Ok(scaling)
+}
+
+/// Times every cell on `threads` threads, or on a device.
+///
+/// # Errors
+/// A plan without cells, a solver that is not built, worlds that cannot be built, a device that fails, or `stop` was raised.
+pub fn measure(
+    plan: &ScalingPlan,
+    gpu: Option<&Gpu>,
+    threads: usize,
+    stop: &AtomicBool,
+    progress: &impl ScalingProgress,
+) -> Result<Scaling, ScalingError> {
+    plan.check()?;
+    let start = Instant::now();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let memory = memory_of_worlds(plan, &pool)?;
-    let mut rows = Vec::new();
+    let mut run = Run { plan, gpu, pool: &pool, stop, progress, rows: Vec::new(), omitted: Vec::new() };
     for (&mode, each) in plan.modes.iter().zip(memory) {
-        rows_of(plan, mode, each, &pool, stop, progress, &mut rows)?;
+        run.mode(mode, each)?;
     }
+    let axes = match &plan.axes {
+        None => Vec::new(),
+        Some(axes) => {
+            progress.axes();
+            axes::rows(plan, axes, gpu, &pool, stop)?.ok_or_else(|| run.interrupted())?
+        }
+    };
     let sim = trees::spec_of(Mode::Homogeneous).sim;
-    let scaling = Scaling {
+    let is_left_out = |solver: &SolverName| solver.backend() == plan.backend && !solver.is_built();
+    Ok(Scaling {
         schema_version: SCHEMA_VERSION,
         code_version: CODE_VERSION.to_owned(),
         config_version: plan.config_version.clone(),
         profile: plan.profile.clone(),
+        backend: plan.backend,
+        adapter: gpu.map(|gpu| gpu.info().into()),
         machine: Machine::detect(),
         instructions: format!("{:?}", Isa::best()),
         threads: threads as u32,
@@ -106,15 +152,17 @@ pub fn run(
         frames: plan.frames,
         wall_s: start.elapsed().as_secs_f64(),
         peak_memory_mib: peak_memory_mib(),
-        left_out: SolverName::ALL.into_iter().filter(|solver| !plan.solvers.contains(solver)).collect(),
-        rows,
-    };
-    store.write(RESULT, &scaling)?;
-    Ok(scaling)
+        left_out: SolverName::ALL.into_iter().filter(is_left_out).collect(),
+        rows: run.rows,
+        omitted: run.omitted,
+        axes,
+    })
 }
 
 /// Worlds a mode whose memory is measured: so many that what building them leaves behind hardly counts.
 const MEASURED_WORLDS: u32 = 64;
+/// Times that a world is in memory: as it was grown, and in the batch.
+const COPIES: f64 = 2.0;
 
 /// By how much the process grows by a world in f64 [bytes], by mode. All worlds are kept until the last are measured, since freed
 /// memory is taken again before the process grows.
@@ -124,79 +172,107 @@ fn memory_of_worlds(plan: &ScalingPlan, pool: &ThreadPool) -> Result<Vec<Option<
     let mut memory = Vec::new();
     for &mode in &plan.modes {
         let before = resident_bytes();
-        kept.push(built(plan, mode, count, pool)?);
+        let worlds = pool.install(|| trees::worlds(plan, mode, count));
+        kept.push(worlds.map_err(|reason| ScalingError::World { mode, reason })?);
         let growth = resident_bytes().zip(before).map(|(after, before)| (after - before).max(0.0));
         memory.push(growth.map(|growth| growth / f64::from(count)));
     }
     Ok(memory)
 }
 
-fn built(
-    plan: &ScalingPlan,
-    mode: Mode,
-    count: u32,
-    pool: &ThreadPool,
-) -> Result<Vec<TreeWorld>, ScalingError> {
-    pool.install(|| trees::worlds(plan, mode, count)).map_err(|reason| ScalingError::World { mode, reason })
+/// A run as far as it has come.
+struct Run<'a, P> {
+    plan: &'a ScalingPlan,
+    gpu: Option<&'a Gpu>,
+    pool: &'a ThreadPool,
+    stop: &'a AtomicBool,
+    progress: &'a P,
+    rows: Vec<Row>,
+    omitted: Vec<Omitted>,
 }
 
-/// The cells of one mode, whose worlds are built once; in f64 each takes `each` bytes.
-fn rows_of(
-    plan: &ScalingPlan,
-    mode: Mode,
-    each: Option<f64>,
-    pool: &ThreadPool,
-    stop: &AtomicBool,
-    progress: &impl ScalingProgress,
-    rows: &mut Vec<Row>,
-) -> Result<(), ScalingError> {
-    let interrupted = |done| ScalingError::Interrupted { done, total: plan.cells().len() };
-    if stop.load(Ordering::Relaxed) {
-        return Err(interrupted(rows.len()));
+impl<P: ScalingProgress> Run<'_, P> {
+    /// The cells of one mode, whose worlds are grown once; in f64 each takes `each` bytes.
+    fn mode(&mut self, mode: Mode, each: Option<f64>) -> Result<(), ScalingError> {
+        let (plan, pool) = (self.plan, self.pool);
+        self.progress.building(mode, plan.worlds.last().copied().unwrap_or_default());
+        let mut forest = Forest::new(plan, mode);
+        for cell in plan.cells_of(mode) {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(self.interrupted());
+            }
+            if let Some(why) = self.why_not(&cell, forest.worlds().len(), each) {
+                self.omit(&cell, why);
+                continue;
+            }
+            let grown = pool.install(|| forest.grow(cell.worlds));
+            grown.map_err(|reason| ScalingError::World { mode, reason })?;
+            let worlds = &forest.worlds()[..cell.worlds as usize];
+            let start = Start { worlds, solver: cell.solver, gpu: self.gpu };
+            match time(plan, &start, pool, self.stop) {
+                Ok(None) => return Err(self.interrupted()),
+                Ok(Some(timed)) => {
+                    let row = Row::new(&cell, plan, &timed, &batched(&cell, &timed, &forest, each));
+                    self.progress.row(&row);
+                    self.rows.push(row);
+                }
+                // A plan without limits is to be measured in full.
+                Err(ScalingError::Gpu(e @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. })))
+                    if plan.limits.is_some() =>
+                {
+                    self.omit(&cell, e.to_string());
+                }
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(())
     }
-    let most = plan.worlds.last().copied().unwrap_or_default();
-    progress.building(mode, most);
-    let all = built(plan, mode, most, pool)?;
-    for cell in plan.cells_of(mode) {
-        let worlds = &all[..cell.worlds as usize];
-        let start = Start::new(worlds, cell.solver)?;
-        let Some(timed) = time(plan, &start, pool, stop) else { return Err(interrupted(rows.len())) };
-        let row = Row::new(&cell, plan.frames, &timed, &batched(&cell, &start, worlds, each));
-        progress.row(&row);
-        rows.push(row);
+
+    fn omit(&mut self, cell: &Cell, why: String) {
+        let &Cell { mode, worlds, solver } = cell;
+        let omitted = Omitted { solver, mode, worlds, why };
+        self.progress.omitted(&omitted);
+        self.omitted.push(omitted);
     }
-    Ok(())
+
+    /// Why a cell is left out, if it is: judged by the smaller one before it, and by the memory that is free.
+    fn why_not(&self, cell: &Cell, grown: usize, each: Option<f64>) -> Option<String> {
+        let limits = self.plan.limits?;
+        let before = self.rows.iter().rev().find(|row| (row.mode, row.solver) == (cell.mode, cell.solver));
+        if let Some(before) = before {
+            let frames = f64::from(self.plan.repeats) * f64::from(self.plan.frames);
+            let least = frames * f64::from(cell.worlds) / before.env_steps_per_s;
+            if least > limits.cell_time {
+                let limit = limits.cell_time;
+                return Some(format!("it would take {least:.0} s, a cell has {limit:.0} s"));
+            }
+        }
+        let (free, each) = available_bytes().zip(each)?;
+        let more = (COPIES * f64::from(cell.worlds) - grown as f64) * each;
+        let has = limits.memory_share * free;
+        let mib = |bytes: f64| bytes / BYTES_PER_MIB;
+        (more > has).then(|| format!("it would take {:.0} MiB, a cell has {:.0} MiB", mib(more), mib(has)))
+    }
+
+    fn interrupted(&self) -> ScalingError {
+        ScalingError::Interrupted { done: self.rows.len(), total: self.plan.cells().len() }
+    }
 }
 
 /// What the cell's worlds are; `each` is what one of them takes in f64 [bytes].
-fn batched(cell: &Cell, start: &Start<'_>, worlds: &[TreeWorld], each: Option<f64>) -> Batched {
-    let memory = match start {
-        Start::Lanes(batch) => (Some(batch.bytes() as f64), MemoryBasis::Numbers),
-        Start::Each(..) => (each.map(|each| each * f64::from(cell.worlds)), MemoryBasis::Growth),
+fn batched(cell: &Cell, timed: &Timed, forest: &Forest<'_>, each: Option<f64>) -> Batched {
+    let worlds = &forest.worlds()[..cell.worlds as usize];
+    let memory = match timed.bytes {
+        Some(bytes) => (Some(bytes as f64), MemoryBasis::Numbers),
+        None => (each.map(|each| each * f64::from(cell.worlds)), MemoryBasis::Growth),
     };
     let mean =
         |of: fn(&TreeWorld) -> usize| worlds.iter().map(of).sum::<usize>() as f64 / worlds.len() as f64;
     Batched {
         memory,
+        grow_s: forest.grow_s,
+        substeps: worlds[0].plant().spec.sim.substeps.get(),
         segments: mean(|world| world.plant().tree.len()),
         fruit: mean(|world| world.plant().fruit.len()),
-    }
-}
-
-impl ScalingPlan {
-    /// Checks that every cell can be timed.
-    ///
-    /// # Errors
-    /// No cell, worlds that do not ascend from 1, no repeat, no frame, a solver that this build lacks.
-    pub fn check(&self) -> Result<(), ScalingError> {
-        let counts =
-            self.repeats > 0 && self.frames > 0 && self.worlds.first().is_some_and(|&first| first > 0);
-        if !counts || !self.worlds.is_sorted_by(|a, b| a < b) || self.cells().is_empty() {
-            return Err(ScalingError::NoCells);
-        }
-        match self.solvers.iter().find(|solver| !solver.is_built()) {
-            Some(&solver) => Err(ScalingError::NotBuilt(solver)),
-            None => Ok(()),
-        }
     }
 }

@@ -5,8 +5,11 @@ use std::sync::atomic::AtomicBool;
 use orchard_multibody::{Data, forward_kinematics};
 use orchard_spec::randomisation::Mode;
 
-use super::cell::Start;
-use super::{MemoryBasis, Scaling, ScalingError, ScalingPlan, SolverName, run, trees};
+use super::cell::{Start, course};
+use super::{
+    AxesPlan, AxisKind, Backend, Limits, MemoryBasis, Scaling, ScalingError, ScalingPlan, SolverName, axes,
+    measure, run, trees,
+};
 use crate::Silent;
 use crate::protocol::Protocol;
 use crate::store::Store;
@@ -14,7 +17,7 @@ use crate::store::Store;
 /// A plan that takes a moment.
 fn small() -> ScalingPlan {
     let protocol = Protocol::paper();
-    let plan = ScalingPlan::of_protocol(&protocol, "quick", &protocol.scaling.quick);
+    let plan = ScalingPlan::of_protocol(&protocol, "quick", &protocol.scaling.quick, Backend::Cpu);
     ScalingPlan { worlds: vec![1, 3], frames: 2, repeats: 2, cell_time: 1e-6, ..plan }
 }
 
@@ -22,7 +25,7 @@ fn go(plan: &ScalingPlan, stop: bool) -> (Result<Scaling, ScalingError>, Option<
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
     store.write("scaling.json", &"an older run's").unwrap();
-    let result = run(plan, &store, 2, &AtomicBool::new(stop), &Silent);
+    let result = run(plan, None, &store, 2, &AtomicBool::new(stop), &Silent);
     (result, std::fs::read_to_string(folder.path().join("scaling.json")).ok())
 }
 
@@ -32,7 +35,7 @@ fn the_protocol_asks_for_the_papers_worlds() {
     let rules = &protocol.scaling;
     assert_eq!(rules.full.worlds(), [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]);
     assert_eq!(rules.quick.worlds(), [1, 8, 64]);
-    let plan = ScalingPlan::of_protocol(&protocol, "full", &rules.full);
+    let plan = ScalingPlan::of_protocol(&protocol, "full", &rules.full, Backend::Cpu);
     assert_eq!(plan.cells().len(), 4 * 10 * plan.solvers.len());
     assert!(plan.solvers.starts_with(&[SolverName::Lanes, SolverName::Aba, SolverName::Cg]));
     assert!(!protocol.v1_seeds().contains(&plan.seed));
@@ -68,6 +71,8 @@ fn every_cell_has_a_row_that_reads_back() {
         let [least, most] = row.spread;
         assert!(least > 0.0 && least <= row.step_rate_per_s && row.step_rate_per_s <= most, "{row:?}");
         assert_eq!(row.env_steps_per_s, row.step_rate_per_s * f64::from(row.worlds));
+        assert_eq!(row.substeps_per_s, row.env_steps_per_s * f64::from(scaling.substeps));
+        assert!(row.grow_s > 0.0 && row.pack_s > 0.0 && row.note.is_none(), "{row:?}");
         assert!(row.repeats == 2 && row.courses >= 2 && row.unfinite == 0, "{row:?}");
         // Nearly all fruit that is asked for finds a place on every tree.
         assert!((35.0..=40.0).contains(&row.fruit_per_tree), "{row:?}");
@@ -75,8 +80,9 @@ fn every_cell_has_a_row_that_reads_back() {
         assert_eq!(row.memory_basis == MemoryBasis::Numbers, is_lanes);
         assert!(!is_lanes || row.memory_mib.unwrap() > 0.0);
     }
-    let left_out = SolverName::ALL.into_iter().filter(|solver| !solver.is_built());
-    assert_eq!(scaling.left_out, left_out.collect::<Vec<_>>());
+    let is_left_out = |solver: &SolverName| solver.backend() == Backend::Cpu && !solver.is_built();
+    assert_eq!(scaling.left_out, SolverName::ALL.into_iter().filter(is_left_out).collect::<Vec<_>>());
+    assert_eq!((scaling.backend, scaling.adapter, scaling.omitted.len()), (Backend::Cpu, None, 0));
 }
 
 /// What differs between worlds is what the mode says, and all of them move.
@@ -106,13 +112,14 @@ fn all_solvers_end_a_course_in_the_same_states() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let worlds = trees::worlds(&plan, Mode::DistinctTopology, 2).unwrap();
     let tips = |solver: SolverName| -> Vec<Vec<[f64; 3]>> {
-        let (_, end) = Start::new(&worlds, solver).unwrap().course(6, &pool);
+        let mut end = Start { worlds: &worlds, solver, gpu: None }.batch().unwrap();
+        course(&mut *end, 6, &pool).unwrap();
         worlds
             .iter()
             .enumerate()
             .map(|(index, world)| {
                 let mut data: Data = world.data().clone();
-                end.store(index, &mut data);
+                end.store(index, &mut data).unwrap();
                 forward_kinematics(&world.plant().model, &mut data);
                 let links = world.plant().tree.bodies.iter();
                 links.map(|body| data.x_world_body(*body).translation.vector.into()).collect()
@@ -186,6 +193,99 @@ fn bad_rules_are_named() {
     };
     let e = refused("factor = { value = 2", "factor = { value = 1");
     assert!(e.contains("scaling.full.factor") && e.contains("[2, 4096]"), "{e}");
+    let e = refused("backend = \"cpu\"", "backend = \"tpu\"");
+    assert!(e.contains("x.toml") && e.contains("scaling.backend") && e.contains("tpu"), "{e}");
+    assert!(e.contains("`cpu` or `gpu`"), "{e}");
     let e = refused("mode = \"homogeneous\"", "mode = \"equal\"");
     assert!(e.contains("equal") && e.contains("homogeneous"), "{e}");
+}
+
+/// Worlds beyond the kinds share the plants of the first and move by themselves.
+#[test]
+fn plants_repeat_and_kicks_do_not() {
+    let plan = ScalingPlan { kinds: 2, ..small() };
+    let mut forest = trees::Forest::new(&plan, Mode::DistinctTopology);
+    for count in [1, 3, 5] {
+        forest.grow(count).unwrap();
+        assert_eq!(forest.worlds().len(), count as usize);
+    }
+    let shares =
+        |a: usize, b: usize| std::sync::Arc::ptr_eq(forest.worlds()[a].plant(), forest.worlds()[b].plant());
+    assert!(shares(0, 2) && shares(1, 3) && shares(0, 4) && !shares(0, 1));
+    let v = |index: usize| &forest.worlds()[index].data().v;
+    assert!(v(0) != v(2) && v(2) != v(4));
+    // However far it is grown at a time.
+    let at_once = trees::worlds(&plan, Mode::DistinctTopology, 5).unwrap();
+    assert!(
+        at_once
+            .iter()
+            .zip(forest.worlds())
+            .all(|(a, b)| a.data().v == b.data().v && a.data().q == b.data().q)
+    );
+}
+
+/// A cell that would take too long or too much says so and is not timed.
+#[test]
+fn cells_over_a_limit_are_left_out() {
+    let measured = |limits| {
+        let plan = ScalingPlan {
+            limits: Some(limits),
+            modes: vec![Mode::Homogeneous],
+            solvers: vec![SolverName::Lanes],
+            ..small()
+        };
+        measure(&plan, None, 1, &AtomicBool::new(false), &Silent).unwrap()
+    };
+    let slow = measured(Limits { cell_time: 1e-9, memory_share: 1.0 });
+    assert_eq!((slow.rows.len(), slow.omitted.len()), (1, 1));
+    assert_eq!(slow.omitted[0].worlds, 3);
+    assert!(slow.omitted[0].why.starts_with("it would take 0 s, a cell has 0 s"), "{:?}", slow.omitted);
+    let free = measured(Limits { cell_time: 60.0, memory_share: 1.0 });
+    assert_eq!((free.rows.len(), free.omitted.len()), (2, 0));
+}
+
+/// Each kind of randomisation acts, and no other with it.
+#[test]
+fn kinds_of_randomisation_act_alone() {
+    let plan = small();
+    let axes_plan = AxesPlan { worlds: 2, damping: (0.5, 2.0) };
+    let identical = axes::worlds_of(&plan, &axes_plan, None).unwrap();
+    let [a, b] = &identical[..] else { unreachable!() };
+    assert!(std::sync::Arc::ptr_eq(a.plant(), b.plant()));
+    for kind in AxisKind::ALL {
+        let worlds = axes::worlds_of(&plan, &axes_plan, Some(kind)).unwrap();
+        let [a, b] = [&worlds[0], &worlds[1]].map(|world| world.plant());
+        assert!(worlds.iter().all(|world| world.data().v.iter().all(|v| *v == 0.0)), "settled");
+        assert_eq!(a.tree.parent, b.tree.parent);
+        let mass =
+            |p: &orchard_batch::Plant| p.model.bodies().iter().map(|b| b.inertia.mass).collect::<Vec<_>>();
+        let com = |p: &orchard_batch::Plant| {
+            p.model.bodies().iter().map(|b| b.inertia.p_com.norm()).collect::<Vec<_>>()
+        };
+        let fruit = |p: &orchard_batch::Plant| p.fruit.fruit.iter().map(|f| f.mass).collect::<Vec<_>>();
+        let is = |of: AxisKind| kind == of;
+        assert_eq!(com(a) != com(b), is(AxisKind::Size), "{kind:?}");
+        assert_eq!(mass(a) != mass(b), is(AxisKind::Size) || is(AxisKind::Mass), "{kind:?}");
+        let stiffer = is(AxisKind::Stiffness) || is(AxisKind::Size);
+        assert_eq!(a.tree.stiffness != b.tree.stiffness, stiffer, "{kind:?}");
+        assert_eq!(a.tree.damping != b.tree.damping, stiffer || is(AxisKind::Damping), "{kind:?}");
+        if is(AxisKind::FruitAndLeaves) {
+            assert_ne!(fruit(a), fruit(b));
+        }
+    }
+}
+
+/// Nobody waits long for an adapter in software, and every row says what it is.
+#[test]
+fn little_is_left_of_the_plan_in_software() {
+    let protocol = Protocol::paper();
+    let whole = ScalingPlan::study(&protocol, Backend::Gpu, false);
+    assert_eq!(whole.worlds.last(), Some(&65536));
+    assert_eq!(whole.solvers, SolverName::built_for(Backend::Gpu));
+    assert!(whole.solvers.starts_with(&[SolverName::DeviceAba]) && whole.note.is_none());
+    let cut = whole.for_software(&protocol.scaling);
+    assert_eq!((cut.worlds, cut.frames), (vec![1, 2, 4, 8], 6));
+    assert!(cut.note.is_some_and(|note| note.contains("software") && note.contains("8 worlds")));
+    let cpu = ScalingPlan::study(&protocol, Backend::Cpu, false);
+    assert_eq!(cpu.worlds.last(), Some(&4096));
 }

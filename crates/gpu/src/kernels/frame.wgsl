@@ -30,16 +30,18 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
                     outward(part, way);
                 }
             }
-            if phase < 2u * LEVELS {
-                storageBarrier();
-                workgroupBarrier();
-            }
+            storageBarrier();
+            workgroupBarrier();
         }
     }
+    conclude(thread, runs);
+}
+
+fn conclude(thread: u32, runs: bool) {
     notices[thread] = found_notice;
     peaks[thread] = found_peak;
     workgroupBarrier();
-    if warp == 0u && runs {
+    if thread < LANES && runs {
         var peak = world(WORLD_PEAK);
         for (var k = 0u; k < WARPS; k++) {
             found_notice |= notices[k * LANES + lane];

@@ -17,7 +17,7 @@ struct Segment {
     growth: u32,
     radius_units: u32,
     heading: vec3f,
-    stiffness: f32,
+    limit: f32,
     direction: vec3f,
     length: f32,
     weight: vec4f,

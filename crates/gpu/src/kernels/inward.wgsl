@@ -8,6 +8,10 @@ struct Body {
     parent: Motion,
 }
 
+// Whether joints are left to conjugate gradients instead of being eliminated.
+override CONJUGATE: bool = false;
+var<private> found_dot: f32;
+
 // The substep of the frame, from 0.
 var<private> substep: u32;
 
@@ -23,6 +27,7 @@ fn inward(part: u32) {
     var next = read_link(link_at(end - 1u));
     var next_operation = operations[operation_at(end - 1u)];
     var next_bits = states[operation_at(end - 1u)];
+    var next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
     for (var row = end; row > start;) {
         row -= 1u;
         let own = next;
@@ -33,19 +38,20 @@ fn inward(part: u32) {
         next_operation = operations[operation_at(ahead)];
         next_bits = states[operation_at(ahead)];
         if (operation.x & FIRST_ACTIVE) == 0u {
+            next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
             continue;
         }
         if (operation.y & SECOND_CARRIES) == 0u {
-            tip = motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
+            tip = next_tip;
             borne = nothing();
         }
-        if (operation.y & SECOND_TAKES) != 0u {
-            borne = plus(borne, load(slot_at((operation.x >> FIRST_SLOT) & 0xffu)));
-        }
+        // The slot first, then what other parts bring: one loop, since every copy of it would have to be fetched.
+        let taken = select(0u, 1u, (operation.y & SECOND_TAKES) != 0u);
+        let loads = taken + ((operation.y >> SECOND_LOADS) & 0x3fu);
         let first_load = (operation.y >> SECOND_FIRST_LOAD) & 0x3ffu;
-        let last_load = first_load + ((operation.y >> SECOND_LOADS) & 0x3fu);
-        for (var k = first_load; k < last_load; k++) {
-            borne = plus(borne, load(cross_load_at(k)));
+        for (var k = 0u; k < loads; k++) {
+            let own_slot = slot_at((operation.x >> FIRST_SLOT) & 0xffu);
+            borne = plus(borne, load(select(cross_load_at(first_load + k - taken), own_slot, k < taken)));
         }
         let is_debris = (bits & STATE_DEBRIS) != 0u;
         let drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
@@ -74,21 +80,24 @@ fn inward(part: u32) {
             torque += push[0];
             force += push[1];
         }
+        // A leaf's motion is asked for while its row's neighbour is worked on.
+        if (next_operation.y & SECOND_CARRIES) == 0u {
+            next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
+        }
         borne = eliminate(own, row, bits, drag, body, borne, torque, force);
         if is_debris {
             hand_on(row, held);
         }
         tip = body.parent;
-        if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES)) != 0u {
-            let to = slot_at((operation.x >> FIRST_PARENT) & 0xffu);
+        // Whoever gives something away is not carried by the next row.
+        if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES | SECOND_GIVES_CROSS)) != 0u {
+            let is_cross = (operation.y & SECOND_GIVES_CROSS) != 0u;
+            let slot = slot_at((operation.x >> FIRST_PARENT) & 0xffu);
+            let to = select(slot, cross_load_at(operation.y >> SECOND_OWN_LOAD), is_cross);
             if (operation.y & SECOND_GIVES) != 0u {
-                set_load(to, plus(load(to), borne));
-            } else {
-                set_load(to, borne);
+                borne = plus(load(to), borne);
             }
-        }
-        if (operation.y & SECOND_GIVES_CROSS) != 0u {
-            set_load(cross_load_at(operation.y >> SECOND_OWN_LOAD), borne);
+            set_load(to, borne);
         }
     }
 }
@@ -131,8 +140,8 @@ fn body_inward(own: Link, tip: Motion, drag: vec2f) -> Body {
 fn pushed(row: u32, d: vec3f) -> array<vec3f, 2> {
     var torque = vec3f(0.0);
     var force = vec3f(0.0);
-    for (var k = 0u; k < PUSHES_EACH; k++) {
-        let at = ((tile_number * PUSHES_EACH + k) * PUSH_FIELDS) * LANES + lane;
+    for (var k = 0u; k < rules.pushes_each; k++) {
+        let at = ((tile_number * rules.pushes_each + k) * PUSH_FIELDS) * LANES + lane;
         let acts = bitcast<u32>(pushes[at + PUSH_AFTER * LANES]) < rules.frame
             && rules.frame <= bitcast<u32>(pushes[at + PUSH_UNTIL * LANES]);
         if acts && bitcast<u32>(pushes[at + PUSH_ROW * LANES]) == row {
@@ -152,7 +161,8 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if (bits & STATE_BROKEN) == 0u {
         return vec2f(own.stiffness, rules.h * (rules.damping_time + rules.h) * own.stiffness);
     }
-    let inertia = own.broken_inertia;
+    let broken = link(link_at(row), LINK_LIMIT);
+    let inertia = broken.y;
     let rate = length(own.v);
     let frames = rules.frame - (bits >> STATE_BROKE) - 1u;
     let age = f32(frames * rules.substeps + substep) * rules.h;
@@ -160,13 +170,13 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if rules.friction_ramp_time > 0.0 {
         ramp = min(age / rules.friction_ramp_time, 1.0);
     }
-    let moment = own.friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
-    let expected = rate + max(rate - own.last_rate, 0.0);
+    let moment = broken.z * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+    let expected = rate + max(rate - broken.w, 0.0);
     let speeding = expected / rules.rate_limit;
     let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
     let residual = min(rules.residual_damping * inertia, rules.residual_damping_max);
     let held = residual + brake + moment / max(expected, rules.friction_regularisation);
-    set_link(link_at(row), LINK_STIFFNESS, vec4f(own.stiffness, own.broken_inertia, own.friction, rate));
+    set_link(link_at(row), LINK_LIMIT, vec4f(broken.xyz, rate));
     return vec2f(0.0, rules.h * held);
 }
 
@@ -225,6 +235,10 @@ fn eliminate(own: Link, row: u32, bits: u32, drag: vec2f, body: Body, borne: Loa
     let g_2f = u_1f * i_12 + u_2f * i_22;
     let y_1 = dot(a_1, n) - (h * stiffness * own.q.x + armature * own.v.x);
     let y_2 = dot(a_2, n) - (h * stiffness * own.q.y + armature * own.v.y);
+    if CONJUGATE {
+        prepare(row, body, vec3f(i_11, i_12, i_22), armature, vec2f(y_1, y_2));
+        return Load(array(angular_0, angular_1), array(h_0, h_1, h_2), array(linear_0, linear_1), n, f);
+    }
     let e_1 = i_11 * y_1 + i_12 * y_2;
     let e_2 = i_12 * y_1 + i_22 * y_2;
     let left_at = work_at(row);

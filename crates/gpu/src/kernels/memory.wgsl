@@ -5,6 +5,7 @@ struct Rules {
     gravity: f32,
     substeps: u32,
     frame: u32,
+    pushes_each: u32,
     rupture_frames: u32,
     pull_frames: u32,
     tension_frames: u32,
@@ -56,6 +57,7 @@ var<private> leaves_at: u32;
 var<private> slots_at: u32;
 var<private> cross_forks_at: u32;
 var<private> cross_loads_at: u32;
+var<private> krylov_at: u32;
 
 fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     tile_number = tile;
@@ -120,6 +122,10 @@ fn p_trunk() -> vec3f {
 
 fn work_at(row: u32) -> u32 {
     return works_at + row * (WORK_FIELDS / QUAD * LANES);
+}
+
+fn krylov_of(row: u32) -> u32 {
+    return krylov_at + row * (KRYLOV_FIELDS / QUAD * LANES);
 }
 
 fn leaf_at(leaf: u32) -> u32 {

@@ -115,9 +115,8 @@ fn break_joint(broken: u32, rows: u32) {
     }
     states[operation_at(broken)] |= STATE_BROKEN | (rules.frame << STATE_BROKE);
     let at = link_at(broken);
-    let broke = read_link(at);
     let friction = rules.friction_ratio * rules.gravity * length(moment);
-    set_link(at, LINK_STIFFNESS, vec4f(broke.stiffness, inertia, friction, 0.0));
+    set_link(at, LINK_LIMIT, vec4f(link(at, LINK_LIMIT).x, inertia, friction, 0.0));
     count(WORLD_SNAPPED);
 }
 

@@ -27,11 +27,7 @@ struct Link {
     mass: f32,
     across: f32,
     excess: f32,
-    limit: f32,
     stiffness: f32,
-    broken_inertia: f32,
-    friction: f32,
-    last_rate: f32,
     q: vec2f,
     v: vec2f,
 }
@@ -53,9 +49,8 @@ struct JointInward {
 fn read_link(at: u32) -> Link {
     let a = link(at, LINK_DIRECTION);
     let b = link(at, LINK_MASS);
-    let c = link(at, LINK_STIFFNESS);
     let d = link(at, LINK_Q);
-    return Link(a.xyz, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, d.xy, d.zw);
+    return Link(a.xyz, a.w, b.x, b.y, b.z, b.w, d.xy, d.zw);
 }
 
 fn read_hinge(at: u32) -> Hinge {

@@ -47,7 +47,7 @@ fn outward(part: u32, way: u32) {
     var next = read_hinge(link_at(start));
     var next_limit = 0.0;
     if way == TEST {
-        next_limit = link(link_at(start), LINK_MASS).w;
+        next_limit = link(link_at(start), LINK_LIMIT).x;
     }
     var next_left = read_left(work_at(start));
     var next_operation = operations[operation_at(start)];
@@ -61,7 +61,7 @@ fn outward(part: u32, way: u32) {
         let ahead = min(row + 1u, end - 1u);
         next = read_hinge(link_at(ahead));
         if way == TEST {
-            next_limit = link(link_at(ahead), LINK_MASS).w;
+            next_limit = link(link_at(ahead), LINK_LIMIT).x;
         }
         next_left = read_left(work_at(ahead));
         next_operation = operations[operation_at(ahead)];
@@ -116,11 +116,11 @@ fn outward(part: u32, way: u32) {
         if (operation.y & SECOND_CARRIES) == 0u {
             set_motion(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), 0u, tip.motion, vec2f(0.0));
         }
-        if (operation.x & FIRST_TO_SLOT) != 0u {
-            set_fork(slot_at((operation.x >> FIRST_SLOT) & 0xffu), tip);
-        }
-        if (operation.x & FIRST_TO_CROSS) != 0u {
-            set_fork(cross_fork_at(operation.x >> FIRST_FORK), tip);
+        let kept = select(0u, 1u, (operation.x & FIRST_TO_SLOT) != 0u);
+        let forks = kept + select(0u, 1u, (operation.x & FIRST_TO_CROSS) != 0u);
+        for (var k = 0u; k < forks; k++) {
+            let own_slot = slot_at((operation.x >> FIRST_SLOT) & 0xffu);
+            set_fork(select(cross_fork_at(operation.x >> FIRST_FORK), own_slot, k < kept), tip);
         }
     }
 }

@@ -21,7 +21,7 @@ fn straighten() {
     for (var row = 0u; row < rows; row++) {
         let at = link_at(row);
         states[operation_at(row)] = 0u;
-        set_link(at, LINK_STIFFNESS, vec4f(link(at, LINK_STIFFNESS).x, 0.0, 0.0, 0.0));
+        set_link(at, LINK_LIMIT, vec4f(link(at, LINK_LIMIT).x, 0.0, 0.0, 0.0));
         set_link(at, LINK_Q, vec4f(0.0));
     }
 }

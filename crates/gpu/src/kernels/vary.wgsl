@@ -70,8 +70,9 @@ fn vary_wood() {
         set_link(at, LINK_DIRECTION, vec4f(direction, stick.length));
         let stiffness = joint_stiffness(own, stick, before, wood.modulus);
         let weight = capsule(own, stick, wood.density);
-        set_link(at, LINK_MASS, vec4f(weight, joint_limit(own, stick, stiffness, wood.stress)));
-        set_link(at, LINK_STIFFNESS, vec4f(stiffness, link(at, LINK_STIFFNESS).yzw));
+        set_link(at, LINK_MASS, vec4f(weight, stiffness));
+        let limit = joint_limit(own, stick, stiffness, wood.stress);
+        set_link(at, LINK_LIMIT, vec4f(limit, link(at, LINK_LIMIT).yzw));
         set_radius(own, stick);
     }
 }
@@ -102,7 +103,7 @@ fn joint_stiffness(own: Segment, stick: Stick, before: Stick, factor: f32) -> f3
     let is_corrected = (flags & VARIED_CORRECTED) != 0u;
     let is_base = stick.is_base && (before.is_base || !is_corrected) && factor == 1.0;
     if is_base || (flags & VARIED_PER_LEVEL) != 0u {
-        return own.stiffness;
+        return own.weight.w;
     }
     let modulus = bitcast<vec4f>(table[BASE_MODULUS / QUAD]).z * factor;
     var stiffness = bending(modulus, stick);
@@ -118,9 +119,9 @@ fn joint_stiffness(own: Segment, stick: Stick, before: Stick, factor: f32) -> f3
 }
 
 fn joint_limit(own: Segment, stick: Stick, stiffness: f32, factor: f32) -> f32 {
-    let is_base = stick.is_base && stiffness == own.stiffness && factor == 1.0;
+    let is_base = stick.is_base && stiffness == own.weight.w && factor == 1.0;
     if is_base || own.parent == NO_SEGMENT {
-        return own.weight.w;
+        return own.limit;
     }
     let stress = bitcast<vec4f>(table[BASE_STRESS / QUAD]).w * factor;
     let r = stick.radius;

@@ -26,7 +26,7 @@ impl Memory {
     pub fn constants(&self, index: usize) -> Vec<f32> {
         let Place { rows, fruit_rows, .. } = &self.places[index];
         let links = (0..rows.len())
-            .flat_map(|segment| (0..=link::STIFFNESS).map(move |field| self.link_of(index, segment, field)));
+            .flat_map(|segment| (0..=link::LIMIT).map(move |field| self.link_of(index, segment, field)));
         let fruit = (0..fruit_rows.len())
             .flat_map(|i| (0..fruit::FORCE).map(move |field| self.fruit_of(index, i, field)));
         links.chain(fruit).collect()

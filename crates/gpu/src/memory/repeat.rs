@@ -3,12 +3,13 @@
 use std::slice::from_ref;
 
 use super::{Memory, Place};
-use crate::BatchError;
 use crate::layout::{LANES, QUAD, base, tile};
 use crate::table::BaseTree;
+use crate::{BatchError, Solver};
 
 /// Fields of a tile's header that count what the tiles before it have: they move on from tile to tile.
-const WORK_PLACES: [usize; 5] = [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS];
+const WORK_PLACES: [usize; 6] =
+    [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS, tile::KRYLOV];
 
 impl Memory {
     /// So many worlds of a base, not varied yet, with the table to vary them from. A world is packed once and copied; lanes after the last world hold the
@@ -16,8 +17,13 @@ impl Memory {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn repeated(base: &BaseTree, count: usize, pushes_each: usize) -> Result<Self, BatchError> {
-        let mut memory = Self::new(from_ref(base.world()), pushes_each)?;
+    pub fn repeated(
+        base: &BaseTree,
+        count: usize,
+        pushes_each: usize,
+        solver: Solver,
+    ) -> Result<Self, BatchError> {
+        let mut memory = Self::new(from_ref(base.world()), pushes_each, solver)?;
         memory.table = base.table(&memory);
         let tiles = count.div_ceil(LANES);
         let (rows, fruit) = (memory.rows_of(0).len(), memory.fruit_rows_of(0).len());

@@ -28,8 +28,13 @@ impl Lane<'_> {
                 found = Found { notice: found.notice | notice, peak: found.peak.max(peak) };
             }
         }
+        self.conclude(found);
+    }
+
+    /// Notes what the parts of a world have found.
+    pub(super) fn conclude(&mut self, found: Found) {
         // Settling has left motions of another substep.
-        let left = if settles { notice::STALE } else { found.notice };
+        let left = if self.memory.settles { notice::STALE } else { found.notice };
         self.set_world(world::NOTICE, f32::from_bits(left as u32));
         let peak = self.world(world::PEAK).max(found.peak);
         self.set_world(world::PEAK, peak);

@@ -36,10 +36,10 @@ pub(super) struct Segment {
     pub radius_units: usize,
     /// In the world.
     pub heading: Vec3,
-    pub stiffness: f32,
+    pub limit: f32,
     pub direction: Vec3,
     pub length: f32,
-    /// Mass, inertia across, excess, limit.
+    /// Mass, inertia across, excess, stiffness.
     pub weight: [f32; 4],
     pub radius: f32,
 }
@@ -99,7 +99,7 @@ impl Lane<'_> {
             growth: growth as usize,
             radius_units: radius_units as usize,
             heading: vector(segment::HEADING),
-            stiffness: number(segment::STIFFNESS),
+            limit: number(segment::LIMIT),
             direction: vector(segment::DIRECTION),
             length: number(segment::DIRECTION + 3),
             weight: quad(segment::MASS).map(f32::from_bits),

@@ -5,13 +5,14 @@ use super::Lane;
 use super::load::Load;
 use super::math::{Vec3, symmetric};
 use super::motion::{Joint, Link, Motion, joint_inward};
+use crate::Solver;
 use crate::layout::{first, fourth, link, push, second, state, third, tile, work};
 
 /// A link at its joint: impulses on it, and where its joint leads.
-struct Body {
-    joint: Joint,
+pub(super) struct Body {
+    pub joint: Joint,
     /// From the joint to the tip.
-    d: Vec3,
+    pub d: Vec3,
     /// Torque about the joint and force, as impulses over the substep.
     torque: Vec3,
     force: Vec3,
@@ -146,14 +147,15 @@ impl Lane<'_> {
         if bits & state::BROKEN == 0 {
             return [own.stiffness, h * (rules.damping_time + h) * own.stiffness];
         }
-        let inertia = own.broken_inertia;
+        let [inertia, friction, last] =
+            [link::BROKEN_INERTIA, link::FRICTION, link::LAST_RATE].map(|field| self.link(row, field));
         let rate = (own.v[0] * own.v[0] + own.v[1] * own.v[1]).sqrt();
         let frames = rules.frame - (bits >> state::BROKE) as u32 - 1;
         let age = (frames * rules.substeps + self.memory.substep) as f32 * h;
         let ramp =
             if rules.friction_ramp_time > 0.0 { (age / rules.friction_ramp_time).min(1.0) } else { 1.0 };
-        let moment = own.friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
-        let expected = rate + (rate - own.last_rate).max(0.0);
+        let moment = friction * (1.0 + (rules.friction_ramp - 1.0) * ramp);
+        let expected = rate + (rate - last).max(0.0);
         let speeding = expected / rules.rate_limit;
         let brake = rules.rate_brake * inertia * speeding * speeding * speeding * speeding;
         let residual = (rules.residual_damping * inertia).min(rules.residual_damping_max);
@@ -222,6 +224,10 @@ impl Lane<'_> {
         let (g_2n, g_2f) = (u_1n * i_12 + u_2n * i_22, u_1f * i_12 + u_2f * i_22);
         let spring = |k: usize| h * stiffness * own.q[k] + armature * own.v[k];
         let (y_1, y_2) = (a_1.dot(&n) - spring(0), a_2.dot(&n) - spring(1));
+        if self.memory.solver == Solver::ConjugateGradients {
+            self.prepare(row, body, [i_11, i_12, i_22], armature, [y_1, y_2]);
+            return Load { angular, coupling, linear, torque: n, force: f };
+        }
         let (e_1, e_2) = (i_11 * y_1 + i_12 * y_2, i_12 * y_1 + i_22 * y_2);
         let at = self.work_at(row);
         self.set_quad(at, work::G_1N, [g_1n.x, g_1n.y, g_1n.z, e_1]);

@@ -2,6 +2,7 @@
 //! its mathematics is explained; they are not fast.
 
 mod chacha;
+mod conjugate;
 mod draws;
 mod frame;
 mod ground;
@@ -22,7 +23,8 @@ mod vary;
 #[cfg(test)]
 pub(crate) mod vary_tests;
 
-use crate::layout::{LANES, QUAD, first, fork, leaf, link, tile, work, world};
+use crate::Solver;
+use crate::layout::{LANES, QUAD, first, fork, krylov, leaf, link, tile, work, world};
 use crate::memory::Memory;
 use math::Vec3;
 
@@ -37,7 +39,10 @@ impl Memory {
     /// Advances every world by one frame, as the device does.
     pub fn frame(&mut self) {
         self.rules.frame += 1;
-        self.each(|world| world.frame());
+        match self.solver {
+            Solver::Aba => self.each(|world| world.frame()),
+            Solver::ConjugateGradients => self.each(|world| world.conjugate()),
+        }
         self.each(|world| world.mend());
     }
 
@@ -57,13 +62,13 @@ impl Memory {
 
     fn reset_marked(&mut self) {
         self.each(|world| world.reset());
-        let rules = self.rules;
+        let (rules, solver) = (self.rules, std::mem::take(&mut self.solver));
         self.settles = true;
         for settling in self.rules.settling() {
             self.rules = settling;
             self.each(|world| world.frame());
         }
-        (self.rules, self.settles) = (rules, false);
+        (self.rules, self.settles, self.solver) = (rules, false, solver);
     }
 
     /// Measures every world's energy.
@@ -154,6 +159,11 @@ impl Lane<'_> {
     /// First quad of a row's work.
     fn work_at(&self, row: usize) -> usize {
         self.header(tile::WORK) + row * work::FIELDS / QUAD * LANES + self.lane
+    }
+
+    /// First quad of a row's numbers for conjugate gradients.
+    fn krylov_of(&self, row: usize) -> usize {
+        self.header(tile::KRYLOV) + row * krylov::FIELDS / QUAD * LANES + self.lane
     }
 
     fn leaf_at(&self, leaf: usize) -> usize {

@@ -49,9 +49,6 @@ pub(super) struct Link {
     pub across: f32,
     pub excess: f32,
     pub stiffness: f32,
-    pub broken_inertia: f32,
-    pub friction: f32,
-    pub last_rate: f32,
     pub q: [f32; 2],
     pub v: [f32; 2],
 }
@@ -109,9 +106,6 @@ impl Lane<'_> {
             across: number(link::ACROSS),
             excess: number(link::EXCESS),
             stiffness: number(link::STIFFNESS),
-            broken_inertia: number(link::BROKEN_INERTIA),
-            friction: number(link::FRICTION),
-            last_rate: number(link::LAST_RATE),
             q: [0, 1].map(|k| number(link::Q + k)),
             v: [0, 1].map(|k| number(link::V + k)),
         }

@@ -23,7 +23,7 @@ impl Lane<'_> {
     fn straighten(&mut self) {
         for row in 0..self.header(tile::STARTS + PARTS) {
             self.set_state(row, 0);
-            for field in link::STIFFNESS + 1..link::FIELDS {
+            for field in link::BROKEN_INERTIA..link::FIELDS {
                 self.set_link(row, field, 0.0);
             }
         }

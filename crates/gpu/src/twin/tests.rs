@@ -4,6 +4,7 @@ use orchard_batch::TreeEvent;
 use orchard_geometry::Vec3;
 use orchard_multibody::{energy, forward_kinematics};
 
+use crate::Solver;
 use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state, tips};
@@ -12,7 +13,7 @@ use crate::trials::{Trial, errors, grown, state, tips};
 #[test]
 fn pull_and_release_agrees_with_f64() {
     let (mut worlds, pull) = Trial::gentle(grown(4));
-    let mut memory = Memory::new(&worlds, 8).unwrap();
+    let mut memory = Memory::new(&worlds, 8, Solver::Aba).unwrap();
     for trial in [pull.clone(), pull.released()] {
         trial.apply_to_twin(&mut memory);
         trial.apply_to_worlds(&mut worlds);
@@ -45,7 +46,7 @@ fn happened(memory: &Memory, index: usize) -> Vec<(u32, TreeEvent)> {
 fn what_comes_off_comes_off_in_the_same_frame() {
     const NEAR: f64 = 0.2;
     let (mut worlds, trial) = Trial::harsh(grown(6));
-    let mut memory = Memory::new(&worlds, 4).unwrap();
+    let mut memory = Memory::new(&worlds, 4, Solver::Aba).unwrap();
     trial.apply_to_twin(&mut memory);
     trial.apply_to_worlds(&mut worlds);
     let mut expected = vec![Vec::new(); worlds.len()];
@@ -74,7 +75,7 @@ fn what_comes_off_comes_off_in_the_same_frame() {
 #[test]
 fn a_reset_world_is_as_new() {
     let (worlds, trial) = Trial::harsh(grown(6));
-    let mut memory = Memory::new(&worlds, 4).unwrap();
+    let mut memory = Memory::new(&worlds, 4, Solver::Aba).unwrap();
     trial.apply_to_twin(&mut memory);
     (0..20).for_each(|_| memory.frame());
     trial.released().apply_to_twin(&mut memory);
@@ -102,7 +103,7 @@ fn a_reset_world_is_as_new() {
 #[test]
 fn energy_is_that_of_f64() {
     let (worlds, trial) = Trial::harsh(grown(3));
-    let mut memory = Memory::new(&worlds, 4).unwrap();
+    let mut memory = Memory::new(&worlds, 4, Solver::Aba).unwrap();
     trial.apply_to_twin(&mut memory);
     for _ in 0..12 {
         memory.measure();
@@ -126,7 +127,7 @@ fn energy_is_that_of_f64() {
 #[test]
 fn scripted_forces_act_in_their_frames() {
     let mut worlds = grown(2);
-    let mut memory = Memory::new(&worlds, 2).unwrap();
+    let mut memory = Memory::new(&worlds, 2, Solver::Aba).unwrap();
     let (force, torque, none) = (Vec3::new(3.0, -2.0, 1.0), Vec3::new(0.1, 0.0, 0.2), Vec3::zeros());
     let segment = worlds[1].plant().tree.len() / 2;
     assert!(memory.script(1, segment, force, torque, 3..=5));
@@ -144,4 +145,27 @@ fn scripted_forces_act_in_their_frames() {
         assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5, "frame {frame}: {q:.1e}, {v:.1e} rad/s, {tip:.1e} m");
     }
     assert!(memory.script(1, segment, force, none, 12..=12), "what is over has made room");
+}
+
+/// Conjugate gradients go where elimination goes, also with broken limbs and loose fruit: what is left of the residual is what they may differ by.
+#[test]
+fn conjugate_gradients_agree_with_elimination() {
+    for (frames, (worlds, trial), most) in
+        [(30, Trial::gentle(grown(3)), 1e-5), (8, Trial::harsh(grown(3)), 1e-4)]
+    {
+        let [mut exact, mut iterated] = [Solver::Aba, Solver::ConjugateGradients].map(|solver| {
+            let mut memory = Memory::new(&worlds, 8, solver).unwrap();
+            trial.apply_to_twin(&mut memory);
+            (0..frames).for_each(|_| memory.frame());
+            memory
+        });
+        for index in 0..worlds.len() {
+            let [a, b] = [&mut exact, &mut iterated].map(|memory| state(memory, &worlds, index));
+            let size = a.q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let error = a.q.iter().zip(&b.q).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / size;
+            println!("world {index}, {frames} frames: {error:.1e}");
+            assert!(error < most);
+            assert_eq!(happened(&exact, index), happened(&iterated, index));
+        }
+    }
 }

@@ -124,7 +124,7 @@ impl Lane<'_> {
         let is_corrected = flags & varied::CORRECTED != 0;
         let is_base = stick.is_base && (before.is_none_or(|b| b.is_base) || !is_corrected) && factor == 1.0;
         if is_base || flags & varied::PER_LEVEL != 0 {
-            return own.stiffness;
+            return own.weight[3];
         }
         let modulus = self.base_number(base::MODULUS) * factor;
         let mut stiffness = bending(modulus, stick);
@@ -140,9 +140,9 @@ impl Lane<'_> {
 
     /// Square of the angle at which it breaks. The root's joint never does.
     fn joint_limit(&self, own: &Segment, stick: Stick, stiffness: f32, factor: f32) -> f32 {
-        let is_base = stick.is_base && stiffness == own.stiffness && factor == 1.0;
+        let is_base = stick.is_base && stiffness == own.weight[3] && factor == 1.0;
         if is_base || own.parent == NO_SEGMENT {
-            return own.weight[3];
+            return own.limit;
         }
         let stress = self.base_number(base::STRESS) * factor;
         let r = stick.radius;

@@ -11,6 +11,7 @@ use orchard_treegen::grow;
 use orchard_world::Planting;
 
 use super::Lane;
+use crate::Solver;
 use crate::layout::{LANES, fourth, fruit, link};
 use crate::memory::Memory;
 use crate::table::{AXES, BaseTree};
@@ -47,7 +48,7 @@ fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
 
 /// All worlds of a base, drawn by the twin.
 pub(crate) fn drawn(base: &BaseTree, worlds: usize, episode: u32) -> Memory {
-    let mut memory = Memory::repeated(base, worlds, 4).unwrap();
+    let mut memory = Memory::repeated(base, worlds, 4, Solver::Aba).unwrap();
     memory.redraw(&(0..worlds).collect::<Vec<_>>(), episode);
     memory
 }
@@ -110,7 +111,7 @@ fn words_are_those_of_the_streams() {
     const WORDS: usize = 40;
     let spec = spec(Mode::SharedDimensions, |_| 1.0);
     let base = base_of(&spec);
-    let mut memory = Memory::repeated(&base, LANES + 3, 1).unwrap();
+    let mut memory = Memory::repeated(&base, LANES + 3, 1, Solver::Aba).unwrap();
     memory.set_episode(9);
     for (number, lane) in [(0, 0), (0, 7), (1, 2)] {
         let own = Lane { memory: &mut memory, number, lane };
@@ -136,12 +137,12 @@ fn worlds_are_those_of_the_host() {
         let mut spec = spec(Mode::DistinctDimensions, |_| 1.0);
         spec.wood.joint_law = law;
         let base = base_of(&spec);
-        let mut memory = Memory::repeated(&base, 6, 1).unwrap();
+        let mut memory = Memory::repeated(&base, 6, 1, Solver::Aba).unwrap();
         memory.mark(&[0, 1, 2, 3, 4, 5]);
         memory.each(|world| world.vary());
         for world in 0..6 {
             let host = planted(&spec, world, 0);
-            let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+            let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
             let [direction, links, fruit] = compare(&memory, world as usize, &truth, &base);
             println!("{law:?}, world {world}: {direction:.1e}, {links:.1e}, {fruit:.1e}");
             assert!([direction, links, fruit].iter().all(|error| *error < TOLERANCE));
@@ -161,7 +162,7 @@ fn strength_zero_is_the_base_bit_for_bit() {
         [(Mode::Homogeneous, 1.0), (Mode::SharedDimensions, 0.0), (Mode::DistinctDimensions, 0.0)]
     {
         let base = base_of(&spec(mode, |_| strength));
-        let before = Memory::repeated(&base, 3, 4).unwrap();
+        let before = Memory::repeated(&base, 3, 4, Solver::Aba).unwrap();
         let after = drawn(&base, 3, 1);
         for index in 0..3 {
             assert_eq!(bits(&before, index), bits(&after, index), "{mode:?}");
@@ -176,12 +177,12 @@ fn each_axis_alone_is_the_hosts() {
     for &turned in &AXES {
         let spec = spec(Mode::DistinctDimensions, |axis| f64::from(u8::from(axis == turned)));
         let base = base_of(&spec);
-        let mut memory = Memory::repeated(&base, 2, 1).unwrap();
+        let mut memory = Memory::repeated(&base, 2, 1, Solver::Aba).unwrap();
         let before = bits(&memory, 1);
         memory.mark(&[1]);
         memory.each(|world| world.vary());
         let host = planted(&spec, 1, 0);
-        let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+        let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let [direction, links, fruit] = compare(&memory, 1, &truth, &base);
         println!("{turned:?}: {direction:.1e}, {links:.1e}, {fruit:.1e}");
         assert!([direction, links, fruit].iter().all(|error| *error < TOLERANCE));
@@ -205,7 +206,7 @@ fn shared_dimensions_are_those_of_the_episode() {
     assert_ne!(of(&first, 0), of(&later, 0));
     assert_ne!(first.link_of(0, 9, link::STIFFNESS), first.link_of(1, 9, link::STIFFNESS));
     let host = planted(&spec, 5, 3);
-    let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+    let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
     let worst = compare(&later, 5, &truth, &base);
     assert!(worst.iter().all(|error| *error < TOLERANCE), "{worst:?}");
 }
@@ -217,7 +218,7 @@ fn branches_are_lifted_off_the_ground() {
     let mut spec = spec(Mode::DistinctDimensions, |_| 2.0);
     spec.tree.clearance = spec.tree.clearance.with_value(CLEARANCE).unwrap();
     let base = base_of(&spec);
-    let mut memory = Memory::repeated(&base, 6, 1).unwrap();
+    let mut memory = Memory::repeated(&base, 6, 1, Solver::Aba).unwrap();
     memory.mark(&[0, 1, 2, 3, 4, 5]);
     memory.each(|world| world.vary());
     let mut lifted = 0;
@@ -229,7 +230,7 @@ fn branches_are_lifted_off_the_ground() {
         });
         lifted += rests.count();
         let host = TreeWorld::new(planting.spec, &planting.skeleton, planting.fruit).unwrap();
-        let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+        let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let worst = compare(&memory, world as usize, &truth, &base);
         println!("world {world}: {worst:?}");
         assert!(worst.iter().all(|error| *error < TOLERANCE), "{worst:?}");
@@ -245,11 +246,11 @@ fn trees_of_every_preset_are_the_hosts() {
         let mut spec = Spec::preset(preset);
         spec.randomisation = self::spec(Mode::DistinctDimensions, |_| 1.0).randomisation;
         let base = base_of(&spec);
-        let Ok(mut memory) = Memory::repeated(&base, 2, 1) else { continue };
+        let Ok(mut memory) = Memory::repeated(&base, 2, 1, Solver::Aba) else { continue };
         memory.mark(&[1]);
         memory.each(|world| world.vary());
         let host = planted(&spec, 1, 0);
-        let truth = Memory::new(std::slice::from_ref(&host), 1).unwrap();
+        let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let worst = compare(&memory, 1, &truth, &base);
         println!("{}: {worst:?}", preset.name());
         assert!(worst.iter().all(|error| *error < TOLERANCE), "{}: {worst:?}", preset.name());

@@ -2,6 +2,7 @@
 
 use orchard_bench::scaling::{PublishedScaling, Row, Scaling, SolverName};
 use orchard_spec::randomisation::Mode;
+use plotters::style::RGBColor;
 
 use crate::axis::Axis;
 use crate::chart::{Band, Chart, Line, Mark, Point, Series};
@@ -14,8 +15,13 @@ type Value = fn(&Row) -> Option<(f64, Option<[f64; 2]>)>;
 /// Lines of solvers, in their order.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dotted];
 
-/// Throughput, step rate and memory over the number of worlds.
-pub(crate) fn figures(scaling: &Scaling, paper: &PublishedScaling) -> Result<Vec<Figure>, FigureError> {
+/// Bytes of a gigabyte over those of a mebibyte.
+const MIB_PER_GB: f64 = 1e9 / 1_048_576.0;
+/// By how much equal points of the paper are drawn apart [px].
+const APART: i32 = 5;
+
+/// Throughput, step rate and memory over the number of worlds. Of several backends the fastest solver of each is drawn.
+pub(crate) fn figures(scalings: &[Scaling], paper: &PublishedScaling) -> Result<Vec<Figure>, FigureError> {
     // Smallest and largest of the repeats.
     let throughput: Value = |row| {
         let ends = row.spread.map(|rate| rate * f64::from(row.worlds));
@@ -23,14 +29,30 @@ pub(crate) fn figures(scaling: &Scaling, paper: &PublishedScaling) -> Result<Vec
     };
     let rate: Value = |row| Some((row.step_rate_per_s, Some(row.spread)));
     let memory: Value = |row| Some((row.memory_mib?, None));
+    let rows = drawn(scalings);
+    let title = "Throughput [env-steps/s]";
     let mut figures = vec![
-        figure(scaling, "scaling-throughput", "Throughput [env-steps/s]", throughput, bands(paper))?,
-        figure(scaling, "scaling-steps", "Frames of the batch [1/s]", rate, Vec::new())?,
+        figure(&rows, "scaling-throughput", title, throughput, (bands(paper), rates(paper)))?,
+        figure(&rows, "scaling-steps", "Frames of the batch [1/s]", rate, Default::default())?,
     ];
-    if scaling.rows.iter().any(|row| row.memory_mib.is_some()) {
-        figures.push(figure(scaling, "scaling-memory", "Memory of the batch [MiB]", memory, Vec::new())?);
+    if rows.iter().any(|row| row.memory_mib.is_some()) {
+        let title = "Memory of the batch [MiB]";
+        figures.push(figure(&rows, "scaling-memory", title, memory, (Vec::new(), memories(paper)))?);
     }
     Ok(figures)
+}
+
+/// The rows that are drawn: all of one backend, those of the fastest solver of each of several.
+fn drawn(scalings: &[Scaling]) -> Vec<&Row> {
+    let fastest = |scaling: &Scaling| {
+        let rows = scaling.rows.iter();
+        rows.max_by(|a, b| a.env_steps_per_s.total_cmp(&b.env_steps_per_s)).map(|row| row.solver)
+    };
+    let of = |scaling| {
+        let only = if scalings.len() > 1 { fastest(scaling) } else { None };
+        scaling.rows.iter().filter(move |row| only.is_none_or(|solver| row.solver == solver))
+    };
+    scalings.iter().flat_map(of).collect()
 }
 
 /// What the paper's largest batches reach, modes of one rate together.
@@ -46,21 +68,53 @@ fn bands(paper: &PublishedScaling) -> Vec<Band> {
     bands
 }
 
+/// The paper's rates, a point each in its mode's colour.
+fn rates(paper: &PublishedScaling) -> Vec<Series> {
+    let mut series: Vec<Series> = Vec::new();
+    for rate in &paper.env_steps_per_s {
+        let (x, ends) = (f64::from(rate.worlds), [rate.low, rate.high]);
+        let point = Point { x, y: 0.5 * (rate.low + rate.high), ci95: Some(ends) };
+        let equal = series.iter().filter(|other| other.points.contains(&point)).count() as i32;
+        series.push(published("", colour_of(rate.mode), point, APART * equal));
+    }
+    series
+}
+
+/// The memory of the paper's largest batches.
+fn memories(paper: &PublishedScaling) -> Vec<Series> {
+    let told = paper.solvers.iter().filter_map(|solver| Some((solver, solver.memory?)));
+    let series = told.map(|(solver, memory)| {
+        let point = Point { x: f64::from(solver.most_worlds), y: MIB_PER_GB * memory, ci95: None };
+        published(&format!("paper: {}", solver.name), colour::INK, point, 0)
+    });
+    series.collect()
+}
+
+/// A mode's colour, whichever modes are drawn.
+fn colour_of(mode: Mode) -> RGBColor {
+    let place = Mode::ALL.iter().position(|other| *other == mode).unwrap_or_default();
+    colour::SERIES[place % colour::SERIES.len()]
+}
+
+fn published(name: &str, colour: RGBColor, point: Point, shift: i32) -> Series {
+    let (mark, line) = (Mark::Hollow, Line::None);
+    Series { name: name.to_owned(), colour, mark, line, points: vec![point], shift }
+}
+
 fn figure(
-    scaling: &Scaling,
+    rows: &[&Row],
     stem: &str,
     title: &str,
     value: Value,
-    bands: Vec<Band>,
+    (bands, paper): (Vec<Band>, Vec<Series>),
 ) -> Result<Figure, FigureError> {
-    let has = |of: &dyn Fn(&Row) -> bool| scaling.rows.iter().any(of);
+    let has = |of: &dyn Fn(&Row) -> bool| rows.iter().any(|row| of(row));
     let solvers: Vec<SolverName> =
         SolverName::ALL.into_iter().filter(|s| has(&|row| row.solver == *s)).collect();
     let modes: Vec<Mode> = Mode::ALL.into_iter().filter(|m| has(&|row| row.mode == *m)).collect();
     let mut series = Vec::new();
     let mut told = Vec::new();
     // A colour a mode, a kind of line a solver: the legend tells them apart.
-    let colour_of = |i: usize| colour::SERIES[i % colour::SERIES.len()];
     let key = |name: &str, colour, mark, line| Series {
         name: plain(name),
         colour,
@@ -69,18 +123,16 @@ fn figure(
         points: Vec::new(),
         shift: 0,
     };
-    series.extend(
-        modes.iter().enumerate().map(|(i, mode)| key(mode_name(*mode), colour_of(i), Mark::Disc, Line::None)),
-    );
+    series.extend(modes.iter().map(|mode| key(mode_name(*mode), colour_of(*mode), Mark::Disc, Line::None)));
     if solvers.len() > 1 {
         let sign = |(j, solver): (usize, &SolverName)| {
             key(solver.name(), colour::SOFT, Mark::None, LINES[j % LINES.len()])
         };
         series.extend(solvers.iter().enumerate().map(sign));
     }
-    for (i, mode) in modes.iter().enumerate() {
+    for mode in &modes {
         for (j, solver) in solvers.iter().enumerate() {
-            let own = scaling.rows.iter().filter(|row| row.solver == *solver && row.mode == *mode);
+            let own = rows.iter().filter(|row| row.solver == *solver && row.mode == *mode);
             let mut points: Vec<Point> = own
                 .filter_map(|row| value(row).map(|(y, ci95)| Point { x: f64::from(row.worlds), y, ci95 }))
                 .filter(|point| point.x > 0.0 && point.y > 0.0)
@@ -94,7 +146,7 @@ fn figure(
             let line = LINES[j % LINES.len()];
             series.push(Series {
                 name: String::new(),
-                colour: colour_of(i),
+                colour: colour_of(*mode),
                 mark: Mark::Disc,
                 line,
                 points,
@@ -102,8 +154,10 @@ fn figure(
             });
         }
     }
+    series.extend(paper);
     let points = || series.iter().flat_map(|s| &s.points);
     let compared = bands.iter().flat_map(|band| band.ends);
+    let compared = compared.chain(points().filter_map(|point| point.ci95).flatten());
     let x = Axis::doublings("parallel worlds", points().map(|p| p.x), 6);
     let y = Axis::decades("", points().map(|p| p.y).chain(compared));
     let chart = Chart { stem: stem.to_owned(), title: title.to_owned(), x, y, series, bands };

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use orchard_bench::compute::{Compute, TaskCost};
-use orchard_bench::scaling::{Row, Scaling};
+use orchard_bench::scaling::{AxisRow, Omitted, PublishedScaling, PublishedSolver, Row, Scaling};
 
 use super::{Section, missing, side_by_side};
 use crate::figures::Figures;
@@ -11,25 +11,52 @@ use crate::table::{Cell, table};
 use crate::words::{grouped, mode, number};
 
 /// Throughput over parallel worlds.
-pub(crate) fn scaling(results: &Results, figures: &Figures) -> Section {
+pub(crate) fn scaling(results: &Results, figures: &Figures, paper: &PublishedScaling) -> Section {
     let body = html! {
-        @match results.scaling.as_ref().filter(|_| !figures.scaling.is_empty()) {
-            None => (missing("No scaling run in this folder.", "cargo xtask bench-v1 --tasks scaling")),
-            Some(scaling) => {
-                p {
-                    "Physics alone, no rendering, both axes logarithmic; an env-step is one frame (1/60 s) of one world. Marks are medians of the \
-                     repeats, caps the slowest and the fastest; " (scaling.threads) " threads, lanes of " (scaling.instructions)
-                    ". Grey are the paper's rates of its largest batches, on its laptop GPU."
-                }
-                (side_by_side(&figures.scaling))
-                (rows(scaling))
-            },
+        @if figures.scaling.is_empty() {
+            (missing("No scaling run in this folder.", "cargo xtask bench-v1 --tasks scaling"))
+        } @else {
+            p {
+                "Physics alone, no rendering, both axes logarithmic; an env-step is one frame (1/60 s) of one world. Marks are medians of the \
+                 repeats, caps the slowest and the fastest; " (ran_on(&results.scaling)) ". "
+                @if results.scaling.len() > 1 { "Of each the fastest solver is drawn, the table has all. " }
+                "Grey and hollow are the paper's rates on its laptop GPU" (solvers(paper)) "."
+            }
+            (side_by_side(&figures.scaling))
+            (rows(&results.scaling))
+            (axes(&results.scaling))
         }
     };
     Section { id: "scaling", title: "Scaling over worlds", body }
 }
 
-fn rows(scaling: &Scaling) -> Markup {
+/// What the batches ran on.
+fn ran_on(scalings: &[Scaling]) -> String {
+    let of = |scaling: &Scaling| match &scaling.adapter {
+        Some(adapter) if adapter.is_software => format!("{} (in software, for tests)", adapter.name),
+        Some(adapter) => adapter.name.clone(),
+        None => format!("{} threads, lanes of {}", scaling.threads, scaling.instructions),
+    };
+    scalings.iter().map(of).collect::<Vec<_>>().join("; ")
+}
+
+/// How far the paper's solvers go.
+fn solvers(paper: &PublishedScaling) -> String {
+    let of = |solver: &PublishedSolver| {
+        let mut text = format!(", {} up to {} worlds", solver.name, solver.most_worlds);
+        if let Some(memory) = solver.memory {
+            text += &format!(" with {memory} {}", solver.unit);
+        }
+        if solver.heavier > 1.0 {
+            let [least, most] = solver.slower;
+            text += &format!(", {least} to {most} times slower with {} times the memory", solver.heavier);
+        }
+        text
+    };
+    paper.solvers.iter().map(of).collect()
+}
+
+fn rows(scalings: &[Scaling]) -> Markup {
     let row = |r: &Row| {
         vec![
             Cell::words(r.solver.name()),
@@ -37,12 +64,58 @@ fn rows(scaling: &Scaling) -> Markup {
             Cell::number(r.worlds.to_string()),
             Cell::number(number(Some(r.step_rate_per_s), 1)),
             Cell::main(grouped(r.env_steps_per_s.max(0.0).round() as u64)),
+            Cell::number(grouped(r.substeps_per_s.max(0.0).round() as u64)),
             Cell::number(number(r.memory_mib, 0)).because(r.memory_mib.is_none().then_some("not measured")),
+            Cell::number(number(Some(r.build_s()), 2)),
         ]
     };
-    let rows: Vec<_> = scaling.rows.iter().map(row).collect();
-    let heads = ["solver", "mode", "worlds", "frames of the batch [1/s]", "env-steps/s", "memory [MiB]"];
-    html! { details { summary { "Every row" } (table("Scaling over worlds", &heads, &rows)) } }
+    let rows: Vec<_> = scalings.iter().flat_map(|scaling| &scaling.rows).map(row).collect();
+    let heads = [
+        "solver",
+        "mode",
+        "worlds",
+        "frames of the batch [1/s]",
+        "env-steps/s",
+        "substeps/s",
+        "memory [MiB]",
+        "build [s]",
+    ];
+    let omitted: Vec<&Omitted> = scalings.iter().flat_map(|scaling| &scaling.omitted).collect();
+    html! {
+        details { summary { "Every row" } (table("Scaling over worlds", &heads, &rows)) }
+        @if !omitted.is_empty() {
+            details {
+                summary { "Left out" }
+                ul { @for cell in omitted {
+                    li { (cell.solver.name()) ", " (mode(cell.mode)) ", " (cell.worlds) " worlds: " (cell.why) }
+                } }
+            }
+        }
+    }
+}
+
+/// What each kind of randomisation costs.
+fn axes(scalings: &[Scaling]) -> Markup {
+    let row = |r: &AxisRow| {
+        let [least, most] = r.spread.map(|x| number(Some(x), 2));
+        vec![
+            Cell::words(r.solver.name()),
+            Cell::words(r.axis.name()),
+            Cell::number(r.worlds.to_string()),
+            Cell::main(number(Some(r.relative), 2)),
+            Cell::number(format!("{least} to {most}")),
+        ]
+    };
+    let rows: Vec<_> = scalings.iter().flat_map(|scaling| &scaling.axes).map(row).collect();
+    let heads = ["solver", "what differs", "settled worlds", "rate over identical worlds", "repeats"];
+    html! {
+        @if !rows.is_empty() {
+            details {
+                summary { "Each kind of randomisation alone" }
+                (table("Rate of worlds that differ in one thing", &heads, &rows))
+            }
+        }
+    }
 }
 
 /// What the tasks cost.

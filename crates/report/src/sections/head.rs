@@ -153,7 +153,7 @@ pub(crate) fn facts(results: &Results) -> Markup {
     let machine = results.compute.as_ref().and_then(|compute| compute.tasks.values().next());
     let machine = machine.map(|cost| (&cost.machine, cost.threads));
     let machine =
-        machine.or_else(|| results.scaling.as_ref().map(|scaling| (&scaling.machine, scaling.threads)));
+        machine.or_else(|| results.scaling.first().map(|scaling| (&scaling.machine, scaling.threads)));
     if let Some((machine, threads)) = machine {
         facts.push(("Machine", html! { (machine_line(machine)) "; " (threads) " threads" }));
     }

@@ -2,10 +2,9 @@
 
 use orchard_batch::{Batch, Isa, TreeWorld};
 use orchard_bench::scaling::resident_bytes;
-use orchard_multibody::mjcf_for_timing;
 use rayon::prelude::*;
 
-use super::forest::Planting;
+use super::forest::{Planting, mjcf_of};
 use super::peer::Course;
 use super::{Bench, FRAMES, Plan, THREADS, WORLDS, limit};
 use crate::perf::timing::{Side, cpu_time};
@@ -136,11 +135,4 @@ fn batches(bench: &Bench, typical: &Planting, forest: &[Planting]) -> anyhow::Re
 /// The trees in worlds, kicked, each in its own way.
 fn settle(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
     plantings.par_iter().enumerate().map(|(index, planting)| planting.kicked(index as u32)).collect()
-}
-
-/// A world at its present state for MuJoCo.
-fn mjcf_of(world: &TreeWorld) -> anyhow::Result<String> {
-    let plant = world.plant();
-    let settings = &plant.settings;
-    Ok(mjcf_for_timing("tree", &plant.model, world.data(), &settings.gravity, settings.h)?)
 }

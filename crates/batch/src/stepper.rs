@@ -1,0 +1,132 @@
+//! What every batch can do, whatever does the arithmetic.
+
+use crate::batch::Batch;
+use crate::fault::Status;
+use crate::tile::BatchEvent;
+use orchard_geometry::Vec3;
+use orchard_multibody::Data;
+
+/// A batch that cannot do what it is asked for.
+#[derive(Debug, thiserror::Error)]
+pub enum StepperError {
+    /// More links are pushed than there is room for.
+    #[error("world {world} has no room for a force on another link")]
+    NoRoom {
+        /// Index of the world.
+        world: usize,
+    },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(Box<dyn std::error::Error + Send + Sync>),
+}
+
+impl StepperError {
+    /// Wraps a backend's own error.
+    pub fn of(e: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::Backend(Box::new(e))
+    }
+}
+
+/// Worlds that advance together: in lanes ([`Batch`]), one by one in f64 ([`crate::ReferenceBatch`]) or on a graphics device
+/// (`orchard_gpu::GpuBatch`). A world that is no longer finite is reported once and stands still from then on.
+pub trait Stepper: Send {
+    /// Number of worlds.
+    fn len(&self) -> usize;
+
+    /// Whether there is no world.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Memory of the numbers that a step goes through [bytes], where the backend knows it.
+    fn bytes(&self) -> Option<usize>;
+
+    /// Asks for whole frames of every world. A frame begins when all worlds have ended the one before. It may return before
+    /// they are done; whoever reads waits.
+    fn advance(&mut self, frames: u32);
+
+    /// Waits until all frames are done.
+    ///
+    /// # Errors
+    /// The backend failed.
+    fn wait(&mut self) -> Result<(), StepperError>;
+
+    /// What has happened since the last call, by frame and world.
+    ///
+    /// # Errors
+    /// The backend failed.
+    fn events(&mut self) -> Result<Vec<BatchEvent>, StepperError>;
+
+    /// Whether a world runs.
+    ///
+    /// # Errors
+    /// The backend failed.
+    fn status(&mut self, world: usize) -> Result<Status, StepperError>;
+
+    /// Writes a world's state into the f64 state of its model.
+    ///
+    /// # Errors
+    /// The backend failed.
+    fn store(&mut self, world: usize, data: &mut Data) -> Result<(), StepperError>;
+
+    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed.
+    ///
+    /// # Errors
+    /// The world has no room for it.
+    fn push(
+        &mut self,
+        world: usize,
+        segment: usize,
+        force_world: Vec3,
+        torque_world: Vec3,
+    ) -> Result<(), StepperError>;
+
+    /// Sets the external force [N] on a fruit until changed.
+    fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3);
+}
+
+impl Stepper for Batch {
+    fn len(&self) -> usize {
+        Batch::len(self)
+    }
+
+    fn bytes(&self) -> Option<usize> {
+        Some(Batch::bytes(self))
+    }
+
+    fn advance(&mut self, frames: u32) {
+        (0..frames).for_each(|_| self.run(1));
+    }
+
+    fn wait(&mut self) -> Result<(), StepperError> {
+        Ok(())
+    }
+
+    fn events(&mut self) -> Result<Vec<BatchEvent>, StepperError> {
+        Ok(self.drain_events())
+    }
+
+    fn status(&mut self, world: usize) -> Result<Status, StepperError> {
+        Ok(Batch::status(self, world))
+    }
+
+    fn store(&mut self, world: usize, data: &mut Data) -> Result<(), StepperError> {
+        Batch::store(self, world, data);
+        Ok(())
+    }
+
+    fn push(
+        &mut self,
+        world: usize,
+        segment: usize,
+        force_world: Vec3,
+        torque_world: Vec3,
+    ) -> Result<(), StepperError> {
+        Batch::push(self, world, segment, force_world, torque_world);
+        Ok(())
+    }
+
+    fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3) {
+        Batch::pull(self, world, fruit, force_world);
+    }
+}
