@@ -42,7 +42,7 @@ fn outward(part: u32, way: u32) {
     if end == start {
         return;
     }
-    var tip = ground_tip();
+    var tip: Tip;
     // The next link is read while this one is worked on.
     var next = read_hinge(link_at(start));
     var next_limit = 0.0;
