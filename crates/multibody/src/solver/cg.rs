@@ -105,7 +105,9 @@ impl ConjugateGradients {
             let before = residual;
             residual = scaled_norm(r, &system.inverse_diagonal) / size;
             let converged = residual <= TOLERANCE;
-            if converged || iterations >= most || residual > RESTART_GAIN * before {
+            // A state that is not finite has no residual to go by.
+            let is_stuck = !residual.is_finite() || residual > RESTART_GAIN * before;
+            if converged || iterations >= most || is_stuck {
                 return LinearSolve { iterations, residual, converged };
             }
         }
