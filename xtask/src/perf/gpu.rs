@@ -2,11 +2,14 @@
 
 mod warp;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Context;
 use orchard_batch::TreeWorld;
-use orchard_gpu::{Choice, Gpu, GpuBatch};
+use orchard_gpu::{BaseTree, Choice, Gpu, GpuBatch};
+use orchard_spec::randomisation::Mode;
+use orchard_spec::{Preset, Spec};
 use rayon::prelude::*;
 
 use super::physics::forest::{Planting, kick, mjcf_of, nearest, spec_with_fruit};
@@ -30,6 +33,8 @@ const BUILD: f64 = 0.5;
 const TOPOLOGIES: f64 = 0.5;
 /// Worlds on an adapter in software, which is for tests.
 const SOFTWARE_WORLDS: usize = 32;
+/// Seed of the draws of the worlds that the device builds.
+const SEED: u64 = 1;
 
 const NOTE: &str =
     "151 links, 30 fruit; every joint kicked at up to 1 rad/s before the first of 5 s; elapsed";
@@ -53,7 +58,8 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let mut rows = Vec::new();
     let targets: &[(usize, f64)] = if is_real { &TARGETS } else { &[(SOFTWARE_WORLDS, 0.0)] };
     say(&bar, "MuJoCo-Warp");
-    let compared: Vec<usize> = targets.iter().map(|&(worlds, _)| worlds).collect();
+    let compared: Vec<usize> =
+        targets.iter().map(|&(worlds, _)| worlds).filter(|&worlds| worlds <= MANY).collect();
     // The file stays, for whoever wants to step it elsewhere.
     let tree = warp::leave(&mjcf_of(&same[0])?)?;
     let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
@@ -77,6 +83,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
             let build =
                 Row::measured(&format!("gpu.dimensions_{worlds}.build"), cell.build, "s").at_most(BUILD);
             rows.push(Row { note: Some(note), ..build });
+            rows.push(drawn(&gpu, typical, worlds)?.at_most(BUILD));
         }
     }
     for &(worlds, _) in targets {
@@ -98,6 +105,21 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     measured.context.insert("driver", Some(info.driver.clone()));
     measured.context.insert("backend", Some(info.backend.clone()));
     Ok(measured)
+}
+
+/// Seconds in which the device draws so many worlds of one tree, in every physical axis, and settles them. The kernels are compiled before.
+fn drawn(gpu: &Gpu, of: &Planting, worlds: usize) -> anyhow::Result<Row> {
+    let mut spec = Spec::clone(&of.spec);
+    spec.randomisation = Spec::preset(Preset::Randomised).randomisation;
+    spec.randomisation.mode = Mode::DistinctDimensions;
+    let base = BaseTree::new(Arc::new(spec), &of.skeleton, of.fruit.clone(), SEED)?;
+    GpuBatch::randomised(gpu, &base, 1)?.wait()?;
+    let start = Instant::now();
+    GpuBatch::randomised(gpu, &base, worlds as u32)?.wait()?;
+    let row = Row::measured(&format!("gpu.drawn_{worlds}.build"), start.elapsed().as_secs_f64(), "s");
+    let note =
+        "from one tree in memory to as many worlds in equilibrium, all axes drawn and settled on the device";
+    Ok(Row { note: Some(note.to_owned()), ..row })
 }
 
 fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {

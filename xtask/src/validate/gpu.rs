@@ -5,7 +5,7 @@ use std::sync::Arc;
 use anyhow::{Context, ensure};
 use orchard_batch::{BatchEvent, TreeWorld};
 use orchard_geometry::{Vec3, transform};
-use orchard_gpu::{Options, Choice, Gpu, GpuBatch, GpuError};
+use orchard_gpu::{Choice, Gpu, GpuBatch, GpuError, Options};
 use orchard_multibody::{BodyId, Data, forward_kinematics};
 use orchard_spec::{Purpose, Spec, Stream};
 use rayon::prelude::*;
@@ -103,7 +103,8 @@ fn grown(count: u32, rate: f64) -> anyhow::Result<Vec<TreeWorld>> {
 /// Largest errors of any world: of its joint angles by the largest one, and of its tips [m].
 fn pull_and_release(gpu: &Gpu, count: u32) -> anyhow::Result<(f64, f64)> {
     let mut worlds = grown(count, GENTLE_KICK)?;
-    let mut batch = GpuBatch::with_options(gpu, &worlds, Options { pushes_each: GENTLE_TIPS, ..Options::default() })?;
+    let mut batch =
+        GpuBatch::with_options(gpu, &worlds, Options { pushes_each: GENTLE_TIPS, ..Options::default() })?;
     for force in [Vec3::from(GENTLE_FORCE), Vec3::zeros()] {
         for (index, world) in worlds.iter_mut().enumerate() {
             let parent = world.plant().tree.parent.clone();

@@ -14,6 +14,9 @@ use crate::rows::Row;
 /// Packages of their own beside those of the judge.
 const PART: &str = "warp";
 
+/// What a round takes, about [s].
+const ROUND: &str = "0.4";
+
 /// What `tests/judge/warp_speed.py` found.
 pub struct Peer {
     header: Header,
@@ -74,7 +77,7 @@ impl Peer {
     pub fn measure(model: &Path, worlds: &[usize]) -> Result<Self, String> {
         let mut command = Environment::install_part(SUITE, PART)?.script("warp_speed.py");
         let worlds: Vec<String> = worlds.iter().map(usize::to_string).collect();
-        command.arg(model).args(["--worlds", &worlds.join(",")]).stderr(Stdio::inherit());
+        command.arg(model).args(["--worlds", &worlds.join(","), "--seconds", ROUND]).stderr(Stdio::inherit());
         let output = command.output().map_err(|e| format!("cannot run Python: {e}"))?;
         // What was measured before an end that was none counts.
         Self::read(&String::from_utf8_lossy(&output.stdout)).map_err(|e| format!("{e} ({})", output.status))
