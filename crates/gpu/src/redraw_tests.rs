@@ -1,16 +1,12 @@
 //! Worlds that the device draws by itself, against the twin, which is held to the host's plantings.
 
-use std::time::Instant;
-
 use orchard_batch::Status;
 use orchard_geometry::Vec3;
 use orchard_spec::randomisation::Mode;
 
 use crate::batch_tests::device;
-use crate::buffers::Buffers;
 use crate::layout::LANES;
 use crate::memory::Memory;
-use crate::pipelines::Pass;
 use crate::table::{BaseError, BaseTree};
 use crate::twin::vary_tests::{SEED, base_of, bits, drawn, spec};
 use crate::{BatchError, GpuBatch, GpuError, Solver};
@@ -135,48 +131,4 @@ fn what_cannot_be_drawn_is_refused() {
     let mut given = GpuBatch::new(&gpu, std::slice::from_ref(base.world())).unwrap();
     assert_eq!(given.redraw(&[0], 0), Err(GpuError::Batch(BatchError::NoBase)));
     assert!(GpuBatch::randomised(&gpu, &base, 0).unwrap().is_empty());
-}
-
-/// Prints how long many worlds take, on the host and on the device.
-#[test]
-#[ignore = "a measurement: cargo test -p orchard-gpu --release -- --ignored --nocapture building"]
-fn building_takes() {
-    const WORLDS: usize = 4096;
-    let Some(gpu) = device() else { return };
-    let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
-    let timed = |what: &str, act: &mut dyn FnMut()| {
-        let start = Instant::now();
-        act();
-        println!("{what}: {:?}", start.elapsed());
-    };
-    println!("{WORLDS} worlds on {}", gpu.info().name);
-    let mut memory = None;
-    timed("packed", &mut || memory = Memory::repeated(&base, WORLDS, 4, Solver::Aba).ok());
-    timed("sent", &mut || {
-        drop(Buffers::new(&gpu, memory.as_ref().unwrap()).unwrap());
-        gpu.wait().unwrap();
-    });
-    timed("kernels compiled", &mut || {
-        let pipelines = gpu.pipelines();
-        for pass in [Pass::Vary, Pass::Reset, Pass::Settle] {
-            pipelines.of(pass);
-        }
-    });
-    let mut batch = None;
-    timed("all of it", &mut || {
-        batch = Some(GpuBatch::randomised(&gpu, &base, WORLDS as u32).unwrap());
-        gpu.wait().unwrap();
-    });
-    let mut batch = batch.unwrap();
-    let all: Vec<usize> = (0..WORLDS).collect();
-    // All are marked still.
-    let rules = batch.fetched().unwrap().rules;
-    timed("drawn alone", &mut || {
-        batch.run(std::iter::once((rules, &[Pass::Vary][..])));
-        batch.wait().unwrap();
-    });
-    timed("reset and settled", &mut || {
-        batch.reset(&all);
-        batch.wait().unwrap();
-    });
 }

@@ -66,9 +66,10 @@ impl Memory {
         ] {
             self.set_push(index, k, field, f32::from_bits(number));
         }
-        for axis in 0..3 {
-            self.set_push(index, k, push::FORCE + axis, wrench[0][axis] as f32);
-            self.set_push(index, k, push::TORQUE + axis, wrench[1][axis] as f32);
+        for (field, vector) in [push::FORCE, push::TORQUE].into_iter().zip(wrench) {
+            for (axis, value) in vector.iter().enumerate() {
+                self.set_push(index, k, field + axis, *value as f32);
+            }
         }
         let operation = self.operation_at(tile, row, lane);
         self.operations[operation][3] |= fourth::PUSHED as u32;
