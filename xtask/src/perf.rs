@@ -147,6 +147,7 @@ fn say(bar: &ProgressBar, what: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use orchard_bench::scaling::AxisKind;
 
     fn scaling_run(backend: &str) -> Result<serde_json::Value, Failure> {
         let folder = tempfile::tempdir().unwrap();
@@ -166,7 +167,8 @@ mod tests {
             serde_json::from_value(file["scaling"].clone()).unwrap();
         assert_eq!((scaling.backend.name(), file["context"]["backend"].as_str()), (backend, Some(backend)));
         assert!(!scaling.rows.is_empty() && scaling.omitted.is_empty());
-        let axes = scaling.rows.iter().filter(|row| row.worlds == 1).count() / 4 * 6;
+        let solvers = scaling.rows.iter().filter(|row| row.worlds == 1).count() / 4;
+        let axes = solvers * AxisKind::of(scaling.backend).len();
         assert_eq!((rows.len(), scaling.axes.len()), (scaling.rows.len() + axes, axes));
         for row in &scaling.rows {
             assert_eq!(row.substeps_per_s, 3.0 * row.env_steps_per_s);
