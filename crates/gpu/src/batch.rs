@@ -113,7 +113,7 @@ impl GpuBatch {
         let count = worlds as usize;
         let memory = Memory::repeated(base, count, options.pushes_each.max(1), options.solver)?;
         let mut batch = Self::of(gpu, memory, vec![base.world().plant().clone(); count])?;
-        batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.vary_bindings, Use::Varies));
+        batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.bindings, Use::Varies));
         if base.varies() {
             batch.redraw(&(0..count).collect::<Vec<_>>(), 0)?;
         }

@@ -29,12 +29,12 @@ pub(crate) struct Buffers {
     table: wgpu::Buffer,
 }
 
-/// What a pass binds.
+/// What a pass binds besides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
-    /// Operations to be read, and forces.
+    /// Forces.
     Steps,
-    /// Operations to be written, whose radii change, and the base table in the place of forces: adapters have no ninth storage buffer.
+    /// The base table in their place: adapters have no ninth storage buffer.
     Varies,
 }
 
@@ -140,9 +140,9 @@ impl Buffers {
 }
 
 /// What the kernels bind: rules by the pass, then the buffers in the order of `kernels/memory.wgsl`.
-pub(crate) fn binding_layout(device: &wgpu::Device, of: Use) -> wgpu::BindGroupLayout {
-    // Tiles, operations but for their radii, and forces or the table are only read.
-    let storage = [true, of == Use::Steps, false, false, false, false, false, true]
+pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    // Tiles, and forces or the table, are only read.
+    let storage = [true, false, false, false, false, false, false, true]
         .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
     let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
     let entries: Vec<_> = (0..)

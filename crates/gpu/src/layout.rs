@@ -436,7 +436,7 @@ fields! {
     }
     /// Bits of the third word: fruit and leaf.
     third {
-        /// Shift of the leaf (10 bits).
+        /// Shift of the number of leaves in the rows before, which is its own if it is one (10 bits). Rows that a world does not have count all.
         LEAF = 0,
         /// Shift of the first row of fruit (12 bits).
         FIRST_FRUIT = 10,

@@ -15,7 +15,7 @@ use orchard_multibody::Data;
 
 use crate::layout::{
     LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, krylov, leaf, link, load, notice, push, state,
-    tile, work, world,
+    third, tile, work, world,
 };
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule, WARPS};
@@ -221,6 +221,15 @@ impl Memory {
         let (number, lane) = (place.tile, place.lane);
         let (plant, data) = (given.plant(), given.data());
         let (model, tree) = (&plant.model, &plant.tree);
+        for (part, visits) in schedule.parts.iter().enumerate() {
+            // Where the walk inwards begins if the part has more rows in other lanes.
+            let leaves = visits.last().map_or(0, |visit| (visit.words[2] >> third::LEAF & 0x3ff) + 1);
+            let rows = self.header(number, tile::STARTS + part)..self.header(number, tile::STARTS + part + 1);
+            for row in rows.skip(visits.len()) {
+                let at = self.operation_at(number, row, lane);
+                self.operations[at][2] = leaves << third::LEAF;
+            }
+        }
         for visit in schedule.parts.iter().flatten() {
             let (segment, row) = (visit.link, place.rows[visit.link]);
             let id = tree.bodies[segment];

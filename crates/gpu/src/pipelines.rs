@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
-use crate::buffers::{Use, binding_layout};
+use crate::buffers::binding_layout;
 use crate::shader;
 
 /// One pipeline for each thing that a pass can do. What not every batch needs is compiled when it is first asked for.
@@ -13,11 +13,8 @@ pub(crate) struct Pipelines {
     device: wgpu::Device,
     module: ShaderModule,
     layout: PipelineLayout,
-    vary_layout: PipelineLayout,
     /// What they bind.
     pub bindings: wgpu::BindGroupLayout,
-    /// What [`Pass::Vary`] binds.
-    pub vary_bindings: wgpu::BindGroupLayout,
     /// By pass.
     compiled: [OnceLock<ComputePipeline>; Pass::ALL.len()],
 }
@@ -66,22 +63,17 @@ impl Pipelines {
             label: Some("orchard"),
             source: wgpu::ShaderSource::Wgsl(shader::source().into()),
         });
-        let bindings = binding_layout(device, Use::Steps);
-        let vary_bindings = binding_layout(device, Use::Varies);
-        let layout_of = |bindings: &wgpu::BindGroupLayout| {
-            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: None,
-                bind_group_layouts: &[Some(bindings)],
-                immediate_size: 0,
-            })
-        };
+        let bindings = binding_layout(device);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
         let pipelines = Self {
             device: device.clone(),
-            layout: layout_of(&bindings),
-            vary_layout: layout_of(&vary_bindings),
+            layout,
             module,
             bindings,
-            vary_bindings,
             compiled: [const { OnceLock::new() }; Pass::ALL.len()],
         };
         // Every batch steps: nobody should wait for this in the first frame.
@@ -97,7 +89,7 @@ impl Pipelines {
             let (entry, constants) = pass.entry();
             self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
-                layout: Some(if pass == Pass::Vary { &self.vary_layout } else { &self.layout }),
+                layout: Some(&self.layout),
                 module: &self.module,
                 entry_point: Some(entry),
                 compilation_options: PipelineCompilationOptions {

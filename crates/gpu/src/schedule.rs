@@ -150,10 +150,10 @@ impl Schedule {
         }
         let mut c = self.fruit.len() << third::FIRST_FRUIT | fruit_of[link].len() << third::FRUIT;
         self.fruit.extend(&fruit_of[link]);
+        c |= self.leaves << third::LEAF;
         if slots.carries[row] {
             b |= second::CARRIES;
         } else {
-            c |= self.leaves << third::LEAF;
             self.leaves += 1;
         }
         Visit { link, words: [a as u32, b as u32, c as u32] }

@@ -75,6 +75,14 @@ mod tests {
         ];
         // How the two languages reach memory and make values differs.
         let apart = [
+            "awaited",
+            "awaited_words",
+            "awaited_motion",
+            "packed_motion",
+            "unpacked",
+            "link_of",
+            "hinge_of",
+            "left_of",
             "operation_at",
             "link_at",
             "fruit_at",

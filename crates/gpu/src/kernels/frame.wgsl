@@ -31,7 +31,6 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
                 }
             }
             storageBarrier();
-            workgroupBarrier();
         }
     }
     conclude(thread, runs);

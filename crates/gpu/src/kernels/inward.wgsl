@@ -18,33 +18,26 @@ var<private> substep: u32;
 fn inward(part: u32) {
     let start = header(TILE_STARTS + part);
     var borne = nothing();
-    var tip = still();
     let end = header(TILE_STARTS + part + 1u);
     if end == start {
         return;
     }
     // The next link is read while this one is worked on.
-    var next = read_link(link_at(end - 1u));
-    var next_operation = operations[operation_at(end - 1u)];
-    var next_bits = states[operation_at(end - 1u)];
-    var next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
+    let first = link_at(end - 1u);
+    var next = link_of(
+        awaited(link(first, LINK_DIRECTION)),
+        awaited(link(first, LINK_MASS)),
+        awaited(link(first, LINK_Q)),
+    );
+    var next_operation = awaited_words(operations[operation_at(end - 1u)]);
+    var next_bits = awaited_words(vec4u(states[operation_at(end - 1u)])).x;
+    var tip = awaited_motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
+    var next_tip: Packed;
     for (var row = end; row > start;) {
         row -= 1u;
         let own = next;
         let operation = next_operation;
         let bits = next_bits;
-        let ahead = max(row, start + 1u) - 1u;
-        next = read_link(link_at(ahead));
-        next_operation = operations[operation_at(ahead)];
-        next_bits = states[operation_at(ahead)];
-        if (operation.x & FIRST_ACTIVE) == 0u {
-            next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
-            continue;
-        }
-        if (operation.y & SECOND_CARRIES) == 0u {
-            tip = next_tip;
-            borne = nothing();
-        }
         // The slot first, then what other parts bring: one loop, since every copy of it would have to be fetched.
         let taken = select(0u, 1u, (operation.y & SECOND_TAKES) != 0u);
         let loads = taken + ((operation.y >> SECOND_LOADS) & 0x3fu);
@@ -52,6 +45,22 @@ fn inward(part: u32) {
         for (var k = 0u; k < loads; k++) {
             let own_slot = slot_at((operation.x >> FIRST_SLOT) & 0xffu);
             borne = plus(borne, load(select(cross_load_at(first_load + k - taken), own_slot, k < taken)));
+        }
+        // Everything that the next row needs is asked for at once: whoever waits for one of these waits for all.
+        let ahead = max(row, start + 1u) - 1u;
+        next = read_link(link_at(ahead));
+        next_operation = operations[operation_at(ahead)];
+        next_bits = states[operation_at(ahead)];
+        let is_active = (operation.x & FIRST_ACTIVE) != 0u;
+        // Then the next row is none that carries this one: it begins at the leaf before.
+        let gives = !is_active
+            || (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES | SECOND_GIVES_CROSS)) != 0u;
+        if gives {
+            next_tip = packed_motion(leaf_at(max((operation.z >> THIRD_LEAF) & 0x3ffu, 1u) - 1u), 0u);
+        }
+        if !is_active {
+            tip = unpacked(next_tip);
+            continue;
         }
         let is_debris = (bits & STATE_DEBRIS) != 0u;
         let drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
@@ -80,17 +89,12 @@ fn inward(part: u32) {
             torque += push[0];
             force += push[1];
         }
-        // A leaf's motion is asked for while its row's neighbour is worked on.
-        if (next_operation.y & SECOND_CARRIES) == 0u {
-            next_tip = motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
-        }
         borne = eliminate(own, row, bits, drag, body, borne, torque, force);
         if is_debris {
             hand_on(row, held);
         }
         tip = body.parent;
-        // Whoever gives something away is not carried by the next row.
-        if (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES | SECOND_GIVES_CROSS)) != 0u {
+        if gives {
             let is_cross = (operation.y & SECOND_GIVES_CROSS) != 0u;
             let slot = slot_at((operation.x >> FIRST_PARENT) & 0xffu);
             let to = select(slot, cross_load_at(operation.y >> SECOND_OWN_LOAD), is_cross);
@@ -98,6 +102,8 @@ fn inward(part: u32) {
                 borne = plus(load(to), borne);
             }
             set_load(to, borne);
+            borne = nothing();
+            tip = unpacked(next_tip);
         }
     }
 }

@@ -33,15 +33,15 @@ struct Rules {
 
 @group(0) @binding(0) var<uniform> rules: Rules;
 @group(0) @binding(1) var<storage, read> tiles: array<u32>;
-@group(0) @binding(2) var<storage, read> operations: array<vec4u>;
+// Written by `vary` alone. Not declared as read-only: a compiler may put such a read next to its first use, where it is waited for.
+@group(0) @binding(2) var<storage, read_write> operations: array<vec4u>;
 @group(0) @binding(3) var<storage, read_write> states: array<u32>;
 @group(0) @binding(4) var<storage, read_write> links: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> fruits: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> works: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> worlds: array<f32>;
 @group(0) @binding(8) var<storage, read> pushes: array<f32>;
-// What `vary` binds in the places of operations and forces: operations to be written, and the base table.
-@group(0) @binding(2) var<storage, read_write> operations_varied: array<vec4u>;
+// What `vary` binds in the place of forces.
 @group(0) @binding(8) var<storage, read> table: array<vec4u>;
 
 const NO_SEGMENT: u32 = 0xffffffffu;
@@ -70,6 +70,16 @@ fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     slots_at = header(TILE_SLOTS) + warp * header(TILE_SLOTS_EACH) * (FORK_FIELDS / QUAD * LANES) + lane;
     cross_forks_at = header(TILE_CROSS_FORKS) + lane;
     cross_loads_at = header(TILE_CROSS_LOADS) + lane;
+}
+
+// The same number, waited for here: the factor is 1, which no compiler knows. What a loop has from before it, and the one branch in which something is read,
+// would else be waited for inside the loop, row after row, together with all that has been asked for since (`docs/computation/gpu.md`, Cost).
+fn awaited(x: vec4f) -> vec4f {
+    return x * f32(min(rules.substeps, 1u));
+}
+
+fn awaited_words(x: vec4u) -> vec4u {
+    return x * min(rules.substeps, 1u);
 }
 
 fn header(field: u32) -> u32 {

@@ -47,15 +47,18 @@ struct JointInward {
 }
 
 fn read_link(at: u32) -> Link {
-    let a = link(at, LINK_DIRECTION);
-    let b = link(at, LINK_MASS);
-    let d = link(at, LINK_Q);
+    return link_of(link(at, LINK_DIRECTION), link(at, LINK_MASS), link(at, LINK_Q));
+}
+
+fn link_of(a: vec4f, b: vec4f, d: vec4f) -> Link {
     return Link(a.xyz, a.w, b.x, b.y, b.z, b.w, d.xy, d.zw);
 }
 
 fn read_hinge(at: u32) -> Hinge {
-    let a = link(at, LINK_DIRECTION);
-    let b = link(at, LINK_Q);
+    return hinge_of(link(at, LINK_DIRECTION), link(at, LINK_Q));
+}
+
+fn hinge_of(a: vec4f, b: vec4f) -> Hinge {
     return Hinge(a.xyz, a.w, b.xy, b.zw);
 }
 
@@ -98,13 +101,42 @@ fn joint_inward(own: Axes, c: vec3f, q: vec2f) -> JointInward {
     return JointInward(Joint(first, third, own), parent);
 }
 
+// A motion as it stands in memory: nothing is computed from it before it is needed, so that nobody waits for it.
+struct Packed {
+    a: vec4f,
+    b: vec4f,
+    c: vec4f,
+    d: vec4f,
+    e: vec4f,
+}
+
+fn packed_motion(at: u32, field: u32) -> Packed {
+    return Packed(
+        quad(at, field),
+        quad(at, field + 4u),
+        quad(at, field + 8u),
+        quad(at, field + 12u),
+        quad(at, field + 16u),
+    );
+}
+
+fn unpacked(p: Packed) -> Motion {
+    return Motion(
+        axes_of(p.a.xyz, vec3f(p.a.w, p.b.xy)),
+        vec3f(p.b.zw, p.c.x),
+        p.c.yzw,
+        p.d.xyz,
+        vec3f(p.d.w, p.e.xy),
+    );
+}
+
 fn motion(at: u32, field: u32) -> Motion {
-    let a = quad(at, field);
-    let b = quad(at, field + 4u);
-    let c = quad(at, field + 8u);
-    let d = quad(at, field + 12u);
-    let e = quad(at, field + 16u);
-    return Motion(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, c.x), c.yzw, d.xyz, vec3f(d.w, e.xy));
+    return unpacked(packed_motion(at, field));
+}
+
+fn awaited_motion(at: u32, field: u32) -> Motion {
+    let p = packed_motion(at, field);
+    return unpacked(Packed(awaited(p.a), awaited(p.b), awaited(p.c), awaited(p.d), awaited(p.e)));
 }
 
 // The last two numbers are free for something else.

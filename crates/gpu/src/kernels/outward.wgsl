@@ -29,10 +29,10 @@ struct Left {
 }
 
 fn read_left(at: u32) -> Left {
-    let a = quad(at, WORK_G_1N);
-    let b = quad(at, WORK_G_1F);
-    let c = quad(at, WORK_G_2N);
-    let d = quad(at, WORK_G_2F);
+    return left_of(quad(at, WORK_G_1N), quad(at, WORK_G_1F), quad(at, WORK_G_2N), quad(at, WORK_G_2F));
+}
+
+fn left_of(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> Left {
     return Left(a.xyz, b.xyz, c.xyz, d.xyz, vec2f(a.w, b.w), vec2f(c.w, d.w));
 }
 
@@ -44,20 +44,42 @@ fn outward(part: u32, way: u32) {
     }
     var tip: Tip;
     // The next link is read while this one is worked on.
-    var next = read_hinge(link_at(start));
+    let first = link_at(start);
+    let first_left = work_at(start);
+    var next = hinge_of(awaited(link(first, LINK_DIRECTION)), awaited(link(first, LINK_Q)));
     var next_limit = 0.0;
     if way == TEST {
-        next_limit = link(link_at(start), LINK_LIMIT).x;
+        next_limit = awaited(link(first, LINK_LIMIT)).x;
     }
-    var next_left = read_left(work_at(start));
-    var next_operation = operations[operation_at(start)];
-    var next_bits = states[operation_at(start)];
+    var next_left = left_of(
+        awaited(quad(first_left, WORK_G_1N)),
+        awaited(quad(first_left, WORK_G_1F)),
+        awaited(quad(first_left, WORK_G_2N)),
+        awaited(quad(first_left, WORK_G_2F)),
+    );
+    var next_operation = awaited_words(operations[operation_at(start)]);
+    var next_bits = awaited_words(vec4u(states[operation_at(start)])).x;
     for (var row = start; row < end; row++) {
         var own = next;
         let left = next_left;
         let operation = next_operation;
         let bits = next_bits;
         let limit = next_limit;
+        if (operation.x & FIRST_ROOT) != 0u {
+            tip = ground_tip();
+        } else if (operation.x & (FIRST_FROM_SLOT | FIRST_FROM_CROSS)) != 0u {
+            tip = fork(parent_fork_at(operation.x));
+        }
+        // Change of velocity at the joint.
+        let shift = tip.shift;
+        if way != LOOK && (operation.x & FIRST_ACTIVE) != 0u {
+            let advanced = advance(own, left, tip);
+            tip = advanced.tip;
+            own.q = advanced.q;
+            own.v = advanced.v;
+            set_link(link_at(row), LINK_Q, vec4f(own.q, own.v));
+        }
+        // Everything that the next row needs is asked for at once, after the last wait of this one.
         let ahead = min(row + 1u, end - 1u);
         next = read_hinge(link_at(ahead));
         if way == TEST {
@@ -68,20 +90,6 @@ fn outward(part: u32, way: u32) {
         next_bits = states[operation_at(ahead)];
         if (operation.x & FIRST_ACTIVE) == 0u {
             continue;
-        }
-        if (operation.x & FIRST_ROOT) != 0u {
-            tip = ground_tip();
-        } else if (operation.x & (FIRST_FROM_SLOT | FIRST_FROM_CROSS)) != 0u {
-            tip = fork(parent_fork_at(operation.x));
-        }
-        // Change of velocity at the joint.
-        let shift = tip.shift;
-        if way != LOOK {
-            let advanced = advance(own, left, tip);
-            tip = advanced.tip;
-            own.q = advanced.q;
-            own.v = advanced.v;
-            set_link(link_at(row), LINK_Q, vec4f(own.q, own.v));
         }
         let p_joint = tip.p;
         let at_joint = kinematics(own, tip.motion);
@@ -127,15 +135,15 @@ fn outward(part: u32, way: u32) {
 
 fn ground_tip() -> Tip {
     let zero = vec3f(0.0);
-    return Tip(world_axes(), zero, zero, still(), p_trunk());
+    return Tip(world_axes(), zero, zero, still(), awaited(vec4f(p_trunk(), 0.0)).xyz);
 }
 
 fn fork(at: u32) -> Tip {
-    let a = quad(at, FORK_CHANGE);
-    let b = quad(at, FORK_CHANGE + 4u);
-    let c = quad(at, FORK_CHANGE + 8u);
-    let p = vec3f(quad(at, FORK_HEIGHT - QUAD).zw, quad(at, FORK_HEIGHT).x);
-    return Tip(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, c.x), c.yzw, motion(at, FORK_MOTION), p);
+    let a = awaited(quad(at, FORK_CHANGE));
+    let b = awaited(quad(at, FORK_CHANGE + 4u));
+    let c = awaited(quad(at, FORK_CHANGE + 8u));
+    let p = awaited(vec4f(quad(at, FORK_HEIGHT - QUAD).zw, quad(at, FORK_HEIGHT).x, 0.0)).xyz;
+    return Tip(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, c.x), c.yzw, awaited_motion(at, FORK_MOTION), p);
 }
 
 fn set_fork(at: u32, tip: Tip) {

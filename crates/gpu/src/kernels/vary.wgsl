@@ -135,8 +135,8 @@ fn set_radius(own: Segment, stick: Stick) {
         units = min(u32(stick.radius * RADIUS_UNITS + 0.5), FOURTH_RADIUS_BITS);
     }
     let at = operation_at(own.row);
-    let kept = operations_varied[at].w & ~(FOURTH_RADIUS_BITS << FOURTH_RADIUS);
-    operations_varied[at].w = kept | (units << FOURTH_RADIUS);
+    let kept = operations[at].w & ~(FOURTH_RADIUS_BITS << FOURTH_RADIUS);
+    operations[at].w = kept | (units << FOURTH_RADIUS);
 }
 
 // A value under an axis's factor, led no further beyond its limits than it was.

@@ -24,15 +24,19 @@ impl Lane<'_> {
     /// One part of the walk.
     pub(super) fn inward(&mut self, part: usize) {
         let (start, end) = (self.header(tile::STARTS + part), self.header(tile::STARTS + part + 1));
-        let (mut load, mut motion) = (Load::nothing(), Motion::still());
+        if start == end {
+            return;
+        }
+        let [.., c, _] = self.operation(end - 1);
+        let mut motion = self.motion(self.leaf_at(c >> third::LEAF & 0x3ff), 0);
+        let mut load = Load::nothing();
         for row in (start..end).rev() {
             let [a, b, c, d] = self.operation(row);
+            // A row that gives something away is not carried by the next one, which begins at the leaf before this one.
+            let leaf = (c >> third::LEAF & 0x3ff).max(1) - 1;
             if a & first::ACTIVE == 0 {
+                motion = self.motion(self.leaf_at(leaf), 0);
                 continue;
-            }
-            if b & second::CARRIES == 0 {
-                motion = self.motion(self.leaf_at(c >> third::LEAF & 0x3ff), 0);
-                load = Load::nothing();
             }
             if b & second::TAKES != 0 {
                 load = load.plus(&self.load(self.slot_at(a >> first::SLOT & 0xff)));
@@ -80,6 +84,10 @@ impl Lane<'_> {
             }
             if b & second::GIVES_CROSS != 0 {
                 self.set_load(self.cross_load_at(b >> second::OWN_LOAD), &load);
+            }
+            if b & (second::GIVES_FIRST | second::GIVES | second::GIVES_CROSS) != 0 {
+                motion = self.motion(self.leaf_at(leaf), 0);
+                load = Load::nothing();
             }
         }
     }
