@@ -17,6 +17,7 @@ mod tests;
 mod trees;
 
 pub use axes::{AxesPlan, AxisKind, AxisRow};
+pub use cell::wake;
 pub use plan::{Cell, GoingOn, Limits, ScalingPlan};
 pub use process::{processor_time, resident_bytes};
 pub use results::{Adapter, MemoryBasis, Omitted, Row, Scaling};

@@ -183,6 +183,34 @@ fn worlds_that_do_not_fit_together_are_named() {
     assert!(e.starts_with("world 1 has another substep, gravity or rules"), "{e}");
 }
 
+/// Every world of a batch has the damping of its own wood.
+#[test]
+fn worlds_differ_in_damping() {
+    let Some(gpu) = device() else { return };
+    let damped = |factor: f64| {
+        let mut spec = Spec::paper();
+        let damping = &mut spec.wood.damping_time;
+        *damping = damping.with_value(damping.value() * factor).unwrap();
+        TreeWorld::grow(Arc::new(spec), 7, 0).unwrap()
+    };
+    let (mut worlds, trial) = Trial::gentle([0.5, 1.0, 2.0].map(damped).into());
+    let mut batch =
+        GpuBatch::with_options(&gpu, &worlds, Options { pushes_each: 8, ..Options::default() }).unwrap();
+    trial.apply_to_batch(&mut batch);
+    trial.apply_to_worlds(&mut worlds);
+    batch.advance(30);
+    let mut speeds = Vec::new();
+    for (index, world) in worlds.iter_mut().enumerate() {
+        (0..30).for_each(|_| assert_eq!(world.step(), []));
+        let mut found = world.data().clone();
+        batch.store(index, &mut found).unwrap();
+        speeds.push(found.v.iter().map(|v| v * v).sum::<f64>());
+        let (q, ..) = errors(world, found);
+        assert!(q < 5e-5, "world {index}: {q}");
+    }
+    assert!(speeds[0] > 1.2 * speeds[1] && speeds[1] > 1.2 * speeds[2], "{speeds:?}");
+}
+
 /// A whole tree topples: its limbs end up on the ground, not below it, and lie still. With the same law, trees in lanes never have the end of a branch's axis
 /// lower than 3.5 mm above the ground (`docs/computation/batch.md`); here what held a tip is forgotten for a substep when fruit come off.
 #[test]

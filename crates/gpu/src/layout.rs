@@ -193,8 +193,10 @@ fields! {
         RESET = 10,
         /// Energy when it was last measured [J].
         ENERGY = 11,
+        /// Damping of a joint over its stiffness [s].
+        DAMPING_TIME = 12,
         /// Fields.
-        FIELDS = 12,
+        FIELDS = 13,
     }
     /// Head of the base table, from which worlds are varied: words, the axes' entries after them, then the segments', then the fruit's.
     base {

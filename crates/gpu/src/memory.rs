@@ -110,12 +110,13 @@ impl Memory {
             };
             schedules.push(schedule);
         }
-        // Like beside like: a tile takes as long as its longest world.
+        // Like beside like: a level of a tile takes as long as the longest that one of its worlds has, and the outer levels are the long ones.
         let mut order: Vec<usize> = (0..given.len()).collect();
         order.sort_by_cached_key(|&index| {
-            let plant = given[index].plant();
-            let lengths: Vec<usize> = schedules[index].parts.iter().map(Vec::len).collect();
-            (plant.tree.len(), lengths, plant.tree.parent.clone(), index)
+            let parts = schedules[index].parts.each_ref().map(Vec::len);
+            let mut levels = schedules[index].levels();
+            levels.reverse();
+            (levels, parts, given[index].plant().tree.parent.clone(), index)
         });
         let mut memory = Self {
             rules: given.first().map_or_else(bytemuck::Zeroable::zeroed, |world| Rules::of(world.plant())),
@@ -280,6 +281,8 @@ impl Memory {
                 self.fruit[at] = value as f32;
             }
         }
+        let at = self.world_at(number, world::DAMPING_TIME, lane);
+        self.worlds[at] = plant.spec.wood.damping_time.si() as f32;
         for (field, count) in [
             (world::NOTICE, notice::STALE),
             (world::FRUIT, place.fruit_rows.len()),

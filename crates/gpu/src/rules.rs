@@ -26,8 +26,8 @@ pub(crate) struct Rules {
     pub tension_frames: u32,
     /// Stem tension that does, as a multiple of the direct pull's.
     pub tension_factor: f32,
-    /// Damping of a joint over its stiffness [s].
-    pub damping_time: f32,
+    /// 1 if joints have dampers, else 0.
+    pub damped: f32,
     /// Drag of wood [1/s].
     pub linear_drag: f32,
     /// Likewise of rotation [1/s].
@@ -77,7 +77,7 @@ impl Rules {
     /// Those of the passes that settle worlds before the next frame: without dampers, since every step starts at rest.
     pub fn settling(self) -> impl Iterator<Item = Self> {
         let steps = std::iter::repeat_n(SETTLING, SETTLING_ROUNDS).flatten().chain([SETTLING[0]]);
-        steps.map(move |(h, substeps)| Self { h, substeps, frame: self.frame + 1, damping_time: 0.0, ..self })
+        steps.map(move |(h, substeps)| Self { h, substeps, frame: self.frame + 1, damped: 0.0, ..self })
     }
 
     /// Those of a plant at frame 0.
@@ -93,7 +93,7 @@ impl Rules {
             pull_frames: fruit.pull_frames.get(),
             tension_frames: fruit.tension_frames.get(),
             tension_factor: fruit.tension_factor.si() as f32,
-            damping_time: wood.damping_time.si() as f32,
+            damped: 1.0,
             linear_drag: wood.linear_drag.si() as f32,
             angular_drag: wood.angular_drag.si() as f32,
             broken_linear_drag: (wood.linear_drag.si() * wood.broken_linear_drag_scale.si()) as f32,

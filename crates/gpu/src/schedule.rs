@@ -159,6 +159,15 @@ impl Schedule {
         Visit { link, words: [a as u32, b as u32, c as u32] }
     }
 
+    /// Links on the way through each level, from the trunk on.
+    pub fn levels(&self) -> [usize; LEVELS + 1] {
+        let mut levels = [self.parts[0].len(); LEVELS + 1];
+        for (level, warps) in levels[1..].iter_mut().zip(self.parts[1..].chunks(WARPS)) {
+            *level = warps.iter().map(Vec::len).max().unwrap_or_default();
+        }
+        levels
+    }
+
     fn check(&self, fruit_of: &[Vec<usize>]) -> Result<(), ScheduleError> {
         let most_fruit = fruit_of.iter().map(Vec::len).max().unwrap_or(0);
         let rows = self.parts.iter().map(Vec::len).sum();
@@ -297,10 +306,8 @@ mod tests {
         }
         assert!(seen.iter().all(|seen| *seen));
         // The trunk and then two of the eight branches, on the warps that have two, would be eleven links; cutting branches makes it shorter.
-        let lengths = schedule.parts.each_ref().map(Vec::len);
-        let longest = |level: &[usize]| level.iter().max().copied().unwrap_or_default();
-        let way = lengths[0] + lengths[1..].chunks(WARPS).map(longest).sum::<usize>();
-        assert!((3 + 32_usize.div_ceil(WARPS)..11).contains(&way), "{lengths:?}");
+        let way: usize = schedule.levels().iter().sum();
+        assert!((3 + 32_usize.div_ceil(WARPS)..11).contains(&way), "{:?}", schedule.levels());
     }
 
     /// Outwards a slot holds what its reader's parent left; inwards it is stored before anything is added, and taken after.

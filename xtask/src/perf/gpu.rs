@@ -1,5 +1,6 @@
 //! Suite `gpu`: batches of trees on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
 
+mod counters;
 mod warp;
 
 use std::sync::Arc;
@@ -7,6 +8,8 @@ use std::time::Instant;
 
 use anyhow::Context;
 use orchard_batch::TreeWorld;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::wake;
 use orchard_gpu::{BaseTree, Choice, Gpu, GpuBatch};
 use orchard_spec::randomisation::Mode;
 use orchard_spec::{Preset, Spec};
@@ -17,12 +20,13 @@ use super::physics::{FRUIT, LINKS, SEARCHED, WORLDS};
 use super::timing::Rounds;
 use super::{say, spinner};
 use crate::rows::{Effort, Measured, Row};
+use counters::Counters;
 use warp::Peer;
 
 /// Frames of a round, and rounds.
 const FRAMES: u32 = 60;
 const ROUNDS: usize = 5;
-/// Frames before the first round: the device wakes up.
+/// Frames of a batch before its first round.
 const WARM_UP: u32 = 10;
 /// Worlds of the rows with their targets on one H200 [substeps/s].
 const TARGETS: [(usize, f64); 3] = [(512, 6e6), (4096, 28e6), (16384, 45e6)];
@@ -44,6 +48,7 @@ const SOFTWARE_NOTE: &str = "an adapter in software: nothing is asked of it";
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let gpu = Gpu::open(Choice::Any).context("the suite gpu needs a graphics adapter")?;
     let is_real = !gpu.info().is_software;
+    let awake = if is_real { Protocol::paper().scaling.device.wake.si() } else { 0.0 };
     let bar = spinner();
     say(&bar, "growing trees");
     let kinds = if is_real && effort == Effort::Full { WORLDS } else { SOFTWARE_WORLDS };
@@ -64,16 +69,22 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let tree = warp::leave(&mjcf_of(&same[0])?)?;
     let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
     let peer = peer.inspect_err(|why| eprintln!("NO COMPARISON with MuJoCo-Warp: {why}")).ok();
+    let counters = if is_real { Counters::open(&gpu.info().name) } else { Err(SOFTWARE_NOTE.to_owned()) };
+    let counters = counters.inspect_err(|why| eprintln!("NO COUNTERS: {why}")).ok();
     for &(worlds, target) in targets {
         say(&bar, &format!("{worlds} worlds"));
-        let cell = Cell::measure(&gpu, &dimensions, worlds)?;
-        let row = cell.row(&format!("gpu.dimensions_{worlds}"), substeps);
+        let mut cell = Cell::measure(&gpu, &dimensions, worlds, awake)?;
+        let name = format!("gpu.dimensions_{worlds}");
+        let row = cell.row(&name, substeps);
         rows.push(if is_real {
             let row = peer.iter().fold(row, |row, peer| peer.beside(row, worlds));
             Row { note: Some(NOTE.to_owned()), ..row.at_least(target) }
         } else {
             Row { note: Some(SOFTWARE_NOTE.to_owned()), ..row }
         });
+        if let Some(counters) = &counters {
+            rows.extend(counters.rows(&name, &mut cell.batch)?);
+        }
         if worlds == MANY {
             rows.push(
                 Row::measured(&format!("gpu.dimensions_{worlds}.memory"), cell.bytes, "bytes")
@@ -88,8 +99,8 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     }
     for &(worlds, _) in targets {
         say(&bar, &format!("{worlds} worlds of one topology, and of as many"));
-        let of_one = Cell::measure(&gpu, &same, worlds)?;
-        let of_many = Cell::measure(&gpu, &topologies, worlds)?;
+        let of_one = Cell::measure(&gpu, &same, worlds, awake)?;
+        let of_many = Cell::measure(&gpu, &topologies, worlds, awake)?;
         rows.push(of_one.row(&format!("gpu.same_{worlds}"), substeps));
         rows.push(of_many.row(&format!("gpu.topologies_{worlds}"), substeps));
         let share = of_many.rates.median() / of_one.rates.median();
@@ -133,6 +144,7 @@ fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
 
 /// One batch, timed.
 struct Cell {
+    batch: GpuBatch,
     worlds: usize,
     /// Frames of the whole batch a second.
     rates: Rounds,
@@ -142,7 +154,7 @@ struct Cell {
 
 impl Cell {
     /// So many worlds, of the given kinds in turns, each with its own kick.
-    fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize) -> anyhow::Result<Self> {
+    fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize, awake: f64) -> anyhow::Result<Self> {
         let all: Vec<TreeWorld> = (0..worlds)
             .into_par_iter()
             .map(|index| {
@@ -155,6 +167,7 @@ impl Cell {
         let mut batch = GpuBatch::new(gpu, &all)?;
         batch.wait()?;
         let build = start.elapsed().as_secs_f64();
+        wake(gpu, &all[0], awake)?;
         drop(all);
         batch.advance(WARM_UP);
         batch.wait()?;
@@ -165,7 +178,7 @@ impl Cell {
             batch.wait()?;
             rates.push(f64::from(FRAMES) / start.elapsed().as_secs_f64());
         }
-        Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build })
+        Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build, batch })
     }
 
     /// Substeps of one world a second.

@@ -15,7 +15,7 @@ use super::cell::{Start, time};
 use super::plan::ScalingPlan;
 use super::rules::AxesRules;
 use super::run::ScalingError;
-use super::solver::{Backend, SolverName};
+use super::solver::SolverName;
 use super::trees::{settled, spec_of, switch_off};
 use crate::statistics::quantile::{ascending, quantile};
 
@@ -41,11 +41,6 @@ impl AxisKind {
     /// All of them.
     pub const ALL: [Self; 6] =
         [Self::Mass, Self::Stiffness, Self::Damping, Self::HabitAngles, Self::FruitAndLeaves, Self::Size];
-
-    /// Those in which worlds of a backend can differ: on a device all worlds of a batch have one damping time.
-    pub fn of(backend: Backend) -> Vec<Self> {
-        Self::ALL.into_iter().filter(|kind| backend == Backend::Cpu || *kind != Self::Damping).collect()
-    }
 
     /// Its name in files and tables.
     pub fn name(self) -> &'static str {
@@ -123,8 +118,7 @@ pub(super) fn rows(
             .map_err(|reason| ScalingError::World { mode: Mode::DistinctDimensions, reason })
     };
     let identical = worlds(None)?;
-    let differing = AxisKind::of(plan.backend);
-    let kinds = differing.iter().map(|kind| worlds(Some(*kind))).collect::<Result<Vec<_>, _>>()?;
+    let kinds = AxisKind::ALL.map(|kind| worlds(Some(kind))).into_iter().collect::<Result<Vec<_>, _>>()?;
     let once =
         ScalingPlan { repeats: 1, cell_time: plan.cell_time / f64::from(plan.repeats), ..plan.clone() };
     let mut rows = Vec::new();
@@ -142,7 +136,7 @@ pub(super) fn rows(
                 relative.push(rate / base);
             }
         }
-        rows.extend(differing.iter().zip(figures).map(|(&axis, (rates, relative))| {
+        rows.extend(AxisKind::ALL.into_iter().zip(figures).map(|(axis, (rates, relative))| {
             let at = |of: &[f64], p: f64| quantile(&ascending(of.iter().copied()), p).unwrap_or_default();
             AxisRow {
                 axis,

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use orchard_batch::{Stepper, StepperError, TreeEvent, TreeWorld};
-use orchard_gpu::Gpu;
+use orchard_gpu::{Gpu, GpuBatch};
 use rayon::ThreadPool;
 
 use super::plan::{GoingOn, ScalingPlan};
@@ -14,6 +14,8 @@ use super::solver::SolverName;
 
 /// Shortest time that a clock tells [s]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
+/// Frames at once of the world that keeps a device awake.
+const FRAMES_AWAKE: u32 = 60;
 
 /// Worlds as they are before the first course, and what is to advance them.
 #[derive(Clone, Copy)]
@@ -77,6 +79,24 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
     Ok(events.iter().filter(|happened| is_stop(&happened.event)).count() as u32)
 }
 
+/// Keeps a device busy with one world for so long [s].
+///
+/// # Errors
+/// The device cannot have the world, or was lost.
+pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError> {
+    let start = Instant::now();
+    let mut batch: Option<GpuBatch> = None;
+    while start.elapsed().as_secs_f64() < time {
+        let batch = match &mut batch {
+            Some(batch) => batch,
+            none => none.insert(GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)?),
+        };
+        batch.advance(FRAMES_AWAKE);
+        batch.wait().map_err(StepperError::of)?;
+    }
+    Ok(())
+}
+
 /// Times a batch: whole courses for a part of the cell's time, as many times as the plan says. `None` if `stop` was raised.
 pub fn time(
     plan: &ScalingPlan,
@@ -91,7 +111,10 @@ pub fn time(
     let pack_s = packing.elapsed().as_secs_f64();
     let bytes = batch.bytes();
     let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
-    if let Some(GoingOn { warm_up, .. }) = plan.going_on {
+    if let Some(GoingOn { wake: busy, warm_up, .. }) = plan.going_on {
+        if let (Some(gpu), Some(world)) = (start.gpu, start.worlds.first()) {
+            wake(gpu, world, busy)?;
+        }
         course(&mut *batch, warm_up, pool)?;
     }
     for _ in 0..plan.repeats {

@@ -31,8 +31,10 @@ pub struct Limits {
 }
 
 /// How a batch goes on that does not begin anew with every course.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoingOn {
+    /// For how long the device is kept busy before that [s].
+    pub wake: f64,
     /// Frames before the first course.
     pub warm_up: u32,
     /// Frames from the kick after which no course begins.
@@ -85,7 +87,10 @@ impl ScalingPlan {
         let most = (device.simulated.si() / frame).round() as u32;
         let (frames, going_on) = match backend {
             Backend::Cpu => (&rules.frames, None),
-            Backend::Gpu => (&device.frames, Some(GoingOn { warm_up: device.warm_up.get(), most })),
+            Backend::Gpu => {
+                let (wake, warm_up) = (device.wake.si(), device.warm_up.get());
+                (&device.frames, Some(GoingOn { wake, warm_up, most }))
+            }
         };
         Self {
             profile: profile.to_owned(),
@@ -138,6 +143,7 @@ impl ScalingPlan {
         let most = rules.device.software_worlds.get();
         self.worlds.retain(|worlds| *worlds <= most);
         self.frames = rules.device.software_frames.get();
+        self.going_on = self.going_on.map(|going_on| GoingOn { wake: 0.0, ..going_on });
         self.note = Some(format!(
             "an adapter in software, which is for tests: at most {most} worlds, courses of {} frames",
             self.frames

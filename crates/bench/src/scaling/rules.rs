@@ -34,7 +34,9 @@ pub struct ScalingRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceRules {
-    /// Frames before the first course: the device wakes up.
+    /// For how long the device is kept busy before a batch is timed: from idle its clocks rise slowly.
+    pub wake: Quantity,
+    /// Frames of a batch before its first course.
     pub warm_up: Count,
     /// Frames of a course.
     pub frames: Count,

@@ -16,6 +16,7 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;
+    damping_time = rules.damped * world(WORLD_DAMPING_TIME);
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
         let way = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);

@@ -14,6 +14,7 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;
+    damping_time = rules.damped * world(WORLD_DAMPING_TIME);
     // Step 0 looks where something has changed. Then each substep: level by level inwards, the trunk in and out, level by level outwards.
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;

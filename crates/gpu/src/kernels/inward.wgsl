@@ -165,7 +165,7 @@ fn push3(at: u32, field: u32) -> vec3f {
 
 fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if (bits & STATE_BROKEN) == 0u {
-        return vec2f(own.stiffness, rules.h * (rules.damping_time + rules.h) * own.stiffness);
+        return vec2f(own.stiffness, rules.h * (damping_time + rules.h) * own.stiffness);
     }
     let broken = link(link_at(row), LINK_LIMIT);
     let inertia = broken.y;

@@ -10,7 +10,7 @@ struct Rules {
     pull_frames: u32,
     tension_frames: u32,
     tension_factor: f32,
-    damping_time: f32,
+    damped: f32,
     linear_drag: f32,
     angular_drag: f32,
     broken_linear_drag: f32,
@@ -125,6 +125,9 @@ fn world(field: u32) -> f32 {
 fn set_world(field: u32, value: f32) {
     worlds[world_at(field)] = value;
 }
+
+// Damping of the world's joints over their stiffness [s], read once a frame.
+var<private> damping_time: f32;
 
 fn p_trunk() -> vec3f {
     return vec3f(world(WORLD_P), world(WORLD_P + 1u), world(WORLD_P + 2u));

@@ -6,7 +6,7 @@ use super::load::Load;
 use super::math::{Vec3, symmetric};
 use super::motion::{Joint, Link, Motion, joint_inward};
 use crate::Solver;
-use crate::layout::{first, fourth, link, push, second, state, third, tile, work};
+use crate::layout::{first, fourth, link, push, second, state, third, tile, work, world};
 
 /// A link at its joint: impulses on it, and where its joint leads.
 pub(super) struct Body {
@@ -153,7 +153,8 @@ impl Lane<'_> {
         let rules = &self.memory.rules;
         let h = rules.h;
         if bits & state::BROKEN == 0 {
-            return [own.stiffness, h * (rules.damping_time + h) * own.stiffness];
+            let damping_time = rules.damped * self.world(world::DAMPING_TIME);
+            return [own.stiffness, h * (damping_time + h) * own.stiffness];
         }
         let [inertia, friction, last] =
             [link::BROKEN_INERTIA, link::FRICTION, link::LAST_RATE].map(|field| self.link(row, field));
