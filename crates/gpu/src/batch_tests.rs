@@ -9,7 +9,7 @@ use orchard_spec::Spec;
 use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state};
-use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver};
+use crate::{BaseTree, Choice, Gpu, GpuBatch, GpuError, Options, Solver};
 
 /// A device, or none, which is said; `cargo xtask test` has a step that tells it again, and fails in CI.
 pub(crate) fn device() -> Option<Gpu> {
@@ -209,6 +209,47 @@ fn worlds_differ_in_damping() {
         assert!(q < 5e-5, "world {index}: {q}");
     }
     assert!(speeds[0] > 1.2 * speeds[1] && speeds[1] > 1.2 * speeds[2], "{speeds:?}");
+}
+
+/// A device whose memory others have taken: what does not fit is refused, with a size that does, and the device goes on.
+#[test]
+#[ignore = "fills the memory of the graphics device"]
+fn a_full_device_is_told() {
+    const LARGE: u64 = 1 << 30;
+    const FREE: u64 = 1 << 26;
+    let Some(gpu) = device() else { return };
+    if gpu.info().is_software {
+        println!("SKIPPED: an adapter in software has the processor's memory");
+        return;
+    }
+    let spec = Arc::new(Spec::paper());
+    let planting =
+        orchard_world::Planting::of_tree(spec.clone(), orchard_treegen::grow(&spec, 7, 0).unwrap(), 7, 0);
+    let base = BaseTree::new(planting.spec, &planting.skeleton, planting.fruit, 7).unwrap();
+    let mut taken = Vec::new();
+    let mut size = LARGE;
+    while size >= FREE {
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let usage = wgpu::BufferUsages::STORAGE;
+        let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+        let buffer = gpu.device.create_buffer(&descriptor);
+        match pollster::block_on(scope.pop()) {
+            None => taken.push(buffer),
+            Some(_) => size /= 2,
+        }
+    }
+    println!("{} buffers of at most {LARGE} bytes", taken.len());
+    const MANY: u32 = 16384;
+    let e = GpuBatch::randomised(&gpu, &base, MANY).unwrap_err();
+    println!("{e}");
+    let GpuError::OutOfMemory { worlds, fits, .. } = e else { panic!("{e}") };
+    assert!(worlds == MANY as usize && fits < worlds);
+    drop(GpuBatch::randomised(&gpu, &base, fits as u32).unwrap());
+    drop(taken);
+    gpu.wait().unwrap();
+    let mut batch = GpuBatch::randomised(&gpu, &base, MANY).unwrap();
+    batch.advance(1);
+    assert!(batch.statistics().unwrap().iter().all(|world| world.energy.is_finite()));
 }
 
 /// A whole tree topples: its limbs end up on the ground, not below it, and lie still. With the same law, trees in lanes never have the end of a branch's axis

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use wgpu::{BufferUsages, util::DeviceExt};
+use wgpu::BufferUsages;
 
 use crate::device::{Gpu, GpuError};
 use crate::layout::LANES;
@@ -13,6 +13,9 @@ use crate::rules::Rules;
 pub(crate) const PASSES_AT_ONCE: usize = 64;
 /// Distance of their rules in the uniform buffer [bytes]: what every adapter can do.
 pub(crate) const RULES_APART: usize = 256;
+
+/// Buffers are as long as many of these bytes.
+const ALIGNED: u64 = 16;
 
 /// One buffer for each of the kernels' bindings.
 #[derive(Debug)]
@@ -68,46 +71,71 @@ impl Buffers {
                 fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
             });
         }
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let filled = |label: &str, contents: &[u8]| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                // A buffer has a size.
-                contents: if contents.is_empty() { &[0; 16] } else { contents },
-                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
-            })
+        let of_worlds = |worlds: usize| {
+            let part = |bytes: usize| (bytes as u128 * worlds as u128).div_ceil(memory.len().max(1) as u128);
+            Self::allocate(gpu, |bytes| (part(bytes) as u64).next_multiple_of(ALIGNED), memory)
         };
-        let buffers = Self {
-            rules: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("rules"),
-                size: (RULES_APART * PASSES_AT_ONCE) as u64,
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-            tiles: filled("tiles", bytemuck::cast_slice(&memory.tiles)),
-            operations: filled("operations", bytemuck::cast_slice(&memory.operations)),
-            states: filled("states", bytemuck::cast_slice(&memory.states)),
-            links: filled("links", bytemuck::cast_slice(&memory.links)),
-            fruit: filled("fruit", bytemuck::cast_slice(&memory.fruit)),
-            // Zero as every new buffer, with room for something.
-            work: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("work"),
-                size: (4 * memory.work.len().max(4)) as u64,
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            }),
-            worlds: filled("worlds", bytemuck::cast_slice(&memory.worlds)),
-            pushes: filled("pushes", bytemuck::cast_slice(&memory.pushes)),
-            table: filled("table", bytemuck::cast_slice(&memory.table)),
-        };
-        match pollster::block_on(scope.pop()) {
-            None => Ok(buffers),
-            Some(_) => Err(GpuError::OutOfMemory {
+        let Some(buffers) = of_worlds(worlds) else {
+            // What the device has free nobody tells: halves are tried.
+            let halves = std::iter::successors(Some(worlds / 2), |half| Some(half / 2));
+            let fits = halves.take_while(|half| *half > 0).find(|half| {
+                // What the try before has taken is given back first; a device that is lost has room for nothing.
+                gpu.wait().is_ok() && of_worlds(*half).is_some()
+            });
+            return Err(GpuError::OutOfMemory {
                 adapter: gpu.info().name.clone(),
                 worlds,
                 each: memory.bytes() / worlds.max(1),
-                fits: worlds / 2,
-            }),
+                fits: fits.unwrap_or(0),
+            });
+        };
+        buffers.fill(gpu, memory);
+        Ok(buffers)
+    }
+
+    /// Buffers of so many bytes as `size` makes of what the memory has; none if the device has no room for them.
+    fn allocate(gpu: &Gpu, size: impl Fn(usize) -> u64, memory: &Memory) -> Option<Self> {
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let buffer = |label: &str, size: u64, usage: BufferUsages| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        // A buffer has a size.
+        let storage = |label, bytes: usize| buffer(label, size(bytes).max(ALIGNED), copied);
+        let rules = (RULES_APART * PASSES_AT_ONCE) as u64;
+        let buffers = Self {
+            rules: buffer("rules", rules, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
+            tiles: storage("tiles", size_of_val(&*memory.tiles)),
+            operations: storage("operations", size_of_val(&*memory.operations)),
+            states: storage("states", size_of_val(&*memory.states)),
+            links: storage("links", size_of_val(&*memory.links)),
+            fruit: storage("fruit", size_of_val(&*memory.fruit)),
+            work: storage("work", size_of_val(&*memory.work)),
+            worlds: storage("worlds", size_of_val(&*memory.worlds)),
+            pushes: storage("pushes", size_of_val(&*memory.pushes)),
+            table: storage("table", size_of_val(&*memory.table)),
+        };
+        pollster::block_on(scope.pop()).is_none().then_some(buffers)
+    }
+
+    /// Sends the numbers. Work begins as zeros, as every new buffer.
+    fn fill(&self, gpu: &Gpu, memory: &Memory) {
+        for (buffer, contents) in [
+            (&self.tiles, bytemuck::cast_slice(&memory.tiles)),
+            (&self.operations, bytemuck::cast_slice(&memory.operations)),
+            (&self.states, bytemuck::cast_slice(&memory.states)),
+            (&self.links, bytemuck::cast_slice(&memory.links)),
+            (&self.fruit, bytemuck::cast_slice(&memory.fruit)),
+            (&self.worlds, bytemuck::cast_slice(&memory.worlds)),
+            (&self.pushes, bytemuck::cast_slice(&memory.pushes)),
+            (&self.table, bytemuck::cast_slice::<_, u8>(&memory.table)),
+        ] {
+            gpu.queue.write_buffer(buffer, 0, contents);
         }
     }
 

@@ -48,7 +48,7 @@ pub enum GpuError {
     },
     /// Its memory is full.
     #[error(
-        "{adapter} has no memory left for {worlds} worlds of {each} bytes each; with half as many try {fits}"
+        "{adapter} has no memory left for {worlds} worlds of {each} bytes each; {fits} worlds like these would fit"
     )]
     OutOfMemory {
         /// Name.
@@ -57,7 +57,7 @@ pub enum GpuError {
         worlds: usize,
         /// Bytes of a world.
         each: usize,
-        /// Worlds to try next.
+        /// Worlds for which there was room.
         fits: usize,
     },
     /// It stopped working; what was computed since the last read is lost.
