@@ -5,11 +5,13 @@ use std::sync::Arc;
 use orchard_batch::{BatchEvent, Status, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 use orchard_spec::Spec;
+use orchard_spec::randomisation::Mode;
 
 use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state};
-use crate::{BaseTree, Choice, Gpu, GpuBatch, GpuError, Options, Solver};
+use crate::twin::vary_tests::{base_of, spec};
+use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver};
 
 /// A device, or none, which is said; `cargo xtask test` has a step that tells it again, and fails in CI.
 pub(crate) fn device() -> Option<Gpu> {
@@ -130,6 +132,14 @@ fn company_changes_no_bit() {
             "world {index}"
         );
     }
+    let options = Options { least_tiles: Some(2), ..Options::default() };
+    let mut spread = GpuBatch::with_options(&gpu, &worlds, options).unwrap();
+    assert!(spread.bytes() > together.bytes() * 3 / 2);
+    trial.apply_to_batch(&mut spread);
+    spread.advance(20);
+    for index in 0..4 {
+        assert_eq!(bits(&mut together, index, &worlds[index]), bits(&mut spread, index, &worlds[index]));
+    }
     let events = together.events().unwrap();
     let stopped: Vec<_> =
         events.iter().filter(|e| matches!(e.event, TreeEvent::Quarantined { .. })).collect();
@@ -222,10 +232,7 @@ fn a_full_device_is_told() {
         println!("SKIPPED: an adapter in software has the processor's memory");
         return;
     }
-    let spec = Arc::new(Spec::paper());
-    let planting =
-        orchard_world::Planting::of_tree(spec.clone(), orchard_treegen::grow(&spec, 7, 0).unwrap(), 7, 0);
-    let base = BaseTree::new(planting.spec, &planting.skeleton, planting.fruit, 7).unwrap();
+    let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
     let mut taken = Vec::new();
     let mut size = LARGE;
     while size >= FREE {

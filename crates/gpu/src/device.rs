@@ -89,6 +89,8 @@ pub struct GpuInfo {
     pub driver: String,
     /// Whether it is a program on the CPU.
     pub is_software: bool,
+    /// Whether it is a card with memory of its own.
+    pub is_discrete: bool,
     /// Whether it has subgroup operations. The kernels need none.
     pub has_subgroups: bool,
     /// Memory that a workgroup shares [bytes].
@@ -208,6 +210,7 @@ fn told(adapter: &wgpu::Adapter) -> GpuInfo {
         backend: format!("{:?}", info.backend),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
         is_software: info.device_type == DeviceType::Cpu,
+        is_discrete: info.device_type == DeviceType::DiscreteGpu,
         has_subgroups: adapter.features().contains(Features::SUBGROUP),
         workgroup_storage: limits.max_compute_workgroup_storage_size,
         storage_binding: limits.max_storage_buffer_binding_size,

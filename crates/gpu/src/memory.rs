@@ -5,6 +5,9 @@ mod inputs;
 mod numbers;
 mod repeat;
 
+#[cfg(test)]
+pub(crate) use numbers::Field;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,6 +23,9 @@ use crate::layout::{
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule, WARPS};
 use crate::{BatchError, Solver};
+
+/// Worlds of a tile at least where worlds are spread: the others' room is lost.
+const LEAST_LANES: usize = 4;
 
 /// Constant of a padding fruit: anything that keeps its inverse finite.
 const PADDING_MASS: f32 = 1.0;
@@ -63,11 +69,24 @@ struct Place {
 }
 
 impl Memory {
-    /// Packs worlds; each world can have so many forces on its links at once.
+    /// Packs worlds into as few tiles as they need; each world can have so many forces on its links at once.
     ///
     /// # Errors
     /// A world that has no schedule, or other rules than the first.
     pub fn new(given: &[TreeWorld], pushes_each: usize, solver: Solver) -> Result<Self, BatchError> {
+        Self::spread_over(1, given, pushes_each, solver)
+    }
+
+    /// The same; worlds of different topology, which hold each other up in a tile, are spread over so many tiles if they are enough.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn spread_over(
+        tiles: usize,
+        given: &[TreeWorld],
+        pushes_each: usize,
+        solver: Solver,
+    ) -> Result<Self, BatchError> {
         let mut schedules = Vec::with_capacity(given.len());
         // Worlds of one topology share their schedule.
         let mut known: BTreeMap<(Vec<Option<usize>>, Vec<usize>), Schedule> = BTreeMap::new();
@@ -138,7 +157,10 @@ impl Memory {
             places: vec![Place { tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() }; given.len()],
         };
         memory.rules.pushes_each = pushes_each as u32;
-        for members in order.chunks(LANES) {
+        let first = given.first().map(|world| &world.plant().tree.parent);
+        let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
+        let lanes = given.len().div_ceil(tiles).clamp(LEAST_LANES, LANES);
+        for members in order.chunks(if has_one_topology { LANES } else { lanes }) {
             let members: Vec<_> =
                 members.iter().map(|&index| (index, &given[index], &schedules[index])).collect();
             memory.add_tile(&members);

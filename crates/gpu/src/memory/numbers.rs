@@ -3,6 +3,13 @@
 use super::{Memory, Place};
 use crate::layout::{fruit, link};
 
+/// What a number is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Field {
+    Link(usize),
+    Fruit(usize),
+}
+
 impl Memory {
     /// A number of a world's link.
     pub fn link_of(&self, index: usize, segment: usize, field: usize) -> f32 {
@@ -23,12 +30,13 @@ impl Memory {
     }
 
     /// A world's constants, of its links and its fruit.
-    pub fn constants(&self, index: usize) -> Vec<f32> {
+    pub fn constants(&self, index: usize) -> Vec<(Field, f32)> {
         let Place { rows, fruit_rows, .. } = &self.places[index];
-        let links = (0..rows.len())
-            .flat_map(|segment| (0..=link::LIMIT).map(move |field| self.link_of(index, segment, field)));
-        let fruit = (0..fruit_rows.len())
-            .flat_map(|i| (0..fruit::FORCE).map(move |field| self.fruit_of(index, i, field)));
+        let link = |segment, field| (Field::Link(field), self.link_of(index, segment, field));
+        let links =
+            (0..rows.len()).flat_map(|segment| (0..=link::LIMIT).map(move |field| link(segment, field)));
+        let one = |i, field| (Field::Fruit(field), self.fruit_of(index, i, field));
+        let fruit = (0..fruit_rows.len()).flat_map(|i| (0..fruit::FORCE).map(move |field| one(i, field)));
         links.chain(fruit).collect()
     }
 

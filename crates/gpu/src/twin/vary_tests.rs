@@ -20,7 +20,7 @@ use crate::trials::{errors, state};
 pub(crate) const SEED: u64 = 23;
 /// Error of a direction, and relative one of a number. A limb is 20 links long and more, each with a few roundings of its own, and a limit goes with the tenth power of
 /// a radius's error; the largest found is a quarter of this.
-const TOLERANCE: f64 = 5e-6;
+pub(crate) const TOLERANCE: f64 = 5e-6;
 
 /// The preset with all dials at 1, and the fruit's visibility, which stays on the host, at 0.
 pub(crate) fn spec(mode: Mode, strength: impl Fn(Axis) -> f64) -> Spec {
@@ -152,7 +152,7 @@ fn worlds_are_those_of_the_host() {
 
 /// The bits of a world's constants.
 pub(crate) fn bits(memory: &Memory, index: usize) -> Vec<u32> {
-    let numbers = memory.constants(index).into_iter().map(f32::to_bits);
+    let numbers = memory.constants(index).into_iter().map(|(_, number)| number.to_bits());
     numbers.chain(memory.last_words(index)).collect()
 }
 
