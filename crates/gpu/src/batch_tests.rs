@@ -11,7 +11,7 @@ use crate::layout::world;
 use crate::memory::Memory;
 use crate::trials::{Trial, errors, grown, state};
 use crate::twin::vary_tests::{base_of, spec};
-use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver};
+use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver, Statistics};
 
 /// A device, or none, which is said; `cargo xtask test` has a step that tells it again, and fails in CI.
 pub(crate) fn device() -> Option<Gpu> {
@@ -145,6 +145,42 @@ fn company_changes_no_bit() {
         events.iter().filter(|e| matches!(e.event, TreeEvent::Quarantined { .. })).collect();
     assert_eq!(stopped.len(), 1, "{events:?}");
     assert_eq!(stopped[0].world, 4);
+}
+
+/// Worlds of one tree that lack some of its fruit: the others stand in the same rows, and every world has the bits that it has alone.
+#[test]
+fn worlds_may_lack_fruit() {
+    let Some(gpu) = device() else { return };
+    let spec = spec(Mode::DistinctDimensions, |_| 0.0);
+    let skeleton = orchard_treegen::grow(&spec, 7, 0).unwrap();
+    let planting = orchard_world::Planting::of_tree(Arc::new(spec), skeleton, 7, 0);
+    let worlds = [0, 2, 3].map(|each: usize| {
+        let hangs = |(k, _): &(usize, &_)| each == 0 || k % each != 0;
+        let fruit = planting.fruit.iter().enumerate().filter(hangs).map(|(_, fruit)| fruit.clone()).collect();
+        TreeWorld::new(planting.spec.clone(), &planting.skeleton, fruit).unwrap()
+    });
+    let (worlds, trial) = Trial::harsh(worlds.into());
+    let run = |worlds: &[TreeWorld], trial: &Trial| {
+        let mut batch = GpuBatch::new(&gpu, worlds).unwrap();
+        trial.apply_to_batch(&mut batch);
+        batch.advance(20);
+        let numbers = (0..worlds.len()).map(|index| {
+            let mut data = worlds[index].data().clone();
+            batch.store(index, &mut data).unwrap();
+            (data.q, data.v, data.point_p_world, data.point_v_world)
+        });
+        let numbers = numbers.collect::<Vec<_>>();
+        (numbers, batch.statistics().unwrap(), batch.events().unwrap())
+    };
+    let (together, statistics, events) = run(&worlds, &trial);
+    let detached = |of: &[Statistics]| of.iter().map(|world| world.detached).collect::<Vec<_>>();
+    assert!(detached(&statistics).iter().all(|count| *count > 0) && !events.is_empty());
+    for index in 0..worlds.len() {
+        let (alone, own, own_events) = run(&worlds[index..=index], &trial.of_world(index));
+        assert_eq!((&together[index], statistics[index]), (&alone[0], own[0]), "world {index}");
+        let of_world = events.iter().filter(|event| event.world == index).map(|event| event.event);
+        assert!(of_world.eq(own_events.iter().map(|event| event.event)));
+    }
 }
 
 #[test]

@@ -185,7 +185,7 @@ fields! {
         DETACHED = 6,
         /// Largest square of an angle over its limit's, of any joint and frame.
         PEAK = 7,
-        /// Number of fruit.
+        /// Rows of fruit up to its last.
         FRUIT = 8,
         /// Number of links.
         LINKS = 9,

@@ -1,5 +1,6 @@
 //! Worlds as the device's buffers hold them, and back.
 
+mod hung;
 mod inputs;
 #[cfg(test)]
 mod numbers;
@@ -177,8 +178,13 @@ impl Memory {
             starts[part + 1] = starts[part] + most(&|schedule| schedule.parts[part].len());
         }
         let rows = starts[PARTS];
+        let shared = hung::shared_rows(members);
         // One row at least: a lane without fruit reads none, but a buffer is never empty.
-        let fruit_rows = most(&|schedule| schedule.fruit.len()).max(1);
+        let fruit_rows = match &shared {
+            Some((_, rows)) => *rows,
+            None => most(&|schedule| schedule.fruit.len()),
+        };
+        let fruit_rows = fruit_rows.max(1);
         let slots = most(&|schedule| schedule.slots);
         let slot = fork::FIELDS.max(load::FIELDS);
         let number = self.tiles.len() / tile::FIELDS;
@@ -221,8 +227,12 @@ impl Memory {
                     rows[visit.link] = starts[part] + row;
                 }
             }
-            for (row, &fruit) in schedule.fruit.iter().enumerate() {
-                fruit_rows[fruit] = row;
+            for (number, visit) in schedule.parts.iter().flatten().enumerate() {
+                let own = visit.fruit();
+                let start = shared.as_ref().map_or(own.start, |(starts, _)| starts[number]);
+                for (row, &fruit) in (start..).zip(&schedule.fruit[own]) {
+                    fruit_rows[fruit] = row;
+                }
             }
             self.places[index] =
                 Place { tile: number, lane, rows: rows.into(), fruit_rows: fruit_rows.into() };
@@ -281,7 +291,11 @@ impl Memory {
                 let at = self.link_at(number, row, field, lane);
                 self.links[at] = value as f32;
             }
-            let [a, b, c] = visit.words;
+            let [a, b, mut c] = visit.words;
+            if let Some(&first) = schedule.fruit[visit.fruit()].first() {
+                c &= !((0xfff << third::FIRST_FRUIT) as u32);
+                c |= (place.fruit_rows[first] << third::FIRST_FRUIT) as u32;
+            }
             let radius = match model.collider(tree.colliders[segment]).shape {
                 Shape::Capsule { radius, .. } => (radius * f64::from(RADIUS_UNITS)).round() as usize,
                 _ => 0,
@@ -298,7 +312,7 @@ impl Memory {
             }
         }
         for (i, &row) in place.fruit_rows.iter().enumerate() {
-            for (field, value) in fruit_numbers(plant, data, i) {
+            for (field, value) in hung::numbers(plant, data, i) {
                 let at = self.fruit_at(number, row, field, lane);
                 self.fruit[at] = value as f32;
             }
@@ -307,7 +321,7 @@ impl Memory {
         self.worlds[at] = plant.spec.wood.damping_time.si() as f32;
         for (field, count) in [
             (world::NOTICE, notice::STALE),
-            (world::FRUIT, place.fruit_rows.len()),
+            (world::FRUIT, place.fruit_rows.iter().max().map_or(0, |last| last + 1)),
             (world::LINKS, place.rows.len()),
         ] {
             let at = self.world_at(number, field, lane);
@@ -488,34 +502,4 @@ impl Memory {
 /// Place of a lane's field; `field` counts those of all rows before.
 fn quad_at(field: usize, lane: usize) -> usize {
     (field / QUAD * LANES + lane) * QUAD + field % QUAD
-}
-
-fn fruit_numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)> {
-    let id = plant.fruit.points[i];
-    let (grown, point, at) = (&plant.fruit.fruit[i], plant.model.point(id), id.index());
-    let mut numbers = vec![
-        (fruit::MASS, point.mass),
-        (fruit::RADIUS, grown.radius),
-        (fruit::THRESHOLD, grown.detach_force),
-        (fruit::AIR_DRAG, plant.fruit.air_drag(i)),
-        (fruit::CAP, f64::from(UNBOUNDED)),
-    ];
-    for k in 0..3 {
-        numbers.push((fruit::FORCE + k, data.point_force_world[at][k]));
-        numbers.push((fruit::P + k, data.point_p_world[at][k]));
-        numbers.push((fruit::V + k, data.point_v_world[at][k]));
-    }
-    if let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[at]) {
-        numbers.extend([
-            (fruit::DROP, tether.offset_world.z),
-            (fruit::CAP, data.reaction_cap[at].min(f64::from(UNBOUNDED))),
-            (fruit::BIAS, data.anchor_bias_world[at].z),
-            (fruit::STIFFNESS, tether.stiffness),
-            (fruit::DAMPING, tether.damping),
-        ]);
-        numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, tether.p_body[k])));
-    } else {
-        numbers.extend((0..3).map(|k| (fruit::ARM + k, data.point_w_world[at][k])));
-    }
-    numbers
 }

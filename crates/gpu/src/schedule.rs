@@ -6,6 +6,8 @@
 
 mod shares;
 
+use std::ops::Range;
+
 use shares::Shares;
 
 use crate::layout::{first, second, third};
@@ -47,6 +49,18 @@ pub(crate) struct Visit {
     pub link: usize,
     /// First three words of its operation; the leaf's and the fruit's places are counted by world.
     pub words: [u32; 3],
+}
+
+/// Rows of fruit that an operation can name.
+pub(crate) const MOST_FRUIT_ROWS: usize = (1 << 12) - 1;
+
+impl Visit {
+    /// Its fruit among those of the schedule.
+    pub fn fruit(&self) -> Range<usize> {
+        let field = |shift: usize, bits: u32| (self.words[2] >> shift) as usize & ((1 << bits) - 1);
+        let first = field(third::FIRST_FRUIT, 12);
+        first..first + field(third::FRUIT, 6)
+    }
 }
 
 /// What a world's parts need.
@@ -157,6 +171,11 @@ impl Schedule {
             self.leaves += 1;
         }
         Visit { link, words: [a as u32, b as u32, c as u32] }
+    }
+
+    /// How many fruit each visited link has.
+    pub fn fruit_by_visit(&self) -> Vec<usize> {
+        self.parts.iter().flatten().map(|visit| visit.fruit().len()).collect()
     }
 
     /// Links on the way through each level, from the trunk on.

@@ -23,6 +23,11 @@ impl Memory {
         self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
     }
 
+    /// How many fruit a world has.
+    pub fn fruit_count(&self, index: usize) -> usize {
+        self.places[index].fruit_rows.len()
+    }
+
     /// The operation of a world's link.
     pub fn operation_of(&self, index: usize, segment: usize) -> [u32; 4] {
         let Place { tile, lane, rows, .. } = &self.places[index];

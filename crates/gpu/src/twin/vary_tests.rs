@@ -81,7 +81,7 @@ fn compare(found: &Memory, index: usize, truth: &Memory, base: &BaseTree) -> [f6
     let mut there = 0;
     for (i, fruit_there) in all.iter().enumerate() {
         let threshold = fruit_there.detach_force as f32;
-        let count = truth.world_number(0, crate::layout::world::FRUIT) as usize;
+        let count = truth.fruit_count(0);
         // Fruit are told by their thresholds, which nothing changes.
         let Some(host) = (0..count).find(|&k| truth.fruit_of(0, k, fruit::THRESHOLD) == threshold) else {
             continue;

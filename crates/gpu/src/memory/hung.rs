@@ -1,0 +1,59 @@
+//! Fruit in a tile: where they stand, and their numbers.
+
+use orchard_batch::{Plant, TreeWorld};
+use orchard_multibody::Data;
+
+use crate::layout::{UNBOUNDED, fruit};
+use crate::schedule::{MOST_FRUIT_ROWS, Schedule};
+
+/// Where the rows of each link's fruit begin in a tile, in the order of a schedule's visits, and how many rows there are. In worlds of one topology fruit on the same link stand side by side, though
+/// some worlds lack some. None if each world's are to follow one another: there are several topologies, or too many rows.
+pub(super) fn shared_rows(members: &[(usize, &TreeWorld, &Schedule)]) -> Option<(Vec<usize>, usize)> {
+    let (&(_, first, schedule), others) = members.split_first()?;
+    let parent = &first.plant().tree.parent;
+    if others.iter().any(|(_, other, _)| other.plant().tree.parent != *parent) {
+        return None;
+    }
+    let mut most = schedule.fruit_by_visit();
+    for (_, _, other) in others {
+        most.iter_mut().zip(other.fruit_by_visit()).for_each(|(most, count)| *most = count.max(*most));
+    }
+    let mut rows = 0;
+    let starts = most.into_iter().map(|count| {
+        rows += count;
+        rows - count
+    });
+    let starts = starts.collect();
+    (rows <= MOST_FRUIT_ROWS).then_some((starts, rows))
+}
+
+/// Numbers of a world's fruit.
+pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)> {
+    let id = plant.fruit.points[i];
+    let (grown, point, at) = (&plant.fruit.fruit[i], plant.model.point(id), id.index());
+    let mut numbers = vec![
+        (fruit::MASS, point.mass),
+        (fruit::RADIUS, grown.radius),
+        (fruit::THRESHOLD, grown.detach_force),
+        (fruit::AIR_DRAG, plant.fruit.air_drag(i)),
+        (fruit::CAP, f64::from(UNBOUNDED)),
+    ];
+    for k in 0..3 {
+        numbers.push((fruit::FORCE + k, data.point_force_world[at][k]));
+        numbers.push((fruit::P + k, data.point_p_world[at][k]));
+        numbers.push((fruit::V + k, data.point_v_world[at][k]));
+    }
+    if let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[at]) {
+        numbers.extend([
+            (fruit::DROP, tether.offset_world.z),
+            (fruit::CAP, data.reaction_cap[at].min(f64::from(UNBOUNDED))),
+            (fruit::BIAS, data.anchor_bias_world[at].z),
+            (fruit::STIFFNESS, tether.stiffness),
+            (fruit::DAMPING, tether.damping),
+        ]);
+        numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, tether.p_body[k])));
+    } else {
+        numbers.extend((0..3).map(|k| (fruit::ARM + k, data.point_w_world[at][k])));
+    }
+    numbers
+}
