@@ -117,7 +117,11 @@ fn company_changes_no_bit() {
         let points = data.point_p_world.iter().chain(&data.point_v_world).flat_map(|v| v.iter());
         data.q.iter().chain(&data.v).chain(points).map(|x| x.to_bits()).collect()
     };
-    let mut together = GpuBatch::new(&gpu, &worlds).unwrap();
+    let spread_over = |tiles: usize| {
+        let options = Options { least_tiles: Some(tiles), ..Options::default() };
+        GpuBatch::with_options(&gpu, &worlds, options).unwrap()
+    };
+    let mut together = spread_over(1);
     trial.apply_to_batch(&mut together);
     // World 4 blows up.
     together.pull(4, 0, Vec3::new(1e30, 0.0, 0.0));
@@ -132,8 +136,7 @@ fn company_changes_no_bit() {
             "world {index}"
         );
     }
-    let options = Options { least_tiles: Some(2), ..Options::default() };
-    let mut spread = GpuBatch::with_options(&gpu, &worlds, options).unwrap();
+    let mut spread = spread_over(2);
     assert!(spread.bytes() > together.bytes() * 3 / 2);
     trial.apply_to_batch(&mut spread);
     spread.advance(20);
