@@ -140,8 +140,8 @@ fn company_changes_no_bit() {
     assert!(spread.bytes() > together.bytes() * 3 / 2);
     trial.apply_to_batch(&mut spread);
     spread.advance(20);
-    for index in 0..4 {
-        assert_eq!(bits(&mut together, index, &worlds[index]), bits(&mut spread, index, &worlds[index]));
+    for (index, world) in worlds.iter().enumerate().take(4) {
+        assert_eq!(bits(&mut together, index, world), bits(&mut spread, index, world));
     }
     let events = together.events().unwrap();
     let stopped: Vec<_> =
@@ -178,8 +178,8 @@ fn worlds_may_lack_fruit() {
     let (together, statistics, events) = run(&worlds, &trial);
     let detached = |of: &[Statistics]| of.iter().map(|world| world.detached).collect::<Vec<_>>();
     assert!(detached(&statistics).iter().all(|count| *count > 0) && !events.is_empty());
-    for index in 0..worlds.len() {
-        let (alone, own, own_events) = run(&worlds[index..=index], &trial.of_world(index));
+    for (index, world) in worlds.iter().enumerate() {
+        let (alone, own, own_events) = run(std::slice::from_ref(world), &trial.of_world(index));
         assert_eq!((&together[index], statistics[index]), (&alone[0], own[0]), "world {index}");
         let of_world = events.iter().filter(|event| event.world == index).map(|event| event.event);
         assert!(of_world.eq(own_events.iter().map(|event| event.event)));

@@ -28,9 +28,6 @@ use crate::{BatchError, Solver};
 /// Worlds of a tile at least where worlds are spread: the others' room is lost.
 const LEAST_LANES: usize = 4;
 
-/// Constant of a padding fruit: anything that keeps its inverse finite.
-const PADDING_MASS: f32 = 1.0;
-
 /// The buffers, on the host. `[tile][row][field][lane]`; whole numbers among floats are kept as their bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
@@ -238,14 +235,7 @@ impl Memory {
                 Place { tile: number, lane, rows: rows.into(), fruit_rows: fruit_rows.into() };
             self.load(index, world, schedule);
         }
-        for lane in 0..LANES {
-            for row in 0..fruit_rows {
-                let mass = self.fruit_at(number, row, fruit::MASS, lane);
-                if self.fruit[mass] == 0.0 {
-                    self.fruit[mass] = PADDING_MASS;
-                }
-            }
-        }
+        self.pad_fruit(number, fruit_rows);
     }
 
     /// Constants, state and operations of a world.

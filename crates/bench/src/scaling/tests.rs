@@ -287,5 +287,5 @@ fn little_is_left_of_the_plan_in_software() {
     assert_eq!((cut.worlds, cut.frames), (vec![1, 2, 4, 8], 6));
     assert!(cut.note.is_some_and(|note| note.contains("software") && note.contains("8 worlds")));
     let cpu = ScalingPlan::study(&protocol, Backend::Cpu, false);
-    assert_eq!(cpu.worlds.last(), Some(&4096));
+    assert_eq!(cpu.worlds.last(), Some(&65536));
 }

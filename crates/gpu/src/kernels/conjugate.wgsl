@@ -74,7 +74,10 @@ fn solve(thread: u32, warp: u32, runs: bool) {
             }
             meet();
         }
-        let alpha = rho / total(thread, curvature);
+        curvature = total(thread, curvature);
+        // Rounding may leave none: what has been found so far is the end.
+        let is_convex = curvature > 0.0;
+        let alpha = select(0.0, rho / curvature, is_convex);
         var next = 0.0;
         for (var level = 0u; level <= LEVELS; level++) {
             if goes && works_at_level(level, warp) {
@@ -87,7 +90,7 @@ fn solve(thread: u32, warp: u32, runs: bool) {
                 redirect(part_at(level, warp), next / rho);
             }
         }
-        rho = select(rho, next, goes);
+        rho = select(rho, select(0.0, next, is_convex), goes);
     }
     for (var level = 0u; level <= LEVELS; level++) {
         if runs && works_at_level(level, warp) {

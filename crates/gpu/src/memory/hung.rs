@@ -3,8 +3,12 @@
 use orchard_batch::{Plant, TreeWorld};
 use orchard_multibody::Data;
 
-use crate::layout::{UNBOUNDED, fruit};
+use super::Memory;
+use crate::layout::{LANES, UNBOUNDED, fruit};
 use crate::schedule::{MOST_FRUIT_ROWS, Schedule};
+
+/// Mass of a row that has no fruit: anything that keeps its inverse finite.
+const PADDING_MASS: f32 = 1.0;
 
 /// Where the rows of each link's fruit begin in a tile, in the order of a schedule's visits, and how many rows there are. In worlds of one topology fruit on the same link stand side by side, though
 /// some worlds lack some. None if each world's are to follow one another: there are several topologies, or too many rows.
@@ -25,6 +29,18 @@ pub(super) fn shared_rows(members: &[(usize, &TreeWorld, &Schedule)]) -> Option<
     });
     let starts = starts.collect();
     (rows <= MOST_FRUIT_ROWS).then_some((starts, rows))
+}
+
+impl Memory {
+    /// Gives a mass to rows that have no fruit.
+    pub(super) fn pad_fruit(&mut self, tile: usize, rows: usize) {
+        for (row, lane) in (0..rows).flat_map(|row| (0..LANES).map(move |lane| (row, lane))) {
+            let mass = self.fruit_at(tile, row, fruit::MASS, lane);
+            if self.fruit[mass] == 0.0 {
+                self.fruit[mass] = PADDING_MASS;
+            }
+        }
+    }
 }
 
 /// Numbers of a world's fruit.

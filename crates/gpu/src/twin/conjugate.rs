@@ -80,7 +80,13 @@ impl Lane<'_> {
             (0..PARTS).for_each(|part| self.spread(part));
             let mut curvatures = [0.0; PARTS];
             (0..PARTS).rev().for_each(|part| curvatures[part] = self.collect(part));
-            let alpha = rho / self.total(|_, part| curvatures[part]);
+            // Rounding may leave none: what has been found so far is the end.
+            let curvature = self.total(|_, part| curvatures[part]);
+            let is_convex = curvature > 0.0;
+            if !is_convex {
+                break;
+            }
+            let alpha = rho / curvature;
             let next = self.total(|lane, part| lane.relax(part, alpha));
             (0..PARTS).for_each(|part| self.redirect(part, next / rho));
             rho = next;
