@@ -23,6 +23,11 @@ impl Memory {
         self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
     }
 
+    /// Tile and lane of a world.
+    pub fn seat_of(&self, index: usize) -> (usize, usize) {
+        (self.places[index].tile, self.places[index].lane)
+    }
+
     /// How many fruit a world has.
     pub fn fruit_count(&self, index: usize) -> usize {
         self.places[index].fruit_rows.len()

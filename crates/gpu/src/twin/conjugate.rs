@@ -69,11 +69,17 @@ impl Lane<'_> {
     }
 
     fn solve(&mut self) {
+        self.solve_to(TOLERANCE);
+        (0..PARTS).for_each(|part| self.hand_over(part));
+    }
+
+    /// Down to a part of the first residual.
+    pub(super) fn solve_to(&mut self, tolerance: f32) {
         let start = self.total(|lane, part| lane.found_dot(part));
         let mut rho = start;
         for _ in 0..MOST_ITERATIONS {
             // Also where something is no number.
-            let goes = rho > TOLERANCE * TOLERANCE * start;
+            let goes = rho > tolerance * tolerance * start;
             if !goes {
                 break;
             }
@@ -91,7 +97,6 @@ impl Lane<'_> {
             (0..PARTS).for_each(|part| self.redirect(part, next / rho));
             rho = next;
         }
-        (0..PARTS).for_each(|part| self.hand_over(part));
     }
 
     /// A sum over all parts, warp by warp.

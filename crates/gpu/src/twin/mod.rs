@@ -76,6 +76,12 @@ impl Memory {
         self.each(|world| world.measure());
     }
 
+    /// A world alone.
+    fn lane_of(&mut self, index: usize) -> Lane<'_> {
+        let (number, lane) = self.seat_of(index);
+        Lane { memory: self, number, lane }
+    }
+
     fn each(&mut self, act: impl Fn(&mut Lane<'_>)) {
         for number in 0..self.tile_count() {
             for lane in 0..LANES {

@@ -5,8 +5,9 @@ use orchard_geometry::Vec3;
 use orchard_multibody::{energy, forward_kinematics};
 
 use crate::Solver;
-use crate::layout::world;
+use crate::layout::{krylov, world};
 use crate::memory::Memory;
+use crate::schedule::PARTS;
 use crate::trials::{Trial, errors, grown, state, tips};
 
 /// The bounds: 5e-5 of the joint state, 0.01 mm at the tips.
@@ -145,6 +146,31 @@ fn scripted_forces_act_in_their_frames() {
         assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5, "frame {frame}: {q:.1e}, {v:.1e} rad/s, {tip:.1e} m");
     }
     assert!(memory.script(1, segment, force, none, 12..=12), "what is over has made room");
+}
+
+/// Asked for more than f32 has, conjugate gradients come to where products are nothing but rounding, and end there.
+#[test]
+fn conjugate_gradients_end_in_rounding() {
+    let (worlds, _) = Trial::gentle(grown(3));
+    let mut memory = Memory::new(&worlds, 4, Solver::ConjugateGradients).unwrap();
+    for frame in 0..8 {
+        memory.frame();
+        for (index, world) in worlds.iter().enumerate() {
+            let rows: Vec<usize> =
+                (0..world.plant().tree.len()).map(|segment| memory.row_of(index, segment)).collect();
+            let mut own = memory.lane_of(index);
+            (0..PARTS).rev().for_each(|part| own.inward(part));
+            own.solve_to(0.0);
+            let largest_change = |row: usize| {
+                let [x_1, x_2, ..] = own.quad(own.krylov_of(row), krylov::X);
+                x_1.hypot(x_2)
+            };
+            // Of rates of half a radian a second.
+            let is_small = |row: &usize| largest_change(*row) < 10.0;
+            assert!(rows.iter().all(is_small), "frame {frame}, world {index}");
+            assert!(rows.iter().any(|row| largest_change(*row) > 0.0));
+        }
+    }
 }
 
 /// Conjugate gradients go where elimination goes, also with broken limbs and loose fruit: what is left of the residual is what they may differ by.
