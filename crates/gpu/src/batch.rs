@@ -26,8 +26,9 @@ pub enum Solver {
     ConjugateGradients,
 }
 
-/// Workgroups over which worlds of different topology are spread on a graphics card.
-const TILES_OF_A_CARD: usize = 32;
+/// Workgroups over which worlds of different topology are spread on a graphics card, if there are no more worlds than so many; 1, 32, 64 and 128 are compared in
+/// `docs/computation/gpu.md`.
+const TILES_OF_A_CARD: [(usize, usize); 2] = [(512, 64), (usize::MAX, 32)];
 
 /// How a batch is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +38,7 @@ pub struct Options {
     /// Solver.
     pub solver: Solver,
     /// Workgroups over which a batch of few worlds is spread if their topologies differ: worlds hold each other up in a workgroup, and a large device has room for many. It costs
-    /// memory and changes no bit. Without a number it is 32 on a graphics card, and 1 on adapters in software or in a processor.
+    /// memory and changes no bit. Without a number it is 64 for up to 512 worlds and 32 for more on a graphics card, and 1 on adapters in software or in a processor.
     pub least_tiles: Option<usize>,
 }
 
@@ -90,7 +91,8 @@ impl GpuBatch {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
-        let tiles = options.least_tiles.unwrap_or(if gpu.info().is_discrete { TILES_OF_A_CARD } else { 1 });
+        let card = TILES_OF_A_CARD.iter().find(|(most, _)| gpu.info().is_discrete && worlds.len() <= *most);
+        let tiles = options.least_tiles.or(card.map(|(_, tiles)| *tiles)).unwrap_or(1);
         let memory = Memory::spread_over(tiles.max(1), worlds, options.pushes_each.max(1), options.solver)?;
         Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
     }

@@ -262,7 +262,7 @@ fn worlds_differ_in_damping() {
 
 /// A device whose memory others have taken: what does not fit is refused, with a size that does, and the device goes on.
 #[test]
-#[ignore = "fills the memory of the graphics device"]
+#[ignore = "fills the memory of the graphics device: to be run alone"]
 fn a_full_device_is_told() {
     const LARGE: u64 = 1 << 30;
     const FREE: u64 = 1 << 26;
