@@ -83,7 +83,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
             Row { note: Some(SOFTWARE_NOTE.to_owned()), ..row }
         });
         if let Some(counters) = &counters {
-            rows.extend(counters.rows(&name, &mut cell.batch)?);
+            match counters.rows(&name, &mut cell.batch) {
+                Ok(counted) => rows.extend(counted),
+                Err(why) => eprintln!("NO COUNTERS of {name}: {why:#}"),
+            }
         }
         if worlds == MANY {
             rows.push(

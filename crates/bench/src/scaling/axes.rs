@@ -118,7 +118,7 @@ pub(super) fn rows(
             .map_err(|reason| ScalingError::World { mode: Mode::DistinctDimensions, reason })
     };
     let identical = worlds(None)?;
-    let kinds = AxisKind::ALL.map(|kind| worlds(Some(kind))).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let kinds = AxisKind::ALL.into_iter().map(|kind| worlds(Some(kind))).collect::<Result<Vec<_>, _>>()?;
     let once =
         ScalingPlan { repeats: 1, cell_time: plan.cell_time / f64::from(plan.repeats), ..plan.clone() };
     let mut rows = Vec::new();

@@ -84,13 +84,9 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
 /// # Errors
 /// The device cannot have the world, or was lost.
 pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError> {
+    let mut batch = GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)?;
     let start = Instant::now();
-    let mut batch: Option<GpuBatch> = None;
     while start.elapsed().as_secs_f64() < time {
-        let batch = match &mut batch {
-            Some(batch) => batch,
-            none => none.insert(GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)?),
-        };
         batch.advance(FRAMES_AWAKE);
         batch.wait().map_err(StepperError::of)?;
     }

@@ -73,7 +73,7 @@ fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
 }
 
 // The same number, waited for here: the factor is 1, which no compiler knows. What a loop has from before it, and the one branch in which something is read,
-// would else be waited for inside the loop, row after row, together with all that has been asked for since (`docs/computation/gpu.md`, Cost).
+// would else be waited for inside the loop, row after row, together with all that has been asked for since (`docs/computation/gpu.md`, Asking ahead).
 fn awaited(x: vec4f) -> vec4f {
     return x * f32(min(rules.substeps, 1u));
 }
