@@ -39,6 +39,7 @@ use crate::rows::{Effort, Suite, run_suite};
                   episode.rate.*                the same as world-seconds a second\n\
                   Rows of gpu (151 links, 30 fruit; medians of the time elapsed; targets are those of one H200):\n  \
                   gpu.dimensions_N              N trees of one topology, dimensions of their own; .memory, .build\n  \
+                  gpu.dimensions_N.dram, ..     shares that the hardware counts: .dram bandwidth, time of .fp32 and .integer units and .multiprocessors, room for .warps\n  \
                   gpu.drawn_4096.build          seconds to draw and settle them on the device, from one tree\n  \
                   gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n  \
                   gpu.mujoco_warp_N.*           MuJoCo-Warp on the first of these, by solver and integrator; the best is the peer of dimensions_N\n\
