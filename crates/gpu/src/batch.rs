@@ -10,7 +10,7 @@ use orchard_multibody::Data;
 use crate::BatchError;
 use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_APART, Use};
 use crate::device::{Gpu, GpuError};
-use crate::layout::{LANES, fourth, fruit, link, notice, world};
+use crate::layout::{LANES, fourth, fruit, notice, world};
 use crate::memory::Memory;
 use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
@@ -395,13 +395,14 @@ impl GpuBatch {
         let ranges =
             |of: &dyn Fn(usize) -> Range<usize>| tiles.iter().map(|&tile| of(tile)).collect::<Vec<_>>();
         let rows = ranges(&|tile| self.memory.rows_of(tile));
+        let links = ranges(&|tile| self.memory.links_of(tile));
         let fruit_rows = ranges(&|tile| self.memory.fruit_rows_of(tile));
         let times = |ranges: &[Range<usize>], each: usize| -> Vec<Range<usize>> {
             ranges.iter().map(|r| r.start * each * LANES..r.end * each * LANES).collect()
         };
         let memory = &mut self.memory;
         self.gpu.fetch(&mut [
-            (&self.buffers.links, &mut memory.links, times(&rows, link::FIELDS)),
+            (&self.buffers.links, &mut memory.links, links),
             (&self.buffers.fruit, &mut memory.fruit, times(&fruit_rows, fruit::FIELDS)),
         ])?;
         self.gpu.fetch(&mut [(&self.buffers.states, &mut memory.states, times(&rows, 1))])

@@ -110,6 +110,12 @@ fn what_comes_off_comes_off_in_the_same_frame() {
 #[test]
 fn company_changes_no_bit() {
     let Some(gpu) = device() else { return };
+    [Solver::Aba, Solver::ConjugateGradients]
+        .into_iter()
+        .for_each(|solver| company_changes_none(&gpu, solver));
+}
+
+fn company_changes_none(gpu: &Gpu, solver: Solver) {
     let (worlds, trial) = Trial::harsh(grown(5));
     let bits = |batch: &mut GpuBatch, index: usize, world: &TreeWorld| -> Vec<u64> {
         let mut data = world.data().clone();
@@ -118,8 +124,8 @@ fn company_changes_no_bit() {
         data.q.iter().chain(&data.v).chain(points).map(|x| x.to_bits()).collect()
     };
     let spread_over = |tiles: usize| {
-        let options = Options { least_tiles: Some(tiles), ..Options::default() };
-        GpuBatch::with_options(&gpu, &worlds, options).unwrap()
+        let options = Options { least_tiles: Some(tiles), solver, ..Options::default() };
+        GpuBatch::with_options(gpu, &worlds, options).unwrap()
     };
     let mut together = spread_over(1);
     trial.apply_to_batch(&mut together);
@@ -127,7 +133,9 @@ fn company_changes_no_bit() {
     together.pull(4, 0, Vec3::new(1e30, 0.0, 0.0));
     together.advance(20);
     for index in 0..4 {
-        let mut alone = GpuBatch::new(&gpu, &worlds[index..=index]).unwrap();
+        let mut alone =
+            GpuBatch::with_options(gpu, &worlds[index..=index], Options { solver, ..Options::default() })
+                .unwrap();
         trial.of_world(index).apply_to_batch(&mut alone);
         (0..4).for_each(|_| alone.advance(5));
         assert_eq!(

@@ -389,8 +389,8 @@ fields! {
         CROSS_FORKS = 6,
         /// Of loads that other warps bring.
         CROSS_LOADS = 7,
-        /// Of the rows' numbers for conjugate gradients.
-        KRYLOV = 8,
+        /// First quad of the links in their buffer; what conjugate gradients keep of the rows follows them.
+        LINKS = 8,
         /// First row of each part, from the trunk's on; the last one is the number of rows (20).
         STARTS = 9,
         /// Fields.

@@ -4,6 +4,7 @@ mod hung;
 mod inputs;
 #[cfg(test)]
 mod numbers;
+mod outputs;
 mod repeat;
 
 #[cfg(test)]
@@ -13,13 +14,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use orchard_batch::{Fault, Plant, Quarantine, Status, TreeWorld};
+use orchard_batch::TreeWorld;
 use orchard_geometry::{Shape, Vec3};
-use orchard_multibody::Data;
 
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, krylov, leaf, link, load, notice, push, state,
-    third, tile, work, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, krylov, leaf, link, load, notice, push, third,
+    tile, work, world,
 };
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule, WARPS};
@@ -188,13 +188,13 @@ impl Memory {
         let mut header = [0_u32; tile::FIELDS];
         header[tile::ROWS] = (self.operations.len() / LANES) as u32;
         header[tile::FRUIT] = (self.fruit.len() / (fruit::FIELDS * LANES)) as u32;
+        header[tile::LINKS] = (self.links.len() / QUAD) as u32;
         header[tile::SLOTS_EACH] = slots as u32;
         let mut at = self.work.len() / QUAD;
         for (field, size) in [
             (tile::WORK, rows * work::FIELDS),
             (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
             (tile::SLOTS, WARPS * slots * slot),
-            (tile::KRYLOV, if self.solver == Solver::ConjugateGradients { rows * krylov::FIELDS } else { 0 }),
         ] {
             header[field] = at as u32;
             at += size / QUAD * LANES;
@@ -211,7 +211,11 @@ impl Memory {
         self.work.resize(at * QUAD, 0.0);
         self.operations.resize(self.operations.len() + rows * LANES, [0; 4]);
         self.states.resize(self.operations.len(), 0);
-        self.links.resize(self.links.len() + rows * link::FIELDS * LANES, 0.0);
+        let of_row = match self.solver {
+            Solver::Aba => link::FIELDS,
+            Solver::ConjugateGradients => link::FIELDS + krylov::FIELDS,
+        };
+        self.links.resize(self.links.len() + rows * of_row * LANES, 0.0);
         self.fruit.resize(self.fruit.len() + fruit_rows * fruit::FIELDS * LANES, 0.0);
         self.worlds.resize(self.worlds.len() + world::FIELDS * LANES, 0.0);
         self.pushes
@@ -346,7 +350,7 @@ impl Memory {
     }
 
     pub fn link_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
-        quad_at((self.header(number, tile::ROWS) + row) * link::FIELDS + field, lane)
+        self.header(number, tile::LINKS) * QUAD + quad_at(row * link::FIELDS + field, lane)
     }
 
     pub fn fruit_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
@@ -394,89 +398,19 @@ impl Memory {
         start..start + self.header(number, tile::STARTS + PARTS)
     }
 
-    /// The same of fruit.
+    /// The links of a tile among those of all.
+    pub fn links_of(&self, number: usize) -> Range<usize> {
+        let start = self.header(number, tile::LINKS) * QUAD;
+        start..start + self.rows_of(number).len() * link::FIELDS * LANES
+    }
+
+    /// Rows of a tile's fruit among those of all.
     pub fn fruit_rows_of(&self, number: usize) -> Range<usize> {
         let end = match number + 1 {
             next if next < self.tile_count() => self.header(next, tile::FRUIT),
             _ => self.fruit.len() / (fruit::FIELDS * LANES),
         };
         self.header(number, tile::FRUIT)..end
-    }
-
-    /// Whether a world runs.
-    pub fn status(&self, index: usize) -> Status {
-        let place = &self.places[index];
-        let frame = self.worlds[self.world_at(place.tile, world::STOPPED, place.lane)].to_bits();
-        if frame == 0 {
-            return Status::Running;
-        }
-        let bad = |x: f32| !(x * x).is_finite();
-        let joint = (0..place.rows.len()).find(|&segment| {
-            (link::Q..link::Q + 4).any(|field| {
-                bad(self.links[self.link_at(place.tile, place.rows[segment], field, place.lane)])
-            })
-        });
-        let fruit = || {
-            (0..place.fruit_rows.len()).find(|&i| {
-                (fruit::P..fruit::P + 6).any(|field| {
-                    bad(self.fruit[self.fruit_at(place.tile, place.fruit_rows[i], field, place.lane)])
-                })
-            })
-        };
-        let fault = match joint {
-            Some(segment) => Fault::Joint { segment },
-            None => Fault::Fruit { fruit: fruit().unwrap_or_default() },
-        };
-        Status::Quarantined(Quarantine { frame, fault })
-    }
-
-    /// Frames in which each joint of a world broke and each fruit came off; 0 if not.
-    pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<u32>) {
-        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
-        let broke = rows.iter().map(|&row| self.states[self.operation_at(*tile, row, *lane)] >> state::BROKE);
-        let off = fruit_rows
-            .iter()
-            .map(|&row| self.fruit[self.fruit_at(*tile, row, fruit::CAME_OFF, *lane)].to_bits());
-        (broke.collect(), off.collect())
-    }
-
-    /// Writes a world's state into the f64 state of its model.
-    pub fn store(&self, index: usize, plant: &Plant, data: &mut Data) {
-        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
-        for (segment, &row) in rows.iter().enumerate() {
-            let id = plant.tree.bodies[segment];
-            let number = |field: usize| f64::from(self.links[self.link_at(*tile, row, field, *lane)]);
-            let bits = self.states[self.operation_at(*tile, row, *lane)];
-            let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
-            for k in 0..2 {
-                data.q[q + k] = number(link::Q + k);
-                data.v[dof + k] = number(link::V + k);
-                if bits & state::BROKEN as u32 != 0 {
-                    data.stiffness[dof + k] = 0.0;
-                }
-            }
-            if bits & state::DEBRIS as u32 != 0 {
-                let wood = &plant.spec.wood;
-                data.linear_drag[id.index()] = wood.linear_drag.si() * wood.broken_linear_drag_scale.si();
-                data.angular_drag[id.index()] = wood.angular_drag.si() * wood.broken_angular_drag_scale.si();
-            }
-        }
-        for (i, &row) in fruit_rows.iter().enumerate() {
-            let point = plant.fruit.points[i].index();
-            let number = |field: usize| f64::from(self.fruit[self.fruit_at(*tile, row, field, *lane)]);
-            let vector = |field: usize| Vec3::from_fn(|k, _| number(field + k));
-            data.point_p_world[point] = vector(fruit::P);
-            data.point_v_world[point] = vector(fruit::V);
-            data.tethered[point] = number(fruit::STIFFNESS) != 0.0 && number(fruit::CAME_OFF) == 0.0;
-            if !data.tethered[point] {
-                data.point_w_world[point] = vector(fruit::ARM);
-                data.point_quadratic_drag[point] = number(fruit::AIR_DRAG);
-                data.groups[plant.fruit.colliders[i].index()] = plant.fruit.groups.loose;
-            }
-        }
-        plant.fruit.weigh_on(data, |segment| {
-            self.states[self.operation_at(*tile, rows[segment], *lane)] & state::DEBRIS as u32 != 0
-        });
     }
 
     /// Bytes of the buffers.

@@ -9,7 +9,7 @@ use crate::layout::{LANES, fruit, link};
 use crate::memory::{Field, Memory};
 use crate::table::{BaseError, BaseTree};
 use crate::twin::vary_tests::{SEED, TOLERANCE, base_of, bits, drawn, spec};
-use crate::{BatchError, GpuBatch, GpuError, Solver};
+use crate::{BatchError, Gpu, GpuBatch, GpuError, Options, Solver};
 
 #[test]
 fn the_device_draws_what_its_twin_draws() {
@@ -65,9 +65,17 @@ fn strength_zero_is_the_base_bit_for_bit() {
 #[test]
 fn company_changes_no_bit() {
     let Some(gpu) = device() else { return };
+    [Solver::Aba, Solver::ConjugateGradients]
+        .into_iter()
+        .for_each(|solver| company_changes_none(&gpu, solver));
+}
+
+fn company_changes_none(gpu: &Gpu, solver: Solver) {
     let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
-    let mut few = GpuBatch::randomised(&gpu, &base, 2).unwrap();
-    let mut many = GpuBatch::randomised(&gpu, &base, LANES as u32 + 5).unwrap();
+    let options = Options { solver, ..Options::default() };
+    let of_worlds = |worlds: u32| GpuBatch::randomised_with_options(gpu, &base, worlds, options).unwrap();
+    let mut few = of_worlds(2);
+    let mut many = of_worlds(LANES as u32 + 5);
     let state = |batch: &mut GpuBatch| {
         let mut data = base.world().data().clone();
         batch.store(1, &mut data).unwrap();

@@ -3,6 +3,7 @@
 const MOST_ITERATIONS: u32 = 64u;
 const TOLERANCE: f32 = 1e-5;
 
+var<private> krylov_at: u32;
 var<workgroup> dots: array<f32, LANES * WARPS>;
 var<workgroup> goes_on: array<u32, LANES>;
 var<workgroup> any_goes_on: u32;
@@ -11,7 +12,7 @@ var<workgroup> any_goes_on: u32;
 fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
-    krylov_at = header(TILE_KRYLOV) + lane;
+    krylov_at = link_at(header(TILE_STARTS + PARTS));
     let runs = bitcast<u32>(world(WORLD_STOPPED)) == 0u;
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
@@ -126,15 +127,28 @@ fn any_of(thread: u32, goes: bool) -> bool {
     return workgroupUniformLoad(&any_goes_on) != 0u;
 }
 
+// What is kept of a joint stands behind the links of the tile.
+fn krylov_of(row: u32) -> u32 {
+    return krylov_at + row * (KRYLOV_FIELDS / QUAD * LANES);
+}
+
+fn krylov(at: u32, field: u32) -> vec4f {
+    return links[at + field / QUAD * LANES];
+}
+
+fn set_krylov(at: u32, field: u32, value: vec4f) {
+    links[at + field / QUAD * LANES] = value;
+}
+
 fn prepare(row: u32, body: Body, pivot: vec3f, armature: f32, y: vec2f) {
     let at = krylov_of(row);
     let z = preconditioned(pivot, y);
-    set_quad(at, KRYLOV_FIRST, vec4f(body.joint.first, pivot.x));
-    set_quad(at, KRYLOV_SECOND, vec4f(body.joint.axes.y, pivot.y));
-    set_quad(at, KRYLOV_ARM, vec4f(body.d, pivot.z));
-    set_quad(at, KRYLOV_X, vec4f(0.0, 0.0, y));
-    set_quad(at, KRYLOV_P, vec4f(z, 0.0, 0.0));
-    set_quad(at, KRYLOV_ARMATURE, vec4f(armature, 0.0, 0.0, 0.0));
+    set_krylov(at, KRYLOV_FIRST, vec4f(body.joint.first, pivot.x));
+    set_krylov(at, KRYLOV_SECOND, vec4f(body.joint.axes.y, pivot.y));
+    set_krylov(at, KRYLOV_ARM, vec4f(body.d, pivot.z));
+    set_krylov(at, KRYLOV_X, vec4f(0.0, 0.0, y));
+    set_krylov(at, KRYLOV_P, vec4f(z, 0.0, 0.0));
+    set_krylov(at, KRYLOV_ARMATURE, vec4f(armature, 0.0, 0.0, 0.0));
     found_dot += dot(y, z);
 }
 
@@ -173,9 +187,9 @@ fn spread(part: u32) {
             tip = pair(parent_fork_at(operation.x));
         }
         let at = krylov_of(row);
-        let p = quad(at, KRYLOV_P);
-        tip.angular += quad(at, KRYLOV_FIRST).xyz * p.x + quad(at, KRYLOV_SECOND).xyz * p.y;
-        tip.linear += cross(tip.angular, quad(at, KRYLOV_ARM).xyz);
+        let p = krylov(at, KRYLOV_P);
+        tip.angular += krylov(at, KRYLOV_FIRST).xyz * p.x + krylov(at, KRYLOV_SECOND).xyz * p.y;
+        tip.linear += cross(tip.angular, krylov(at, KRYLOV_ARM).xyz);
         if (operation.y & SECOND_CARRIES) == 0u {
             set_pair(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), tip);
         }
@@ -212,14 +226,14 @@ fn collect(part: u32) -> f32 {
             borne = sum_of(borne, pair(cross_load_at(k)));
         }
         let at = krylov_of(row);
-        let first = quad(at, KRYLOV_FIRST).xyz;
-        let second = quad(at, KRYLOV_SECOND).xyz;
-        let d = quad(at, KRYLOV_ARM).xyz;
-        let p = quad(at, KRYLOV_P).xy;
-        let armature = quad(at, KRYLOV_ARMATURE).x;
+        let first = krylov(at, KRYLOV_FIRST).xyz;
+        let second = krylov(at, KRYLOV_SECOND).xyz;
+        let d = krylov(at, KRYLOV_ARM).xyz;
+        let p = krylov(at, KRYLOV_P).xy;
+        let armature = krylov(at, KRYLOV_ARMATURE).x;
         borne = momentum(row, operation.z, tip, d, borne);
         let product = vec2f(dot(first, borne.angular), dot(second, borne.angular)) + armature * p;
-        set_quad(at, KRYLOV_P, vec4f(p, product));
+        set_krylov(at, KRYLOV_P, vec4f(p, product));
         curvature += dot(p, product);
         tip.linear -= cross(tip.angular, d);
         tip.angular -= first * p.x + second * p.y;
@@ -275,10 +289,10 @@ fn relax(part: u32, alpha: f32) -> f32 {
     for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let at = krylov_of(row);
-            let p = quad(at, KRYLOV_P);
-            let last = quad(at, KRYLOV_X);
+            let p = krylov(at, KRYLOV_P);
+            let last = krylov(at, KRYLOV_X);
             let r = last.zw - p.zw * alpha;
-            set_quad(at, KRYLOV_X, vec4f(last.xy + p.xy * alpha, r));
+            set_krylov(at, KRYLOV_X, vec4f(last.xy + p.xy * alpha, r));
             rho += dot(r, preconditioned(pivot_of(at), r));
         }
     }
@@ -286,7 +300,7 @@ fn relax(part: u32, alpha: f32) -> f32 {
 }
 
 fn pivot_of(at: u32) -> vec3f {
-    return vec3f(quad(at, KRYLOV_FIRST).w, quad(at, KRYLOV_SECOND).w, quad(at, KRYLOV_ARM).w);
+    return vec3f(krylov(at, KRYLOV_FIRST).w, krylov(at, KRYLOV_SECOND).w, krylov(at, KRYLOV_ARM).w);
 }
 
 fn redirect(part: u32, beta: f32) {
@@ -294,8 +308,8 @@ fn redirect(part: u32, beta: f32) {
     for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let at = krylov_of(row);
-            let z = preconditioned(pivot_of(at), quad(at, KRYLOV_X).zw);
-            set_quad(at, KRYLOV_P, vec4f(z + quad(at, KRYLOV_P).xy * beta, 0.0, 0.0));
+            let z = preconditioned(pivot_of(at), krylov(at, KRYLOV_X).zw);
+            set_krylov(at, KRYLOV_P, vec4f(z + krylov(at, KRYLOV_P).xy * beta, 0.0, 0.0));
         }
     }
 }
@@ -304,7 +318,7 @@ fn hand_over(part: u32) {
     let end = header(TILE_STARTS + part + 1u);
     for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
-            let x = quad(krylov_of(row), KRYLOV_X).xy;
+            let x = krylov(krylov_of(row), KRYLOV_X).xy;
             let at = work_at(row);
             set_quad(at, WORK_G_1N, vec4f(0.0, 0.0, 0.0, x.x));
             set_quad(at, WORK_G_1F, vec4f(0.0, 0.0, 0.0, x.y));

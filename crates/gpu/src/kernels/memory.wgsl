@@ -57,13 +57,12 @@ var<private> leaves_at: u32;
 var<private> slots_at: u32;
 var<private> cross_forks_at: u32;
 var<private> cross_loads_at: u32;
-var<private> krylov_at: u32;
 
 fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     tile_number = tile;
     lane = lane_of_tile;
     operations_at = header(TILE_ROWS) * LANES + lane;
-    links_at = header(TILE_ROWS) * (LINK_FIELDS / QUAD * LANES) + lane;
+    links_at = header(TILE_LINKS) + lane;
     fruits_at = header(TILE_FRUIT) * (FRUIT_FIELDS / QUAD * LANES) + lane;
     works_at = header(TILE_WORK) + lane;
     leaves_at = header(TILE_LEAVES) + lane;
@@ -135,10 +134,6 @@ fn p_trunk() -> vec3f {
 
 fn work_at(row: u32) -> u32 {
     return works_at + row * (WORK_FIELDS / QUAD * LANES);
-}
-
-fn krylov_of(row: u32) -> u32 {
-    return krylov_at + row * (KRYLOV_FIELDS / QUAD * LANES);
 }
 
 fn leaf_at(leaf: u32) -> u32 {

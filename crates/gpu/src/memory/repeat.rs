@@ -7,9 +7,8 @@ use crate::layout::{LANES, QUAD, base, tile};
 use crate::table::BaseTree;
 use crate::{BatchError, Solver};
 
-/// Fields of a tile's header that count what the tiles before it have: they move on from tile to tile.
-const WORK_PLACES: [usize; 6] =
-    [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS, tile::KRYLOV];
+/// Fields of a tile's header that count what the tiles before it have in the work buffer: they move on from tile to tile.
+const WORK_PLACES: [usize; 5] = [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS];
 
 impl Memory {
     /// So many worlds of a base, not varied yet, with the table to vary them from. A world is packed once and copied; lanes after the last world hold the
@@ -27,12 +26,13 @@ impl Memory {
         memory.table = base.table(&memory);
         let tiles = count.div_ceil(LANES);
         let (rows, fruit) = (memory.rows_of(0).len(), memory.fruit_rows_of(0).len());
-        let work = memory.work.len() / QUAD;
+        let (links, work) = (memory.links.len() / QUAD, memory.work.len() / QUAD);
         memory.tiles = (0..tiles)
             .flat_map(|number| {
                 let mut header = memory.tiles.clone();
                 header[tile::ROWS] += (number * rows) as u32;
                 header[tile::FRUIT] += (number * fruit) as u32;
+                header[tile::LINKS] += (number * links) as u32;
                 WORK_PLACES.iter().for_each(|&field| header[field] += (number * work) as u32);
                 header
             })

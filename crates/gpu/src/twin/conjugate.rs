@@ -9,7 +9,9 @@ use super::Lane;
 use super::inward::Body;
 use super::math::Vec3;
 use super::outward::{Found, Way};
-use crate::layout::{first, fruit, krylov, link, notice, second, state, third, tile, work, world};
+use crate::layout::{
+    LANES, QUAD, first, fruit, krylov, link, notice, second, state, third, tile, work, world,
+};
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Iterations after which a substep goes on with what it has.
@@ -113,9 +115,31 @@ impl Lane<'_> {
     fn found_dot(&self, part: usize) -> f32 {
         self.rows_of(part).fold(0.0, |sum, row| {
             let at = self.krylov_of(row);
-            let [.., r_1, r_2] = self.quad(at, krylov::X);
+            let [.., r_1, r_2] = self.krylov(at, krylov::X);
             sum + dot([r_1, r_2], preconditioned(self.pivot_of(at), [r_1, r_2]))
         })
+    }
+
+    /// First quad of what is kept of a row's joint, behind the links of the tile.
+    pub(super) fn krylov_of(&self, row: usize) -> usize {
+        let behind = self.memory.links_of(self.number).end / QUAD;
+        behind + row * krylov::FIELDS / QUAD * LANES + self.lane
+    }
+
+    /// Four of its fields, from a multiple of four on.
+    pub(super) fn krylov(&self, at: usize, field: usize) -> [f32; QUAD] {
+        let at = (at + field / QUAD * LANES) * QUAD;
+        [0, 1, 2, 3].map(|k| self.memory.links[at + k])
+    }
+
+    fn krylov3(&self, at: usize, field: usize) -> Vec3 {
+        let [x, y, z, _] = self.krylov(at, field);
+        Vec3::new(x, y, z)
+    }
+
+    fn set_krylov(&mut self, at: usize, field: usize, value: [f32; QUAD]) {
+        let at = (at + field / QUAD * LANES) * QUAD;
+        self.memory.links[at..at + QUAD].copy_from_slice(&value);
     }
 
     /// Rows of a part that have a link of this world.
@@ -130,16 +154,16 @@ impl Lane<'_> {
         let at = self.krylov_of(row);
         let z = preconditioned(pivot, y);
         let with = |v: Vec3, more: f32| [v.x, v.y, v.z, more];
-        self.set_quad(at, krylov::FIRST, with(body.joint.first, pivot[0]));
-        self.set_quad(at, krylov::SECOND, with(body.joint.axes.y, pivot[1]));
-        self.set_quad(at, krylov::ARM, with(body.d, pivot[2]));
-        self.set_quad(at, krylov::X, [0.0, 0.0, y[0], y[1]]);
-        self.set_quad(at, krylov::P, [z[0], z[1], 0.0, 0.0]);
-        self.set_quad(at, krylov::ARMATURE, [armature, 0.0, 0.0, 0.0]);
+        self.set_krylov(at, krylov::FIRST, with(body.joint.first, pivot[0]));
+        self.set_krylov(at, krylov::SECOND, with(body.joint.axes.y, pivot[1]));
+        self.set_krylov(at, krylov::ARM, with(body.d, pivot[2]));
+        self.set_krylov(at, krylov::X, [0.0, 0.0, y[0], y[1]]);
+        self.set_krylov(at, krylov::P, [z[0], z[1], 0.0, 0.0]);
+        self.set_krylov(at, krylov::ARMATURE, [armature, 0.0, 0.0, 0.0]);
     }
 
     fn pivot_of(&self, at: usize) -> [f32; 3] {
-        [krylov::FIRST, krylov::SECOND, krylov::ARM].map(|field| self.quad(at, field)[3])
+        [krylov::FIRST, krylov::SECOND, krylov::ARM].map(|field| self.krylov(at, field)[3])
     }
 
     fn pair(&self, at: usize) -> Pair {
@@ -162,10 +186,10 @@ impl Lane<'_> {
                 tip = self.pair(self.parent_fork_at(a));
             }
             let at = self.krylov_of(row);
-            let [p_1, p_2, ..] = self.quad(at, krylov::P);
-            let [first] = self.vectors(at, krylov::FIRST);
-            let [second] = self.vectors(at, krylov::SECOND);
-            let [d] = self.vectors(at, krylov::ARM);
+            let [p_1, p_2, ..] = self.krylov(at, krylov::P);
+            let first = self.krylov3(at, krylov::FIRST);
+            let second = self.krylov3(at, krylov::SECOND);
+            let d = self.krylov3(at, krylov::ARM);
             tip.angular += first * p_1 + second * p_2;
             tip.linear += tip.angular.cross(&d);
             if b & second::CARRIES == 0 {
@@ -197,15 +221,15 @@ impl Lane<'_> {
                 borne = sum_of(borne, brought);
             }
             let at = self.krylov_of(row);
-            let [first] = self.vectors(at, krylov::FIRST);
-            let [second] = self.vectors(at, krylov::SECOND);
-            let [d] = self.vectors(at, krylov::ARM);
-            let [p_1, p_2, ..] = self.quad(at, krylov::P);
-            let [armature, ..] = self.quad(at, krylov::ARMATURE);
+            let first = self.krylov3(at, krylov::FIRST);
+            let second = self.krylov3(at, krylov::SECOND);
+            let d = self.krylov3(at, krylov::ARM);
+            let [p_1, p_2, ..] = self.krylov(at, krylov::P);
+            let [armature, ..] = self.krylov(at, krylov::ARMATURE);
             borne = self.momentum(row, c, tip, d, borne);
             let product =
                 [first.dot(&borne.angular) + armature * p_1, second.dot(&borne.angular) + armature * p_2];
-            self.set_quad(at, krylov::P, [p_1, p_2, product[0], product[1]]);
+            self.set_krylov(at, krylov::P, [p_1, p_2, product[0], product[1]]);
             curvature += dot([p_1, p_2], product);
             tip.linear -= tip.angular.cross(&d);
             tip.angular -= first * p_1 + second * p_2;
@@ -264,10 +288,10 @@ impl Lane<'_> {
         let mut rho = 0.0;
         for row in self.rows_of(part) {
             let at = self.krylov_of(row);
-            let [p_1, p_2, h_1, h_2] = self.quad(at, krylov::P);
-            let [x_1, x_2, r_1, r_2] = self.quad(at, krylov::X);
+            let [p_1, p_2, h_1, h_2] = self.krylov(at, krylov::P);
+            let [x_1, x_2, r_1, r_2] = self.krylov(at, krylov::X);
             let r = [r_1 - h_1 * alpha, r_2 - h_2 * alpha];
-            self.set_quad(at, krylov::X, [x_1 + p_1 * alpha, x_2 + p_2 * alpha, r[0], r[1]]);
+            self.set_krylov(at, krylov::X, [x_1 + p_1 * alpha, x_2 + p_2 * alpha, r[0], r[1]]);
             rho += dot(r, preconditioned(self.pivot_of(at), r));
         }
         rho
@@ -277,17 +301,17 @@ impl Lane<'_> {
     fn redirect(&mut self, part: usize, beta: f32) {
         for row in self.rows_of(part) {
             let at = self.krylov_of(row);
-            let [.., r_1, r_2] = self.quad(at, krylov::X);
+            let [.., r_1, r_2] = self.krylov(at, krylov::X);
             let z = preconditioned(self.pivot_of(at), [r_1, r_2]);
-            let [p_1, p_2, ..] = self.quad(at, krylov::P);
-            self.set_quad(at, krylov::P, [z[0] + p_1 * beta, z[1] + p_2 * beta, 0.0, 0.0]);
+            let [p_1, p_2, ..] = self.krylov(at, krylov::P);
+            self.set_krylov(at, krylov::P, [z[0] + p_1 * beta, z[1] + p_2 * beta, 0.0, 0.0]);
         }
     }
 
     /// Leaves the solution where elimination leaves a joint's own part, with nothing that depends on its parent.
     fn hand_over(&mut self, part: usize) {
         for row in self.rows_of(part) {
-            let [x_1, x_2, ..] = self.quad(self.krylov_of(row), krylov::X);
+            let [x_1, x_2, ..] = self.krylov(self.krylov_of(row), krylov::X);
             let at = self.work_at(row);
             self.set_quad(at, work::G_1N, [0.0, 0.0, 0.0, x_1]);
             self.set_quad(at, work::G_1F, [0.0, 0.0, 0.0, x_2]);

@@ -24,7 +24,7 @@ mod vary;
 pub(crate) mod vary_tests;
 
 use crate::Solver;
-use crate::layout::{LANES, QUAD, first, fork, krylov, leaf, link, tile, work, world};
+use crate::layout::{LANES, QUAD, first, fork, leaf, link, tile, work, world};
 use crate::memory::Memory;
 use math::Vec3;
 
@@ -165,11 +165,6 @@ impl Lane<'_> {
     /// First quad of a row's work.
     fn work_at(&self, row: usize) -> usize {
         self.header(tile::WORK) + row * work::FIELDS / QUAD * LANES + self.lane
-    }
-
-    /// First quad of a row's numbers for conjugate gradients.
-    fn krylov_of(&self, row: usize) -> usize {
-        self.header(tile::KRYLOV) + row * krylov::FIELDS / QUAD * LANES + self.lane
     }
 
     fn leaf_at(&self, leaf: usize) -> usize {

@@ -162,7 +162,7 @@ fn conjugate_gradients_end_in_rounding() {
             (0..PARTS).rev().for_each(|part| own.inward(part));
             own.solve_to(0.0);
             let largest_change = |row: usize| {
-                let [x_1, x_2, ..] = own.quad(own.krylov_of(row), krylov::X);
+                let [x_1, x_2, ..] = own.krylov(own.krylov_of(row), krylov::X);
                 x_1.hypot(x_2)
             };
             // Of rates of half a radian a second.

@@ -1,0 +1,86 @@
+//! What the host reads of a world: whether it runs, what it has lost, and its state.
+
+use orchard_batch::{Fault, Plant, Quarantine, Status};
+use orchard_geometry::Vec3;
+use orchard_multibody::Data;
+
+use super::{Memory, Place};
+use crate::layout::{fruit, link, state, world};
+
+impl Memory {
+    /// Whether a world runs.
+    pub fn status(&self, index: usize) -> Status {
+        let place = &self.places[index];
+        let frame = self.worlds[self.world_at(place.tile, world::STOPPED, place.lane)].to_bits();
+        if frame == 0 {
+            return Status::Running;
+        }
+        let bad = |x: f32| !(x * x).is_finite();
+        let joint = (0..place.rows.len()).find(|&segment| {
+            (link::Q..link::Q + 4).any(|field| {
+                bad(self.links[self.link_at(place.tile, place.rows[segment], field, place.lane)])
+            })
+        });
+        let fruit = || {
+            (0..place.fruit_rows.len()).find(|&i| {
+                (fruit::P..fruit::P + 6).any(|field| {
+                    bad(self.fruit[self.fruit_at(place.tile, place.fruit_rows[i], field, place.lane)])
+                })
+            })
+        };
+        let fault = match joint {
+            Some(segment) => Fault::Joint { segment },
+            None => Fault::Fruit { fruit: fruit().unwrap_or_default() },
+        };
+        Status::Quarantined(Quarantine { frame, fault })
+    }
+
+    /// Frames in which each joint of a world broke and each fruit came off; 0 if not.
+    pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<u32>) {
+        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
+        let broke = rows.iter().map(|&row| self.states[self.operation_at(*tile, row, *lane)] >> state::BROKE);
+        let off = fruit_rows
+            .iter()
+            .map(|&row| self.fruit[self.fruit_at(*tile, row, fruit::CAME_OFF, *lane)].to_bits());
+        (broke.collect(), off.collect())
+    }
+
+    /// Writes a world's state into the f64 state of its model.
+    pub fn store(&self, index: usize, plant: &Plant, data: &mut Data) {
+        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
+        for (segment, &row) in rows.iter().enumerate() {
+            let id = plant.tree.bodies[segment];
+            let number = |field: usize| f64::from(self.links[self.link_at(*tile, row, field, *lane)]);
+            let bits = self.states[self.operation_at(*tile, row, *lane)];
+            let (dof, q) = (plant.model.dofs(id).start, plant.model.qs(id).start);
+            for k in 0..2 {
+                data.q[q + k] = number(link::Q + k);
+                data.v[dof + k] = number(link::V + k);
+                if bits & state::BROKEN as u32 != 0 {
+                    data.stiffness[dof + k] = 0.0;
+                }
+            }
+            if bits & state::DEBRIS as u32 != 0 {
+                let wood = &plant.spec.wood;
+                data.linear_drag[id.index()] = wood.linear_drag.si() * wood.broken_linear_drag_scale.si();
+                data.angular_drag[id.index()] = wood.angular_drag.si() * wood.broken_angular_drag_scale.si();
+            }
+        }
+        for (i, &row) in fruit_rows.iter().enumerate() {
+            let point = plant.fruit.points[i].index();
+            let number = |field: usize| f64::from(self.fruit[self.fruit_at(*tile, row, field, *lane)]);
+            let vector = |field: usize| Vec3::from_fn(|k, _| number(field + k));
+            data.point_p_world[point] = vector(fruit::P);
+            data.point_v_world[point] = vector(fruit::V);
+            data.tethered[point] = number(fruit::STIFFNESS) != 0.0 && number(fruit::CAME_OFF) == 0.0;
+            if !data.tethered[point] {
+                data.point_w_world[point] = vector(fruit::ARM);
+                data.point_quadratic_drag[point] = number(fruit::AIR_DRAG);
+                data.groups[plant.fruit.colliders[i].index()] = plant.fruit.groups.loose;
+            }
+        }
+        plant.fruit.weigh_on(data, |segment| {
+            self.states[self.operation_at(*tile, rows[segment], *lane)] & state::DEBRIS as u32 != 0
+        });
+    }
+}
