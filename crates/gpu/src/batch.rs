@@ -26,9 +26,9 @@ pub enum Solver {
     ConjugateGradients,
 }
 
-/// Workgroups over which worlds of different topology are spread on a graphics card, if there are no more worlds than so many; 1, 32, 64 and 128 are compared in
-/// `docs/computation/gpu.md`.
-const TILES_OF_A_CARD: [(usize, usize); 2] = [(512, 64), (usize::MAX, 32)];
+/// Workgroups over which worlds of different topology are spread on a graphics card, if there are no more worlds than so many: one a multiprocessor of a large card, then two.
+/// Others are compared in `docs/computation/gpu.md`.
+const TILES_OF_A_CARD: [(usize, usize); 2] = [(1024, 128), (usize::MAX, 256)];
 
 /// How a batch is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,8 +37,9 @@ pub struct Options {
     pub pushes_each: usize,
     /// Solver.
     pub solver: Solver,
-    /// Workgroups over which a batch of few worlds is spread if their topologies differ: worlds hold each other up in a workgroup, and a large device has room for many. It costs
-    /// memory and changes no bit. Without a number it is 64 for up to 512 worlds and 32 for more on a graphics card, and 1 on adapters in software or in a processor.
+    /// Workgroups over which a batch is spread if its topologies differ and it needs fewer: worlds hold each other up in a workgroup. It changes no bit. Without a number it is 128 for up to
+    /// 1,024 worlds and 256 for more on a graphics card, and 1 on adapters in software or in a processor. A card with far fewer than 128 multiprocessors (which no portable interface tells) is faster with as
+    /// many as it has.
     pub least_tiles: Option<usize>,
 }
 
@@ -387,25 +388,19 @@ impl GpuBatch {
         self.gpu.fetch(&mut [(&self.buffers.worlds, &mut self.memory.worlds, vec![whole])])
     }
 
-    /// Reads links and fruit of the tiles of some worlds.
+    /// Reads links and fruit of some worlds, and of those that share a block with them.
     fn fetch_state(&mut self, indices: &[usize]) -> Result<(), GpuError> {
-        let mut tiles: Vec<usize> = indices.iter().map(|&index| self.memory.tile_of(index)).collect();
-        tiles.sort_unstable();
-        tiles.dedup();
-        let ranges =
-            |of: &dyn Fn(usize) -> Range<usize>| tiles.iter().map(|&tile| of(tile)).collect::<Vec<_>>();
-        let rows = ranges(&|tile| self.memory.rows_of(tile));
-        let links = ranges(&|tile| self.memory.links_of(tile));
-        let fruit_rows = ranges(&|tile| self.memory.fruit_rows_of(tile));
-        let times = |ranges: &[Range<usize>], each: usize| -> Vec<Range<usize>> {
-            ranges.iter().map(|r| r.start * each * LANES..r.end * each * LANES).collect()
-        };
+        let blocks = self.memory.blocks_of(indices);
+        let times = |rows: &Range<usize>, each: usize| rows.start * each * LANES..rows.end * each * LANES;
+        let links = blocks.iter().map(|block| block.links.clone()).collect();
+        let fruit = blocks.iter().map(|block| times(&block.fruit_rows, fruit::FIELDS)).collect();
+        let states = blocks.iter().map(|block| times(&block.rows, 1)).collect();
         let memory = &mut self.memory;
         self.gpu.fetch(&mut [
             (&self.buffers.links, &mut memory.links, links),
-            (&self.buffers.fruit, &mut memory.fruit, times(&fruit_rows, fruit::FIELDS)),
+            (&self.buffers.fruit, &mut memory.fruit, fruit),
         ])?;
-        self.gpu.fetch(&mut [(&self.buffers.states, &mut memory.states, times(&rows, 1))])
+        self.gpu.fetch(&mut [(&self.buffers.states, &mut memory.states, states)])
     }
 }
 

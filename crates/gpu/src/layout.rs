@@ -1,12 +1,12 @@
 //! Where numbers stand in the device's memory, for Rust and for the kernels.
 //!
-//! Everything is `[tile][row][quad][lane][4]`: a tile is [`LANES`] worlds side by side, so that the threads of a warp read whole lines of memory, four fields
+//! Everything is `[block][row][quad][lane][4]`: a block is [`LANES`] worlds side by side, so that the threads of a warp read whole lines of memory, four fields
 //! of their world at a time. What is read together stands together.
 //! The constants here are also the head of every kernel's source ([`wgsl`]).
 
 use std::fmt::Write;
 
-/// Worlds of a tile: the threads of a warp.
+/// Worlds of a block, and of a tile at most: the threads of a warp.
 pub const LANES: usize = 32;
 /// Fields that are read at once.
 pub(crate) const QUAD: usize = 4;
@@ -187,7 +187,7 @@ fields! {
         PEAK = 7,
         /// Rows of fruit up to its last.
         FRUIT = 8,
-        /// Number of links.
+        /// Number of links; 0 if the tile has no world in this lane.
         LINKS = 9,
         /// Not 0 if the world is to be reset.
         RESET = 10,
@@ -371,7 +371,7 @@ fields! {
         /// A number is not finite.
         NON_FINITE = 8,
     }
-    /// Where a tile stands in the buffers: whole numbers, by tile.
+    /// Where a tile stands in the buffers: whole numbers, by tile. Tiles of one block differ in nothing but the rows of their parts; each has its worlds in other lanes.
     tile {
         /// First row of links.
         ROWS = 0,

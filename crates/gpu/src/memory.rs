@@ -1,5 +1,7 @@
 //! Worlds as the device's buffers hold them, and back.
 
+mod block;
+mod company;
 mod hung;
 mod inputs;
 #[cfg(test)]
@@ -10,25 +12,22 @@ mod repeat;
 #[cfg(test)]
 pub(crate) use numbers::Field;
 
-use std::collections::BTreeMap;
-use std::ops::Range;
+use block::{Block, Member, blocks};
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
 use orchard_geometry::{Shape, Vec3};
 
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fork, fourth, fruit, krylov, leaf, link, load, notice, push, third,
-    tile, work, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fourth, fruit, link, notice, push, third, tile, world,
 };
 use crate::rules::Rules;
-use crate::schedule::{PARTS, Schedule, WARPS};
+use crate::schedule::Schedule;
 use crate::{BatchError, Solver};
 
-/// Worlds of a tile at least where worlds are spread: the others' room is lost.
-const LEAST_LANES: usize = 4;
-
-/// The buffers, on the host. `[tile][row][field][lane]`; whole numbers among floats are kept as their bits.
+/// The buffers, on the host. `[block][row][field][lane]`; whole numbers among floats are kept as their bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
     pub rules: Rules,
@@ -53,11 +52,13 @@ pub(crate) struct Memory {
     #[cfg(test)]
     pub settles: bool,
     places: Vec<Place>,
+    blocks: Vec<Block>,
 }
 
 /// Where a world is.
 #[derive(Debug, Clone)]
 struct Place {
+    block: usize,
     tile: usize,
     lane: usize,
     /// Row in its tile of each link.
@@ -75,7 +76,7 @@ impl Memory {
         Self::spread_over(1, given, pushes_each, solver)
     }
 
-    /// The same; worlds of different topology, which hold each other up in a tile, are spread over so many tiles if they are enough.
+    /// The same; worlds of different topology, which hold each other up in a tile, are spread over up to so many tiles.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -152,94 +153,23 @@ impl Memory {
             solver,
             #[cfg(test)]
             settles: false,
-            places: vec![Place { tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() }; given.len()],
+            places: vec![
+                Place { block: 0, tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() };
+                given.len()
+            ],
+            blocks: Vec::new(),
         };
         memory.rules.pushes_each = pushes_each as u32;
         let first = given.first().map(|world| &world.plant().tree.parent);
         let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
-        let lanes = given.len().div_ceil(tiles).clamp(LEAST_LANES, LANES);
-        for members in order.chunks(if has_one_topology { LANES } else { lanes }) {
-            let members: Vec<_> =
-                members.iter().map(|&index| (index, &given[index], &schedules[index])).collect();
-            memory.add_tile(&members);
+        let spread = if has_one_topology { 1 } else { tiles };
+        for tiles in blocks(company::share_out(&order, &schedules, spread)) {
+            let of_tile = |tile: Vec<usize>| -> Vec<Member<'_>> {
+                tile.into_iter().map(|index| (index, &given[index], &schedules[index])).collect()
+            };
+            memory.add_block(&tiles.into_iter().map(of_tile).collect::<Vec<_>>());
         }
         Ok(memory)
-    }
-
-    fn add_tile(&mut self, members: &[(usize, &TreeWorld, &Schedule)]) {
-        let most = |of: &dyn Fn(&Schedule) -> usize| {
-            members.iter().map(|(_, _, schedule)| of(schedule)).max().unwrap_or(0)
-        };
-        let mut starts = [0; PARTS + 1];
-        for part in 0..PARTS {
-            starts[part + 1] = starts[part] + most(&|schedule| schedule.parts[part].len());
-        }
-        let rows = starts[PARTS];
-        let shared = hung::shared_rows(members);
-        // One row at least: a lane without fruit reads none, but a buffer is never empty.
-        let fruit_rows = match &shared {
-            Some((_, rows)) => *rows,
-            None => most(&|schedule| schedule.fruit.len()),
-        };
-        let fruit_rows = fruit_rows.max(1);
-        let slots = most(&|schedule| schedule.slots);
-        let slot = fork::FIELDS.max(load::FIELDS);
-        let number = self.tiles.len() / tile::FIELDS;
-        let mut header = [0_u32; tile::FIELDS];
-        header[tile::ROWS] = (self.operations.len() / LANES) as u32;
-        header[tile::FRUIT] = (self.fruit.len() / (fruit::FIELDS * LANES)) as u32;
-        header[tile::LINKS] = (self.links.len() / QUAD) as u32;
-        header[tile::SLOTS_EACH] = slots as u32;
-        let mut at = self.work.len() / QUAD;
-        for (field, size) in [
-            (tile::WORK, rows * work::FIELDS),
-            (tile::LEAVES, most(&|schedule| schedule.leaves) * leaf::FIELDS),
-            (tile::SLOTS, WARPS * slots * slot),
-        ] {
-            header[field] = at as u32;
-            at += size / QUAD * LANES;
-        }
-        // What one way has left for other parts has been read when the other begins.
-        let (forks, loads) = (most(&|schedule| schedule.forks), most(&|schedule| schedule.loads));
-        header[tile::CROSS_FORKS] = at as u32;
-        header[tile::CROSS_LOADS] = at as u32;
-        at += (forks * fork::FIELDS).max(loads * load::FIELDS) / QUAD * LANES;
-        for (field, start) in header[tile::STARTS..].iter_mut().zip(starts) {
-            *field = start as u32;
-        }
-        self.tiles.extend(header);
-        self.work.resize(at * QUAD, 0.0);
-        self.operations.resize(self.operations.len() + rows * LANES, [0; 4]);
-        self.states.resize(self.operations.len(), 0);
-        let of_row = match self.solver {
-            Solver::Aba => link::FIELDS,
-            Solver::ConjugateGradients => link::FIELDS + krylov::FIELDS,
-        };
-        self.links.resize(self.links.len() + rows * of_row * LANES, 0.0);
-        self.fruit.resize(self.fruit.len() + fruit_rows * fruit::FIELDS * LANES, 0.0);
-        self.worlds.resize(self.worlds.len() + world::FIELDS * LANES, 0.0);
-        self.pushes
-            .resize(self.pushes.len() + self.pushes_each * push::FIELDS * LANES, f32::from_bits(u32::MAX));
-        for (lane, &(index, world, schedule)) in members.iter().enumerate() {
-            let mut rows = vec![0; world.plant().tree.len()];
-            let mut fruit_rows = vec![0; schedule.fruit.len()];
-            for (part, visits) in schedule.parts.iter().enumerate() {
-                for (row, visit) in visits.iter().enumerate() {
-                    rows[visit.link] = starts[part] + row;
-                }
-            }
-            for (number, visit) in schedule.parts.iter().flatten().enumerate() {
-                let own = visit.fruit();
-                let start = shared.as_ref().map_or(own.start, |(starts, _)| starts[number]);
-                for (row, &fruit) in (start..).zip(&schedule.fruit[own]) {
-                    fruit_rows[fruit] = row;
-                }
-            }
-            self.places[index] =
-                Place { tile: number, lane, rows: rows.into(), fruit_rows: fruit_rows.into() };
-            self.load(index, world, schedule);
-        }
-        self.pad_fruit(number, fruit_rows);
     }
 
     /// Constants, state and operations of a world.
@@ -387,30 +317,10 @@ impl Memory {
         self.places[index].fruit_rows[fruit_index]
     }
 
-    /// Tile of a world.
-    pub fn tile_of(&self, index: usize) -> usize {
-        self.places[index].tile
-    }
-
-    /// Rows of a tile among those of all.
-    pub fn rows_of(&self, number: usize) -> Range<usize> {
-        let start = self.header(number, tile::ROWS);
-        start..start + self.header(number, tile::STARTS + PARTS)
-    }
-
-    /// The links of a tile among those of all.
-    pub fn links_of(&self, number: usize) -> Range<usize> {
-        let start = self.header(number, tile::LINKS) * QUAD;
-        start..start + self.rows_of(number).len() * link::FIELDS * LANES
-    }
-
-    /// Rows of a tile's fruit among those of all.
-    pub fn fruit_rows_of(&self, number: usize) -> Range<usize> {
-        let end = match number + 1 {
-            next if next < self.tile_count() => self.header(next, tile::FRUIT),
-            _ => self.fruit.len() / (fruit::FIELDS * LANES),
-        };
-        self.header(number, tile::FRUIT)..end
+    /// Where the blocks of some worlds stand in the buffers, in order.
+    pub fn blocks_of(&self, worlds: &[usize]) -> Vec<Block> {
+        let numbers: BTreeSet<usize> = worlds.iter().map(|&index| self.places[index].block).collect();
+        numbers.into_iter().map(|number| self.blocks[number].clone()).collect()
     }
 
     /// Bytes of the buffers.

@@ -55,6 +55,12 @@ pub(crate) struct Visit {
 pub(crate) const MOST_FRUIT_ROWS: usize = (1 << 12) - 1;
 
 impl Visit {
+    /// What it is brought: by a slot of its own part, and by other parts.
+    pub fn loads(&self) -> usize {
+        let word = self.words[1] as usize;
+        (word >> second::LOADS & 0x3f) + usize::from(word & second::TAKES != 0)
+    }
+
     /// Its fruit among those of the schedule.
     pub fn fruit(&self) -> Range<usize> {
         let field = |shift: usize, bits: u32| (self.words[2] >> shift) as usize & ((1 << bits) - 1);

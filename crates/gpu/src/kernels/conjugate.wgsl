@@ -13,7 +13,7 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
     krylov_at = link_at(header(TILE_STARTS + PARTS));
-    let runs = bitcast<u32>(world(WORLD_STOPPED)) == 0u;
+    let runs = is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u;
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;

@@ -10,7 +10,7 @@ var<workgroup> peaks: array<f32, LANES * WARPS>;
 fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
-    let runs = bitcast<u32>(world(WORLD_STOPPED)) == 0u && (!SETTLES || world(WORLD_RESET) != 0.0);
+    let runs = is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u && (!SETTLES || world(WORLD_RESET) != 0.0);
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
     found_peak = 0.0;

@@ -6,7 +6,7 @@ fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     enter(group.x, warp, thread % LANES);
     var energy = 0.0;
     for (var level = 0u; level <= LEVELS; level++) {
-        if level > 0u || warp == 0u {
+        if is_there() && (level > 0u || warp == 0u) {
             energy += energy_of(select((level - 1u) * WARPS + warp + 1u, 0u, level == 0u));
         }
         storageBarrier();
@@ -14,7 +14,7 @@ fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     }
     peaks[thread] = energy;
     workgroupBarrier();
-    if warp == 0u {
+    if warp == 0u && is_there() {
         for (var k = 1u; k < WARPS; k++) {
             energy += peaks[k * LANES + lane];
         }

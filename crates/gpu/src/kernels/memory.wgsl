@@ -121,6 +121,11 @@ fn world(field: u32) -> f32 {
     return worlds[world_at(field)];
 }
 
+// Whether the tile has a world in this lane.
+fn is_there() -> bool {
+    return bitcast<u32>(world(WORLD_LINKS)) != 0u;
+}
+
 fn set_world(field: u32, value: f32) {
     worlds[world_at(field)] = value;
 }

@@ -1,18 +1,19 @@
 //! Fruit in a tile: where they stand, and their numbers.
 
-use orchard_batch::{Plant, TreeWorld};
+use orchard_batch::Plant;
 use orchard_multibody::Data;
 
 use super::Memory;
+use super::block::Member;
 use crate::layout::{LANES, UNBOUNDED, fruit};
-use crate::schedule::{MOST_FRUIT_ROWS, Schedule};
+use crate::schedule::MOST_FRUIT_ROWS;
 
 /// Mass of a row that has no fruit: anything that keeps its inverse finite.
 const PADDING_MASS: f32 = 1.0;
 
 /// Where the rows of each link's fruit begin in a tile, in the order of a schedule's visits, and how many rows there are. In worlds of one topology fruit on the same link stand side by side, though
 /// some worlds lack some. None if each world's are to follow one another: there are several topologies, or too many rows.
-pub(super) fn shared_rows(members: &[(usize, &TreeWorld, &Schedule)]) -> Option<(Vec<usize>, usize)> {
+pub(super) fn shared_rows(members: &[Member<'_>]) -> Option<(Vec<usize>, usize)> {
     let (&(_, first, schedule), others) = members.split_first()?;
     let parent = &first.plant().tree.parent;
     if others.iter().any(|(_, other, _)| other.plant().tree.parent != *parent) {

@@ -37,7 +37,7 @@ impl Memory {
 
     /// Frames in which each joint of a world broke and each fruit came off; 0 if not.
     pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<u32>) {
-        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
+        let Place { tile, lane, rows, fruit_rows, .. } = &self.places[index];
         let broke = rows.iter().map(|&row| self.states[self.operation_at(*tile, row, *lane)] >> state::BROKE);
         let off = fruit_rows
             .iter()
@@ -47,7 +47,7 @@ impl Memory {
 
     /// Writes a world's state into the f64 state of its model.
     pub fn store(&self, index: usize, plant: &Plant, data: &mut Data) {
-        let Place { tile, lane, rows, fruit_rows } = &self.places[index];
+        let Place { tile, lane, rows, fruit_rows, .. } = &self.places[index];
         for (segment, &row) in rows.iter().enumerate() {
             let id = plant.tree.bodies[segment];
             let number = |field: usize| f64::from(self.links[self.link_at(*tile, row, field, *lane)]);

@@ -2,6 +2,7 @@
 
 use std::slice::from_ref;
 
+use super::block::{Block, starting_at};
 use super::{Memory, Place};
 use crate::layout::{LANES, QUAD, base, tile};
 use crate::table::BaseTree;
@@ -25,8 +26,15 @@ impl Memory {
         let mut memory = Self::new(from_ref(base.world()), pushes_each, solver)?;
         memory.table = base.table(&memory);
         let tiles = count.div_ceil(LANES);
-        let (rows, fruit) = (memory.rows_of(0).len(), memory.fruit_rows_of(0).len());
+        let Block { rows, links: own_links, fruit_rows } = memory.blocks[0].clone();
+        let (rows, fruit) = (rows.len(), fruit_rows.len());
         let (links, work) = (memory.links.len() / QUAD, memory.work.len() / QUAD);
+        let block = |number: usize| Block {
+            rows: starting_at(number * rows, rows),
+            links: starting_at(number * links * QUAD, own_links.len()),
+            fruit_rows: starting_at(number * fruit, fruit),
+        };
+        memory.blocks = (0..tiles).map(block).collect();
         memory.tiles = (0..tiles)
             .flat_map(|number| {
                 let mut header = memory.tiles.clone();
@@ -46,6 +54,7 @@ impl Memory {
         memory.work = vec![0.0; tiles * work * QUAD];
         let Place { rows, fruit_rows, .. } = memory.places[0].clone();
         let place = |index| Place {
+            block: index / LANES,
             tile: index / LANES,
             lane: index % LANES,
             rows: rows.clone(),

@@ -122,8 +122,9 @@ impl Lane<'_> {
 
     /// First quad of what is kept of a row's joint, behind the links of the tile.
     pub(super) fn krylov_of(&self, row: usize) -> usize {
-        let behind = self.memory.links_of(self.number).end / QUAD;
-        behind + row * krylov::FIELDS / QUAD * LANES + self.lane
+        let rows = self.header(tile::STARTS + PARTS);
+        let behind = self.memory.link_at(self.number, rows, 0, self.lane) / QUAD;
+        behind + row * krylov::FIELDS / QUAD * LANES
     }
 
     /// Four of its fields, from a multiple of four on.

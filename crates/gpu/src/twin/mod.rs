@@ -85,13 +85,21 @@ impl Memory {
     fn each(&mut self, act: impl Fn(&mut Lane<'_>)) {
         for number in 0..self.tile_count() {
             for lane in 0..LANES {
-                act(&mut Lane { memory: self, number, lane });
+                let mut own = Lane { memory: self, number, lane };
+                if own.is_there() {
+                    act(&mut own);
+                }
             }
         }
     }
 }
 
 impl Lane<'_> {
+    /// Whether the tile has a world in this lane.
+    fn is_there(&self) -> bool {
+        self.world(world::LINKS).to_bits() != 0
+    }
+
     fn header(&self, field: usize) -> usize {
         self.memory.header(self.number, field)
     }

@@ -30,6 +30,28 @@ fn pull_and_release_agrees_with_f64() {
     }
 }
 
+/// Tiles that share a block stay out of each other's lanes, and blocks out of each other's rows.
+#[test]
+fn worlds_are_the_same_in_tiles_of_their_own() {
+    for solver in [Solver::Aba, Solver::ConjugateGradients] {
+        // As many as fill more than one block if each has a tile.
+        let (worlds, trial) = Trial::harsh(grown(18));
+        let [mut together, mut spread] =
+            [1, 18].map(|tiles| Memory::spread_over(tiles, &worlds, 4, solver).unwrap());
+        assert_eq!((together.tile_count(), spread.tile_count()), (1, 18));
+        assert_eq!(spread.blocks_of(&(0..18).collect::<Vec<_>>()).len(), 2);
+        for memory in [&mut together, &mut spread] {
+            trial.apply_to_twin(memory);
+            (0..3).for_each(|_| memory.frame());
+        }
+        for index in 0..worlds.len() {
+            let [a, b] = [&together, &spread].map(|memory| state(memory, &worlds, index));
+            assert_eq!((a.q, a.v, a.point_p_world), (b.q, b.v, b.point_p_world), "world {index}");
+            assert_eq!(happened(&together, index), happened(&spread, index));
+        }
+    }
+}
+
 /// What happened to a world, by frame: joints that broke and fruit that came off.
 fn happened(memory: &Memory, index: usize) -> Vec<(u32, TreeEvent)> {
     let (broke, off) = memory.lost(index);

@@ -1,0 +1,171 @@
+//! Tiles that share the rows of the buffers.
+
+use std::cmp::Reverse;
+use std::ops::Range;
+
+use orchard_batch::TreeWorld;
+
+use super::{Memory, Place, hung};
+use crate::Solver;
+use crate::layout::{LANES, QUAD, fork, fruit, krylov, leaf, link, load, push, tile, work, world};
+use crate::schedule::{PARTS, Schedule, WARPS};
+
+/// Lanes whose quads are 32 bytes together, the least that a graphics card reads: they belong to one tile.
+const LANES_TOGETHER: usize = 2;
+
+/// A world, by its index.
+pub(super) type Member<'a> = (usize, &'a TreeWorld, &'a Schedule);
+
+/// Where a block stands in the buffers.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    /// Rows of operations and states.
+    pub rows: Range<usize>,
+    /// Numbers of links.
+    pub links: Range<usize>,
+    /// Rows of fruit.
+    pub fruit_rows: Range<usize>,
+}
+
+/// Lanes that a tile takes.
+fn lanes_of<T>(tile: &[T]) -> usize {
+    tile.len().next_multiple_of(LANES_TOGETHER)
+}
+
+/// Tiles that go into one block together: the largest first, each into the first block that has room.
+pub(super) fn blocks(mut tiles: Vec<Vec<usize>>) -> Vec<Vec<Vec<usize>>> {
+    tiles.sort_by_key(|tile| Reverse(tile.len()));
+    let mut blocks: Vec<(usize, Vec<Vec<usize>>)> = Vec::new();
+    for tile in tiles {
+        let lanes = lanes_of(&tile);
+        match blocks.iter_mut().find(|(taken, _)| taken + lanes <= LANES) {
+            Some((taken, block)) => {
+                *taken += lanes;
+                block.push(tile);
+            }
+            None => blocks.push((lanes, vec![tile])),
+        }
+    }
+    blocks.into_iter().map(|(_, block)| block).collect()
+}
+
+/// Rows of a tile.
+struct Rows {
+    /// First row of each part, and their number.
+    starts: [usize; PARTS + 1],
+    /// Where the rows of each link's fruit begin, if worlds share them.
+    shared: Option<Vec<usize>>,
+    /// Rows of fruit.
+    fruit: usize,
+}
+
+impl Rows {
+    fn of(members: &[Member<'_>]) -> Self {
+        let mut starts = [0; PARTS + 1];
+        for part in 0..PARTS {
+            starts[part + 1] = starts[part] + most(members, |schedule| schedule.parts[part].len());
+        }
+        let (shared, fruit) = match hung::shared_rows(members) {
+            Some((shared, rows)) => (Some(shared), rows),
+            None => (None, most(members, |schedule| schedule.fruit.len())),
+        };
+        Self { starts, shared, fruit }
+    }
+}
+
+fn most(members: &[Member<'_>], of: impl Fn(&Schedule) -> usize) -> usize {
+    members.iter().map(|(_, _, schedule)| of(schedule)).max().unwrap_or(0)
+}
+
+impl Memory {
+    /// Adds tiles that share rows, each in lanes of its own.
+    pub(super) fn add_block(&mut self, tiles: &[Vec<Member<'_>>]) {
+        let all = tiles.concat();
+        let of_tiles: Vec<Rows> = tiles.iter().map(|members| Rows::of(members)).collect();
+        let rows = of_tiles.iter().map(|tile| tile.starts[PARTS]).max().unwrap_or(0);
+        // One row at least: a lane without fruit reads none, but a buffer is never empty.
+        let fruit_rows = of_tiles.iter().map(|tile| tile.fruit).max().unwrap_or(0).max(1);
+        let slots = most(&all, |schedule| schedule.slots);
+        let slot = fork::FIELDS.max(load::FIELDS);
+        let mut header = [0_u32; tile::FIELDS];
+        let block = Block {
+            rows: starting_at(self.operations.len() / LANES, rows),
+            links: starting_at(self.links.len(), rows * link::FIELDS * LANES),
+            fruit_rows: starting_at(self.fruit.len() / (fruit::FIELDS * LANES), fruit_rows),
+        };
+        header[tile::ROWS] = block.rows.start as u32;
+        header[tile::FRUIT] = block.fruit_rows.start as u32;
+        header[tile::LINKS] = (block.links.start / QUAD) as u32;
+        header[tile::SLOTS_EACH] = slots as u32;
+        let mut at = self.work.len() / QUAD;
+        for (field, size) in [
+            (tile::WORK, rows * work::FIELDS),
+            (tile::LEAVES, most(&all, |schedule| schedule.leaves) * leaf::FIELDS),
+            (tile::SLOTS, WARPS * slots * slot),
+        ] {
+            header[field] = at as u32;
+            at += size / QUAD * LANES;
+        }
+        // What one way has left for other parts has been read when the other begins.
+        let (forks, loads) = (most(&all, |schedule| schedule.forks), most(&all, |schedule| schedule.loads));
+        header[tile::CROSS_FORKS] = at as u32;
+        header[tile::CROSS_LOADS] = at as u32;
+        at += (forks * fork::FIELDS).max(loads * load::FIELDS) / QUAD * LANES;
+        self.work.resize(at * QUAD, 0.0);
+        self.operations.resize(self.operations.len() + rows * LANES, [0; 4]);
+        self.states.resize(self.operations.len(), 0);
+        let of_row = match self.solver {
+            Solver::Aba => link::FIELDS,
+            Solver::ConjugateGradients => link::FIELDS + krylov::FIELDS,
+        };
+        self.links.resize(self.links.len() + rows * of_row * LANES, 0.0);
+        self.fruit.resize(self.fruit.len() + fruit_rows * fruit::FIELDS * LANES, 0.0);
+        let mut lane = 0;
+        for (members, rows) in tiles.iter().zip(of_tiles) {
+            for (field, start) in header[tile::STARTS..].iter_mut().zip(rows.starts) {
+                *field = start as u32;
+            }
+            self.add_tile(header, members, &rows, lane);
+            lane += lanes_of(members);
+        }
+        self.pad_fruit(self.tile_count() - 1, fruit_rows);
+        self.blocks.push(block);
+    }
+
+    fn add_tile(
+        &mut self,
+        header: [u32; tile::FIELDS],
+        members: &[Member<'_>],
+        of_tile: &Rows,
+        first_lane: usize,
+    ) {
+        let number = self.tile_count();
+        self.tiles.extend(header);
+        self.worlds.resize(self.worlds.len() + world::FIELDS * LANES, 0.0);
+        self.pushes
+            .resize(self.pushes.len() + self.pushes_each * push::FIELDS * LANES, f32::from_bits(u32::MAX));
+        for (lane, &(index, world, schedule)) in (first_lane..).zip(members) {
+            let mut rows = vec![0; world.plant().tree.len()];
+            let mut fruit_rows = vec![0; schedule.fruit.len()];
+            for (part, visits) in schedule.parts.iter().enumerate() {
+                for (row, visit) in visits.iter().enumerate() {
+                    rows[visit.link] = of_tile.starts[part] + row;
+                }
+            }
+            for (number, visit) in schedule.parts.iter().flatten().enumerate() {
+                let own = visit.fruit();
+                let start = of_tile.shared.as_ref().map_or(own.start, |starts| starts[number]);
+                for (row, &fruit) in (start..).zip(&schedule.fruit[own]) {
+                    fruit_rows[fruit] = row;
+                }
+            }
+            let (rows, fruit_rows) = (rows.into(), fruit_rows.into());
+            self.places[index] = Place { block: self.blocks.len(), tile: number, lane, rows, fruit_rows };
+            self.load(index, world, schedule);
+        }
+    }
+}
+
+pub(super) fn starting_at(start: usize, length: usize) -> Range<usize> {
+    start..start + length
+}

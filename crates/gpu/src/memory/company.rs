@@ -1,0 +1,145 @@
+//! Which worlds share a tile.
+//!
+//! The worlds of a tile hold each other up: a level is as long as its longest part, and a row takes what the busiest of its worlds does there.
+
+use crate::layout::LANES;
+use crate::schedule::{PARTS, Schedule, WARPS};
+
+/// What a row takes, in tenths of a link's time: the link, each of its fruit, and what other rows bring it. Fitted to the rates of batches on one H200.
+const LINK: usize = 10;
+const FRUIT: usize = 6;
+const LOAD: usize = 3;
+
+/// Worlds in a given order, in as few tiles as they need or, if that makes the longest way through a tile shorter, in up to `most` tiles.
+pub(super) fn share_out(order: &[usize], schedules: &[Schedule], most: usize) -> Vec<Vec<usize>> {
+    let whole = |bound: usize| tiles_within(bound, order, schedules);
+    let fewest = order.len().div_ceil(LANES);
+    if most <= fewest {
+        return order.chunks(LANES).map(<[usize]>::to_vec).collect();
+    }
+    // The least bound on the ways that makes no more tiles.
+    let (mut too_low, mut bound) = (0, longest_way(order, schedules));
+    while bound - too_low > LINK / 2 {
+        let middle = usize::midpoint(too_low, bound);
+        if whole(middle).len() <= most {
+            bound = middle;
+        } else {
+            too_low = middle;
+        }
+    }
+    whole(bound)
+}
+
+/// No tile's way is longer.
+fn longest_way(order: &[usize], schedules: &[Schedule]) -> usize {
+    let mut all = Company::default();
+    order.iter().for_each(|&index| all = all.joined_by(&schedules[index]));
+    all.way()
+}
+
+/// Each world joins the tile of the one before it, unless that makes the way longer than a bound.
+fn tiles_within(bound: usize, order: &[usize], schedules: &[Schedule]) -> Vec<Vec<usize>> {
+    let mut tiles: Vec<Vec<usize>> = Vec::new();
+    let mut company = Company::default();
+    for &index in order {
+        let joined = company.joined_by(&schedules[index]);
+        match tiles.last_mut() {
+            Some(tile) if tile.len() < LANES && joined.way() <= bound => {
+                tile.push(index);
+                company = joined;
+            }
+            _ => {
+                tiles.push(vec![index]);
+                company = Company::default().joined_by(&schedules[index]);
+            }
+        }
+    }
+    tiles
+}
+
+/// By part and row, the most that a world of a tile does there.
+#[derive(Debug, Clone, Default)]
+struct Company([Vec<Busy>; PARTS]);
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Busy {
+    fruit: usize,
+    loads: usize,
+}
+
+impl Company {
+    fn joined_by(&self, schedule: &Schedule) -> Self {
+        let mut joined = self.clone();
+        for (rows, visits) in joined.0.iter_mut().zip(&schedule.parts) {
+            rows.resize(rows.len().max(visits.len()), Busy::default());
+            for (row, visit) in rows.iter_mut().zip(visits) {
+                row.fruit = row.fruit.max(visit.fruit().len());
+                row.loads = row.loads.max(visit.loads());
+            }
+        }
+        joined
+    }
+
+    /// Through all levels, each as long as the longest of its parts.
+    fn way(&self) -> usize {
+        let of_row = |row: &Busy| LINK + FRUIT * row.fruit + LOAD * row.loads;
+        let of_part = |part: &Vec<Busy>| part.iter().map(of_row).sum::<usize>();
+        let levels =
+            self.0[1..].chunks(WARPS).map(|parts| parts.iter().map(of_part).max().unwrap_or_default());
+        of_part(&self.0[0]) + levels.sum::<usize>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn longest(tiles: &[Vec<usize>], schedules: &[Schedule]) -> usize {
+        tiles.iter().map(|tile| longest_way(tile, schedules)).max().unwrap_or_default()
+    }
+
+    /// Trees of 40 links, each on one of the last few before it, with fruit on some.
+    fn forest() -> impl Strategy<Value = Vec<Schedule>> {
+        let tree = prop::collection::vec((1..8_usize, prop::bool::weighted(0.2)), 39).prop_map(|links| {
+            let parent = |(link, &(back, _)): (usize, &(usize, bool))| Some((link + 1).saturating_sub(back));
+            let parents: Vec<_> = std::iter::once(None).chain(links.iter().enumerate().map(parent)).collect();
+            let mut fruit = 0..;
+            let mut fruit_of: Vec<Vec<usize>> =
+                links.iter().map(|(_, bears)| fruit.by_ref().take(usize::from(*bears)).collect()).collect();
+            fruit_of.push(Vec::new());
+            Schedule::new(&parents, &fruit_of).unwrap()
+        });
+        prop::collection::vec(tree, 1..60)
+    }
+
+    proptest! {
+        #[test]
+        fn spreading_shortens_the_longest_way(schedules in forest(), most in 1..40_usize) {
+            let order: Vec<usize> = (0..schedules.len()).collect();
+            let fewest = share_out(&order, &schedules, 1);
+            prop_assert_eq!(fewest.len(), order.len().div_ceil(LANES));
+            let spread = share_out(&order, &schedules, most);
+            prop_assert_eq!(spread.concat(), order.clone());
+            prop_assert!(spread.len() <= most.max(fewest.len()));
+            prop_assert!(spread.iter().all(|tile| tile.len() <= LANES));
+            let found = longest(&spread, &schedules);
+            prop_assert!(found <= longest(&fewest, &schedules));
+            // No even split into as many is better by more than the search stops at.
+            let even: Vec<_> = order.chunks(order.len().div_ceil(most).min(LANES)).map(<[usize]>::to_vec).collect();
+            prop_assert!(found <= longest(&even, &schedules) + LINK / 2);
+        }
+    }
+
+    /// Two worlds, one with a fruit on its only link, the other with one link more: what each does counts, row by row.
+    #[test]
+    fn a_row_takes_what_the_busiest_of_its_worlds_does() {
+        let one = Schedule::new(&[None], &[vec![0]]).unwrap();
+        let two = Schedule::new(&[None, Some(0)], &[vec![], vec![]]).unwrap();
+        let [one_alone, two_alone, both] =
+            [&[0][..], &[1], &[0, 1]].map(|worlds| longest_way(worlds, &[one.clone(), two.clone()]));
+        assert_eq!(one_alone, LINK + FRUIT);
+        assert_eq!(both, two_alone + FRUIT);
+    }
+}
