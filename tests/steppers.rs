@@ -44,8 +44,8 @@ fn device() -> Option<Gpu> {
 fn steppers(worlds: &[TreeWorld]) -> Vec<(&'static str, Box<dyn Stepper>)> {
     let cg = Solver::Cg { preconditioner: Preconditioner::ArticulatedBody };
     let mut all: Vec<(&'static str, Box<dyn Stepper>)> = vec![
-        ("f64", Box::new(ReferenceBatch::new(worlds, Solver::Aba))),
-        ("f64, conjugate gradients", Box::new(ReferenceBatch::new(worlds, cg))),
+        ("f64", Box::new(ReferenceBatch::new(worlds.to_vec(), Solver::Aba))),
+        ("f64, conjugate gradients", Box::new(ReferenceBatch::new(worlds.to_vec(), cg))),
         ("lanes", Box::new(Batch::new(worlds).unwrap())),
     ];
     if let Some(gpu) = device() {

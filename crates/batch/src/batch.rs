@@ -61,17 +61,38 @@ impl Batch {
     /// # Errors
     /// As [`Self::new`], or the processor lacks the instructions.
     pub fn with_isa(worlds: &[TreeWorld], isa: Isa) -> Result<Self, BatchError> {
+        Self::of_chunks(std::iter::once(worlds), isa)
+    }
+
+    /// The same of worlds that come in chunks, each packed for itself: of a large batch no more than a chunk has to be in memory in f64.
+    ///
+    /// # Errors
+    /// As [`Self::with_isa`].
+    pub fn of_chunks<C: AsRef<[TreeWorld]>>(
+        chunks: impl IntoIterator<Item = C>,
+        isa: Isa,
+    ) -> Result<Self, BatchError> {
         if !Isa::available().contains(&isa) {
             return Err(BatchError::Instructions(isa));
         }
-        for (index, world) in worlds.iter().enumerate() {
-            check(world).map_err(|what| BatchError::Unsupported { world: index, what })?;
-            let (sim, first) = (&world.plant().spec.sim, &worlds[0].plant().spec.sim);
-            let time = (sim.substep(), sim.substeps.get(), sim.gravity.si());
-            if time != (first.substep(), first.substeps.get(), first.gravity.si()) {
-                return Err(BatchError::Time { world: index });
+        let mut batch = Self { tiles: Vec::new(), places: Vec::new() };
+        let mut time = None;
+        for chunk in chunks {
+            let worlds = chunk.as_ref();
+            for (index, world) in (batch.len()..).zip(worlds) {
+                check(world).map_err(|what| BatchError::Unsupported { world: index, what })?;
+                let sim = &world.plant().spec.sim;
+                let own = (sim.substep(), sim.substeps.get(), sim.gravity.si());
+                if *time.get_or_insert(own) != own {
+                    return Err(BatchError::Time { world: index });
+                }
             }
+            batch.add(worlds, isa);
         }
+        Ok(batch)
+    }
+
+    fn add(&mut self, worlds: &[TreeWorld], isa: Isa) {
         // Like beside like, short trees before long ones.
         let mut order: Vec<usize> = (0..worlds.len()).collect();
         order.sort_by_cached_key(|&index| {
@@ -79,16 +100,15 @@ impl Batch {
             let fruit: Vec<usize> = plant.fruit.fruit.iter().map(|fruit| fruit.segment).collect();
             (plant.tree.len(), plant.tree.parent.clone(), fruit, index)
         });
-        let mut places = vec![(0, 0); worlds.len()];
-        let mut tiles = Vec::new();
+        let start = self.len();
+        self.places.resize(start + worlds.len(), (0, 0));
         for members in order.chunks(isa.lanes()) {
             for (lane, &index) in members.iter().enumerate() {
-                places[index] = (tiles.len(), lane);
+                self.places[start + index] = (self.tiles.len(), lane);
             }
-            let members: Vec<_> = members.iter().map(|&index| (index, &worlds[index])).collect();
-            tiles.push(Tile::new(isa, &members));
+            let members: Vec<_> = members.iter().map(|&index| (start + index, &worlds[index])).collect();
+            self.tiles.push(Tile::new(isa, &members));
         }
-        Ok(Self { tiles, places })
     }
 
     /// Number of worlds.

@@ -18,9 +18,9 @@ pub struct ReferenceBatch {
 }
 
 impl ReferenceBatch {
-    /// Takes over the state of some worlds, to be advanced with a linear solver.
-    pub fn new(worlds: &[TreeWorld], solver: Solver) -> Self {
-        let worlds = worlds.iter().map(|world| (world.clone(), Status::Running)).collect();
+    /// Takes over some worlds, to be advanced with a linear solver.
+    pub fn new(worlds: impl IntoIterator<Item = TreeWorld>, solver: Solver) -> Self {
+        let worlds = worlds.into_iter().map(|world| (world, Status::Running)).collect();
         Self { worlds, solver, frame: 0, events: Vec::new() }
     }
 

@@ -94,6 +94,26 @@ fn alone_or_in_any_company() {
     }
 }
 
+/// Chunks are packed for themselves: worlds keep their numbers, and their bits.
+#[test]
+fn packed_at_once_or_in_chunks() {
+    let Course { worlds, frames, .. } = Course::kicked();
+    let batches = [
+        Batch::new(&worlds).unwrap(),
+        Batch::of_chunks(worlds.chunks(8), Isa::best()).unwrap(),
+        Batch::of_chunks(worlds.iter().map(std::slice::from_ref), Isa::best()).unwrap(),
+    ];
+    let [at_once, in_chunks, one_by_one] = batches.map(|mut batch| {
+        (0..worlds.len()).for_each(|index| batch.break_branch(index, worlds[index].plant().tree.len() / 2));
+        let events = batch.step(frames[0]);
+        assert!(!events.is_empty());
+        let states = (0..worlds.len()).map(|index| bits(&state(&batch, &worlds, index)));
+        (events, states.collect::<Vec<_>>())
+    });
+    assert_eq!(at_once, in_chunks);
+    assert_eq!(at_once, one_by_one);
+}
+
 /// SHA-256 over what all courses end in, for sets that round a product and sum once and for those that do so twice. A change of
 /// physics, growth or config changes them, as it does the hashes of the f64 states; whoever makes one on purpose
 /// takes the new ones from this test's message.

@@ -16,7 +16,7 @@ use super::plan::ScalingPlan;
 use super::rules::AxesRules;
 use super::run::ScalingError;
 use super::solver::SolverName;
-use super::trees::{settled, spec_of, switch_off};
+use super::trees::{Worlds, settled, spec_of, switch_off};
 use crate::statistics::quantile::{ascending, quantile};
 
 /// A kind of randomisation.
@@ -124,6 +124,8 @@ pub(super) fn rows(
     let mut rows = Vec::new();
     for &solver in &plan.solvers {
         let rate = |worlds: &[TreeWorld]| -> Result<Option<f64>, ScalingError> {
+            let worlds =
+                Worlds { count: worlds.len() as u32, world: &|index| worlds[index as usize].clone() };
             let timed = time(&once, &Start { worlds, solver, gpu }, pool, stop)?;
             Ok(timed.and_then(|timed| timed.rates.first().copied()))
         };

@@ -11,6 +11,7 @@ use super::plan::{GoingOn, ScalingPlan};
 use super::process::processor_time;
 use super::run::ScalingError;
 use super::solver::SolverName;
+use super::trees::Worlds;
 
 /// Shortest time that a clock tells [s]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
@@ -21,7 +22,7 @@ const FRAMES_AWAKE: u32 = 60;
 #[derive(Clone, Copy)]
 pub struct Start<'a> {
     /// The worlds.
-    pub worlds: &'a [TreeWorld],
+    pub worlds: Worlds<'a>,
     /// How they are advanced.
     pub solver: SolverName,
     /// Where, for solvers of a device.
@@ -46,7 +47,7 @@ pub struct Timed {
     pub courses: u32,
     /// Processor time of all of them [s].
     pub processor_s: f64,
-    /// Time to make the batch of its worlds, and to send it to a device [s].
+    /// Time to kick as many worlds, to make the batch of them, and to send it to a device [s].
     pub pack_s: f64,
     /// Memory of the numbers that a step goes through [bytes], where the batch knows it.
     pub bytes: Option<usize>,
@@ -57,7 +58,7 @@ pub struct Timed {
 impl Start<'_> {
     /// The batch.
     pub fn batch(&self) -> Result<Box<dyn Stepper>, ScalingError> {
-        self.solver.batch(self.worlds, self.gpu)
+        self.solver.batch(&self.worlds, self.gpu)
     }
 }
 
@@ -108,8 +109,8 @@ pub fn time(
     let bytes = batch.bytes();
     let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
     if let Some(GoingOn { wake: busy, warm_up, .. }) = plan.going_on {
-        if let (Some(gpu), Some(world)) = (start.gpu, start.worlds.first()) {
-            wake(gpu, world, busy)?;
+        if let Some(gpu) = start.gpu {
+            wake(gpu, &(start.worlds.world)(0), busy)?;
         }
         course(&mut *batch, warm_up, pool)?;
     }

@@ -124,9 +124,9 @@ pub struct Row {
     pub memory_mib: Option<f64>,
     /// What that is.
     pub memory_basis: MemoryBasis,
-    /// Time to grow so many worlds and let them settle [s], on all threads.
+    /// Time to grow the worlds' plants and let them settle [s], on all threads.
     pub grow_s: f64,
-    /// Time to make the solver's batch of them and, on a device, to send it [s].
+    /// Time to kick the worlds, to make the solver's batch of them and, on a device, to send it [s].
     pub pack_s: f64,
     /// Segments of a tree on average.
     pub segments_per_tree: f64,

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use orchard_batch::{BatchError, Isa, StepperError, TreeWorld};
+use orchard_batch::{BatchError, Isa, StepperError};
 use orchard_gpu::{Gpu, GpuError};
 use orchard_spec::randomisation::Mode;
 use rayon::ThreadPool;
@@ -14,7 +14,7 @@ use super::plan::{Cell, ScalingPlan};
 use super::process::{available_bytes, resident_bytes};
 use super::results::{BYTES_PER_MIB, Batched, MemoryBasis, Omitted, Row, Scaling};
 use super::solver::SolverName;
-use super::trees::{self, Forest};
+use super::trees::{self, Forest, Worlds};
 use crate::compute::{Machine, peak_memory_mib};
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::store::{Store, StoreError};
@@ -161,8 +161,6 @@ pub fn measure(
 
 /// Worlds a mode whose memory is measured: so many that what building them leaves behind hardly counts.
 const MEASURED_WORLDS: u32 = 64;
-/// Times that a world is in memory: as it was grown, and in the batch.
-const COPIES: f64 = 2.0;
 
 /// By how much the process grows by a world in f64 [bytes], by mode. All worlds are kept until the last are measured, since freed
 /// memory is taken again before the process grows.
@@ -201,13 +199,13 @@ impl<P: ScalingProgress> Run<'_, P> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(self.interrupted());
             }
-            if let Some(why) = self.why_not(&cell, forest.worlds().len(), each) {
+            if let Some(why) = self.why_not(&cell, each) {
                 self.omit(&cell, why);
                 continue;
             }
             let grown = pool.install(|| forest.grow(cell.worlds));
             grown.map_err(|reason| ScalingError::World { mode, reason })?;
-            let worlds = &forest.worlds()[..cell.worlds as usize];
+            let worlds = Worlds { count: cell.worlds, world: &|index| forest.world(index) };
             let start = Start { worlds, solver: cell.solver, gpu: self.gpu };
             match time(plan, &start, pool, self.stop) {
                 Ok(None) => return Err(self.interrupted()),
@@ -236,7 +234,7 @@ impl<P: ScalingProgress> Run<'_, P> {
     }
 
     /// Why a cell is left out, if it is: judged by the smaller one before it, and by the memory that is free.
-    fn why_not(&self, cell: &Cell, grown: usize, each: Option<f64>) -> Option<String> {
+    fn why_not(&self, cell: &Cell, each: Option<f64>) -> Option<String> {
         let limits = self.plan.limits?;
         let before = self.rows.iter().rev().find(|row| (row.mode, row.solver) == (cell.mode, cell.solver));
         if let Some(before) = before {
@@ -248,7 +246,11 @@ impl<P: ScalingProgress> Run<'_, P> {
             }
         }
         let (free, each) = available_bytes().zip(each)?;
-        let more = (COPIES * f64::from(cell.worlds) - grown as f64) * each;
+        // What the smaller batch's numbers took, in proportion; worlds in f64 are the batch, or what it is packed from.
+        let numbers = before.filter(|row| row.memory_basis == MemoryBasis::Numbers).and_then(|row| {
+            Some(row.memory_mib? * BYTES_PER_MIB * f64::from(cell.worlds) / f64::from(row.worlds))
+        });
+        let more = f64::from(cell.solver.at_once(cell.worlds)) * each + numbers.unwrap_or_default();
         let has = limits.memory_share * free;
         let mib = |bytes: f64| bytes / BYTES_PER_MIB;
         (more > has).then(|| format!("it would take {:.0} MiB, a cell has {:.0} MiB", mib(more), mib(has)))
@@ -261,18 +263,15 @@ impl<P: ScalingProgress> Run<'_, P> {
 
 /// What the cell's worlds are; `each` is what one of them takes in f64 [bytes].
 fn batched(cell: &Cell, timed: &Timed, forest: &Forest<'_>, each: Option<f64>) -> Batched {
-    let worlds = &forest.worlds()[..cell.worlds as usize];
     let memory = match timed.bytes {
         Some(bytes) => (Some(bytes as f64), MemoryBasis::Numbers),
         None => (each.map(|each| each * f64::from(cell.worlds)), MemoryBasis::Growth),
     };
-    let mean =
-        |of: fn(&TreeWorld) -> usize| worlds.iter().map(of).sum::<usize>() as f64 / worlds.len() as f64;
     Batched {
         memory,
         grow_s: forest.grow_s,
-        substeps: worlds[0].plant().spec.sim.substeps.get(),
-        segments: mean(|world| world.plant().tree.len()),
-        fruit: mean(|world| world.plant().fruit.len()),
+        substeps: forest.world(0).plant().spec.sim.substeps.get(),
+        segments: forest.mean(cell.worlds, |world| world.plant().tree.len()),
+        fruit: forest.mean(cell.worlds, |world| world.plant().fruit.len()),
     }
 }

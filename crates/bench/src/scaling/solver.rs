@@ -1,11 +1,12 @@
 //! How the worlds of a batch are advanced, and on what.
 
-use orchard_batch::{Batch, ReferenceBatch, Stepper, TreeWorld};
+use orchard_batch::{Batch, Isa, ReferenceBatch, Stepper, TreeWorld};
 use orchard_gpu::{Gpu, GpuBatch, GpuError, Options};
 use orchard_multibody::{Preconditioner, Solver};
 use serde::{Deserialize, Serialize};
 
 use super::run::ScalingError;
+use super::trees::Worlds;
 
 /// What advances the batches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
@@ -58,6 +59,9 @@ pub enum SolverName {
     /// f32 on a graphics device, by conjugate gradients.
     DeviceCg,
 }
+
+/// Worlds that are in f64 at once while lanes are packed.
+const WORLDS_AT_ONCE: u32 = 2048;
 
 /// Makes a batch on a device.
 type OnDevice = fn(&Gpu, &[TreeWorld]) -> Result<GpuBatch, GpuError>;
@@ -131,20 +135,27 @@ impl SolverName {
         }
     }
 
+    /// How many of a batch's worlds are in memory in f64 at once, at most.
+    pub(super) fn at_once(self, worlds: u32) -> u32 {
+        if self == Self::Lanes { worlds.min(WORLDS_AT_ONCE) } else { worlds }
+    }
+
     /// A batch of worlds under it. Solvers of a device need one.
     pub(super) fn batch(
         self,
-        worlds: &[TreeWorld],
+        worlds: &Worlds<'_>,
         gpu: Option<&Gpu>,
     ) -> Result<Box<dyn Stepper>, ScalingError> {
         if self == Self::Lanes {
-            return Ok(Box::new(Batch::new(worlds)?));
+            let starts = (0..worlds.count).step_by(WORLDS_AT_ONCE as usize);
+            let chunks = starts.map(|start| worlds.range(start..worlds.count.min(start + WORLDS_AT_ONCE)));
+            return Ok(Box::new(Batch::of_chunks(chunks, Isa::best())?));
         }
         if let Some(solver) = self.of_f64() {
-            return Ok(Box::new(ReferenceBatch::new(worlds, solver)));
+            return Ok(Box::new(ReferenceBatch::new(worlds.all(), solver)));
         }
         match self.on_device().zip(gpu) {
-            Some((make, gpu)) => Ok(Box::new(make(gpu, worlds)?)),
+            Some((make, gpu)) => Ok(Box::new(make(gpu, &worlds.all())?)),
             None => Err(ScalingError::NotBuilt(self)),
         }
     }

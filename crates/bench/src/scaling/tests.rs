@@ -8,7 +8,8 @@ use orchard_spec::randomisation::Mode;
 use super::cell::{Start, course};
 use super::{
     AxesPlan, AxisKind, Backend, Limits, MemoryBasis, Scaling, ScalingError, ScalingPlan, SolverName, axes,
-    measure, run, trees,
+    measure, run,
+    trees::{self, Worlds},
 };
 use crate::Silent;
 use crate::protocol::Protocol;
@@ -112,7 +113,8 @@ fn all_solvers_end_a_course_in_the_same_states() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let worlds = trees::worlds(&plan, Mode::DistinctTopology, 2).unwrap();
     let tips = |solver: SolverName| -> Vec<Vec<[f64; 3]>> {
-        let mut end = Start { worlds: &worlds, solver, gpu: None }.batch().unwrap();
+        let worlds_again = Worlds { count: 2, world: &|index| worlds[index as usize].clone() };
+        let mut end = Start { worlds: worlds_again, solver, gpu: None }.batch().unwrap();
         course(&mut *end, 6, &pool).unwrap();
         worlds
             .iter()
@@ -207,21 +209,15 @@ fn plants_repeat_and_kicks_do_not() {
     let mut forest = trees::Forest::new(&plan, Mode::DistinctTopology);
     for count in [1, 3, 5] {
         forest.grow(count).unwrap();
-        assert_eq!(forest.worlds().len(), count as usize);
     }
-    let shares =
-        |a: usize, b: usize| std::sync::Arc::ptr_eq(forest.worlds()[a].plant(), forest.worlds()[b].plant());
+    let worlds: Vec<_> = (0..5).map(|index| forest.world(index)).collect();
+    let shares = |a: usize, b: usize| std::sync::Arc::ptr_eq(worlds[a].plant(), worlds[b].plant());
     assert!(shares(0, 2) && shares(1, 3) && shares(0, 4) && !shares(0, 1));
-    let v = |index: usize| &forest.worlds()[index].data().v;
+    let v = |index: usize| &worlds[index].data().v;
     assert!(v(0) != v(2) && v(2) != v(4));
     // However far it is grown at a time.
     let at_once = trees::worlds(&plan, Mode::DistinctTopology, 5).unwrap();
-    assert!(
-        at_once
-            .iter()
-            .zip(forest.worlds())
-            .all(|(a, b)| a.data().v == b.data().v && a.data().q == b.data().q)
-    );
+    assert!(at_once.iter().zip(&worlds).all(|(a, b)| a.data().v == b.data().v && a.data().q == b.data().q));
 }
 
 /// A cell that would take too long or too much says so and is not timed.
@@ -240,6 +236,9 @@ fn cells_over_a_limit_are_left_out() {
     assert_eq!((slow.rows.len(), slow.omitted.len()), (1, 1));
     assert_eq!(slow.omitted[0].worlds, 3);
     assert!(slow.omitted[0].why.starts_with("it would take 0 s, a cell has 0 s"), "{:?}", slow.omitted);
+    let large = measured(Limits { cell_time: 60.0, memory_share: 1e-9 });
+    assert_eq!((large.rows.len(), large.omitted.len()), (0, 2));
+    assert!(large.omitted[0].why.ends_with("MiB, a cell has 0 MiB"), "{:?}", large.omitted);
     let free = measured(Limits { cell_time: 60.0, memory_share: 1.0 });
     assert_eq!((free.rows.len(), free.omitted.len()), (2, 0));
 }

@@ -1,5 +1,6 @@
 //! The worlds that are timed.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -34,13 +35,35 @@ pub fn settled(spec: &Arc<Spec>, seed: u64, index: u32) -> Result<TreeWorld, Str
     TreeWorld::new(spec, &skeleton, fruit).map_err(|e| e.to_string())
 }
 
+/// Worlds of a batch, made when they are asked for: not all of them are in memory at once.
+#[derive(Clone, Copy)]
+pub struct Worlds<'a> {
+    /// How many.
+    pub count: u32,
+    /// One of them.
+    pub world: &'a (dyn Fn(u32) -> TreeWorld + Sync),
+}
+
+impl Worlds<'_> {
+    /// Some of them.
+    pub fn range(&self, range: Range<u32>) -> Vec<TreeWorld> {
+        range.into_par_iter().map(self.world).collect()
+    }
+
+    /// All of them.
+    pub fn all(&self) -> Vec<TreeWorld> {
+        self.range(0..self.count)
+    }
+}
+
 /// The worlds of a mode, each grown at rest, then kicked: every joint at a rate of its own. Equal worlds share their model, and
 /// those beyond the plan's kinds repeat the plants of the first.
 pub struct Forest<'a> {
     plan: &'a ScalingPlan,
     mode: Mode,
     spec: Arc<Spec>,
-    worlds: Vec<TreeWorld>,
+    /// Those whose plants are their own, at rest.
+    kinds: Vec<TreeWorld>,
     /// Time that growing them has taken so far [s].
     pub grow_s: f64,
 }
@@ -48,37 +71,33 @@ pub struct Forest<'a> {
 impl<'a> Forest<'a> {
     /// None of them yet.
     pub fn new(plan: &'a ScalingPlan, mode: Mode) -> Self {
-        Self { plan, mode, spec: Arc::new(spec_of(mode)), worlds: Vec::new(), grow_s: 0.0 }
+        Self { plan, mode, spec: Arc::new(spec_of(mode)), kinds: Vec::new(), grow_s: 0.0 }
     }
 
-    /// Grows the first `count` worlds, as far as they are not there.
+    /// Grows what the first `count` worlds need, as far as it is not there.
     pub fn grow(&mut self, count: u32) -> Result<(), String> {
         let start = Instant::now();
-        let grown = (if self.mode == Mode::Homogeneous { 1 } else { self.plan.kinds }).min(count);
-        if self.worlds.is_empty() {
-            self.worlds.push(self.kicked(settled(&self.spec, self.plan.seed, 0)?, 0));
-        }
-        let more = self.further(grown, |index| settled(&self.spec, self.plan.seed, index))?;
-        self.worlds.extend(more);
-        let more = self.further(count, |index| Ok(self.worlds[(index % grown) as usize].clone()))?;
-        self.worlds.extend(more);
+        let kinds = if self.mode == Mode::Homogeneous { 1 } else { self.plan.kinds }.min(count);
+        let further = (self.kinds.len() as u32..kinds).into_par_iter();
+        let further: Vec<TreeWorld> =
+            further.map(|index| settled(&self.spec, self.plan.seed, index)).collect::<Result<_, _>>()?;
+        self.kinds.extend(further);
         self.grow_s += start.elapsed().as_secs_f64();
         Ok(())
     }
 
-    /// Those that are there.
-    pub fn worlds(&self) -> &[TreeWorld] {
-        &self.worlds
+    /// A world of those that have been grown, kicked.
+    pub fn world(&self, index: u32) -> TreeWorld {
+        self.kicked(self.kind(index).clone(), index)
     }
 
-    /// The worlds from the next one on, up to `count` in all.
-    fn further(
-        &self,
-        count: u32,
-        world: impl Fn(u32) -> Result<TreeWorld, String> + Sync,
-    ) -> Result<Vec<TreeWorld>, String> {
-        let indices = (self.worlds.len() as u32..count).into_par_iter();
-        indices.map(|index| Ok(self.kicked(world(index)?, index))).collect()
+    /// Mean of a number over the first worlds.
+    pub fn mean(&self, count: u32, of: fn(&TreeWorld) -> usize) -> f64 {
+        (0..count).map(|index| of(self.kind(index))).sum::<usize>() as f64 / f64::from(count)
+    }
+
+    fn kind(&self, index: u32) -> &TreeWorld {
+        &self.kinds[index as usize % self.kinds.len()]
     }
 
     fn kicked(&self, mut world: TreeWorld, index: u32) -> TreeWorld {
@@ -94,5 +113,5 @@ impl<'a> Forest<'a> {
 pub fn worlds(plan: &ScalingPlan, mode: Mode, count: u32) -> Result<Vec<TreeWorld>, String> {
     let mut forest = Forest::new(plan, mode);
     forest.grow(count)?;
-    Ok(forest.worlds)
+    Ok(Worlds { count, world: &|index| forest.world(index) }.all())
 }
