@@ -8,13 +8,14 @@ mod inputs;
 mod numbers;
 mod outputs;
 mod repeat;
+mod topologies;
 
 #[cfg(test)]
 pub(crate) use numbers::Field;
 
 use block::{Block, Member, blocks};
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use orchard_batch::TreeWorld;
@@ -86,9 +87,6 @@ impl Memory {
         pushes_each: usize,
         solver: Solver,
     ) -> Result<Self, BatchError> {
-        let mut schedules = Vec::with_capacity(given.len());
-        // Worlds of one topology share their schedule.
-        let mut known: BTreeMap<(Vec<Option<usize>>, Vec<usize>), Schedule> = BTreeMap::new();
         for (index, world) in given.iter().enumerate() {
             let plant = world.plant();
             if Rules::of(plant) != Rules::of(given[0].plant()) {
@@ -113,21 +111,8 @@ impl Memory {
             if pushed > pushes_each {
                 return Err(BatchError::Pushes { world: index, pushed, most: pushes_each });
             }
-            let on: Vec<usize> = plant.fruit.fruit.iter().map(|fruit| fruit.segment).collect();
-            let key = (plant.tree.parent.clone(), on);
-            let schedule = match known.get(&key) {
-                Some(schedule) => schedule.clone(),
-                None => {
-                    let mut fruit_of = vec![Vec::new(); plant.tree.len()];
-                    plant.fruit.fruit.iter().enumerate().for_each(|(i, f)| fruit_of[f.segment].push(i));
-                    let schedule = Schedule::new(&plant.tree.parent, &fruit_of)
-                        .map_err(|why| BatchError::Schedule { world: index, why })?;
-                    known.insert(key, schedule.clone());
-                    schedule
-                }
-            };
-            schedules.push(schedule);
         }
+        let schedules = topologies::schedules(given)?;
         // Like beside like: a level of a tile takes as long as the longest that one of its worlds has, and the outer levels are the long ones.
         let mut order: Vec<usize> = (0..given.len()).collect();
         order.sort_by_cached_key(|&index| {
@@ -165,7 +150,7 @@ impl Memory {
         let spread = if has_one_topology { 1 } else { tiles };
         for tiles in blocks(company::share_out(&order, &schedules, spread)) {
             let of_tile = |tile: Vec<usize>| -> Vec<Member<'_>> {
-                tile.into_iter().map(|index| (index, &given[index], &schedules[index])).collect()
+                tile.into_iter().map(|index| (index, &given[index], &*schedules[index])).collect()
             };
             memory.add_block(&tiles.into_iter().map(of_tile).collect::<Vec<_>>());
         }

@@ -86,18 +86,29 @@ pub(crate) struct Schedule {
     pub fruit: Vec<usize>,
 }
 
+/// Links of each part of a tree, in the order of their walks.
+pub(crate) type Parts = [Vec<usize>; PARTS];
+
+/// Parts of a tree: what takes most of the time of scheduling it.
+///
+/// # Errors
+/// The tree has not one root.
+pub(crate) fn parts(parent: &[Option<usize>]) -> Result<Parts, ScheduleError> {
+    let roots = parent.iter().filter(|parent| parent.is_none()).count();
+    if roots == 1 { Ok(Tree::new(parent).shared_out()) } else { Err(ScheduleError::Roots(roots)) }
+}
+
 impl Schedule {
-    /// Schedules a tree; `fruit_of[link]` are the fruit on a link.
+    /// Schedules a tree that has been shared out; `fruit_of[link]` are the fruit on a link.
     ///
     /// # Errors
-    /// The tree has not one root, or is too large for an operation's fields.
-    pub fn new(parent: &[Option<usize>], fruit_of: &[Vec<usize>]) -> Result<Self, ScheduleError> {
-        let roots = parent.iter().filter(|parent| parent.is_none()).count();
-        if roots != 1 {
-            return Err(ScheduleError::Roots(roots));
-        }
+    /// The tree is too large for an operation's fields.
+    pub fn new(
+        parent: &[Option<usize>],
+        parts: &Parts,
+        fruit_of: &[Vec<usize>],
+    ) -> Result<Self, ScheduleError> {
         let tree = Tree::new(parent);
-        let parts = tree.shared_out();
         let mut place = vec![(0, 0); parent.len()];
         for (part, links) in parts.iter().enumerate() {
             for (row, &link) in links.iter().enumerate() {
@@ -239,10 +250,9 @@ impl<'a> Tree<'a> {
         Self { parent, children, size }
     }
 
-    /// Links of each part, in the order of their walks.
-    fn shared_out(&self) -> [Vec<usize>; PARTS] {
+    fn shared_out(&self) -> Parts {
         let of = Shares::shortest(self);
-        let mut parts: [Vec<usize>; PARTS] = Default::default();
+        let mut parts = Parts::default();
         for (link, &(level, warp)) in of.iter().enumerate() {
             if self.parent[link].is_none_or(|up| of[up] != (level, warp)) {
                 self.walk(link, &mut parts[part_of(level, warp)], &|other| of[other] == (level, warp));
@@ -307,7 +317,7 @@ mod tests {
     use super::*;
 
     fn schedule(parent: &[Option<usize>]) -> Schedule {
-        Schedule::new(parent, &vec![Vec::new(); parent.len()]).unwrap()
+        Schedule::new(parent, &parts(parent).unwrap(), &vec![Vec::new(); parent.len()]).unwrap()
     }
 
     /// A trunk of three links with eight branches of four links each at its top.
@@ -376,6 +386,6 @@ mod tests {
 
     #[test]
     fn a_tree_has_one_root() {
-        assert_eq!(Schedule::new(&[None, None], &[vec![], vec![]]), Err(ScheduleError::Roots(2)));
+        assert_eq!(parts(&[None, None]), Err(ScheduleError::Roots(2)));
     }
 }

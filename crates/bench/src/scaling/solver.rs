@@ -60,8 +60,8 @@ pub enum SolverName {
     DeviceCg,
 }
 
-/// Worlds that are in f64 at once while lanes are packed.
-const WORLDS_AT_ONCE: u32 = 2048;
+/// Worlds that are in f64 at once while lanes are packed: some gigabytes, and enough that those of one kind fill whole tiles.
+const WORLDS_AT_ONCE: u32 = 8192;
 
 /// Makes a batch on a device.
 type OnDevice = fn(&Gpu, &[TreeWorld]) -> Result<GpuBatch, GpuError>;

@@ -2,6 +2,8 @@
 //!
 //! The worlds of a tile hold each other up: a level is as long as its longest part, and a row takes what the busiest of its worlds does there.
 
+use std::sync::Arc;
+
 use crate::layout::LANES;
 use crate::schedule::{PARTS, Schedule, WARPS};
 
@@ -11,8 +13,8 @@ const FRUIT: usize = 6;
 const LOAD: usize = 3;
 
 /// Worlds in a given order, in as few tiles as they need or, if `most` is more, in up to so many tiles with the shortest longest way.
-pub(super) fn share_out(order: &[usize], schedules: &[Schedule], most: usize) -> Vec<Vec<usize>> {
-    let whole = |bound: usize| tiles_within(bound, order, schedules);
+pub(super) fn share_out(order: &[usize], schedules: &[Arc<Schedule>], most: usize) -> Vec<Vec<usize>> {
+    let within = |bound: usize| tiles_within(bound, order, schedules);
     let fewest = order.len().div_ceil(LANES);
     if most <= fewest {
         return order.chunks(LANES).map(<[usize]>::to_vec).collect();
@@ -21,24 +23,24 @@ pub(super) fn share_out(order: &[usize], schedules: &[Schedule], most: usize) ->
     let (mut too_low, mut bound) = (0, longest_way(order, schedules));
     while bound - too_low > LINK / 2 {
         let middle = usize::midpoint(too_low, bound);
-        if whole(middle).len() <= most {
+        if within(middle).len() <= most {
             bound = middle;
         } else {
             too_low = middle;
         }
     }
-    whole(bound)
+    within(bound)
 }
 
 /// No tile's way is longer.
-fn longest_way(order: &[usize], schedules: &[Schedule]) -> usize {
+fn longest_way(order: &[usize], schedules: &[Arc<Schedule>]) -> usize {
     let mut all = Company::default();
     order.iter().for_each(|&index| all = all.joined_by(&schedules[index]));
     all.way()
 }
 
 /// Each world joins the tile of the one before it, unless that makes the way longer than a bound.
-fn tiles_within(bound: usize, order: &[usize], schedules: &[Schedule]) -> Vec<Vec<usize>> {
+fn tiles_within(bound: usize, order: &[usize], schedules: &[Arc<Schedule>]) -> Vec<Vec<usize>> {
     let mut tiles: Vec<Vec<usize>> = Vec::new();
     let mut company = Company::default();
     for &index in order {
@@ -95,13 +97,14 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::schedule::parts;
 
-    fn longest(tiles: &[Vec<usize>], schedules: &[Schedule]) -> usize {
+    fn longest(tiles: &[Vec<usize>], schedules: &[Arc<Schedule>]) -> usize {
         tiles.iter().map(|tile| longest_way(tile, schedules)).max().unwrap_or_default()
     }
 
     /// Trees of 40 links, each on one of the last few before it, with fruit on some.
-    fn forest() -> impl Strategy<Value = Vec<Schedule>> {
+    fn forest() -> impl Strategy<Value = Vec<Arc<Schedule>>> {
         let tree = prop::collection::vec((1..8_usize, prop::bool::weighted(0.2)), 39).prop_map(|links| {
             let parent = |(link, &(back, _)): (usize, &(usize, bool))| Some((link + 1).saturating_sub(back));
             let parents: Vec<_> = std::iter::once(None).chain(links.iter().enumerate().map(parent)).collect();
@@ -109,7 +112,7 @@ mod tests {
             let mut fruit_of: Vec<Vec<usize>> =
                 links.iter().map(|(_, bears)| fruit.by_ref().take(usize::from(*bears)).collect()).collect();
             fruit_of.push(Vec::new());
-            Schedule::new(&parents, &fruit_of).unwrap()
+            Arc::new(Schedule::new(&parents, &parts(&parents).unwrap(), &fruit_of).unwrap())
         });
         prop::collection::vec(tree, 1..60)
     }
@@ -137,8 +140,11 @@ mod tests {
     /// Two worlds, one with a fruit on its only link, the other with one link more: what each does counts, row by row.
     #[test]
     fn a_row_takes_what_the_busiest_of_its_worlds_does() {
-        let one = Schedule::new(&[None], &[vec![0]]).unwrap();
-        let two = Schedule::new(&[None, Some(0)], &[vec![], vec![]]).unwrap();
+        let schedule = |parent: &[Option<usize>], fruit_of: &[Vec<usize>]| {
+            Arc::new(Schedule::new(parent, &parts(parent).unwrap(), fruit_of).unwrap())
+        };
+        let one = schedule(&[None], &[vec![0]]);
+        let two = schedule(&[None, Some(0)], &[vec![], vec![]]);
         let [one_alone, two_alone, both] =
             [&[0][..], &[1], &[0, 1]].map(|worlds| longest_way(worlds, &[one.clone(), two.clone()]));
         assert_eq!(one_alone, LINK + FRUIT);
