@@ -38,7 +38,7 @@ pub enum BatchError {
 /// Tree worlds that advance together, in f32. A clone goes on with the same bits; there is no save file.
 ///
 /// The result of a world does not depend on the others, on their number or on the number of threads. Worlds of
-/// equal topology are put into the same tiles; a tile of different ones works too, somewhat slower.
+/// equal topology, of a chunk, are put into the same tiles; a tile of different ones works too, somewhat slower.
 #[derive(Debug, Clone)]
 pub struct Batch {
     tiles: Vec<Tile>,

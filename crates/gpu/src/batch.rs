@@ -37,15 +37,15 @@ pub struct Options {
     pub pushes_each: usize,
     /// Solver.
     pub solver: Solver,
-    /// Workgroups over which a batch is spread if its topologies differ and it needs fewer: worlds hold each other up in a workgroup. It changes no bit. Without a number it is 128 for up to
+    /// Workgroups over which a batch is spread at most if its topologies differ and it needs fewer: worlds hold each other up in a workgroup. It changes no bit. Without a number it is 128 for up to
     /// 1,024 worlds and 256 for more on a graphics card, and 1 on adapters in software or in a processor. A card with far fewer than 128 multiprocessors (which no portable interface tells) is faster with as
     /// many as it has.
-    pub least_tiles: Option<usize>,
+    pub tiles: Option<usize>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { pushes_each: 4, solver: Solver::Aba, least_tiles: None }
+        Self { pushes_each: 4, solver: Solver::Aba, tiles: None }
     }
 }
 
@@ -93,8 +93,9 @@ impl GpuBatch {
     /// As [`Self::new`].
     pub fn with_options(gpu: &Gpu, worlds: &[TreeWorld], options: Options) -> Result<Self, GpuError> {
         let card = TILES_OF_A_CARD.iter().find(|(most, _)| gpu.info().is_discrete && worlds.len() <= *most);
-        let tiles = options.least_tiles.or(card.map(|(_, tiles)| *tiles)).unwrap_or(1);
-        let memory = Memory::spread_over(tiles.max(1), worlds, options.pushes_each.max(1), options.solver)?;
+        let tiles = options.tiles.or(card.map(|(_, tiles)| *tiles)).unwrap_or(1);
+        let tiles = tiles.clamp(1, gpu.device.limits().max_compute_workgroups_per_dimension as usize);
+        let memory = Memory::spread_over(tiles, worlds, options.pushes_each.max(1), options.solver)?;
         Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
     }
 

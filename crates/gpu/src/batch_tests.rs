@@ -124,7 +124,7 @@ fn company_changes_none(gpu: &Gpu, solver: Solver) {
         data.q.iter().chain(&data.v).chain(points).map(|x| x.to_bits()).collect()
     };
     let spread_over = |tiles: usize| {
-        let options = Options { least_tiles: Some(tiles), solver, ..Options::default() };
+        let options = Options { tiles: Some(tiles), solver, ..Options::default() };
         GpuBatch::with_options(gpu, &worlds, options).unwrap()
     };
     let mut together = spread_over(1);
@@ -334,12 +334,17 @@ fn a_broken_tree_comes_to_rest_on_the_ground() {
     assert!(fastest < 0.05, "{fastest}");
 }
 
-/// A reset on the device: as new, while the others do not notice; also a world that had stopped.
+/// A reset on the device: as new, while the others do not notice, in its tile or in its block; also a world that had stopped.
 #[test]
 fn a_reset_world_is_as_new() {
     let Some(gpu) = device() else { return };
+    [1, 4].into_iter().for_each(|tiles| a_reset_world_is_as_new_in(&gpu, tiles));
+}
+
+fn a_reset_world_is_as_new_in(gpu: &Gpu, tiles: usize) {
     let (worlds, trial) = Trial::harsh(grown(4));
-    let mut batch = GpuBatch::new(&gpu, &worlds).unwrap();
+    let options = Options { tiles: Some(tiles), ..Options::default() };
+    let mut batch = GpuBatch::with_options(gpu, &worlds, options).unwrap();
     trial.apply_to_batch(&mut batch);
     batch.pull(3, 0, Vec3::new(1e30, 0.0, 0.0));
     batch.advance(20);

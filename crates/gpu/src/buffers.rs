@@ -57,19 +57,25 @@ impl Buffers {
             4 * memory.links.len(),
             4 * memory.fruit.len(),
             4 * memory.work.len(),
+            4 * memory.pushes.len(),
             16 * memory.operations.len(),
         ];
-        let needed = largest.into_iter().max().unwrap_or(0) as u64;
-        let has = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if needed > has {
-            return Err(GpuError::TooLarge {
-                worlds,
-                what: "one buffer",
-                needed,
-                adapter: gpu.info().name.clone(),
-                has,
-                fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
-            });
+        let largest = largest.into_iter().max().unwrap_or(0) as u64;
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let groups = u64::from(limits.max_compute_workgroups_per_dimension);
+        for (what, needed, has) in
+            [("bytes in one buffer", largest, bytes), ("workgroups", memory.tile_count() as u64, groups)]
+        {
+            if needed > has {
+                return Err(GpuError::TooLarge {
+                    worlds,
+                    what,
+                    needed,
+                    adapter: gpu.info().name.clone(),
+                    has,
+                    fits: (u128::from(has) * worlds as u128 / u128::from(needed)) as usize / LANES * LANES,
+                });
+            }
         }
         let of_worlds = |worlds: usize| {
             let part = |bytes: usize| (bytes as u128 * worlds as u128).div_ceil(memory.len().max(1) as u128);

@@ -29,19 +29,17 @@ pub enum GpuError {
         why: String,
     },
     /// The batch is too large for it.
-    #[error(
-        "{worlds} worlds need {needed} bytes in {what}, {adapter} has {has}; {fits} worlds like these would fit"
-    )]
+    #[error("{worlds} worlds need {needed} {what}, {adapter} has {has}; {fits} worlds like these would fit")]
     TooLarge {
         /// Worlds asked for.
         worlds: usize,
-        /// Of which the bytes are.
+        /// Of what there is too little.
         what: &'static str,
-        /// Bytes needed.
+        /// How much is needed.
         needed: u64,
         /// Name.
         adapter: String,
-        /// Bytes that there may be.
+        /// How much there may be.
         has: u64,
         /// Worlds that would fit.
         fits: usize,

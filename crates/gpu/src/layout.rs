@@ -1,7 +1,7 @@
 //! Where numbers stand in the device's memory, for Rust and for the kernels.
 //!
 //! Everything is `[block][row][quad][lane][4]`: a block is [`LANES`] worlds side by side, so that the threads of a warp read whole lines of memory, four fields
-//! of their world at a time. What is read together stands together.
+//! of their world at a time. What is read together stands together. Worlds and forces on links are `[tile][field][lane]`.
 //! The constants here are also the head of every kernel's source ([`wgsl`]).
 
 use std::fmt::Write;

@@ -28,7 +28,7 @@ use crate::rules::Rules;
 use crate::schedule::Schedule;
 use crate::{BatchError, Solver};
 
-/// The buffers, on the host. `[block][row][field][lane]`; whole numbers among floats are kept as their bits.
+/// The buffers, on the host, laid out as [`crate::layout`] says; whole numbers among floats are kept as their bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
     pub rules: Rules,
@@ -148,11 +148,11 @@ impl Memory {
         let first = given.first().map(|world| &world.plant().tree.parent);
         let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
         let spread = if has_one_topology { 1 } else { tiles };
-        for tiles in blocks(company::share_out(&order, &schedules, spread)) {
+        for block in blocks(company::share_out(&order, &schedules, spread)) {
             let of_tile = |tile: Vec<usize>| -> Vec<Member<'_>> {
                 tile.into_iter().map(|index| (index, &given[index], &*schedules[index])).collect()
             };
-            memory.add_block(&tiles.into_iter().map(of_tile).collect::<Vec<_>>());
+            memory.add_block(&block.into_iter().map(of_tile).collect::<Vec<_>>());
         }
         Ok(memory)
     }

@@ -103,7 +103,8 @@ pub fn time(
 ) -> Result<Option<Timed>, ScalingError> {
     let share = plan.cell_time / f64::from(plan.repeats);
     let packing = Instant::now();
-    let mut batch = pool.install(|| start.batch())?;
+    let new_batch = || pool.install(|| start.batch());
+    let mut batch = new_batch()?;
     batch.wait()?;
     let pack_s = packing.elapsed().as_secs_f64();
     let bytes = batch.bytes();
@@ -121,7 +122,9 @@ pub fn time(
                 return Ok(None);
             }
             if plan.going_on.is_none() && timed.courses + courses > 0 {
-                batch = pool.install(|| start.batch())?;
+                // Two of them may not fit.
+                drop(batch);
+                batch = new_batch()?;
             }
             let spent = course(&mut *batch, plan.frames, pool)?;
             elapsed += spent.elapsed.as_secs_f64();

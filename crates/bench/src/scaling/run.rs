@@ -246,11 +246,7 @@ impl<P: ScalingProgress> Run<'_, P> {
             }
         }
         let (free, each) = available_bytes().zip(each)?;
-        // What the smaller batch's numbers took, in proportion; worlds in f64 are the batch, or what it is packed from.
-        let numbers = before.filter(|row| row.memory_basis == MemoryBasis::Numbers).and_then(|row| {
-            Some(row.memory_mib? * BYTES_PER_MIB * f64::from(cell.worlds) / f64::from(row.worlds))
-        });
-        let more = f64::from(cell.solver.at_once(cell.worlds)) * each + numbers.unwrap_or_default();
+        let more = bytes_needed(cell, each, before);
         let has = limits.memory_share * free;
         let mib = |bytes: f64| bytes / BYTES_PER_MIB;
         (more > has).then(|| format!("it would take {:.0} MiB, a cell has {:.0} MiB", mib(more), mib(has)))
@@ -259,6 +255,15 @@ impl<P: ScalingProgress> Run<'_, P> {
     fn interrupted(&self) -> ScalingError {
         ScalingError::Interrupted { done: self.rows.len(), total: self.plan.cells().len() }
     }
+}
+
+/// Memory that a cell takes [bytes], of worlds in f64 of `each` bytes: they are the batch, or what it is packed from. The batch's own numbers are those of a
+/// smaller cell, in proportion.
+pub(super) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64 {
+    let numbers = smaller.filter(|row| row.memory_basis == MemoryBasis::Numbers).and_then(|row| {
+        Some(row.memory_mib? * BYTES_PER_MIB * f64::from(cell.worlds) / f64::from(row.worlds))
+    });
+    f64::from(cell.solver.at_once(cell.worlds)) * each + numbers.unwrap_or_default()
 }
 
 /// What the cell's worlds are; `each` is what one of them takes in f64 [bytes].

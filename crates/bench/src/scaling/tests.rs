@@ -6,10 +6,12 @@ use orchard_multibody::{Data, forward_kinematics};
 use orchard_spec::randomisation::Mode;
 
 use super::cell::{Start, course};
+use super::plan::Cell;
+use super::results::Row;
+use super::trees::Worlds;
 use super::{
     AxesPlan, AxisKind, Backend, Limits, MemoryBasis, Scaling, ScalingError, ScalingPlan, SolverName, axes,
-    measure, run,
-    trees::{self, Worlds},
+    measure, run, trees,
 };
 use crate::Silent;
 use crate::protocol::Protocol;
@@ -236,11 +238,16 @@ fn cells_over_a_limit_are_left_out() {
     assert_eq!((slow.rows.len(), slow.omitted.len()), (1, 1));
     assert_eq!(slow.omitted[0].worlds, 3);
     assert!(slow.omitted[0].why.starts_with("it would take 0 s, a cell has 0 s"), "{:?}", slow.omitted);
-    let large = measured(Limits { cell_time: 60.0, memory_share: 1e-9 });
-    assert_eq!((large.rows.len(), large.omitted.len()), (0, 2));
-    assert!(large.omitted[0].why.ends_with("MiB, a cell has 0 MiB"), "{:?}", large.omitted);
     let free = measured(Limits { cell_time: 60.0, memory_share: 1.0 });
     assert_eq!((free.rows.len(), free.omitted.len()), (2, 0));
+    // A world of a megabyte: in lanes no more than a chunk of them, and the numbers of a smaller batch in proportion.
+    let needed = |solver, smaller| {
+        run::bytes_needed(&Cell { mode: Mode::Homogeneous, worlds: 65536, solver }, 1e6, smaller)
+    };
+    assert_eq!(needed(SolverName::Aba, None), 65536e6);
+    assert_eq!(needed(SolverName::Lanes, None), 8192e6);
+    let smaller = Row { worlds: 4, memory_mib: Some(1.0), ..free.rows[0].clone() };
+    assert_eq!(needed(SolverName::Lanes, Some(&smaller)), 8192e6 + 16384.0 * 1024.0 * 1024.0);
 }
 
 /// Each kind of randomisation acts, and no other with it.

@@ -128,7 +128,7 @@ impl Memory {
             self.add_tile(header, members, &rows, lane);
             lane += lanes_of(members);
         }
-        self.pad_fruit(self.tile_count() - 1, fruit_rows);
+        self.pad_fruit(block.fruit_rows.clone());
         self.blocks.push(block);
     }
 

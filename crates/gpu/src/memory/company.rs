@@ -12,7 +12,8 @@ const LINK: usize = 10;
 const FRUIT: usize = 6;
 const LOAD: usize = 3;
 
-/// Worlds in a given order, in as few tiles as they need or, if `most` is more, in up to so many tiles with the shortest longest way.
+/// Worlds in a given order, in as few tiles as they need or, if `most` is more, in up to so many tiles with the shortest longest way. Where the slowest world alone is that way, the others are
+/// still spread: their tiles end sooner.
 pub(super) fn share_out(order: &[usize], schedules: &[Arc<Schedule>], most: usize) -> Vec<Vec<usize>> {
     let within = |bound: usize| tiles_within(bound, order, schedules);
     let fewest = order.len().div_ceil(LANES);

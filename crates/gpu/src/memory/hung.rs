@@ -1,10 +1,12 @@
 //! Fruit in a tile: where they stand, and their numbers.
 
+use std::ops::Range;
+
 use orchard_batch::Plant;
 use orchard_multibody::Data;
 
-use super::Memory;
 use super::block::Member;
+use super::{Memory, quad_at};
 use crate::layout::{LANES, UNBOUNDED, fruit};
 use crate::schedule::MOST_FRUIT_ROWS;
 
@@ -33,10 +35,10 @@ pub(super) fn shared_rows(members: &[Member<'_>]) -> Option<(Vec<usize>, usize)>
 }
 
 impl Memory {
-    /// Gives a mass to rows that have no fruit.
-    pub(super) fn pad_fruit(&mut self, tile: usize, rows: usize) {
-        for (row, lane) in (0..rows).flat_map(|row| (0..LANES).map(move |lane| (row, lane))) {
-            let mass = self.fruit_at(tile, row, fruit::MASS, lane);
+    /// Gives a mass to rows that have no fruit, of a block's.
+    pub(super) fn pad_fruit(&mut self, rows: Range<usize>) {
+        for (row, lane) in rows.flat_map(|row| (0..LANES).map(move |lane| (row, lane))) {
+            let mass = quad_at(row * fruit::FIELDS + fruit::MASS, lane);
             if self.fruit[mass] == 0.0 {
                 self.fruit[mass] = PADDING_MASS;
             }
