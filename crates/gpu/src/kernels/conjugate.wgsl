@@ -127,28 +127,20 @@ fn any_of(thread: u32, goes: bool) -> bool {
     return workgroupUniformLoad(&any_goes_on) != 0u;
 }
 
-// What is kept of a joint stands behind the links of the tile.
+// What is kept of a joint stands behind the links of the tile, and is read as they are.
 fn krylov_of(row: u32) -> u32 {
     return krylov_at + row * (KRYLOV_FIELDS / QUAD * LANES);
-}
-
-fn krylov(at: u32, field: u32) -> vec4f {
-    return links[at + field / QUAD * LANES];
-}
-
-fn set_krylov(at: u32, field: u32, value: vec4f) {
-    links[at + field / QUAD * LANES] = value;
 }
 
 fn prepare(row: u32, body: Body, pivot: vec3f, armature: f32, y: vec2f) {
     let at = krylov_of(row);
     let z = preconditioned(pivot, y);
-    set_krylov(at, KRYLOV_FIRST, vec4f(body.joint.first, pivot.x));
-    set_krylov(at, KRYLOV_SECOND, vec4f(body.joint.axes.y, pivot.y));
-    set_krylov(at, KRYLOV_ARM, vec4f(body.d, pivot.z));
-    set_krylov(at, KRYLOV_X, vec4f(0.0, 0.0, y));
-    set_krylov(at, KRYLOV_P, vec4f(z, 0.0, 0.0));
-    set_krylov(at, KRYLOV_ARMATURE, vec4f(armature, 0.0, 0.0, 0.0));
+    set_link(at, KRYLOV_FIRST, vec4f(body.joint.first, pivot.x));
+    set_link(at, KRYLOV_SECOND, vec4f(body.joint.axes.y, pivot.y));
+    set_link(at, KRYLOV_ARM, vec4f(body.d, pivot.z));
+    set_link(at, KRYLOV_X, vec4f(0.0, 0.0, y));
+    set_link(at, KRYLOV_P, vec4f(z, 0.0, 0.0));
+    set_link(at, KRYLOV_ARMATURE, vec4f(armature, 0.0, 0.0, 0.0));
     found_dot += dot(y, z);
 }
 
@@ -187,9 +179,9 @@ fn spread(part: u32) {
             tip = pair(parent_fork_at(operation.x));
         }
         let at = krylov_of(row);
-        let p = krylov(at, KRYLOV_P);
-        tip.angular += krylov(at, KRYLOV_FIRST).xyz * p.x + krylov(at, KRYLOV_SECOND).xyz * p.y;
-        tip.linear += cross(tip.angular, krylov(at, KRYLOV_ARM).xyz);
+        let p = link(at, KRYLOV_P);
+        tip.angular += link(at, KRYLOV_FIRST).xyz * p.x + link(at, KRYLOV_SECOND).xyz * p.y;
+        tip.linear += cross(tip.angular, link(at, KRYLOV_ARM).xyz);
         if (operation.y & SECOND_CARRIES) == 0u {
             set_pair(leaf_at((operation.z >> THIRD_LEAF) & 0x3ffu), tip);
         }
@@ -226,14 +218,14 @@ fn collect(part: u32) -> f32 {
             borne = sum_of(borne, pair(cross_load_at(k)));
         }
         let at = krylov_of(row);
-        let first = krylov(at, KRYLOV_FIRST).xyz;
-        let second = krylov(at, KRYLOV_SECOND).xyz;
-        let d = krylov(at, KRYLOV_ARM).xyz;
-        let p = krylov(at, KRYLOV_P).xy;
-        let armature = krylov(at, KRYLOV_ARMATURE).x;
+        let first = link(at, KRYLOV_FIRST).xyz;
+        let second = link(at, KRYLOV_SECOND).xyz;
+        let d = link(at, KRYLOV_ARM).xyz;
+        let p = link(at, KRYLOV_P).xy;
+        let armature = link(at, KRYLOV_ARMATURE).x;
         borne = momentum(row, operation.z, tip, d, borne);
         let product = vec2f(dot(first, borne.angular), dot(second, borne.angular)) + armature * p;
-        set_krylov(at, KRYLOV_P, vec4f(p, product));
+        set_link(at, KRYLOV_P, vec4f(p, product));
         curvature += dot(p, product);
         tip.linear -= cross(tip.angular, d);
         tip.angular -= first * p.x + second * p.y;
@@ -289,10 +281,10 @@ fn relax(part: u32, alpha: f32) -> f32 {
     for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let at = krylov_of(row);
-            let p = krylov(at, KRYLOV_P);
-            let last = krylov(at, KRYLOV_X);
+            let p = link(at, KRYLOV_P);
+            let last = link(at, KRYLOV_X);
             let r = last.zw - p.zw * alpha;
-            set_krylov(at, KRYLOV_X, vec4f(last.xy + p.xy * alpha, r));
+            set_link(at, KRYLOV_X, vec4f(last.xy + p.xy * alpha, r));
             rho += dot(r, preconditioned(pivot_of(at), r));
         }
     }
@@ -300,7 +292,7 @@ fn relax(part: u32, alpha: f32) -> f32 {
 }
 
 fn pivot_of(at: u32) -> vec3f {
-    return vec3f(krylov(at, KRYLOV_FIRST).w, krylov(at, KRYLOV_SECOND).w, krylov(at, KRYLOV_ARM).w);
+    return vec3f(link(at, KRYLOV_FIRST).w, link(at, KRYLOV_SECOND).w, link(at, KRYLOV_ARM).w);
 }
 
 fn redirect(part: u32, beta: f32) {
@@ -308,8 +300,8 @@ fn redirect(part: u32, beta: f32) {
     for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
             let at = krylov_of(row);
-            let z = preconditioned(pivot_of(at), krylov(at, KRYLOV_X).zw);
-            set_krylov(at, KRYLOV_P, vec4f(z + krylov(at, KRYLOV_P).xy * beta, 0.0, 0.0));
+            let z = preconditioned(pivot_of(at), link(at, KRYLOV_X).zw);
+            set_link(at, KRYLOV_P, vec4f(z + link(at, KRYLOV_P).xy * beta, 0.0, 0.0));
         }
     }
 }
@@ -318,7 +310,7 @@ fn hand_over(part: u32) {
     let end = header(TILE_STARTS + part + 1u);
     for (var row = header(TILE_STARTS + part); row < end; row++) {
         if (operations[operation_at(row)].x & FIRST_ACTIVE) != 0u {
-            let x = krylov(krylov_of(row), KRYLOV_X).xy;
+            let x = link(krylov_of(row), KRYLOV_X).xy;
             let at = work_at(row);
             set_quad(at, WORK_G_1N, vec4f(0.0, 0.0, 0.0, x.x));
             set_quad(at, WORK_G_1F, vec4f(0.0, 0.0, 0.0, x.y));
