@@ -9,6 +9,7 @@ pub mod gltf;
 pub mod image_png;
 pub mod intrinsics;
 pub mod json;
+pub mod mjcf;
 pub mod mtg;
 pub mod urdf;
 pub mod usd;
