@@ -92,9 +92,9 @@ pub(crate) fn for_each_primitive(
                 f(&Primitive::Triangle(Triangle::new(corners.map(|v| transform(&x, &v)))));
             }
         }
-        &Geometry::Blade { length, width } => {
+        Geometry::Blade { mesh, length, width } => {
             let r = x.rotation.to_rotation_matrix();
-            let v = blade::vertices(length, width).map(|v| r * v + p);
+            let v = mesh.vertices(*length, *width).map(|v| r * v + p);
             const FACES: [[usize; 3]; blade::TRIANGLES] = blade::triangles();
             for [a, b, c] in FACES {
                 f(&Primitive::Triangle(Triangle::new([v[a], v[b], v[c]])));

@@ -1,5 +1,8 @@
 //! What the camera can see: labelled primitives with poses.
 
+use std::sync::Arc;
+
+use crate::blade::BladeMesh;
 use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3};
 
 /// What a pixel shows. Truth for metrics and tests; no controller receives it.
@@ -64,9 +67,11 @@ impl Tint {
 pub enum Geometry {
     /// A solid. Of terrain its surface shows, from above and below, but not its sides.
     Shape(Shape),
-    /// A folded, curled leaf blade (see [`crate::blade`]): petiole at the origin, +x along the midrib, +z the
+    /// A folded, curled leaf blade ([`crate::blade`]): petiole at the origin, +x along the midrib, +z the
     /// upper face.
     Blade {
+        /// Mesh of the unit blade, shared by the leaves of a tree.
+        mesh: Arc<BladeMesh>,
         /// Length along the midrib [m].
         length: f64,
         /// Full width [m].

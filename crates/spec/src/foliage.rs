@@ -37,6 +37,10 @@ pub struct FoliageSpec {
     pub petiole_angle: Span,
     /// Downward bend from the petiole to the blade.
     pub blade_droop: Span,
+    /// Angle by which each half of a blade rises from its flat form.
+    pub blade_fold: Quantity,
+    /// Angle through which the midrib bends down from petiole to tip.
+    pub blade_curl: Quantity,
     /// Leaf area by shoots, for grammars that have them. It takes the place of the leaves an internode and of the
     /// blade's size, and of the orders that bear leaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -2,11 +2,13 @@
 
 use crate::World;
 use crate::scenery::{self, Strut};
-use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
+
+use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene, blade::BladeMesh};
 use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z, transform};
 use orchard_multibody::{Data, PointId};
 use orchard_treegen::{LeafSite, Skeleton, Spur};
 use orchard_treephys::TreeBody;
+use std::sync::Arc;
 
 /// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, posts and wires,
 /// ground.
@@ -14,6 +16,7 @@ struct Visible<'a> {
     tree: &'a TreeBody,
     shapes: &'a [Shape],
     leaves: &'a [LeafSite],
+    blade: Arc<BladeMesh>,
     fruit_radius: &'a [f64],
     robot: Vec<(Shape, Pose)>,
     ground: Shape,
@@ -33,6 +36,7 @@ impl World {
             tree: &self.parts.tree,
             shapes: &shapes,
             leaves: &self.parts.skeleton.leaves,
+            blade: Arc::new(BladeMesh::from_spec(&self.spec().foliage)),
             fruit_radius: &fruit_radius,
             robot: self.robot_shapes(data),
             ground: self.parts.ground.shape(),
@@ -79,7 +83,9 @@ impl World {
 fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[PointId]) -> Scene {
     let mut scene = Scene::default();
     scene.push(Geometry::Shape(visible.ground.clone()), Pose::identity(), Label::Ground, NO_INSTANCE);
-    push_tree(&mut scene, visible.shapes, visible.leaves, |i| *data.x_world_body(visible.tree.bodies[i]));
+    push_tree(&mut scene, visible.shapes, visible.leaves, &visible.blade, |i| {
+        *data.x_world_body(visible.tree.bodies[i])
+    });
     for (i, (point, &radius)) in fruit_points.iter().zip(visible.fruit_radius).enumerate() {
         push_fruit(&mut scene, i, &data.point_p_world[point.index()], radius);
     }
@@ -101,13 +107,14 @@ pub(crate) fn push_tree(
     scene: &mut Scene,
     shapes: &[Shape],
     leaves: &[LeafSite],
+    blade: &Arc<BladeMesh>,
     x_world_segment: impl Fn(usize) -> Pose,
 ) {
     for (i, shape) in shapes.iter().enumerate() {
         scene.push(Geometry::Shape(shape.clone()), x_world_segment(i), Label::Wood, i as u32);
     }
     for (i, leaf) in leaves.iter().enumerate() {
-        let geometry = Geometry::Blade { length: leaf.length, width: leaf.width };
+        let geometry = Geometry::Blade { mesh: blade.clone(), length: leaf.length, width: leaf.width };
         scene.push(geometry, x_world_segment(leaf.segment) * leaf.x_segment_leaf, Label::Leaf, i as u32);
     }
 }

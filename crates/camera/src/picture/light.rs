@@ -160,8 +160,8 @@ fn sky_direction(i: usize) -> Vec3 {
 fn ball_about(scene: &Scene) -> (Vec3, f64) {
     let of = |item: &crate::Item| match &item.geometry {
         Geometry::Shape(shape) => shape.aabb(&item.x_world_item),
-        &Geometry::Blade { length, width } => {
-            Shape::Sphere { radius: length.max(width) }.aabb(&item.x_world_item)
+        Geometry::Blade { length, width, .. } => {
+            Shape::Sphere { radius: length.max(*width) }.aabb(&item.x_world_item)
         }
     };
     let boxes = scene.items.iter().map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());

@@ -96,8 +96,8 @@ fn shapes(geometry: &Geometry) -> Vec<Box<dyn RayCast>> {
             let (vertices, faces) = same.to_trimesh();
             one(Box::new(TriMesh::new(vertices, faces).expect("terrain has triangles")))
         }
-        &Geometry::Blade { length, width } => {
-            let vertices = blade::vertices(length, width).map(|v| vector(&v));
+        Geometry::Blade { mesh, length, width } => {
+            let vertices = mesh.vertices(*length, *width).map(|v| vector(&v));
             triangles(&vertices, blade::triangles().into_iter())
         }
     }

@@ -1,7 +1,7 @@
 //! The tree: wood and leaves in the frames of their segments, fruit in their own.
 
 use foxglove::messages::{SceneEntity, SceneUpdate};
-use orchard_camera::blade;
+use orchard_camera::blade::{self, BladeMesh};
 use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z, transform};
 use orchard_treegen::Spur;
 use orchard_world::World;
@@ -59,10 +59,11 @@ impl Wood {
 pub fn leaves(now: u64, world: &World) -> SceneUpdate {
     let skeleton = world.skeleton();
     let mut meshes: Vec<(Vec<Vec3>, Vec<u32>)> = vec![Default::default(); skeleton.segments.len()];
+    let mesh = BladeMesh::from_spec(&world.spec().foliage);
     for leaf in &skeleton.leaves {
         let (points, indices) = &mut meshes[leaf.segment];
         let first = points.len() as u32;
-        let corners = blade::vertices(leaf.length, leaf.width);
+        let corners = mesh.vertices(leaf.length, leaf.width);
         points.extend(corners.iter().map(|p| transform(&leaf.x_segment_leaf, p)));
         indices.extend(blade::triangles().into_iter().flatten().map(|i| first + i as u32));
     }
