@@ -1,4 +1,4 @@
-//! The configs that come with the crate, and what a config takes over from its base.
+//! Presets of the crate, and the rules by which a config overrides its base.
 
 use orchard_quantity::{ConfigError, from_table, parse};
 use std::fmt;
@@ -16,15 +16,15 @@ macro_rules! presets {
         }
 
         impl Preset {
-            /// All of them.
+            /// All presets.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Name, as configs and command lines write it.
+            /// Name in configs and on command lines.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// The file as TOML text.
+            /// Config file as TOML text.
             pub fn toml(self) -> &'static str {
                 match self {
                     $(Self::$variant => include_str!(concat!("../configs/", $name, "/world.toml")),)*
@@ -37,7 +37,7 @@ macro_rules! presets {
 presets! {
     /// The figures of the OrchardBench paper, completed by those of its released code.
     Paper = "paper";
-    /// The paper's canonical tree, which needs no random number.
+    /// The paper's canonical tree, which uses no random numbers.
     Ternary = "ternary";
     /// The paper's figures with every axis of the domain randomisation at strength 1.
     Randomised = "randomised";
@@ -72,22 +72,22 @@ impl FromStr for Preset {
     }
 }
 
-/// The field by which a config names the preset that it changes.
+/// Field with the name of the base preset.
 const BASE: &str = "base";
 
-/// The field that holds a config's own name.
+/// Field with the config's own name.
 const NAME: &str = "preset";
 
-/// The tables of which a config chooses one entry: another choice takes the base's place whole.
+/// Tables of which a config chooses one entry; a different choice replaces the base's table entirely.
 const CHOICES: [&str; 2] = ["grammar", CAMERA];
 
-/// The table that chooses a camera.
+/// Table that chooses a camera.
 const CAMERA: &str = "camera";
 
-/// Fields that make a table one constant; it is replaced whole.
+/// Fields that mark a table as one constant, which is replaced as a whole.
 const CONSTANT: [&str; 3] = ["value", "low", "mean"];
 
-/// Reads a spec; what it leaves open is its base's.
+/// Reads a spec; fields that it omits have the base's values.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     let mut table = with_base(file, text)?;
     if let Some(toml::Value::Table(cameras)) = table.get_mut(CAMERA) {
@@ -96,14 +96,14 @@ pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     from_table(file, table)
 }
 
-/// Reads a camera; it may leave open what the file of that camera says.
+/// Reads a camera; fields that it omits have the values of that camera's own file.
 pub(crate) fn read_camera(file: &str, text: &str) -> Result<CameraSpec, ConfigError> {
     let mut table = parse(file, text)?;
     complete_cameras(&mut table)?;
     from_table(file, table)
 }
 
-/// Lays what a config says of a camera over that camera's own file. Names that no camera has are left to the reader.
+/// Lays a config's camera table over that camera's own file. Unknown names stay, and the reader refuses them.
 fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
     for (name, said) in cameras.iter_mut() {
         let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
@@ -116,7 +116,7 @@ fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// The whole table of a config.
+/// Table of a config with all fields of its base.
 fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     let mut table = parse(file, text)?;
     let Some(base) = table.remove(BASE) else { return Ok(table) };
@@ -125,13 +125,13 @@ fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     let preset =
         named.map_err(|problem| ConfigError { file: file.to_owned(), field: BASE.to_owned(), problem })?;
     let mut whole = with_base(preset.name(), preset.toml())?;
-    // A config that differs needs a name of its own.
+    // A changed config needs its own name.
     whole.remove(NAME);
     lay_over(&mut whole, table);
     Ok(whole)
 }
 
-/// Puts the entries of one table over those of another: constants, choices and whatever is no table replace what was there.
+/// Lays one table over another: constants, choices and plain values replace the old ones, other tables are merged.
 fn lay_over(below: &mut toml::Table, above: toml::Table) {
     for (key, value) in above {
         match (below.get_mut(&key), value) {
@@ -185,7 +185,7 @@ mod tests {
     fn another_grammar_takes_the_place_of_the_bases() {
         let ternary = Spec::preset(Preset::Ternary);
         assert!(matches!(ternary.tree.grammar, Grammar::Ternary(_)));
-        // The same grammar keeps what is not said.
+        // Omitted parameters of the same grammar keep their values.
         let text = "preset = 'two'\nbase = 'ternary'\n[tree.grammar.ternary]\n\
                     derivations = { value = 2, range = [0, 8], unit = 'derivations', source = 'x' }";
         let Grammar::Ternary(two) = read("x", text).unwrap().tree.grammar else { panic!("another grammar") };
@@ -243,7 +243,7 @@ mod tests {
             "[d435i]\ndisparity_noise = { low = 0.2, high = 0.1, range = [0, 5], unit = 'px', source = 'x' }",
         );
         assert_eq!(e, "c.toml: d435i.disparity_noise: low 0.2 is above high 0.1");
-        // The code's own limit, whatever range a file allows.
+        // Limit of the code itself, independent of the file's range.
         let e = error("[d435i]\nwindow_radius = { value = 16, range = [0, 99], unit = 'px', source = 'x' }");
         assert_eq!(
             e,
