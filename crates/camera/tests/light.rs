@@ -100,7 +100,7 @@ fn figures_beyond_the_dials_are_taken_as_their_ends() {
 }
 
 #[test]
-fn the_sun_stands_where_it_is_told() {
+fn the_sun_stands_in_the_given_direction() {
     let near = |a: Vec3, b: Vec3| (a - b).norm() < 1e-15;
     assert!(near(sun_direction(0.0, 0.0), Vec3::x()));
     assert!(near(sun_direction(std::f64::consts::FRAC_PI_2, 0.0), Vec3::y()));

@@ -165,17 +165,17 @@ mod tests {
 
     #[test]
     fn other_files_are_named() {
-        let told = |bytes: &[u8]| read(bytes, MILLIMETRE).unwrap_err().to_string();
+        let message = |bytes: &[u8]| read(bytes, MILLIMETRE).unwrap_err().to_string();
         let eight = encoded(ColorType::Grayscale, BitDepth::Eight, &[1; 18]);
-        assert_eq!(told(&eight), "is a PNG of grayscale of 8 bits; grey of 16 bits is needed");
+        assert_eq!(message(&eight), "is a PNG of grayscale of 8 bits; grey of 16 bits is needed");
         let color = encoded(ColorType::Rgb, BitDepth::Eight, &[1; 54]);
-        assert_eq!(told(&color), "is a PNG of rgb of 8 bits; grey of 16 bits is needed");
-        assert!(told(b"P5 9 2 65535").starts_with("cannot be read as PNG"));
-        assert!(told(b"").starts_with("cannot be read as PNG"));
+        assert_eq!(message(&color), "is a PNG of rgb of 8 bits; grey of 16 bits is needed");
+        assert!(message(b"P5 9 2 65535").starts_with("cannot be read as PNG"));
+        assert!(message(b"").starts_with("cannot be read as PNG"));
         let whole = encoded(ColorType::Grayscale, BitDepth::Sixteen, &[7; 36]);
         assert!(read(&whole, MILLIMETRE).is_ok());
         for length in 0..whole.len() - 16 {
-            assert!(told(&whole[..length]).starts_with("cannot be read as PNG"), "{length}");
+            assert!(message(&whole[..length]).starts_with("cannot be read as PNG"), "{length}");
         }
         assert!(read_mask(&whole).unwrap_err().to_string().contains("grey of 1 or 8 bits"));
     }

@@ -62,13 +62,13 @@ impl DigitisedTree {
         }
         for (index, site) in fruit_sites.iter().flatten().enumerate() {
             let at = ("fruit site", index);
-            carrier(at, site.segment, &segments)?;
+            segment_index(at, site.segment, &segments)?;
             point(at, "p_segment", &site.p_segment)?;
             within(at, "outerness", site.outerness, &(0.0..=1.0))?;
         }
         for (index, leaf) in leaves.iter().flatten().enumerate() {
             let at = ("leaf", index);
-            carrier(at, leaf.segment, &segments)?;
+            segment_index(at, leaf.segment, &segments)?;
             point(at, "x_segment_leaf.translation", &leaf.x_segment_leaf.translation.vector)?;
             unit(at, "x_segment_leaf.rotation", leaf.x_segment_leaf.rotation.quaternion().norm())?;
             within(at, "length", leaf.length, &LENGTH)?;
@@ -85,7 +85,7 @@ impl DigitisedTree {
     pub fn with_spurs(self, spurs: Vec<Spur>) -> Result<Self, TreeFault> {
         for (index, spur) in spurs.iter().enumerate() {
             let at = ("spur", index);
-            carrier(at, spur.segment, &self.segments)?;
+            segment_index(at, spur.segment, &self.segments)?;
             point(at, "p_segment", &spur.p_segment)?;
             within(at, "norm of heading_segment", spur.heading_segment.norm(), &(1.0 - NORM..=1.0 + NORM))?;
             within(at, "length", spur.length, &LENGTH)?;
@@ -145,7 +145,7 @@ fn check_segment(segments: &[Segment], index: usize) -> Result<(), TreeFault> {
     Ok(())
 }
 
-fn carrier(at: At, segment: usize, segments: &[Segment]) -> Result<(), TreeFault> {
+fn segment_index(at: At, segment: usize, segments: &[Segment]) -> Result<(), TreeFault> {
     if segment < segments.len() {
         return Ok(());
     }

@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         let text = write(&K);
-        for (from, to, told) in [
+        for (from, to, message) in [
             ("610.5", "-1.0", "fx is -1; the allowed range is (0, 10000000] px"),
             ("611.25", "0", "fy is 0; the allowed range is (0, 10000000] px"),
             ("319.5", "1e300", "cx is 1000"),
@@ -161,7 +161,7 @@ mod tests {
         ] {
             let bad = text.replacen(from, to, 1);
             let error = read(&bad).unwrap_err().to_string();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(message), "{error}");
         }
     }
 }

@@ -69,8 +69,8 @@ MTG:\nENTITY-CODE\t\tXX\tYY\tZZ\tTopDia
 #[test]
 fn other_peoples_coding_is_read() {
     let tree = mtg::read(DIGITISED).unwrap();
-    let told: Vec<_> = tree.segments().iter().map(|s| (s.parent, s.order, s.radius)).collect();
-    assert_eq!(told, [(None, 0, 0.03), (Some(0), 1, 0.01), (Some(1), 1, 0.01), (Some(0), 0, 0.02)]);
+    let read: Vec<_> = tree.segments().iter().map(|s| (s.parent, s.order, s.radius)).collect();
+    assert_eq!(read, [(None, 0, 0.03), (Some(0), 1, 0.01), (Some(1), 1, 0.01), (Some(0), 0, 0.02)]);
     let tip = tree.segments()[2].p_tip_world();
     assert!((tip - orchard_geometry::Vec3::new(1.0, 0.0, 1.0)).norm() < 1e-14, "{tip}");
 }
@@ -81,7 +81,7 @@ fn errors_name_line_field_and_value() {
         assert!(DIGITISED.contains(from), "{from}");
         mtg::read(&DIGITISED.replacen(from, to, 1)).unwrap_err().to_string()
     };
-    for (from, to, told) in [
+    for (from, to, message) in [
         ("0.06", "-0.06", "line 24: segment 0: radius is -0.03"),
         ("0.06", "thick", "line 24: TopDia is \"thick\""),
         ("10.5", "nan", "line 25: XX is \"nan\""),
@@ -92,7 +92,7 @@ fn errors_name_line_field_and_value() {
         ("\tTopDia\n/P", "\tGirth\n/P", "line 22: column \"Girth\""),
     ] {
         let error = mtg_error(from, to);
-        assert!(error.starts_with(told), "{to}: {error}");
+        assert!(error.starts_with(message), "{to}: {error}");
     }
     let text = json::write(&small());
     let json_error = |from: &str, to: &str| json::read(&text.replacen(from, to, 1)).unwrap_err().to_string();

@@ -135,8 +135,8 @@ impl Reader {
                 self.value(&cells, "TopDia")?.ok_or_else(|| format!("code {code:?}: TopDia is missing"))?;
             let order = match self.value(&cells, "Order")? {
                 None => order.saturating_add(u8::from(branched)),
-                Some(told) if (0.0..=255.0).contains(&told) && told.fract() == 0.0 => told as u8,
-                Some(told) => return Err(format!("Order is {told}; it is a whole number from 0 to 255")),
+                Some(value) if (0.0..=255.0).contains(&value) && value.fract() == 0.0 => value as u8,
+                Some(value) => return Err(format!("Order is {value}; it must be a whole number from 0 to 255")),
             };
             self.vertices.push(Vertex {
                 line: number,

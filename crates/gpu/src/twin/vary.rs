@@ -208,7 +208,7 @@ impl Lane<'_> {
         }
     }
 
-    /// Where an anchor is on the new form of its segment, as `treegen::carry::Carrier`: as far along in proportion, rolled with the underside, stretched off the
+    /// Where an anchor is on the new form of its segment, as `treegen::SegmentMap`: as far along in proportion, rolled with the underside, stretched off the
     /// bark with the segment. Directions across the wood are complex numbers, whose products add up angles.
     fn carried(&self, index: u32, off_bark: f32, [x, y, a, b]: [f32; 4], along: f32) -> Vec3 {
         let own = self.segment_of(index);

@@ -1,4 +1,4 @@
-//! Trees of eight seasons on rootstocks of all vigours.
+//! Figures of trees of eight seasons on rootstocks of all vigours.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,33 +9,33 @@ use crate::morphometry::distribution::{
     ks_distance, mean_and_sd, median, normal_cdf, quantile, quantile_cdf,
 };
 
-/// What was measured on them.
+/// Measurements of mature trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mature {
     /// Angles of limbs from the vertical.
     pub angle_sample: Sample,
-    /// Their published moments.
+    /// Published moments of the angles.
     pub angle: Moments,
-    /// Figures.
+    /// Targets of the figures.
     pub targets: MatureTargets,
 }
 
-/// Figures of mature trees.
+/// Targets of the figures of mature trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MatureTargets {
     /// Kolmogorov-Smirnov distance of limb angles.
     pub angle_distance: Target,
-    /// Limbs on the leader: mean of the trees.
+    /// Number of limbs on the leader: mean of the trees.
     pub scaffolds_mean: Target,
-    /// Standard deviation.
+    /// Number of limbs on the leader: standard deviation over the trees.
     pub scaffolds_sd: Target,
-    /// Part of the trees whose number of limbs is within the measured range, 3 to 15.
+    /// Share of the trees whose number of limbs is within the measured range.
     pub scaffolds_in_range: Target,
     /// Median exponent of the pipe model at forks.
     pub pipe_exponent: Target,
-    /// Median of the cross-sections above a fork over that below.
+    /// Median of the summed cross-section above a fork over that below.
     pub area_ratio: Target,
     /// Exponent of sub-tree mass against diameter.
     pub mass_diameter: Target,
@@ -49,7 +49,7 @@ pub struct MatureTargets {
 const MEASURED_LIMBS: (f64, f64) = (3.0, 15.0);
 
 impl Measured {
-    /// The figures of mature trees.
+    /// Compares the figures of mature trees.
     pub fn mature_checks(&self, trees: &Population) -> Vec<Check> {
         let t = &self.mature.targets;
         let mut checks = self.limb_angle_checks("mature", trees).to_vec();
@@ -87,7 +87,7 @@ impl Measured {
         checks
     }
 
-    /// How far the limb angles of a population of mature trees are from the measured ones.
+    /// Compares the limb angles of a population of mature trees with the measured ones.
     pub(super) fn limb_angle_checks(&self, population: &str, trees: &Population) -> [Check; 2] {
         let mature = &self.mature;
         let to_unit = 1.0 / mature.angle.unit.to_si();

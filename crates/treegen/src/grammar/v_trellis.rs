@@ -17,7 +17,7 @@ pub struct VTrellis<'a> {
     bound: Bound,
 }
 
-/// The growing points.
+/// Growing points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Apex {
     /// Tip of the trunk, about to draw one internode.
@@ -27,7 +27,7 @@ pub enum Apex {
     },
     /// Tip of a leader, about to draw one internode.
     Leader(Leader),
-    /// Of an arm.
+    /// Growing point of an arm.
     Arm(ShootApex),
 }
 
@@ -43,7 +43,7 @@ pub struct Leader {
 }
 
 impl<'a> VTrellis<'a> {
-    /// The grammar of a config.
+    /// Makes the grammar of a config.
     pub fn new(spec: &'a VTrellisSpec, stream: Stream) -> Self {
         Self { spec, stream, bound: Bound::new(spec.segments_max.get()) }
     }

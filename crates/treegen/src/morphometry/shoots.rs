@@ -9,13 +9,13 @@ use crate::growth::GrowthUnit;
 /// Upper limit of short growth units, and of medium ones [m].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClassLimits {
-    /// Shorter than this is short.
+    /// Shoots below this length are short.
     pub short: f64,
-    /// Longer than this is long.
+    /// Shoots above this length are long.
     pub medium: f64,
 }
 
-/// Parts of short, medium and long growth units.
+/// Shares of short, medium and long growth units.
 pub fn length_classes(units: &[GrowthUnit], limits: ClassLimits) -> [f64; 3] {
     let mut counts = [0.0_f64; 3];
     for unit in units {
@@ -48,7 +48,7 @@ pub fn divergences(units: &[GrowthUnit]) -> Vec<f64> {
     azimuths.windows(2).map(|pair| folded(pair[1] - pair[0])).collect()
 }
 
-/// An angle's distance from a whole turn, in [0, pi].
+/// Absolute value of an angle wrapped to (-pi, pi], in [0, pi].
 fn folded(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { TAU - turned } else { turned }
