@@ -1,4 +1,4 @@
-//! The renderer against an independent ray caster: every ray against every item, through parry.
+//! Compares the renderer with an independent ray caster: every ray against every item, through parry.
 
 mod common;
 #[path = "common/ray_cast.rs"]

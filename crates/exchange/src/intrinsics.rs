@@ -1,41 +1,41 @@
-//! Pinhole intrinsics as JSON.
+//! Reads and writes pinhole intrinsics as JSON.
 //!
 //! Three forms are read: our own `{width, height, fx, fy, cx, cy}`, the same with RealSense's `ppx`, `ppy` and `coeffs`, and
-//! a ROS camera_info with the matrix `K` (or `k`) row by row and the distortion `D` (or `d`). Other fields are passed over.
+//! a ROS camera_info with the matrix `K` (or `k`) row by row and the distortion `D` (or `d`). Other fields are ignored.
 
 use orchard_geometry::Intrinsics;
 use serde::Deserialize;
 
-/// Most columns or rows of an image [px]; what is beyond is a slip of the keyboard.
+/// Largest number of columns or rows of an image [px]; a larger number is taken for a typing error.
 pub const MOST_PIXELS: usize = 8192;
-/// Focal lengths and axis lie within this many pixels, which leaves room for lenses of a tenth of a degree.
+/// Largest focal length and position of the axis [px]: enough for a field of view of a tenth of a degree.
 pub const FARTHEST_PIXEL: f64 = 1e7;
 
-/// Why a text is not the intrinsics of a pinhole camera.
+/// Error of reading the intrinsics of a pinhole camera.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IntrinsicsError {
-    /// Not JSON, or a field of the wrong kind or missing.
+    /// The text is not JSON, or a field is missing or of the wrong type.
     #[error("{field}: {problem}")]
     Json {
         /// Path of the field, `.` for the file.
         field: String,
-        /// What is wrong, with line and column.
+        /// Problem, with line and column.
         problem: String,
     },
-    /// A number outside what is accepted.
+    /// A number is outside its range.
     #[error("{field} is {value}; the allowed range is {allowed}")]
     Range {
-        /// The field.
+        /// Name of the field.
         field: &'static str,
-        /// Its value.
+        /// Value in the file.
         value: f64,
-        /// What is accepted.
+        /// Allowed range.
         allowed: String,
     },
-    /// Lens distortion: the pixels are not those of a pinhole.
+    /// The camera has lens distortion, so that it is no pinhole.
     #[error("distortion {value} is not zero; rectify the image and give its pinhole intrinsics")]
     Distorted {
-        /// The first coefficient that is not zero.
+        /// First coefficient that is not zero.
         value: f64,
     },
 }
@@ -50,7 +50,7 @@ struct File {
     cx: Option<f64>,
     #[serde(alias = "ppy")]
     cy: Option<f64>,
-    /// fx 0 cx 0 fy cy 0 0 1.
+    /// Matrix row by row: fx 0 cx 0 fy cy 0 0 1.
     #[serde(alias = "K")]
     k: Option<[f64; 9]>,
     #[serde(default, alias = "D", alias = "coeffs")]
@@ -60,7 +60,7 @@ struct File {
 /// Reads intrinsics.
 ///
 /// # Errors
-/// The field, its value and what is accepted.
+/// A field is missing, of the wrong type or outside its range, or the lens is distorted.
 pub fn read(text: &str) -> Result<Intrinsics, IntrinsicsError> {
     let mut json = serde_json::Deserializer::from_str(text);
     let file: File = serde_path_to_error::deserialize(&mut json).map_err(|e| IntrinsicsError::Json {
@@ -111,7 +111,7 @@ fn check(k: &Intrinsics) -> Result<(), IntrinsicsError> {
     Ok(())
 }
 
-/// Writes intrinsics; [`read`] gives the same bits back.
+/// Writes intrinsics; [`read`] returns the same bits.
 pub fn write(intrinsics: &Intrinsics) -> String {
     let text = serde_json::to_string_pretty(intrinsics);
     text.unwrap_or_else(|e| unreachable!("six numbers have a form in JSON: {e}")) + "\n"

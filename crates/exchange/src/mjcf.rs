@@ -1,6 +1,6 @@
 //! Writes a multibody model as MJCF, MuJoCo's model format, so that MuJoCo steps the same equations.
 //!
-//! Every part is written exactly, or the export is refused. `docs/computation/judge.md` tells how each part is written and
+//! Every part is written exactly, or the export is refused. `docs/computation/judge.md` describes how each part is written and
 //! how MuJoCo must step the file. Names: link `i` is the body `linkI`, its degrees of freedom are
 //! the joints `linkI.0`, `linkI.1`, ...; point body `i` is the body `pointI` with the joints `pointI.x`, `.y`, `.z`.
 

@@ -1,4 +1,4 @@
-//! What is written is read back, and what is damaged is refused with a reason.
+//! Written files read back, and damaged files are refused with a reason.
 
 use orchard_exchange::{ImportError, json, mtg};
 use orchard_spec::{Preset, Spec};
@@ -53,7 +53,7 @@ fn digitised_wood_gets_fruit_sites_and_leaves_of_the_grown_tree() {
     assert_eq!(json::read(&file.to_string()).unwrap().into_skeleton(&spec, 5, 2), tree);
 }
 
-/// A tree as others code it: axes as a scale of their own, a base off the origin, names without meaning.
+/// A tree in another coding: axes as a scale, a base off the origin, other names.
 const DIGITISED: &str = "CODE:\tFORM-A\n\nCLASSES:\nSYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION\n$\t0\tFREE\tFREE\tIMPLICIT
 P\t1\tFREE\tFREE\tEXPLICIT\nA\t2\tFREE\tFREE\tEXPLICIT\nE\t3\tFREE\tFREE\tEXPLICIT\n
 DESCRIPTION:\nLEFT\tRIGHT\tRELTYPE\tMAX\nE\tE\t+\t?\n
@@ -102,7 +102,8 @@ fn errors_name_line_field_and_value() {
     );
     assert!(json_error("\"length\"", "\"width\"").starts_with("segments[0].width: unknown field"));
     assert!(
-        json_error("\"parent\": 0", "\"parent\": 70").starts_with("segment 1: parent is 70: a parent stands")
+        json_error("\"parent\": 0", "\"parent\": 70")
+            .starts_with("segment 1: parent is 70: a parent must come")
     );
     assert!(json_error("\"radius\": ", "\"radius\": -").starts_with("segment 0: radius is -"));
     assert!(matches!(json::read(""), Err(ImportError::Json { .. })));

@@ -21,7 +21,8 @@ fn main() -> Result<(), ConfigError> {
     println!("density {} kg/m^3, from {}", wood.density.si(), wood.density.source());
     println!("crotch angle {low:.3} to {high:.3} rad");
 
-    let error = from_toml::<Wood>("wood.toml", &WOOD.replace("850.0", "8.5")).expect_err("8.5 is out of range");
+    let error =
+        from_toml::<Wood>("wood.toml", &WOOD.replace("850.0", "8.5")).expect_err("8.5 is out of range");
     println!("{error}");
     Ok(())
 }

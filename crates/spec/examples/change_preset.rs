@@ -17,7 +17,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (paper, stiff) = (Spec::paper(), Spec::from_toml("stiff.toml", STIFF)?);
     for spec in [&paper, &stiff] {
         let wood = &spec.wood;
-        println!("{}: E = {} Pa, density {} kg/m^3", spec.preset, wood.youngs_modulus.si(), wood.density.si());
+        println!(
+            "{}: E = {} Pa, density {} kg/m^3",
+            spec.preset,
+            wood.youngs_modulus.si(),
+            wood.density.si()
+        );
     }
 
     // One stream for each (seed, world, purpose): the same numbers on every platform.

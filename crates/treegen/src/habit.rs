@@ -7,11 +7,10 @@ use orchard_geometry::{Pose, Rotation, Vec3, math, rotation_from_z};
 use std::f64::consts::PI;
 
 use crate::{
-    FruitSite, LeafSite, Segment, Skeleton, Spur, TreegenError, assemble,
-    segment_map::SegmentMap,
-    clearance,
+    FruitSite, LeafSite, Segment, Skeleton, Spur, TreegenError, assemble, clearance,
     fruit_sites::{canopy_radius, outerness},
     leaves::face_up,
+    segment_map::SegmentMap,
     turtle::{Internode, droop_rotation},
 };
 

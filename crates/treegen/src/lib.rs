@@ -12,7 +12,6 @@ pub mod morphometry;
 pub mod turtle;
 
 mod assemble;
-mod segment_map;
 mod clearance;
 mod dress;
 mod error;
@@ -21,17 +20,18 @@ mod habit;
 mod leaves;
 mod links;
 mod pipe;
+mod segment_map;
 mod skeleton;
 
 use orchard_spec::{Purpose, Spec, Stream, tree::Grammar};
 
 pub use assemble::segments;
-pub use segment_map::map_point;
 pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
 pub use fruit_sites::underside;
 pub use growth::{Growth, GrowthUnit};
 pub use habit::{Habit, reshape};
+pub use segment_map::map_point;
 pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton, Spur};
 
 use turtle::Internode;
