@@ -1,5 +1,6 @@
 //! Figures of trees of eight seasons on rootstocks of all vigours.
 
+use orchard_quantity::Span;
 use serde::{Deserialize, Serialize};
 
 use super::{Check, Measured, Moments, Population, Sample, Target};
@@ -13,6 +14,8 @@ use crate::morphometry::distribution::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mature {
+    /// Fewest and most limbs on a measured tree.
+    pub limbs: Span,
     /// Angles of limbs from the vertical.
     pub angle_sample: Sample,
     /// Published moments of the angles.
@@ -45,9 +48,6 @@ pub struct MatureTargets {
     pub length_diameter: Target,
 }
 
-/// Fewest and most limbs on a measured tree.
-const MEASURED_LIMBS: (f64, f64) = (3.0, 15.0);
-
 impl Measured {
     /// Compares the figures of mature trees.
     pub fn mature_checks(&self, trees: &Population) -> Vec<Check> {
@@ -55,7 +55,7 @@ impl Measured {
         let mut checks = self.limb_angle_checks("mature", trees).to_vec();
         let limbs = trees.each_survey(|survey| survey.limbs().count() as f64);
         let (mean, sd) = mean_and_sd(&limbs);
-        let within = |n: &&f64| (MEASURED_LIMBS.0..=MEASURED_LIMBS.1).contains(*n);
+        let within = |n: &&f64| self.mature.limbs.contains_si(**n);
         let part = limbs.iter().filter(within).count() as f64 / limbs.len() as f64;
         let range = format!("{} to {}", quantile(&limbs, 0.0), quantile(&limbs, 1.0));
         checks.push(t.scaffolds_mean.check("mature.scaffolds.mean", mean));
