@@ -1,7 +1,7 @@
 //! Leaf blade: an elliptical blade, folded along its midrib and curled, as a small triangle mesh.
 //!
 //! Origin at the petiole, +x along the midrib, +z the upper face. The depth camera, the pictures and the recordings use the
-//! same mesh, so a leaf hides in a depth image what it hides in a picture.
+//! same mesh, so a leaf hides the same pixels in depth images and pictures.
 
 use orchard_geometry::{Vec3, math};
 use orchard_spec::foliage::FoliageSpec;

@@ -157,7 +157,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_mask_comes_back(width in 0_usize..9, height in 0_usize..9, bits in any::<[bool; 64]>()) {
+        fn a_mask_reads_back(width in 0_usize..9, height in 0_usize..9, bits in any::<[bool; 64]>()) {
             let image = Image::from_pixels(width, height, bits[..width * height].to_vec()).unwrap();
             let rle = Rle::of(&image, |inside| *inside);
             prop_assert_eq!(rle.area(), image.pixels().iter().filter(|inside| **inside).count() as u64);

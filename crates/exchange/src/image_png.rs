@@ -70,7 +70,7 @@ mod tests {
     use crate::depth_png;
 
     #[test]
-    fn pixels_come_back() {
+    fn pixels_read_back() {
         let rgb = Image::from_pixels(2, 1, vec![[1, 2, 3], [255, 0, 9]]).unwrap();
         assert_eq!(read_rgb(&write_rgb(&rgb).unwrap()).unwrap(), rgb);
         let eight = Image::from_pixels(1, 2, vec![7, 255]).unwrap();

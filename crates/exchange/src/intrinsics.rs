@@ -125,7 +125,7 @@ mod tests {
         Intrinsics { width: 640, height: 480, fx: 610.5, fy: 611.25, cx: 319.5, cy: 240.125 };
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_intrinsics_read_back() {
         assert_eq!(read(&write(&K)), Ok(K));
     }
 
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_the_field() {
         let text = write(&K);
         for (from, to, message) in [
             ("610.5", "-1.0", "fx is -1; the allowed range is (0, 10000000] px"),

@@ -132,7 +132,7 @@ fn small() -> Skeleton {
 
 proptest! {
     #[test]
-    fn damaged_files_never_panic_and_what_is_read_is_sound(
+    fn damaged_files_never_panic_and_read_trees_are_sound(
         json_text in damaged(json::write(&small())),
         mtg_text in damaged(mtg::write(&small())),
         other_text in damaged(DIGITISED.to_owned()),

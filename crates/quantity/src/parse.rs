@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scaled_quantity_takes_its_range_along() {
+    fn a_scaled_quantity_scales_its_range() {
         let doc =
             read("[wood]\ndensity = { value = 850, range = [780, 1000], unit = 'kg/m3', source = 'x' }");
         let density = doc.unwrap().wood.density;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Config of the camera `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/camera/paper.toml");
 
-/// The depth cameras that a config can choose: `[camera.NAME]` holds what differs from that camera's own file,
+/// The depth cameras that a config can choose: `[camera.NAME]` holds the differences from that camera's own file,
 /// `configs/camera/NAME.toml`. The mount pose belongs to the robot's config.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_config_holds_what_differs_from_its_base() {
+    fn a_config_holds_the_differences_from_its_base() {
         let text = "preset = 'mine'\nbase = 'paper'\n[wood]\nrigid = true\n\
                     density = { value = 900, range = [780, 1000], unit = 'kg/m3', source = 'x' }";
         let mine = read("mine.toml", text).unwrap();
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn another_grammar_takes_the_place_of_the_bases() {
+    fn another_grammar_replaces_the_bases() {
         let ternary = Spec::preset(Preset::Ternary);
         assert!(matches!(ternary.tree.grammar, Grammar::Ternary(_)));
         // Omitted parameters of the same grammar keep their values.
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_of_a_camera_keep_to_their_range() {
+    fn figures_of_a_camera_are_checked_against_their_range() {
         let error = |text: &str| CameraSpec::from_toml("c.toml", text).unwrap_err().to_string();
         let e = error("[d435i]\nsunlight = { value = 1.5, range = [0, 1], unit = '1', source = 'x' }");
         assert_eq!(e, "c.toml: d435i.sunlight: 1.5 is outside the allowed range [0, 1] 1");
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_the_field() {
         let error = |text: &str| read("a.toml", text).unwrap_err().to_string();
         assert!(
             error("base = 'lemon'").starts_with("a.toml: base: no preset 'lemon'; the presets are: paper")

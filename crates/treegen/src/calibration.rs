@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_embedded_file_reads_and_its_intervals_hold_what_was_measured() {
+    fn the_embedded_file_reads_and_its_intervals_contain_the_measurements() {
         let measured = Measured::embedded();
         for target in [
             &measured.young.targets.growth_units_mean,

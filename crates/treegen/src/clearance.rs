@@ -15,7 +15,7 @@ const HEIGHT_TOLERANCE: f64 = 1e-12;
 ///
 /// # Errors
 /// A branch starts too low to clear the ground, or scaling and lifting do not converge.
-pub(crate) fn stand(
+pub(crate) fn fit_height_and_clearance(
     internodes: &mut [Internode],
     radii: &[f64],
     height: f64,

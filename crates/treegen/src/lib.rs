@@ -70,7 +70,7 @@ fn finish(spec: &Spec, mut internodes: Vec<Internode>, foliage: Stream) -> Resul
         tree.trunk_radius.si(),
         tree.pipe_exponent.si(),
     );
-    clearance::stand(&mut internodes, &radii, tree.height.si(), tree.clearance.si())?;
+    clearance::fit_height_and_clearance(&mut internodes, &radii, tree.height.si(), tree.clearance.si())?;
     let segments = assemble::segments(&internodes, &radii);
     let fruit_sites = fruit_sites::fruit_sites(spec, &segments);
     let leaves = leaves::leaves(&spec.foliage, &segments, foliage);

@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn padding_counts_what_is_within_the_image() {
+    fn padding_counts_pixels_within_the_image() {
         let image = Image::filled(5, 4, 1_u8);
         let sums = window_sums(&padded(&image, 2), 2);
         for v in 0..4 {

@@ -7,7 +7,7 @@ use orchard_camera::Scene;
 const SHARP: (&str, f64, &str) = ("edge_shift", 0.0, "px");
 
 #[test]
-fn what_the_other_imager_does_not_see_is_missing() {
+fn surfaces_hidden_from_the_other_imager_are_missing() {
     let camera = Camera::new(&[NO_DROPOUT, SHARP]);
     let (edge, width) = (400, camera.sensor.intrinsics().width);
     for (z_near, z_far) in [(0.6, 2.0), (1.0, 1.5), (0.5, 2.8)] {
@@ -65,7 +65,7 @@ fn thin_things_need_something_behind_them() {
 }
 
 #[test]
-fn the_sun_takes_its_share() {
+fn the_share_of_dropped_pixels_follows_the_sun() {
     const IMAGES: u32 = 6;
     let z = 1.0;
     let mut last = (-1.0, 0.0);
