@@ -17,6 +17,8 @@ pub struct FruitSpec {
     pub mass: Span,
     /// Hanging distance from the spur to the skin of the fruit.
     pub stem_length: Quantity,
+    /// Radius of the stem in pictures.
+    pub stem_radius: Quantity,
     /// Stiffness of the stem tether, k_s.
     pub stem_stiffness: Quantity,
     /// Damping ratio of the fruit on its tether.

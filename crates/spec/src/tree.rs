@@ -26,6 +26,8 @@ pub struct TreeSpec {
     pub pipe_exponent: Quantity,
     /// Fruit sites on one internode that may carry fruit, evenly spaced, the last at its tip.
     pub fruit_sites: Count,
+    /// Radius of spurs in pictures.
+    pub spur_radius: Quantity,
 }
 
 /// Grammar that a config chooses: `[tree.grammar.NAME]` holds the parameters of the one that it names.

@@ -15,8 +15,6 @@ use crate::transforms::{fruit_frame, segment_frame};
 const BARK: [f64; 4] = [0.42, 0.31, 0.22, 1.0];
 const DEBRIS: [f64; 4] = [0.95, 0.45, 0.05, 1.0];
 const LEAF: [f64; 4] = [0.24, 0.47, 0.16, 1.0];
-/// Radius of a spur, which no body has [m].
-const SPUR: f64 = 2.5e-3;
 
 /// Wood, drawn anew when some of it breaks.
 #[derive(Debug, Clone, Default)]
@@ -46,7 +44,7 @@ impl Wood {
             let pose = Pose::from_parts((*p_segment).into(), rotation_from_z(heading_segment));
             push(
                 &mut entities[*segment],
-                &Shape::Capsule { radius: SPUR, length: *length },
+                &Shape::Capsule { radius: world.spec().tree.spur_radius.si(), length: *length },
                 &pose,
                 color(*segment),
             );
