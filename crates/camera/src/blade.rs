@@ -28,7 +28,7 @@ pub struct BladeMesh {
 }
 
 impl BladeMesh {
-    /// Makes the mesh from two angles [rad]: `fold`, by which each half rises from the flat blade, and `curl`, through
+    /// Makes the mesh from two angles \[rad\]: `fold`, by which each half rises from the flat blade, and `curl`, through
     /// which the midrib bends down from petiole to tip.
     pub fn new(fold: f64, curl: f64) -> Self {
         // Vertex 0 is the petiole, 1 the tip; then (midrib, left, right) of every station.
@@ -52,13 +52,13 @@ impl BladeMesh {
         Self::new(foliage.blade_fold.si(), foliage.blade_curl.si())
     }
 
-    /// Vertices of a blade of a length and a full width [m], in the blade's frame [m].
+    /// Vertices of a blade of a length and a full width \[m\], in the blade's frame \[m\].
     pub fn vertices(&self, length: f64, width: f64) -> [Vec3; VERTICES] {
         self.vertices.map(|v| v.along * length + v.across * width)
     }
 }
 
-/// Point and upward normal of the midrib at a part `s` of its length: a circular arc of unit length through `curl` [rad].
+/// Point and upward normal of the midrib at a part `s` of its length: a circular arc of unit length through `curl` \[rad\].
 fn midrib(curl: f64, s: f64) -> (Vec3, Vec3) {
     if curl == 0.0 {
         return (Vec3::x() * s, Vec3::z());

@@ -3,10 +3,10 @@
 use orchard_geometry::{Intrinsics, Vec3, math};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Depth at which edges that pass behind the camera are cut before projection [m]: below any depth of use, and the slopes
+/// Depth at which edges that pass behind the camera are cut before projection \[m\]: below any depth of use, and the slopes
 /// beyond it are clamped to the image.
 const CUT: f64 = 1e-9;
-/// Widening of a rectangle [px], so that rounding of the bounds never loses a pixel that the exact test hits.
+/// Widening of a rectangle \[px\], so that rounding of the bounds never loses a pixel that the exact test hits.
 const SLACK: f64 = 1e-6;
 
 /// Slopes x/z and y/z that a primitive spans.

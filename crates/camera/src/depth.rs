@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-6;
 /// [`Label::None`] and instance [`NO_INSTANCE`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Depth along the optical axis [m], 0 where invalid.
+    /// Depth along the optical axis \[m\], 0 where invalid.
     pub depth: DepthImage,
     /// Kind of the object that the pixel shows.
     pub label: Image<Label>,
@@ -36,7 +36,7 @@ impl Frame {
 /// Renders the scene into `out`, which is resized to the intrinsics' size.
 ///
 /// `x_world_camera` is the pose of the optical frame (x right, y down, z forward); depth is z in that frame.
-/// A surface nearer than `near` [m] hides surfaces behind it and is invalid, as is one beyond `far` [m]. Of two surfaces at
+/// A surface nearer than `near` \[m\] hides surfaces behind it and is invalid, as is one beyond `far` \[m\]. Of two surfaces at
 /// the same depth the earlier item of the scene is visible.
 pub fn render(
     scene: &Scene,

@@ -31,7 +31,7 @@ pub struct PictureStyle {
     pub shadows: ShadowMaps,
     /// Samples a pixel side: 3 draws 9 samples a pixel.
     pub supersampling: usize,
-    /// Distance over which haze removes 63 % of the contrast [m].
+    /// Distance over which haze removes 63 % of the contrast \[m\].
     pub haze_length: f64,
 }
 
@@ -63,7 +63,7 @@ impl Default for ShadowMaps {
     }
 }
 
-/// Direction towards the sun at an azimuth [rad] from the world's x axis, counter-clockwise seen from above, and an elevation [rad]
+/// Direction towards the sun at an azimuth \[rad\] from the world's x axis, counter-clockwise seen from above, and an elevation \[rad\]
 /// over the horizon.
 pub fn sun_direction(azimuth: f64, elevation: f64) -> Vec3 {
     let ((sin_a, cos_a), (sin_e, cos_e)) = (math::sin_cos(azimuth), math::sin_cos(elevation));

@@ -40,7 +40,7 @@ pub(crate) trait Hit {
     fn hit(&self, d: &Vec3) -> Option<f64>;
     /// A normal of the surface at a point on it, camera frame, not normalised.
     fn normal(&self, p: &Vec3) -> Vec3;
-    /// Least and largest z [m].
+    /// Least and largest z \[m\].
     fn depths(&self) -> (f64, f64);
     /// Slopes that the primitive can cover.
     fn bounds(&self) -> Bounds;

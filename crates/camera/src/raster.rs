@@ -6,7 +6,7 @@ use crate::primitive::{Hit, NO_SIDES, Sides};
 use orchard_geometry::{Intrinsics, Vec3};
 use std::ops::Range;
 
-/// Margin of a plane, as a share of the terms of its equation, and of a row's end [px], so that rounding never loses a
+/// Margin of a plane, as a share of the terms of its equation, and of a row's end \[px\], so that rounding never loses a
 /// pixel that the exact test hits. A normal may have only half of its digits.
 const SLACK: f64 = 1e-8;
 const SLACK_PX: f64 = 1e-6;
@@ -42,7 +42,7 @@ impl Row<'_> {
 }
 
 impl Raster {
-    /// Makes the rays of a camera with a largest depth [m].
+    /// Makes the rays of a camera with a largest depth \[m\].
     pub(crate) fn new(intrinsics: &Intrinsics, far: f64) -> Self {
         let ray = |u: usize, v: usize| intrinsics.ray(u as f64, v as f64);
         Self {

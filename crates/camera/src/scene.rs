@@ -41,7 +41,7 @@ impl Tint {
         Self(Mat3::from_diagonal(&gains))
     }
 
-    /// Turns the hue by an angle [rad] about the axis of greys, which keeps the sum of the channels: a third of a full turn
+    /// Turns the hue by an angle \[rad\] about the axis of greys, which keeps the sum of the channels: a third of a full turn
     /// turns red into green.
     pub fn hue(angle: f64) -> Self {
         Self(
@@ -72,9 +72,9 @@ pub enum Geometry {
     Blade {
         /// Mesh of the unit blade, shared by the leaves of a tree.
         mesh: Arc<BladeMesh>,
-        /// Length along the midrib [m].
+        /// Length along the midrib \[m\].
         length: f64,
-        /// Full width [m].
+        /// Full width \[m\].
         width: f64,
     },
 }

@@ -29,7 +29,7 @@ pub struct ImageKey {
 /// One image: the measured depth and the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Capture {
-    /// Measured depth along the optical axis [m], 0 without a measurement.
+    /// Measured depth along the optical axis \[m\], 0 without a measurement.
     pub measured: DepthImage,
     /// True depth, label and instance of every pixel within the camera's range.
     pub truth: Frame,
@@ -75,7 +75,7 @@ impl Sensor {
     }
 }
 
-/// Invalidates pixels nearer or farther than a range [m].
+/// Invalidates pixels nearer or farther than a range \[m\].
 fn keep_range(frame: &mut Frame, (near, far): (f64, f64)) {
     let pixels = frame.depth.pixels_mut().iter_mut().zip(frame.label.pixels_mut());
     for ((depth, label), instance) in pixels.zip(frame.instance.pixels_mut()) {

@@ -16,9 +16,9 @@ pub struct FruitView {
     pub unoccluded_px: u32,
     /// Smallest box around the pixels that show it.
     pub visible_box: Option<PixelBox>,
-    /// Centre in the camera frame [m].
+    /// Centre in the camera frame \[m\].
     pub p_camera: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
 }
 

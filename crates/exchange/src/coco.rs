@@ -63,7 +63,7 @@ pub struct Annotation<A> {
     pub image_id: u64,
     /// Number of its category.
     pub category_id: u64,
-    /// Left, top, width and height [px] of the smallest box around its pixels; the upper left pixel's corner is (0, 0).
+    /// Left, top, width and height \[px\] of the smallest box around its pixels; the upper left pixel's corner is (0, 0).
     pub bbox: [usize; 4],
     /// Number of pixels that show it.
     pub area: u64,
@@ -81,7 +81,7 @@ pub struct Annotation<A> {
 pub struct Rle {
     /// Rows and columns.
     pub size: [usize; 2],
-    /// Lengths of the runs [px].
+    /// Lengths of the runs \[px\].
     pub counts: Vec<u32>,
 }
 

@@ -5,7 +5,7 @@ use png::{BitDepth, ColorType, Decoder, Encoder, Limits, Transformations};
 
 use crate::intrinsics::MOST_PIXELS;
 
-/// The usual unit, a millimetre [m].
+/// The usual unit, a millimetre \[m\].
 pub const MILLIMETRE: f64 = 1e-3;
 
 /// Error of reading a PNG image of a required kind.
@@ -32,7 +32,7 @@ pub enum PngError {
     },
 }
 
-/// Reads a depth image; `unit` [m] is the depth of value 1.
+/// Reads a depth image; `unit` \[m\] is the depth of value 1.
 ///
 /// # Errors
 /// The bytes are no PNG, a damaged one, or one that is not grey of 16 bits.
@@ -63,7 +63,7 @@ pub fn read_mask(bytes: &[u8]) -> Result<Image<bool>, PngError> {
     raw.image(pixels)
 }
 
-/// Writes a depth image; `unit` [m] is the depth of value 1. Depths round to the nearest value. Depths that are not positive
+/// Writes a depth image; `unit` \[m\] is the depth of value 1. Depths round to the nearest value. Depths that are not positive
 /// numbers or exceed 65535 units are written as 0, no measurement.
 ///
 /// # Errors
@@ -124,7 +124,7 @@ pub(crate) fn decode(
     Ok(Raw { width: width as usize, height: height as usize, bits, data })
 }
 
-/// Largest memory of the decoder besides the image itself [bytes].
+/// Largest memory of the decoder besides the image itself \[bytes\].
 const DECODER_MEMORY: usize = 1 << 26;
 
 #[cfg(test)]

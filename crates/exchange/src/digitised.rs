@@ -8,11 +8,11 @@ use orchard_treegen::{
     FruitSite, LeafSite, Segment, Skeleton, Spur, dress_with_fruit_sites, dress_with_leaves,
 };
 
-/// Allowed lengths of segments and blades [m]. Lengths outside come from noise or another unit.
+/// Allowed lengths of segments and blades \[m\]. Lengths outside come from noise or another unit.
 const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
-/// Allowed radii [m].
+/// Allowed radii \[m\].
 const RADIUS: RangeInclusive<f64> = 1e-4..=5.0;
-/// Largest distance of a segment's base from its parent's tip, and of the root's base from the origin [m]: below the accuracy
+/// Largest distance of a segment's base from its parent's tip, and of the root's base from the origin \[m\]: below the accuracy
 /// of measurements, above the rounding of text with seven digits.
 const GAP: f64 = 1e-6;
 /// Largest difference of a quaternion's norm from 1: rounding of text with seven digits.

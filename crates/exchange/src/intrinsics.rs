@@ -6,9 +6,9 @@
 use orchard_geometry::Intrinsics;
 use serde::Deserialize;
 
-/// Largest number of columns or rows of an image [px]; a larger number is taken for a typing error.
+/// Largest number of columns or rows of an image \[px\]; a larger number is taken for a typing error.
 pub const MOST_PIXELS: usize = 8192;
-/// Largest focal length and position of the axis [px]: enough for a field of view of a tenth of a degree.
+/// Largest focal length and position of the axis \[px\]: enough for a field of view of a tenth of a degree.
 pub const FARTHEST_PIXEL: f64 = 1e7;
 
 /// Error of reading the intrinsics of a pinhole camera.

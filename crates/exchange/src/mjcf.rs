@@ -34,7 +34,7 @@ pub enum MjcfError {
 }
 
 /// Writes the model with the springs and dampers of `data`, at q = 0, every point body at its hang
-/// point. `h` [s] is the time step and `gravity` [m/s^2] the gravity that the file states.
+/// point. `h` \[s\] is the time step and `gravity` [m/s^2] the gravity that the file states.
 ///
 /// Capsules, spheres and boxes become geometry that is drawn and has no contacts; half-spaces are left out.
 ///

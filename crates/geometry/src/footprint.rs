@@ -6,11 +6,11 @@ use crate::{Aabb, HeightField, Vec3};
 /// A rectangle over the ground, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Centre (x, y) [m].
+    /// Centre (x, y) \[m\].
     pub centre: [f64; 2],
     /// Unit vector along the rectangle's length.
     pub ahead: [f64; 2],
-    /// Half of its length and of its width [m].
+    /// Half of its length and of its width \[m\].
     pub half: [f64; 2],
 }
 
@@ -32,7 +32,7 @@ impl Footprint {
 }
 
 impl HeightField {
-    /// Height of the highest point of the surface under a rectangle in the field's frame [m]; `None` if no part of the
+    /// Height of the highest point of the surface under a rectangle in the field's frame \[m\]; `None` if no part of the
     /// rectangle lies over the field.
     ///
     /// The surface is flat on each triangle, so its highest point over the rectangle is a node inside or a point of the

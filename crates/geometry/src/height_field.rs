@@ -85,7 +85,7 @@ pub struct HeightField {
 }
 
 impl HeightField {
-    /// Makes terrain from heights [m], row by row, and the spacing [m] of columns (along x) and rows (along y).
+    /// Makes terrain from heights \[m\], row by row, and the spacing \[m\] of columns (along x) and rows (along y).
     ///
     /// # Errors
     /// [`HeightFieldError`] for fewer than two columns or rows, a wrong number of heights, or a number that is not finite.
@@ -126,12 +126,12 @@ impl HeightField {
         self.rows
     }
 
-    /// Spacing of columns and of rows [m].
+    /// Spacing of columns and of rows \[m\].
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
 
-    /// Heights [m], row by row.
+    /// Heights \[m\], row by row.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
@@ -147,7 +147,7 @@ impl HeightField {
         is_on.then(|| row as usize * self.columns + column as usize)
     }
 
-    /// Position of a node [m]; `None` off the grid.
+    /// Position of a node \[m\]; `None` off the grid.
     pub fn node(&self, node: Node) -> Option<Vec3> {
         self.index(node).map(|index| self.p_node(node, self.heights[index]))
     }
@@ -184,7 +184,7 @@ impl HeightField {
         [[p00, p10, p01], [p10, p11, p01]]
     }
 
-    /// Corners of all triangles of some cells [m].
+    /// Corners of all triangles of some cells \[m\].
     pub fn triangles(&self, cells: Cells) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         cells
             .iter()
@@ -192,7 +192,7 @@ impl HeightField {
             .filter_map(|[a, b, c]| Some([self.node(a)?, self.node(b)?, self.node(c)?]))
     }
 
-    /// Height of the surface over (x, y) [m]; `None` beside the field.
+    /// Height of the surface over (x, y) \[m\]; `None` beside the field.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let p = Vec3::new(x, y, 0.0);
         if !(x.abs() <= self.reach(0) && y.abs() <= self.reach(1)) {
@@ -215,7 +215,7 @@ impl HeightField {
         })
     }
 
-    /// Distance from a point to the surface [m], negative below it. Exact; the cost grows with the square of the
+    /// Distance from a point to the surface \[m\], negative below it. Exact; the cost grows with the square of the
     /// height above the ground. The upright sides of the solid under the border are ignored.
     pub fn signed_distance(&self, p: &Vec3) -> f64 {
         let [x, y] = [0, 1].map(|k| p[k].clamp(-self.reach(k), self.reach(k)));
@@ -241,7 +241,7 @@ impl HeightField {
         (y + self.reach(1)) / self.spacing[1]
     }
 
-    /// Half the field's length along x (0) or y (1) [m].
+    /// Half the field's length along x (0) or y (1) \[m\].
     fn reach(&self, k: usize) -> f64 {
         0.5 * self.spacing[k] * ([self.columns, self.rows][k] - 1) as f64
     }

@@ -45,7 +45,7 @@ pub struct HullEdge {
 pub struct HullFace {
     /// Outward unit normal.
     pub normal: Vec3,
-    /// The hull lies where `normal . p <= offset` [m].
+    /// The hull lies where `normal . p <= offset` \[m\].
     pub offset: f64,
     /// Range of the face's boundary in the list of all boundaries.
     boundary: (u32, u32),
@@ -64,7 +64,7 @@ pub struct ConvexHull {
 }
 
 impl ConvexHull {
-    /// Computes the hull of points [m].
+    /// Computes the hull of points \[m\].
     ///
     /// # Errors
     /// [`HullError`] if the points are not finite or enclose no volume.
@@ -114,7 +114,7 @@ impl ConvexHull {
         Ok(ConvexHull { polyhedron, vertices, edges, faces, boundaries })
     }
 
-    /// Corners [m].
+    /// Corners \[m\].
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }

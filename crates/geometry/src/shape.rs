@@ -9,19 +9,19 @@ use crate::{ConvexHull, HeightField, Pose, Vec3, transform};
 pub enum Shape {
     /// A ball centred on the origin.
     Sphere {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// A capsule whose axis runs from the origin to (0, 0, length).
     Capsule {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Length of the axis [m].
+        /// Length of the axis \[m\].
         length: f64,
     },
     /// A box centred on the origin.
     Box {
-        /// Half-extents [m].
+        /// Half-extents \[m\].
         half: Vec3,
     },
     /// Everything with z <= 0: the ground.
@@ -38,9 +38,9 @@ const UPRIGHT: f64 = 1e-9;
 /// An axis-aligned bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
-    /// Lowest corner [m].
+    /// Lowest corner \[m\].
     pub min: Vec3,
-    /// Highest corner [m].
+    /// Highest corner \[m\].
     pub max: Vec3,
 }
 
@@ -50,7 +50,7 @@ impl Aabb {
         (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
     }
 
-    /// Box enlarged on all sides by a margin [m].
+    /// Box enlarged on all sides by a margin \[m\].
     pub fn grown(&self, by: f64) -> Aabb {
         let d = Vec3::repeat(by);
         Aabb { min: self.min - d, max: self.max + d }
@@ -98,7 +98,7 @@ impl Shape {
         }
     }
 
-    /// Distance from a point in the shape's frame to its surface [m], negative inside.
+    /// Distance from a point in the shape's frame to its surface \[m\], negative inside.
     pub fn signed_distance(&self, p: &Vec3) -> f64 {
         match *self {
             Shape::Sphere { radius } => p.norm() - radius,

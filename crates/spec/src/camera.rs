@@ -57,7 +57,7 @@ pub struct PaperSpec {
     pub range: Span,
 }
 
-/// A stereo camera. Its errors are errors of the disparity f B / z: the shift [px] of a point between the two imagers'
+/// A stereo camera. Its errors are errors of the disparity f B / z: the shift \[px\] of a point between the two imagers'
 /// pictures (docs/computation/sensor.md).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -92,7 +92,7 @@ pub struct D435iSpec {
 }
 
 impl D435iSpec {
-    /// Standard deviation of the disparity [px] at the light dial.
+    /// Standard deviation of the disparity \[px\] at the light dial.
     pub fn disparity_sd(&self) -> f64 {
         at(&self.disparity_noise, &self.sunlight)
     }
@@ -204,7 +204,7 @@ impl CameraSpec {
         }
     }
 
-    /// Nearest and farthest valid depth [m].
+    /// Nearest and farthest valid depth \[m\].
     pub fn range(&self) -> (f64, f64) {
         match self {
             CameraSpec::Ideal(_) => (0.0, f64::INFINITY),
@@ -213,7 +213,7 @@ impl CameraSpec {
         }
     }
 
-    /// Time from exposure to delivery of an image [s].
+    /// Time from exposure to delivery of an image \[s\].
     pub fn latency(&self) -> f64 {
         match self {
             CameraSpec::Ideal(_) | CameraSpec::Paper(_) => 0.0,

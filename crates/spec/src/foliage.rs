@@ -66,7 +66,7 @@ pub struct LeafAreaSpec {
 }
 
 impl LeafAreaSpec {
-    /// Leaf area [m^2] at dial 1 of a shoot of a given length [m].
+    /// Leaf area [m^2] at dial 1 of a shoot of a given length \[m\].
     pub fn of_shoot(&self, length: f64, floral: bool) -> f64 {
         let (base, slope) = if floral {
             (&self.floral_base, &self.floral_slope)
@@ -95,7 +95,7 @@ impl FoliageSpec {
         if dense { self.dense_min_order.get() } else { self.min_order.get() }
     }
 
-    /// Length and width of a blade of the middle size class [m].
+    /// Length and width of a blade of the middle size class \[m\].
     pub fn blade_size(&self) -> (f64, f64) {
         let dial = self.density.si();
         (

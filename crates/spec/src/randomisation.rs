@@ -303,14 +303,14 @@ impl ClippedFactor {
 }
 
 impl Angle {
-    /// Draws the angle of one tree [rad].
+    /// Draws the angle of one tree \[rad\].
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         stream.within(self.angle.si()) * self.strength.si()
     }
 }
 
 impl Bend {
-    /// Draws the next angle [rad] and the azimuth of its axis [rad].
+    /// Draws the next angle \[rad\] and the azimuth of its axis \[rad\].
     pub fn draw(&self, stream: &mut Stream) -> (f64, f64) {
         let angle = stream.normal(0.0, self.sd.si()) * self.strength.si();
         (angle, stream.uniform(0.0, std::f64::consts::TAU))
@@ -318,7 +318,7 @@ impl Bend {
 }
 
 impl Droop {
-    /// Draws the additional droop of every internode of one tree [rad].
+    /// Draws the additional droop of every internode of one tree \[rad\].
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         (at_strength(stream.within(self.factor.si()), &self.strength) - 1.0) * self.internode.si()
     }
@@ -333,7 +333,7 @@ impl WoodTint {
 }
 
 impl FoliageColour {
-    /// Draws brightness and turn of the hue [rad] of one tree.
+    /// Draws brightness and turn of the hue \[rad\] of one tree.
     pub fn draw(&self, stream: &mut Stream) -> (f64, f64) {
         let brightness = at_strength(stream.within(self.brightness.si()), &self.strength);
         (brightness, stream.within(self.hue.si()) * self.strength.si())

@@ -30,12 +30,12 @@ pub struct SimSpec {
 }
 
 impl SimSpec {
-    /// Frame length [s].
+    /// Frame length \[s\].
     pub fn frame(&self) -> f64 {
         1.0 / self.frame_rate.si()
     }
 
-    /// Substep length [s].
+    /// Substep length \[s\].
     pub fn substep(&self) -> f64 {
         self.frame() / f64::from(self.substeps.get())
     }

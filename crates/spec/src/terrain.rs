@@ -29,7 +29,7 @@ pub struct TerrainSpec {
 }
 
 impl TerrainSpec {
-    /// Returns enabled terrain of another amplitude [m].
+    /// Returns enabled terrain of another amplitude \[m\].
     ///
     /// # Errors
     /// The amplitude is outside its range.
@@ -38,7 +38,7 @@ impl TerrainSpec {
         Ok(Self { enabled: true, amplitude, ..self.clone() })
     }
 
-    /// Distance between the nodes of the ground's grid [m].
+    /// Distance between the nodes of the ground's grid \[m\].
     pub fn spacing(&self) -> f64 {
         self.period.si() / f64::from(self.grid_cells.get())
     }

@@ -178,7 +178,7 @@ impl Population {
         self.surveys.iter().map(figure).collect()
     }
 
-    /// Angles of the limbs from the vertical, base to tip, as [`crate::morphometry::branches`] finds them [rad].
+    /// Angles of the limbs from the vertical, base to tip, as [`crate::morphometry::branches`] finds them \[rad\].
     pub fn limb_angles(&self) -> Vec<f64> {
         self.surveys.iter().flat_map(|survey| survey.limbs().map(|limb| limb.angle)).collect()
     }

@@ -10,8 +10,8 @@ const PASSES: usize = 64;
 /// Largest relative error of the height: some thousand roundings.
 const HEIGHT_TOLERANCE: f64 = 1e-12;
 
-/// Scales the tree so that its highest tip is at `height` [m] and lifts every branch whose lowest point
-/// would be nearer to the ground than `clearance` [m].
+/// Scales the tree so that its highest tip is at `height` \[m\] and lifts every branch whose lowest point
+/// would be nearer to the ground than `clearance` \[m\].
 ///
 /// # Errors
 /// A branch starts too low to clear the ground, or scaling and lifting do not converge.
@@ -37,7 +37,7 @@ pub(crate) fn fit_height_and_clearance(
     Err(TreegenError::Height { height })
 }
 
-/// Height of the highest tip [m].
+/// Height of the highest tip \[m\].
 pub(crate) fn top(internodes: &[Internode]) -> f64 {
     let mut z_tips = Vec::with_capacity(internodes.len());
     for internode in internodes {

@@ -10,15 +10,15 @@ pub enum TreegenError {
     Clearance {
         /// Index of the segment.
         segment: usize,
-        /// Configured clearance [m].
+        /// Configured clearance \[m\].
         clearance: f64,
-        /// Configured height [m].
+        /// Configured height \[m\].
         height: f64,
     },
     /// Lifting low branches and scaling to the height did not converge.
     #[error("tree.height: lifting low branches and scaling to {height} m did not converge")]
     Height {
-        /// Configured height [m].
+        /// Configured height \[m\].
         height: f64,
     },
     /// The leader makes no shoot.

@@ -30,7 +30,7 @@ pub(crate) fn fruit_sites(spec: &Spec, segments: &[Segment]) -> Vec<FruitSite> {
     sites
 }
 
-/// Largest horizontal distance of any tip from the trunk's axis [m].
+/// Largest horizontal distance of any tip from the trunk's axis \[m\].
 pub(crate) fn canopy_radius(segments: &[Segment]) -> f64 {
     segments.iter().map(|s| s.p_tip_world().xy().norm()).fold(0.0, f64::max)
 }

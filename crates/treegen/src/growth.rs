@@ -35,7 +35,7 @@ pub struct GrowthUnit {
     pub floral: bool,
     /// True if it is the first of its axis.
     pub first: bool,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
     /// Unit heading at its base, world.
     pub heading_world: Vec3,
@@ -90,7 +90,7 @@ pub(crate) fn grow(
     Ok(Growth { skeleton: Skeleton { segments, fruit_sites, leaves, spurs }, units })
 }
 
-/// Largest radius of the tips [m]: together they then make up `tip_share` of the trunk's pipes.
+/// Largest radius of the tips \[m\]: together they then make up `tip_share` of the trunk's pipes.
 fn thickest_tip(
     grammar: &AnnualShootsSpec,
     parents: &[Option<usize>],
@@ -243,7 +243,7 @@ fn fruit_site_list(
     sites
 }
 
-/// Length of every link, from its base, on which fruit may hang [m]: a limb bears fruit from its base over a length that its
+/// Length of every link, from its base, on which fruit may hang \[m\]: a limb bears fruit from its base over a length that its
 /// cross-section there allows, a lateral on bearing wood over `fruit_reach`.
 fn bearing_lengths(
     grammar: &AnnualShootsSpec,

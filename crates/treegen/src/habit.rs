@@ -21,16 +21,16 @@ pub struct Habit {
     pub length: Vec<f64>,
     /// Factors on radii.
     pub radius: Vec<f64>,
-    /// Bend at each segment's base [rad], about an axis across the heading, and that axis's azimuth [rad]. The bend of
+    /// Bend at each segment's base \[rad\], about an axis across the heading, and that axis's azimuth \[rad\]. The bend of
     /// the trunk's first segment is ignored.
     pub bend: Vec<(f64, f64)>,
-    /// Downward bend at the base of every segment of a limb (order 1 and higher) [rad].
+    /// Downward bend at the base of every segment of a limb (order 1 and higher) \[rad\].
     pub droop: f64,
-    /// Rotation vector of the whole tree about its foot, world [rad].
+    /// Rotation vector of the whole tree about its foot, world \[rad\].
     pub lean_world: Vec3,
     /// Factor on the angle between a lateral and its parent.
     pub fork_spread: f64,
-    /// Roll of the n-th lateral of an axis about its parent, over n (from 0) [rad].
+    /// Roll of the n-th lateral of an axis about its parent, over n (from 0) \[rad\].
     pub twist: f64,
 }
 
@@ -48,7 +48,7 @@ impl Habit {
 
 /// Returns the tree in another habit: the same segments with the same spurs, fruit sites and leaves, which keep their places on the
 /// wood; blades are turned about their midribs to face up again. No segment is thicker than its parent, and branches
-/// are again lifted above the ground clearance [m]. The height is not restored.
+/// are again lifted above the ground clearance \[m\]. The height is not restored.
 ///
 /// # Errors
 /// A branch starts too low to clear the ground.

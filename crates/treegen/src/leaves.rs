@@ -43,12 +43,12 @@ pub(crate) fn leaves(spec: &FoliageSpec, segments: &[Segment], mut stream: Strea
 #[derive(Debug, Clone)]
 pub(crate) struct Piece {
     pub segment: usize,
-    /// Ends on the shoot's axis [m].
+    /// Ends on the shoot's axis \[m\].
     pub p_base_segment: Vec3,
     pub p_tip_segment: Vec3,
-    /// Radius of the wood [m].
+    /// Radius of the wood \[m\].
     pub radius: f64,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
 }
 
@@ -105,7 +105,7 @@ pub(crate) fn leaves_of_shoots(
     leaves
 }
 
-/// Point at a length [m] along a shoot, and its piece.
+/// Point at a length \[m\] along a shoot, and its piece.
 fn point_along(pieces: &[Piece], along: f64) -> Option<(&Piece, Vec3)> {
     let mut left = along;
     let (last, before) = pieces.split_last()?;
@@ -151,7 +151,7 @@ fn blade(
 }
 
 /// Rotation of the blade in the segment's frame: the midrib (+x) continues the petiole, bent towards the
-/// ground by `droop` [rad]; the upper face (+z) faces up as far as the midrib allows.
+/// ground by `droop` \[rad\]; the upper face (+z) faces up as far as the midrib allows.
 fn blade_rotation(r_world_segment: &Rotation, petiole: &Vec3, outward: &Vec3, droop: f64) -> Rotation {
     let petiole_world = r_world_segment * petiole;
     let midrib = (droop_rotation(&petiole_world, droop) * petiole_world).normalize();

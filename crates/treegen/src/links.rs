@@ -19,7 +19,7 @@ pub(crate) struct ShortBranch {
     pub part: f64,
     /// Unit vector from its base to its tip, world.
     pub heading: Vec3,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
     /// Index of its first internode.
     pub first: usize,
@@ -57,7 +57,7 @@ pub(crate) struct Links {
     pub places: Vec<Place>,
 }
 
-/// Joins and cuts drawn internodes to links of `least` to `most` [m].
+/// Joins and cuts drawn internodes to links of `least` to `most` \[m\].
 pub(crate) fn link(internodes: &[Internode], least: f64, most: f64) -> Links {
     let drawn = cut(internodes, most);
     let branching = Branching::of(&drawn);

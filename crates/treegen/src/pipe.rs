@@ -8,7 +8,7 @@
 
 use orchard_geometry::math;
 
-/// Radius [m] of every internode from its parent's index; parents stand before children. `weight` maps an
+/// Radius \[m\] of every internode from its parent's index; parents stand before children. `weight` maps an
 /// internode's index, and true if it has children, to its weight in p.
 pub(crate) fn radii(
     parents: &[Option<usize>],

@@ -9,7 +9,7 @@ use crate::{Segment, fruit_sites::underside};
 pub(crate) struct SegmentMap {
     roll: Rotation,
     stretch: f64,
-    /// Radii before and after [m].
+    /// Radii before and after \[m\].
     from: f64,
     to: f64,
     /// Unit vector across the new shape to its lower side.
@@ -30,7 +30,7 @@ impl SegmentMap {
         }
     }
 
-    /// Maps a point on or outside the bark [m]. A point on the axis maps to the underside of the new shape.
+    /// Maps a point on or outside the bark \[m\]. A point on the axis maps to the underside of the new shape.
     pub fn point(&self, p_segment: &Vec3) -> Vec3 {
         let across = Vec3::new(p_segment.x, p_segment.y, 0.0);
         let distance = across.norm();
@@ -49,7 +49,7 @@ impl SegmentMap {
     }
 }
 
-/// Maps the attachment point of a stem from a segment's old shape to its new one, each in its segment frame [m].
+/// Maps the attachment point of a stem from a segment's old shape to its new one, each in its segment frame \[m\].
 pub fn map_point(p_segment: &Vec3, from: &Segment, to: &Segment) -> Vec3 {
     if from == to { *p_segment } else { SegmentMap::new(from, to).point(p_segment) }
 }

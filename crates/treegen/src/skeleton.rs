@@ -26,13 +26,13 @@ pub struct Skeleton {
 pub struct Segment {
     /// Index of the parent; `None` for the first segment of the trunk.
     pub parent: Option<usize>,
-    /// Base point [m], world.
+    /// Base point \[m\], world.
     pub p_base_world: Vec3,
     /// Rotation of the segment's frame in the world; local +z is the heading.
     pub r_world_segment: Rotation,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// Branch order: 0 trunk and leader, 1 scaffold, 2 lateral, ...
     pub order: u8,
@@ -44,7 +44,7 @@ pub struct Segment {
 pub struct FruitSite {
     /// Index of the segment that bears the site.
     pub segment: usize,
-    /// Attachment point in the segment's frame [m].
+    /// Attachment point in the segment's frame \[m\].
     pub p_segment: Vec3,
     /// Horizontal distance from the trunk axis over the canopy's radius: 0 at the axis, 1 at the edge.
     pub outerness: f64,
@@ -56,11 +56,11 @@ pub struct FruitSite {
 pub struct Spur {
     /// Index of the segment on which it stands.
     pub segment: usize,
-    /// Base on the bark, in the segment's frame [m].
+    /// Base on the bark, in the segment's frame \[m\].
     pub p_segment: Vec3,
     /// Unit vector from base to tip, in the segment's frame.
     pub heading_segment: Vec3,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
     /// True if the spur bears an inflorescence.
     pub floral: bool,
@@ -74,9 +74,9 @@ pub struct LeafSite {
     pub segment: usize,
     /// Pose of the blade in the segment's frame: origin at the petiole, +x along the midrib, +z the upper face.
     pub x_segment_leaf: Pose,
-    /// Length of the blade along the midrib [m].
+    /// Length of the blade along the midrib \[m\].
     pub length: f64,
-    /// Full width of the blade [m].
+    /// Full width of the blade \[m\].
     pub width: f64,
     /// Size class: 0 small, 1 medium, 2 large.
     pub size_class: u8,
@@ -90,7 +90,7 @@ impl LeafSite {
 }
 
 impl Segment {
-    /// Tip point [m], world.
+    /// Tip point \[m\], world.
     pub fn p_tip_world(&self) -> Vec3 {
         self.p_base_world + self.heading() * self.length
     }

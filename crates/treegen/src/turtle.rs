@@ -11,7 +11,7 @@ pub struct Internode {
     pub parent: Option<usize>,
     /// Unit heading, world.
     pub heading: Vec3,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
     /// Relative width.
     pub width: f64,
@@ -75,13 +75,13 @@ pub fn interpret<A>(string: &[Module<A>]) -> Vec<Internode> {
 }
 
 impl State {
-    /// Rotates the frame about its own axes by a rotation vector [rad].
+    /// Rotates the frame about its own axes by a rotation vector \[rad\].
     fn turn(&mut self, rotation_turtle: Vec3) {
         self.r_world_turtle *= Rotation::from_scaled_axis(rotation_turtle);
     }
 }
 
-/// Rotation that bends a unit heading by `angle` [rad] towards the ground, or away from it where negative,
+/// Rotation that bends a unit heading by `angle` \[rad\] towards the ground, or away from it where negative,
 /// but no further than straight down (up). A vertical heading has no direction to bend in and stays.
 pub(crate) fn droop_rotation(heading: &Vec3, angle: f64) -> Rotation {
     let axis = heading.cross(&-Vec3::z());

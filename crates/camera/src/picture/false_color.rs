@@ -16,7 +16,7 @@ const INVALID: [u8; 3] = [28, 30, 32];
 const CIRCLE: [u8; 3] = [60, 255, 120];
 
 /// Draws a depth image in false colour (bright is near) with a circle for every detection, given as
-/// (u, v, radius) [px].
+/// (u, v, radius) \[px\].
 pub fn depth_picture(depth: &DepthImage, circles: &[(f64, f64, f64)]) -> Image<[u8; 3]> {
     depth_picture_enlarged(depth, circles, 1)
 }

@@ -6,9 +6,9 @@ use crate::depth::rasterise;
 use crate::{Geometry, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Mat3, Shape, Vec3, math};
 
-/// Distance of a shadow map's camera [m]: far enough for nearly parallel rays, near enough for f32 depth.
+/// Distance of a shadow map's camera \[m\]: far enough for nearly parallel rays, near enough for f32 depth.
 const DISTANCE: f64 = 100.0;
-/// Offset along the normal, and tolerance in depth, against a surface shading itself [m].
+/// Offset along the normal, and tolerance in depth, against a surface shading itself \[m\].
 const OFFSET: f64 = 0.004;
 const BIAS: f64 = 0.004;
 /// Number of sky directions.

@@ -9,7 +9,7 @@ use orchard_geometry::{DepthImage, Image};
 use orchard_spec::camera::D435iSpec;
 use orchard_spec::{Purpose, Stream};
 
-/// Returns the measured depth [m], 0 without a measurement. `focal` is the horizontal focal length [px]; `truth` is the true
+/// Returns the measured depth \[m\], 0 without a measurement. `focal` is the horizontal focal length \[px\]; `truth` is the true
 /// depth at any range, 0 where there is no surface.
 pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: ImageKey) -> DepthImage {
     let (width, height) = (truth.width(), truth.height());
@@ -59,7 +59,7 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
     measured
 }
 
-/// Disparity of each pixel [px], 0 where there is no surface.
+/// Disparity of each pixel \[px\], 0 where there is no surface.
 fn disparities(depth: &DepthImage, focal_baseline: f32) -> Image<f32> {
     let mut disparity = depth.clone();
     for d in disparity.pixels_mut() {

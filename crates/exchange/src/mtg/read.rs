@@ -29,12 +29,12 @@ struct Reader {
     first_column: usize,
     /// The last vertex in each column of codes; `None` stands for a coarser entity without wood so far.
     last: Vec<Option<usize>>,
-    /// Base of the trunk in the file's coordinates [m].
+    /// Base of the trunk in the file's coordinates \[m\].
     p_base: Vec3,
     vertices: Vec<Vertex>,
 }
 
-/// Reads a tree. Entities of the finest scale are wood; `XX`, `YY`, `ZZ` are the tip [m], `TopDia` the diameter [m].
+/// Reads a tree. Entities of the finest scale are wood; `XX`, `YY`, `ZZ` are the tip \[m\], `TopDia` the diameter \[m\].
 /// On a coarser entity `XX`, `YY`, `ZZ` are the base of the trunk, by default the origin.
 ///
 /// # Errors

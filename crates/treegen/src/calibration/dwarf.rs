@@ -72,7 +72,7 @@ pub fn mean_of(target: &Target, name: &str, figures: &[f64]) -> Check {
     target.check(name, mean_and_sd(figures).0).noted(note)
 }
 
-/// Height of the highest tip [m].
+/// Height of the highest tip \[m\].
 fn height(skeleton: &Skeleton) -> f64 {
     skeleton.segments.iter().map(|segment| segment.p_tip_world().z).fold(0.0, f64::max)
 }

@@ -11,7 +11,7 @@ use orchard_spec::tree::annual_shoots::{AnnualShootsSpec, ClassWeights};
 
 use crate::lsystem::{AxisKind, Command, Grammar, Module, Unit};
 
-/// Least length of a shoot and distance of nodes [m], for any config.
+/// Least length of a shoot and distance of nodes \[m\], for any config.
 const LEAST_LENGTH: f64 = 1e-3;
 
 /// Largest number of nodes over the largest number of growth units; beyond it shoots set no buds.
@@ -23,10 +23,10 @@ pub struct AnnualShoots<'a> {
     spec: &'a AnnualShootsSpec,
     stream: Stream,
     trunk_radius: f64,
-    /// Lengths of the leader's shoots, one a season [m].
+    /// Lengths of the leader's shoots, one a season \[m\].
     leader: Vec<f64>,
     vigour: f64,
-    /// Heights along the leader at which limbs stand, from the highest down [m].
+    /// Heights along the leader at which limbs stand, from the highest down \[m\].
     limb_heights: Vec<f64>,
     /// Factor on a limb's shoot from the trunk's diameter.
     limb_scale: f64,
@@ -34,9 +34,9 @@ pub struct AnnualShoots<'a> {
     units: u32,
     /// Number of nodes made.
     nodes: u32,
-    /// Length of the leader so far [m].
+    /// Length of the leader so far \[m\].
     height: f64,
-    /// Length of the leader to its next node [m].
+    /// Length of the leader to its next node \[m\].
     next_node: f64,
 }
 
@@ -61,7 +61,7 @@ pub struct Branch {
     season: u32,
     /// Season in which it begins to grow.
     opens: u32,
-    /// Length of its next shoot if it is a limb [m].
+    /// Length of its next shoot if it is a limb \[m\].
     limb: Option<f64>,
     /// Number of shoots made.
     shoots: u32,
@@ -107,7 +107,7 @@ impl<'a> AnnualShoots<'a> {
         }
     }
 
-    /// Radius of the trunk's first link [m].
+    /// Radius of the trunk's first link \[m\].
     pub fn trunk_radius(&self) -> f64 {
         self.trunk_radius
     }
@@ -141,7 +141,7 @@ impl<'a> AnnualShoots<'a> {
         (bend(angle), bend(-angle))
     }
 
-    /// Distance from one node to the next [m].
+    /// Distance from one node to the next \[m\].
     fn node_spacing(&mut self, axis: AxisKind) -> f64 {
         let spacing = match axis {
             AxisKind::Leader => &self.spec.leader_nodes,
@@ -204,7 +204,7 @@ impl<'a> AnnualShoots<'a> {
         successor.push(Module::Apex(Apex::Leader { season: season + 1 }));
     }
 
-    /// Length of a lateral's shoot [m].
+    /// Length of a lateral's shoot \[m\].
     fn lateral_shoot(&mut self, weights: &ClassWeights) -> f64 {
         let (short, medium) = (weights.short.si(), weights.medium.si());
         let draw = self.stream.unit();

@@ -11,14 +11,14 @@ pub enum ShootApex {
     Tip {
         /// Internodes still to draw.
         left: u32,
-        /// Length of each [m].
+        /// Length of each \[m\].
         length: f64,
     },
     /// A spur's bud.
     Spur,
 }
 
-/// The tip of a shoot of a length [m], if the bound on the tree's size allows it.
+/// The tip of a shoot of a length \[m\], if the bound on the tree's size allows it.
 pub(super) fn open(
     spec: &ShootSpec,
     length: f64,

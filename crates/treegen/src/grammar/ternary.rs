@@ -6,7 +6,7 @@ use orchard_spec::tree::TernarySpec;
 
 use crate::lsystem::{Command, Grammar, Module};
 
-/// The grammar with its angles [rad], lengths and factors.
+/// The grammar with its angles \[rad\], lengths and factors.
 #[derive(Debug, Clone)]
 pub struct Ternary {
     derivations: u32,

@@ -36,9 +36,9 @@ pub enum Apex {
 pub struct Leader {
     /// Internodes still to draw.
     left: u32,
-    /// Length of each [m].
+    /// Length of each \[m\].
     length: f64,
-    /// Roll to the side of the next arm [rad]: a quarter turn to either side.
+    /// Roll to the side of the next arm \[rad\]: a quarter turn to either side.
     side: f64,
 }
 

@@ -57,7 +57,7 @@ pub fn pipe_exponent(parent: f64, children: &[f64]) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Diameter of every piece of wood that ends in a fork, and those of its children [m].
+/// Diameter of every piece of wood that ends in a fork, and those of its children \[m\].
 fn forks(branches: &[Branch]) -> Vec<(f64, Vec<f64>)> {
     let mut children = vec![Vec::new(); branches.len()];
     for branch in branches {

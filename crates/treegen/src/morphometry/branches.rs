@@ -19,17 +19,17 @@ pub struct Branch {
     pub order: u8,
     /// True if it begins an axis.
     pub first: bool,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Diameter at half its length [m].
+    /// Diameter at half its length \[m\].
     pub diameter: f64,
-    /// Angle of the line from its base to its tip from the vertical [rad].
+    /// Angle of the line from its base to its tip from the vertical \[rad\].
     pub angle: f64,
     /// Volume of its wood [m^3].
     pub volume: f64,
-    /// Its length plus that of the longest path from its tip [m].
+    /// Its length plus that of the longest path from its tip \[m\].
     pub path_length: f64,
-    /// Its length plus that of all pieces above [m].
+    /// Its length plus that of all pieces above \[m\].
     pub subtree_length: f64,
     /// Its volume plus that of all pieces above [m^3].
     pub subtree_volume: f64,
@@ -46,7 +46,7 @@ pub struct Survey {
     pub twig_volume: f64,
 }
 
-/// Surveys a tree; a branch whose first segment is thinner than `least_diameter` [m] is a twig.
+/// Surveys a tree; a branch whose first segment is thinner than `least_diameter` \[m\] is a twig.
 pub fn survey(skeleton: &Skeleton, least_diameter: f64) -> Survey {
     let segments = &skeleton.segments;
     let children = skeleton.children();
@@ -142,7 +142,7 @@ impl Survey {
         self.branches.iter().filter(|b| b.first && b.parent.is_some_and(|p| self.branches[p].order == 0))
     }
 
-    /// Length of all pieces [m].
+    /// Length of all pieces \[m\].
     pub fn length(&self) -> f64 {
         self.branches.iter().map(|b| b.length).sum()
     }

@@ -7,14 +7,14 @@ use orchard_spec::{Stream, tree::CentralLeaderSpec};
 pub(super) struct Parameters {
     pub limbs: u32,
     pub scaffolds: u32,
-    /// Roll from branch to branch [rad].
+    /// Roll from branch to branch \[rad\].
     pub divergence: f64,
     pub length_decay: f64,
-    /// Droop an internode times the tree's form [rad].
+    /// Droop an internode times the tree's form \[rad\].
     pub droop: f64,
     pub upturn: f64,
     pub bud_abortion: f64,
-    /// Largest bend at a node [rad].
+    /// Largest bend at a node \[rad\].
     pub wobble: f64,
 }
 

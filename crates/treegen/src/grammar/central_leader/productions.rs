@@ -14,7 +14,7 @@ pub enum Apex {
         tier: u32,
         /// Number of internodes that the tier still lacks.
         left: u32,
-        /// Length of the tier's internodes [m].
+        /// Length of the tier's internodes \[m\].
         length: f64,
     },
     /// Tip of an axis, about to draw one internode.
@@ -23,7 +23,7 @@ pub enum Apex {
     Bud {
         /// Branch order of the axis that it becomes.
         order: u32,
-        /// Length of that axis's first internode [m].
+        /// Length of that axis's first internode \[m\].
         length: f64,
     },
 }
@@ -39,7 +39,7 @@ pub struct Axis {
     internodes: u32,
     /// Number of buds of the complete axis.
     buds: u32,
-    /// Length of the next internode [m].
+    /// Length of the next internode \[m\].
     length: f64,
 }
 
