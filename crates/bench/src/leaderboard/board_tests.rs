@@ -109,7 +109,7 @@ fn a_board_takes_a_result_once_and_a_name_once() {
         board.check("v2", SeedSetName::Tuning).unwrap_err().to_string().contains("config_version v1, not v2")
     );
     for (from, to, problem) in [
-        ("\"schema_version\":4", "\"schema_version\":5", "schema_version 5, not 4"),
+        ("\"schema_version\":5", "\"schema_version\":6", "schema_version 6, not 5"),
         (
             "\"within_budget\":true",
             "\"within_budget\":false",

@@ -1,10 +1,9 @@
-//! What was asked of each task, as `plan.json` holds it: results are a function of it, the configs and the code.
+//! `plan.json`: what was asked of each task of a folder. Results are a function of it, the configs and the code.
 
 use std::collections::BTreeMap;
 use std::fs;
 
-use orchard_perception::DetectorConfig;
-use orchard_spec::camera::CameraSpec;
+use orchard_scenario::StoredScenario;
 use serde::{Deserialize, Serialize};
 
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
@@ -13,49 +12,37 @@ use crate::scaling::Backend;
 use crate::shard::Shard;
 use crate::store::{Store, StoreError};
 
-/// What a command asks of one task.
+/// The plan of one task, as a user asked for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "task", rename_all = "kebab-case")]
-pub enum Order {
+pub enum TaskPlan {
     /// Conditions of the matrix.
     Harvest {
-        /// Who harvests.
-        controller: String,
-        /// How much.
+        /// Conditions, seeds and trees.
         #[serde(flatten)]
         extent: Extent,
     },
     /// Single images of every tree.
     Detect {
-        /// Which trees.
+        /// Seeds and trees.
         #[serde(flatten)]
-        trees: Trees,
-        /// The camera.
-        camera: Box<CameraSpec>,
-        /// Name of the detector's config.
-        detector_name: String,
-        /// The detector.
-        detector: Box<DetectorConfig>,
+        trees: TreeExtent,
     },
     /// Hold named fruit.
     ReachAndGrasp {
-        /// Who reaches.
-        controller: String,
-        /// Which trees.
+        /// Seeds and trees.
         #[serde(flatten)]
-        trees: Trees,
+        trees: TreeExtent,
     },
     /// Push through the canopy.
     Gentle {
-        /// Who pushes.
-        controller: String,
-        /// Which trees.
+        /// Seeds and trees.
         #[serde(flatten)]
-        trees: Trees,
+        trees: TreeExtent,
     },
     /// Time batches of trees.
     Scaling {
-        /// How much.
+        /// Profile.
         profile: String,
         /// What advances the batches.
         #[serde(default)]
@@ -63,9 +50,9 @@ pub enum Order {
     },
 }
 
-/// The trees of a task that knows no conditions.
+/// Trees of a task without conditions.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Trees {
+pub struct TreeExtent {
     /// Profile whose defaults these are.
     pub profile: String,
     /// Seeds, in order.
@@ -74,7 +61,7 @@ pub struct Trees {
     pub trees: u32,
 }
 
-impl Order {
+impl TaskPlan {
     /// The task's name.
     pub fn task(&self) -> &'static str {
         match self {
@@ -87,15 +74,17 @@ impl Order {
     }
 }
 
-/// An order with what it was given to.
+/// A task's plan with its scenario, and the code and the part of the work that the folder holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Noted {
+pub struct PlannedTask {
     /// [`CODE_VERSION`].
     pub code_version: String,
     /// The part of the work that this folder was asked for.
     pub shard: Shard,
-    /// The order.
-    pub order: Order,
+    /// The plan.
+    pub plan: TaskPlan,
+    /// The scenario, with all its figures.
+    pub scenario: StoredScenario,
 }
 
 /// `plan.json`.
@@ -103,8 +92,8 @@ pub struct Noted {
 pub struct PlanFile {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
-    /// The last order of each task, by its name.
-    pub tasks: BTreeMap<String, Noted>,
+    /// The last plan of each task, by its name.
+    pub tasks: BTreeMap<String, PlannedTask>,
 }
 
 /// A `plan.json` that cannot be used.
@@ -136,28 +125,47 @@ impl PlanFile {
         serde_json::from_slice(&bytes).map_err(|e| bad(format!("no plan of bench-v1: {e}")))
     }
 
-    /// Notes orders in a folder, beside those of other tasks.
+    /// Writes plans of a scenario into a folder's file, beside those of other tasks.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn note(store: &Store, orders: &[Order], shard: Shard) -> Result<(), StoreError> {
-        // What cannot be read is of other code or damaged; the records tell for themselves.
+    pub fn write(
+        store: &Store,
+        plans: &[TaskPlan],
+        scenario: &StoredScenario,
+        shard: Shard,
+    ) -> Result<(), StoreError> {
+        // A file that cannot be read is of other code or damaged; each record has a key of its own.
         let mut tasks = Self::read(store).map(|file| file.tasks).unwrap_or_default();
-        for order in orders {
-            let noted = Noted { code_version: CODE_VERSION.to_owned(), shard, order: order.clone() };
-            tasks.insert(order.task().to_owned(), noted);
+        for plan in plans {
+            let (code_version, scenario) = (CODE_VERSION.to_owned(), scenario.clone());
+            let planned = PlannedTask { code_version, shard, plan: plan.clone(), scenario };
+            tasks.insert(plan.task().to_owned(), planned);
         }
         store.write(Self::FILE, &Self { schema_version: SCHEMA_VERSION, tasks })
+    }
+
+    /// Reads the scenario of a task of a folder.
+    ///
+    /// # Errors
+    /// As [`PlanFile::read`], or no such task was asked of the folder.
+    pub fn scenario_of(store: &Store, task: &str) -> Result<StoredScenario, PlanFileError> {
+        let mut tasks = Self::read(store)?.tasks;
+        let planned = tasks.remove(task).ok_or_else(|| PlanFileError {
+            file: store.path().join(Self::FILE).display().to_string(),
+            problem: format!("it has no task {task}"),
+        })?;
+        Ok(planned.scenario)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_spec::Spec;
+    use orchard_scenario::Scenario;
 
-    fn orders() -> Vec<Order> {
-        let trees = || Trees { profile: "quick".into(), seeds: vec![7, 8], trees: 2 };
+    fn plans() -> Vec<TaskPlan> {
+        let trees = || TreeExtent { profile: "quick".into(), seeds: vec![7, 8], trees: 2 };
         let extent = Extent {
             profile: "quick".into(),
             conditions: vec!["nominal".into(), "fruit".into()],
@@ -167,37 +175,36 @@ mod tests {
             horizon_s: 0.1,
         };
         vec![
-            Order::Harvest { controller: "baseline".into(), extent },
-            Order::Detect {
-                trees: trees(),
-                camera: Box::new(Spec::paper().camera),
-                detector_name: "paper".into(),
-                detector: Box::new(DetectorConfig::paper()),
-            },
-            Order::Gentle { controller: "expert".into(), trees: trees() },
-            Order::Scaling { profile: "full".into(), backend: Backend::Gpu },
+            TaskPlan::Harvest { extent },
+            TaskPlan::Detect { trees: trees() },
+            TaskPlan::Gentle { trees: trees() },
+            TaskPlan::Scaling { profile: "full".into(), backend: Backend::Gpu },
         ]
     }
 
     #[test]
-    fn orders_come_back_as_they_were() {
+    fn plans_and_scenarios_come_back_as_they_were() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let shard: Shard = "2/3".parse().unwrap();
-        let orders = orders();
-        PlanFile::note(&store, &orders[..2], shard).unwrap();
+        let plans = plans();
+        let of = |options: &[(&str, &str)]| Scenario::of(options).unwrap();
+        let [stereo, trellis] = [of(&[("camera", "d435i")]), of(&[("preset", "v-trellis")])];
+        PlanFile::write(&store, &plans[..2], &stereo.stored(), shard).unwrap();
         // A later task leaves the earlier ones in place.
-        PlanFile::note(&store, &orders[2..], Shard::WHOLE).unwrap();
+        PlanFile::write(&store, &plans[2..], &trellis.stored(), Shard::WHOLE).unwrap();
         let file = PlanFile::read(&store).unwrap();
         assert_eq!(file.tasks.keys().collect::<Vec<_>>(), ["detect", "gentle", "harvest", "scaling"]);
-        for order in orders {
-            let noted = &file.tasks[order.task()];
-            assert_eq!(
-                noted.shard.is_whole(),
-                !matches!(order, Order::Harvest { .. } | Order::Detect { .. })
-            );
-            assert_eq!(noted.order, order);
+        for plan in plans {
+            let planned = &file.tasks[plan.task()];
+            let early = matches!(plan, TaskPlan::Harvest { .. } | TaskPlan::Detect { .. });
+            assert_eq!(planned.shard.is_whole(), !early);
+            assert_eq!(planned.plan, plan);
+            let scenario = Scenario::from_stored(&planned.scenario, &orchard_scenario::controllers(), "x");
+            assert_eq!(scenario.unwrap(), if early { stereo.clone() } else { trellis.clone() });
         }
+        let e = PlanFile::scenario_of(&store, "reach-and-grasp").unwrap_err().to_string();
+        assert!(e.ends_with("plan.json: it has no task reach-and-grasp"), "{e}");
     }
 
     #[test]
@@ -210,7 +217,7 @@ mod tests {
             ("", "no plan of bench-v1"),
             ("{}", "schema version none"),
             ("{\"schema_version\": 1}", "schema version 1; this code reads"),
-            ("{\"schema_version\": 4, \"tasks\": 5}", "no plan of bench-v1"),
+            ("{\"schema_version\": 5, \"tasks\": 5}", "no plan of bench-v1"),
         ] {
             fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
             let e = PlanFile::read(&store).unwrap_err().to_string();
