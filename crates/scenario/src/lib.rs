@@ -18,7 +18,7 @@ pub use error::ScenarioError;
 pub use figures::Figure;
 pub use names::{Names, SceneNames};
 pub use options::{Given, Options};
-pub use resolve::{CAMERA_DETECTORS, ROBOTS, cameras, controllers, detectors, presets, robots};
+pub use resolve::{CAMERA_DETECTORS, ROBOTS, cameras, controllers, detector, detectors, presets, robots};
 pub use stored::StoredScenario;
 pub use tree::{TreeFile, TreeFormat};
 
@@ -28,7 +28,8 @@ use orchard_perception::DetectorConfig;
 use orchard_picker::{Controller, ControllerKind, Goal};
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;
-use orchard_world::{World, WorldError};
+use orchard_treegen::TreegenError;
+use orchard_world::{Planting, World, WorldError};
 
 /// What is run.
 #[derive(Debug, Clone)]
@@ -59,6 +60,20 @@ impl Scenario {
     pub fn with_controller(&self, controller: impl ControllerKind + 'static) -> Self {
         let names = Names { controller: controller.name().to_owned(), ..self.names.clone() };
         Self { names, controller: Arc::new(controller), ..self.clone() }
+    }
+
+    /// The same scenario under a controller that a program has.
+    ///
+    /// # Errors
+    /// None of them has the name.
+    pub fn under(
+        &self,
+        controller: &Given,
+        controllers: &[Arc<dyn ControllerKind>],
+    ) -> Result<Self, ScenarioError> {
+        let kind = resolve::find_controller(controller, controllers)?;
+        let names = Names { controller: controller.value.clone(), ..self.names.clone() };
+        Ok(Self { names, controller: kind, ..self.clone() })
     }
 
     /// Names of all parts.
@@ -114,6 +129,20 @@ impl Scenario {
             Some(tree) => {
                 let skeleton = tree.skeleton(&spec, seed, world);
                 World::with_tree(spec, robot, skeleton, seed, world, repeat)
+            }
+        }
+    }
+
+    /// Tree, fruit, colours and constants of the world of an index of a seed, before there is a model of it.
+    ///
+    /// # Errors
+    /// The tree does not grow.
+    pub fn planting(&self, seed: u64, world: u32) -> Result<Planting, TreegenError> {
+        match &self.tree {
+            None => Planting::draw(&self.spec, seed, world, 0),
+            Some(tree) => {
+                let skeleton = tree.skeleton(&self.spec, seed, world);
+                Ok(Planting::of_tree(self.spec.clone(), skeleton, seed, world))
             }
         }
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::ScenarioError;
+use crate::{Names, ScenarioError, SceneNames};
 
 /// A value with the option that gave it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -150,6 +150,32 @@ impl Options {
             *field = Some(Given::new(value, by));
         }
         Ok(options)
+    }
+
+    /// Options that ask for the things of these names, if all of them come with the program.
+    ///
+    /// # Errors
+    /// A digitised tree or a file, which a name alone does not find.
+    pub fn of_names(names: &Names) -> Result<Self, ScenarioError> {
+        let mut pairs = vec![("controller", names.controller.as_str())];
+        for (option, name) in names.scene.list() {
+            let kept = match option {
+                "tree" => name == SceneNames::GROWN,
+                "randomisation" => name == SceneNames::OF_PRESET,
+                _ => false,
+            };
+            if kept {
+                continue;
+            }
+            if option == "tree" || names_file(name) {
+                return Err(ScenarioError::new(
+                    format!("--{option} {name}"),
+                    "the result was run with this file: give the option, or keep its plan.json beside it",
+                ));
+            }
+            pairs.push((option, name));
+        }
+        Self::of(&pairs)
     }
 
     /// True if no option is given.

@@ -95,14 +95,22 @@ impl Scenario {
             spec: Arc::new(spec),
             tree: tree.map(Arc::new),
             robot: find_robot(&robot)?,
-            detector: named_or_file(&detector, DetectorConfig::named, |file, text| {
-                DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
-            })?,
+            detector: self::detector(&detector)?,
             controller: find_controller(&controller, controllers)?,
             rules: options.rules.as_ref().map(|(_, rules)| rules.clone()).unwrap_or_default(),
             layers,
         })
     }
+}
+
+/// A detector by its name or from its file.
+///
+/// # Errors
+/// No such name or file, or a figure out of its range.
+pub fn detector(given: &Given) -> Result<DetectorConfig, ScenarioError> {
+    named_or_file(given, DetectorConfig::named, |file, text| {
+        DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
+    })
 }
 
 /// Name of the detector that is made for a camera.
