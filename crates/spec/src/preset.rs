@@ -1,6 +1,6 @@
 //! Presets of the crate, and the rules by which a config overrides its base.
 
-use orchard_quantity::{ConfigError, from_table, parse};
+use orchard_quantity::{ConfigError, from_table, overlay, parse};
 use std::fmt;
 use std::str::FromStr;
 
@@ -84,9 +84,6 @@ const CHOICES: [&str; 2] = ["grammar", CAMERA];
 /// Table that chooses a camera.
 const CAMERA: &str = "camera";
 
-/// Fields that mark a table as one constant, which is replaced as a whole.
-const CONSTANT: [&str; 3] = ["value", "low", "mean"];
-
 /// Reads a spec; fields that it omits have the base's values.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     let mut table = with_base(file, text)?;
@@ -105,12 +102,12 @@ pub(crate) fn read_camera(file: &str, text: &str) -> Result<CameraSpec, ConfigEr
 
 /// Lays a config's camera table over that camera's own file. Unknown names stay, and the reader refuses them.
 fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
-    for (name, said) in cameras.iter_mut() {
+    for (name, changes) in cameras.iter_mut() {
         let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
-        if let (Some((_, text)), toml::Value::Table(said)) = (own, said) {
+        if let (Some((_, text)), toml::Value::Table(changes)) = (own, changes) {
             let mut whole = parse(&format!("camera/{name}.toml"), text)?;
-            lay_over(&mut whole, std::mem::take(said));
-            *said = whole;
+            overlay(&mut whole, std::mem::take(changes), &CHOICES);
+            *changes = whole;
         }
     }
     Ok(())
@@ -127,28 +124,8 @@ fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     let mut whole = with_base(preset.name(), preset.toml())?;
     // A changed config needs its own name.
     whole.remove(NAME);
-    lay_over(&mut whole, table);
+    overlay(&mut whole, table, &CHOICES);
     Ok(whole)
-}
-
-/// Lays one table over another: constants, choices and plain values replace the old ones, other tables are merged.
-fn lay_over(below: &mut toml::Table, above: toml::Table) {
-    for (key, value) in above {
-        match (below.get_mut(&key), value) {
-            (Some(toml::Value::Table(old)), toml::Value::Table(new)) if merges(&key, old, &new) => {
-                lay_over(old, new);
-            }
-            (_, value) => {
-                below.insert(key, value);
-            }
-        }
-    }
-}
-
-fn merges(key: &str, old: &toml::Table, new: &toml::Table) -> bool {
-    let constant = CONSTANT.iter().any(|field| new.contains_key(*field));
-    let other_choice = CHOICES.contains(&key) && !new.keys().eq(old.keys());
-    !constant && !other_choice
 }
 
 #[cfg(test)]
