@@ -81,6 +81,18 @@ impl Scenario {
         &self.names
     }
 
+    /// The parts in which the scenario differs from the benchmark's own, but for the controller; `None` if it is the benchmark's own.
+    pub fn differences(&self) -> Option<String> {
+        let own = SceneNames::paper();
+        let named = self.names.scene.list().into_iter().zip(own.list());
+        let parts: Vec<String> =
+            named.filter(|(a, b)| a != b).map(|((part, name), _)| format!("{part} {name}")).collect();
+        if !parts.is_empty() {
+            return Some(parts.join(", "));
+        }
+        (!self.rules.is_empty()).then(|| "rules of its own".to_owned())
+    }
+
     /// The world's config, with its camera and randomisation.
     pub fn spec(&self) -> &Arc<Spec> {
         &self.spec

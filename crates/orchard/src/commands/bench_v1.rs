@@ -212,6 +212,9 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     written.map_err(|e| Failure::Failed(e.to_string()))?;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
     let session = Session { store: &store, threads, shard, stop };
+    if let Some(line) = scenario.differences() {
+        say!("scenario: {line}");
+    }
     tasks.iter().try_for_each(|task| task.run(&session))
 }
 
