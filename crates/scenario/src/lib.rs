@@ -32,7 +32,7 @@ use orchard_treegen::TreegenError;
 use orchard_world::{Planting, World, WorldError};
 
 /// What is run.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Scenario {
     names: Names,
     spec: Arc<Spec>,
@@ -167,6 +167,15 @@ impl Scenario {
     /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller takes no goals.
     pub fn controller_with_goal(&self, goal: &Goal) -> Option<Box<dyn Controller>> {
         self.controller.with_goal(goal, &self.robot, &self.detector)
+    }
+}
+
+impl std::fmt::Debug for Scenario {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scenario")
+            .field("names", &self.names)
+            .field("hash", &self.hash())
+            .finish_non_exhaustive()
     }
 }
 

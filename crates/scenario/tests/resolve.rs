@@ -54,7 +54,7 @@ fn randomisation_is_one_strength_on_all_axes() {
     assert_eq!(off.spec().randomisation, paper.spec().randomisation);
     for bad in ["2", "-0.1", "much", "nan"] {
         let e = refused(&[("randomisation", bad)]);
-        assert!(e.starts_with("--randomisation: "), "{e}");
+        assert!(e.starts_with(&format!("--randomisation {bad}: neither a strength in [0, 1]")), "{e}");
     }
 }
 
@@ -99,7 +99,10 @@ fn a_scenario_file_holds_options_and_the_command_line_wins() {
     let above = Options::of(&[("preset", "v-trellis"), ("controller", "baseline")]).unwrap();
     let scenario = Scenario::resolve(&above.over(options), &controllers()).unwrap();
     let names = scenario.names();
-    assert_eq!((&*names.scene.preset, &*names.scene.camera, &*names.controller), ("v-trellis", "d435i", "baseline"));
+    assert_eq!(
+        (&*names.scene.preset, &*names.scene.camera, &*names.controller),
+        ("v-trellis", "d435i", "baseline")
+    );
     for (text, problem) in [("colour = 1", "colour"), ("preset = ", ""), ("camera = \"eye\"", "eye")] {
         std::fs::write(&file, text).unwrap();
         let e = Options::from_file(&file).and_then(|options| Scenario::resolve(&options, &controllers()));
@@ -110,7 +113,9 @@ fn a_scenario_file_holds_options_and_the_command_line_wins() {
 
 #[test]
 fn stored_scenarios_come_back_and_forged_ones_are_refused() {
-    for options in [&[("preset", "vertical-ufo"), ("camera", "d435i")][..], &[("controller", "expert")][..], &[]] {
+    for options in
+        [&[("preset", "vertical-ufo"), ("camera", "d435i")][..], &[("controller", "expert")][..], &[]]
+    {
         let scenario = of(options);
         let text = serde_json::to_string(&scenario.stored()).unwrap();
         let stored: StoredScenario = serde_json::from_str(&text).unwrap();
