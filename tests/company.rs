@@ -3,6 +3,7 @@
 
 use orchard_env::{Backend, Env};
 use orchard_robot::{Command, RobotModel};
+use orchard_scenario::Scenario;
 use orchard_spec::{Preset, Spec};
 use orchard_tests::fingerprint;
 use orchard_world::{Status, World, WorldEvent};
@@ -61,8 +62,8 @@ fn alone(preset: Preset, index: u32) -> Story {
 fn together(preset: Preset, indices: Range<u32>, threads: usize) -> Vec<Story> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        let (spec, robot) = (Arc::new(Spec::preset(preset)), Arc::new(RobotModel::paper()));
-        let mut env = Env::new(spec, robot, SEED, indices.clone(), Backend::Cpu).unwrap();
+        let scenario = Scenario::of(&[("preset", preset.name())]).unwrap();
+        let mut env = Env::new(&scenario, SEED, indices.clone(), Backend::Cpu).unwrap();
         let mut stories = vec![Story::new(); indices.len()];
         for frame in 0..FRAMES {
             if let (SPOILT_AT, true) = (frame, indices.contains(&SICK)) {
@@ -112,8 +113,7 @@ fn randomised_worlds_do_not_either() {
 /// A snapshot of another world is refused by its place, and nothing is restored.
 #[test]
 fn an_env_takes_its_own_snapshots() {
-    let (spec, robot) = (Arc::new(Spec::paper()), Arc::new(RobotModel::paper()));
-    let mut env = Env::new(spec, robot, SEED, 0..2, Backend::Cpu).unwrap();
+    let mut env = Env::new(&Scenario::of(&[]).unwrap(), SEED, 0..2, Backend::Cpu).unwrap();
     let start = env.snapshot();
     let commands = [command(0, 0), command(1, 0)];
     env.step(&commands).unwrap();
