@@ -36,6 +36,7 @@ mod schedule;
 mod shader;
 mod stepper;
 mod table;
+pub mod testing;
 #[cfg(test)]
 mod trials;
 #[cfg(test)]

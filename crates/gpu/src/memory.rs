@@ -32,9 +32,6 @@ use crate::{BatchError, Solver};
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
     pub rules: Rules,
-    /// Substep of the frame under way, which the twin counts here.
-    #[cfg(test)]
-    pub substep: u32,
     pub tiles: Vec<u32>,
     pub operations: Vec<[u32; 4]>,
     pub states: Vec<u32>,
@@ -49,9 +46,6 @@ pub(crate) struct Memory {
     pub pushes_each: usize,
     /// What a substep's linear system is solved by.
     pub solver: Solver,
-    /// Whether the twin's frames are those of settling.
-    #[cfg(test)]
-    pub settles: bool,
     places: Vec<Place>,
     blocks: Vec<Block>,
 }
@@ -123,8 +117,6 @@ impl Memory {
         });
         let mut memory = Self {
             rules: given.first().map_or_else(bytemuck::Zeroable::zeroed, |world| Rules::of(world.plant())),
-            #[cfg(test)]
-            substep: 0,
             tiles: Vec::new(),
             operations: Vec::new(),
             states: Vec::new(),
@@ -136,8 +128,6 @@ impl Memory {
             table: Vec::new(),
             pushes_each,
             solver,
-            #[cfg(test)]
-            settles: false,
             places: vec![
                 Place { block: 0, tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() };
                 given.len()

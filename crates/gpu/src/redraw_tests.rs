@@ -4,11 +4,12 @@ use orchard_batch::Status;
 use orchard_geometry::Vec3;
 use orchard_spec::randomisation::Mode;
 
-use crate::batch_tests::device;
 use crate::layout::{LANES, fruit, link};
 use crate::memory::{Field, Memory};
 use crate::table::{BaseError, BaseTree};
-use crate::twin::vary_tests::{SEED, TOLERANCE, base_of, bits, drawn, spec};
+use crate::testing::device;
+use crate::trials::errors;
+use crate::twin::vary_tests::{SEED, TOLERANCE, base_of, bits, drawn, planted, spec};
 use crate::{BatchError, Gpu, GpuBatch, GpuError, Options, Solver};
 
 #[test]
@@ -63,14 +64,14 @@ fn strength_zero_is_the_base_bit_for_bit() {
 
 /// A world has the same bits in batches of other sizes, drawn alone or with others, at once or again.
 #[test]
-fn company_changes_no_bit() {
+fn neighbours_change_no_bit() {
     let Some(gpu) = device() else { return };
     [Solver::Aba, Solver::ConjugateGradients]
         .into_iter()
-        .for_each(|solver| company_changes_none(&gpu, solver));
+        .for_each(|solver| neighbours_change_none(&gpu, solver));
 }
 
-fn company_changes_none(gpu: &Gpu, solver: Solver) {
+fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
     let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
     let options = Options { solver, ..Options::default() };
     let of_worlds = |worlds: u32| GpuBatch::randomised_with_options(gpu, &base, worlds, options).unwrap();
@@ -128,6 +129,28 @@ fn a_world_drawn_anew_is_whole_and_runs_on() {
         let [a, b] = [batch.fetched().unwrap(), &twin].map(|memory| memory.operation_of(index, segment)[3]);
         // The mark of a force is the lowest bit.
         assert!((a >> 1).abs_diff(b >> 1) <= 1, "{a:x} {b:x}");
+    }
+}
+
+/// A drawn world is in the equilibrium that the host finds for its planting, and stays there.
+#[test]
+fn a_drawn_world_is_in_equilibrium() {
+    let Some(gpu) = device() else { return };
+    let spec = spec(Mode::DistinctDimensions, |_| 1.0);
+    let base = base_of(&spec);
+    let mut batch = GpuBatch::randomised(&gpu, &base, 4).unwrap();
+    for frames in [0, 60] {
+        batch.advance(frames);
+        for index in 0..4 {
+            let host = planted(&spec, index as u32, 0);
+            let mut found = base.world().data().clone();
+            batch.store(index, &mut found).unwrap();
+            let mut data = host.data().clone();
+            (data.q, data.v) = (found.q, found.v);
+            let (q, v, tip) = errors(&host, data);
+            println!("world {index}, {frames} frames: angle {q:.1e}, rate {v:.1e} rad/s, tip {tip:.1e} m");
+            assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5);
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Trees, and what is done to them, for the tests of twins and kernels.
+//! Trees and forces for the tests of the kernels.
 
 use std::sync::Arc;
 
@@ -8,7 +8,6 @@ use orchard_multibody::{Data, forward_kinematics};
 use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::GpuBatch;
-use crate::memory::Memory;
 
 /// Grown trees: each its own topology.
 pub(crate) fn grown(count: u32) -> Vec<TreeWorld> {
@@ -51,29 +50,12 @@ impl Trial {
         (worlds, trial)
     }
 
-    /// The same places let go.
-    pub fn released(&self) -> Self {
-        let off = |all: &[(usize, usize, Vec3)]| {
-            all.iter().map(|&(w, place, _)| (w, place, Vec3::zeros())).collect()
-        };
-        Self { pushes: off(&self.pushes), pulls: off(&self.pulls) }
-    }
-
     /// What is done to one world, which is alone now.
     pub fn of_world(&self, index: usize) -> Self {
         let only = |all: &[(usize, usize, Vec3)]| {
             all.iter().filter(|(w, ..)| *w == index).map(|&(_, place, force)| (0, place, force)).collect()
         };
         Self { pushes: only(&self.pushes), pulls: only(&self.pulls) }
-    }
-
-    pub fn apply_to_twin(&self, memory: &mut Memory) {
-        for &(world, segment, force) in &self.pushes {
-            assert!(memory.push(world, segment, force, Vec3::zeros()));
-        }
-        for &(world, fruit, force) in &self.pulls {
-            memory.pull(world, fruit, force);
-        }
     }
 
     pub fn apply_to_batch(&self, batch: &mut GpuBatch) {
@@ -105,9 +87,10 @@ fn kick(worlds: &mut [TreeWorld], rate: f64) {
     }
 }
 
-pub(crate) fn state(memory: &Memory, worlds: &[TreeWorld], index: usize) -> Data {
-    let mut data = worlds[index].data().clone();
-    memory.store(index, worlds[index].plant(), &mut data);
+/// State of a world in a batch.
+pub(crate) fn state(batch: &mut GpuBatch, world: &TreeWorld, index: usize) -> Data {
+    let mut data = world.data().clone();
+    batch.store(index, &mut data).unwrap();
     data
 }
 

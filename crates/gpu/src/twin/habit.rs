@@ -167,7 +167,7 @@ impl Lane<'_> {
         }
         let in_parent = [parent.axes.x, parent.axes.y, parent.axes.z].map(|axis| axis.dot(&heading));
         let direction = unit_vector(&in_parent.into());
-        let axes = joint_outward(&parent.axes, direction, [0.0; 2]).axes;
+        let axes = joint_outward(&parent.axes, direction, [0.0; 2]);
         (Formed { turn, lift, axes, z_tip: parent.z_tip + heading.z * length, radius }, direction)
     }
 }

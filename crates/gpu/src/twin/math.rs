@@ -28,17 +28,6 @@ pub(crate) fn sin_cos(x: f32) -> [f32; 2] {
     [s, c]
 }
 
-/// A symmetric matrix times a vector: columns from the diagonal down.
-pub(crate) fn symmetric(a: Vec3, b: Vec3, v: Vec3) -> Vec3 {
-    Vec3::new(a.dot(&v), Vec3::new(a.y, b.x, b.y).dot(&v), Vec3::new(a.z, b.y, b.z).dot(&v))
-}
-
-/// Whether a number, and its square, is finite. By bits: a device may leave comparisons with what is no number undefined.
-pub(crate) fn is_finite(x: f32) -> bool {
-    const EXPONENT: u32 = 0x7f80_0000;
-    (x * x).to_bits() & EXPONENT != EXPONENT
-}
-
 /// ln 2 in two parts, of which the first times a small whole number is exact (Cephes).
 const LN_2: [f32; 2] = [355.0 / 512.0, -2.121_944_4e-4];
 /// Tangents of 22.5 and 67.5 degrees: between them an angle is counted from 45, above from 90.

@@ -6,7 +6,6 @@ use std::f32::consts::PI;
 use super::Lane;
 use super::habit::{Segment, formed_ground};
 use super::math::Vec3;
-use super::stem::BALL;
 use crate::layout::{
     QUAD, RADIUS_UNITS, axis, base, dial, fourth, fruit, growth, hung, link, segment, varied, world,
 };
@@ -16,6 +15,8 @@ use crate::table::NO_SEGMENT;
 const SECTION: f32 = 0.25;
 /// Volume of half a ball: so many times pi r^3.
 const BALL_HALF: f32 = 2.0 / 3.0;
+/// Rotational inertia of a ball by mass and square of the radius.
+const BALL: f32 = 0.4;
 /// Inertia of a rod about its middle by m l^2.
 const ROD: f32 = 1.0 / 12.0;
 /// Centre of half a ball from its base, by its radius.

@@ -15,7 +15,6 @@ use crate::Solver;
 use crate::layout::{LANES, fourth, fruit, link};
 use crate::memory::Memory;
 use crate::table::{AXES, BaseTree};
-use crate::trials::{errors, state};
 
 pub(crate) const SEED: u64 = 23;
 /// Error of a direction, and relative one of a number. A limb is 20 links long and more, each with a few roundings of its own, and a limit goes with the tenth power of
@@ -41,7 +40,7 @@ pub(crate) fn base_of(spec: &Spec) -> BaseTree {
 }
 
 /// A world as the host draws it.
-fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
+pub(crate) fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
     let planting = Planting::draw(&Arc::new(spec.clone()), SEED, world, episode).unwrap();
     TreeWorld::new(planting.spec, &planting.skeleton, planting.fruit).unwrap()
 }
@@ -49,7 +48,7 @@ fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
 /// All worlds of a base, drawn by the twin.
 pub(crate) fn drawn(base: &BaseTree, worlds: usize, episode: u32) -> Memory {
     let mut memory = Memory::repeated(base, worlds, 4, Solver::Aba).unwrap();
-    memory.redraw(&(0..worlds).collect::<Vec<_>>(), episode);
+    memory.draw(&(0..worlds).collect::<Vec<_>>(), episode);
     memory
 }
 
@@ -138,8 +137,7 @@ fn worlds_are_those_of_the_host() {
         spec.wood.joint_law = law;
         let base = base_of(&spec);
         let mut memory = Memory::repeated(&base, 6, 1, Solver::Aba).unwrap();
-        memory.mark(&[0, 1, 2, 3, 4, 5]);
-        memory.each(|world| world.vary());
+        memory.draw(&[0, 1, 2, 3, 4, 5], 0);
         for world in 0..6 {
             let host = planted(&spec, world, 0);
             let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
@@ -179,8 +177,7 @@ fn each_axis_alone_is_the_hosts() {
         let base = base_of(&spec);
         let mut memory = Memory::repeated(&base, 2, 1, Solver::Aba).unwrap();
         let before = bits(&memory, 1);
-        memory.mark(&[1]);
-        memory.each(|world| world.vary());
+        memory.draw(&[1], 0);
         let host = planted(&spec, 1, 0);
         let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let [direction, links, fruit] = compare(&memory, 1, &truth, &base);
@@ -219,8 +216,7 @@ fn branches_are_lifted_off_the_ground() {
     spec.tree.clearance = spec.tree.clearance.with_value(CLEARANCE).unwrap();
     let base = base_of(&spec);
     let mut memory = Memory::repeated(&base, 6, 1, Solver::Aba).unwrap();
-    memory.mark(&[0, 1, 2, 3, 4, 5]);
-    memory.each(|world| world.vary());
+    memory.draw(&[0, 1, 2, 3, 4, 5], 0);
     let mut lifted = 0;
     for world in 0..6 {
         // What stands too low even upright is refused there.
@@ -247,33 +243,11 @@ fn trees_of_every_preset_are_the_hosts() {
         spec.randomisation = self::spec(Mode::DistinctDimensions, |_| 1.0).randomisation;
         let base = base_of(&spec);
         let Ok(mut memory) = Memory::repeated(&base, 2, 1, Solver::Aba) else { continue };
-        memory.mark(&[1]);
-        memory.each(|world| world.vary());
+        memory.draw(&[1], 0);
         let host = planted(&spec, 1, 0);
         let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let worst = compare(&memory, 1, &truth, &base);
         println!("{}: {worst:?}", preset.name());
         assert!(worst.iter().all(|error| *error < TOLERANCE), "{}: {worst:?}", preset.name());
-    }
-}
-
-/// A world that has been drawn anew is in the equilibrium that the host finds for its planting, and stays there.
-#[test]
-fn a_world_drawn_anew_is_in_equilibrium() {
-    let spec = spec(Mode::DistinctDimensions, |_| 1.0);
-    let base = base_of(&spec);
-    let mut memory = drawn(&base, 4, 0);
-    let bases = vec![base.world().clone(); 4];
-    for frames in [0, 60] {
-        (0..frames).for_each(|_| memory.frame());
-        for index in 0..4 {
-            let host = planted(&spec, index as u32, 0);
-            let of_twin = state(&memory, &bases, index);
-            let mut data = host.data().clone();
-            (data.q, data.v) = (of_twin.q, of_twin.v);
-            let (q, v, tip) = errors(&host, data);
-            println!("world {index}, {frames} frames: angle {q:.1e}, rate {v:.1e} rad/s, tip {tip:.1e} m");
-            assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5);
-        }
     }
 }
