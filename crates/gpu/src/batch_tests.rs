@@ -14,7 +14,7 @@ use crate::trials::{Trial, errors, grown, state};
 use crate::twin::vary_tests::{base_of, spec};
 use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver, Statistics};
 
-/// A world has the same bits alone, in a batch of others, beside a world that breaks and beside one that is not finite.
+/// A world has the same bits alone, in a batch of others, beside a world that breaks and beside a world that is not finite.
 #[test]
 fn neighbours_change_no_bit() {
     let Some(gpu) = device() else { return };
@@ -54,7 +54,7 @@ fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
     }
     for tiles in [2, 5] {
         let mut spread = spread_over(tiles);
-        // Tiles of a block have rows of their own, and it is no longer for that.
+        // Tiles of a block share its rows, so that more tiles need no more memory for links.
         assert!((together.bytes() / 2..together.bytes()).contains(&spread.bytes()));
         trial.apply_to_batch(&mut spread);
         spread.advance(20);
@@ -93,7 +93,7 @@ fn worlds_have_the_same_bits_in_tiles_of_their_own() {
     }
 }
 
-/// Worlds of one tree that lack some of its fruit: the others stand in the same rows, and every world has the bits that it has alone.
+/// Worlds of one tree that lack some of its fruit: the other fruit have the same rows, and every world has the bits that it has alone.
 #[test]
 fn worlds_may_lack_fruit() {
     let Some(gpu) = device() else { return };
@@ -172,15 +172,15 @@ fn worlds_differ_in_damping() {
     assert!(speeds[0] > 1.2 * speeds[1] && speeds[1] > 1.2 * speeds[2], "{speeds:?}");
 }
 
-/// A device whose memory others have taken: what does not fit is refused, with a size that does, and the device goes on.
+/// A device whose memory is full: a batch that does not fit is refused with a number of worlds that would fit, and the device keeps working.
 #[test]
 #[ignore = "fills the memory of the graphics device: to be run alone"]
-fn a_full_device_is_told() {
+fn a_full_device_is_an_error() {
     const LARGE: u64 = 1 << 30;
     const FREE: u64 = 1 << 26;
     let Some(gpu) = device() else { return };
     if gpu.info().is_software {
-        println!("SKIPPED: an adapter in software has the processor's memory");
+        println!("not run: an adapter in software has the processor's memory");
         return;
     }
     let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
@@ -211,7 +211,7 @@ fn a_full_device_is_told() {
 }
 
 /// A whole tree topples: its limbs end up on the ground, not below it, and lie still. With the same law, trees in lanes never have the end of a branch's axis
-/// lower than 3.5 mm above the ground (`docs/computation/batch.md`); here what held a tip is forgotten for a substep when fruit come off.
+/// lower than 3.5 mm above the ground (`docs/computation/batch.md`); here the contact of a tip is lost for a substep when fruit come off.
 #[test]
 fn a_broken_tree_comes_to_rest_on_the_ground() {
     let Some(gpu) = device() else { return };
@@ -324,7 +324,7 @@ fn conjugate_gradients_end_in_rounding() {
     }
 }
 
-/// A batch that no buffer of the device can hold is refused with the number of worlds that would fit, and these do.
+/// A batch that is too large for a buffer of the device is refused with the number of worlds that would fit, and that number fits.
 #[test]
 fn a_batch_that_is_too_large_names_one_that_fits() {
     const LARGEST: u64 = 1 << 20;
@@ -342,9 +342,9 @@ fn a_batch_that_is_too_large_names_one_that_fits() {
     assert_eq!(batch.events().unwrap(), []);
 }
 
-/// A device that goes away is an error at whatever is read next, and what was to be filled stays as it was.
+/// A lost device is an error of the next read, and the state that was to be filled stays unchanged.
 #[test]
-fn a_lost_device_is_told() {
+fn a_lost_device_is_an_error() {
     let Some(gpu) = device() else { return };
     let worlds = grown(1);
     let mut batch = GpuBatch::new(&gpu, &worlds).unwrap();

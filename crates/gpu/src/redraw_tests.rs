@@ -1,4 +1,4 @@
-//! Worlds that the device draws by itself, against the twin, which is held to the host's plantings.
+//! Worlds that the device draws, against the twin and against the host's plantings.
 
 use orchard_batch::Status;
 use orchard_geometry::Vec3;
@@ -19,7 +19,7 @@ fn the_device_draws_what_its_twin_draws() {
     let twin = drawn(&base, LANES + 2, 0);
     let mut batch = GpuBatch::randomised(&gpu, &base, LANES as u32 + 2).unwrap();
     let on_device = batch.fetched().unwrap();
-    // Parts of a unit vector, or of an anchor some centimetres away, may be next to nothing by cancellation.
+    // Components of a unit vector, or of an anchor some centimetres away, may be nearly zero by cancellation.
     const ANCHOR_SIZE: f32 = 0.05;
     let mut worst = 0.0_f32;
     for index in 0..LANES + 2 {
@@ -31,16 +31,16 @@ fn the_device_draws_what_its_twin_draws() {
             };
             worst = worst.max((a - b).abs() / size);
         }
-        // Where a radius is rounded, to either side: the word's lowest bit is not its own.
+        // A radius may be rounded to either side; the lowest bit of the word does not belong to it.
         let words = on_device.last_words(index).into_iter().zip(twin.last_words(index));
         words.for_each(|(a, b)| assert!(a.abs_diff(b) <= 2, "{a:x} {b:x}"));
     }
     println!("largest error {worst:.1e}");
-    // Both may be as far from f64.
+    // Each may have this error against f64.
     assert!(f64::from(worst) < 2.0 * TOLERANCE);
 }
 
-/// A base without strength is the packed base, and stays it when it is drawn.
+/// With all strengths at zero every world has the bits of the packed base, also after a redraw.
 #[test]
 fn strength_zero_is_the_base_bit_for_bit() {
     let Some(gpu) = device() else { return };
@@ -62,7 +62,7 @@ fn strength_zero_is_the_base_bit_for_bit() {
     assert_eq!(rounded(&data.q), rounded(&base.world().data().q));
 }
 
-/// A world has the same bits in batches of other sizes, drawn alone or with others, at once or again.
+/// A world has the same bits in batches of other sizes, drawn alone or with others, the first time or again.
 #[test]
 fn neighbours_change_no_bit() {
     let Some(gpu) = device() else { return };
@@ -96,7 +96,7 @@ fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
     assert_eq!(state(&mut few), state(&mut many));
 }
 
-/// A world drawn anew after damage is whole, at rest, and runs on; a force after it keeps the radii that the device has drawn.
+/// A world drawn again after damage is whole and at rest; a later force keeps the radii that the device has drawn.
 #[test]
 fn a_world_drawn_anew_is_whole_and_runs_on() {
     let Some(gpu) = device() else { return };

@@ -1,9 +1,9 @@
-//! The kernels' source.
+//! Source of the kernels.
 
 use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
-/// Kernels, in an order in which each file knows those before it.
+/// Source files of the kernels.
 pub(crate) const FILES: [(&str, &str); 18] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
@@ -14,7 +14,7 @@ pub(crate) const FILES: [(&str, &str); 18] = [
     ("stem", include_str!("kernels/stem.wgsl")),
     ("outward", include_str!("kernels/outward.wgsl")),
     ("frame", include_str!("kernels/frame.wgsl")),
-    ("mend", include_str!("kernels/mend.wgsl")),
+    ("events", include_str!("kernels/events.wgsl")),
     ("conjugate", include_str!("kernels/conjugate.wgsl")),
     ("reset", include_str!("kernels/reset.wgsl")),
     ("measure", include_str!("kernels/measure.wgsl")),
@@ -25,7 +25,7 @@ pub(crate) const FILES: [(&str, &str); 18] = [
     ("vary", include_str!("kernels/vary.wgsl")),
 ];
 
-/// The whole source.
+/// The whole source: constants of the layout, then all files.
 pub(crate) fn source() -> String {
     let mut text = layout::wgsl();
     text += &format!(

@@ -9,13 +9,13 @@ use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::GpuBatch;
 
-/// Grown trees: each its own topology.
+/// Grown trees, each of its own topology.
 pub(crate) fn grown(count: u32) -> Vec<TreeWorld> {
     let spec = Arc::new(Spec::paper());
     (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
 }
 
-/// Forces on worlds: on a segment, or on a fruit.
+/// Forces on segments and fruit of worlds.
 #[derive(Clone, Default)]
 pub(crate) struct Trial {
     pushes: Vec<(usize, usize, Vec3)>,
@@ -23,7 +23,7 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    /// Slow joints, and some tips pulled, so that nothing breaks.
+    /// Slow joint rates and pulls on some tips: nothing breaks.
     pub fn gentle(mut worlds: Vec<TreeWorld>) -> (Vec<TreeWorld>, Self) {
         kick(&mut worlds, 0.5);
         let mut trial = Self::default();
@@ -35,7 +35,7 @@ impl Trial {
         (worlds, trial)
     }
 
-    /// Hard kicks, an overloaded limb, and fruit pulled off: one below the direct threshold, which comes off by its stem's tension, one over it.
+    /// Fast joint rates, an overloaded limb, and two fruit pulled off: one by its stem's tension, one by the direct pull.
     pub fn harsh(mut worlds: Vec<TreeWorld>) -> (Vec<TreeWorld>, Self) {
         kick(&mut worlds, 1.0);
         let mut trial = Self::default();
@@ -50,7 +50,7 @@ impl Trial {
         (worlds, trial)
     }
 
-    /// What is done to one world, which is alone now.
+    /// Forces on one world, for a batch of this world alone.
     pub fn of_world(&self, index: usize) -> Self {
         let only = |all: &[(usize, usize, Vec3)]| {
             all.iter().filter(|(w, ..)| *w == index).map(|&(_, place, force)| (0, place, force)).collect()
@@ -94,7 +94,7 @@ pub(crate) fn state(batch: &mut GpuBatch, world: &TreeWorld, index: usize) -> Da
     data
 }
 
-/// Where the segments' ends are [m].
+/// Positions of the segments' tips [m].
 pub(crate) fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
     let plant = world.plant();
     let tip =
@@ -102,7 +102,7 @@ pub(crate) fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
     plant.tree.bodies.iter().map(|&id| tip(id)).collect()
 }
 
-/// Largest error of an angle by the largest angle, of a rate [rad/s] and of a tip [m].
+/// Largest errors of an angle over the largest angle, of a rate [rad/s] and of a tip [m].
 pub(crate) fn errors(world: &TreeWorld, mut data: Data) -> (f64, f64, f64) {
     forward_kinematics(&world.plant().model, &mut data);
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -1,4 +1,4 @@
-//! The kernels that draw worlds, in Rust: the same functions by the same names over the same memory, in f32. They show the formulas with their sources and are tested against the host's f64 draws without a
+//! The kernels that draw worlds, in Rust: functions of the same names over the same memory, in f32. They explain the formulas and are tested against the host's draws in f64, without a
 //! device; the kernels are tested against them. The kernels that step worlds have no twins: they are tested against the f64 worlds.
 
 mod chacha;
@@ -60,7 +60,7 @@ impl Lane<'_> {
         self.memory.worlds[self.memory.world_at(self.number, field, self.lane)]
     }
 
-    /// A number of the base table's head.
+    /// Number in the head of the base table.
     fn base_number(&self, field: usize) -> f32 {
         f32::from_bits(self.base_word(field))
     }
@@ -69,12 +69,12 @@ impl Lane<'_> {
         self.memory.table[field / QUAD][field % QUAD]
     }
 
-    /// First quad of a row's work.
+    /// First quad of the work of a row.
     fn work_at(&self, row: usize) -> usize {
         self.header(tile::WORK) + row * work::FIELDS / QUAD * LANES + self.lane
     }
 
-    /// Four fields of the work buffer, from a multiple of four on.
+    /// Four fields of the work buffer; `field` is a multiple of four.
     fn quad(&self, at: usize, field: usize) -> [f32; QUAD] {
         let at = (at + field / QUAD * LANES) * QUAD;
         [0, 1, 2, 3].map(|k| self.memory.work[at + k])
@@ -85,7 +85,7 @@ impl Lane<'_> {
         self.memory.work[at..at + QUAD].copy_from_slice(&value);
     }
 
-    /// Vectors one after the other.
+    /// Adjacent vectors in the work buffer.
     fn vectors<const N: usize>(&self, at: usize, field: usize) -> [Vec3; N] {
         std::array::from_fn(|k| {
             Vec3::from_fn(|axis, _| {
