@@ -20,7 +20,7 @@ pub struct Tolerance {
     pub falling: f64,
 }
 
-/// The same arithmetic as the f64 worlds: the same bits.
+/// Bits equal those of the f64 worlds, since the arithmetic is the same.
 const SAME_BITS: Tolerance = Tolerance { angle: 0.0, rate: 0.0, tip: 0.0, falling: 0.0 };
 
 /// Conjugate gradients in f64 end at their own relative residual.
@@ -30,7 +30,7 @@ const ITERATED: Tolerance = Tolerance { angle: 1e-8, rate: 1e-7, tip: 1e-8, fall
 /// 1.2e-7 m, which is 2e-5 m/s in a substep, and a twig of 0.1 m that follows half of it turns at 1e-4 rad/s.
 const LANES: Tolerance = Tolerance { angle: 1e-4, rate: 1e-4, tip: 5e-5, falling: 1e-2 };
 
-/// f32 as in lanes. The bounds on angle and tip are those that `validate gpu` is held to.
+/// f32 as in lanes. The bounds on angle and tip are those of `validate gpu`.
 const DEVICE: Tolerance = Tolerance { angle: 5e-5, tip: 1e-5, ..LANES };
 
 /// Conjugate gradients on the device stop at 1e-5 of the first residual; what is left of it adds to the rounding.

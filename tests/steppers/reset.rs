@@ -1,4 +1,4 @@
-//! Resets. Only batches on a graphics device have them; a reset world is held to what the f64 worlds do from their start.
+//! Resets, which only batches on a graphics device have: a reset world is compared with an f64 world from its start.
 
 use crate::worlds::{Errors, grown, kick, pull, push, state};
 use orchard_batch::{Status, Stepper};

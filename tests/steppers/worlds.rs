@@ -91,7 +91,8 @@ pub struct Errors {
 
 impl Errors {
     pub fn of(world: &TreeWorld, data: &Data) -> Self {
-        let largest = |errors: &mut dyn Iterator<Item = f64>| errors.fold(0.0_f64, |most, x| most.max(x.abs()));
+        let largest =
+            |errors: &mut dyn Iterator<Item = f64>| errors.fold(0.0_f64, |most, x| most.max(x.abs()));
         let mut truth = world.data().clone();
         forward_kinematics(&world.plant().model, &mut truth);
         let of = |a: &[f64], b: &[f64]| largest(&mut a.iter().zip(b).map(|(a, b)| a - b));

@@ -71,11 +71,12 @@ fn a_light_pull_bends_the_sample_branch_as_linear_theory_says() {
     assert!((bent / linear - 1.0).abs() < 5e-3, "{bent} m, {linear} m by linear theory");
 }
 
-/// 17 N bend the sample branch, and it comes back. The released code of the paper prints 6.4 mm for a branch of its own tree, whose segments are not published, so that this
-/// figure cannot be reproduced. The tree of this test is held to linear theory at its rest pose. The rest of the deviation is geometric: weight and pull turn against the wood.
+/// 17 N bend the sample branch by 10.2 mm, and it comes back. The released code of the paper prints 6.4 mm for a branch of its own tree, whose segments are not published,
+/// so that this figure cannot be reproduced. The branch of this test is held to linear theory at its rest pose (10.1 mm). The deviation of 1.2 % is geometric: the weight beyond a joint
+/// pulls further on bent wood, which linear theory leaves out.
 #[test]
 fn a_pull_bends_the_sample_branch() {
-    const GEOMETRIC: f64 = 0.1;
+    const GEOMETRIC: f64 = 0.02;
     let (bent, linear, back) = bend(Spec::paper().wood, GRAVITY, PULL);
     println!("{bent} m, {linear} m by linear theory");
     assert!((bent / linear - 1.0).abs() < GEOMETRIC, "{bent} m, {linear} m by linear theory");

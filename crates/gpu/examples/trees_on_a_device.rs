@@ -21,7 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("adapter: {}", gpu.info().name);
 
     let spec = Arc::new(Spec::paper());
-    let worlds = (0..8).map(|world| TreeWorld::grow(spec.clone(), 1, world)).collect::<Result<Vec<_>, _>>()?;
+    let worlds =
+        (0..8).map(|world| TreeWorld::grow(spec.clone(), 1, world)).collect::<Result<Vec<_>, _>>()?;
     let mut batch = GpuBatch::new(&gpu, &worlds)?;
 
     // Three times the force that detaches fruit 0 of world 3 [N], for half a second.

@@ -26,7 +26,7 @@ pub enum Solver {
     ConjugateGradients,
 }
 
-/// Pairs of a number of worlds and of the workgroups over which up to so many worlds of different topology are spread on a graphics card: one workgroup for each multiprocessor of a large card, then two.
+/// Pairs (n, workgroups): a graphics card spreads up to n worlds of different topology over so many workgroups, one for each multiprocessor of a large card, then two.
 /// `docs/computation/gpu.md` compares other numbers.
 const TILES_OF_A_CARD: [(usize, usize); 2] = [(1024, 128), (usize::MAX, 256)];
 
@@ -260,8 +260,9 @@ impl GpuBatch {
         let counts = |memory: &Memory, index: usize| {
             [world::SNAPPED, world::DETACHED, world::STOPPED].map(|field| memory.world_number(index, field))
         };
-        let changed: Vec<usize> =
-            (0..self.len()).filter(|&index| counts(&self.memory, index) != self.reported[index].counts).collect();
+        let changed: Vec<usize> = (0..self.len())
+            .filter(|&index| counts(&self.memory, index) != self.reported[index].counts)
+            .collect();
         self.fetch_state(&changed)?;
         let mut events = Vec::new();
         for world in changed {
@@ -277,7 +278,8 @@ impl GpuBatch {
                 let event = TreeEvent::Quarantined { fault: quarantine.fault };
                 events.push(BatchEvent { frame: quarantine.frame, world, event });
             }
-            self.reported[world] = Reported { counts: counts(&self.memory, world), until: self.memory.rules.frame };
+            self.reported[world] =
+                Reported { counts: counts(&self.memory, world), until: self.memory.rules.frame };
         }
         events.sort_unstable();
         Ok(events)

@@ -77,7 +77,10 @@ fn worlds_have_the_same_bits_in_tiles_of_their_own() {
     for solver in [Solver::Aba, Solver::ConjugateGradients] {
         let (worlds, trial) = Trial::harsh(grown(WORLDS as u32));
         let spread = Memory::spread_over(WORLDS, &worlds, 4, solver).unwrap();
-        assert_eq!((spread.tile_count(), spread.blocks_of(&(0..WORLDS).collect::<Vec<_>>()).len()), (WORLDS, 2));
+        assert_eq!(
+            (spread.tile_count(), spread.blocks_of(&(0..WORLDS).collect::<Vec<_>>()).len()),
+            (WORLDS, 2)
+        );
         let [mut together, mut spread] = [1, WORLDS].map(|tiles| {
             let options = Options { tiles: Some(tiles), solver, ..Options::default() };
             let mut batch = GpuBatch::with_options(&gpu, &worlds, options).unwrap();

@@ -319,9 +319,9 @@ fields! {
     }
     /// Bits of [`segment::GROWTH`].
     growth {
-        /// It does not belong to the trunk.
+        /// The segment does not belong to the trunk.
         BRANCH = 0x1,
-        /// It is a lateral of its parent's axis.
+        /// The segment is a lateral of its parent's axis.
         LATERAL = 0x2,
         /// Shift of the number of laterals before it on that axis.
         ORDINAL = 2,
@@ -400,15 +400,15 @@ fields! {
     first {
         /// The world has a link in this row.
         ACTIVE = 0x1,
-        /// It stands on the ground.
+        /// The link stands on the ground.
         ROOT = 0x2,
-        /// Its parent's tip is in a slot of this warp.
+        /// The tip of its parent is in a slot of this warp.
         FROM_SLOT = 0x4,
-        /// Its parent's tip is in a fork for all warps.
+        /// The tip of its parent is in a fork for all warps.
         FROM_CROSS = 0x8,
-        /// It stores its tip in a slot.
+        /// The link stores its tip in a slot.
         TO_SLOT = 0x10,
-        /// It stores its tip in a fork for other warps.
+        /// The link stores its tip in a fork for other warps.
         TO_CROSS = 0x20,
         /// Shift of its parent's slot or fork (8 bits).
         PARENT = 8,
@@ -423,11 +423,11 @@ fields! {
         CARRIES = 0x1,
         /// Children of this warp have stored a load in its slot.
         TAKES = 0x2,
-        /// It is the first to store its load in its parent's slot.
+        /// The link is the first to store its load in its parent's slot.
         GIVES_FIRST = 0x4,
-        /// It adds its load to the one in its parent's slot.
+        /// The link adds its load to the one in its parent's slot.
         GIVES = 0x8,
-        /// It stores its load for a parent of another warp.
+        /// The link stores its load for a parent of another warp.
         GIVES_CROSS = 0x10,
         /// Shift of the number of loads from other warps (6 bits).
         LOADS = 5,

@@ -88,7 +88,9 @@ pub enum BatchError {
         most: usize,
     },
     /// The batch has no base tree from which worlds could be drawn.
-    #[error("the batch was made of given worlds; GpuBatch::randomised makes one that can draw its worlds again")]
+    #[error(
+        "the batch was made of given worlds; GpuBatch::randomised makes one that can draw its worlds again"
+    )]
     NoBase,
     /// The worlds differ in substep, gravity or rules of breaking.
     #[error("world {world} has another substep, gravity or rules of breaking than world 0")]

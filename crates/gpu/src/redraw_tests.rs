@@ -98,7 +98,7 @@ fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
 
 /// A world drawn again after damage is whole and at rest; a later force keeps the radii that the device has drawn.
 #[test]
-fn a_world_drawn_anew_is_whole_and_runs_on() {
+fn a_redrawn_world_is_whole() {
     let Some(gpu) = device() else { return };
     let base = base_of(&spec(Mode::SharedDimensions, |_| 1.0));
     let mut batch = GpuBatch::randomised(&gpu, &base, 3).unwrap();

@@ -67,7 +67,10 @@ mod tests {
             let (_, kernel) = FILES.iter().find(|(file, _)| *file == name).unwrap();
             let of_twin = functions(twin);
             for function in functions(kernel) {
-                assert!(of_twin.contains(&function) || without.contains(&function), "{name}.wgsl: {function}");
+                assert!(
+                    of_twin.contains(&function) || without.contains(&function),
+                    "{name}.wgsl: {function}"
+                );
             }
         }
     }

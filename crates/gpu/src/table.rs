@@ -11,7 +11,7 @@ use orchard_spec::wood::JointLaw;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Segment, Skeleton, underside};
 
-use crate::layout::{QUAD, axis, base, dial, fourth, fruit, growth, fruit_entry, link, segment, varied};
+use crate::layout::{QUAD, axis, base, dial, fourth, fruit, fruit_entry, growth, link, segment, varied};
 use crate::memory::Memory;
 
 /// Parent of a segment that has none.

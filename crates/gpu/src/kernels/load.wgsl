@@ -1,6 +1,6 @@
 // Loads of links.
 
-// What a link bears at its tip: articulated inertia and impulses of everything beyond. Symmetric matrices are kept as their columns from the diagonal
+// Load on a link's tip: articulated inertia and impulses of everything beyond. Symmetric matrices are kept as their columns from the diagonal
 // down, (xx, xy, xz) and (yy, yz, zz); the columns of the coupling are torques by linear motion along x, y and z.
 struct Load {
     angular: array<vec3f, 2>,

@@ -72,7 +72,7 @@ fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     cross_loads_at = header(TILE_CROSS_LOADS) + lane;
 }
 
-// The same number, waited for here: the factor is 1, which no compiler knows. A number that a loop has from before it, or that one branch reads, would
+// Waits for a number here and returns it: the factor is 1, which no compiler knows. A number that a loop has from before it, or that one branch reads, would
 // otherwise be waited for inside the loop, row after row, together with all reads issued since (`docs/computation/gpu.md`, Reading ahead).
 fn awaited(x: vec4f) -> vec4f {
     return x * f32(min(rules.substeps, 1u));

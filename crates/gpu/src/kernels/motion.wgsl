@@ -95,7 +95,7 @@ fn joint_outward(parent: Axes, c: vec3f, q: vec2f) -> Joint {
     return Joint(first, third, Axes(first * t_2.y - third * t_2.x, y, first * t_2.x + third * t_2.y));
 }
 
-// The same joint from the link's axes, and the parent's axes.
+// A joint and its parent's axes from the link's axes: the inverse of `joint_outward`.
 fn joint_inward(own: Axes, c: vec3f, q: vec2f) -> JointInward {
     let t_1 = sin_cos(q.x);
     let t_2 = sin_cos(q.y);

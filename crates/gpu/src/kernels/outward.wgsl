@@ -22,7 +22,7 @@ struct Tip {
 var<private> found_notice: u32;
 var<private> found_peak: f32;
 
-// What the inward pass has stored at a link (`layout::work`).
+// Result of the elimination of a joint, as the inward pass has stored it (`layout::work`).
 struct Eliminated {
     g_1n: vec3f,
     g_1f: vec3f,

@@ -23,11 +23,6 @@ impl Memory {
         self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
     }
 
-    /// Tile and lane of a world.
-    pub fn seat_of(&self, index: usize) -> (usize, usize) {
-        (self.places[index].tile, self.places[index].lane)
-    }
-
     /// Number of fruit of a world.
     pub fn fruit_count(&self, index: usize) -> usize {
         self.places[index].fruit_rows.len()

@@ -10,7 +10,7 @@ mod turns;
 mod vary;
 pub(crate) mod vary_tests;
 
-use crate::layout::{LANES, QUAD, link, tile, work, world};
+use crate::layout::{LANES, QUAD, tile, work, world};
 use crate::memory::Memory;
 use math::Vec3;
 

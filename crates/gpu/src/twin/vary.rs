@@ -7,7 +7,7 @@ use super::Lane;
 use super::habit::{Segment, formed_ground};
 use super::math::Vec3;
 use crate::layout::{
-    QUAD, RADIUS_UNITS, axis, base, dial, fourth, fruit, growth, fruit_entry, link, segment, varied, world,
+    QUAD, RADIUS_UNITS, axis, base, dial, fourth, fruit, fruit_entry, growth, link, segment, varied, world,
 };
 use crate::table::NO_SEGMENT;
 
