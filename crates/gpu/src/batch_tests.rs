@@ -1,4 +1,4 @@
-//! The kernels on the device at hand, against the f64 worlds. What all batches have in common is tested in the workspace's suite `steppers`.
+//! Kernels on the device at hand, against the f64 worlds. The suite `steppers` of the workspace tests the interface that all batches share.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
     };
     let mut together = spread_over(1);
     trial.apply_to_batch(&mut together);
-    // World 4 blows up.
+    // World 4 turns non-finite.
     together.pull(4, 0, Vec3::new(1e30, 0.0, 0.0));
     together.advance(20);
     for index in 0..4 {

@@ -28,7 +28,7 @@ fields! {
     link {
         /// Axis at rest in the parent's frame (3): the joint's frame is the parent's, turned by the smallest rotation that carries z onto it.
         DIRECTION = 0,
-        /// From the joint to the tip, where all children sit [m].
+        /// Distance from the joint to the tip, where all children are fixed [m].
         LENGTH = 3,
         /// Mass [kg].
         MASS = 4,
@@ -55,13 +55,13 @@ fields! {
     }
     /// Numbers that the inward pass stores at a link for the outward pass.
     work {
-        /// First joint axis: inverse pivot times U, torque part (3), and inverse pivot times the joint's impulse.
+        /// First joint axis: torque part of D^-1 U (3), and the first number of D^-1 y; D is the joint's pivot and y the impulse on it.
         G_1N = 0,
-        /// First joint axis: force part (3), and inverse pivot times the second axis's impulse.
+        /// First joint axis: force part of D^-1 U (3), and the second number of D^-1 y.
         G_1F = 4,
-        /// Second joint axis: torque part (3).
+        /// Second joint axis: torque part of D^-1 U (3).
         G_2N = 8,
-        /// Second joint axis: force part (3).
+        /// Second joint axis: force part of D^-1 U (3).
         G_2F = 12,
         /// Between an outward pass and the next inward pass, for a link of a broken limb: impulse of the ground on its tip (3), and damper along the ground.
         PROP = 0,
