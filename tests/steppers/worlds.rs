@@ -77,7 +77,7 @@ pub fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
 }
 
 /// Largest errors of a world.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Errors {
     /// Of a joint angle, over the largest one.
     pub angle: f64,
@@ -102,6 +102,16 @@ impl Errors {
             rate: of(&data.v, &truth.v),
             tip: apart(&tips(world, data), &tips(world, &truth)),
             fruit: apart(&data.point_p_world, &truth.point_p_world),
+        }
+    }
+
+    /// The larger of each error.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            angle: self.angle.max(other.angle),
+            rate: self.rate.max(other.rate),
+            tip: self.tip.max(other.tip),
+            fruit: self.fruit.max(other.fruit),
         }
     }
 
