@@ -5,4 +5,6 @@ mod detachment;
 mod pull_and_release;
 mod quarantine;
 mod reset;
+#[path = "../../crates/gpu/tests/device/mod.rs"]
+mod testing;
 mod worlds;

@@ -21,6 +21,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(test)]
+extern crate self as orchard_gpu;
+
 mod batch;
 #[cfg(test)]
 mod batch_tests;
@@ -36,7 +39,9 @@ mod schedule;
 mod shader;
 mod stepper;
 mod table;
-pub mod testing;
+#[cfg(test)]
+#[path = "../tests/device/mod.rs"]
+mod testing;
 #[cfg(test)]
 mod trials;
 #[cfg(test)]

@@ -1,16 +1,17 @@
-//! Devices for tests, and a record of the tests that are skipped where there is no adapter.
+//! Devices for tests, and a record of the tests that are skipped where there is no adapter. The unit tests of this crate and the suite `steppers` include this file; it is no part of the library, which reads
+//! no environment and opens no file.
 
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::panic::Location;
 
-use crate::{Choice, Gpu, GpuError};
+use orchard_gpu::{Choice, Gpu, GpuError};
 
 /// Environment variable that names the file to which every skipped test appends a line. An absolute path: `cargo test` runs each crate's tests in that crate's folder.
-pub const SKIPPED_FILE: &str = "ORCHARD_SKIPPED";
+const SKIPPED_FILE: &str = "ORCHARD_SKIPPED";
 
 /// Opens a device for a test; returns `None` if the computer has no graphics adapter. The test then returns, and counts as skipped:
-/// the line `skipped, no adapter: TEST (FILE:LINE)` goes to standard error, which `cargo test` does not capture, and is appended to the file that `ORCHARD_SKIPPED` names ([`SKIPPED_FILE`]), if that is
+/// the line `skipped, no adapter: TEST (FILE:LINE)` goes to standard error, which `cargo test` does not capture, and is appended to the file that the environment variable `ORCHARD_SKIPPED` names, if that is
 /// set. The number of lines in that file is the number of skipped tests.
 ///
 /// Under continuous integration, that is with a variable `CI` that is not empty, a missing adapter fails the test instead.
