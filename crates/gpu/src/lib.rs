@@ -21,6 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// The included file `testing` refers to the library by name.
 #[cfg(test)]
 extern crate self as orchard_gpu;
 
