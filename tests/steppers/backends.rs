@@ -36,11 +36,14 @@ const DEVICE: Tolerance = Tolerance { angle: 5e-5, tip: 1e-5, ..LANES };
 /// Conjugate gradients on the device stop at 1e-5 of the first residual. Residuals of random sign in 180 substeps add 1e-5 x sqrt(180) = 1.3e-4 to the rounding in angles.
 const DEVICE_ITERATED: Tolerance = Tolerance { angle: 1.8e-4, ..DEVICE };
 
+/// Function that makes a batch of some worlds.
+type Build = dyn Fn(&[TreeWorld]) -> Box<dyn Stepper>;
+
 /// One kind of batch.
 pub struct Backend {
     pub name: String,
     pub tolerance: Tolerance,
-    build: Box<dyn Fn(&[TreeWorld]) -> Box<dyn Stepper>>,
+    build: Box<Build>,
 }
 
 impl Backend {

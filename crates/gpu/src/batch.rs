@@ -158,7 +158,7 @@ impl GpuBatch {
         self.len() == 0
     }
 
-    /// Memory on the device [bytes].
+    /// Memory on the device \[bytes\].
     pub fn bytes(&self) -> usize {
         self.memory.bytes()
     }
@@ -321,7 +321,7 @@ impl GpuBatch {
         Ok(())
     }
 
-    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed. Returns
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed. Returns
     /// false if the world has no room for another force.
     #[must_use]
     pub fn push(&mut self, index: usize, segment: usize, force_world: Vec3, torque_world: Vec3) -> bool {
@@ -329,7 +329,7 @@ impl GpuBatch {
         self.memory.push(index, segment, force_world, torque_world)
     }
 
-    /// Adds a force [N] at, and a torque [N m] about, a segment's centre of mass that act in some later frames; the first frame of the batch has number 1. Returns
+    /// Adds a force \[N\] at, and a torque [N m] about, a segment's centre of mass that act in some later frames; the first frame of the batch has number 1. Returns
     /// false if the world has no room for another force. A force whose frames are over takes no room.
     #[must_use]
     pub fn script(
@@ -344,7 +344,7 @@ impl GpuBatch {
         self.memory.script(index, segment, force_world, torque_world, frames)
     }
 
-    /// Sets the external force [N] on a fruit until changed.
+    /// Sets the external force \[N\] on a fruit until changed.
     pub fn pull(&mut self, index: usize, fruit_index: usize, force_world: Vec3) {
         for at in self.memory.pull(index, fruit_index, force_world) {
             let bytes = self.memory.fruit[at].to_ne_bytes();
@@ -417,6 +417,6 @@ pub struct Statistics {
     pub detached: u32,
     /// Largest moment of a joint at the end of any frame, over its rupture moment.
     pub peak_moment: f32,
-    /// Kinetic, gravitational (zero at the height of the world's origin) and elastic energy of wood, stems and fruit [J], as defined by `orchard_multibody::energy`.
+    /// Kinetic, gravitational (zero at the height of the world's origin) and elastic energy of wood, stems and fruit \[J\], as defined by `orchard_multibody::energy`.
     pub energy: f32,
 }

@@ -53,7 +53,7 @@ pub enum GpuError {
         adapter: String,
         /// Number of worlds requested.
         worlds: usize,
-        /// Memory of one world [bytes].
+        /// Memory of one world \[bytes\].
         each: usize,
         /// Number of worlds for which there was room.
         fits: usize,
@@ -91,9 +91,9 @@ pub struct GpuInfo {
     pub is_discrete: bool,
     /// True if it has subgroup operations. The kernels need none.
     pub has_subgroups: bool,
-    /// Largest workgroup memory [bytes].
+    /// Largest workgroup memory \[bytes\].
     pub workgroup_storage: u32,
-    /// Largest storage buffer that a kernel can bind [bytes].
+    /// Largest storage buffer that a kernel can bind \[bytes\].
     pub storage_binding: u64,
     /// Shape of a workgroup in words: warps, each of which steps a part of every tree, times worlds.
     pub kernel: String,
