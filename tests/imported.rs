@@ -39,7 +39,7 @@ fn a_world_takes_an_imported_tree() {
     let mut grown = World::new(spec.clone(), robot.clone(), 42, 0).unwrap();
     let file = json::write(grown.skeleton());
     let skeleton = json::read(&file).unwrap().into_skeleton(&spec, 42, 0);
-    let mut imported = World::with_tree(spec, robot.clone(), skeleton, 42, 0).unwrap();
+    let mut imported = World::with_tree(spec, robot.clone(), skeleton, 42, 0, 0).unwrap();
     let hold = robot.start_command();
     for _ in 0..30 {
         grown.step(&hold);

@@ -11,6 +11,7 @@ use orchard_camera::Label;
 use orchard_geometry::{DepthImage, Pose, Vec3, transform};
 use orchard_picker::{Controller, Kind};
 use orchard_robot::{Command, Observation};
+use orchard_scenario::Scenario;
 use orchard_world::World;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -116,7 +117,7 @@ impl BenchWorld for Spoilt {
 
 /// An episode of the first trees of every tuning seed; `sight` is told each world at its start.
 fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRecord> {
-    let harvest = Harvest::paper(kind);
+    let harvest = Harvest::new(Scenario::of(&[("controller", kind.name())]).unwrap()).unwrap();
     let protocol = Protocol::paper();
     let plan = harvest.plan("full", protocol.tuning_seeds.clone(), TREES, SECONDS);
     let run = |key: orchard_bench::episode::EpisodeKey| {

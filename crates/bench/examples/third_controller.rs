@@ -1,8 +1,9 @@
 //! A third controller: it holds the arm still, turns to the nearest fruit that it sees and drives up to it.
 use orchard_bench::trial;
 use orchard_perception::{DetectorConfig, detect};
-use orchard_picker::{Controller, Record};
+use orchard_picker::{Controller, Record, custom};
 use orchard_robot::{Command, Observation, RobotModel};
+use orchard_scenario::Scenario;
 
 struct Greeter {
     command: Command,
@@ -26,8 +27,12 @@ impl Controller for Greeter {
 
 /// Lets it try for ten seconds.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let greeter = |robot: &RobotModel| Greeter { command: robot.start_command(), record: Record::default() };
-    let episode = trial("greeter", greeter, 20250704, 0, 10.0)?;
+    let greeter = custom("greeter", "1", |robot: &RobotModel, _: &DetectorConfig| Greeter {
+        command: robot.start_command(),
+        record: Record::default(),
+    });
+    let scenario = Scenario::of(&[])?.with_controller(greeter);
+    let episode = trial(&scenario, 20250704, 0, 10.0)?;
     println!("{} fruit, {} detached", episode.fruit_total, episode.fruit_detached.len());
     Ok(())
 }

@@ -31,4 +31,4 @@ pub use rules::{AblationRules, Anchor, AtFoliage, DetectRules, FoundRules};
 pub use run::{DetectResult, Views, run};
 pub use spread::{ERRORS, Spread};
 pub use summary::{AblationSummary, DensitySummary, DetectSummary, FractionBin, VariantSummary, ZoneSummary};
-pub use trees::{PaperTrees, RestingTree, Trees};
+pub use trees::{RestingTree, Trees};

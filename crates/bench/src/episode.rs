@@ -3,13 +3,14 @@
 //! Everything here is a function of (code version, config, seed, world, repeat, horizon): no clock, no machine.
 
 use orchard_geometry::Vec3;
+use orchard_scenario::Names;
 use serde::{Deserialize, Serialize};
 
 use crate::record::Record;
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
 /// Version of the layout of every result file.
-pub const SCHEMA_VERSION: u32 = 4;
+pub const SCHEMA_VERSION: u32 = 5;
 
 /// Version of the code that made a result: the package's version and a hash over the sources of the workspace.
 pub const CODE_VERSION: &str = env!("ORCHARD_CODE_VERSION");
@@ -21,12 +22,11 @@ pub struct EpisodeKey {
     pub schema_version: u32,
     /// [`CODE_VERSION`].
     pub code_version: String,
-    /// SHA-256 of all config texts, hexadecimal.
+    /// SHA-256 over scenario and protocol, hexadecimal.
     pub config_hash: String,
-    /// Preset of the config.
-    pub preset: String,
-    /// Controller that harvested.
-    pub controller: String,
+    /// Names of world, robot, camera, detector and controller.
+    #[serde(flatten)]
+    pub scenario: Names,
     /// Condition of the benchmark matrix.
     pub condition: String,
     /// Seed.
@@ -347,7 +347,7 @@ impl Record for EpisodeRecord {
     }
 
     fn file(key: &EpisodeKey) -> String {
-        let EpisodeKey { controller, condition, seed, world, repeat, .. } = key;
+        let EpisodeKey { scenario: Names { controller, .. }, condition, seed, world, repeat, .. } = key;
         match repeat {
             0 => format!("{controller}-{condition}-{seed}-{world:03}.json"),
             repeat => format!("{controller}-{condition}-{seed}-{world:03}-r{repeat}.json"),

@@ -18,6 +18,7 @@ use crate::protocol::Protocol;
 use crate::run::WorldFactory;
 use crate::seeds::SeedSetLabel;
 use crate::zones::Zone;
+use orchard_scenario::Names;
 
 /// Frame length of the fake world [s].
 pub const FRAME: f64 = 0.5;
@@ -223,9 +224,9 @@ impl WorldFactory for FakeFactory {
 /// A plan of 2 seeds x 4 fake worlds x 30 s.
 pub fn plan() -> Plan {
     Plan {
-        preset: "paper".into(),
+        scenario: Names::paper("fake"),
+        scenario_hash: "hash".into(),
         profile: "quick".into(),
-        controller: "fake".into(),
         conditions: vec![Condition {
             name: "nominal".into(),
             params: ConditionParams {
@@ -250,8 +251,7 @@ pub fn key() -> EpisodeKey {
         schema_version: SCHEMA_VERSION,
         code_version: CODE_VERSION.into(),
         config_hash: "hash".into(),
-        preset: "paper".into(),
-        controller: "fake".into(),
+        scenario: Names::paper("fake"),
         condition: "nominal".into(),
         seed: 1,
         world: 0,

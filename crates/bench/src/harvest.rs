@@ -1,28 +1,22 @@
 //! The benchmark's own worlds: the preset's trees and robot, harvested by one of the project's controllers.
 
-use std::sync::Arc;
-
-use orchard_perception::DetectorConfig;
-use orchard_picker::{Controller, Kind};
-use orchard_robot::RobotModel;
-use orchard_spec::Spec;
+use orchard_picker::Controller;
+use orchard_quantity::ConfigError;
+use orchard_scenario::Scenario;
 use orchard_world::World;
 use serde::{Deserialize, Serialize};
 
 use crate::adapter::Recorded;
 use crate::episode::EpisodeKey;
-use crate::matrix::{EXHAUSTION, Matrix, MatrixCondition, NOMINAL, UnknownCondition};
-use crate::plan::{Condition, ConditionParams, Plan, config_hash};
+use crate::matrix::{ConditionError, EXHAUSTION, Matrix, MatrixCondition, NOMINAL};
+use crate::plan::{Condition, ConditionParams, Plan, config_hash, config_text};
 use crate::protocol::Protocol;
 use crate::run::WorldFactory;
 
 /// Makes the worlds of every condition of the matrix.
 #[derive(Debug, Clone)]
 pub struct Harvest {
-    spec: Arc<Spec>,
-    robot: Arc<RobotModel>,
-    detector: DetectorConfig,
-    controller: Kind,
+    scenario: Scenario,
     protocol: Protocol,
     matrix: Matrix,
 }
@@ -45,17 +39,28 @@ pub struct Extent {
 }
 
 impl Harvest {
-    /// The preset `paper` under a controller: 40 fruit, foliage 0.6, flat ground, and what sweeps make of it.
-    pub fn paper(controller: Kind) -> Self {
-        let (spec, protocol) = (Spec::paper(), Protocol::paper());
-        Self {
-            matrix: Matrix::of(&protocol, &spec),
-            spec: Arc::new(spec),
-            robot: Arc::new(RobotModel::paper()),
-            detector: DetectorConfig::paper(),
-            controller,
-            protocol,
-        }
+    /// The matrix around a scenario's own worlds: on preset `paper` 40 fruit, foliage 0.6 and flat ground are nominal.
+    ///
+    /// # Errors
+    /// The scenario's rules are none of the protocol.
+    pub fn new(scenario: Scenario) -> Result<Self, ConfigError> {
+        let protocol = Protocol::of_scenario(&scenario)?;
+        Ok(Self { matrix: Matrix::of(&protocol, scenario.spec()), scenario, protocol })
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The protocol.
+    pub fn protocol(&self) -> &Protocol {
+        &self.protocol
+    }
+
+    /// All conditions and sweeps.
+    pub fn matrix(&self) -> &Matrix {
+        &self.matrix
     }
 
     /// The nominal condition on trees `0..trees` of each seed, for `horizon` seconds each.
@@ -72,9 +77,14 @@ impl Harvest {
     /// A part of the matrix. All conditions have the same trees, and the start poses of the first repeat.
     ///
     /// # Errors
-    /// A name that is neither a condition nor a sweep.
-    pub fn plan_of(&self, extent: Extent) -> Result<Plan, UnknownCondition> {
+    /// A name that is neither a condition nor a sweep; a condition whose worlds the config does not allow.
+    pub fn plan_of(&self, extent: Extent) -> Result<Plan, ConditionError> {
         let chosen = self.matrix.choose(&extent.conditions)?;
+        for MatrixCondition { name, dials } in &chosen {
+            dials
+                .turn(self.scenario.spec())
+                .map_err(|problem| ConditionError::OutOfRange { condition: name.clone(), problem })?;
+        }
         let names: Vec<&str> = chosen.iter().map(|condition| condition.name.as_str()).collect();
         let condition = |condition: &&MatrixCondition| Condition {
             name: condition.name.clone(),
@@ -89,9 +99,9 @@ impl Harvest {
             },
         };
         Ok(Plan {
-            preset: self.spec.preset.clone(),
+            scenario: self.scenario.names().clone(),
+            scenario_hash: self.scenario.hash(),
             profile: extent.profile,
-            controller: self.controller.name().to_owned(),
             sweeps: self.matrix.sweeps_of(&names),
             conditions: chosen.iter().map(condition).collect(),
             seed_set: self.protocol.label(&extent.seeds, extent.trees),
@@ -104,20 +114,12 @@ impl Harvest {
 
     /// Length of a frame [s].
     pub fn frame(&self) -> f64 {
-        self.spec.sim.frame()
+        self.scenario.spec().sim.frame()
     }
 
     /// Hash of all that an episode is configured by.
     pub fn config_hash(&self) -> String {
-        config_hash(&[
-            ("world.toml", orchard_spec::Preset::Paper.toml()),
-            ("camera.toml", orchard_spec::camera::PAPER_TOML),
-            ("robot.toml", orchard_robot::PAPER_TOML),
-            ("robot.urdf", orchard_robot::PAPER_URDF),
-            ("perception.toml", orchard_perception::config::PAPER_TOML),
-            ("picker.toml", self.controller.toml()),
-            ("v1.toml", crate::protocol::PAPER_TOML),
-        ])
+        config_hash(&[("scenario", &self.scenario.hash()), ("protocol", &config_text(&self.protocol))])
     }
 }
 
@@ -128,10 +130,8 @@ impl WorldFactory for Harvest {
     fn build(&self, key: &EpisodeKey) -> Result<(World, Self::Controller), String> {
         let condition = self.matrix.condition(&key.condition);
         let dials = condition.ok_or_else(|| format!("there is no condition {}", key.condition))?.dials;
-        let spec = Arc::new(dials.turn(&self.spec)?);
-        let world = World::of_repeat(spec, self.robot.clone(), key.seed, key.world, key.repeat)
-            .map_err(|e| e.to_string())?;
-        let controller = self.controller.controller(&self.robot, self.detector.clone());
-        Ok((world, Recorded::new(controller)))
+        let turned = self.scenario.with_spec(dials.turn(self.scenario.spec())?);
+        let world = turned.world(key.seed, key.world, key.repeat).map_err(|e| e.to_string())?;
+        Ok((world, Recorded::new(self.scenario.controller())))
     }
 }

@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn another_plan_is_told_by_what_differs() {
-        let other = said(|key| key.controller = "gardener".into(), &plan());
+        let other = said(|key| key.scenario.controller = "gardener".into(), &plan());
         assert_eq!(
             other.unwrap_err(),
             " holds results of another plan: episodes/gardener-nominal-7-000.json has controller \"gardener\", not \
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(said(older, &plan()), Ok(()));
         let both = |key: &mut EpisodeKey| {
             older(key);
-            key.controller = "gardener".into();
+            key.scenario.controller = "gardener".into();
         };
         let line = said(both, &plan()).unwrap_err();
         assert!(line.contains("has controller \"gardener\", not \"fake\";"), "{line}");

@@ -187,12 +187,25 @@ pub struct Matrix {
     pub sweeps: Vec<MatrixSweep>,
 }
 
-/// A name that is none of the matrix.
+/// A condition that cannot be run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{name} is neither a condition nor a sweep; there are {known}")]
-pub struct UnknownCondition {
-    name: String,
-    known: String,
+pub enum ConditionError {
+    /// A name that is none of the matrix.
+    #[error("{name} is neither a condition nor a sweep; there are {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// Sweeps and conditions of the matrix.
+        known: String,
+    },
+    /// Worlds that the config does not allow.
+    #[error("{condition}: {problem}")]
+    OutOfRange {
+        /// The condition.
+        condition: String,
+        /// The field, its value and the allowed range.
+        problem: String,
+    },
 }
 
 impl Matrix {
@@ -226,14 +239,16 @@ impl Matrix {
     ///
     /// # Errors
     /// A name that is neither.
-    pub fn choose(&self, names: &[String]) -> Result<Vec<&MatrixCondition>, UnknownCondition> {
+    pub fn choose(&self, names: &[String]) -> Result<Vec<&MatrixCondition>, ConditionError> {
         let of_sweep = |name: &str| self.sweeps.iter().find(|sweep| sweep.name == name);
         let mut chosen: Vec<&str> = Vec::new();
         for name in names {
             match (self.condition(name), of_sweep(name)) {
                 (Some(condition), _) => chosen.push(&condition.name),
                 (None, Some(sweep)) => chosen.extend(sweep.points.iter().map(|p| p.condition.as_str())),
-                (None, None) => return Err(UnknownCondition { name: name.clone(), known: self.known() }),
+                (None, None) => {
+                    return Err(ConditionError::Unknown { name: name.clone(), known: self.known() });
+                }
             }
         }
         Ok(self.conditions.iter().filter(|condition| chosen.contains(&condition.name.as_str())).collect())

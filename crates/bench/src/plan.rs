@@ -1,5 +1,6 @@
 //! What a benchmark run consists of.
 
+use orchard_scenario::Names;
 use serde::{Deserialize, Serialize};
 
 use crate::digest::{FilesDigest, hex};
@@ -34,12 +35,12 @@ pub struct Condition {
 /// A run: every condition on every tree of every seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Preset of the config.
-    pub preset: String,
+    /// Names of world, robot, camera, detector and controller.
+    pub scenario: Names,
+    /// [`orchard_scenario::Scenario::hash`].
+    pub scenario_hash: String,
     /// Profile whose defaults the run took.
     pub profile: String,
-    /// Name of the controller.
-    pub controller: String,
     /// Conditions, in order.
     pub conditions: Vec<Condition>,
     /// The sweeps that they make up.
@@ -50,7 +51,7 @@ pub struct Plan {
     pub seeds: Vec<u64>,
     /// Frame length [s].
     pub frame: f64,
-    /// SHA-256 of all config texts, from [`config_hash`].
+    /// SHA-256 over scenario and protocol, from [`config_hash`].
     pub config_hash: String,
     /// Protocol constants.
     pub protocol: Protocol,
@@ -77,6 +78,9 @@ pub enum PlanError {
     /// No episode.
     #[error("0 repeats: at least 1 episode a tree is needed")]
     NoRepeats,
+    /// A controller that cannot be given a goal.
+    #[error("controller {0} takes no goals, which this task gives")]
+    NoGoals(String),
     /// A budget that is not at least a frame or not a sensible number.
     #[error("a horizon of {horizon} s is not between one frame ({frame:.4} s) and 100 hours")]
     Horizon {
@@ -126,8 +130,7 @@ impl Plan {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: self.config_hash.clone(),
-            preset: self.preset.clone(),
-            controller: self.controller.clone(),
+            scenario: self.scenario.clone(),
             condition: condition.name.clone(),
             seed,
             world,

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use orchard_quantity::{ConfigError, Count, Quantity, from_table, from_toml, overlay, parse};
+use orchard_scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentRules;
@@ -165,7 +166,10 @@ impl Protocol {
     /// profile asks for, a profile without conditions or with unknown ones, an asked figure without one bound, values of a sweep that do
     /// not ascend, foliage densities that lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        let protocol: Self = from_toml(file, text)?;
+        Self::checked(file, from_toml(file, text)?)
+    }
+
+    fn checked(file: &str, protocol: Self) -> Result<Self, ConfigError> {
         let densities = protocol.sweeps.densities();
         if let Some((field, problem)) =
             protocol.sweeps.problem().or_else(|| protocol.detect.problem(&densities))
@@ -207,6 +211,19 @@ impl Protocol {
             }
         }
         Ok(protocol)
+    }
+
+    /// The protocol, with the figures of a scenario's rules in place of its own.
+    ///
+    /// # Errors
+    /// Rules that the protocol does not have, or a value outside its range.
+    pub fn of_scenario(scenario: &Scenario) -> Result<Self, ConfigError> {
+        if scenario.rules().is_empty() {
+            return Ok(Self::paper());
+        }
+        let mut table = parse("bench/v1.toml", PAPER_TOML)?;
+        overlay(&mut table, scenario.rules().clone(), &[]);
+        Self::checked("rules", from_table("rules", table)?)
     }
 
     /// The protocol of preset `paper`.

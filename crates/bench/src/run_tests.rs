@@ -11,6 +11,7 @@ use crate::run::{RunResult, run};
 use crate::store::Store;
 use crate::task::{Progress, RunError, Session, Silent};
 use crate::watch::{Heard, files};
+use orchard_scenario::Names;
 
 fn go(
     folder: &Path,
@@ -83,7 +84,7 @@ fn another_plan_is_refused_before_anything_is_touched() {
         plan
     };
     for (other, what) in [
-        (Plan { controller: "gardener".into(), ..plan() }, "controller \"fake\", not \"gardener\""),
+        (Plan { scenario: Names::paper("gardener"), ..plan() }, "controller \"fake\", not \"gardener\""),
         (Plan { config_hash: "0".repeat(64), ..plan() }, "config_hash "),
         (Plan { seeds: vec![7], ..plan() }, "seed 8, not 7"),
         (longer(plan()), "horizon_frames "),

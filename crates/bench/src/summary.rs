@@ -8,6 +8,7 @@ pub use zones::ZoneSummary;
 
 use std::collections::BTreeMap;
 
+use orchard_scenario::Names;
 use serde::{Deserialize, Serialize};
 
 use crate::episode::{AttemptOutcome, CODE_VERSION, EpisodeRecord, Outcome, SCHEMA_VERSION};
@@ -26,12 +27,14 @@ pub struct Summary {
     pub schema_version: u32,
     /// Code version.
     pub code_version: String,
-    /// SHA-256 of all config texts.
+    /// SHA-256 over scenario and protocol.
     pub config_hash: String,
     /// Version of protocol and configs.
     pub config_version: String,
     /// Preset of the config.
     pub preset: String,
+    /// What was run.
+    pub scenario: ScenarioLine,
     /// Profile.
     pub profile: String,
     /// Controller that harvested.
@@ -46,6 +49,16 @@ pub struct Summary {
     pub conditions: BTreeMap<String, ConditionSummary>,
     /// Conditions along a dial, by sweep.
     pub sweeps: BTreeMap<String, Sweep>,
+}
+
+/// A scenario in short.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ScenarioLine {
+    /// Names of all parts.
+    #[serde(flatten)]
+    pub names: Names,
+    /// [`orchard_scenario::Scenario::hash`].
+    pub hash: String,
 }
 
 /// Results of one condition.
@@ -135,9 +148,10 @@ impl Summary {
             code_version: CODE_VERSION.to_owned(),
             config_hash: plan.config_hash.clone(),
             config_version: plan.protocol.version.clone(),
-            preset: plan.preset.clone(),
+            preset: plan.scenario.scene.preset.clone(),
+            scenario: ScenarioLine { names: plan.scenario.clone(), hash: plan.scenario_hash.clone() },
             profile: plan.profile.clone(),
-            controller: plan.controller.clone(),
+            controller: plan.scenario.controller.clone(),
             seed_set: plan.seed_set.clone(),
             seeds: plan.seeds.clone(),
             quarantined: episodes.iter().filter(|e| e.quarantined()).count() as u32,

@@ -7,11 +7,11 @@ use orchard_bench::leaderboard::{Budget, Entry, verify};
 use orchard_bench::store::Store;
 use orchard_bench::summary::Summary;
 use orchard_bench::{Session, Silent, run};
-use orchard_picker::Kind;
+use orchard_scenario::Scenario;
 
 #[test]
 fn real_episodes_come_out_as_they_were_submitted() {
-    let harvest = Harvest::paper(Kind::Expert);
+    let harvest = Harvest::new(Scenario::of(&[("controller", "expert")]).unwrap()).unwrap();
     let extent = Extent {
         profile: "full".into(),
         conditions: vec!["nominal".into(), "fruit-20".into()],

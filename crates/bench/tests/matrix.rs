@@ -4,7 +4,7 @@ use orchard_bench::WorldFactory;
 use orchard_bench::episode::EpisodeKey;
 use orchard_bench::harvest::{Extent, Harvest};
 use orchard_fruit::Fruit;
-use orchard_picker::Kind;
+use orchard_scenario::Scenario;
 use orchard_world::World;
 
 const TREES: [(u64, u32); 2] = [(20250704, 0), (20250706, 3)];
@@ -16,7 +16,7 @@ struct Conditions {
 
 impl Conditions {
     fn new() -> Self {
-        let harvest = Harvest::paper(Kind::Baseline);
+        let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
         let conditions = ["nominal", "foliage", "fruit", "terrain", "exhaustion"];
         let extent = Extent {
             profile: "full".into(),

@@ -5,17 +5,17 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::detect::{PaperTrees, RestingTree, Trees};
+use orchard_bench::detect::{RestingTree, Trees};
 use orchard_bench::harvest::Harvest;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
 use orchard_bench::vantage::vantages;
 use orchard_bench::{RunResult, Session, Silent, run};
 use orchard_camera::{Item, Label};
-use orchard_picker::Kind;
+use orchard_scenario::Scenario;
 
 fn go(folder: &Path, threads: usize) -> RunResult {
-    let harvest = Harvest::paper(Kind::Baseline);
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let plan = harvest.plan("quick", vec![20250704, 11], 1, 1.5);
     let store = Store::open(folder).unwrap();
     run(&plan, &harvest, &Session::whole(&store, threads, &AtomicBool::new(false)), &Silent).unwrap()
@@ -52,7 +52,7 @@ fn same_bytes_for_one_thread_and_two() {
 fn trees_of_the_detection_task_are_paired() {
     let protocol = Protocol::paper();
     let rules = &protocol.detect;
-    let trees = PaperTrees::new();
+    let trees = Scenario::of(&[]).unwrap();
     let tree = |foliage| trees.tree(20250704, 1, foliage).unwrap();
     let solids = |tree: &RestingTree| -> Vec<Item> {
         let kept = |item: &&Item| item.label != Label::Leaf;

@@ -11,6 +11,7 @@ mod blacklist;
 mod choose;
 mod compliance;
 mod config;
+mod controller_kind;
 mod drive;
 mod errand;
 mod expert;
@@ -28,6 +29,7 @@ mod scan;
 
 pub use baseline::BaselinePicker;
 pub use config::{PAPER_TOML, PickerConfig};
+pub use controller_kind::{ControllerKind, CustomKind, custom};
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use goal::{ComplianceConfig, GOAL_TOML, Goal, GoalConfig, PushConfig};
 pub use kind::Kind;

@@ -7,21 +7,22 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use orchard_bench::episode::{EpisodeKey, EpisodeRecord};
+use orchard_scenario::StoredScenario;
 
 use crate::channel::Channel;
 use crate::sink::{Message, Sink};
 
 /// Version of the layout of recordings.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 /// Name of the metadata record at the start of a recording.
 pub const METADATA: &str = "orchardbench.episode";
 /// Name of the episode's record, attached at the end.
 pub const RECORD: &str = "episode.json";
 /// Fields of the metadata.
-pub(crate) const FIELDS: [&str; 3] = ["format", "key", "recording_config"];
+pub(crate) const FIELDS: [&str; 4] = ["format", "key", "recording_config", "scenario"];
 
 /// What a recording is a function of.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// [`FORMAT`].
     pub format: u32,
@@ -29,17 +30,21 @@ pub struct Header {
     pub key: EpisodeKey,
     /// [`crate::RecordingConfig::hash`].
     pub config: String,
+    /// The scenario, with all its figures.
+    pub scenario: StoredScenario,
 }
 
 impl Header {
     /// Of an episode that this code records.
-    pub fn new(key: &EpisodeKey, config: String) -> Self {
-        Self { format: FORMAT, key: key.clone(), config }
+    pub fn new(key: &EpisodeKey, config: String, scenario: StoredScenario) -> Self {
+        Self { format: FORMAT, key: key.clone(), config, scenario }
     }
 
     fn metadata(&self) -> Metadata {
         let key = serde_json::to_string(&self.key).unwrap_or_else(|e| unreachable!("a key is JSON: {e}"));
-        let values = [self.format.to_string(), key, self.config.clone()];
+        let scenario = serde_json::to_string(&self.scenario);
+        let scenario = scenario.unwrap_or_else(|e| unreachable!("a scenario is JSON: {e}"));
+        let values = [self.format.to_string(), key, self.config.clone(), scenario];
         let fields = FIELDS.map(str::to_owned).into_iter().zip(values);
         Metadata { name: METADATA.to_owned(), metadata: fields.collect() }
     }

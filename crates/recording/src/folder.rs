@@ -8,6 +8,7 @@ use orchard_bench::interface::WorldEvent;
 use orchard_bench::observe::{Asked, Observer, Watch};
 use orchard_bench::record::Record;
 use orchard_bench::store::StoreError;
+use orchard_scenario::{Scenario, StoredScenario};
 use orchard_world::World;
 
 use crate::clock::nanoseconds;
@@ -30,17 +31,19 @@ pub fn name_of(key: &EpisodeKey) -> String {
 pub struct Recordings {
     root: PathBuf,
     config: RecordingConfig,
+    scenario: StoredScenario,
     frame: f64,
 }
 
 impl Recordings {
-    /// Under a result folder; `frame` is the length of a frame [s].
-    pub fn new(root: &Path, config: RecordingConfig, frame: f64) -> Self {
-        Self { root: root.to_owned(), config, frame }
+    /// Recordings of a scenario's episodes, under a result folder.
+    pub fn new(root: &Path, config: RecordingConfig, scenario: &Scenario) -> Self {
+        let frame = scenario.spec().sim.frame();
+        Self { root: root.to_owned(), config, scenario: scenario.stored(), frame }
     }
 
     fn header(&self, key: &EpisodeKey) -> Header {
-        Header::new(key, self.config.hash())
+        Header::new(key, self.config.hash(), self.scenario.clone())
     }
 }
 

@@ -267,7 +267,7 @@ fn read_header(path: &Path, fields: &BTreeMap<String, String>) -> Result<Header,
     let foreign = |problem: String| RecordingError::Foreign { path: path.to_owned(), problem };
     let field =
         |name: &str| fields.get(name).ok_or_else(|| foreign(format!("no field {name} in {METADATA}")));
-    let [format, key, config] = FIELDS;
+    let [format, key, config, scenario] = FIELDS;
     let format = field(format)?;
     if *format != FORMAT.to_string() {
         return Err(other(path, "in format", format.clone(), FORMAT.to_string()));
@@ -283,5 +283,7 @@ fn read_header(path: &Path, fields: &BTreeMap<String, String>) -> Result<Header,
             _ => foreign(format!("its key does not read: {e}")),
         }
     })?;
-    Ok(Header { format: FORMAT, key, config: field(config)?.clone() })
+    let scenario = serde_json::from_str(field(scenario)?)
+        .map_err(|e| foreign(format!("its scenario does not read: {e}")))?;
+    Ok(Header { format: FORMAT, key, config: field(config)?.clone(), scenario })
 }

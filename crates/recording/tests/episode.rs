@@ -13,11 +13,11 @@ use orchard_bench::plan::Plan;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
 use orchard_bench::{Episodes, Progress, Session, run_task};
-use orchard_picker::Kind;
 use orchard_recording::channel::Origin;
 use orchard_recording::file::Header;
 use orchard_recording::replay::{Differs, Replayed, replay};
 use orchard_recording::{Channel, Message, Recording, RecordingConfig, RecordingError, Recordings, name_of};
+use orchard_scenario::Scenario;
 
 /// Long enough for some images and some movement [s].
 const SECONDS: f64 = 1.0;
@@ -38,9 +38,9 @@ impl Progress<EpisodeRecord> for Reused {
 
 /// Records episodes into a folder; how many records were reused.
 fn record(folder: &Path, seeds: &[u64], threads: usize) -> u32 {
-    let harvest = Harvest::paper(Kind::Baseline);
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let store = Store::open(folder).unwrap();
-    let recordings = Recordings::new(folder, RecordingConfig::paper(), harvest.frame());
+    let recordings = Recordings::new(folder, RecordingConfig::paper(), harvest.scenario());
     let (plan, reused, never) = (plan(&harvest, seeds), Reused::default(), AtomicBool::new(false));
     let task = Episodes { plan: &plan, factory: &harvest, watch: &recordings };
     run_task(&task, &Session::whole(&store, threads, &never), &reused).unwrap();
@@ -53,7 +53,7 @@ fn recorded() -> &'static Path {
     let (_, file) = FILE.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         record(folder.path(), &[20250704], 1);
-        let key = plan(&Harvest::paper(Kind::Baseline), &[20250704]).episodes().remove(0);
+        let key = plan(&Harvest::new(Scenario::of(&[]).unwrap()).unwrap(), &[20250704]).episodes().remove(0);
         let file = folder.path().join(name_of(&key));
         (folder, file)
     });
@@ -61,7 +61,7 @@ fn recorded() -> &'static Path {
 }
 
 fn replayed(file: &Path) -> Replayed {
-    let harvest = Harvest::paper(Kind::Baseline);
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let recording = Recording::open(file).unwrap();
     let (protocol, never) = (Protocol::paper(), AtomicBool::new(false));
     let config = RecordingConfig::paper();
@@ -75,8 +75,11 @@ fn the_same_bytes_for_any_number_of_threads_and_a_lost_one_is_made_again() {
     let seeds = [20250704, 20250705];
     assert_eq!(record(folders[0].path(), &seeds, 1), 0);
     assert_eq!(record(folders[1].path(), &seeds, 2), 0);
-    let names: Vec<String> =
-        plan(&Harvest::paper(Kind::Baseline), &seeds).episodes().iter().map(name_of).collect();
+    let names: Vec<String> = plan(&Harvest::new(Scenario::of(&[]).unwrap()).unwrap(), &seeds)
+        .episodes()
+        .iter()
+        .map(name_of)
+        .collect();
     let bytes = |i: usize| names.iter().map(|n| fs::read(folders[i].path().join(n)).unwrap()).collect();
     let first: Vec<Vec<u8>> = bytes(0);
     assert!(first[0] != first[1]);
@@ -130,10 +133,11 @@ fn rewrite(file: &Path, change: impl Fn(usize, &mut Message) -> bool) -> tempfil
     let mut out = tempfile::NamedTempFile::new().unwrap();
     let options = WriteOptions::new().compression_threads(0);
     let mut writer: Writer<_> = options.create(out.as_file_mut()).unwrap();
-    let Header { format, key, config } = recording.header();
+    let Header { format, key, config, scenario } = recording.header();
     let fields = [("format", format.to_string()), ("recording_config", config.clone())]
         .into_iter()
         .chain([("key", serde_json::to_string(key).unwrap())])
+        .chain([("scenario", serde_json::to_string(scenario).unwrap())])
         .map(|(name, value)| (name.to_owned(), value));
     let metadata =
         mcap::records::Metadata { name: "orchardbench.episode".into(), metadata: fields.collect() };

@@ -20,10 +20,12 @@ use orchard_bench::scaling::{
 };
 use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
 use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
+use orchard_bench::summary::ScenarioLine;
 use orchard_bench::summary::{
     Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
 };
 use orchard_bench::zones::{Zone, zone_table};
+use orchard_scenario::{Names, SceneNames};
 use orchard_spec::randomisation::Mode;
 use orchard_spec::{Purpose, Spec, Stream};
 
@@ -189,6 +191,7 @@ fn harvest() -> Summary {
         config_hash: "0123456789abcdef".repeat(4),
         config_version: "v1".to_owned(),
         preset: "paper".to_owned(),
+        scenario: ScenarioLine { names: Names::paper("baseline"), hash: "0123456789abcdef".repeat(4) },
         profile: "full".to_owned(),
         controller: "baseline".to_owned(),
         seed_set: tuning(),
@@ -255,6 +258,7 @@ fn detect() -> DetectSummary {
         code_version: CODE_VERSION.to_owned(),
         config_hash: "fedcba9876543210".repeat(4),
         preset: "paper".to_owned(),
+        scene: SceneNames::paper(),
         profile: "full".to_owned(),
         config_version: "v1".to_owned(),
         seed_set: tuning(),
@@ -280,9 +284,8 @@ fn component(task: &str) -> ComponentSummary {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: "0".repeat(64),
-            preset: "paper".to_owned(),
+            scenario: Names::paper("baseline"),
             task: task.to_owned(),
-            controller: "baseline".to_owned(),
         },
         config_version: "v1".to_owned(),
         profile: "full".to_owned(),

@@ -9,8 +9,8 @@ use orchard_bench::harvest::Harvest;
 use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
 use orchard_bench::{RunResult, Session, Silent, WorldFactory, run};
-use orchard_picker::Kind;
 use orchard_report::{Figures, PaperFigures, Pictures, Results, page};
+use orchard_scenario::Scenario;
 use orchard_world::World;
 
 const SEED: u64 = 20250704;
@@ -37,7 +37,7 @@ impl WorldFactory for Overwound {
 }
 
 fn harvest(folder: &Path, tree: Option<u32>) -> RunResult {
-    let harvest = Harvest::paper(Kind::Baseline);
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let plan = harvest.plan("quick", vec![SEED], 3, 1.0);
     let store = Store::open(folder).unwrap();
     let stop = AtomicBool::new(false);

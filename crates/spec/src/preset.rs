@@ -1,6 +1,6 @@
 //! The configs that come with the crate, and what a config takes over from its base.
 
-use orchard_quantity::{ConfigError, from_table, parse};
+use orchard_quantity::{ConfigError, from_table, overlay, parse};
 use std::fmt;
 use std::str::FromStr;
 
@@ -84,9 +84,6 @@ const CHOICES: [&str; 2] = ["grammar", CAMERA];
 /// The table that chooses a camera.
 const CAMERA: &str = "camera";
 
-/// Fields that make a table one constant; it is replaced whole.
-const CONSTANT: [&str; 3] = ["value", "low", "mean"];
-
 /// Reads a spec; what it leaves open is its base's.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     let mut table = with_base(file, text)?;
@@ -109,7 +106,7 @@ fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
         let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
         if let (Some((_, text)), toml::Value::Table(said)) = (own, said) {
             let mut whole = parse(&format!("camera/{name}.toml"), text)?;
-            lay_over(&mut whole, std::mem::take(said));
+            overlay(&mut whole, std::mem::take(said), &CHOICES);
             *said = whole;
         }
     }
@@ -127,28 +124,8 @@ fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     let mut whole = with_base(preset.name(), preset.toml())?;
     // A config that differs needs a name of its own.
     whole.remove(NAME);
-    lay_over(&mut whole, table);
+    overlay(&mut whole, table, &CHOICES);
     Ok(whole)
-}
-
-/// Puts the entries of one table over those of another: constants, choices and whatever is no table replace what was there.
-fn lay_over(below: &mut toml::Table, above: toml::Table) {
-    for (key, value) in above {
-        match (below.get_mut(&key), value) {
-            (Some(toml::Value::Table(old)), toml::Value::Table(new)) if merges(&key, old, &new) => {
-                lay_over(old, new);
-            }
-            (_, value) => {
-                below.insert(key, value);
-            }
-        }
-    }
-}
-
-fn merges(key: &str, old: &toml::Table, new: &toml::Table) -> bool {
-    let constant = CONSTANT.iter().any(|field| new.contains_key(*field));
-    let other_choice = CHOICES.contains(&key) && !new.keys().eq(old.keys());
-    !constant && !other_choice
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ fn grown_from(x_world_root: &Pose, radius: f64) -> World {
         leaves: Vec::new(),
         spurs: Vec::new(),
     };
-    World::with_tree(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), skeleton, 1, 0).unwrap()
+    World::with_tree(Arc::new(Spec::paper()), Arc::new(RobotModel::paper()), skeleton, 1, 0, 0).unwrap()
 }
 
 fn hold(world: &World) -> Command {

@@ -83,7 +83,7 @@ impl World {
     }
 
     /// Builds a world around a tree that was not grown from the seed: a digitised one, say. It is taken as it is, whatever the
-    /// randomisation says. Seed and index draw all else: fruit, stems, the robot's start.
+    /// randomisation says. Seed and index draw all else: fruit, stems, the robot's start, of which every repeat has another.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -93,9 +93,10 @@ impl World {
         skeleton: Skeleton,
         seed: u64,
         world: u32,
+        repeat: u32,
     ) -> Result<Self, WorldError> {
         let planting = Planting::of_tree(spec.clone(), skeleton, seed, world);
-        Self::around(spec, robot, planting, Start { seed, world, episode: 0 }, 0)
+        Self::around(spec, robot, planting, Start { seed, world, episode: 0 }, repeat)
     }
 
     fn around(

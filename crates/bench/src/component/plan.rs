@@ -1,29 +1,19 @@
 //! What a run of a component task consists of.
 
-use std::sync::Arc;
-
-use orchard_perception::DetectorConfig;
-use orchard_picker::{GOAL_TOML, Kind};
-use orchard_robot::RobotModel;
-use orchard_spec::Spec;
+use orchard_quantity::ConfigError;
+use orchard_scenario::{Names, Scenario};
 use serde::{Deserialize, Serialize};
 
 use super::Component;
 use crate::episode::{CODE_VERSION, SCHEMA_VERSION};
 use crate::plan::{PlanError, check_trees, config_hash, config_text};
-use crate::protocol::{PAPER_TOML, Protocol};
+use crate::protocol::Protocol;
 
 /// Every tree of every seed under one controller.
 #[derive(Debug, Clone)]
 pub struct ComponentPlan {
-    /// The worlds.
-    pub spec: Arc<Spec>,
-    /// The robot.
-    pub robot: Arc<RobotModel>,
-    /// The detector of the controller.
-    pub detector: DetectorConfig,
-    /// The controller.
-    pub controller: Kind,
+    /// Worlds, robot and controller.
+    pub scenario: Scenario,
     /// Profile whose defaults the run took.
     pub profile: String,
     /// Seeds, in order.
@@ -41,14 +31,13 @@ pub struct ComponentRun {
     pub schema_version: u32,
     /// [`CODE_VERSION`].
     pub code_version: String,
-    /// SHA-256 of all config texts, hexadecimal.
+    /// SHA-256 over scenario and protocol, hexadecimal.
     pub config_hash: String,
-    /// Preset of the trees.
-    pub preset: String,
+    /// Names of world, robot, camera, detector and controller.
+    #[serde(flatten)]
+    pub scenario: Names,
     /// The task.
     pub task: String,
-    /// The controller.
-    pub controller: String,
 }
 
 /// What the record of a tree is a function of.
@@ -64,49 +53,35 @@ pub struct ComponentKey {
 }
 
 impl ComponentPlan {
-    /// The preset `paper` under a controller.
-    pub fn paper(controller: Kind, profile: &str, seeds: Vec<u64>, trees: u32) -> Self {
-        Self {
-            spec: Arc::new(Spec::paper()),
-            robot: Arc::new(RobotModel::paper()),
-            detector: DetectorConfig::paper(),
-            controller,
-            profile: profile.to_owned(),
-            seeds,
-            trees,
-            protocol: Protocol::paper(),
-        }
+    /// Trees `0..trees` of each seed of a scenario.
+    ///
+    /// # Errors
+    /// The scenario's rules are none of the protocol.
+    pub fn new(scenario: Scenario, profile: &str, seeds: Vec<u64>, trees: u32) -> Result<Self, ConfigError> {
+        let protocol = Protocol::of_scenario(&scenario)?;
+        Ok(Self { scenario, profile: profile.to_owned(), seeds, trees, protocol })
     }
 
     /// Checks what a user can get wrong.
     ///
     /// # Errors
-    /// No seed, a seed given twice, no tree.
+    /// No seed, a seed given twice, no tree, a controller that takes no goals.
     pub fn check(&self) -> Result<(), PlanError> {
+        if !self.scenario.controller_kind().takes_goals() {
+            return Err(PlanError::NoGoals(self.scenario.names().controller.clone()));
+        }
         check_trees(&self.seeds, self.trees)
     }
 
     /// Frames of a tree's trials at most.
     pub fn steps<C: Component>(&self) -> u64 {
         let rules = &self.protocol.component;
-        u64::from(C::trials(rules)) * (C::time(rules) / self.spec.sim.frame()).round() as u64
+        u64::from(C::trials(rules)) * (C::time(rules) / self.scenario.spec().sim.frame()).round() as u64
     }
 
     /// SHA-256 over everything that a result depends on besides the code.
     pub fn config_hash(&self) -> String {
-        let (spec, protocol) = (config_text(&*self.spec), config_text(&self.protocol));
-        let texts = [
-            ("world", &*spec),
-            ("protocol", &*protocol),
-            ("robot.toml", orchard_robot::PAPER_TOML),
-            ("robot.urdf", orchard_robot::PAPER_URDF),
-            ("perception.toml", orchard_perception::config::PAPER_TOML),
-            ("v1.toml", PAPER_TOML),
-            ("picker.toml", orchard_picker::PAPER_TOML),
-            ("controller.toml", self.controller.toml()),
-            ("goal.toml", GOAL_TOML),
-        ];
-        config_hash(&texts)
+        config_hash(&[("scenario", &self.scenario.hash()), ("protocol", &config_text(&self.protocol))])
     }
 
     /// What all trees of a task have in common.
@@ -115,9 +90,8 @@ impl ComponentPlan {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: self.config_hash(),
-            preset: self.spec.preset.clone(),
+            scenario: self.scenario.names().clone(),
             task: task.to_owned(),
-            controller: self.controller.name().to_owned(),
         }
     }
 

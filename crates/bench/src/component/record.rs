@@ -49,6 +49,8 @@ pub struct TrialRecord<T> {
     pub ended: Ended,
     /// Simulated time [s].
     pub duration_s: f64,
+    /// Frames of it.
+    pub frames: u32,
     /// Path of the point between the finger pads in the world, the base's way included [m].
     pub path_m: f64,
     /// Impulse of the robot's contacts with wood [N s].

@@ -3,8 +3,6 @@
 use std::marker::PhantomData;
 use std::sync::atomic::AtomicBool;
 
-use orchard_world::World;
-
 use super::summary::ComponentSummary;
 use super::trial::run_trial;
 use super::{Component, ComponentKey, ComponentPlan, TreeRecord};
@@ -60,10 +58,10 @@ impl<C: Component> Task for Trials<'_, C> {
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
     ) -> Result<Option<TreeRecord<C>>, StoreError> {
-        let ComponentPlan { spec, robot, detector, controller, protocol, .. } = self.plan;
+        let ComponentPlan { scenario, protocol, .. } = self.plan;
         let mut record =
             TreeRecord { key: key.clone(), never_built: None, trials: Vec::new(), task: PhantomData };
-        let mut world = match World::new(spec.clone(), robot.clone(), key.seed, key.world) {
+        let mut world = match scenario.world(key.seed, key.world, 0) {
             Ok(world) => world,
             Err(e) => {
                 record.never_built = Some(e.to_string());
@@ -72,7 +70,9 @@ impl<C: Component> Task for Trials<'_, C> {
         };
         for target in C::targets(&world, &protocol.component, key.seed) {
             world.reset();
-            let mut controller = controller.with_goal(&C::goal(&target), robot, detector.clone());
+            let Some(mut controller) = scenario.controller_with_goal(&C::goal(&target)) else {
+                unreachable!("the plan was checked")
+            };
             match run_trial::<C>(&mut world, &mut *controller, &target, protocol, stop, on_step) {
                 Some(trial) => record.trials.push(trial),
                 None => return Ok(None),
@@ -87,7 +87,7 @@ impl<C: Component> Task for Trials<'_, C> {
     }
 
     fn frame(&self) -> f64 {
-        self.plan.spec.sim.frame()
+        self.plan.scenario.spec().sim.frame()
     }
 
     fn sum_up(&self, records: &[TreeRecord<C>]) -> ComponentSummary {

@@ -2,8 +2,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use orchard_picker::Kind;
-use orchard_world::World;
+use orchard_scenario::Scenario;
 
 use super::*;
 use crate::store::Store;
@@ -12,7 +11,7 @@ use crate::watch::files;
 
 /// Trials that are too short to meet anything: two trees, two targets each, a second.
 fn short() -> ComponentPlan {
-    let mut plan = ComponentPlan::paper(Kind::Baseline, "quick", vec![20250704], 2);
+    let mut plan = ComponentPlan::new(Scenario::of(&[]).unwrap(), "quick", vec![20250704], 2).unwrap();
     let rules = &mut plan.protocol.component;
     rules.grasp.targets = rules.grasp.targets.with_value(2).unwrap();
     rules.gentle.targets = rules.gentle.targets.with_value(2).unwrap();
@@ -65,9 +64,9 @@ fn both_tasks_repeat_and_go_on() {
 
 #[test]
 fn targets_are_what_the_tasks_say() {
-    let plan = ComponentPlan::paper(Kind::Baseline, "quick", vec![20250704], 1);
+    let plan = ComponentPlan::new(Scenario::of(&[]).unwrap(), "quick", vec![20250704], 1).unwrap();
     let rules = &plan.protocol.component;
-    let world = World::new(plan.spec.clone(), plan.robot.clone(), 20250704, 0).unwrap();
+    let world = plan.scenario.world(20250704, 0, 0).unwrap();
     let named = ReachAndGrasp::targets(&world, rules, 20250704);
     assert_eq!(named, ReachAndGrasp::targets(&world, rules, 20250704));
     assert_eq!(named.len(), 4);

@@ -70,6 +70,7 @@ pub(super) fn run_trial<C: Component>(
         target: target.clone(),
         ended: ended.unwrap_or(Ended::TimeOver),
         duration_s: f64::from(world.frame()) * frame,
+        frames: world.frame(),
         path_m: number(path),
         contact_impulse_n_s: number(load.contact_impulse),
         peak_contact_force_n: number(load.peak_contact_force),

@@ -7,6 +7,9 @@ use crate::store::StoreError;
 /// A data set that was not made.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
+    /// The scenario's rules are none of the protocol.
+    #[error(transparent)]
+    Rules(#[from] orchard_quantity::ConfigError),
     /// No seed in the range.
     #[error(
         "--seeds {first}..{end} holds no seed: the end is left out and must be greater than the beginning"
@@ -99,7 +102,8 @@ impl DatasetError {
             | Self::Samples { .. }
             | Self::Folder { .. }
             | Self::World { .. }
-            | Self::Instance { .. } => true,
+            | Self::Instance { .. }
+            | Self::Rules(_) => true,
             Self::Png(_) | Self::Store(_) | Self::Threads(_) | Self::Interrupted { .. } => false,
         }
     }

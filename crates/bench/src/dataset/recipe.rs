@@ -1,12 +1,9 @@
 //! What a data set is a function of.
 
-use std::sync::Arc;
-
 use orchard_camera::Sensor;
 use orchard_camera::picture::PictureStyle;
 use orchard_geometry::Intrinsics;
-use orchard_robot::RobotModel;
-use orchard_spec::Spec;
+use orchard_scenario::Scenario;
 use orchard_spec::camera::CameraSpec;
 use serde::Serialize;
 
@@ -79,8 +76,7 @@ pub struct LightFigures {
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub(super) recipe: Recipe,
-    pub(super) spec: Arc<Spec>,
-    pub(super) robot: Arc<RobotModel>,
+    pub(super) scenario: Scenario,
     pub(super) sensor: Sensor,
     pub(super) vantage: VantageSpec,
     pub(super) style: PictureStyle,
@@ -92,7 +88,7 @@ impl Plan {
     /// # Errors
     /// No seed, no tree, no view, or more than a data set may hold.
     pub fn new(
-        spec: Spec,
+        scenario: &Scenario,
         config: &DatasetConfig,
         intrinsics: Option<Intrinsics>,
         seeds: Seeds,
@@ -100,8 +96,8 @@ impl Plan {
         views: u32,
     ) -> Result<Self, DatasetError> {
         check(seeds, trees, views)?;
-        let robot = RobotModel::paper();
-        let vantage = Protocol::paper().detect.vantage;
+        let spec = scenario.spec();
+        let vantage = Protocol::of_scenario(scenario)?.detect.vantage;
         let sensor = Sensor::new(&spec.camera);
         let sensor = intrinsics.map_or(sensor.clone(), |intrinsics| sensor.with_intrinsics(intrinsics));
         check_samples(sensor.intrinsics(), config.supersampling.get())?;
@@ -111,9 +107,7 @@ impl Plan {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: config_hash(&[
-                ("world", &config_text(&spec)),
-                ("robot.urdf", robot.urdf()),
-                ("robot", &config_text(robot.config())),
+                ("scene", &scenario.scene_hash()),
                 ("vantage", &config_text(&vantage)),
                 ("dataset", &config_text(config)),
             ]),
@@ -134,8 +128,7 @@ impl Plan {
                 overcast: overcast.value(),
             },
         };
-        let (spec, robot) = (Arc::new(spec), Arc::new(robot));
-        Ok(Self { recipe, spec, robot, sensor, vantage, style: config.style() })
+        Ok(Self { recipe, scenario: scenario.clone(), sensor, vantage, style: config.style() })
     }
 
     /// What the data set is a function of.
@@ -151,7 +144,7 @@ impl Plan {
 
     /// Whether measured depth differs from true depth: by errors, or where the camera's range ends.
     pub(super) fn needs_true_depth(&self) -> bool {
-        !matches!(self.spec.camera, CameraSpec::Ideal(_))
+        !matches!(self.scenario.spec().camera, CameraSpec::Ideal(_))
     }
 }
 

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use orchard_camera::Sensor;
 use orchard_geometry::Intrinsics;
+use orchard_scenario::Scenario;
 use orchard_spec::Spec;
-use orchard_spec::camera::CameraSpec;
 use serde_json::Value;
 
 use super::*;
@@ -24,9 +24,9 @@ fn small() -> DatasetConfig {
 fn plan_of(camera: &str, change: impl FnOnce(&mut DatasetConfig)) -> Plan {
     let mut config = small();
     change(&mut config);
-    let spec = Spec { camera: CameraSpec::named(camera).unwrap(), ..Spec::paper() };
+    let scenario = Scenario::of(&[("camera", camera)]).unwrap();
     let k = Intrinsics::from_vertical_fov(64, 48, 1.2);
-    Plan::new(spec, &config, Some(k), SEEDS, 1, 2).unwrap()
+    Plan::new(&scenario, &config, Some(k), SEEDS, 1, 2).unwrap()
 }
 
 fn plan() -> Plan {
@@ -216,12 +216,12 @@ fn a_camera_that_errs_has_its_truth_beside_it() {
 #[test]
 fn what_cannot_be_made_is_told() {
     let plan = |first, end, trees, views| {
-        Plan::new(Spec::paper(), &small(), None, Seeds { first, end }, trees, views).map(|_| ()).map_err(
-            |e| {
+        Plan::new(&Scenario::of(&[]).unwrap(), &small(), None, Seeds { first, end }, trees, views)
+            .map(|_| ())
+            .map_err(|e| {
                 assert!(e.is_bad_input());
                 e.to_string()
-            },
-        )
+            })
     };
     assert_eq!(plan(1, 3, 1, 1), Ok(()));
     assert!(plan(5, 5, 1, 1).unwrap_err().contains("--seeds 5..5 holds no seed"));
@@ -232,7 +232,7 @@ fn what_cannot_be_made_is_told() {
     let huge = Intrinsics { width: 8192, height: 8192, ..*Sensor::new(&Spec::paper().camera).intrinsics() };
     let mut config = DatasetConfig::paper();
     config.supersampling = config.supersampling.with_value(8).unwrap();
-    let e = Plan::new(Spec::paper(), &config, Some(huge), SEEDS, 1, 1).map(|_| ()).unwrap_err();
+    let e = Plan::new(&Scenario::of(&[]).unwrap(), &config, Some(huge), SEEDS, 1, 1).map(|_| ()).unwrap_err();
     assert!(e.is_bad_input() && e.to_string().contains("8192 x 8192 pixels of --supersampling 8"), "{e}");
 }
 
@@ -255,7 +255,7 @@ fn what_is_out_of_range_has_its_truth() {
 
 #[test]
 fn the_camera_s_own_pinhole_is_the_default() {
-    let plan = Plan::new(Spec::paper(), &DatasetConfig::paper(), None, SEEDS, 2, 1).unwrap();
+    let plan = Plan::new(&Scenario::of(&[]).unwrap(), &DatasetConfig::paper(), None, SEEDS, 2, 1).unwrap();
     assert_eq!(plan.recipe().intrinsics, *Sensor::new(&Spec::paper().camera).intrinsics());
     assert_eq!(plan.trees(), [(20250704, 0), (20250704, 1), (20250705, 0), (20250705, 1)]);
 }

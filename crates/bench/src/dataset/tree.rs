@@ -7,7 +7,6 @@ use orchard_camera::{Frame, FruitView, ImageKey, Label, NO_INSTANCE, Scene, frui
 use orchard_exchange::coco::Rle;
 use orchard_exchange::{depth_png, image_png};
 use orchard_geometry::{DepthImage, Image};
-use orchard_world::World;
 
 use super::error::DatasetError;
 use super::folder::Folder;
@@ -29,7 +28,7 @@ pub(super) fn draw(
     stop: &AtomicBool,
     on_view: impl Fn(),
 ) -> Result<Option<TreeRecord>, DatasetError> {
-    let built = World::new(plan.spec.clone(), plan.robot.clone(), seed, world);
+    let built = plan.scenario.world(seed, world, 0);
     let built = built.map_err(|source| DatasetError::World { seed, tree: world, source })?;
     let (scene, colored) = (without_robot(built.scene()), without_robot(built.picture_scene()));
     let studio = Studio::new(&colored, &plan.style);

@@ -3,6 +3,7 @@
 use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_perception::DetectorConfig;
+use orchard_scenario::SceneNames;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_world::truth::{FruitState, FruitTruth};
 
@@ -65,15 +66,14 @@ pub fn plan() -> DetectPlan {
     let mut protocol = Protocol::paper();
     protocol.detect.views = protocol.detect.views.with_value(2).unwrap();
     DetectPlan {
-        preset: "fake".into(),
+        scene: SceneNames { preset: "fake".into(), ..SceneNames::paper() },
+        scene_hash: "hash".into(),
         profile: "quick".into(),
         seeds: vec![7, 8],
         trees: 3,
         camera: Spec::paper().camera,
-        detector_name: "paper".into(),
         detector: DetectorConfig::paper(),
         protocol,
-        texts: Vec::new(),
     }
 }
 

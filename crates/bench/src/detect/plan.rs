@@ -1,6 +1,8 @@
 //! What a run of the detection task consists of.
 
 use orchard_perception::DetectorConfig;
+use orchard_quantity::ConfigError;
+use orchard_scenario::{Scenario, SceneNames};
 use orchard_spec::camera::CameraSpec;
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +14,10 @@ use crate::protocol::Protocol;
 /// Every tree of every seed, seen by one camera and one detector.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DetectPlan {
-    /// Preset of the trees.
-    pub preset: String,
+    /// Names of the trees, the camera and the detector.
+    pub scene: SceneNames,
+    /// [`orchard_scenario::Scenario::scene_hash`].
+    pub scene_hash: String,
     /// Profile whose defaults the run took.
     pub profile: String,
     /// Seeds, in order.
@@ -22,14 +26,10 @@ pub struct DetectPlan {
     pub trees: u32,
     /// The camera.
     pub camera: CameraSpec,
-    /// Name of the detector's config.
-    pub detector_name: String,
     /// The detector.
     pub detector: DetectorConfig,
     /// Protocol constants.
     pub protocol: Protocol,
-    /// Other texts that the trees depend on, by name.
-    pub texts: Vec<(&'static str, &'static str)>,
 }
 
 /// What the record of a tree is a function of.
@@ -39,14 +39,11 @@ pub struct DetectKey {
     pub schema_version: u32,
     /// [`CODE_VERSION`].
     pub code_version: String,
-    /// SHA-256 of all config texts, hexadecimal.
+    /// SHA-256 over scene and protocol, hexadecimal.
     pub config_hash: String,
-    /// Preset of the trees.
-    pub preset: String,
-    /// Model of the camera.
-    pub camera: String,
-    /// Name of the detector's config.
-    pub detector: String,
+    /// Names of the trees, the camera and the detector.
+    #[serde(flatten)]
+    pub scene: SceneNames,
     /// Seed.
     pub seed: u64,
     /// World index under the seed.
@@ -56,6 +53,23 @@ pub struct DetectKey {
 }
 
 impl DetectPlan {
+    /// Trees `0..trees` of each seed of a scenario, seen by its camera and its detector.
+    ///
+    /// # Errors
+    /// The scenario's rules are none of the protocol.
+    pub fn new(scenario: &Scenario, profile: &str, seeds: Vec<u64>, trees: u32) -> Result<Self, ConfigError> {
+        Ok(Self {
+            scene: scenario.names().scene.clone(),
+            scene_hash: scenario.scene_hash(),
+            profile: profile.to_owned(),
+            seeds,
+            trees,
+            camera: scenario.spec().camera.clone(),
+            detector: scenario.detector().clone(),
+            protocol: Protocol::of_scenario(scenario)?,
+        })
+    }
+
     /// Checks what a user can get wrong.
     ///
     /// # Errors
@@ -66,11 +80,7 @@ impl DetectPlan {
 
     /// SHA-256 over everything that a result depends on besides the code.
     pub fn config_hash(&self) -> String {
-        let (camera, detector, protocol) =
-            (config_text(&self.camera), config_text(&self.detector), config_text(&self.protocol));
-        let mut texts = vec![("camera", &*camera), ("detector", &*detector), ("protocol", &*protocol)];
-        texts.extend(self.texts.iter().copied());
-        config_hash(&texts)
+        config_hash(&[("scene", &self.scene_hash), ("protocol", &config_text(&self.protocol))])
     }
 
     /// Images that are looked at for the record of a key, one by each detector.
@@ -87,9 +97,7 @@ impl DetectPlan {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: config_hash.clone(),
-            preset: self.preset.clone(),
-            camera: self.camera.name().to_owned(),
-            detector: self.detector_name.clone(),
+            scene: self.scene.clone(),
             seed,
             world,
             ablation: self.seeds.first() == Some(&seed),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use orchard_scenario::SceneNames;
 use orchard_spec::camera::CameraSpec;
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,8 @@ pub struct DetectSummary {
     pub config_hash: String,
     /// Preset of the trees.
     pub preset: String,
+    /// Names of the trees, the camera and the detector.
+    pub scene: SceneNames,
     /// Profile.
     pub profile: String,
     /// Version of protocol and configs.
@@ -151,13 +154,14 @@ impl DetectSummary {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             config_hash: plan.config_hash(),
-            preset: plan.preset.clone(),
+            preset: plan.scene.preset.clone(),
+            scene: plan.scene.clone(),
             profile: plan.profile.clone(),
             config_version: plan.protocol.version.clone(),
             seed_set: plan.protocol.label(&plan.seeds, plan.trees),
             seeds: plan.seeds.clone(),
             camera: plan.camera.clone(),
-            detector: plan.detector_name.clone(),
+            detector: plan.scene.detector.clone(),
             trees: trees.iter().map(line).collect(),
             quarantined: (trees.len() - seen.len()) as u32,
             densities: plan

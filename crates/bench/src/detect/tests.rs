@@ -84,11 +84,10 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
 #[test]
 fn what_makes_a_result_is_in_its_key() {
     let hash = plan().config_hash();
-    let changes: [fn(&mut DetectPlan); 4] = [
-        |p| p.detector.gates.elongation.on = false,
-        |p| p.camera = orchard_spec::camera::CameraSpec::named("ideal").unwrap(),
+    let changes: [fn(&mut DetectPlan); 3] = [
+        |p| p.scene_hash = "another camera".to_owned(),
         |p| p.protocol.detect.views = p.protocol.detect.views.with_value(3).unwrap(),
-        |p| p.texts.push(("world.toml", "")),
+        |p| p.protocol.version.push('x'),
     ];
     for change in changes {
         let mut other = plan();

@@ -1,5 +1,6 @@
 //! The board's file.
 
+use orchard_scenario::{Scenario, SceneNames};
 use serde::{Deserialize, Serialize};
 
 use super::entry::Entry;
@@ -17,6 +18,10 @@ pub struct Board {
     pub config_version: String,
     /// The set whose seeds all entries are on.
     pub seed_set: SeedSetName,
+    /// Names of the scene that all entries are of.
+    pub scene: SceneNames,
+    /// [`orchard_scenario::Scenario::scene_hash`].
+    pub scene_hash: String,
     /// Entries, by place under their own budgets.
     pub entries: Vec<Entry>,
 }
@@ -27,7 +32,7 @@ pub enum BoardError {
     /// Not a board.
     #[error("{0}")]
     Unreadable(String),
-    /// Another version or seed set.
+    /// Another version, seed set or scene.
     #[error("the board has {what} {found}, not {own}: give another --board")]
     OtherBoard {
         /// What differs.
@@ -63,12 +68,14 @@ pub enum Added {
 }
 
 impl Board {
-    /// An empty board.
-    pub fn new(config_version: &str, seed_set: SeedSetName) -> Self {
+    /// An empty board for a scenario's scene under any controller.
+    pub fn new(config_version: &str, seed_set: SeedSetName, scenario: &Scenario) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
             config_version: config_version.to_owned(),
             seed_set,
+            scene: scenario.names().scene.clone(),
+            scene_hash: scenario.scene_hash(),
             entries: Vec::new(),
         }
     }
@@ -99,17 +106,31 @@ impl Board {
         Ok(board)
     }
 
-    /// Checks that it is of a version and a seed set.
+    /// Checks that it is of a version, a seed set and a scene.
     ///
     /// # Errors
     /// It is of another.
-    pub fn check(&self, config_version: &str, seed_set: SeedSetName) -> Result<(), BoardError> {
+    pub fn check(
+        &self,
+        config_version: &str,
+        seed_set: SeedSetName,
+        scenario: &Scenario,
+    ) -> Result<(), BoardError> {
         let other = |what, found: String, own: String| Err(BoardError::OtherBoard { what, found, own });
         if self.config_version != config_version {
             return other("config_version", self.config_version.clone(), config_version.to_owned());
         }
         if self.seed_set != seed_set {
             return other("seed set", format!("{:?}", self.seed_set), format!("{seed_set:?}"));
+        }
+        for ((what, found), (_, own)) in self.scene.list().into_iter().zip(scenario.names().scene.list()) {
+            if found != own {
+                return other(what, found.to_owned(), own.to_owned());
+            }
+        }
+        let scene_hash = scenario.scene_hash();
+        if self.scene_hash != scene_hash {
+            return other("scene_hash", self.scene_hash.clone(), scene_hash);
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::*;
 use crate::episode::CODE_VERSION;
 use crate::protocol::Protocol;
 use crate::seeds::SeedSetName;
+use orchard_scenario::Scenario;
 
 /// An entry with its figures: completeness, snapped, dropped; budget 1 and 2.
 fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
@@ -26,6 +27,10 @@ fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
         records_sha256: format!("hash of {name}"),
         sample: vec!["episodes/a.json".into()],
     }
+}
+
+fn scenario() -> Scenario {
+    Scenario::of(&[]).unwrap()
 }
 
 #[test]
@@ -78,7 +83,7 @@ fn budgets_by_name_and_by_figures() {
 
 #[test]
 fn a_board_takes_a_result_once_and_a_name_once() {
-    let mut board = Board::new("v1", SeedSetName::Tuning);
+    let mut board = Board::new("v1", SeedSetName::Tuning, &scenario());
     assert_eq!(board.add(entry("a", 0.4, 0.0, 1.0)), Ok(Added::New));
     assert_eq!(board.add(entry("b", 0.5, 0.0, 1.0)), Ok(Added::New));
     assert_eq!(board.entries[0].name, "b", "by place");
@@ -102,14 +107,21 @@ fn a_board_takes_a_result_once_and_a_name_once() {
 
     let text = serde_json::to_string(&board).unwrap();
     assert_eq!(Board::from_json(&text).unwrap(), board);
-    assert_eq!(board.check("v1", SeedSetName::Tuning), Ok(()));
-    let e = board.check("v1", SeedSetName::V1).unwrap_err().to_string();
+    assert_eq!(board.check("v1", SeedSetName::Tuning, &scenario()), Ok(()));
+    let e = board.check("v1", SeedSetName::V1, &scenario()).unwrap_err().to_string();
     assert_eq!(e, "the board has seed set Tuning, not V1: give another --board");
+    let stereo = Scenario::of(&[("camera", "d435i")]).unwrap();
+    let e = board.check("v1", SeedSetName::Tuning, &stereo).unwrap_err().to_string();
+    assert_eq!(e, "the board has camera paper, not d435i: give another --board");
     assert!(
-        board.check("v2", SeedSetName::Tuning).unwrap_err().to_string().contains("config_version v1, not v2")
+        board
+            .check("v2", SeedSetName::Tuning, &scenario())
+            .unwrap_err()
+            .to_string()
+            .contains("config_version v1, not v2")
     );
     for (from, to, problem) in [
-        ("\"schema_version\":4", "\"schema_version\":5", "schema_version 5, not 4"),
+        ("\"schema_version\":5", "\"schema_version\":6", "schema_version 6, not 5"),
         (
             "\"within_budget\":true",
             "\"within_budget\":false",

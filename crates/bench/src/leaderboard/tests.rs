@@ -15,6 +15,7 @@ use crate::store::Store;
 use crate::summary::Summary;
 use crate::watch::Heard;
 use crate::{Session, Silent, gather::gather, run};
+use orchard_scenario::{Names, Scenario};
 
 /// A result of the fake plan.
 fn result() -> tempfile::TempDir {
@@ -79,16 +80,16 @@ fn versions_seeds_and_plans_of_others_are_refused() {
     assert_eq!(e, "summary.json: seed set custom (in part), but the board is of v1");
     let e = refused(here, &Plan { seeds: vec![7, 9], ..plan() });
     assert!(e.contains("seed set custom (in part) with seeds [7, 8]"), "{e}");
-    let e = refused(here, &Plan { controller: "gardener".into(), ..plan() });
+    let e = refused(here, &Plan { scenario: Names::paper("gardener"), ..plan() });
     assert_eq!(e, "summary.json: controller fake, but the official matrix has gardener");
     let e = refused(here, &Plan { profile: "full".into(), ..plan() });
     assert_eq!(e, "summary.json: profile quick, but the official matrix has full");
 
     for (from, to, what) in [
         (
-            "\"schema_version\": 4",
+            "\"schema_version\": 5",
             "\"schema_version\": 3",
-            "summary.json: schema_version 3, but this build has 4",
+            "summary.json: schema_version 3, but this build has 5",
         ),
         (
             "\"config_version\": \"v1\"",
@@ -260,7 +261,7 @@ fn where_two_values_part() {
 #[test]
 fn the_official_matrix_is_the_full_profile_on_a_whole_set() {
     let protocol = Protocol::paper();
-    let harvest = Harvest::paper(orchard_picker::Kind::Baseline);
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     for (set, trees, repeats) in [(SeedSetName::V1, 30, 3), (SeedSetName::Tuning, 18, 1)] {
         let plan = harvest.plan_of(official(&protocol, set).unwrap()).unwrap();
         plan.check().unwrap();

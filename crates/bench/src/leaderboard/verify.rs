@@ -129,9 +129,10 @@ fn check_head(head: &Head, plan: &Plan) -> Result<(), Refusal> {
         }
         return Err(Refusal::Seeds { found, own });
     }
-    for (what, found, own) in
-        [("controller", &head.controller, &plan.controller), ("profile", &head.profile, &plan.profile)]
-    {
+    for (what, found, own) in [
+        ("controller", &head.controller, &plan.scenario.controller),
+        ("profile", &head.profile, &plan.profile),
+    ] {
         if found != own {
             return Err(Refusal::Plan { what, found: found.clone(), own: own.clone() });
         }

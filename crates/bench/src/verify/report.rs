@@ -92,19 +92,13 @@ impl Report {
         let of_seed = |seed: &u64| (0..trees.len()).filter(|&i| trees[i].seed == *seed).collect();
         let groups: Vec<Vec<usize>> = plan.seeds.iter().map(of_seed).collect();
         let resamples = Resamples::draw(&groups, &plan.protocol.bootstrap);
-        let spec = config_text(&*plan.spec);
         let protocol = config_text(&plan.protocol);
         let trajectory = &plan.trajectory;
         Self {
             schema_version: SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
-            config_hash: config_hash(&[
-                ("world", &spec),
-                ("protocol", &protocol),
-                ("robot.toml", orchard_robot::PAPER_TOML),
-                ("robot.urdf", plan.robot.urdf()),
-            ]),
-            preset: plan.spec.preset.clone(),
+            config_hash: config_hash(&[("scene", &plan.scenario.scene_hash()), ("protocol", &protocol)]),
+            preset: plan.scenario.names().scene.preset.clone(),
             trajectory: TrajectoryLine {
                 file: file.to_owned(),
                 sha256: config_hash(&[("trajectory", &trajectory.to_csv())]),

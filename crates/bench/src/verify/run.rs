@@ -1,11 +1,10 @@
 //! Runs a trajectory on trees.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use orchard_picker::Controller;
 use orchard_robot::{Command, JointVector, RobotModel};
-use orchard_spec::Spec;
+use orchard_scenario::Scenario;
 use orchard_world::truth::FruitState;
 use orchard_world::{Status, World, WorldEvent};
 use rayon::prelude::*;
@@ -20,10 +19,8 @@ use crate::task::Progress;
 /// A trajectory and the trees on which it is run.
 #[derive(Debug, Clone)]
 pub struct VerifyPlan {
-    /// The worlds.
-    pub spec: Arc<Spec>,
-    /// The robot.
-    pub robot: Arc<RobotModel>,
+    /// Worlds and robot.
+    pub scenario: Scenario,
     /// The trajectory.
     pub trajectory: Trajectory,
     /// Seeds, in order.
@@ -38,7 +35,7 @@ impl VerifyPlan {
     /// Frames of a run on a tree.
     pub fn frames(&self) -> u32 {
         let length = self.trajectory.duration() + self.protocol.verify.settle.si();
-        (length / self.spec.sim.frame()).ceil() as u32
+        (length / self.scenario.spec().sim.frame()).ceil() as u32
     }
 
     /// Every tree, seed by seed.
@@ -153,14 +150,14 @@ fn one(
     if stop.load(Ordering::Relaxed) {
         return None;
     }
-    let mut world = match World::new(plan.spec.clone(), plan.robot.clone(), seed, world) {
+    let mut world = match plan.scenario.world(seed, world, 0) {
         Ok(world) => world,
         Err(e) => {
             outcome.quarantined = Some(e.to_string());
             return Some(outcome);
         }
     };
-    let frame = plan.spec.sim.frame();
+    let frame = plan.scenario.spec().sim.frame();
     for k in 0..plan.frames() {
         if stop.load(Ordering::Relaxed) {
             return None;

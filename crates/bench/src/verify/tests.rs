@@ -1,8 +1,7 @@
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use orchard_robot::{Command, RobotModel};
-use orchard_spec::{Preset, Spec};
+use orchard_scenario::Scenario;
 
 use super::*;
 use crate::protocol::Protocol;
@@ -112,8 +111,7 @@ fn what_the_robot_cannot_follow_is_a_warning() {
 
 fn plan(text: &str) -> VerifyPlan {
     VerifyPlan {
-        spec: Arc::new(Spec::preset(Preset::Randomised)),
-        robot: Arc::new(RobotModel::paper()),
+        scenario: Scenario::of(&[("preset", "randomised")]).unwrap(),
         trajectory: csv(text).unwrap(),
         seeds: vec![20250704],
         trees: 2,

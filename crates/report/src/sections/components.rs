@@ -61,7 +61,7 @@ fn endings(summary: &ComponentSummary) -> Markup {
     };
     html! {
         p.note {
-            strong { (summary.run.task) } ", controller " (summary.run.controller) ", trees: " (summary.trees.len()) ". Trials ended: "
+            strong { (summary.run.task) } ", controller " (summary.run.scenario.controller) ", trees: " (summary.trees.len()) ". Trials ended: "
             (counts(&summary.outcomes)) ". Attempts given up: " (counts(&summary.failures)) "."
         }
     }

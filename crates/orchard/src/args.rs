@@ -1,0 +1,5 @@
+//! Options that several commands share.
+
+mod scenario;
+
+pub use scenario::{IndexArgs, Part, ScenarioArgs};

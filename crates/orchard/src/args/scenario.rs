@@ -1,0 +1,187 @@
+//! The options of a scenario, the same for every command.
+
+use std::path::PathBuf;
+
+use orchard_scenario::{Given, Options, Scenario, ScenarioError, StoredScenario};
+
+use crate::failure::Failure;
+use crate::program::Program;
+
+/// What is run.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Scenario")]
+pub struct ScenarioArgs {
+    /// Scenario file: any of the options below, as TOML; options on the command line win
+    #[arg(long, value_name = "FILE.toml")]
+    scenario: Option<PathBuf>,
+    /// World config that comes with the program; `orchard presets` lists them [default: paper]
+    #[arg(long, value_name = "NAME", conflicts_with = "config")]
+    preset: Option<String>,
+    /// World config from a file; with a name of its own and `base = "NAME"` it holds only what differs from that preset
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<String>,
+    /// Digitised tree that stands in every world: a skeleton (.json) or a multiscale tree graph (.mtg)
+    #[arg(long, alias = "from", value_name = "FILE")]
+    tree: Option<String>,
+    /// Strength of the randomisation on all axes, 0 to 1, or a file of figures that differ [default: the config's]
+    #[arg(long, value_name = "STRENGTH|FILE.toml", allow_negative_numbers = true)]
+    randomisation: Option<String>,
+    /// Robot; `orchard robots` lists them [default: paper]
+    #[arg(long, value_name = "NAME")]
+    robot: Option<String>,
+    /// Depth camera, or a file of figures that differ; `orchard cameras` lists them [default: the config's]
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    camera: Option<String>,
+    /// Fruit detector, or a file of figures that differ; `orchard detectors` lists them [default: the one made for the camera]
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    detector: Option<String>,
+    /// Controller of the robot; `orchard controllers` lists them [default: baseline]
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
+}
+
+/// A part of a scenario that some commands have no use for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// `--robot`.
+    Robot,
+    /// `--camera`.
+    Camera,
+    /// `--detector`.
+    Detector,
+    /// `--controller`.
+    Controller,
+}
+
+/// Which of a seed's trees a command shows.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct IndexArgs {
+    /// Which of the seed's trees; `--tree N` with a number means the same
+    #[arg(long, value_name = "N")]
+    index: Option<u32>,
+}
+
+impl IndexArgs {
+    /// The index, and the options without a `--tree` that gave it.
+    pub fn of(self, scenario: &ScenarioArgs) -> (u32, ScenarioArgs) {
+        let number = scenario.tree.as_ref().and_then(|tree| tree.parse().ok());
+        let tree = scenario.tree.clone().filter(|_| number.is_none());
+        (self.index.or(number).unwrap_or(0), ScenarioArgs { tree, ..scenario.clone() })
+    }
+}
+
+impl ScenarioArgs {
+    /// The options that are given, those of the scenario file among them.
+    ///
+    /// # Errors
+    /// The scenario file cannot be used.
+    pub fn options(&self) -> Result<Options, Failure> {
+        let given = |option: &str, value: &Option<String>| {
+            value.as_ref().map(|value| Given::new(value, format!("--{option}")))
+        };
+        let here = Options {
+            preset: given("preset", &self.preset),
+            config: given("config", &self.config),
+            tree: given("tree", &self.tree),
+            randomisation: given("randomisation", &self.randomisation),
+            robot: given("robot", &self.robot),
+            camera: given("camera", &self.camera),
+            detector: given("detector", &self.detector),
+            controller: given("controller", &self.controller),
+            rules: None,
+        };
+        match &self.scenario {
+            None => Ok(here),
+            Some(file) => {
+                let below =
+                    Options::from_file(file).map_err(|e| Failure::BadInput(format!("--scenario {e}")))?;
+                Ok(here.over(below))
+            }
+        }
+    }
+
+    /// Resolves the scenario.
+    ///
+    /// # Errors
+    /// An option that cannot be used.
+    pub fn resolve(&self, program: &Program) -> Result<Scenario, Failure> {
+        resolve(&self.options()?, program)
+    }
+
+    /// Resolves the scenario, with a preset of the command's own where no world is given.
+    ///
+    /// # Errors
+    /// An option that cannot be used.
+    pub fn resolve_or(&self, program: &Program, preset: &str) -> Result<Scenario, Failure> {
+        let below = Options { preset: Some(Given::new(preset, "default")), ..Options::default() };
+        resolve(&self.options()?.over(below), program)
+    }
+
+    /// Resolves the scenario of a result: the stored one, unless options are given.
+    ///
+    /// # Errors
+    /// An option or a stored scenario that cannot be used.
+    pub fn resolve_stored(
+        &self,
+        program: &Program,
+        stored: impl FnOnce() -> Result<StoredScenario, Failure>,
+        by: &str,
+    ) -> Result<Scenario, Failure> {
+        let options = self.options()?;
+        if !options.is_empty() {
+            return resolve(&options, program);
+        }
+        Scenario::from_stored(&stored()?, program.controllers(), by).map_err(refused)
+    }
+
+    /// Refuses options that a command has no use for, with the reason.
+    ///
+    /// # Errors
+    /// One of them is given.
+    pub fn refuse(&self, options: &[Part], why: &str) -> Result<(), Failure> {
+        for option in options {
+            let (name, given) = match option {
+                Part::Robot => ("--robot", &self.robot),
+                Part::Camera => ("--camera", &self.camera),
+                Part::Detector => ("--detector", &self.detector),
+                Part::Controller => ("--controller", &self.controller),
+            };
+            if given.is_some() {
+                return Err(Failure::BadInput(format!("{name}: {why}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The given options in the order of the command line, for names of result folders: without scenario file and controller.
+    pub fn given(&self) -> Vec<&str> {
+        let all = [
+            &self.preset,
+            &self.config,
+            &self.tree,
+            &self.randomisation,
+            &self.robot,
+            &self.camera,
+            &self.detector,
+        ];
+        all.into_iter().flatten().map(String::as_str).collect()
+    }
+
+    /// The scenario file, if one is given.
+    pub fn file(&self) -> Option<&PathBuf> {
+        self.scenario.as_ref()
+    }
+
+    /// The controller, if one is given on the command line.
+    pub fn controller(&self) -> Option<&str> {
+        self.controller.as_deref()
+    }
+}
+
+fn resolve(options: &Options, program: &Program) -> Result<Scenario, Failure> {
+    Scenario::resolve(options, program.controllers()).map_err(refused)
+}
+
+fn refused(e: ScenarioError) -> Failure {
+    Failure::BadInput(e.to_string())
+}

@@ -1,0 +1,21 @@
+//! One file a command.
+
+pub mod bench_v1;
+pub mod dataset;
+pub mod detect;
+pub mod explain;
+pub mod export_tree;
+pub mod gallery;
+#[cfg(feature = "gpu")]
+pub mod gpu_info;
+pub mod leaderboard;
+pub mod merge;
+pub mod names;
+pub mod render;
+#[cfg(feature = "recording")]
+pub mod replay;
+pub mod report;
+pub mod robot;
+pub mod scenario;
+pub mod validate;
+pub mod verify;

@@ -1,0 +1,248 @@
+//! `orchard bench-v1`: the benchmark.
+
+pub mod bar;
+mod component;
+mod detect;
+mod harvest;
+mod plans;
+pub mod scaling;
+pub mod task;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use orchard_bench::plan_file::PlanFile;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::Backend;
+use orchard_bench::store::{Lock, Store};
+use orchard_bench::{Session, Shard};
+
+use crate::args::ScenarioArgs;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::program::Program;
+
+/// Grows trees, lets the robot harvest them or the detector look at them, and writes the metrics.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Tasks:\n  harvest   the robot picks fruit for a while, under every condition of the matrix on the same trees\n  \
+detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
+errors, canopy zones, and the detector with each of its gates switched off\n  \
+reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
+gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
+scaling   frames a second of batches of 1 to 512 trees, by solver and by what differs between trees; no robot\n            \
+--backend gpu runs this task, and no other, on a graphics device: robot and camera stay on the CPU\n\n\
+Files:\n  DIR/plan.json         what was asked for\n  \
+DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the sweeps'\n                        \
+conditions tested against the nominal one tree by tree\n  \
+DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
+DIR/recordings/*.mcap with --record: one an episode, for Foxglove and `orchard replay` (docs/recording.md)\n  \
+DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
+DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
+DIR/detect.svg        precision and recall against foliage density\n  \
+DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
+DIR/TASK/*.json       one a tree: every trial\n  \
+DIR/scaling.json      scaling: step rates and memory by worlds, solver and mode\n  \
+DIR/compute.json      wall times, step rates, memory and machine, and nothing else\n\
+All but compute.json and scaling.json are the same bytes on every run of one command, for any number of threads or shards.\n\
+Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
+condition, seeds, horizon, camera, ..) is refused, and so is one in which another run is at work.\n\n\
+Examples:\n  orchard bench-v1                            the quick profile\n  \
+orchard bench-v1 --profile full --controller expert\n  \
+orchard bench-v1 --profile full --controller expert --seeds v1      an official score\n  \
+orchard bench-v1 --profile full --conditions exhaustion\n  \
+orchard bench-v1 --conditions foliage,terrain-0.2 --seeds 1,2,3 --trees 2 --horizon 20 --out results/mine\n  \
+orchard bench-v1 --seeds tuning --conditions nominal --repeats 3\n  \
+orchard bench-v1 --tasks detect --profile full --camera d435i\n  \
+orchard bench-v1 --tasks reach-and-grasp,gentle --controller expert\n  \
+orchard bench-v1 --tasks scaling --backend gpu\n  \
+orchard bench-v1 --profile full --shard 3/8 --out parts/3    one part of eight, then orchard merge"
+)]
+pub struct Args {
+    /// What to run [default: all, or the tasks that the given options are for]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    tasks: Option<Vec<TaskName>>,
+    /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, of every condition of the matrix
+    #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
+    profile: ProfileName,
+    /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
+    /// [default: tuning, as many as the profile says]
+    #[arg(long, value_name = "tuning|v1|A,B,..")]
+    seeds: Option<Seeds>,
+    /// Trees a seed [default: by seed set and profile, 6]
+    #[arg(long, value_name = "N")]
+    trees: Option<u32>,
+    /// Nominal episodes a tree, each with another start pose of the robot: tells the spread within trees from that between them
+    /// [default: 3 with --seeds v1, else 1]
+    #[arg(long, value_name = "N")]
+    repeats: Option<u32>,
+    /// Length of an episode of the harvest in seconds, but under exhaustion [default: by profile]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    horizon: Option<f64>,
+    /// Conditions of the harvest, or sweeps of them: nominal; foliage (0, 0.3, 0.6, 1, 1.5), fruit (20, 40, 60), terrain (0, 0.05, 0.1,
+    /// 0.2 m); one of a sweep such as foliage-1.5; exhaustion, the nominal one until nothing reachable is left, at most 600 s
+    /// [default: nominal and all sweeps]
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
+    conditions: Option<Vec<String>>,
+    /// Records every episode of the harvest as an MCAP file, some 20 MB for 75 s; episodes that have no whole one are run again
+    #[arg(long)]
+    record: bool,
+    #[command(flatten)]
+    scenario: ScenarioArgs,
+    /// Threads [default: as many as the machine has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+    /// Compute part I of N of the records only, every N-th; `orchard merge` puts the parts together
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Where the results go: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, followed by what else makes
+    /// another plan of it, such as -expert or -v1]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What advances the batches of the scaling task: cpu or gpu, any Vulkan, Metal or DirectX 12 device. Robot and camera stay on the
+    /// CPU [default: cpu]
+    #[arg(long, value_name = "cpu|gpu")]
+    backend: Option<Backend>,
+}
+
+/// A task of the benchmark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TaskName {
+    Harvest,
+    Detect,
+    ReachAndGrasp,
+    Gentle,
+    Scaling,
+}
+
+impl TaskName {
+    /// Name on command lines and in results.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Harvest => "harvest",
+            Self::Detect => "detect",
+            Self::ReachAndGrasp => "reach-and-grasp",
+            Self::Gentle => "gentle",
+            Self::Scaling => "scaling",
+        }
+    }
+
+    /// In the order in which they are run.
+    const ALL: [Self; 5] = [Self::Harvest, Self::Detect, Self::ReachAndGrasp, Self::Gentle, Self::Scaling];
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ProfileName {
+    Quick,
+    Full,
+}
+
+impl ProfileName {
+    fn name(self) -> &'static str {
+        match self {
+            ProfileName::Quick => "quick",
+            ProfileName::Full => "full",
+        }
+    }
+}
+
+/// Which seeds a command runs on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Seeds {
+    Tuning,
+    V1,
+    List(Vec<u64>),
+}
+
+impl Seeds {
+    /// The seeds themselves.
+    pub fn resolve(&self, protocol: &Protocol) -> Vec<u64> {
+        match self {
+            Seeds::List(seeds) => seeds.clone(),
+            Seeds::Tuning => protocol.tuning_seeds.clone(),
+            Seeds::V1 => protocol.v1_seeds(),
+        }
+    }
+}
+
+/// As many threads as the machine has.
+pub fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+impl std::str::FromStr for Seeds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "tuning" => return Ok(Seeds::Tuning),
+            "v1" => return Ok(Seeds::V1),
+            _ => {}
+        }
+        text.split(',')
+            .map(|seed| {
+                seed.trim()
+                    .parse()
+                    .map_err(|_| format!("'{seed}' is neither 'tuning' nor 'v1' nor a whole number >= 0"))
+            })
+            .collect::<Result<_, _>>()
+            .map(Seeds::List)
+    }
+}
+
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    // All input is read before anything is computed.
+    let scenario = args.scenario.resolve(program)?;
+    let plans = plans::plans(args, &scenario)?;
+    let out = args.out.clone().unwrap_or_else(|| plans::default_out(args));
+    let record = args.record.then_some(&*out);
+    let tasks = plans.iter().map(|plan| task::of_plan(plan, &scenario, record));
+    let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
+    // A missing device is found before the first task, and not after an hour.
+    scaling::check_device(&plans)?;
+    let (store, _lock) = open(&out)?;
+    // So is a folder that holds something else.
+    for task in &tasks {
+        task.check(&store).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
+    }
+    let stop = interrupt::listen()?;
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let written = PlanFile::write(&store, &plans, &scenario.stored(), shard);
+    written.map_err(|e| Failure::Failed(e.to_string()))?;
+    let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
+    let session = Session { store: &store, threads, shard, stop };
+    if let Some(line) = scenario.differences() {
+        say!("scenario: {line}");
+    }
+    tasks.iter().try_for_each(|task| task.run(&session))
+}
+
+/// Opens a result folder for this process alone.
+pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
+    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("--out: {e}"));
+    let store = Store::open(folder).map_err(|e| bad(&e))?;
+    let lock = store.lock().map_err(|e| bad(&e))?;
+    Ok((store, lock))
+}
+
+/// How often each of some things was, in words.
+fn counts(counts: &BTreeMap<String, u32>) -> String {
+    let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
+    if list.is_empty() { "none".to_owned() } else { list.join(", ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_on_the_command_line() {
+        assert_eq!("tuning".parse(), Ok(Seeds::Tuning));
+        assert_eq!("v1".parse(), Ok(Seeds::V1));
+        assert_eq!("5, 6".parse(), Ok(Seeds::List(vec![5, 6])));
+        for bad in ["", "5,", "-1", "1.5", "all", "v2"] {
+            assert!(bad.parse::<Seeds>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The component tasks: one skill at a time.
+
+use orchard_bench::component::{
+    Component, ComponentPlan, ComponentSummary, Gentle, ReachAndGrasp, TreeRecord, Trials, metrics,
+};
+use orchard_bench::plan_file::TreeExtent;
+use orchard_bench::store::Store;
+use orchard_scenario::Scenario;
+
+use super::bar::Shown;
+use super::counts;
+use super::task::PresentedTask;
+use crate::failure::Failure;
+use crate::headline::fine_table;
+
+/// The trials of a component task under a controller.
+pub struct ComponentJob<C> {
+    plan: ComponentPlan,
+    task: std::marker::PhantomData<C>,
+}
+
+/// Reach and grasp.
+pub type Grasping = ComponentJob<ReachAndGrasp>;
+/// Gentle interaction.
+pub type Pushing = ComponentJob<Gentle>;
+
+impl<C: Component> ComponentJob<C> {
+    /// Plans them.
+    pub fn new(scenario: &Scenario, trees: &TreeExtent) -> Result<Self, Failure> {
+        let plan = ComponentPlan::new(scenario.clone(), &trees.profile, trees.seeds.clone(), trees.trees)?;
+        plan.check()?;
+        Ok(Self { plan, task: std::marker::PhantomData })
+    }
+}
+
+impl<C: Component> PresentedTask for ComponentJob<C> {
+    type Record = TreeRecord<C>;
+    type Summary = ComponentSummary;
+    type Task<'a> = Trials<'a, C>;
+
+    fn task(&self) -> Trials<'_, C> {
+        Trials::of(&self.plan)
+    }
+
+    fn steps(&self) -> u64 {
+        self.plan.steps::<C>()
+    }
+
+    fn shown(record: &TreeRecord<C>) -> Shown {
+        let (seed, world) = (record.key.seed, record.key.world);
+        let line = match &record.never_built {
+            Some(reason) => format!("seed {seed} tree {world}: never built: {reason}"),
+            None => format!(
+                "seed {seed} tree {world}: {} of {} trials met",
+                record.trials.iter().filter(|trial| trial.success()).count(),
+                record.trials.len()
+            ),
+        };
+        Shown { steps: record.trials.iter().map(|trial| u64::from(trial.frames)).sum(), line }
+    }
+
+    fn report(&self, summary: &ComponentSummary, _: &Store) -> Result<(), Failure> {
+        report::<C>(summary, self.plan.trees);
+        Ok(())
+    }
+}
+
+fn report<C: Component>(summary: &ComponentSummary, trees: u32) {
+    let (task, controller) = (&summary.run.task, &summary.run.scenario.controller);
+    say!("task {task}, controller {controller}; seeds {:?} x {trees} trees", summary.seeds);
+    let definitions = metrics::<C>();
+    let order = definitions.iter().map(|definition| (definition.name, definition.unit));
+    say!("{}", fine_table(order, &summary.metrics).trim_end());
+    say!("trials ended: {}", counts(&summary.outcomes));
+    say!("attempts given up: {}", counts(&summary.failures));
+}

@@ -1,0 +1,111 @@
+//! The detection task: what a detector finds in single depth images.
+
+mod tables;
+
+use anyhow::Context;
+use orchard_bench::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
+use orchard_bench::plan_file::TreeExtent;
+use orchard_bench::store::{Store, write_bytes};
+use orchard_report::detection;
+use orchard_scenario::Scenario;
+
+use super::bar::Shown;
+use super::task::{PresentedTask, unwritten};
+use crate::failure::Failure;
+
+/// Name of the figure under the result folder.
+const FIGURE: &str = "detect.svg";
+
+/// A camera and a detector before some trees.
+pub struct Detecting {
+    scenario: Scenario,
+    plan: DetectPlan,
+}
+
+impl Detecting {
+    /// Plans it.
+    pub fn new(scenario: &Scenario, trees: &TreeExtent) -> Result<Self, Failure> {
+        let plan = DetectPlan::new(scenario, &trees.profile, trees.seeds.clone(), trees.trees)?;
+        plan.check()?;
+        Ok(Self { scenario: scenario.clone(), plan })
+    }
+}
+
+impl PresentedTask for Detecting {
+    type Record = DetectRecord;
+    type Summary = DetectSummary;
+    type Task<'a> = Views<'a, Scenario>;
+
+    fn task(&self) -> Views<'_, Scenario> {
+        Views::new(&self.plan, &self.scenario)
+    }
+
+    fn steps(&self) -> u64 {
+        self.plan.keys().iter().map(|key| self.plan.steps(key)).max().unwrap_or(0)
+    }
+
+    fn shown(record: &DetectRecord) -> Shown {
+        let images = record.densities.iter().flat_map(|density| &density.images);
+        let detections = || images.clone().flat_map(|image| &image.detections);
+        let told = match &record.quarantined {
+            Some(reason) => format!("quarantined: {reason}"),
+            None => format!(
+                "{} images, {} detections, {} of them right",
+                images.clone().count(),
+                detections().count(),
+                detections().filter(|d| d.fruit.is_some()).count()
+            ),
+        };
+        let ablation: usize = record.variants.iter().map(|variant| variant.images.len()).sum();
+        Shown {
+            steps: (images.count() + ablation) as u64,
+            line: format!("seed {} tree {}: {told}", record.key.seed, record.key.world),
+        }
+    }
+
+    fn report(&self, summary: &DetectSummary, store: &Store) -> Result<(), Failure> {
+        let svg = detection(summary, &self.plan.protocol.detect).context("cannot draw the figure")?.svg;
+        let path = store.path().join(FIGURE);
+        write_bytes(&path, svg.as_bytes()).map_err(|e| unwritten(&path, e))?;
+        say!("{}", tables::report(summary, &self.plan).trim_end());
+        say!("figure: {}", path.display());
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_bench::Session;
+    use orchard_bench::detect::run as run_plan;
+    use std::sync::atomic::AtomicBool;
+
+    /// One real tree, one view: every table and the figure, with precision and recall side by side.
+    #[test]
+    fn what_people_get_to_see() {
+        let scenario = Scenario::of(&[]).unwrap();
+        let mut plan = DetectPlan::new(&scenario, "quick", vec![20250704], 1).unwrap();
+        plan.protocol.detect.views = plan.protocol.detect.views.with_value(1).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let stop = AtomicBool::new(false);
+        let session = Session::whole(&store, 1, &stop);
+        let result = run_plan(&plan, &scenario, &session, &orchard_bench::Silent).unwrap();
+        let summary = result.summary.unwrap();
+        let text = tables::report(&summary, &plan);
+        for part in [
+            "foliage  precision",
+            "upper outer",
+            "without cylinder",
+            "is asked of the tuning seeds is not judged",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        for line in text.lines().filter(|line| line.contains("precision") && line.starts_with("foliage")) {
+            assert!(line.contains("recall"), "{line}");
+        }
+        let svg = detection(&summary, &plan.protocol.detect).unwrap().svg;
+        assert!(svg.contains("foliage density") && svg.contains("precision, published"));
+        assert!(!svg.contains("NaN") && !text.contains("NaN"));
+    }
+}

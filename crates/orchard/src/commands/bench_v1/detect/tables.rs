@@ -1,0 +1,270 @@
+//! The detection task's results as tables for people. Precision and recall always stand together.
+
+use orchard_bench::detect::{
+    AtFoliage, DensitySummary, DetectPlan, DetectSummary, SitsOn, VariantSummary, variants,
+};
+use orchard_bench::metrics::Metric;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::zones::Zone;
+use orchard_scenario::SceneNames;
+
+use crate::columns::columns;
+use crate::headline::number;
+
+/// All tables.
+pub fn report(summary: &DetectSummary, plan: &DetectPlan) -> String {
+    let rules = &plan.protocol.detect;
+    let view = plan.camera.view();
+    let mut text = format!(
+        "detection: camera {} ({} x {}), detector {}; seeds {:?} x {} trees x {} views; {} trees quarantined\n",
+        plan.camera.name(),
+        view.width.get(),
+        view.height.get(),
+        summary.detector,
+        summary.seeds,
+        plan.trees,
+        rules.views.get(),
+        summary.quarantined
+    );
+    text += &format!(
+        "recall over fruit that ought to be found: at least {:.0} % visible, {} to {} m away, at least {} px\n\n",
+        100.0 * rules.found.visible_fraction.si(),
+        rules.found.depth.si().0,
+        rules.found.depth.si().1,
+        rules.found.pixels.get()
+    );
+    text += &sweep(summary, plan);
+    text += &asked(summary, plan);
+    text += "\nrecall of all visible fruit, by visible fraction in range, and over the views of a tree\n";
+    text += &recalls(summary);
+    text += "\nfalse positives by what they sit on\n";
+    text += &false_positives(summary);
+    text += "\nprecision / recall by canopy zone\n";
+    text += &zones(summary);
+    text += &ablation(summary, plan);
+    text
+}
+
+fn sweep(summary: &DetectSummary, plan: &DetectPlan) -> String {
+    let head = [
+        "foliage",
+        "precision",
+        "95 %",
+        "paper",
+        "recall",
+        "95 %",
+        "detections",
+        "fruit",
+        "centre mm",
+        "p95",
+        "radius mm",
+        "bias",
+    ];
+    let published = plan.protocol.detect.published.get("precision");
+    let row = |density: &DensitySummary| {
+        let results = &density.results;
+        let (precision, recall) = (&results.metrics["precision"], &results.metrics["recall"]);
+        let paper = published.into_iter().flatten().find(|at| at.foliage == density.foliage);
+        let millimetres = |metres: Option<f64>| number(metres.map(|x| 1e3 * x));
+        [
+            density.foliage.to_string(),
+            number3(precision.mean),
+            interval3(precision),
+            number(paper.map(|at| at.value)),
+            number3(recall.mean),
+            interval3(recall),
+            precision.n.to_string(),
+            recall.n.to_string(),
+            millimetres(results.errors["centre_error_median_m"].value),
+            millimetres(results.errors["centre_error_p95_m"].value),
+            millimetres(results.errors["radius_error_median_m"].value),
+            millimetres(results.metrics["radius_bias_m"].mean),
+        ]
+    };
+    table(head, summary.densities.iter().map(row))
+}
+
+/// The interval of a mean that stands with three digits.
+fn interval3(metric: &Metric) -> String {
+    match metric.ci95 {
+        [Some(low), Some(high)] => format!("{low:.3} .. {high:.3}"),
+        _ => "-".to_owned(),
+    }
+}
+
+/// What is asked over the tuning seeds, and whether these results keep it.
+fn asked(summary: &DetectSummary, plan: &DetectPlan) -> String {
+    let Protocol { tuning_seeds, full, .. } = &plan.protocol;
+    let as_asked =
+        plan.seeds == *tuning_seeds && plan.trees == full.trees.get() && plan.scene == SceneNames::paper();
+    if !as_asked {
+        return "what is asked of the tuning seeds is not judged: another scenario, other seeds or trees\n"
+            .to_owned();
+    }
+    let mut text = String::new();
+    for (name, list) in &plan.protocol.detect.asked {
+        for AtFoliage { foliage, value, unit, .. } in list {
+            let Some(VariantSummary { metrics, errors, .. }) = summary.at(*foliage).map(|d| &d.results)
+            else {
+                continue;
+            };
+            let (sign, measured, kept) = match (metrics.get(name), errors.get(name)) {
+                (Some(metric), _) => (">=", metric.mean, metric.mean.is_some_and(|x| x >= *value)),
+                (None, Some(error)) => ("<=", error.value, error.value.is_some_and(|x| x <= *value)),
+                (None, None) => continue,
+            };
+            let measured = measured.map_or_else(|| "-".to_owned(), |x| format!("{x:.5}"));
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            let verdict = if kept { "kept" } else { "MISSED" };
+            text += &format!(
+                "asked over the tuning seeds: {name} {sign} {value}{unit} at foliage {foliage}: {measured}, {verdict}\n"
+            );
+        }
+    }
+    text
+}
+
+fn recalls(summary: &DetectSummary) -> String {
+    let mut rows = Vec::new();
+    for density in &summary.densities {
+        let metric = |name: &str| number(density.results.metrics[name].mean);
+        let mut row = vec![("foliage".to_owned(), density.foliage.to_string())];
+        row.push(("visible".to_owned(), metric("recall_visible")));
+        for bin in &density.recall_by_visible_fraction {
+            let [low, high] = bin.visible_fraction.map(|edge| (100.0 * edge).round());
+            row.push((format!("{low}-{high} %"), number(bin.recall)));
+        }
+        for (title, name) in [
+            ("some view", "survey_recall"),
+            ("of all fruit", "survey_recall_all"),
+            ("track precision", "track_precision"),
+            ("track recall", "track_recall"),
+        ] {
+            row.push((title.to_owned(), metric(name)));
+        }
+        rows.push(row);
+    }
+    let Some(first) = rows.first() else { return String::new() };
+    let head: Vec<String> = first.iter().map(|(title, _)| title.clone()).collect();
+    let cells = rows.iter().map(|row| row.iter().map(|(_, cell)| cell.clone()).collect());
+    columns(&std::iter::once(head).chain(cells).collect::<Vec<_>>(), &[0])
+}
+
+/// What false positives can sit on, with the heads of their columns.
+const SURFACES: [(SitsOn, &str); 8] = [
+    (SitsOn::Wood, "wood"),
+    (SitsOn::Leaf, "leaf"),
+    (SitsOn::Fruit, "fruit, off"),
+    (SitsOn::FruitAgain, "fruit, again"),
+    (SitsOn::Ground, "ground"),
+    (SitsOn::Scenery, "posts"),
+    (SitsOn::Robot, "robot"),
+    (SitsOn::Nothing, "nothing"),
+];
+
+/// Cells of one row, and of the row of heads.
+fn surfaces(results: &VariantSummary) -> [String; 8] {
+    SURFACES.map(|(on, _)| results.false_positives.get(&on).copied().unwrap_or(0).to_string())
+}
+
+fn false_positives(summary: &DetectSummary) -> String {
+    let row = |first: String, images: String, cells: [String; 8]| {
+        let mut row = vec![first, images];
+        row.extend(cells);
+        row
+    };
+    let mut rows = vec![row("foliage".into(), "images".into(), SURFACES.map(|(_, head)| head.to_owned()))];
+    rows.extend(summary.densities.iter().map(|density| {
+        let results = &density.results;
+        row(density.foliage.to_string(), results.images.to_string(), surfaces(results))
+    }));
+    columns(&rows, &[0])
+}
+
+fn zones(summary: &DetectSummary) -> String {
+    let mut head = vec!["zone".to_owned()];
+    head.extend(summary.densities.iter().map(|density| format!("foliage {}", density.foliage)));
+    let row = |zone: Zone| {
+        let mut row = vec![name(&zone)];
+        row.extend(summary.densities.iter().map(|density| {
+            let cell = density.zones.get(&zone).cloned().unwrap_or_default();
+            format!("{} / {}", number(cell.precision), number(cell.recall))
+        }));
+        row
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(Zone::ALL.map(row)).collect();
+    columns(&rows, &[0])
+}
+
+fn ablation(summary: &DetectSummary, plan: &DetectPlan) -> String {
+    let ablation = &summary.ablation;
+    let published = &plan.protocol.detect.ablation.published;
+    let images = ablation.variants.values().map(|v| v.images).max().unwrap_or(0);
+    let mut text = format!(
+        "\ngates switched off: the {images} views of seed {} at foliage {}\n",
+        ablation.seed.map_or_else(|| "-".to_owned(), |seed| seed.to_string()),
+        ablation.foliage
+    );
+    let head = [
+        "detector",
+        "wood",
+        "leaf",
+        "fruit, off",
+        "fruit, again",
+        "others",
+        "precision",
+        "recall",
+        "recall, change",
+        "paper: wood",
+        "precision",
+        "recall, change",
+    ];
+    let recall = |name: &str| ablation.variants.get(name).and_then(|v| v.metrics["recall"].mean);
+    let percent = |part: Option<f64>| part.map_or_else(String::new, |x| format!("{:+.0} %", 100.0 * x));
+    let mut rows = Vec::new();
+    for variant in variants(&plan.detector) {
+        let Some(results) = ablation.variants.get(variant.name) else { continue };
+        let count = |on: SitsOn| results.false_positives.get(&on).copied().unwrap_or(0);
+        let shown = [SitsOn::Wood, SitsOn::Leaf, SitsOn::Fruit, SitsOn::FruitAgain];
+        let others = results.false_positives.iter().filter(|(on, _)| !shown.contains(on)).map(|(_, n)| n);
+        // By how much the gates against branches change the recall, in parts of that without them.
+        let without = variant.without_anti_branch.and_then(recall);
+        let change = recall(variant.name).zip(without).map(|(with, without)| with / without - 1.0);
+        let paper = published.get(variant.name);
+        let [wood, leaf, off, again] = shown.map(|on| count(on).to_string());
+        rows.push([
+            variant.title.to_owned(),
+            wood,
+            leaf,
+            off,
+            again,
+            others.sum::<u32>().to_string(),
+            number3(results.metrics["precision"].mean),
+            number3(results.metrics["recall"].mean),
+            percent(change),
+            paper.map_or_else(String::new, |p| p.wood.to_string()),
+            paper.map_or_else(String::new, |p| number(Some(p.precision))),
+            percent(paper.map(|p| p.recall_change).filter(|change| *change != 0.0)),
+        ]);
+    }
+    text += &table(head, rows.into_iter());
+    text
+}
+
+fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+    let rows: Vec<[String; N]> = std::iter::once(head.map(str::to_owned)).chain(rows).collect();
+    columns(&rows, &[0])
+}
+
+/// Three digits after the point, or that there is none.
+fn number3(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))
+}
+
+/// The serialised name of a unit variant, in words.
+fn name(value: &impl serde::Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name.replace('_', " "),
+        other => unreachable!("a unit variant serialises to its name, not {other:?}"),
+    }
+}

@@ -1,0 +1,112 @@
+//! The harvest task: a robot picks fruit for a while.
+
+use std::path::Path;
+
+use orchard_bench::Episodes;
+use orchard_bench::episode::EpisodeRecord;
+use orchard_bench::harvest::{Extent, Harvest};
+use orchard_bench::plan::Plan;
+use orchard_bench::store::Store;
+use orchard_bench::summary::Summary;
+use orchard_scenario::Scenario;
+
+use super::bar::Shown;
+use super::counts;
+use super::task::PresentedTask;
+use crate::failure::Failure;
+use crate::headline;
+
+/// Records episodes into a folder.
+#[cfg(feature = "recording")]
+use orchard_recording::Recordings;
+
+/// Records nothing: this program was built without recordings.
+#[cfg(not(feature = "recording"))]
+type Recordings = orchard_bench::observe::KeepNothing;
+
+#[cfg(feature = "recording")]
+fn recordings(out: &Path, scenario: &Scenario) -> Result<Recordings, Failure> {
+    Ok(Recordings::new(out, orchard_recording::RecordingConfig::paper(), scenario))
+}
+
+#[cfg(not(feature = "recording"))]
+fn recordings(_: &Path, _: &Scenario) -> Result<Recordings, Failure> {
+    Err(Failure::BadInput("--record: this program was built without the feature `recording`".to_owned()))
+}
+
+/// Conditions of the matrix under a controller.
+pub struct Harvesting {
+    harvest: Harvest,
+    plan: Plan,
+    recordings: Option<Recordings>,
+}
+
+impl Harvesting {
+    /// Plans them; episodes are recorded under the folder `record`, if there is one.
+    pub fn new(scenario: &Scenario, extent: &Extent, record: Option<&Path>) -> Result<Self, Failure> {
+        let harvest = Harvest::new(scenario.clone())?;
+        let plan = harvest.plan_of(extent.clone())?;
+        plan.check()?;
+        let recordings = record.map(|out| recordings(out, scenario)).transpose()?;
+        Ok(Self { harvest, plan, recordings })
+    }
+}
+
+impl PresentedTask for Harvesting {
+    type Record = EpisodeRecord;
+    type Summary = Summary;
+    type Task<'a> = Episodes<'a, Harvest, Option<Recordings>>;
+
+    fn task(&self) -> Self::Task<'_> {
+        Episodes { plan: &self.plan, factory: &self.harvest, watch: &self.recordings }
+    }
+
+    fn steps(&self) -> u64 {
+        self.plan.episodes().iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0)
+    }
+
+    fn shown(record: &EpisodeRecord) -> Shown {
+        Shown {
+            steps: u64::from(record.frames),
+            line: format!(
+                "{}, seed {} tree {}{}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
+                record.key.condition,
+                record.key.seed,
+                record.key.world,
+                if record.key.repeat > 0 { format!(" repeat {}", record.key.repeat) } else { String::new() },
+                record.deposited().count(),
+                record.reachable_count,
+                record.attempts.len(),
+                record.dropped().count(),
+            ),
+        }
+    }
+
+    fn report(&self, summary: &Summary, _: &Store) -> Result<(), Failure> {
+        report(summary, &self.plan);
+        Ok(())
+    }
+}
+
+fn report(summary: &Summary, plan: &Plan) {
+    if summary.quarantined > 0 {
+        say!("QUARANTINED: {} worlds became implausible and count as zero harvest", summary.quarantined);
+    }
+    say!("task harvest, controller {}; seeds {:?}", summary.controller, summary.seeds);
+    for condition in &plan.conditions {
+        let (params, dials) = (&condition.params, &condition.params.dials);
+        let ends = summary.conditions.get(&condition.name).map(|of| counts(&of.outcomes));
+        say!(
+            "condition {}: {} fruit, foliage {}, ground within {} m; {} trees a seed{} x {} s; ended: {}",
+            condition.name,
+            dials.fruit_count,
+            dials.foliage_density,
+            dials.terrain_amplitude_m,
+            params.trees,
+            if params.repeats > 1 { format!(" x {} repeats", params.repeats) } else { String::new() },
+            params.horizon_s,
+            ends.unwrap_or_default()
+        );
+    }
+    say!("{}", headline::report(summary, plan).trim_end());
+}

@@ -1,0 +1,183 @@
+//! From the command line to the plans of a run: nothing is computed, all is checked.
+
+use std::path::PathBuf;
+
+use orchard_bench::harvest::{Extent, Harvest};
+use orchard_bench::matrix::{EXHAUSTION, NOMINAL};
+use orchard_bench::plan_file::{TaskPlan, TreeExtent};
+use orchard_bench::protocol::{Profile, Protocol};
+use orchard_picker::Kind;
+use orchard_scenario::Scenario;
+
+use super::{Args, ProfileName, Seeds, TaskName};
+use crate::failure::Failure;
+
+/// The plans that the command line asks for, in the order in which they are run.
+pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure> {
+    check_options(args).map_err(Failure::BadInput)?;
+    let harvest = Harvest::new(scenario.clone())?;
+    let protocol = harvest.protocol();
+    let trees = trees(args, protocol).map_err(Failure::BadInput)?;
+    let mut plans = Vec::new();
+    for task in tasks(args) {
+        if let Err(why) = fits(task, scenario) {
+            if args.tasks.is_some() {
+                return Err(Failure::BadInput(format!("--tasks {}: {why}", task.name())));
+            }
+            eprintln!("note: task {} is left out: {why}", task.name());
+            continue;
+        }
+        plans.push(match task {
+            TaskName::Harvest => {
+                let extent = extent(args, &harvest, &trees).map_err(Failure::BadInput)?;
+                TaskPlan::Harvest { extent }
+            }
+            TaskName::Detect => TaskPlan::Detect { trees: trees.clone() },
+            TaskName::ReachAndGrasp => TaskPlan::ReachAndGrasp { trees: trees.clone() },
+            TaskName::Gentle => TaskPlan::Gentle { trees: trees.clone() },
+            TaskName::Scaling => TaskPlan::Scaling {
+                profile: args.profile.name().to_owned(),
+                backend: args.backend.unwrap_or(protocol.scaling.backend),
+            },
+        });
+    }
+    Ok(plans)
+}
+
+/// Checks that a task can be run with a scenario; else says why not.
+fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
+    match task {
+        TaskName::ReachAndGrasp | TaskName::Gentle if !scenario.controller_kind().takes_goals() => {
+            Err(format!("controller {} takes no goals, which this task gives", scenario.names().controller))
+        }
+        TaskName::Scaling if scenario.digitised_tree().is_some() => {
+            Err("it times populations of grown trees, and --tree gives a single digitised one".to_owned())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The folder of results that are given none: named by the profile and by the options that make another plan.
+pub fn default_out(args: &Args) -> PathBuf {
+    let mut folder = format!("results/bench-v1-{}", args.profile.name());
+    let mut add = |part: &str| folder = format!("{folder}-{part}");
+    // A file counts by its own name, without folders and ending.
+    let stem = |value: &str| match std::path::Path::new(value).file_stem() {
+        Some(stem) if value.ends_with(".toml") || value.contains('/') => stem.to_string_lossy().into_owned(),
+        _ => value.to_owned(),
+    };
+    if let Some(file) = args.scenario.file() {
+        add(&stem(&file.to_string_lossy()));
+    }
+    for value in args.scenario.given() {
+        add(&stem(value));
+    }
+    if let Some(name) = args.scenario.controller().filter(|name| *name != Kind::default().name()) {
+        add(name);
+    }
+    if matches!(args.seeds, Some(Seeds::V1)) {
+        add("v1");
+    }
+    if let Some(conditions) = &args.conditions {
+        add(&conditions.join("+"));
+    }
+    if let Some(shard) = args.shard.filter(|shard| !shard.is_whole()) {
+        add(&shard.to_string().replace('/', "of"));
+    }
+    PathBuf::from(folder)
+}
+
+/// The tasks that are named; else the one that the options are for; else all.
+fn tasks(args: &Args) -> Vec<TaskName> {
+    if let Some(tasks) = &args.tasks {
+        return TaskName::ALL.into_iter().filter(|task| tasks.contains(task)).collect();
+    }
+    let of_harvest =
+        args.conditions.is_some() || args.horizon.is_some() || args.repeats.is_some() || args.record;
+    let asked = |task: &TaskName| match task {
+        TaskName::Harvest => true,
+        // Figures of one machine at a time: they have no parts.
+        TaskName::Scaling if is_part(args) => false,
+        _ => !of_harvest,
+    };
+    TaskName::ALL.into_iter().filter(asked).collect()
+}
+
+fn is_part(args: &Args) -> bool {
+    args.shard.is_some_and(|shard| !shard.is_whole())
+}
+
+/// An option of a task that is not run would change nothing: better told than ignored.
+fn check_options(args: &Args) -> Result<(), String> {
+    use TaskName::{Gentle, Harvest, ReachAndGrasp, Scaling};
+    let options: [(&str, bool, &[TaskName], &str); 6] = [
+        ("--horizon", args.horizon.is_some(), &[Harvest], "the task harvest"),
+        ("--conditions", args.conditions.is_some(), &[Harvest], "the task harvest"),
+        ("--repeats", args.repeats.is_some(), &[Harvest], "the task harvest"),
+        ("--record", args.record, &[Harvest], "the task harvest"),
+        (
+            "--controller",
+            args.scenario.controller().is_some(),
+            &[Harvest, ReachAndGrasp, Gentle],
+            "the tasks harvest, reach-and-grasp and gentle",
+        ),
+        ("--backend", args.backend.is_some(), &[Scaling], "the task scaling"),
+    ];
+    let run = tasks(args);
+    for (option, given, tasks, names) in options {
+        if given && !tasks.iter().any(|task| run.contains(task)) {
+            return Err(format!("{option} is for {names}, which --tasks does not name"));
+        }
+    }
+    if is_part(args) && run.contains(&Scaling) {
+        return Err("--shard: the task scaling has no parts; run it alone".to_owned());
+    }
+    Ok(())
+}
+
+fn profile<'a>(args: &Args, protocol: &'a Protocol) -> &'a Profile {
+    match args.profile {
+        ProfileName::Quick => &protocol.quick,
+        ProfileName::Full => &protocol.full,
+    }
+}
+
+fn trees(args: &Args, protocol: &Protocol) -> Result<TreeExtent, String> {
+    let profile = profile(args, protocol);
+    let seeds = match &args.seeds {
+        Some(seeds) => seeds.resolve(protocol),
+        None => protocol.tuning_seeds.iter().copied().take(profile.seeds.get() as usize).collect(),
+    };
+    let of_seed = match args.seeds {
+        Some(Seeds::V1) => &protocol.seed_sets.v1.trees,
+        _ => &profile.trees,
+    };
+    let trees = args.trees.unwrap_or_else(|| of_seed.get());
+    let trees = of_seed.with_value(trees).map_err(|e| format!("--trees: {e}"))?.get();
+    Ok(TreeExtent { profile: args.profile.name().to_owned(), seeds, trees })
+}
+
+fn extent(args: &Args, harvest: &Harvest, trees: &TreeExtent) -> Result<Extent, String> {
+    let protocol = harvest.protocol();
+    let profile = profile(args, protocol);
+    let names = args.conditions.as_ref().unwrap_or(&profile.conditions);
+    let chosen = harvest.matrix().choose(names).map_err(|e| format!("--conditions: {e}"))?;
+    let conditions: Vec<String> = chosen.iter().map(|condition| condition.name.clone()).collect();
+    if args.repeats.is_some() && !conditions.iter().any(|name| name == NOMINAL) {
+        return Err("--repeats: these are of the nominal condition, which --conditions does not name".into());
+    }
+    if args.horizon.is_some() && conditions.iter().all(|name| name == EXHAUSTION) {
+        return Err(format!("--horizon: {EXHAUSTION} has one of its own, and no other condition is run"));
+    }
+    let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
+    let horizon = profile.horizon.with_value(horizon).map_err(|e| format!("--horizon: {e}"))?;
+    let official = &protocol.seed_sets.v1.repeats;
+    let repeats = args.repeats.unwrap_or(if args.seeds == Some(Seeds::V1) { official.get() } else { 1 });
+    let repeats = official.with_value(repeats).map_err(|e| format!("--repeats: {e}"))?.get();
+    let TreeExtent { profile, seeds, trees } = trees.clone();
+    Ok(Extent { profile, conditions, seeds, trees, repeats, horizon_s: horizon.si() })
+}
+
+#[cfg(test)]
+#[path = "plans_tests.rs"]
+mod tests;

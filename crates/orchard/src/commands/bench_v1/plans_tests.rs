@@ -1,0 +1,157 @@
+use super::*;
+use crate::program::Program;
+use orchard_perception::DetectorConfig;
+use orchard_robot::RobotModel;
+
+#[derive(clap::Parser)]
+struct Line {
+    #[command(flatten)]
+    args: Args,
+}
+
+fn args(line: &[&str]) -> Args {
+    let line = [&["bench-v1"], line].concat();
+    <Line as clap::Parser>::try_parse_from(line).unwrap_or_else(|e| panic!("{e}")).args
+}
+
+fn plans_of(line: &[&str]) -> Result<Vec<TaskPlan>, String> {
+    let bad = |e| match e {
+        Failure::BadInput(e) => e,
+        other => panic!("{other}"),
+    };
+    let args = args(line);
+    let scenario = args.scenario.resolve(&Program::new()).map_err(bad)?;
+    plans(&args, &scenario).map_err(bad)
+}
+
+fn extent_of(line: &[&str]) -> Extent {
+    match plans_of(line).unwrap().remove(0) {
+        TaskPlan::Harvest { extent, .. } => extent,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_run_is_all_tasks_unless_told_otherwise() {
+    let tasks =
+        |line: &[&str]| -> Vec<&'static str> { plans_of(line).unwrap().iter().map(TaskPlan::task).collect() };
+    assert_eq!(tasks(&[]), ["harvest", "detect", "reach-and-grasp", "gentle", "scaling"]);
+    assert_eq!(tasks(&["--shard", "1/2"]), ["harvest", "detect", "reach-and-grasp", "gentle"]);
+    let e = plans_of(&["--shard", "1/2", "--tasks", "scaling"]).unwrap_err();
+    assert_eq!(e, "--shard: the task scaling has no parts; run it alone");
+    assert_eq!(tasks(&["--tasks", "gentle,harvest"]), ["harvest", "gentle"]);
+    assert_eq!(tasks(&["--conditions", "nominal"]), ["harvest"]);
+    assert_eq!(tasks(&["--camera", "ideal", "--preset", "v-trellis"]).len(), 5);
+    assert_eq!(tasks(&["--camera", "ideal", "--horizon", "3"]), ["harvest"]);
+}
+
+#[test]
+fn a_seed_set_brings_its_trees_and_repeats() {
+    let protocol = Protocol::paper();
+    let of = |line: &[&str]| {
+        let extent = extent_of(line);
+        (extent.seeds, extent.trees, extent.repeats)
+    };
+    assert_eq!(of(&[]), (vec![20250704], 6, 1));
+    assert_eq!(of(&["--seeds", "v1"]), (protocol.v1_seeds(), 6, 3));
+    assert_eq!(of(&["--seeds", "tuning", "--repeats", "2"]), (protocol.tuning_seeds.clone(), 6, 2));
+    assert_eq!(of(&["--seeds", "v1", "--trees", "1", "--repeats", "1"]), (protocol.v1_seeds(), 1, 1));
+    for (line, option) in [(["--repeats", "0"], "--repeats: "), (["--trees", "0"], "--trees: ")] {
+        let problem = plans_of(&line).unwrap_err();
+        assert!(problem.starts_with(option), "{problem}");
+    }
+}
+
+#[test]
+fn conditions_and_sweeps_by_name() {
+    let conditions = |line: &[&str]| extent_of(line).conditions;
+    assert_eq!(conditions(&[]).len(), 10);
+    assert_eq!(
+        conditions(&["--conditions", "terrain-0.2,fruit"]),
+        ["nominal", "fruit-20", "fruit-60", "terrain-0.2"]
+    );
+    let refused = |line: &[&str]| plans_of(line).unwrap_err();
+    let e = refused(&["--conditions", "windy"]);
+    assert!(
+        e.starts_with("--conditions: windy is neither a condition nor a sweep; there are foliage,"),
+        "{e}"
+    );
+    assert!(
+        refused(&["--conditions", "fruit-20", "--repeats", "2"])
+            .starts_with("--repeats: these are of the nominal")
+    );
+    assert!(
+        refused(&["--conditions", "exhaustion", "--horizon", "2"])
+            .starts_with("--horizon: exhaustion has one")
+    );
+    assert!(refused(&["--horizon", "-1"]).starts_with("--horizon: "));
+}
+
+#[test]
+fn options_of_tasks_that_are_not_run() {
+    let refused = |line: &[&str]| plans_of(line).unwrap_err();
+    assert!(refused(&["--tasks", "detect", "--conditions", "nominal"]).starts_with("--conditions is for"));
+    assert!(refused(&["--tasks", "detect", "--controller", "expert"]).starts_with("--controller is for"));
+    assert_eq!(
+        refused(&["--controller", "nobody"]),
+        "--controller: no controller 'nobody'; the controllers are: baseline, expert"
+    );
+}
+
+#[test]
+fn the_backend_is_of_the_scaling_task() {
+    let backend = |line: &[&str]| match plans_of(line).unwrap().pop() {
+        Some(TaskPlan::Scaling { backend, .. }) => backend.name(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(backend(&["--tasks", "scaling"]), "cpu");
+    assert_eq!(backend(&["--tasks", "scaling", "--backend", "gpu"]), "gpu");
+    // The other tasks are run as ever.
+    assert_eq!(backend(&["--backend", "gpu"]), "gpu");
+    assert_eq!(plans_of(&["--backend", "gpu"]).unwrap().len(), 5);
+    assert_eq!(
+        plans_of(&["--tasks", "detect", "--backend", "gpu"]).unwrap_err(),
+        "--backend is for the task scaling, which --tasks does not name"
+    );
+    let line = ["bench-v1", "--backend", "tpu"];
+    let e = <Line as clap::Parser>::try_parse_from(line).err().unwrap().to_string();
+    assert!(e.contains("'tpu'") && e.contains("--backend") && e.contains("there are cpu and gpu"), "{e}");
+}
+
+#[test]
+fn plans_in_common_use_have_folders_of_their_own() {
+    let out = |line: &[&str]| default_out(&args(line)).display().to_string();
+    assert_eq!(out(&[]), "results/bench-v1-quick");
+    assert_eq!(out(&["--controller", "baseline"]), "results/bench-v1-quick");
+    assert_eq!(
+        out(&["--profile", "full", "--controller", "expert", "--seeds", "v1", "--conditions", "exhaustion"]),
+        "results/bench-v1-full-expert-v1-exhaustion"
+    );
+    assert_eq!(out(&["--shard", "2/8"]), "results/bench-v1-quick-2of8");
+    assert_eq!(
+        out(&["--preset", "tall-spindle", "--camera", "my/eye.toml", "--controller", "expert"]),
+        "results/bench-v1-quick-tall-spindle-eye-expert"
+    );
+}
+
+#[test]
+fn a_task_that_a_scenario_does_not_fit_says_why() {
+    let still = orchard_picker::custom("still", "1", |_: &RobotModel, _: &DetectorConfig| Still);
+    let scenario = Scenario::of(&[]).unwrap().with_controller(still);
+    let names: Vec<_> = plans(&args(&[]), &scenario).unwrap().iter().map(TaskPlan::task).collect();
+    assert_eq!(names, ["harvest", "detect", "scaling"]);
+    let e = plans(&args(&["--tasks", "gentle"]), &scenario).unwrap_err().to_string();
+    assert_eq!(e, "--tasks gentle: controller still takes no goals, which this task gives");
+}
+
+/// A controller that is never asked.
+struct Still;
+
+impl orchard_picker::Controller for Still {
+    fn act(&mut self, _: &orchard_robot::Observation) -> orchard_robot::Command {
+        unreachable!("plans are made and not run")
+    }
+    fn record(&self) -> &orchard_picker::Record {
+        unreachable!("plans are made and not run")
+    }
+}

@@ -1,0 +1,154 @@
+//! A task as the command runs it: checked, run, or merged from parts.
+
+use std::path::Path;
+
+use orchard_bench::compute::TaskCost;
+use orchard_bench::matrix::ConditionError;
+use orchard_bench::plan::PlanError;
+use orchard_bench::plan_file::TaskPlan;
+use orchard_bench::store::Store;
+use orchard_bench::task::{Task, finish, run_task};
+use orchard_bench::{MergeError, OtherPlan, Record, RunError, Session, merge};
+use orchard_scenario::Scenario;
+use serde::Serialize;
+
+use super::bar::{Bar, Shown};
+use super::{component, detect, harvest, scaling};
+use crate::failure::Failure;
+
+/// A task that can be run without knowing its records.
+pub trait AnyTask {
+    /// Checks that the folder takes the task's records.
+    fn check(&self, store: &Store) -> Result<(), OtherPlan>;
+    /// Runs a session's part of the task, and prints the report of a whole one.
+    fn run(&self, session: &Session<'_>) -> Result<(), Failure>;
+    /// Puts the parts in some folders together into another, and prints the report.
+    fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure>;
+}
+
+/// The task of a plan. Episodes of the harvest are recorded under the folder `record`, if there is one.
+pub fn of_plan(
+    plan: &TaskPlan,
+    scenario: &Scenario,
+    record: Option<&Path>,
+) -> Result<Box<dyn AnyTask>, Failure> {
+    Ok(match plan {
+        TaskPlan::Harvest { extent } => Box::new(harvest::Harvesting::new(scenario, extent, record)?),
+        TaskPlan::Detect { trees } => Box::new(detect::Detecting::new(scenario, trees)?),
+        TaskPlan::ReachAndGrasp { trees } => Box::new(component::Grasping::new(scenario, trees)?),
+        TaskPlan::Gentle { trees } => Box::new(component::Pushing::new(scenario, trees)?),
+        TaskPlan::Scaling { profile, backend } => {
+            Box::new(scaling::Timing::new(scenario, profile, *backend)?)
+        }
+    })
+}
+
+/// A task with what people are shown of it.
+pub trait PresentedTask {
+    /// Its records.
+    type Record: Record + Send;
+    /// What they sum up to.
+    type Summary: Serialize;
+    /// The task itself.
+    type Task<'a>: Task<Record = Self::Record, Summary = Self::Summary>
+    where
+        Self: 'a;
+
+    /// The task itself.
+    fn task(&self) -> Self::Task<'_>;
+    /// Steps of the longest record.
+    fn steps(&self) -> u64;
+    /// A record in one line.
+    fn shown(record: &Self::Record) -> Shown;
+    /// Tells a whole result, and writes its files but for the summary.
+    fn report(&self, summary: &Self::Summary, store: &Store) -> Result<(), Failure>;
+}
+
+impl<R: PresentedTask> AnyTask for R {
+    fn check(&self, store: &Store) -> Result<(), OtherPlan> {
+        store.check_plan::<R::Record>(&self.task().keys())
+    }
+
+    fn run(&self, session: &Session<'_>) -> Result<(), Failure> {
+        let (task, name, store) = (self.task(), R::Task::NAME, session.store);
+        let part = (0..task.keys().len()).filter(|place| session.shard.holds(*place)).count();
+        let bar = Bar::new(name, part, self.steps(), R::shown);
+        let result = run_task(&task, session, &bar);
+        bar.clear();
+        let result = ended(result)?;
+        match &result.summary {
+            Some(summary) => end(self, summary, store)?,
+            None => say!(
+                "part {} of {name}: {} records in {}; `orchard merge` puts the parts together",
+                session.shard,
+                result.records.len(),
+                store.path().display()
+            ),
+        }
+        say!("{}\n", spent(name, &result.cost, task.frame() > 0.0));
+        Ok(())
+    }
+
+    fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure> {
+        let task = self.task();
+        let merged = merge::<R::Record>(&task.keys(), from, into);
+        let records = merged.map_err(|e| match e {
+            MergeError::Missing(e) => Failure::BadInput(e.to_string()),
+            MergeError::Store(e) => Failure::Failed(e.to_string()),
+        })?;
+        let summary = finish(&task, &records, into).map_err(|e| Failure::Failed(e.to_string()))?;
+        end(self, &summary, into)
+    }
+}
+
+fn end<R: PresentedTask>(task: &R, summary: &R::Summary, store: &Store) -> Result<(), Failure> {
+    task.report(summary, store)?;
+    say!("results: {}", store.path().join(R::Task::SUMMARY).display());
+    Ok(())
+}
+
+/// What a task cost, in one line.
+fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
+    let rate = |rate: Option<f64>| rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.0}"));
+    format!(
+        "{task}: {:.0} s on {} threads; {} {} a second, {} on one thread; peak memory {} MiB",
+        cost.wall_s,
+        cost.threads,
+        rate(cost.env_steps_per_s),
+        if moves { "env-steps" } else { "images" },
+        rate(cost.step_rate_per_s),
+        rate(cost.peak_memory_mib)
+    )
+}
+
+/// A file of a task that cannot be written, as the command's end.
+pub fn unwritten(path: &Path, e: impl std::fmt::Display) -> Failure {
+    Failure::Failed(format!("{}: {e}", path.display()))
+}
+
+/// A run's end as the command's.
+fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
+    result.map_err(|e| match e {
+        RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        RunError::OtherPlan(e) => Failure::BadInput(format!("--out: {e}")),
+        e => Failure::Failed(e.to_string()),
+    })
+}
+
+impl From<orchard_quantity::ConfigError> for Failure {
+    fn from(e: orchard_quantity::ConfigError) -> Self {
+        Failure::BadInput(e.to_string())
+    }
+}
+
+impl From<PlanError> for Failure {
+    fn from(e: PlanError) -> Self {
+        Failure::BadInput(e.to_string())
+    }
+}
+
+impl From<ConditionError> for Failure {
+    fn from(e: ConditionError) -> Self {
+        Failure::BadInput(e.to_string())
+    }
+}

@@ -1,0 +1,179 @@
+//! `orchard dataset`: images of trees with the truth behind them.
+
+mod sheet;
+
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::dataset::{self, DatasetConfig, DatasetError, Done, Plan, Seeds};
+use orchard_exchange::intrinsics;
+use orchard_geometry::Intrinsics;
+use orchard_quantity::Quantity;
+
+use crate::args::{Part, ScenarioArgs};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::program::Program;
+
+/// Draws trees from all sides: colour, depth, labels, instances, fruit annotations and camera poses.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Files (docs/dataset.md tells all of them):\n  DIR/color, depth, label, instance   PNG images, one a view; depth in millimetres\n  \
+DIR/annotations.json                fruit, in the form of COCO, with visible fractions\n  \
+DIR/cameras.json                    intrinsics, and the pose of each view\n  \
+DIR/manifest.json                   what was asked for, classes, all files with SHA-256; written last\n  \
+DIR/contact_sheet.png               a look at some views\n\
+The same command gives the same bytes, for any number of threads.\n\
+Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\
+The light changes the colour images alone, and is no photometric model.\n\n\
+Examples:\n  orchard dataset --seeds 1..126 --views 8 --out data/apples\n  \
+orchard dataset --seeds 1..11 --preset randomised --sun-elevation 15 --out data/evening\n  \
+orchard dataset --seeds 1..11 --camera d435i --overcast 1 --out data/grey\n  \
+orchard dataset --seeds 1..11 --intrinsics camera.json --out data/mine"
+)]
+pub struct Args {
+    /// Seeds from A up to but without B; a tree each
+    #[arg(long, value_name = "A..B", allow_negative_numbers = true, value_parser = seeds)]
+    seeds: Seeds,
+    /// Trees a seed
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = count)]
+    trees: u32,
+    /// Views a tree, evenly about it
+    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = count)]
+    views: u32,
+    /// Folder that the files go into: a new one, or one that the same command left unfinished
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    scenario: ScenarioArgs,
+    /// Pinhole in place of the camera's: JSON with width, height, fx, fy, cx, cy, or as RealSense and ROS write it
+    #[arg(long, value_name = "FILE.json")]
+    intrinsics: Option<PathBuf>,
+    /// Bearing of the sun in degrees from the world's x axis, counter-clockwise from above [default: 228]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    sun_azimuth: Option<f64>,
+    /// Height of the sun over the horizon in degrees, 0 to 90; a low one is redder [default: 48]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    sun_elevation: Option<f64>,
+    /// Strength of the sun beside the sky, 0 to 4 [default: 1]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    sun_strength: Option<f64>,
+    /// Part of the sky that cloud covers, 0 to 1; at 1 nothing casts a shadow [default: 0]
+    #[arg(long, value_name = "PART", allow_negative_numbers = true)]
+    overcast: Option<f64>,
+    /// Depth of value 1 in the depth images, in millimetres; what is beyond 65535 of it reads 0 [default: 1]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    depth_unit: Option<f64>,
+    /// Samples a side of a pixel of the colour images, 1 to 8 [default: 2]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    supersampling: Option<u32>,
+    /// Threads [default: as many as the machine has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+}
+
+fn seeds(text: &str) -> Result<Seeds, String> {
+    let parsed = text.split_once("..").and_then(|(first, end)| {
+        Some(Seeds { first: first.trim().parse().ok()?, end: end.trim().parse().ok()? })
+    });
+    parsed.ok_or_else(|| format!("two whole numbers in [0, {}] are wanted, as in 1..126", u64::MAX))
+}
+
+fn count(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("the allowed range is the whole numbers [1, {}]", u32::MAX))
+}
+
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    let plan = plan(args, program)?;
+    let threads = args.threads.map_or_else(
+        || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        |threads| threads as usize,
+    );
+    let stop = interrupt::listen()?;
+    let bar = Bar::new(plan.recipe());
+    let result = dataset::run(&plan, &args.out, threads, stop, &bar);
+    bar.0.finish_and_clear();
+    let done = result.map_err(failure)?;
+    sheet::write(&args.out, &plan)?;
+    report(&done, &args.out, &plan);
+    Ok(())
+}
+
+fn failure(e: DatasetError) -> Failure {
+    match e {
+        DatasetError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        e if e.is_bad_input() => Failure::BadInput(e.to_string()),
+        e => Failure::Failed(e.to_string()),
+    }
+}
+
+fn plan(args: &Args, program: &Program) -> Result<Plan, Failure> {
+    let config = config(args).map_err(Failure::BadInput)?;
+    let intrinsics = args.intrinsics.as_deref().map(read_intrinsics).transpose()?;
+    let still = "a data set has no robot and no detections";
+    args.scenario.refuse(&[Part::Detector, Part::Controller], still)?;
+    let scenario = args.scenario.resolve(program)?;
+    Plan::new(&scenario, &config, intrinsics, args.seeds, args.trees, args.views).map_err(failure)
+}
+
+/// The config with what the options say.
+fn config(args: &Args) -> Result<DatasetConfig, String> {
+    let mut config = DatasetConfig::paper();
+    let set = |quantity: &mut Quantity, option: &str, value: Option<f64>| -> Result<(), String> {
+        if let Some(value) = value {
+            *quantity = quantity.with_value(value).map_err(|e| format!("--{option}: {e}"))?;
+        }
+        Ok(())
+    };
+    let light = &mut config.light;
+    set(&mut light.sun_azimuth, "sun-azimuth", args.sun_azimuth)?;
+    set(&mut light.sun_elevation, "sun-elevation", args.sun_elevation)?;
+    set(&mut light.sun_strength, "sun-strength", args.sun_strength)?;
+    set(&mut light.overcast, "overcast", args.overcast)?;
+    set(&mut config.depth_unit, "depth-unit", args.depth_unit)?;
+    if let Some(side) = args.supersampling {
+        let samples = config.supersampling.with_value(side);
+        config.supersampling = samples.map_err(|e| format!("--supersampling: {e}"))?;
+    }
+    Ok(config)
+}
+
+fn read_intrinsics(file: &Path) -> Result<Intrinsics, Failure> {
+    let bad = |problem: String| Failure::BadInput(format!("--intrinsics {}: {problem}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
+    intrinsics::read(&text).map_err(|e| bad(e.to_string()))
+}
+
+fn report(done: &Done, out: &Path, plan: &Plan) {
+    say!("{} trees, {} views, {} fruit seen", done.trees, done.images, done.annotations);
+    if done.unfit_depth_px > 0 {
+        let farthest = plan.recipe().depth_unit_m * f64::from(u16::MAX);
+        eprintln!(
+            "note: {} pixels are farther than {farthest:.3} m, or nearer than half a unit, and read 0 in the depth images",
+            done.unfit_depth_px
+        );
+    }
+    say!("data set: {}", out.join("manifest.json").display());
+}
+
+/// A progress bar on a terminal.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new(recipe: &dataset::Recipe) -> Self {
+        let dataset::Recipe { seeds, trees, views, .. } = recipe;
+        let bar = ProgressBar::new((seeds.end - seeds.first) * u64::from(*trees) * u64::from(*views));
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:30} {pos}/{len} views  {elapsed} (about {eta} left)")
+        {
+            bar.set_style(style);
+        }
+        Self(bar)
+    }
+}
+
+impl dataset::Progress for Bar {
+    fn views(&self, count: u64, _kept: bool) {
+        self.0.inc(count);
+    }
+}

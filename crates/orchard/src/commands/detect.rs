@@ -1,0 +1,128 @@
+//! `orchard detect`: the detector on a depth image in a file.
+
+mod input;
+mod overlay;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use orchard_bench::store::write_bytes;
+use orchard_perception::{Candidate, Detection, candidates};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::picture_file;
+
+/// Finds fruit in a depth image of any camera, simulated or real.
+#[derive(clap::Args)]
+#[command(
+    after_help = "The image is a grey PNG of 16 bits whose values times --unit are metres along the optical axis, 0 where\n\
+                  nothing was measured, as RealSense and ROS tools write it. Intrinsics are JSON: width, height, fx, fy,\n\
+                  cx, cy [px] (also ppx and ppy, or a ROS camera_info with K). Pixel (0, 0) is the middle of the first.\n\n\
+                  The result is JSON in metres and pixels; p_camera is the centre of a fruit with x right, y down and z\n\
+                  forward. Ground is left out where the camera's height over it is told; --up is the vertical in the\n\
+                  camera's axes, 0,-1,0 for a level camera. docs/computation/perception.md tells what each gate asks.\n\n\
+                  Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
+                  orchard detect --depth depth.png --intrinsics camera.json --config d435i --picture seen.png --all\n  \
+                  orchard detect --depth depth.png --intrinsics camera.json --camera-height 1.1 --up 0,-0.94,-0.34"
+)]
+pub struct Args {
+    #[command(flatten)]
+    input: input::InputArgs,
+    /// Also list the spheres that were refused, each with the first gate that refused it
+    #[arg(long)]
+    all: bool,
+    /// A picture to write: depth in false colour, bright is near, with circles round the fruit
+    #[arg(long, value_name = "FILE.png")]
+    picture: Option<PathBuf>,
+    /// The JSON to write; - is the terminal
+    #[arg(long, value_name = "FILE.json", default_value = "-")]
+    out: PathBuf,
+}
+
+/// What the command writes.
+#[derive(Debug, Serialize)]
+struct Report {
+    format: &'static str,
+    schema_version: u32,
+    /// The detector's config.
+    config: String,
+    detections: Vec<Sphere>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<Vec<Refused>>,
+}
+
+/// A sphere in metres and pixels.
+#[derive(Debug, Serialize)]
+struct Sphere {
+    p_camera: [f64; 3],
+    radius: f64,
+    rms: f64,
+    pixels: u32,
+    center_px: [f64; 2],
+}
+
+#[derive(Debug, Serialize)]
+struct Refused {
+    #[serde(flatten)]
+    sphere: Sphere,
+    gate: &'static str,
+}
+
+const FORMAT: &str = "orchard-detections";
+const SCHEMA_VERSION: u32 = 1;
+
+/// Reads, detects, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let to_terminal = args.out.as_os_str() == "-";
+    if !to_terminal {
+        picture_file::check_folder_of("--out", &args.out)?;
+    }
+    if let Some(picture) = &args.picture {
+        picture_file::check_folder_of("--picture", picture)?;
+    }
+    let input = args.input.read()?;
+    let found = candidates(&input.depth, &input.intrinsics, input.mask.as_ref(), &input.config)
+        .map_err(|e| Failure::BadInput(e.to_string()))?;
+    if let Some(file) = &args.picture {
+        let spheres: Vec<&Detection> =
+            found.iter().filter(|c| c.refused_by.is_none()).map(|c| &c.detection).collect();
+        picture_file::write(file, &overlay::picture(&input.depth, &input.intrinsics, &spheres))?;
+    }
+    let report = report(&found, args.input.config.clone(), args.all);
+    let text = serde_json::to_string_pretty(&report).context("cannot write the detections as JSON")? + "\n";
+    if to_terminal {
+        // Whoever reads may have enough before the end.
+        let _ = std::io::stdout().write_all(text.as_bytes());
+        return Ok(());
+    }
+    write_bytes(&args.out, text.as_bytes()).map_err(|e| Failure::BadInput(e.to_string()))
+}
+
+fn report(found: &[Candidate], config: String, all: bool) -> Report {
+    let accepted = found.iter().filter(|c| c.refused_by.is_none()).map(|c| sphere(&c.detection)).collect();
+    let refused = found
+        .iter()
+        .filter_map(|c| Some(Refused { sphere: sphere(&c.detection), gate: c.refused_by?.name() }));
+    Report {
+        format: FORMAT,
+        schema_version: SCHEMA_VERSION,
+        config,
+        detections: accepted,
+        refused: all.then(|| refused.collect()),
+    }
+}
+
+fn sphere(d: &Detection) -> Sphere {
+    Sphere {
+        p_camera: d.p_camera.into(),
+        radius: d.radius,
+        rms: d.rms,
+        pixels: d.pixels,
+        center_px: d.center_px.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

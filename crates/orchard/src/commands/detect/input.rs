@@ -1,0 +1,139 @@
+//! What the detector is given: files read and held against each other.
+
+use std::path::{Path, PathBuf};
+
+use orchard_exchange::{depth_png, intrinsics};
+use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
+use orchard_perception::{DetectorConfig, mask};
+
+use crate::failure::Failure;
+use orchard_scenario::Given;
+
+#[derive(clap::Args)]
+pub struct InputArgs {
+    /// The depth image: grey, 16 bits
+    #[arg(long, value_name = "IMAGE.png")]
+    pub depth: PathBuf,
+    /// The camera's pinhole intrinsics
+    #[arg(long, value_name = "FILE.json")]
+    pub intrinsics: PathBuf,
+    /// Depth of value 1 [m]
+    #[arg(long, value_name = "METRES", default_value_t = depth_png::MILLIMETRE, allow_negative_numbers = true)]
+    pub unit: f64,
+    /// Pixels to leave out, such as the robot's: grey of 1 or 8 bits, black is kept
+    #[arg(long, value_name = "MASK.png")]
+    pub mask: Option<PathBuf>,
+    /// Detector, or a file of figures that differ; `orchard detectors` lists them
+    #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml", default_value = "paper")]
+    pub config: String,
+    /// Height of the camera over level ground [m]: what is ground is left out
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    pub camera_height: Option<f64>,
+    /// The vertical in the camera's axes (x right, y down, z forward)
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,-1,0", allow_hyphen_values = true,
+          requires = "camera_height", value_parser = vertical)]
+    pub up: Vec3,
+}
+
+/// What was read.
+pub struct Input {
+    pub depth: DepthImage,
+    pub intrinsics: Intrinsics,
+    pub mask: Option<Image<bool>>,
+    pub config: DetectorConfig,
+}
+
+/// Units that depth can have [m]: from a nanometre to a metre.
+const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
+/// Heights that a camera can have [m].
+const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
+
+impl InputArgs {
+    /// Reads everything; what is wrong is told with its option, file, field and range.
+    pub fn read(&self) -> Result<Input, Failure> {
+        let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {
+            let (low, high) = (range.start(), range.end());
+            let bad =
+                || Failure::BadInput(format!("{option} {value}: the allowed range is [{low}, {high}] m"));
+            range.contains(&value).then_some(()).ok_or_else(bad)
+        };
+        within("--unit", self.unit, &UNITS)?;
+        if let Some(height) = self.camera_height {
+            within("--camera-height", height, &HEIGHTS)?;
+        }
+        let config = orchard_scenario::detector(&Given::new(&self.config, "--detector"))
+            .map_err(|e| Failure::BadInput(e.to_string()))?;
+        let text = String::from_utf8(bytes("--intrinsics", &self.intrinsics)?)
+            .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
+        let intrinsics = intrinsics::read(&text).map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
+        let depth = depth_png::read(&bytes("--depth", &self.depth)?, self.unit)
+            .map_err(|e| bad("--depth", &self.depth, e))?;
+        self.same_size("--depth", &self.depth, (depth.width(), depth.height()), &intrinsics)?;
+        let mask = self.read_mask(&depth, &intrinsics, &config)?;
+        Ok(Input { depth, intrinsics, mask, config })
+    }
+
+    fn read_mask(
+        &self,
+        depth: &DepthImage,
+        intrinsics: &Intrinsics,
+        config: &DetectorConfig,
+    ) -> Result<Option<Image<bool>>, Failure> {
+        let mut all = None;
+        if let Some(file) = &self.mask {
+            let mask = depth_png::read_mask(&bytes("--mask", file)?).map_err(|e| bad("--mask", file, e))?;
+            self.same_size("--mask", file, (mask.width(), mask.height()), intrinsics)?;
+            all = Some(mask);
+        }
+        if let Some(height) = self.camera_height {
+            let margin = config.mask.ground_margin.si();
+            let ground = mask::ground_mask(depth, intrinsics, &self.up, height, margin);
+            match &mut all {
+                Some(all) => mask::add(all, &ground),
+                None => all = Some(ground),
+            }
+        }
+        Ok(all)
+    }
+
+    fn same_size(
+        &self,
+        option: &str,
+        file: &Path,
+        (width, height): (usize, usize),
+        k: &Intrinsics,
+    ) -> Result<(), Failure> {
+        if (width, height) == (k.width, k.height) {
+            return Ok(());
+        }
+        let told = format!(
+            "is {width} x {height}, but --intrinsics {} is for {} x {}",
+            self.intrinsics.display(),
+            k.width,
+            k.height
+        );
+        Err(bad(option, file, told))
+    }
+}
+
+fn bytes(option: &str, file: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(file).map_err(|e| bad(option, file, e))
+}
+
+fn bad(option: &str, file: &Path, problem: impl std::fmt::Display) -> Failure {
+    Failure::BadInput(format!("{option} {}: {problem}", file.display()))
+}
+
+/// A direction of any length but zero as a unit vector.
+fn vertical(text: &str) -> Result<Vec3, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    let Ok(&[x, y, z]) = numbers.as_deref() else {
+        return Err("three numbers are needed, as in 0,-1,0".into());
+    };
+    let up = Vec3::new(x, y, z);
+    let length = up.norm();
+    if !(length.is_finite() && length > 0.0) {
+        return Err("the vertical must be finite and not zero".into());
+    }
+    Ok(up / length)
+}

@@ -1,0 +1,28 @@
+//! The picture of a depth image with what was found in it.
+
+use orchard_camera::picture::depth_picture_enlarged;
+use orchard_geometry::{DepthImage, Image, Intrinsics};
+use orchard_perception::Detection;
+
+use crate::commands::gallery::caption;
+
+/// Width that a picture has at least, unless the image is wider [px].
+const WIDTH: usize = 960;
+
+/// Height of the letters [px].
+const LETTERS: f64 = 13.0;
+
+/// Depth in false colour; round each fruit its outline, beside it its radius [mm].
+pub fn picture(depth: &DepthImage, k: &Intrinsics, detections: &[&Detection]) -> Image<[u8; 3]> {
+    let scale = (WIDTH / depth.width().max(1)).clamp(1, 8);
+    let circles: Vec<(f64, f64, f64)> =
+        detections.iter().map(|d| (d.center_px.0, d.center_px.1, k.fx * d.radius / d.p_camera.z)).collect();
+    let mut picture = depth_picture_enlarged(depth, &circles, scale);
+    for (d, (u, v, radius)) in detections.iter().zip(circles) {
+        let text = format!("{:.0}", 1e3 * d.radius);
+        let (left, top) = ((u + radius + 0.5) * scale as f64 + 2.0, (v + 0.5) * scale as f64);
+        let top = top - 0.5 * LETTERS;
+        caption::write_label(&mut picture, &text, left as i32, top as i32);
+    }
+    picture
+}

@@ -1,0 +1,133 @@
+//! `orchard explain`: the story of an episode of the benchmark, and a strip of pictures an attempt.
+
+pub mod input;
+mod marks;
+pub mod replay;
+mod story;
+pub mod strip;
+mod touch;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord};
+use rayon::prelude::*;
+
+use crate::args::ScenarioArgs;
+use crate::failure::Failure;
+use crate::picture_file;
+use crate::program::Program;
+
+/// Tells what happened in an episode of the benchmark, and draws every attempt.
+#[derive(clap::Args)]
+#[command(
+    after_help = "The episode is simulated again from its record: seed, tree and controller. The story is told from the record, and\n\
+                  the causes of snaps and falls from the contacts of the second run, which must agree with the record.\n\n\
+                  A strip holds the attempt's moments from left to right: state changes, and what befell fruit and wood. Above, the view\n\
+                  from outside (leaves in the foreground are left out); below, what the wrist camera looks at. A green circle is the\n\
+                  true fruit, an orange one what is knocked off or snaps, a cross the target as the controller believes it,\n\
+                  dots are the detections of the last image.\n\n\
+                  The scenario is that of the plan.json of the record's folder; give the scenario's options where there is none.\n\
+                  A record tells only of the code that wrote it: after a change of the code run bench-v1 again.\n\
+                  Exit code 1: the second run differs from the record. Exit code 2: no record of an episode, or of other code.\n\n\
+                  Examples:\n  orchard explain results/bench-v1-quick/episodes/baseline-nominal-20250704-000.json\n  \
+                  orchard explain EPISODE.json --failed --out strips\n  orchard explain EPISODE.json --attempt 3"
+)]
+pub struct Args {
+    /// The episode's record, from the folder episodes of a result
+    #[arg(value_name = "EPISODE.json")]
+    episode: PathBuf,
+    /// This attempt only
+    #[arg(long, value_name = "N", conflicts_with = "failed")]
+    attempt: Option<u32>,
+    /// Failed attempts only
+    #[arg(long)]
+    failed: bool,
+    /// Folder for the strips [default: that of the record, under the record's name]
+    #[arg(long, value_name = "DIR", conflicts_with = "text")]
+    out: Option<PathBuf>,
+    /// The story only, no strips
+    #[arg(long)]
+    text: bool,
+    #[command(flatten)]
+    scenario: ScenarioArgs,
+}
+
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    let input = input::read(&args.episode, &args.scenario, program)?;
+    let record = &input.record;
+    let chosen = chosen(args, record).map_err(Failure::BadInput)?;
+    let out = args.out.clone().unwrap_or_else(|| args.episode.with_extension(""));
+    if !args.text {
+        std::fs::create_dir_all(&out)
+            .map_err(|e| Failure::BadInput(format!("--out {}: {e}", out.display())))?;
+    }
+    let moments: Vec<Vec<strip::Moment>> =
+        if args.text { Vec::new() } else { chosen.iter().map(|a| strip::moments(record, a)).collect() };
+    let mut frames: Vec<u32> = moments.iter().flatten().map(|moment| moment.frame).collect();
+    frames.sort_unstable();
+    frames.dedup();
+
+    let replay = replay::replay(&input, &frames)?;
+    say!("{}", story::head(record));
+    for attempt in &chosen {
+        say!("\n{}", story::attempt(record, attempt, &replay.causes).trim_end());
+    }
+    say!("\n{}", story::tail(record, &replay.causes).trim_end());
+    let difference = replay::difference(record, &replay.record);
+    match &difference {
+        None => say!("the second run agrees with the record in every event and figure"),
+        Some(difference) => say!("THE SECOND RUN DIFFERS FROM THE RECORD: {difference}"),
+    }
+    if !args.text {
+        draw(record, &chosen, &moments, &replay, &out)?;
+        say!("strips: {}", out.display());
+    }
+    difference.map_or(Ok(()), |difference| {
+        Err(Failure::Failed(format!("the second run differs from the record: {difference}")))
+    })
+}
+
+/// Attempts that the command line asks for.
+fn chosen<'a>(args: &Args, record: &'a EpisodeRecord) -> Result<Vec<&'a AttemptRecord>, String> {
+    let attempts = &record.attempts;
+    let Some(id) = args.attempt else {
+        let wanted = |a: &&AttemptRecord| !args.failed || a.outcome == AttemptOutcome::Failed;
+        return Ok(attempts.iter().filter(wanted).collect());
+    };
+    match attempts.get(id as usize) {
+        Some(attempt) => Ok(vec![attempt]),
+        None if attempts.is_empty() => Err(format!("--attempt {id}: the episode has no attempts")),
+        None => Err(format!("--attempt {id}: the allowed range is [0, {}]", attempts.len() - 1)),
+    }
+}
+
+/// Draws the strips, several at once.
+fn draw(
+    record: &EpisodeRecord,
+    chosen: &[&AttemptRecord],
+    moments: &[Vec<strip::Moment>],
+    replay: &replay::Replay,
+    out: &Path,
+) -> Result<(), Failure> {
+    let bar = ProgressBar::new(chosen.len() as u64).with_style(
+        ProgressStyle::with_template("{bar:30} {pos}/{len} strips")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    let drawn = AtomicU64::new(0);
+    let strips: Vec<(&AttemptRecord, &Vec<strip::Moment>)> = chosen.iter().copied().zip(moments).collect();
+    strips.par_iter().try_for_each(|(attempt, moments)| {
+        let sheet = strip::draw(record, attempt, moments, &replay.shots);
+        let end = attempt.failure_reason.as_deref().unwrap_or("placed");
+        let written = picture_file::write(&out.join(format!("attempt-{:03}-{end}.png", attempt.id)), &sheet);
+        bar.set_position(drawn.fetch_add(1, Ordering::Relaxed) + 1);
+        written
+    })?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "explain/tests.rs"]
+mod tests;

@@ -1,0 +1,110 @@
+//! Reading an episode's record, and why it cannot be told.
+
+use std::path::Path;
+
+use orchard_bench::episode::{CODE_VERSION, EpisodeRecord, SCHEMA_VERSION};
+use orchard_bench::harvest::Harvest;
+use orchard_bench::plan_file::PlanFile;
+use orchard_bench::store::Store;
+use orchard_scenario::{Options, Scenario, ScenarioError};
+use serde::Deserialize;
+
+use crate::args::ScenarioArgs;
+use crate::failure::Failure;
+use crate::program::Program;
+
+/// A record of this code, with what made it.
+pub struct Input {
+    /// The record.
+    pub record: EpisodeRecord,
+    /// Its worlds and controller.
+    pub harvest: Harvest,
+}
+
+/// What every version of a record has.
+#[derive(Deserialize)]
+struct Head {
+    schema_version: u32,
+    code_version: String,
+}
+
+/// Reads the record of an episode of this very code. The scenario is the options', or else the one that the result folder keeps, or else
+/// the one that the record names.
+pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<Input, Failure> {
+    let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
+    let record = of_text(&text, CODE_VERSION).map_err(bad)?;
+    let options = scenario.options()?;
+    let scenario = if options.is_empty() {
+        of_result(file, &record, program)
+    } else {
+        Scenario::resolve(&options, program.controllers())
+    };
+    let harvest = Harvest::new(scenario.map_err(|e| bad(e.to_string()))?)?;
+    let (own, key) = (harvest.config_hash(), &record.key);
+    if own != key.config_hash {
+        return Err(bad(format!(
+            "config_hash: {} is not that of this scenario and code, {own}",
+            key.config_hash
+        )));
+    }
+    Ok(Input { record, harvest })
+}
+
+/// The scenario of a record: stored in the plan of its result folder, or found by its names.
+fn of_result(file: &Path, record: &EpisodeRecord, program: &Program) -> Result<Scenario, ScenarioError> {
+    let folder = file.parent().and_then(Path::parent);
+    let stored = folder
+        .filter(|folder| folder.join(PlanFile::FILE).is_file())
+        .and_then(|folder| Store::open(folder).ok())
+        .and_then(|store| PlanFile::scenario_of(&store, "harvest").ok());
+    match stored {
+        Some(stored) if stored.names == record.key.scenario => {
+            Scenario::from_stored(&stored, program.controllers(), PlanFile::FILE)
+        }
+        _ => Scenario::resolve(&Options::of_names(&record.key.scenario)?, program.controllers()),
+    }
+}
+
+fn of_text(text: &str, code_version: &str) -> Result<EpisodeRecord, String> {
+    let head: Head =
+        serde_json::from_str(text).map_err(|e| format!("is no record of an episode of bench-v1: {e}"))?;
+    if head.schema_version != SCHEMA_VERSION {
+        return Err(format!(
+            "has schema version {}, this code reads {SCHEMA_VERSION}: run bench-v1 again",
+            head.schema_version
+        ));
+    }
+    if head.code_version != code_version {
+        return Err(format!(
+            "was written by code version {}, this is {code_version}, which may act otherwise: run bench-v1 again",
+            head.code_version
+        ));
+    }
+    serde_json::from_str(text).map_err(|e| format!("is no record of an episode of bench-v1: {e}"))
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+
+    /// Why a text is refused.
+    pub fn refused(text: &str) -> String {
+        match of_text(text, CODE_VERSION) {
+            Ok(_) => panic!("accepted"),
+            Err(problem) => problem,
+        }
+    }
+
+    #[test]
+    fn what_is_no_record_is_refused() {
+        for text in ["", "{}", "[1, 2]", "{\"schema_version\": 2}", "PNG"] {
+            assert!(refused(text).starts_with("is no record of an episode"), "{text}");
+        }
+        let head =
+            |schema: u32, code: &str| format!(r#"{{"schema_version": {schema}, "code_version": "{code}"}}"#);
+        assert!(refused(&head(1, "x")).starts_with("has schema version 1, this code reads"));
+        assert!(refused(&head(SCHEMA_VERSION, "x")).starts_with("was written by code version x, this is"));
+        assert!(refused(&head(SCHEMA_VERSION, CODE_VERSION)).starts_with("is no record of an episode"));
+    }
+}

@@ -1,0 +1,251 @@
+//! The episode once more: pictures of the moments asked for, and causes of what happened.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::episode::EpisodeRecord;
+use orchard_bench::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit, WorldEvent,
+};
+use orchard_bench::{WorldFactory, run_episode};
+use orchard_geometry::{Pose, Vec3, inverse_transform};
+use orchard_robot::{Command, Observation};
+use orchard_world::World;
+
+use super::input::Input;
+use super::touch::TouchMemory;
+use crate::failure::Failure;
+
+/// What the second run told.
+pub struct Replay {
+    /// Its record.
+    pub record: EpisodeRecord,
+    /// The moments asked for, in the order of time.
+    pub shots: Vec<Shot>,
+    /// What the contacts explain, in the order of time.
+    pub causes: Vec<Cause>,
+}
+
+/// A world at one moment.
+pub struct Shot {
+    /// Frame.
+    pub frame: u32,
+    /// The world.
+    pub world: World,
+    /// Detections of the last image [m, odom].
+    pub p_odom_detected: Vec<Vec3>,
+}
+
+/// The likely cause of an event.
+pub struct Cause {
+    /// What happened.
+    pub of: Happened,
+    /// Frame.
+    pub frame: u32,
+    /// What the robot did to it in the half second before.
+    pub text: String,
+}
+
+/// What has a cause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Happened {
+    /// The end of an attempt, at a target fruit if there was one.
+    End {
+        /// Attempt.
+        attempt: u32,
+        /// Its target.
+        fruit: Option<u32>,
+    },
+    /// A branch at the base of a segment.
+    Branch(u32),
+    /// A fruit off its stem.
+    Stem(u32),
+}
+
+/// Simulates the episode of a record again and keeps the world at some frames, which ascend.
+pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
+    let key = input.record.key.clone();
+    let plan_frame = input.harvest.frame();
+    let (world, controller) = match input.harvest.build(&key) {
+        Ok(built) => built,
+        Err(reason) => return Err(Failure::Failed(format!("the world cannot be built: {reason}"))),
+    };
+    let detected = Rc::new(RefCell::new(Vec::new()));
+    let mut watched = Watched {
+        world,
+        frames: frames.to_vec(),
+        shots: Vec::new(),
+        causes: Vec::new(),
+        memory: TouchMemory::default(),
+        ends: input.record.attempts.iter().map(|a| (a.end_frame, a.id, a.fruit)).collect(),
+        detected: detected.clone(),
+    };
+    watched.keep();
+    let mut controller = Overheard { controller, detected };
+    let bar = ProgressBar::new(u64::from(input.record.frames)).with_style(
+        ProgressStyle::with_template("{bar:30} {percent:>3} %  second run (about {eta} left)")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    let (protocol, never) = (input.harvest.protocol().clone(), AtomicBool::new(false));
+    let mut on_frame = || bar.inc(1);
+    let record =
+        run_episode(key, &mut watched, &mut controller, &protocol, plan_frame, &never, &mut on_frame);
+    bar.finish_and_clear();
+    let record = record.ok_or_else(|| Failure::Failed("the second run did not end".to_owned()))?;
+    Ok(Replay { record, shots: watched.shots, causes: watched.causes })
+}
+
+/// The first difference between the record and the second run, if any.
+pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<String> {
+    if record == again {
+        return None;
+    }
+    let first = |what: &str, differs: bool| differs.then(|| format!("{what} differ"));
+    first("frames or outcome", (record.frames, &record.outcome) != (again.frames, &again.outcome))
+        .or_else(|| first("branches snapped", record.branches_snapped != again.branches_snapped))
+        .or_else(|| first("fruit detached", record.fruit_detached != again.fruit_detached))
+        .or_else(|| first("fruit deposited", record.fruit_deposited != again.fruit_deposited))
+        .or_else(|| first("fruit dropped", record.fruit_dropped != again.fruit_dropped))
+        .or_else(|| {
+            let pairs = record.attempts.iter().zip(&again.attempts);
+            let attempt = pairs.clone().position(|(a, b)| a != b);
+            attempt.map(|id| format!("attempt {id} differs"))
+        })
+        .or_else(|| first("numbers of attempts", record.attempts.len() != again.attempts.len()))
+        .or_else(|| Some("fruit, zones, detections or forces differ".to_owned()))
+}
+
+/// A world that is looked at on the way.
+struct Watched {
+    world: World,
+    frames: Vec<u32>,
+    shots: Vec<Shot>,
+    causes: Vec<Cause>,
+    memory: TouchMemory,
+    /// Ends of attempts: frame, attempt, target fruit.
+    ends: Vec<(u32, u32, Option<u32>)>,
+    detected: Rc<RefCell<Vec<Vec3>>>,
+}
+
+impl Watched {
+    /// Keeps the present moment if it is asked for.
+    fn keep(&mut self) {
+        let frame = self.world.frame();
+        if self.frames.binary_search(&frame).is_ok() {
+            let p_odom_detected = self.detected.borrow().clone();
+            self.shots.push(Shot { frame, world: self.world.clone(), p_odom_detected });
+        }
+    }
+}
+
+impl Watched {
+    /// Notes what pressed on the robot when an attempt ended, and where its fruit was.
+    fn explain_end(&mut self) {
+        let frame = self.world.frame();
+        for &(_, attempt, fruit) in self.ends.iter().filter(|end| end.0 == frame) {
+            let mut text = self.memory.on_robot();
+            let truth = self.world.fruit_truth();
+            if let Some(fruit) = fruit.and_then(|id| truth.get(id as usize)) {
+                // Of the hand's frame, z is the approach and y the way of the fingers.
+                let x_world_tcp = self.world.handle().x_world_tcp(self.world.data());
+                let p = inverse_transform(&x_world_tcp, &fruit.p_world) * 1e3;
+                text += &format!(
+                    "; from the point between the fingers the fruit is {:.0} mm ahead, {:.0} mm along and {:.0} mm across the fingers' way",
+                    p.z, p.y, p.x
+                );
+            }
+            self.causes.push(Cause { of: Happened::End { attempt, fruit }, frame, text });
+        }
+    }
+}
+
+impl BenchWorld for Watched {
+    fn observe(&mut self) -> Observation {
+        self.world.observe()
+    }
+
+    fn step(&mut self, command: &Command) {
+        self.world.step(command);
+        self.memory.note(&self.world);
+        self.keep();
+        self.explain_end();
+    }
+
+    fn drain_events(&mut self) -> Vec<WorldEvent> {
+        let events = BenchWorld::drain_events(&mut self.world);
+        let frame = self.world.frame();
+        for event in &events {
+            let (of, text) = match *event {
+                WorldEvent::BranchSnapped { segment } => {
+                    (Happened::Branch(segment), self.memory.on_limb(&self.world, segment as usize))
+                }
+                WorldEvent::FruitDetached { fruit, .. } => {
+                    (Happened::Stem(fruit), self.memory.on_fruit(&self.world, fruit as usize))
+                }
+                _ => continue,
+            };
+            self.causes.push(Cause { of, frame, text });
+        }
+        events
+    }
+
+    fn fruit(&self) -> Vec<FruitTruth> {
+        self.world.fruit_truth()
+    }
+
+    fn visible_fruit(&self) -> Vec<VisibleFruit> {
+        self.world.visible_fruit()
+    }
+
+    fn x_world_odom(&self) -> Pose {
+        self.world.x_world_odom()
+    }
+
+    fn reachable(&self) -> Vec<bool> {
+        self.world.reachable()
+    }
+
+    fn reachable_ik_count(&self) -> Option<u32> {
+        BenchWorld::reachable_ik_count(&self.world)
+    }
+
+    fn peak_stem_pull(&self) -> f64 {
+        self.world.peak_stem_pull()
+    }
+
+    fn hand_forces(&self) -> HandForces {
+        self.world.hand_forces()
+    }
+
+    fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
+        BenchWorld::fruit_bruise(&self.world, fruit)
+    }
+
+    fn quarantine(&self) -> Option<String> {
+        self.world.quarantine()
+    }
+}
+
+/// A controller whose detections are overheard.
+struct Overheard<C> {
+    controller: C,
+    detected: Rc<RefCell<Vec<Vec3>>>,
+}
+
+impl<C: BenchController> BenchController for Overheard<C> {
+    fn act(&mut self, observation: &Observation) -> Command {
+        self.controller.act(observation)
+    }
+
+    fn drain_log(&mut self) -> Vec<ControllerEvent> {
+        let log = self.controller.drain_log();
+        for event in &log {
+            if let ControllerEvent::Detected { p_odom, .. } = event {
+                self.detected.borrow_mut().clone_from(p_odom);
+            }
+        }
+        log
+    }
+}

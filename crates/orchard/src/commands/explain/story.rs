@@ -1,0 +1,216 @@
+//! An episode in plain words.
+
+use orchard_bench::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
+
+use super::replay::{Cause, Happened};
+
+/// What the episode was and how it ended.
+pub fn head(record: &EpisodeRecord) -> String {
+    let key = &record.key;
+    let ended = match &record.outcome {
+        Outcome::BudgetSpent => "the time was over".to_owned(),
+        Outcome::AllReachablePicked => "no reachable fruit was left".to_owned(),
+        Outcome::Stalled => "the robot stood still for too long".to_owned(),
+        Outcome::Quarantined { reason } => format!("the world was quarantined: {reason}"),
+    };
+    let repeat = if key.repeat > 0 { format!(", repeat {}", key.repeat) } else { String::new() };
+    format!(
+        "{} on tree {} of seed {}{repeat}, {}, {:.1} s: {ended}\n\
+         {} fruit, {} reachable; {} attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped",
+        key.scenario.controller,
+        key.world,
+        key.seed,
+        key.condition,
+        record.duration_s,
+        record.fruit_total,
+        record.reachable_count,
+        record.attempts.len(),
+        record.placed().count(),
+        record.deposited().count(),
+        record.dropped().count(),
+        record.fruit_knocked_off.len(),
+        record.branches_snapped.len(),
+    )
+}
+
+/// One attempt: its head, what happened when, and its forces.
+pub fn attempt(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> String {
+    let mut text = format!(
+        "attempt {}, {:.1} to {:.1} s: {}\n  {}\n",
+        attempt.id,
+        attempt.start_time,
+        attempt.end_time,
+        verdict(attempt),
+        target(record, attempt)
+    );
+    for (time, line) in lines(record, attempt, causes) {
+        text += &format!("  {time:6.2} s  {line}\n");
+    }
+    let newton = |force: Option<f64>| force.map_or_else(|| "-".to_owned(), |n| format!("{n:.0} N"));
+    let estimate = attempt.belief.pull_n;
+    text += &format!(
+        "  largest forces: stem {}, finger {}, wrist {}; the controller estimated a pull of {}\n",
+        newton(attempt.max_stem_pull_n),
+        newton(attempt.max_finger_force_n),
+        newton(attempt.max_wrist_force_n),
+        newton(estimate)
+    );
+    text
+}
+
+/// How an attempt ended in truth and in belief.
+pub fn verdict(attempt: &AttemptRecord) -> String {
+    let truth = match &attempt.failure_reason {
+        None => format!("PLACED in {:.1} s", attempt.cycle_time.unwrap_or(0.0)),
+        Some(reason) => format!("FAILED, {}", words(reason)),
+    };
+    match &attempt.belief.end {
+        None => format!("{truth} (the controller had not ended it)"),
+        Some(end) => format!("{truth} (the controller believes: {})", words(end)),
+    }
+}
+
+fn target(record: &EpisodeRecord, attempt: &AttemptRecord) -> String {
+    let [x, y, z] = attempt.p_odom_target;
+    let belief = &attempt.belief;
+    let believed = format!("target ({x:.2}, {y:.2}, {z:.2}) m odom, radius {:.0} mm", 1e3 * belief.radius_m);
+    let zone = attempt.zone.map_or_else(String::new, |zone| format!("; zone {}", words(&name(&zone))));
+    let nearest = belief.nearest_fruit.zip(belief.nearest_distance_m);
+    let truth = match (attempt.fruit, nearest) {
+        (Some(fruit), _) => {
+            let radius = record.fruit.get(fruit as usize).map_or(0.0, |f| f.radius);
+            let off = nearest.filter(|(id, _)| *id == fruit).map_or(0.0, |(_, distance)| distance);
+            let reachable = record.reachable.contains(&fruit);
+            format!(
+                "is fruit {fruit}, radius {:.0} mm, {:.0} mm off{}",
+                1e3 * radius,
+                1e3 * off,
+                if reachable { "" } else { ", out of reach" }
+            )
+        }
+        (None, Some((id, distance))) => {
+            format!("is NO FRUIT: the nearest, {id}, hangs {:.0} mm off", 1e3 * distance)
+        }
+        (None, None) => "is NO FRUIT: none hangs any more".to_owned(),
+    };
+    format!("{believed}: {truth}{zone}")
+}
+
+/// What happened when, in the order of time.
+fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> Vec<(f64, String)> {
+    let (start, until) = span(record, attempt);
+    let within = |frame: u32| frame > start && frame <= until;
+    // Frame times of the record are those of its events: the frame length is their ratio.
+    let time = |frame: u32| f64::from(frame) * record.duration_s / f64::from(record.frames.max(1));
+    let cause = |of: Happened, frame: u32| {
+        causes
+            .iter()
+            .find(|c| c.of == of && c.frame == frame)
+            .map_or_else(String::new, |c| format!(": {}", c.text))
+    };
+    let state = |state: &Option<String>| state.as_deref().map_or_else(String::new, |s| format!(" (in {s})"));
+
+    let mut lines: Vec<(f64, String)> = Vec::new();
+    lines.extend(attempt.states.iter().map(|s| (s.time, format!("{} begins", s.state))));
+    let belief = &attempt.belief;
+    if let (Some(at), Some(width)) = (belief.grasp_time, belief.grasp_width_m) {
+        lines.push((at, format!("believes that it holds the fruit, {:.0} mm wide", 1e3 * width)));
+    }
+    if let (Some(at), Some(pull)) = (belief.stem_time, belief.pull_n) {
+        lines.push((at, format!("believes that the stem gave way, after {pull:.0} N")));
+    }
+    for yielding in &belief.yielded {
+        let force = yielding.force_n.map_or_else(String::new, |force| format!(" with {force:.0} N"));
+        lines
+            .push((yielding.time, format!("feels that the hand presses on something{force}, and goes back")));
+    }
+    let last = lines.last().map_or(attempt.end_time, |(at, _)| at.max(attempt.end_time));
+    for held in &attempt.held {
+        let fruit = held.fruit;
+        lines.push((time(held.from_frame), format!("fruit {fruit} is off its stem in the hand")));
+        let lost = match held.end {
+            HeldEnd::InHand => continue,
+            HeldEnd::LetGo => format!("the fingers let go of fruit {fruit}"),
+            HeldEnd::Lost => format!("fruit {fruit} SLIPS out of the fingers"),
+        };
+        lines.push((time(held.to_frame), lost));
+    }
+    for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
+        let knocked = attempt.knocked_off.iter().find(|k| k.fruit == event.fruit);
+        let because = cause(Happened::Stem(event.fruit), event.frame);
+        let line = match knocked {
+            Some(k) => format!("fruit {} is KNOCKED OFF{}{because}", event.fruit, state(&k.state)),
+            None => format!("the stem of fruit {} gives way{because}", event.fruit),
+        };
+        lines.push((event.time, line));
+    }
+    for (snap, event) in
+        attempt.snapped.iter().zip(record.branches_snapped.iter().filter(|e| within(e.frame)))
+    {
+        let because = cause(Happened::Branch(event.segment), event.frame);
+        lines.push((
+            event.time,
+            format!("branch SNAPS at segment {}{}{because}", snap.segment, state(&snap.state)),
+        ));
+    }
+    for event in record.fruit_dropped.iter().filter(|e| within(e.frame)) {
+        lines.push((event.time, format!("fruit {} reaches the ground", event.fruit)));
+    }
+    for event in record.fruit_deposited.iter().filter(|e| within(e.frame)) {
+        let figure =
+            |value: Option<f64>, unit: &str| value.map_or_else(String::new, |x| format!(", {x:.3} {unit}"));
+        lines.push((
+            event.time,
+            format!(
+                "fruit {} rests in the bucket{}{}",
+                event.fruit,
+                figure(event.drop_height_m, "m of fall"),
+                figure(event.impact_energy_j, "J of impact")
+            ),
+        ));
+    }
+    // What was in the way is of interest where the fruit did not leave its stem in the hand.
+    let end = Happened::End { attempt: attempt.id, fruit: attempt.fruit };
+    let contacts = if attempt.held.is_empty() { cause(end, attempt.end_frame) } else { String::new() };
+    lines.push((last, format!("the attempt ends{contacts}")));
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines
+}
+
+/// Frames from an attempt's start to the next one's.
+pub fn span(record: &EpisodeRecord, attempt: &AttemptRecord) -> (u32, u32) {
+    let next = record.attempts.get(attempt.id as usize + 1);
+    (attempt.start_frame, next.map_or(record.frames, |next| next.start_frame))
+}
+
+/// What happened before the first attempt, and what fruit remains.
+pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
+    let first = record.attempts.first().map_or(record.frames, |a| a.start_frame);
+    let mut text = String::new();
+    for cause in causes.iter().filter(|cause| cause.frame <= first) {
+        let what = match cause.of {
+            Happened::Branch(segment) => format!("branch snapped at segment {segment}"),
+            Happened::Stem(fruit) => format!("fruit {fruit} came off"),
+            Happened::End { .. } => continue,
+        };
+        text += &format!("before the first attempt, frame {}: {what}: {}\n", cause.frame, cause.text);
+    }
+    let left = record.reachable.iter().filter(|&&id| {
+        use orchard_bench::episode::FruitState::{OnBrokenLimb, OnTree};
+        record.fruit.get(id as usize).is_some_and(|f| matches!(f.final_state, OnTree | OnBrokenLimb))
+    });
+    text + &format!("reachable fruit left on the tree: {}\n", left.count())
+}
+
+/// A name in words.
+pub fn words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// The serialised name of a unit variant.
+fn name(value: &impl serde::Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}

@@ -1,0 +1,110 @@
+//! A short real episode, told.
+
+use super::*;
+use clap::Parser;
+use orchard_bench::harvest::Harvest;
+use orchard_bench::store::Store;
+use orchard_bench::{Session, Silent, run as run_plan};
+use orchard_scenario::Scenario;
+use std::sync::atomic::AtomicBool;
+
+#[derive(Parser)]
+struct Line {
+    #[command(flatten)]
+    args: Args,
+}
+
+fn explain(line: &[&str]) -> Result<(), Failure> {
+    let line = [&["explain"], line].concat();
+    run(&Line::try_parse_from(line).unwrap_or_else(|e| panic!("{e}")).args, &Program::new())
+}
+
+fn refused(line: &[&str]) -> String {
+    match explain(line) {
+        Err(Failure::BadInput(problem)) => problem,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A short episode of the baseline, as bench-v1 writes it.
+fn record(folder: &Path) -> PathBuf {
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
+    let plan = harvest.plan("quick", vec![20250704], 1, 14.0);
+    let store = Store::open(folder).unwrap();
+    run_plan(&plan, &harvest, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    folder.join("episodes/baseline-nominal-20250704-000.json")
+}
+
+#[test]
+fn a_short_episode_is_told_and_drawn_and_agrees() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path());
+    let line = file.to_str().unwrap();
+    let strips = folder.path().join("strips");
+    explain(&[line, "--attempt", "0", "--out", strips.to_str().unwrap()]).unwrap();
+    let drawn: Vec<_> = std::fs::read_dir(&strips).unwrap().flatten().map(|e| e.file_name()).collect();
+    assert_eq!(drawn.len(), 1);
+    assert!(drawn[0].to_string_lossy().starts_with("attempt-000-"));
+
+    let input =
+        input::read(&file, &ScenarioArgs::default(), &Program::new()).unwrap_or_else(|e| panic!("{e}"));
+    let count = input.record.attempts.len();
+    assert!(count >= 1);
+    let problem = refused(&[line, "--text", "--attempt", "99"]);
+    assert_eq!(problem, format!("--attempt 99: the allowed range is [0, {}]", count - 1));
+
+    // The story holds every state with its time.
+    let attempt = &input.record.attempts[0];
+    let text = story::attempt(&input.record, attempt, &[]);
+    for state in &attempt.states {
+        assert!(text.contains(&format!("{:6.2} s  {} begins", state.time, state.state)), "{text}");
+    }
+
+    // Files that cannot be told: another controller, another configuration, a cut one.
+    let whole = std::fs::read_to_string(&file).unwrap();
+    let changed = |from: &str, to: &str| {
+        let text = whole.replacen(from, to, 1);
+        assert_ne!(text, whole);
+        input::tests::refused(&text)
+    };
+    let controller = changed("\"controller\": \"baseline\"", "\"controller\": \"wizard\"");
+    assert!(controller.starts_with("controller: wizard is unknown; there are baseline"), "{controller}");
+    let hash = &input.record.key.config_hash;
+    assert!(changed(hash, &"0".repeat(64)).starts_with("config_hash: 0000"));
+    assert!(input::tests::refused(&whole[..whole.len() / 2]).starts_with("is no record of an episode"));
+
+    // A record that was changed by hand is told from the second run.
+    let segment = 3;
+    let mut other = input.record.clone();
+    other.branches_snapped.push(orchard_bench::episode::SnapEvent { segment, frame: 7, time: 0.1 });
+    assert_eq!(replay::difference(&other, &input.record).as_deref(), Some("branches snapped differ"));
+    std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();
+    match explain(&[line, "--text"]) {
+        Err(Failure::Failed(problem)) => assert!(problem.contains("branches snapped differ"), "{problem}"),
+        other => panic!("{other:?}"),
+    }
+
+    // So is one with fruit that the tree does not have.
+    let mut other = input.record.clone();
+    let extra = other.fruit[0].clone();
+    other.fruit.push(extra);
+    let changed = &mut other.attempts[0];
+    changed.fruit = Some(input.record.fruit.len() as u32);
+    // Nor do places and times that are no such stop the strips.
+    changed.p_odom_target = [1e300; 3];
+    (changed.end_frame, changed.states[0].time) = (u32::MAX, f64::MAX);
+    std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();
+    match explain(&[line, "--attempt", "0", "--out", strips.to_str().unwrap()]) {
+        Err(Failure::Failed(problem)) => assert!(problem.contains("attempt 0 differs"), "{problem}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_is_not_there_is_refused() {
+    assert!(refused(&["no such file.json", "--text"]).starts_with("no such file.json: "));
+    let folder = tempfile::tempdir().unwrap();
+    let summary = folder.path().join("summary.json");
+    std::fs::write(&summary, "{\"schema_version\": 2, \"conditions\": {}}").unwrap();
+    assert!(refused(&[summary.to_str().unwrap()]).contains("is no record of an episode of bench-v1"));
+}

@@ -1,0 +1,121 @@
+//! `orchard merge`: the parts of a run as one result.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use orchard_bench::Shard;
+use orchard_bench::episode::CODE_VERSION;
+use orchard_bench::plan_file::{PlanFile, PlannedTask};
+use orchard_bench::store::Store;
+use orchard_scenario::Scenario;
+
+use crate::commands::bench_v1::{open, task};
+use crate::failure::Failure;
+use crate::program::Program;
+
+/// Puts the parts of a run of bench-v1 together, byte for byte what one run would have written.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Parts are what `bench-v1 --shard I/N` wrote, each into a folder of its own, on one machine or many. All tasks of their\n\
+                  plans are merged; the plans must be equal but for the part, and all records there. compute.json is each machine's\n\
+                  own and is not merged.\n\n\
+                  Exit code 2: a folder without a plan, plans that differ, missing or changed records: nothing is written then.\n\n\
+                  Example, on one machine:\n  \
+                  for i in 1 2 3 4; do orchard bench-v1 --shard $i/4 --out parts/$i; done\n  \
+                  orchard merge parts/* --out results/whole"
+)]
+pub struct Args {
+    /// Folders of the parts
+    #[arg(value_name = "DIR", required = true)]
+    parts: Vec<PathBuf>,
+    /// Where the whole result goes
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(e.to_string());
+    let mut parts = Vec::new();
+    for path in &args.parts {
+        if !path.is_dir() {
+            return Err(Failure::BadInput(format!("{}: there is no such folder", path.display())));
+        }
+        parts.push(Store::open(path).map_err(|e| bad(&e))?);
+    }
+    let files = parts.iter().map(PlanFile::read).collect::<Result<Vec<_>, _>>().map_err(|e| bad(&e))?;
+    let planned = common(&args.parts, &files).map_err(Failure::BadInput)?;
+    let by = args.parts[0].join(PlanFile::FILE).display().to_string();
+    let mut tasks = Vec::new();
+    for PlannedTask { plan, scenario, .. } in &planned {
+        let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
+        tasks.push(task::of_plan(plan, &scenario, None)?);
+    }
+    let (into, _lock) = open(&args.out)?;
+    for task in &tasks {
+        task.check(&into).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
+    }
+    let from: Vec<&Store> = parts.iter().collect();
+    tasks.iter().try_for_each(|task| task.merge(&from, &into))?;
+    let written = planned.iter().try_for_each(|PlannedTask { plan, scenario, .. }| {
+        PlanFile::write(&into, std::slice::from_ref(plan), scenario, Shard::WHOLE)
+    });
+    written.map_err(|e| Failure::Failed(e.to_string()))
+}
+
+/// The plans that all parts were asked for.
+fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, String> {
+    let mut common: BTreeMap<&str, (&PathBuf, &PlannedTask)> = BTreeMap::new();
+    for (folder, file) in folders.iter().zip(files) {
+        for (task, planned) in &file.tasks {
+            if planned.code_version != CODE_VERSION {
+                return Err(format!(
+                    "{}: {task} was run by code version {}, this is {CODE_VERSION}",
+                    folder.display(),
+                    planned.code_version
+                ));
+            }
+            let (first, other) = common.entry(task).or_insert((folder, planned));
+            if (&other.plan, &other.scenario) != (&planned.plan, &planned.scenario) {
+                return Err(format!(
+                    "{} and {} were asked for different things of {task} (see their {})",
+                    first.display(),
+                    folder.display(),
+                    PlanFile::FILE
+                ));
+            }
+        }
+    }
+    if common.is_empty() {
+        return Err("the plans hold no task".to_owned());
+    }
+    Ok(common.into_values().map(|(_, planned)| planned.clone()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_bench::episode::SCHEMA_VERSION;
+    use orchard_bench::plan_file::{TaskPlan, TreeExtent};
+
+    fn file(code: &str, trees: u32, preset: &str) -> PlanFile {
+        let trees = TreeExtent { profile: "quick".into(), seeds: vec![1], trees };
+        let scenario = Scenario::of(&[("preset", preset)]).unwrap().stored();
+        let plan = TaskPlan::Gentle { trees };
+        let planned = PlannedTask { code_version: code.into(), shard: Shard::WHOLE, plan, scenario };
+        PlanFile { schema_version: SCHEMA_VERSION, tasks: [("gentle".to_owned(), planned)].into() }
+    }
+
+    #[test]
+    fn parts_must_be_of_one_plan_and_this_code() {
+        let folders = [PathBuf::from("a"), PathBuf::from("b")];
+        let of = |files: [PlanFile; 2]| common(&folders, &files);
+        let here = |trees| file(CODE_VERSION, trees, "paper");
+        assert_eq!(of([here(2), here(2)]).unwrap().len(), 1);
+        for other in [here(3), file(CODE_VERSION, 2, "v-trellis")] {
+            let e = of([here(2), other]).unwrap_err();
+            assert_eq!(e, "a and b were asked for different things of gentle (see their plan.json)");
+        }
+        let e = of([here(2), file("x", 2, "paper")]).unwrap_err();
+        assert!(e.starts_with("b: gentle was run by code version x, this is "), "{e}");
+    }
+}

@@ -1,0 +1,87 @@
+//! `orchard report`: a result folder as one HTML page and SVG figures.
+
+mod folder;
+mod pictures;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::store::write_bytes;
+use orchard_report::{Figures, PaperFigures, Pictures, page};
+
+use crate::failure::Failure;
+use crate::program::Program;
+
+/// Writes a result folder's report: one HTML page with tables, figures and pictures, and the figures as SVG files.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Reads what the folder holds of summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json and\n\
+                  scaling.json; parts without data say which command fills them. Files:\n  \
+                  DIR/report.html      the page: complete in itself, opens without a network in any browser\n  \
+                  DIR/figures/*.svg    its figures, the same bytes\n\
+                  Figures are drawn from the JSON files alone. Pictures need the episodes' records and this very code: trees are\n\
+                  grown and one episode is simulated again; --no-pictures leaves them out.\n\
+                  Exit code 2: no result in the folder, or a file that does not read.\n\n\
+                  Examples:\n  orchard bench-v1 && orchard report results/bench-v1-quick\n  \
+                  orchard report results/full --no-pictures"
+)]
+pub struct Args {
+    /// A result folder of bench-v1
+    #[arg(value_name = "DIR")]
+    dir: PathBuf,
+    /// Figures and tables only: nothing is simulated
+    #[arg(long)]
+    no_pictures: bool,
+}
+
+/// The page under the result folder, and the folder of its figures.
+pub const PAGE: &str = "report.html";
+const FIGURES: &str = "figures";
+
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    let written = write(&args.dir, args.no_pictures, program)?;
+    say!(
+        "report: {}, {} figures in {}",
+        written.page.display(),
+        written.figures,
+        args.dir.join(FIGURES).display()
+    );
+    Ok(())
+}
+
+/// What was written.
+pub struct Written {
+    /// The page.
+    pub page: PathBuf,
+    /// How many figures.
+    pub figures: usize,
+}
+
+/// Writes the report of a folder.
+pub fn write(dir: &Path, no_pictures: bool, program: &Program) -> Result<Written, Failure> {
+    let results = folder::read(dir).map_err(Failure::BadInput)?;
+    let (protocol, paper) = (Protocol::paper(), PaperFigures::paper());
+    let figures = Figures::draw(&results, &protocol, &paper).context("cannot draw")?;
+    let shown = if no_pictures {
+        Pictures {
+            left_out: Some("Pictures were left out (--no-pictures).".to_owned()),
+            ..Pictures::default()
+        }
+    } else {
+        pictures::draw(dir, &results, program)?
+    };
+    let html = page(&results, &figures, &shown, &protocol, &paper);
+    let folder = dir.join(FIGURES);
+    std::fs::create_dir_all(&folder).map_err(|e| Failure::BadInput(format!("{}: {e}", folder.display())))?;
+    let write = |path: &Path, text: &str| {
+        write_bytes(path, text.as_bytes()).map_err(|e| Failure::BadInput(e.to_string()))
+    };
+    let count = figures.all().count();
+    for figure in figures.all() {
+        write(&folder.join(format!("{}.svg", figure.stem)), &figure.svg)?;
+    }
+    let page = dir.join(PAGE);
+    write(&page, &html)?;
+    Ok(Written { page, figures: count })
+}

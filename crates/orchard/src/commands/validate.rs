@@ -1,0 +1,52 @@
+//! `orchard validate`: the simulator against closed forms and measurements, as a file of rows.
+
+#[cfg(feature = "gpu")]
+mod gpu;
+mod trees;
+
+use std::path::PathBuf;
+
+use crate::failure::Failure;
+#[cfg(feature = "gpu")]
+use crate::failure::Verdict;
+use crate::rows::{Effort, Suite, run_suite};
+
+/// Holds the simulator against closed forms and published measurements and writes the rows to a file.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n  gpu    trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
+                  A row has the figure of the grown trees, the measured one as its target, and the interval in which the\n\
+                  figure is to lie. Histograms go into the folder FILE-pictures beside FILE. A missed target ends with exit\n\
+                  code 1, unless its row says why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json"
+)]
+pub struct Args {
+    /// What to validate.
+    suite: String,
+    /// Where to write the rows.
+    #[arg(long, value_name = "FILE")]
+    json: PathBuf,
+}
+
+const SUITES: &[Suite] = &[
+    Suite {
+        name: "trees",
+        about: "200 grown trees of each calibrated preset against measured ones",
+        measure: trees::measure,
+    },
+    #[cfg(feature = "gpu")]
+    Suite {
+        name: "gpu",
+        about: "trees on the graphics device against the same trees in f64",
+        measure: gpu::measure,
+    },
+];
+
+/// Compares the graphics device, if there is one, with f64.
+#[cfg(feature = "gpu")]
+pub fn check_gpu() -> Result<Verdict, Failure> {
+    gpu::check()
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    run_suite("validation", SUITES, &args.suite, &args.json, Effort::Full)
+}

@@ -1,0 +1,183 @@
+//! `orchard verify`: other people's controllers, open loop.
+
+use std::path::{Path, PathBuf};
+
+use orchard_bench::protocol::Protocol;
+use orchard_bench::store::{write_bytes, write_json};
+use orchard_bench::verify::{
+    METRICS, Report, Trajectory, TreeOutcome, VerifyError, VerifyPlan, record_controller, run as run_plan,
+};
+use orchard_robot::RobotModel;
+use orchard_scenario::Scenario;
+
+use crate::args::{Part, ScenarioArgs};
+use crate::commands::bench_v1::bar::{Bar, Shown};
+use crate::commands::bench_v1::{Seeds, default_threads};
+use crate::failure::Failure;
+use crate::headline::fine_table;
+use crate::interrupt;
+use crate::program::Program;
+
+/// Runs a trajectory of joints and base on trees that it does not see, and reports what it breaks.
+#[derive(clap::Args)]
+#[command(after_help = "The file is a table (.csv) with the columns\n  \
+time,q1,q2,q3,q4,q5,q6,q7,vx,vy,wz,finger_q,finger_force\n\
+or JSON lines (.jsonl) of {\"time\":0,\"arm_q\":[7 angles],\"base_velocity\":[vx,vy,wz],\"finger_q\":0.04,\"finger_force\":70}:\n\
+seconds, radians, m/s and rad/s in the base frame, metres of each finger, newtons. Rows ascend in time; between rows all numbers\n\
+are linear, sampled 60 times a second; the end is held for 1.5 s. Nothing is fed back. docs/verify.md tells more.\n\n\
+Reported, with 95 % intervals over trees: branches snapped, fruit knocked off and dropped, peak and integrated bending moment\n\
+over rupture moment, impulse and peak force of the robot's contacts with wood. The JSON file is the same bytes on every run, for any\n\
+number of threads; Ctrl-C leaves no file.\n\n\
+Examples:\n  orchard verify --trajectory assets/trajectories/baseline-reach.csv --trees 20 --out verify.json\n  \
+orchard verify --trajectory mine.jsonl --seeds 1,2,3 --trees 6 --preset paper\n  \
+orchard verify --record mine.csv --seconds 12 --preset paper")]
+pub struct Args {
+    /// The trajectory
+    #[arg(
+        long,
+        value_name = "FILE.csv|.jsonl",
+        required_unless_present = "record",
+        conflicts_with = "record"
+    )]
+    trajectory: Option<PathBuf>,
+    /// Trees a seed
+    #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    trees: u32,
+    /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
+    #[arg(long, default_value = "20250704", value_name = "tuning|v1|A,B,..")]
+    seeds: Seeds,
+    #[command(flatten)]
+    scenario: ScenarioArgs,
+    /// Threads [default: as many as the machine has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+    /// Where the report goes; without it only the table is printed
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// Instead: records what the controller commands on the first seed's tree 0, as an example of the format
+    #[arg(long, value_name = "FILE.csv")]
+    record: Option<PathBuf>,
+    /// Length of the recording [s]
+    #[arg(long, default_value_t = 12.0, value_name = "SECONDS", allow_negative_numbers = true)]
+    seconds: f64,
+    /// Frames (60 a second) between rows of the recording
+    #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3600))]
+    every: u32,
+}
+
+pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
+    if args.record.is_none() {
+        let blind = "a trajectory runs open loop: nothing sees and nothing decides";
+        args.scenario.refuse(&[Part::Camera, Part::Detector, Part::Controller], blind)?;
+    }
+    let scenario = args.scenario.resolve_or(program, "randomised")?;
+    let protocol = Protocol::of_scenario(&scenario)?;
+    let robot = scenario.robot().clone();
+    let seeds = args.seeds.resolve(&protocol);
+    let longest = protocol.verify.longest.si();
+    if let Some(file) = &args.record {
+        return record(args, file, seeds[0], &scenario, longest);
+    }
+    let Some(file) = &args.trajectory else {
+        return Err(Failure::BadInput("--trajectory FILE is missing".into()));
+    };
+    let trajectory = read(file, &robot, longest)?;
+    if let Some(out) = &args.out {
+        check_folder(out)?;
+    }
+    let plan = VerifyPlan { scenario, trajectory, seeds, trees: args.trees, protocol };
+    for warning in plan.trajectory.warnings() {
+        eprintln!("warning: {warning}");
+    }
+    let stop = interrupt::listen()?;
+    let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
+    let bar = Bar::new("verify", plan.worlds().len(), u64::from(plan.frames()), shown);
+    let outcome = run_plan(&plan, threads, stop, &bar);
+    bar.clear();
+    let trees = outcome.map_err(|e| match e {
+        VerifyError::Plan(e) => Failure::BadInput(e.to_string()),
+        VerifyError::Interrupted { .. } => Failure::Interrupted(e.to_string()),
+        VerifyError::Threads(_) => Failure::Failed(e.to_string()),
+    })?;
+    let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let report = Report::of_run(&plan, &name, trees);
+    say!("{}", table(&report).trim_end());
+    if let Some(out) = &args.out {
+        write_json(out, &report).map_err(|e| Failure::Failed(e.to_string()))?;
+        say!("report: {}", out.display());
+    }
+    Ok(())
+}
+
+/// Reads a trajectory; the ending of the file's name tells the format.
+fn read(file: &Path, robot: &RobotModel, longest: f64) -> Result<Trajectory, Failure> {
+    let name = file.display().to_string();
+    let bad = |problem: String| Failure::BadInput(format!("--trajectory {problem}"));
+    let read = match file.extension().and_then(|extension| extension.to_str()) {
+        Some("csv") => Trajectory::from_csv,
+        Some("jsonl") => Trajectory::from_json_lines,
+        _ => return Err(bad(format!("{name}: trajectories are read from .csv and .jsonl"))),
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| bad(format!("{name}: {e}")))?;
+    read(&name, &text, robot, longest).map_err(|e| bad(e.to_string()))
+}
+
+fn check_folder(file: &Path) -> Result<(), Failure> {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(Failure::BadInput(format!("{}: there is no folder {}", file.display(), folder.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn shown(outcome: &TreeOutcome) -> Shown {
+    let told = match &outcome.quarantined {
+        Some(reason) => format!("quarantined: {reason}"),
+        None => format!(
+            "{} snapped, {} fruit knocked off, peak moment {:.2} of rupture, impulse {:.1} N s",
+            outcome.branches_snapped,
+            outcome.fruit_knocked_off,
+            outcome.peak_moment_ratio,
+            outcome.contact_impulse_n_s
+        ),
+    };
+    let frames = (outcome.duration_s * FRAMES_PER_SECOND).round() as u64;
+    Shown { steps: frames, line: format!("seed {} tree {}: {told}", outcome.seed, outcome.world) }
+}
+
+/// The control rate, for the progress bar alone.
+const FRAMES_PER_SECOND: f64 = 60.0;
+
+fn table(report: &Report) -> String {
+    let order = METRICS.iter().map(|definition| (definition.name, definition.unit));
+    format!(
+        "{}: {} rows, {:.1} s, on {} trees of preset {}\n{}",
+        report.trajectory.file,
+        report.trajectory.rows,
+        report.trajectory.duration_s,
+        report.trees.len(),
+        report.preset,
+        fine_table(order, &report.metrics)
+    )
+}
+
+fn record(args: &Args, file: &Path, seed: u64, scenario: &Scenario, longest: f64) -> Result<(), Failure> {
+    if !(0.1..=longest).contains(&args.seconds) {
+        let line = format!("--seconds {}: the allowed range is [0.1, {longest}] s", args.seconds);
+        return Err(Failure::BadInput(line));
+    }
+    if file.extension().is_none_or(|extension| extension != "csv") {
+        return Err(Failure::BadInput(format!("--record {}: recordings are .csv", file.display())));
+    }
+    check_folder(file)?;
+    let world = scenario.world(seed, 0, 0);
+    let mut world = world.map_err(|e| Failure::BadInput(format!("seed {seed}, tree 0: {e}")))?;
+    let mut picker = scenario.controller();
+    let frames = (args.seconds / world.spec().sim.frame()).round() as u32;
+    let trajectory = record_controller(&mut world, scenario.robot(), &mut *picker, frames, args.every)
+        .map_err(|e| Failure::Failed(e.to_string()))?;
+    write_bytes(file, trajectory.to_csv().as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
+    say!("{} rows: {}", trajectory.rows().len(), file.display());
+    Ok(())
+}

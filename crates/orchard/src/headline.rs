@@ -1,0 +1,302 @@
+//! The harvest's results as tables for people: metrics beside the paper's, what is asked, failures, times.
+
+use std::collections::BTreeSet;
+
+use orchard_bench::matrix::{NOMINAL, SweepPoint};
+use orchard_bench::metrics::{METRICS, Metric};
+use orchard_bench::plan::Plan;
+use orchard_bench::statistics::Component;
+use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_report::{Judged, demands};
+
+use crate::columns::columns;
+
+/// States of an attempt in the order of a harvest cycle; others follow in the order of their names.
+const CYCLE: [&str; 5] = ["align", "reach", "grasp", "pull", "deposit"];
+
+/// All tables.
+pub fn report(summary: &Summary, plan: &Plan) -> String {
+    let mut text = format!("controller {}\n", summary.controller);
+    text += &table(summary, plan);
+    text += &sweeps(summary, plan);
+    text += &variance(summary, plan);
+    text += &asked(summary, plan);
+    text += "\nfailed attempts by reason\n";
+    text += &failures(summary, plan);
+    text += "\nseconds in each state of an attempt: mean over the attempts that entered it (over the placed ones)\n";
+    text += &states(summary, plan);
+    text
+}
+
+/// The conditions of a run in its order, with their results.
+fn conditions<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a ConditionSummary)> {
+    let of = |name: &'a String| summary.conditions.get(name).map(|results| (name.as_str(), results));
+    plan.conditions.iter().filter_map(|condition| of(&condition.name)).collect()
+}
+
+/// Those that are told in full: the others stand in their sweeps' tables.
+fn principal<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a ConditionSummary)> {
+    let all = conditions(summary, plan);
+    let of_sweep = |name: &str| {
+        name != NOMINAL && plan.sweeps.iter().any(|sweep| sweep.points.iter().any(|p| p.condition == name))
+    };
+    let told: Vec<_> = all.iter().copied().filter(|(name, _)| !of_sweep(name)).collect();
+    if told.is_empty() { all } else { told }
+}
+
+/// Every sweep's conditions side by side.
+fn sweeps(summary: &Summary, plan: &Plan) -> String {
+    let mut text = String::new();
+    for sweep in plan.sweeps.iter().filter_map(|sweep| summary.sweeps.get(&sweep.name)) {
+        text +=
+            &format!("\nsweep {} [{}]: means, and in brackets p against nominal\n", sweep.dial, sweep.unit);
+        let values = sweep.points.iter().map(|point| point.value.to_string());
+        let mut rows = vec![row("metric", values)];
+        for name in &plan.protocol.sweeps.tested {
+            let cell = |point: &SweepPoint| {
+                let of = summary.conditions.get(&point.condition).and_then(|of| of.metrics.get(name));
+                let mean = number(of.and_then(|metric| metric.mean));
+                let beside =
+                    sweep.comparisons.iter().find(|c| c.metric == *name && c.condition == point.condition);
+                match beside.and_then(|comparison| comparison.holm.permutation) {
+                    Some(p) => format!("{mean} ({p:.3})"),
+                    None => mean,
+                }
+            };
+            rows.push(row(name, sweep.points.iter().map(cell)));
+        }
+        text += &columns(&rows, &[0]);
+        text.push('\n');
+    }
+    if !text.is_empty() {
+        text += "p: paired permutation test over trees, Holm-adjusted within its sweep\n";
+    }
+    text
+}
+
+/// The metrics in the order of their definition, a mean, an interval and a number a condition, with the paper's nominal figures.
+fn table(summary: &Summary, plan: &Plan) -> String {
+    let conditions = principal(summary, plan);
+    let mut head = vec!["metric".to_owned()];
+    for (name, _) in &conditions {
+        head.extend([(*name).to_owned(), "95 % interval".to_owned(), "n".to_owned()]);
+    }
+    head.extend(["paper".to_owned(), "unit".to_owned()]);
+    let unit_column = head.len() - 1;
+    let mut rows = vec![head];
+    for definition in METRICS {
+        let mut row = vec![definition.name.to_owned()];
+        for (_, results) in &conditions {
+            row.extend(match results.metrics.get(definition.name) {
+                Some(metric) => [number(metric.mean), interval(metric), metric.n.to_string()],
+                None => ["-", "-", "-"].map(str::to_owned),
+            });
+        }
+        let paper = plan.protocol.published.get(definition.name);
+        row.extend([number(paper.map(|p| p.value)), definition.unit.to_owned()]);
+        rows.push(row);
+    }
+    columns(&rows, &[0, unit_column])
+}
+
+/// Where trees are repeated: how far single episodes lie apart, by what they have in common.
+fn variance(summary: &Summary, plan: &Plan) -> String {
+    let mut text = String::new();
+    for (name, results) in conditions(summary, plan) {
+        let Some(variance) = &results.variance else { continue };
+        text += &format!(
+            "\n{name}: standard deviations between seeds, between the trees of a seed, between the repeats of a tree\n"
+        );
+        let mut rows = vec![["metric", "seeds", "trees", "repeats", "episodes", "unit"].map(str::to_owned)];
+        for definition in METRICS {
+            let Some(of) = variance.get(definition.name) else { continue };
+            let deviation = |component: &Component| {
+                component
+                    .variance
+                    .map_or_else(|| "-".to_owned(), |variance| format!("{:.3}", variance.sqrt()))
+            };
+            let [seeds, trees, repeats] =
+                [&of.between_seeds, &of.between_trees, &of.within_tree].map(deviation);
+            let unit = definition.unit.to_owned();
+            rows.push([definition.name.to_owned(), seeds, trees, repeats, of.n.to_string(), unit]);
+        }
+        text += &columns(&rows, &[0, 5]);
+        text.push('\n');
+    }
+    text
+}
+
+/// What is asked of the controller over the tuning seeds, and whether these results keep it.
+fn asked(summary: &Summary, plan: &Plan) -> String {
+    let mut text = String::new();
+    for demands in demands(summary, &plan.protocol) {
+        let condition = demands.condition;
+        let Some(judged) = demands.judged else {
+            text += &format!(
+                "what is asked of the tuning seeds is not judged ({condition}): other seeds, trees, repeats or time\n"
+            );
+            continue;
+        };
+        for figure in judged {
+            let Judged { metric, asked, mean } = figure;
+            let unit = if asked.unit == "1" { String::new() } else { format!(" {}", asked.unit) };
+            text += &format!(
+                "asked over the tuning seeds, {condition}: {metric} {}{unit}: {}, {}\n",
+                asked.bound(),
+                mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
+                if figure.is_met() { "met" } else { "MISSED" }
+            );
+        }
+    }
+    text
+}
+
+fn failures(summary: &Summary, plan: &Plan) -> String {
+    let conditions = conditions(summary, plan);
+    let reasons: BTreeSet<&String> = conditions.iter().flat_map(|(_, c)| c.failures.keys()).collect();
+    let count = |reason: &String| -> Vec<String> {
+        conditions.iter().map(|(_, c)| c.failures.get(reason).unwrap_or(&0).to_string()).collect()
+    };
+    let attempts = |(_, c): &(&str, &ConditionSummary)| {
+        let attempts: u32 = c.episodes.iter().map(|episode| episode.attempts).sum();
+        attempts.to_string()
+    };
+    let mut rows = vec![row("reason", conditions.iter().map(|(name, _)| (*name).to_owned()))];
+    rows.extend(reasons.into_iter().map(|reason| row(reason, count(reason).into_iter())));
+    rows.push(row("of all attempts", conditions.iter().map(attempts)));
+    columns(&rows, &[0])
+}
+
+fn states(summary: &Summary, plan: &Plan) -> String {
+    let conditions = principal(summary, plan);
+    let names: BTreeSet<&str> =
+        conditions.iter().flat_map(|(_, c)| c.states.keys().map(String::as_str)).collect();
+    let known = CYCLE.iter().copied().filter(|name| names.contains(name));
+    let others = names.iter().copied().filter(|name| !CYCLE.contains(name));
+    let cell = |state: &str, c: &ConditionSummary| {
+        c.states
+            .get(state)
+            .map_or_else(|| "-".to_owned(), |s| format!("{} ({})", number(s.mean_s), number(s.mean_placed_s)))
+    };
+    let mut rows = vec![row("state", conditions.iter().map(|(name, _)| (*name).to_owned()))];
+    for state in known.chain(others) {
+        rows.push(row(state, conditions.iter().map(|(_, c)| cell(state, c))));
+    }
+    rows.push(row("between attempts", conditions.iter().map(|(_, c)| number(c.between_attempts_s))));
+    columns(&rows, &[0])
+}
+
+fn row(first: &str, cells: impl Iterator<Item = String>) -> Vec<String> {
+    std::iter::once(first.to_owned()).chain(cells).collect()
+}
+
+/// Two digits after the point, or that there is none.
+pub fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |x| format!("{x:.2}"))
+}
+
+/// Metrics by name, in an order, with their units and three digits after the point: loads are often small.
+pub fn fine_table<'a>(
+    order: impl Iterator<Item = (&'a str, &'a str)>,
+    metrics: &std::collections::BTreeMap<String, Metric>,
+) -> String {
+    let mut rows = vec![["metric", "mean", "95 % interval", "n", "unit"].map(str::to_owned)];
+    for (name, unit) in order {
+        let Some(metric) = metrics.get(name) else { continue };
+        let cells = [
+            metric.mean.map(|x| format!("{x:.3}")),
+            match metric.ci95 {
+                [Some(low), Some(high)] => Some(format!("{low:.3} .. {high:.3}")),
+                _ => None,
+            },
+        ];
+        let [mean, ci95] = cells.map(|cell| cell.unwrap_or_else(|| "-".to_owned()));
+        rows.push([name.to_owned(), mean, ci95, metric.n.to_string(), unit.to_owned()]);
+    }
+    columns(&rows, &[0, 4])
+}
+
+/// An interval.
+pub fn interval(metric: &Metric) -> String {
+    match metric.ci95 {
+        [Some(low), Some(high)] => format!("{low:.2} .. {high:.2}"),
+        _ => "-".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_bench::harvest::{Extent, Harvest};
+    use orchard_bench::matrix::EXHAUSTION;
+    use orchard_bench::protocol::Protocol;
+    use orchard_scenario::Scenario;
+
+    fn plan(conditions: &[&str], seeds: Vec<u64>, trees: u32, repeats: u32) -> Plan {
+        let conditions = conditions.iter().map(|name| (*name).to_owned()).collect();
+        let extent = Extent { profile: "full".into(), conditions, seeds, trees, repeats, horizon_s: 75.0 };
+        Harvest::new(Scenario::of(&[]).unwrap()).unwrap().plan_of(extent).unwrap()
+    }
+
+    #[test]
+    fn sweeps_stand_in_tables_of_their_own() {
+        let plan = plan(&["fruit"], vec![5], 1, 1);
+        let text = report(&Summary::of_run(&plan, &[]), &plan);
+        let head = text.lines().find(|line| line.starts_with("metric")).unwrap();
+        assert!(head.contains("nominal") && !head.contains("fruit-20"), "{head}");
+        let sweep = text.split("sweep fruit [fruit]").nth(1).unwrap();
+        let head: Vec<&str> = sweep.lines().nth(1).unwrap().split_whitespace().collect();
+        assert_eq!(head, ["metric", "20", "40", "60"]);
+        assert!(sweep.contains("fruit_dropped_per_tree"));
+    }
+
+    /// The report of a run without episodes, on some seeds.
+    fn told(seeds: Vec<u64>, trees: u32) -> String {
+        let plan = plan(&[NOMINAL, EXHAUSTION], seeds, trees, 1);
+        report(&Summary::of_run(&plan, &[]), &plan)
+    }
+
+    #[test]
+    fn asked_figures_are_judged_on_the_tuning_seeds_only() {
+        let seeds = Protocol::paper().tuning_seeds;
+        let text = told(seeds.clone(), 6);
+        // Nothing was measured: nothing is met.
+        assert!(
+            text.contains("asked over the tuning seeds, nominal: harvest_completeness >= 0.12: -, MISSED"),
+            "{text}"
+        );
+        assert!(text.contains("fruit_dropped_per_tree <= 6 fruit: -, MISSED"), "{text}");
+        for text in [told(vec![5], 6), told(seeds, 5)] {
+            assert!(text.contains("not judged (nominal)") && !text.contains("MISSED"), "{text}");
+        }
+    }
+
+    /// Two trees of one seed, two episodes each: 1, 3 and 5, 7 have the variance 2 within and (16 - 2) / 2 between.
+    #[test]
+    fn repeats_tell_their_spread() {
+        use orchard_bench::statistics::{Design, variance_components};
+        let plan = plan(&[NOMINAL], vec![5], 2, 2);
+        let mut summary = Summary::of_run(&plan, &[]);
+        assert!(!report(&summary, &plan).contains("standard deviations"));
+        let design = Design::of([(5, 0), (5, 0), (5, 1), (5, 1)]);
+        let components = variance_components(&design, &[1.0, 3.0, 5.0, 7.0].map(Some));
+        if let Some(nominal) = summary.conditions.get_mut("nominal") {
+            nominal.variance = Some([("attempts_per_tree".to_owned(), components)].into());
+        }
+        let text = report(&summary, &plan);
+        let after = text.split("standard deviations").nth(1).unwrap();
+        let line = after.lines().find(|line| line.starts_with("attempts_per_tree")).unwrap();
+        assert_eq!(
+            line.split_whitespace().collect::<Vec<_>>(),
+            ["attempts_per_tree", "-", "2.646", "1.414", "4", "1"]
+        );
+    }
+
+    #[test]
+    fn conditions_stand_side_by_side() {
+        let text = told(vec![5], 1);
+        let head = text.lines().find(|line| line.starts_with("metric")).unwrap();
+        assert!(head.contains("nominal") && head.contains("exhaustion") && head.contains("paper"), "{head}");
+        assert!(text.contains("of all attempts") && text.contains("between attempts"));
+    }
+}

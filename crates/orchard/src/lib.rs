@@ -1,0 +1,59 @@
+//! OrchardBench as a program, and as a library for programs with controllers of their own.
+//!
+//! [`Program::main`] reads the command line and runs a command: the benchmark, its report and leaderboard, pictures, data sets. A program
+//! that adds its own controller ([`Program::with`]) has all of these commands for it:
+//!
+//! ```no_run
+//! use orchardbench::{Command, Controller, Observation, Program, Record, custom};
+//!
+//! struct Still(Command, Record);
+//!
+//! impl Controller for Still {
+//!     fn act(&mut self, _: &Observation) -> Command {
+//!         self.0
+//!     }
+//!     fn record(&self) -> &Record {
+//!         &self.1
+//!     }
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     let still = custom("still", "1", |robot, _| Still(robot.start_command(), Record::default()));
+//!     Program::new().with(still).main()
+//! }
+//! ```
+//!
+//! Features: `gpu` (batches of trees on a graphics device) and `recording` (MCAP files), both on by default. A program for a controller
+//! needs neither.
+
+/// Prints a line; a closed pipe is not an error.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
+mod args;
+#[doc(hidden)]
+pub mod bare_tree;
+mod columns;
+#[doc(hidden)]
+pub mod commands;
+mod failure;
+mod headline;
+mod interrupt;
+mod picture_file;
+mod program;
+#[doc(hidden)]
+pub mod rows;
+
+pub use failure::{Failure, Verdict};
+pub use program::Program;
+
+pub use orchard_perception::DetectorConfig;
+pub use orchard_picker::{AttemptEnd, Controller, ControllerKind, Event, Goal, Record, State, custom};
+pub use orchard_robot::{Command, Observation, RobotModel};
+pub use orchard_scenario::{Options, Scenario};

@@ -1,0 +1,341 @@
+//! The result file of `perf` and `validate`: measured rows, each with its target.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Context;
+use orchard_bench::compute::Machine;
+use orchard_bench::scaling::Scaling;
+use orchard_bench::store::{write_bytes, write_json};
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+mod table;
+
+/// Version of the row layout.
+const SCHEMA_VERSION: u32 = 1;
+
+/// One measured figure. What does not apply is null.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// What was measured.
+    pub name: String,
+    /// The figure.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// What it is compared with.
+    pub peer: Option<String>,
+    /// The peer's figure in the same unit.
+    pub peer_value: Option<f64>,
+    /// Figure over peer's figure.
+    pub ratio: Option<f64>,
+    /// What is asked of the figure.
+    pub target: Option<f64>,
+    /// Whether it meets the target.
+    pub pass: Option<bool>,
+    /// Smallest and largest figure of the rounds of which `value` is the median. Rows of one round have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<[f64; 2]>,
+    /// The same of the peer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peer_spread: Option<[f64; 2]>,
+    /// The ratio to the peer that the target stands for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_ratio: Option<f64>,
+    /// The interval in which the figure is to lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_interval: Option<[f64; 2]>,
+    /// What the machine could do, and what keeps the figure from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<Limit>,
+    /// What was done, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+    /// Why the target cannot be met, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_missed: Option<String>,
+}
+
+/// A rate beside the arithmetic of the machine. All of one core.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limit {
+    /// Floating-point operations of one piece of the work.
+    pub operations: f64,
+    /// Achieved [operations/s].
+    pub achieved: f64,
+    /// Measured peak of the kind of instructions in use [operations/s].
+    pub peak: f64,
+    /// Achieved over this peak.
+    pub share: f64,
+    /// Measured peak of the widest vectors of the same precision [operations/s].
+    pub widest_peak: f64,
+    /// Achieved over that.
+    pub widest_share: f64,
+    /// What limits the figure.
+    pub why: String,
+}
+
+impl Limit {
+    /// From the rate of operations and the two peaks.
+    pub fn new(achieved: f64, peak: f64, widest_peak: f64, operations: f64, why: &str) -> Self {
+        Self {
+            operations,
+            achieved,
+            peak,
+            share: achieved / peak,
+            widest_peak,
+            widest_share: achieved / widest_peak,
+            why: why.to_owned(),
+        }
+    }
+}
+
+impl Row {
+    /// A figure alone.
+    pub fn measured(name: &str, value: f64, unit: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            value: value.is_finite().then_some(value),
+            unit: unit.to_owned(),
+            peer: None,
+            peer_value: None,
+            ratio: None,
+            target: None,
+            pass: None,
+            spread: None,
+            peer_spread: None,
+            target_ratio: None,
+            target_interval: None,
+            limit: None,
+            note: None,
+            why_missed: None,
+        }
+    }
+
+    /// The same figure beside a peer's, in the same unit.
+    pub fn beside(self, peer: &str, peer_value: f64) -> Self {
+        let ratio = self.value.map(|value| value / peer_value);
+        Self { peer: Some(peer.to_owned()), peer_value: Some(peer_value), ratio, ..self }
+    }
+
+    /// Asked to be at least some times the peer's figure; nothing is asked without a peer.
+    pub fn at_least_times(self, target_ratio: f64) -> Self {
+        let target = self.peer_value.map(|peer| target_ratio * peer);
+        let pass = self.ratio.map(|ratio| ratio >= target_ratio);
+        Self { target, pass, target_ratio: Some(target_ratio), ..self }
+    }
+
+    /// Asked to lie in an interval about some figure.
+    pub fn within(self, target: f64, interval: [f64; 2]) -> Self {
+        let pass = Some(self.value.is_some_and(|value| (interval[0]..=interval[1]).contains(&value)));
+        Self { target: Some(target), target_interval: Some(interval), pass, ..self }
+    }
+
+    /// Asked to be at least some figure.
+    pub fn at_least(self, target: f64) -> Self {
+        let pass = Some(self.value.is_some_and(|value| value >= target));
+        Self { target: Some(target), pass, ..self }
+    }
+
+    /// Asked to be at most some figure.
+    pub fn at_most(self, target: f64) -> Self {
+        let pass = Some(self.value.is_some_and(|value| value <= target));
+        Self { target: Some(target), pass, ..self }
+    }
+}
+
+/// What a suite found.
+#[derive(Debug, Default)]
+pub struct Measured {
+    /// The figures.
+    pub rows: Vec<Row>,
+    /// What they depend on beside the machine: versions, instructions.
+    pub context: BTreeMap<&'static str, Option<String>>,
+    /// Pictures of what was found. They go into a folder beside the file, which has its name.
+    pub pictures: Vec<Picture>,
+    /// The scaling run that the rows were made of, for `orchard report`.
+    pub scaling: Option<Box<Scaling>>,
+}
+
+/// A picture of what a suite found.
+#[derive(Debug)]
+pub struct Picture {
+    /// Name of the file.
+    pub name: String,
+    /// The file.
+    pub svg: String,
+}
+
+impl From<Vec<Row>> for Measured {
+    fn from(rows: Vec<Row>) -> Self {
+        Self { rows, ..Self::default() }
+    }
+}
+
+/// How much time to spend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Enough for figures to be quoted.
+    Full,
+    /// Enough to see that everything works.
+    Quick,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    schema_version: u32,
+    machine: Machine,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    context: &'a BTreeMap<&'static str, Option<String>>,
+    rows: &'a [Row],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scaling: Option<&'a Scaling>,
+}
+
+/// A named group of measurements.
+pub struct Suite {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it measures, in a few words.
+    pub about: &'static str,
+    /// Measures it.
+    pub measure: fn(Effort) -> anyhow::Result<Measured>,
+}
+
+/// Measures a suite, prints its rows and writes them to a file. A missed target is a failure, unless its row says why it
+/// cannot be met.
+pub fn run_suite(
+    kind: &str,
+    suites: &[Suite],
+    name: &str,
+    json: &Path,
+    effort: Effort,
+) -> Result<(), Failure> {
+    let Some(suite) = suites.iter().find(|s| s.name == name) else {
+        let known: Vec<&str> = suites.iter().map(|s| s.name).collect();
+        let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
+        return Err(Failure::BadInput(format!("no {kind} suite '{name}'; the suites are: {known}")));
+    };
+    // Told before the measurement, not after it.
+    let folder = json.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if json.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
+    }
+    eprintln!("{}: {}", suite.name, suite.about);
+    let Measured { rows, context, pictures, scaling } = (suite.measure)(effort)?;
+    let report = Report {
+        schema_version: SCHEMA_VERSION,
+        machine: Machine::detect(),
+        context: &context,
+        rows: &rows,
+        scaling: scaling.as_deref(),
+    };
+    write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
+    write_pictures(json, &pictures).map_err(|e| Failure::Failed(e.to_string()))?;
+    print!("{}", table::markdown(&rows));
+    let missed = rows.iter().filter(|r| r.pass == Some(false) && r.why_missed.is_none());
+    let missed: Vec<&str> = missed.map(|r| r.name.as_str()).collect();
+    if missed.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::Failed(format!("target missed: {}", missed.join(", "))))
+    }
+}
+
+/// Writes pictures into the folder `NAME-pictures` beside the file `NAME.json`.
+fn write_pictures(json: &Path, pictures: &[Picture]) -> anyhow::Result<()> {
+    if pictures.is_empty() {
+        return Ok(());
+    }
+    let mut name = json.file_stem().unwrap_or_default().to_owned();
+    name.push("-pictures");
+    let folder = json.with_file_name(name);
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    for picture in pictures {
+        write_bytes(&folder.join(&picture.name), picture.svg.as_bytes())?;
+    }
+    eprintln!("pictures: {}", folder.display());
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SUITES: &[Suite] = &[
+        Suite { name: "good", about: "", measure: |_| Ok(vec![Row::measured("a.b", 2.0, "m")].into()) },
+        Suite {
+            name: "bad",
+            about: "",
+            measure: |_| Ok(vec![Row::measured("a.c", 2.0, "m").at_least(3.0)].into()),
+        },
+    ];
+
+    #[test]
+    fn rows_have_the_promised_layout() {
+        let folder = tempfile::tempdir().unwrap();
+        let json = folder.path().join("rows.json");
+        run_suite("perf", SUITES, "good", &json, Effort::Quick).unwrap();
+        let text = std::fs::read_to_string(&json).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(report["schema_version"], 1);
+        assert!(report["machine"].is_object());
+        let expected = serde_json::json!({
+            "name": "a.b", "value": 2.0, "unit": "m", "peer": null, "peer_value": null,
+            "ratio": null, "target": null, "pass": null
+        });
+        assert_eq!(report["rows"][0], expected);
+    }
+
+    #[test]
+    fn a_missed_target_fails_after_the_file_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let json = folder.path().join("rows.json");
+        let failure = run_suite("perf", SUITES, "bad", &json, Effort::Quick).unwrap_err();
+        assert!(matches!(&failure, Failure::Failed(line) if line == "target missed: a.c"), "{failure}");
+        assert!(json.exists());
+    }
+
+    #[test]
+    fn a_file_in_no_folder_is_bad_input() {
+        let failure =
+            run_suite("perf", SUITES, "good", Path::new("no/such/folder/x.json"), Effort::Quick).unwrap_err();
+        assert!(matches!(failure, Failure::BadInput(_)), "{failure}");
+    }
+
+    #[test]
+    fn a_ratio_is_asked_for_only_beside_a_peer() {
+        let alone = Row::measured("a", 10.0, "1/s").at_least_times(6.0);
+        assert_eq!((alone.target, alone.pass), (None, None));
+        let slower = Row::measured("a", 10.0, "1/s").beside("b", 2.0).at_least_times(6.0);
+        assert_eq!((slower.target, slower.pass), (Some(12.0), Some(false)));
+        let faster = Row::measured("a", 12.0, "1/s").beside("b", 2.0).at_least_times(6.0);
+        assert_eq!(faster.pass, Some(true));
+    }
+
+    #[test]
+    fn an_interval_holds_its_ends() {
+        let row = |value| Row::measured("a", value, "m").within(1.0, [0.9, 1.2]);
+        assert_eq!([0.9, 1.2, 1.3, f64::NAN].map(|v| row(v).pass), [true, true, false, false].map(Some));
+        assert_eq!((row(1.0).target, row(1.0).target_interval), (Some(1.0), Some([0.9, 1.2])));
+    }
+
+    #[test]
+    fn pictures_go_into_a_folder_beside_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = Picture { name: "a.svg".into(), svg: "<svg/>".into() };
+        write_pictures(&folder.path().join("rows.json"), &[picture]).unwrap();
+        let text = std::fs::read_to_string(folder.path().join("rows-pictures/a.svg")).unwrap();
+        assert_eq!(text, "<svg/>");
+    }
+
+    #[test]
+    fn unknown_suites_are_bad_input() {
+        let failure =
+            run_suite("perf", SUITES, "worse", Path::new("never-written.json"), Effort::Quick).unwrap_err();
+        assert!(matches!(failure, Failure::BadInput(_)));
+        assert_eq!(failure.to_string(), "no perf suite 'worse'; the suites are: good, bad");
+    }
+}

@@ -1,0 +1,198 @@
+//! What can befall a run: it is killed, its disk is full, its folder is not its own. A number is right or not there.
+
+#![cfg(unix)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use orchard_spec::{Purpose, Stream};
+
+/// A run of six short episodes under three conditions.
+const RUN: [&str; 10] = [
+    "bench-v1",
+    "--conditions",
+    "fruit",
+    "--trees",
+    "2",
+    "--seeds",
+    "20250704",
+    "--horizon",
+    "2",
+    "--threads",
+];
+
+fn bench(out: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orchard"));
+    command.args(RUN).arg("2").arg("--out").arg(out).stdin(Stdio::null());
+    command
+}
+
+fn output(command: &mut Command) -> Output {
+    command.output().unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Exit code and the last line of the error output.
+fn end(output: &Output) -> (Option<i32>, String) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    (output.status.code(), text.lines().last().unwrap_or_default().to_owned())
+}
+
+/// Every result file by its name under the folder, but for those that a clock may change.
+fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).unwrap().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if !path.ends_with("compute.json") && !path.ends_with(".lock") {
+                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+/// The run undisturbed, and how long it took.
+fn whole(folder: &Path) -> (BTreeMap<PathBuf, Vec<u8>>, Duration) {
+    let start = Instant::now();
+    let output = output(&mut bench(folder));
+    assert!(output.status.success(), "{:?}", end(&output));
+    let files = results(folder);
+    // Six episodes, the summary and the plan.
+    assert_eq!(files.len(), 8, "{:?}", files.keys());
+    (files, start.elapsed())
+}
+
+#[test]
+fn a_run_that_is_killed_goes_on_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (expected, mut time) = whole(&folder.path().join("whole"));
+    let mut moments = Stream::new(1, 0, Purpose::Test);
+    let (mut cut_short, mut kill) = (0, 0);
+    while cut_short < 20 {
+        kill += 1;
+        assert!(kill <= 100, "{cut_short} runs were cut short");
+        let out = folder.path().join(kill.to_string());
+        let mut child = bench(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(time.mul_f64(moments.unit()));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        // What has its name is whole.
+        let before = if out.is_dir() { results(&out) } else { BTreeMap::new() };
+        for (name, bytes) in &before {
+            if !name.to_string_lossy().contains(".writing-") {
+                assert_eq!(Some(bytes), expected.get(name), "kill {kill}: {}", name.display());
+            }
+        }
+        if before.contains_key(Path::new("summary.json")) {
+            // It was faster than the undisturbed one: a busy machine has no time to go by.
+            time = time.mul_f64(0.8);
+        } else {
+            cut_short += 1;
+        }
+        let again = output(&mut bench(&out));
+        assert!(again.status.success(), "kill {kill}: {:?}", end(&again));
+        assert_eq!(results(&out), expected, "kill {kill}");
+        fs::remove_dir_all(&out).unwrap();
+    }
+}
+
+/// The system refuses to write more than a few blocks to a file, as a full disk does.
+#[test]
+fn a_full_disk_is_told_and_leaves_nothing_half_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let line = format!(
+        "trap '' XFSZ; ulimit -f 4; exec {} {} 2 --out {}",
+        env!("CARGO_BIN_EXE_orchard"),
+        RUN.join(" "),
+        out.display()
+    );
+    let (code, message) = end(&output(Command::new("bash").args(["-c", &line])));
+    assert_eq!(code, Some(1), "{message}");
+    assert!(message.contains("episodes/") && message.contains("File too large"), "{message}");
+    let names: Vec<PathBuf> = results(&out).into_keys().collect();
+    assert_eq!(names, [PathBuf::from("plan.json")]);
+    // With room again it goes on.
+    let (expected, _) = whole(&folder.path().join("whole"));
+    assert!(output(&mut bench(&out)).status.success());
+    assert_eq!(results(&out), expected);
+}
+
+#[test]
+fn folders_that_cannot_be_used_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "no folder").unwrap();
+    let (code, message) = end(&output(&mut bench(&file.join("out"))));
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.starts_with("error: --out: ") && message.contains("file/out"), "{message}");
+
+    // A file where the records' folder belongs.
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join("episodes"), "no folder").unwrap();
+    let (code, message) = end(&output(&mut bench(&out)));
+    assert_eq!(code, Some(1), "{message}");
+    assert!(message.contains("out/episodes"), "{message}");
+
+    // Another process is at work in it.
+    let busy = folder.path().join("busy");
+    fs::create_dir(&busy).unwrap();
+    let lock = fs::File::create(busy.join(".lock")).unwrap();
+    lock.lock().unwrap();
+    let (code, message) = end(&output(&mut bench(&busy)));
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("another run is at work in this folder"), "{message}");
+}
+
+#[test]
+fn parts_make_the_bytes_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (expected, _) = whole(&folder.path().join("whole"));
+    let part = |i: u32| folder.path().join(format!("part-{i}"));
+    for i in 1..=3 {
+        let output = output(bench(&part(i)).args(["--shard", &format!("{i}/3")]));
+        assert!(output.status.success(), "{:?}", end(&output));
+        // Two episodes and the plan; a part sums up to nothing.
+        assert_eq!(results(&part(i)).len(), 3);
+    }
+    let merge = |parts: &[u32], out: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orchard"));
+        command.arg("merge").args(parts.iter().map(|i| part(*i))).arg("--out").arg(folder.path().join(out));
+        end(&output(&mut command))
+    };
+    let (code, message) = merge(&[1, 3], "partial");
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("2 of 6 episodes are missing, episodes/baseline-"), "{message}");
+    assert!(!folder.path().join("partial/summary.json").exists());
+    assert_eq!(merge(&[2, 3, 1], "merged").0, Some(0));
+    assert_eq!(results(&folder.path().join("merged")), expected);
+}
+
+#[test]
+fn bad_input_is_told_before_anything_is_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orchard"));
+        command.arg("bench-v1").args(args).arg("--out").arg(folder.path().join("out"));
+        end(&output(&mut command))
+    };
+    for (args, part) in [
+        (&["--trees", "0"][..], "--trees: "),
+        (&["--conditions", "windy"], "--conditions: windy is neither a condition nor a sweep"),
+        (&["--shard", "4/3"], "'4/3' is not I/N"),
+        (&["--seeds", "v2"], "neither 'tuning' nor 'v1'"),
+        (&["--controller", "nobody"], "--controller nobody: there are"),
+    ] {
+        let (code, message) = told(args);
+        assert_eq!(code, Some(2), "{args:?}: {message}");
+        assert!(message.contains(part), "{args:?}: {message}");
+        assert!(!folder.path().join("out").exists(), "{args:?}");
+    }
+}

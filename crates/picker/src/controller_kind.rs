@@ -1,0 +1,109 @@
+//! Kinds of controllers: what a scenario names and a program makes its controllers by.
+
+use std::fmt::Debug;
+
+use orchard_perception::DetectorConfig;
+use orchard_robot::RobotModel;
+
+use crate::{Controller, GOAL_TOML, Goal, Kind, PAPER_TOML};
+
+/// A kind of controller: makes controllers, one an episode.
+pub trait ControllerKind: Debug + Send + Sync {
+    /// Name, as results and command lines give it.
+    fn name(&self) -> &str;
+
+    /// Named texts that the controllers' behaviour depends on besides the project's code, such as config files and a version. They are
+    /// hashed into every result.
+    fn configs(&self) -> Vec<(String, String)>;
+
+    /// Makes a controller at the start of an episode.
+    fn controller(&self, robot: &RobotModel, detector: &DetectorConfig) -> Box<dyn Controller>;
+
+    /// True if controllers of this kind can be given a goal, as the component tasks do.
+    fn takes_goals(&self) -> bool {
+        false
+    }
+
+    /// Makes a controller at the start of a trial of a component task; `None` if this kind takes no goals.
+    fn with_goal(
+        &self,
+        goal: &Goal,
+        robot: &RobotModel,
+        detector: &DetectorConfig,
+    ) -> Option<Box<dyn Controller>> {
+        let _ = (goal, robot, detector);
+        None
+    }
+}
+
+/// A kind made of a function: for controllers from outside this project.
+#[derive(Clone)]
+pub struct CustomKind<F> {
+    name: String,
+    version: String,
+    make: F,
+}
+
+/// Makes a kind of controller from its name, the version of its code, and a function that makes one for a robot and a detector. The version
+/// is hashed into every result: raise it whenever the controller changes, so that no result of older code is taken for a new one.
+pub fn custom<C, F>(name: &str, version: &str, make: F) -> CustomKind<F>
+where
+    C: Controller + 'static,
+    F: Fn(&RobotModel, &DetectorConfig) -> C + Send + Sync,
+{
+    CustomKind { name: name.to_owned(), version: version.to_owned(), make }
+}
+
+impl<F> Debug for CustomKind<F> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.name, self.version)
+    }
+}
+
+impl<C, F> ControllerKind for CustomKind<F>
+where
+    C: Controller + 'static,
+    F: Fn(&RobotModel, &DetectorConfig) -> C + Send + Sync,
+{
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn configs(&self) -> Vec<(String, String)> {
+        vec![("version".to_owned(), self.version.clone())]
+    }
+
+    fn controller(&self, robot: &RobotModel, detector: &DetectorConfig) -> Box<dyn Controller> {
+        Box::new((self.make)(robot, detector))
+    }
+}
+
+impl ControllerKind for Kind {
+    fn name(&self) -> &str {
+        (*self).name()
+    }
+
+    fn configs(&self) -> Vec<(String, String)> {
+        let own = (format!("{}/picker.toml", (*self).name()), self.toml().to_owned());
+        // The push of the component tasks is the baseline's under every name.
+        let push = [("picker.toml", PAPER_TOML), ("goal.toml", GOAL_TOML)];
+        std::iter::once(own).chain(push.map(|(name, text)| (name.to_owned(), text.to_owned()))).collect()
+    }
+
+    fn controller(&self, robot: &RobotModel, detector: &DetectorConfig) -> Box<dyn Controller> {
+        (*self).controller(robot, detector.clone())
+    }
+
+    fn takes_goals(&self) -> bool {
+        true
+    }
+
+    fn with_goal(
+        &self,
+        goal: &Goal,
+        robot: &RobotModel,
+        detector: &DetectorConfig,
+    ) -> Option<Box<dyn Controller>> {
+        Some((*self).with_goal(goal, robot, detector.clone()))
+    }
+}

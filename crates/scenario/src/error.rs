@@ -1,0 +1,18 @@
+//! Why a scenario cannot be resolved.
+
+/// An option that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{by}: {problem}")]
+pub struct ScenarioError {
+    /// The option, or file and field, that gave the value.
+    pub by: String,
+    /// What is wrong with it: the value, and what is allowed.
+    pub problem: String,
+}
+
+impl ScenarioError {
+    /// Says what is wrong with an option.
+    pub fn new(by: impl Into<String>, problem: impl ToString) -> Self {
+        Self { by: by.into(), problem: problem.to_string() }
+    }
+}

@@ -1,0 +1,186 @@
+//! One resolved value of what is run: world, tree, robot, camera, detector, controller and task rules.
+//!
+//! [`Options`] hold a user's words, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the edge of
+//! a program; below it nothing knows the name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
+//! controllers. A scenario is hashed into every result ([`Scenario::hash`]), stored beside it ([`StoredScenario`]) and can list where
+//! each of its figures comes from ([`Scenario::figures`]).
+
+mod digest;
+mod error;
+mod figures;
+mod names;
+mod options;
+mod resolve;
+mod stored;
+mod tree;
+
+pub use error::ScenarioError;
+pub use figures::Figure;
+pub use names::{Names, SceneNames};
+pub use options::{Given, Options};
+pub use resolve::{CAMERA_DETECTORS, ROBOTS, cameras, controllers, detector, detectors, presets, robots};
+pub use stored::StoredScenario;
+pub use tree::{TreeFile, TreeFormat};
+
+use std::sync::Arc;
+
+use orchard_perception::DetectorConfig;
+use orchard_picker::{Controller, ControllerKind, Goal};
+use orchard_robot::RobotModel;
+use orchard_spec::Spec;
+use orchard_treegen::TreegenError;
+use orchard_world::{Planting, World, WorldError};
+
+/// What is run.
+#[derive(Clone)]
+pub struct Scenario {
+    names: Names,
+    spec: Arc<Spec>,
+    tree: Option<Arc<TreeFile>>,
+    robot: Arc<RobotModel>,
+    detector: DetectorConfig,
+    controller: Arc<dyn ControllerKind>,
+    /// Figures of the tasks that differ from the protocol's, as tables of TOML.
+    rules: toml::Table,
+    layers: figures::Layers,
+}
+
+impl Scenario {
+    /// Resolves options, given by their names on command lines, with the controllers of this project:
+    /// `Scenario::of(&[("preset", "tall-spindle"), ("camera", "d435i")])`. No options are the benchmark's own scenario.
+    ///
+    /// # Errors
+    /// As [`Scenario::resolve`].
+    pub fn of(options: &[(&str, &str)]) -> Result<Self, ScenarioError> {
+        Self::resolve(&Options::of(options)?, &controllers())
+    }
+
+    /// The same scenario under another controller.
+    #[must_use]
+    pub fn with_controller(&self, controller: impl ControllerKind + 'static) -> Self {
+        let names = Names { controller: controller.name().to_owned(), ..self.names.clone() };
+        Self { names, controller: Arc::new(controller), ..self.clone() }
+    }
+
+    /// The same scenario under a controller that a program has.
+    ///
+    /// # Errors
+    /// None of them has the name.
+    pub fn under(
+        &self,
+        controller: &Given,
+        controllers: &[Arc<dyn ControllerKind>],
+    ) -> Result<Self, ScenarioError> {
+        let kind = resolve::find_controller(controller, controllers)?;
+        let names = Names { controller: controller.value.clone(), ..self.names.clone() };
+        Ok(Self { names, controller: kind, ..self.clone() })
+    }
+
+    /// Names of all parts.
+    pub fn names(&self) -> &Names {
+        &self.names
+    }
+
+    /// The parts in which the scenario differs from the benchmark's own, but for the controller; `None` if it is the benchmark's own.
+    pub fn differences(&self) -> Option<String> {
+        let own = SceneNames::paper();
+        let named = self.names.scene.list().into_iter().zip(own.list());
+        let parts: Vec<String> =
+            named.filter(|(a, b)| a != b).map(|((part, name), _)| format!("{part} {name}")).collect();
+        if !parts.is_empty() {
+            return Some(parts.join(", "));
+        }
+        (!self.rules.is_empty()).then(|| "rules of its own".to_owned())
+    }
+
+    /// The world's config, with its camera and randomisation.
+    pub fn spec(&self) -> &Arc<Spec> {
+        &self.spec
+    }
+
+    /// The digitised tree that stands in every world; none where each world grows its own.
+    pub fn digitised_tree(&self) -> Option<&TreeFile> {
+        self.tree.as_deref()
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<RobotModel> {
+        &self.robot
+    }
+
+    /// The detector's config.
+    pub fn detector(&self) -> &DetectorConfig {
+        &self.detector
+    }
+
+    /// The kind of controller.
+    pub fn controller_kind(&self) -> &dyn ControllerKind {
+        &*self.controller
+    }
+
+    /// Figures of the tasks that differ from the protocol's. Each task reads its own.
+    pub fn rules(&self) -> &toml::Table {
+        &self.rules
+    }
+
+    /// The same scenario in a world of another config, with the same names: a condition of a benchmark, say.
+    #[must_use]
+    pub fn with_spec(&self, spec: Spec) -> Self {
+        Self { spec: Arc::new(spec), ..self.clone() }
+    }
+
+    /// Builds the world of an index of a seed, at rest, the robot at the start pose of a repeat. With a digitised tree every world has that
+    /// tree; seed and index draw its fruit and the leaves that the file lacks.
+    ///
+    /// # Errors
+    /// The world cannot be built.
+    pub fn world(&self, seed: u64, world: u32, repeat: u32) -> Result<World, WorldError> {
+        let (spec, robot) = (self.spec.clone(), self.robot.clone());
+        match &self.tree {
+            None => World::of_repeat(spec, robot, seed, world, repeat),
+            Some(tree) => {
+                let skeleton = tree.skeleton(&spec, seed, world);
+                World::with_tree(spec, robot, skeleton, seed, world, repeat)
+            }
+        }
+    }
+
+    /// Tree, fruit, colours and constants of the world of an index of a seed, before there is a model of it.
+    ///
+    /// # Errors
+    /// The tree does not grow.
+    pub fn planting(&self, seed: u64, world: u32) -> Result<Planting, TreegenError> {
+        match &self.tree {
+            None => Planting::draw(&self.spec, seed, world, 0),
+            Some(tree) => {
+                let skeleton = tree.skeleton(&self.spec, seed, world);
+                Ok(Planting::of_tree(self.spec.clone(), skeleton, seed, world))
+            }
+        }
+    }
+
+    /// Makes a controller at the start of an episode.
+    pub fn controller(&self) -> Box<dyn Controller> {
+        self.controller.controller(&self.robot, &self.detector)
+    }
+
+    /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller takes no goals.
+    pub fn controller_with_goal(&self, goal: &Goal) -> Option<Box<dyn Controller>> {
+        self.controller.with_goal(goal, &self.robot, &self.detector)
+    }
+}
+
+impl std::fmt::Debug for Scenario {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scenario")
+            .field("names", &self.names)
+            .field("hash", &self.hash())
+            .finish_non_exhaustive()
+    }
+}
+
+impl PartialEq for Scenario {
+    fn eq(&self, other: &Self) -> bool {
+        self.stored() == other.stored()
+    }
+}

@@ -1,0 +1,74 @@
+//! Names of a scenario's parts, as results give them.
+
+use serde::{Deserialize, Serialize};
+
+/// Names of everything that is seen: all parts but the controller.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneNames {
+    /// Preset, or own name of a config file.
+    pub preset: String,
+    /// File name of a digitised tree; `grown` where every world grows its own.
+    pub tree: String,
+    /// Strength of the randomisation or name of its file; `preset` where the config's own is kept.
+    pub randomisation: String,
+    /// Robot.
+    pub robot: String,
+    /// Camera model, or name of its file.
+    pub camera: String,
+    /// Detector, or name of its file.
+    pub detector: String,
+}
+
+/// Names of all parts.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Names {
+    /// All but the controller.
+    #[serde(flatten)]
+    pub scene: SceneNames,
+    /// Controller.
+    pub controller: String,
+}
+
+impl SceneNames {
+    /// Name of the tree where every world grows its own.
+    pub const GROWN: &str = "grown";
+    /// Name of the randomisation where the config's own is kept.
+    pub const OF_PRESET: &str = "preset";
+
+    /// The names with their options, in the order of the command line.
+    pub fn list(&self) -> [(&'static str, &str); 6] {
+        [
+            ("preset", &self.preset),
+            ("tree", &self.tree),
+            ("randomisation", &self.randomisation),
+            ("robot", &self.robot),
+            ("camera", &self.camera),
+            ("detector", &self.detector),
+        ]
+    }
+}
+
+impl Names {
+    /// Names of the benchmark's own scenario under a controller.
+    pub fn paper(controller: &str) -> Self {
+        let paper = || "paper".to_owned();
+        Self {
+            scene: SceneNames {
+                preset: paper(),
+                tree: SceneNames::GROWN.to_owned(),
+                randomisation: SceneNames::OF_PRESET.to_owned(),
+                robot: paper(),
+                camera: paper(),
+                detector: paper(),
+            },
+            controller: controller.to_owned(),
+        }
+    }
+}
+
+impl SceneNames {
+    /// Names of the benchmark's own scene.
+    pub fn paper() -> Self {
+        Names::paper("").scene
+    }
+}

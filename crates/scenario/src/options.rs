@@ -1,0 +1,194 @@
+//! A user's words: what to run, before anything is looked up.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::{Names, ScenarioError, SceneNames};
+
+/// A value with the option that gave it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Given {
+    /// The value: a name, a number or a file.
+    pub value: String,
+    /// The option (`--camera`), or file and field.
+    pub by: String,
+}
+
+impl Given {
+    /// A value given by an option.
+    pub fn new(value: impl Into<String>, by: impl Into<String>) -> Self {
+        Self { value: value.into(), by: by.into() }
+    }
+
+    /// An error that names the option and the value.
+    pub(crate) fn refuse(&self, problem: impl ToString) -> ScenarioError {
+        ScenarioError::new(format!("{} {}", self.by, self.value), problem)
+    }
+}
+
+/// The options of a scenario; what is not given is that of the preset `paper`, and the controller `baseline`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// Name of a preset. Excludes `config`.
+    pub preset: Option<Given>,
+    /// Config file of the world. Excludes `preset`.
+    pub config: Option<Given>,
+    /// File of a digitised tree.
+    pub tree: Option<Given>,
+    /// Strength in [0, 1] of every axis of the randomisation, or a file of figures that differ.
+    pub randomisation: Option<Given>,
+    /// Name of a robot.
+    pub robot: Option<Given>,
+    /// Name of a camera, or its file.
+    pub camera: Option<Given>,
+    /// Name of a detector, or its file.
+    pub detector: Option<Given>,
+    /// Name of a controller.
+    pub controller: Option<Given>,
+    /// Figures of the tasks that differ from the protocol's, with the file that gave them.
+    pub rules: Option<(String, toml::Table)>,
+}
+
+/// A scenario file. Files that it names lie relative to its own folder.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScenarioFile {
+    preset: Option<String>,
+    config: Option<String>,
+    tree: Option<String>,
+    randomisation: Option<Strength>,
+    robot: Option<String>,
+    camera: Option<String>,
+    detector: Option<String>,
+    controller: Option<String>,
+    rules: Option<toml::Table>,
+}
+
+/// The randomisation of a scenario file: a number or a file.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Strength {
+    Whole(i64),
+    Number(f64),
+    File(String),
+}
+
+impl Options {
+    /// Reads a scenario file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not TOML, or has a field that no scenario has.
+    pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| ScenarioError::new(&name, e))?;
+        let file: ScenarioFile = orchard_quantity::from_toml(&name, &text)
+            .map_err(|e| ScenarioError::new(format!("{}: {}", e.file, e.field), e.problem))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let given = |field: &str, value: Option<String>| {
+            value.map(|value| Given { value, by: format!("{name}: {field}") })
+        };
+        let beside = |field: &str, value: Option<String>| {
+            let value = value.map(|file| if names_file(&file) { under(folder, &file) } else { file });
+            given(field, value)
+        };
+        let randomisation = file.randomisation.map(|strength| match strength {
+            Strength::Whole(whole) => whole.to_string(),
+            Strength::Number(number) => number.to_string(),
+            Strength::File(file) => file,
+        });
+        let by_itself = |field: &str, value: Option<String>| given(field, value.map(|f| under(folder, &f)));
+        Ok(Self {
+            preset: given("preset", file.preset),
+            config: by_itself("config", file.config),
+            tree: by_itself("tree", file.tree),
+            randomisation: beside("randomisation", randomisation),
+            robot: given("robot", file.robot),
+            camera: beside("camera", file.camera),
+            detector: beside("detector", file.detector),
+            controller: given("controller", file.controller),
+            rules: file.rules.map(|rules| (name.clone(), rules)),
+        })
+    }
+
+    /// These options laid over others: what is given here wins.
+    #[must_use]
+    pub fn over(self, below: Self) -> Self {
+        let world = self.preset.is_some() || self.config.is_some();
+        Self {
+            preset: self.preset.or(below.preset.filter(|_| !world)),
+            config: self.config.or(below.config.filter(|_| !world)),
+            tree: self.tree.or(below.tree),
+            randomisation: self.randomisation.or(below.randomisation),
+            robot: self.robot.or(below.robot),
+            camera: self.camera.or(below.camera),
+            detector: self.detector.or(below.detector),
+            controller: self.controller.or(below.controller),
+            rules: self.rules.or(below.rules),
+        }
+    }
+
+    /// Options by their names on command lines, without the dashes.
+    ///
+    /// # Errors
+    /// A name that no option has.
+    pub fn of(pairs: &[(&str, &str)]) -> Result<Self, ScenarioError> {
+        let mut options = Self::default();
+        for &(name, value) in pairs {
+            let by = format!("--{name}");
+            let field = match name {
+                "preset" => &mut options.preset,
+                "config" => &mut options.config,
+                "tree" => &mut options.tree,
+                "randomisation" => &mut options.randomisation,
+                "robot" => &mut options.robot,
+                "camera" => &mut options.camera,
+                "detector" => &mut options.detector,
+                "controller" => &mut options.controller,
+                _ => return Err(ScenarioError::new(by, "a scenario has no such option")),
+            };
+            *field = Some(Given::new(value, by));
+        }
+        Ok(options)
+    }
+
+    /// Options that ask for the things of these names, if all of them come with the program.
+    ///
+    /// # Errors
+    /// A digitised tree or a file, which a name alone does not find.
+    pub fn of_names(names: &Names) -> Result<Self, ScenarioError> {
+        let mut pairs = vec![("controller", names.controller.as_str())];
+        for (option, name) in names.scene.list() {
+            let kept = match option {
+                "tree" => name == SceneNames::GROWN,
+                "randomisation" => name == SceneNames::OF_PRESET,
+                _ => false,
+            };
+            if kept {
+                continue;
+            }
+            if option == "tree" || names_file(name) {
+                return Err(ScenarioError::new(
+                    format!("--{option} {name}"),
+                    "the result was run with this file: give the option, or keep its plan.json beside it",
+                ));
+            }
+            pairs.push((option, name));
+        }
+        Self::of(&pairs)
+    }
+
+    /// True if no option is given.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// True if a value names a file and not one of the things that come with the program.
+pub(crate) fn names_file(value: &str) -> bool {
+    value.ends_with(".toml")
+}
+
+fn under(folder: &Path, file: &str) -> String {
+    folder.join(file).display().to_string()
+}

@@ -1,0 +1,218 @@
+//! From a user's words to a scenario.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use orchard_perception::DetectorConfig;
+use orchard_picker::{ControllerKind, Kind};
+use orchard_quantity::{from_table, overlay, parse};
+use orchard_robot::RobotModel;
+use orchard_spec::camera::CameraSpec;
+use orchard_spec::randomisation::Axis;
+use orchard_spec::{Preset, Spec};
+
+use crate::figures::Layers;
+use crate::options::names_file;
+use crate::{Given, Names, Options, Scenario, ScenarioError, SceneNames, TreeFile};
+
+/// Names of the robots that come with the program.
+pub const ROBOTS: &[&str] = &["paper"];
+
+/// Detectors that are made for a camera other than `paper`: (camera, detector). Every other camera has the detector `paper`.
+pub const CAMERA_DETECTORS: &[(&str, &str)] = &[("d435i", "d435i")];
+
+/// Names of the robots.
+pub fn robots() -> Vec<&'static str> {
+    ROBOTS.to_vec()
+}
+
+/// Names of the presets.
+pub fn presets() -> Vec<&'static str> {
+    Preset::ALL.iter().map(|preset| preset.name()).collect()
+}
+
+/// Names of the cameras.
+pub fn cameras() -> Vec<&'static str> {
+    CameraSpec::FILES.iter().map(|(name, _)| *name).collect()
+}
+
+/// Names of the detectors.
+pub fn detectors() -> Vec<&'static str> {
+    DetectorConfig::FILES.iter().map(|(name, _)| *name).collect()
+}
+
+/// The controllers of this project.
+pub fn controllers() -> Vec<Arc<dyn ControllerKind>> {
+    Kind::ALL.iter().map(|kind| Arc::new(*kind) as Arc<dyn ControllerKind>).collect()
+}
+
+impl Scenario {
+    /// Resolves options: reads the files that they name, looks up all names, and checks every figure. `controllers` are those that
+    /// the program has.
+    ///
+    /// # Errors
+    /// A name that nothing has, a file that cannot be read, a figure out of its range; the option is named.
+    pub fn resolve(
+        options: &Options,
+        controllers: &[Arc<dyn ControllerKind>],
+    ) -> Result<Self, ScenarioError> {
+        let (mut spec, mut layers) = world(options)?;
+        let (mut randomisation, mut camera) = (SceneNames::OF_PRESET.to_owned(), None);
+        if let Some(given) = &options.randomisation {
+            randomise(&mut spec, given)?;
+            randomisation = file_name(&given.value);
+            layers.part("world.randomisation", &given.by);
+        }
+        if let Some(given) = &options.camera {
+            spec.camera = named_or_file(given, CameraSpec::named, |file, text| {
+                CameraSpec::from_toml(file, text).map_err(|e| e.to_string())
+            })?;
+            camera = Some(file_name(&given.value));
+            layers.part("world.camera", &given.by);
+        }
+        let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
+        let by_camera = || Given::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
+        let detector = options.detector.clone().unwrap_or_else(by_camera);
+        layers.part("detector", &detector.by);
+        let default = |value: &str| Given::new(value, "default");
+        let robot = options.robot.clone().unwrap_or_else(|| default(ROBOTS[0]));
+        layers.part("robot", &robot.by);
+        let controller = options.controller.clone().unwrap_or_else(|| default(Kind::default().name()));
+        layers.part("controller", &controller.by);
+        let tree = options.tree.as_ref().map(read_tree).transpose()?;
+        Ok(Self {
+            names: Names {
+                scene: SceneNames {
+                    preset: spec.preset.clone(),
+                    tree: tree.as_ref().map_or(SceneNames::GROWN, TreeFile::name).to_owned(),
+                    randomisation,
+                    robot: robot.value.clone(),
+                    camera,
+                    detector: file_name(&detector.value),
+                },
+                controller: controller.value.clone(),
+            },
+            spec: Arc::new(spec),
+            tree: tree.map(Arc::new),
+            robot: find_robot(&robot)?,
+            detector: self::detector(&detector)?,
+            controller: find_controller(&controller, controllers)?,
+            rules: options.rules.as_ref().map(|(_, rules)| rules.clone()).unwrap_or_default(),
+            layers,
+        })
+    }
+}
+
+/// A detector by its name or from its file.
+///
+/// # Errors
+/// No such name or file, or a figure out of its range.
+pub fn detector(given: &Given) -> Result<DetectorConfig, ScenarioError> {
+    named_or_file(given, DetectorConfig::named, |file, text| {
+        DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
+    })
+}
+
+/// Name of the detector that is made for a camera.
+fn detector_of(camera: &CameraSpec) -> &'static str {
+    let made_for = CAMERA_DETECTORS.iter().find(|(name, _)| *name == camera.name());
+    made_for.map_or("paper", |(_, detector)| detector)
+}
+
+/// The world's config, and the layers that it is made of.
+fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
+    match (&options.preset, &options.config) {
+        (Some(preset), Some(config)) => Err(ScenarioError::new(
+            format!("{} and {}", preset.by, config.by),
+            "give one of them: a config file names its preset by `base`",
+        )),
+        (_, Some(config)) => {
+            let text = read(config)?;
+            let spec = Spec::from_toml(&config.value, &text)
+                .map_err(|e| ScenarioError::new(&config.by, e.to_string()))?;
+            let layers = Layers::of_config(&config.value, &text, &spec);
+            Ok((spec, layers))
+        }
+        (preset, None) => {
+            let preset = match preset {
+                None => Preset::Paper,
+                Some(given) => given.value.parse().map_err(|e| given_error(given, e))?,
+            };
+            let spec = Spec::preset(preset);
+            let layers = Layers::of_config(preset.name(), preset.toml(), &spec);
+            Ok((spec, layers))
+        }
+    }
+}
+
+/// Sets the randomisation: one strength for every axis, or figures of a file laid over the preset's.
+fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
+    if names_file(&given.value) {
+        let above = parse(&given.value, &read(given)?).map_err(|e| given_error(given, e))?;
+        let below = toml::Table::try_from(&spec.randomisation);
+        let mut table = below.map_err(|e| given_error(given, e))?;
+        overlay(&mut table, above, &[]);
+        spec.randomisation = from_table(&given.value, table).map_err(|e| ScenarioError::new(&given.by, e))?;
+        return Ok(());
+    }
+    let strength = given.value.parse().ok().filter(|strength| (0.0..=1.0).contains(strength));
+    let strength =
+        strength.ok_or_else(|| given.refuse("neither a strength in [0, 1] nor the name of a .toml file"))?;
+    for &axis in Axis::ALL {
+        let dial = spec.randomisation.strength_mut(axis);
+        *dial = dial.with_value(strength).map_err(|e| given_error(given, e))?;
+    }
+    Ok(())
+}
+
+fn read_tree(given: &Given) -> Result<TreeFile, ScenarioError> {
+    TreeFile::read(Path::new(&given.value)).map_err(|e| given.refuse(e))
+}
+
+/// Looks up a robot.
+pub(crate) fn find_robot(given: &Given) -> Result<Arc<RobotModel>, ScenarioError> {
+    if ROBOTS.contains(&given.value.as_str()) {
+        return Ok(Arc::new(RobotModel::paper()));
+    }
+    Err(given_error(given, format!("no robot '{}'; the robots are: {}", given.value, ROBOTS.join(", "))))
+}
+
+/// Looks up a controller among those of the program.
+pub(crate) fn find_controller(
+    given: &Given,
+    controllers: &[Arc<dyn ControllerKind>],
+) -> Result<Arc<dyn ControllerKind>, ScenarioError> {
+    let found = controllers.iter().find(|kind| kind.name() == given.value);
+    found.cloned().ok_or_else(|| {
+        let names: Vec<&str> = controllers.iter().map(|kind| kind.name()).collect();
+        let problem = format!("no controller '{}'; the controllers are: {}", given.value, names.join(", "));
+        given_error(given, problem)
+    })
+}
+
+/// A thing by its name, or from the text of its file.
+fn named_or_file<T>(
+    given: &Given,
+    named: impl FnOnce(&str) -> Result<T, String>,
+    from_toml: impl FnOnce(&str, &str) -> Result<T, String>,
+) -> Result<T, ScenarioError> {
+    if !names_file(&given.value) {
+        return named(&given.value).map_err(|e| given_error(given, e));
+    }
+    from_toml(&given.value, &read(given)?).map_err(|e| given_error(given, e))
+}
+
+fn read(given: &Given) -> Result<String, ScenarioError> {
+    std::fs::read_to_string(&given.value).map_err(|e| given.refuse(e))
+}
+
+fn given_error(given: &Given, problem: impl ToString) -> ScenarioError {
+    ScenarioError::new(&given.by, problem)
+}
+
+/// A name as it is; of a file its last part.
+fn file_name(value: &str) -> String {
+    let path = Path::new(value);
+    let last = path.file_name().filter(|_| names_file(value));
+    last.map_or_else(|| value.to_owned(), |name| name.to_string_lossy().into_owned())
+}

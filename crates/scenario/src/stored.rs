@@ -1,0 +1,75 @@
+//! Scenarios as results keep them, so that a result can be run again without the files that it was asked by.
+
+use std::sync::Arc;
+
+use orchard_perception::DetectorConfig;
+use orchard_picker::ControllerKind;
+use orchard_spec::Spec;
+use serde::{Deserialize, Serialize};
+
+use crate::figures::Layers;
+use crate::resolve::{find_controller, find_robot};
+use crate::{Given, Names, Scenario, ScenarioError, TreeFile};
+
+/// A scenario with all its figures. Robot and controller come with a program and are kept by name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredScenario {
+    /// Names of all parts.
+    #[serde(flatten)]
+    pub names: Names,
+    /// [`Scenario::hash`].
+    pub hash: String,
+    /// The world.
+    pub world: Box<Spec>,
+    /// The digitised tree, if there is one.
+    pub tree_file: Option<TreeFile>,
+    /// The detector's config.
+    pub detector_config: Box<DetectorConfig>,
+    /// Figures of the tasks that differ from the protocol's.
+    pub rules: toml::Table,
+}
+
+impl Scenario {
+    /// The scenario as results keep it.
+    pub fn stored(&self) -> StoredScenario {
+        StoredScenario {
+            names: self.names.clone(),
+            hash: self.hash(),
+            world: Box::new((*self.spec).clone()),
+            tree_file: self.tree.as_deref().cloned(),
+            detector_config: Box::new(self.detector.clone()),
+            rules: self.rules.clone(),
+        }
+    }
+
+    /// A scenario that a result keeps, with this program's robots and controllers. `by` names the result in errors.
+    ///
+    /// # Errors
+    /// A robot or controller that this program does not have, or figures other than the hash tells.
+    pub fn from_stored(
+        stored: &StoredScenario,
+        controllers: &[Arc<dyn ControllerKind>],
+        by: &str,
+    ) -> Result<Self, ScenarioError> {
+        let names = stored.names.clone();
+        let given = |field: &str, value: &str| Given::new(value, format!("{by}: {field}"));
+        let scenario = Self {
+            robot: find_robot(&given("robot", &names.scene.robot))?,
+            controller: find_controller(&given("controller", &names.controller), controllers)?,
+            spec: Arc::new((*stored.world).clone()),
+            tree: stored.tree_file.clone().map(Arc::new),
+            detector: (*stored.detector_config).clone(),
+            rules: stored.rules.clone(),
+            layers: Layers::of_one(by, &stored.world),
+            names,
+        };
+        let hash = scenario.hash();
+        if hash == stored.hash {
+            return Ok(scenario);
+        }
+        Err(ScenarioError::new(
+            by,
+            format!("config hash {} is not that of its own figures in this program, {hash}", stored.hash),
+        ))
+    }
+}

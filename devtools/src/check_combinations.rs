@@ -1,0 +1,80 @@
+//! `cargo xtask check-combinations`: every preset with every camera and every controller, one short episode each.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::episode::Outcome;
+use orchard_bench::harvest::Harvest;
+use orchard_bench::{WorldFactory, run_episode};
+use orchard_scenario::{Scenario, cameras, controllers, presets};
+use orchardbench::Failure;
+use rayon::prelude::*;
+
+/// Runs a short episode of every preset with every camera and every controller.
+#[derive(clap::Args)]
+#[command(
+    after_help = "An episode is one tree of the first tuning seed. The command fails if a scenario cannot be resolved, a world cannot be built\n\
+                  or leaves its plausible state, or anything panics.\n\nExample:\n  cargo xtask check-combinations --seconds 5"
+)]
+pub struct Args {
+    /// Length of an episode [s]
+    #[arg(long, default_value_t = SECONDS, value_name = "SECONDS")]
+    seconds: f64,
+}
+
+/// Default length of an episode [s], our own choice: the controllers have seen the tree and reach for a first fruit.
+pub const SECONDS: f64 = 4.0;
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let count = check(args.seconds)?;
+    say!("{count} combinations of preset, camera and controller ran");
+    Ok(())
+}
+
+/// Runs all combinations; returns how many there are.
+pub fn check(seconds: f64) -> Result<usize, Failure> {
+    let mut combinations = Vec::new();
+    for preset in presets() {
+        for camera in cameras() {
+            for controller in controllers() {
+                combinations.push((preset, camera, controller.name().to_owned()));
+            }
+        }
+    }
+    let bar = ProgressBar::new(combinations.len() as u64).with_style(
+        ProgressStyle::with_template("{bar:30} {pos}/{len} combinations")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    let failed = AtomicBool::new(false);
+    combinations.par_iter().with_max_len(1).for_each(|(preset, camera, controller)| {
+        if let Err(e) = episode(preset, camera, controller, seconds) {
+            eprintln!("{preset} x {camera} x {controller}: {e:#}");
+            failed.store(true, Ordering::Relaxed);
+        }
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    if failed.load(Ordering::Relaxed) {
+        return Err(Failure::Failed("not every combination runs".to_owned()));
+    }
+    Ok(combinations.len())
+}
+
+fn episode(preset: &str, camera: &str, controller: &str, seconds: f64) -> anyhow::Result<()> {
+    let options = [("preset", preset), ("camera", camera), ("controller", controller)];
+    let harvest = Harvest::new(Scenario::of(&options)?)?;
+    let seed = harvest.protocol().tuning_seeds[0];
+    let plan = harvest.plan("quick", vec![seed], 1, seconds);
+    plan.check()?;
+    let key = plan.episodes().swap_remove(0);
+    let (mut world, mut picker) = harvest.build(&key).map_err(anyhow::Error::msg)?;
+    let never = AtomicBool::new(false);
+    let record =
+        run_episode(key, &mut world, &mut picker, harvest.protocol(), plan.frame, &never, &mut || ())
+            .context("the episode was stopped")?;
+    match record.outcome {
+        Outcome::Quarantined { reason } => anyhow::bail!("quarantined: {reason}"),
+        _ => Ok(()),
+    }
+}

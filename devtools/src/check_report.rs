@@ -1,0 +1,92 @@
+//! `cargo xtask check-report`: a real report in a real browser.
+
+use std::path::{Path, PathBuf};
+
+use crate::python;
+use orchardbench::Failure;
+use orchardbench::commands::report;
+use orchardbench::{Program, Verdict};
+use std::ffi::OsString;
+
+/// Runs a small benchmark, writes its report, and opens it in headless Chromium at 1280 and 390 px, by day and by night.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Checked in the browser: nothing is wider than the window, nothing is asked for beyond the page, no error is written,\n\
+                  every image loads, letters of figures are large enough and do not overlap. Screenshots for people to look at go to\n\
+                  target/report/*.png.\n\n\
+                  Needs Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver goes into\n\
+                  target/report/venv, no browser is downloaded. Where they cannot be had, the check is skipped and says so; with CI=true\n\
+                  in the environment it fails."
+)]
+pub struct Args {
+    /// The report of this result folder instead of a small run's
+    #[arg(value_name = "DIR")]
+    dir: Option<PathBuf>,
+}
+
+/// Folder of the script and of the screenshots.
+const SUITE: &str = "report";
+/// Names that Chromium goes by.
+const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+/// Every task and every sweep, as little as there can be of each.
+const RUN: [&str; 11] = [
+    "bench-v1",
+    "--tasks",
+    "harvest,detect,reach-and-grasp,gentle",
+    "--conditions",
+    "nominal,foliage,fruit,terrain",
+    "--seeds",
+    "20250704,20250705",
+    "--trees",
+    "1",
+    "--horizon",
+    "15",
+];
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    match check_folder(args.dir.as_deref())? {
+        Verdict::Agreed => say!("screenshots: {}", python::folder(SUITE).display()),
+        Verdict::Skipped(reason) => eprintln!("SKIPPED: the report is not opened in a browser: {reason}"),
+    }
+    Ok(())
+}
+
+/// Opens the report of a small run, or tells why it cannot.
+pub fn check() -> Result<Verdict, Failure> {
+    check_folder(None)
+}
+
+fn check_folder(dir: Option<&Path>) -> Result<Verdict, Failure> {
+    let Some(browser) = BROWSERS.iter().find_map(|name| in_path(name)) else {
+        let problem = format!("there is no {}", BROWSERS.join(", "));
+        if std::env::var_os("CI").is_some_and(|ci| ci == "true") {
+            return Err(Failure::Failed(format!("a browser is needed in continuous integration: {problem}")));
+        }
+        return Ok(Verdict::Skipped(problem));
+    };
+    let environment = match python::environment(SUITE)? {
+        Ok(environment) => environment,
+        Err(skipped) => return Ok(skipped),
+    };
+    let dir = match dir {
+        Some(dir) => dir.to_owned(),
+        None => small_run()?,
+    };
+    let written = report::write(&dir, false, &Program::new())?;
+    environment.compare("check.py", &[browser, python::folder(SUITE), written.page])?;
+    Ok(Verdict::Agreed)
+}
+
+/// A small run of this very code; what is there already is taken up.
+fn small_run() -> Result<PathBuf, Failure> {
+    let dir = python::folder(SUITE).join("run");
+    let line = [&["orchard"][..], &RUN[..]].concat().into_iter().map(OsString::from);
+    Program::new().call(line.chain(["--out".into(), dir.clone().into_os_string()]))?;
+    Ok(dir)
+}
+
+/// A program of the search path.
+fn in_path(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path).map(|folder| folder.join(name)).find(|program| program.is_file())
+}

@@ -1,0 +1,40 @@
+//! `cargo xtask check-statistics`: the statistics of results against scipy.
+
+mod cases;
+
+use orchard_bench::store::write_json;
+
+use crate::python;
+use orchardbench::Failure;
+use orchardbench::Verdict;
+
+/// Holds intervals, paired tests, effect sizes, corrections and variance components against scipy's, to 1e-6.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Needs python3 with venv, and the network on the first run: scipy is installed into target/statistics/venv.\n\
+                  Where that cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails.\n\
+                  The samples and our figures of the last run stand in target/statistics/cases.json."
+)]
+pub struct Args {}
+
+/// Folder of the script and of what the last run wrote.
+const SUITE: &str = "statistics";
+
+pub fn run(_: &Args) -> Result<(), Failure> {
+    if let Verdict::Skipped(reason) = check()? {
+        eprintln!("SKIPPED: no comparison with scipy: {reason}");
+    }
+    Ok(())
+}
+
+/// Compares, or tells why it cannot. In continuous integration there is no excuse.
+pub fn check() -> Result<Verdict, Failure> {
+    let environment = match python::environment(SUITE)? {
+        Ok(environment) => environment,
+        Err(skipped) => return Ok(skipped),
+    };
+    let file = python::folder(SUITE).join("cases.json");
+    write_json(&file, &cases::Cases::all().map_err(anyhow::Error::msg)?).map_err(anyhow::Error::from)?;
+    environment.compare("compare.py", &[file])?;
+    Ok(Verdict::Agreed)
+}

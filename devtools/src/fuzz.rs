@@ -1,0 +1,152 @@
+//! `cargo xtask fuzz`: the targets under `fuzz/`, each for a bounded time.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::Context;
+use orchard_bench::store::write_bytes;
+use orchard_exchange::{depth_png, intrinsics};
+use orchard_geometry::{DepthImage, Intrinsics};
+use orchard_perception::DetectorConfig;
+
+use crate::workspace;
+use orchardbench::Failure;
+use orchardbench::Verdict;
+
+/// Feeds detector and file readers with inputs that libFuzzer makes up, guided by what they reach.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Targets: detect (any image, intrinsics and choice of gates), image_files (PNG, intrinsics, detector config).\n\
+                  Needs a C++ compiler for libFuzzer; stable Rust is enough. What is found stays in the target folder under fuzz/.\n\
+                  An input that fails is named; run the target's program on it to see it again."
+)]
+pub struct Args {
+    /// Time for each target [s]
+    #[arg(long, default_value_t = 20, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    pub seconds: u32,
+}
+
+/// The targets: binaries of the package `fuzz/`.
+const TARGETS: [&str; 2] = ["detect", "image_files"];
+
+/// What coverage guidance asks of the compiler, as cargo-fuzz does where no sanitizer is wanted: counters and tables of
+/// branches, operands of comparisons, and one code unit, so that they are whole.
+const FLAGS: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
+    -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0 -Ccodegen-units=1";
+
+/// One input may take this long [s] and this much memory [MB].
+const SLOWEST: u32 = 5;
+const MOST_MEMORY: u32 = 2048;
+/// Longest input [bytes].
+const LONGEST: u32 = 8192;
+
+/// Builds and runs all targets.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    match fuzz(args.seconds)? {
+        Verdict::Agreed => Ok(()),
+        Verdict::Skipped(reason) => {
+            println!("skipped: {reason}");
+            Ok(())
+        }
+    }
+}
+
+/// Runs every target for some seconds. In continuous integration there is no excuse for not running.
+pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
+    if let Err(reason) = compiler() {
+        if std::env::var_os("CI").is_some_and(|ci| ci == "true") {
+            return Err(Failure::Failed(format!("fuzzing is needed in continuous integration: {reason}")));
+        }
+        return Ok(Verdict::Skipped(reason));
+    }
+    let host = host()?;
+    let folder = target_folder().join("fuzz");
+    let status = Command::new("cargo")
+        .args(["build", "--quiet", "--locked", "--target", &host])
+        .arg("--manifest-path")
+        .arg(workspace::root().join("fuzz/Cargo.toml"))
+        .arg("--target-dir")
+        .arg(&folder)
+        .env("RUSTFLAGS", FLAGS)
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .status()
+        .context("cannot run cargo")?;
+    if !status.success() {
+        return Err(Failure::Failed("the fuzz targets cannot be built".into()));
+    }
+    for target in TARGETS {
+        run_target(&folder, &folder.join(&host).join("debug").join(target), target, seconds)?;
+    }
+    Ok(Verdict::Agreed)
+}
+
+fn run_target(folder: &Path, program: &Path, target: &str, seconds: u32) -> Result<(), Failure> {
+    let corpus = folder.join("corpus").join(target);
+    let failures = folder.join("failures");
+    for folder in [&corpus, &failures] {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    for (name, bytes) in seeds(target)? {
+        write_bytes(&corpus.join(name), &bytes).map_err(|e| Failure::Failed(e.to_string()))?;
+    }
+    eprintln!("{target}: {seconds} s");
+    let output = Command::new(program)
+        .arg(format!("-max_total_time={seconds}"))
+        .arg(format!("-timeout={SLOWEST}"))
+        .arg(format!("-rss_limit_mb={MOST_MEMORY}"))
+        .arg(format!("-max_len={LONGEST}"))
+        .args(["-print_final_stats=1", "-verbosity=0"])
+        .arg(format!("-artifact_prefix={}/{target}-", failures.display()))
+        .arg(&corpus)
+        .stdin(Stdio::null())
+        .output()
+        .with_context(|| program.display().to_string())?;
+    let told = String::from_utf8_lossy(&output.stderr);
+    if output.status.success() {
+        let runs = told.lines().find_map(|line| line.strip_prefix("stat::number_of_executed_units:"));
+        println!("{target}: {} inputs, none failed", runs.map_or("?", str::trim));
+        return Ok(());
+    }
+    eprintln!("{told}");
+    Err(Failure::Failed(format!("fuzz target {target} failed; the input is in {}", failures.display())))
+}
+
+/// Inputs to begin with: files that can be read.
+fn seeds(target: &str) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
+    if target != "image_files" {
+        return Ok(Vec::new());
+    }
+    let pixels = (0..12).map(|i| 0.1 * i as f32).collect();
+    let depth = DepthImage::from_pixels(4, 3, pixels).context("twelve pixels")?;
+    let k = Intrinsics::from_vertical_fov(4, 3, 1.0);
+    let ros = r#"{"height": 3, "width": 4, "D": [0, 0], "K": [3, 0, 1, 0, 3, 1, 0, 0, 1]}"#;
+    let mut seeds = vec![
+        ("depth.png", depth_png::write(&depth, depth_png::MILLIMETRE)?),
+        ("camera.json", intrinsics::write(&k).into_bytes()),
+        ("ros.json", ros.as_bytes().to_vec()),
+    ];
+    seeds.extend(DetectorConfig::FILES.iter().map(|(name, text)| (*name, text.as_bytes().to_vec())));
+    Ok(seeds)
+}
+
+/// Whether libFuzzer can be compiled.
+fn compiler() -> Result<(), String> {
+    let name = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
+    match Command::new(&name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status() {
+        Ok(status) if status.success() => Ok(()),
+        _ => Err(format!("there is no C++ compiler {name}, which libFuzzer needs (CXX names another)")),
+    }
+}
+
+/// The platform's name: with --target, build scripts stay without counters.
+fn host() -> Result<String, Failure> {
+    let output = Command::new("rustc").arg("-vV").output().context("cannot run rustc")?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let host = text.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).ok_or_else(|| Failure::Failed("rustc does not tell its host".into()))
+}
+
+fn target_folder() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace::root().join("target"), PathBuf::from)
+}

@@ -1,0 +1,98 @@
+//! Tools for developers of this project: `cargo xtask COMMAND`, one file a command.
+
+#[macro_use]
+extern crate orchardbench;
+
+mod check_combinations;
+mod check_report;
+mod check_statistics;
+mod fuzz;
+mod judge;
+mod perf;
+mod python;
+mod read_back;
+mod reuse;
+mod test;
+mod tidy;
+mod workspace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, error::ErrorKind};
+
+use orchardbench::Failure;
+
+/// Tests OrchardBench, judges it by other people's tools, and measures its speed.
+#[derive(Parser)]
+#[command(
+    name = "cargo xtask",
+    bin_name = "cargo xtask",
+    arg_required_else_help = true,
+    after_help = "Examples:\n  cargo xtask test            everything that a change must pass\n  \
+                  cargo xtask test --quick    what a change to a crate or two needs\n\n\
+                  Every other command of `cargo xtask` is forwarded to the program `orchard`: `cargo xtask bench-v1`, .."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    CheckCombinations(check_combinations::Args),
+    CheckReport(check_report::Args),
+    CheckStatistics(check_statistics::Args),
+    Fuzz(fuzz::Args),
+    Judge(judge::Args),
+    Perf(perf::Args),
+    ReadBack(read_back::Args),
+    CheckReuse(reuse::Args),
+    Test(test::Args),
+    Tidy(tidy::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::try_parse() {
+        Ok(cli) => match cli.command {
+            Command::CheckCombinations(args) => check_combinations::run(&args),
+            Command::CheckReport(args) => check_report::run(&args),
+            Command::CheckStatistics(args) => check_statistics::run(&args),
+            Command::Fuzz(args) => fuzz::run(&args),
+            Command::Judge(args) => judge::run(&args),
+            Command::Perf(args) => perf::run(&args),
+            Command::ReadBack(args) => read_back::run(&args),
+            Command::CheckReuse(args) => reuse::run(&args),
+            Command::Test(args) => test::run(&args),
+            Command::Tidy(args) => tidy::run(&args),
+        },
+        Err(e) if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Err(Failure::BadInput(one_line(&e.to_string())))
+        }
+        Err(help) => help.exit(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+/// The first paragraph of a parser's message as one line.
+fn one_line(message: &str) -> String {
+    let paragraph = message.split("\n\n").next().unwrap_or_default();
+    let words: Vec<&str> = paragraph.split_whitespace().collect();
+    format!("{} (--help tells more)", words.join(" ").trim_start_matches("error: "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

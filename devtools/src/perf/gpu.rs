@@ -1,0 +1,193 @@
+//! Suite `gpu`: batches of trees on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
+
+mod counters;
+mod warp;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::Context;
+use orchard_batch::TreeWorld;
+use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::wake;
+use orchard_gpu::{BaseTree, Choice, Gpu, GpuBatch};
+use orchard_spec::randomisation::Mode;
+use orchard_spec::{Preset, Spec};
+use rayon::prelude::*;
+
+use super::physics::forest::{Planting, kick, mjcf_of, nearest, spec_with_fruit};
+use super::physics::{FRUIT, LINKS, SEARCHED, WORLDS};
+use super::timing::Rounds;
+use super::{say, spinner};
+use counters::Counters;
+use orchardbench::rows::{Effort, Measured, Row};
+use warp::Peer;
+
+/// Frames of a round, and rounds.
+const FRAMES: u32 = 60;
+const ROUNDS: usize = 5;
+/// Frames of a batch before its first round.
+const WARM_UP: u32 = 10;
+/// Worlds of the rows with their targets on one H200 [substeps/s].
+const TARGETS: [(usize, f64); 3] = [(512, 6e6), (4096, 28e6), (16384, 45e6)];
+/// Worlds of the rows about memory, building and topologies, and what is asked there: bytes, seconds, share of the rate of one topology.
+const MANY: usize = 4096;
+const MEMORY: f64 = 150e6;
+const BUILD: f64 = 0.5;
+const TOPOLOGIES: f64 = 0.5;
+/// Worlds on an adapter in software, which is for tests.
+const SOFTWARE_WORLDS: usize = 32;
+/// Seed of the draws of the worlds that the device builds.
+const SEED: u64 = 1;
+
+const NOTE: &str =
+    "151 links, 30 fruit; every joint kicked at up to 1 rad/s before the first of 5 s; elapsed";
+const SOFTWARE_NOTE: &str = "an adapter in software: nothing is asked of it";
+
+/// Substeps a second, memory and time to build.
+pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
+    let gpu = Gpu::open(Choice::Any).context("the suite gpu needs a graphics adapter")?;
+    let is_real = !gpu.info().is_software;
+    let awake = if is_real { Protocol::paper().scaling.device.wake.si() } else { 0.0 };
+    let bar = spinner();
+    say(&bar, "growing trees");
+    let kinds = if is_real && effort == Effort::Full { WORLDS } else { SOFTWARE_WORLDS };
+    let spec = spec_with_fruit(FRUIT)?;
+    let substeps = f64::from(spec.sim.substeps.get());
+    let forest = nearest(spec, LINKS, kinds, SEARCHED)?;
+    let typical = &forest[0];
+    let siblings: Vec<Planting> = (0..kinds as u32).map(|index| typical.sibling(index)).collect();
+    let [same, dimensions, topologies] = [std::slice::from_ref(typical), &siblings, &forest].map(settled);
+    let (same, dimensions, topologies) = (same?, dimensions?, topologies?);
+
+    let mut rows = Vec::new();
+    let targets: &[(usize, f64)] = if is_real { &TARGETS } else { &[(SOFTWARE_WORLDS, 0.0)] };
+    say(&bar, "MuJoCo-Warp");
+    let compared: Vec<usize> =
+        targets.iter().map(|&(worlds, _)| worlds).filter(|&worlds| worlds <= MANY).collect();
+    // The file stays, for whoever wants to step it elsewhere.
+    let tree = warp::leave(&mjcf_of(&same[0])?)?;
+    let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
+    let peer = peer.inspect_err(|why| eprintln!("NO COMPARISON with MuJoCo-Warp: {why}")).ok();
+    let counters = if is_real { Counters::open(&gpu.info().name) } else { Err(SOFTWARE_NOTE.to_owned()) };
+    let counters = counters.inspect_err(|why| eprintln!("NO COUNTERS: {why}")).ok();
+    for &(worlds, target) in targets {
+        say(&bar, &format!("{worlds} worlds"));
+        let mut cell = Cell::measure(&gpu, &dimensions, worlds, awake)?;
+        let name = format!("gpu.dimensions_{worlds}");
+        let row = cell.row(&name, substeps);
+        rows.push(if is_real {
+            let row = peer.iter().fold(row, |row, peer| peer.beside(row, worlds));
+            Row { note: Some(NOTE.to_owned()), ..row.at_least(target) }
+        } else {
+            Row { note: Some(SOFTWARE_NOTE.to_owned()), ..row }
+        });
+        if let Some(counters) = &counters {
+            match counters.rows(&name, &mut cell.batch) {
+                Ok(counted) => rows.extend(counted),
+                Err(why) => eprintln!("NO COUNTERS of {name}: {why:#}"),
+            }
+        }
+        if worlds == MANY {
+            rows.push(
+                Row::measured(&format!("gpu.dimensions_{worlds}.memory"), cell.bytes, "bytes")
+                    .at_most(MEMORY),
+            );
+            let note = "packed and sent, from settled trees on the processor".to_owned();
+            let build =
+                Row::measured(&format!("gpu.dimensions_{worlds}.build"), cell.build, "s").at_most(BUILD);
+            rows.push(Row { note: Some(note), ..build });
+            rows.push(drawn(&gpu, typical, worlds)?.at_most(BUILD));
+        }
+    }
+    for &(worlds, _) in targets {
+        say(&bar, &format!("{worlds} worlds of one topology, and of as many"));
+        let of_one = Cell::measure(&gpu, &same, worlds, awake)?;
+        let of_many = Cell::measure(&gpu, &topologies, worlds, awake)?;
+        rows.push(of_one.row(&format!("gpu.same_{worlds}"), substeps));
+        rows.push(of_many.row(&format!("gpu.topologies_{worlds}"), substeps));
+        let share = of_many.rates.median() / of_one.rates.median();
+        let row = Row::measured(&format!("gpu.topologies_{worlds}.share"), share, "1");
+        rows.push(if is_real && worlds == MANY { row.at_least(TOPOLOGIES) } else { row });
+    }
+    bar.finish_and_clear();
+    let info = gpu.info();
+    rows.extend(peer.iter().flat_map(Peer::rows));
+    let mut measured = Measured::from(rows);
+    measured.context.insert("mujoco_warp", peer.as_ref().map(Peer::about));
+    measured.context.insert("adapter", Some(info.name.clone()));
+    measured.context.insert("driver", Some(info.driver.clone()));
+    measured.context.insert("backend", Some(info.backend.clone()));
+    Ok(measured)
+}
+
+/// Seconds in which the device draws so many worlds of one tree, in every physical axis, and settles them. The kernels are compiled before.
+fn drawn(gpu: &Gpu, of: &Planting, worlds: usize) -> anyhow::Result<Row> {
+    let mut spec = Spec::clone(&of.spec);
+    spec.randomisation = Spec::preset(Preset::Randomised).randomisation;
+    spec.randomisation.mode = Mode::DistinctDimensions;
+    let base = BaseTree::new(Arc::new(spec), &of.skeleton, of.fruit.clone(), SEED)?;
+    GpuBatch::randomised(gpu, &base, 1)?.wait()?;
+    let start = Instant::now();
+    GpuBatch::randomised(gpu, &base, worlds as u32)?.wait()?;
+    let row = Row::measured(&format!("gpu.drawn_{worlds}.build"), start.elapsed().as_secs_f64(), "s");
+    let note =
+        "from one tree in memory to as many worlds in equilibrium, all axes drawn and settled on the device";
+    Ok(Row { note: Some(note.to_owned()), ..row })
+}
+
+fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
+    plantings
+        .par_iter()
+        .map(|planting| {
+            Ok(TreeWorld::new(planting.spec.clone(), &planting.skeleton, planting.fruit.clone())?)
+        })
+        .collect()
+}
+
+/// One batch, timed.
+struct Cell {
+    batch: GpuBatch,
+    worlds: usize,
+    /// Frames of the whole batch a second.
+    rates: Rounds,
+    bytes: f64,
+    build: f64,
+}
+
+impl Cell {
+    /// So many worlds, of the given kinds in turns, each with its own kick.
+    fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize, awake: f64) -> anyhow::Result<Self> {
+        let all: Vec<TreeWorld> = (0..worlds)
+            .into_par_iter()
+            .map(|index| {
+                let mut world = kinds[index % kinds.len()].clone();
+                kick(&mut world.data_mut().v, index as u32);
+                world
+            })
+            .collect();
+        let start = Instant::now();
+        let mut batch = GpuBatch::new(gpu, &all)?;
+        batch.wait()?;
+        let build = start.elapsed().as_secs_f64();
+        wake(gpu, &all[0], awake)?;
+        drop(all);
+        batch.advance(WARM_UP);
+        batch.wait()?;
+        let mut rates = Vec::with_capacity(ROUNDS);
+        for _ in 0..ROUNDS {
+            let start = Instant::now();
+            batch.advance(FRAMES);
+            batch.wait()?;
+            rates.push(f64::from(FRAMES) / start.elapsed().as_secs_f64());
+        }
+        Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build, batch })
+    }
+
+    /// Substeps of one world a second.
+    fn row(&self, name: &str, substeps: f64) -> Row {
+        let each = self.worlds as f64 * substeps;
+        let row = Row::measured(name, self.rates.median() * each, "substeps/s");
+        Row { spread: Some(self.rates.spread().map(|rate| rate * each)), ..row }
+    }
+}

@@ -1,0 +1,75 @@
+//! What the hardware counts while a batch runs: how much of the memory's and of the arithmetic units' time a step uses.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use nvml_wrapper::Nvml;
+use nvml_wrapper::enums::gpm::GpmMetricId;
+use nvml_wrapper::gpm::gpm_metrics_get;
+use orchard_gpu::GpuBatch;
+
+use orchardbench::rows::Row;
+
+/// What is counted, its name in a row, and what it is.
+const COUNTED: [(GpmMetricId, &str, &str); 5] = [
+    (GpmMetricId::DramBwUtil, "dram", "of the memory's bandwidth"),
+    (GpmMetricId::Fp32Util, "fp32", "of the time the multiprocessors' units for f32 are at work"),
+    (GpmMetricId::IntegerUtil, "integer", "of the time their integer units are"),
+    (GpmMetricId::SmUtil, "multiprocessors", "of the time a multiprocessor has a warp"),
+    (GpmMetricId::SmOccupancy, "warps", "of the warps that multiprocessors have room for are there"),
+];
+/// Time that is counted. Shorter ones than 0.1 s are not exact.
+const COUNTED_TIME: Duration = Duration::from_secs(2);
+/// Frames that are asked for at once.
+const FRAMES: u32 = 60;
+/// Counters tell percents.
+const PERCENT: f64 = 100.0;
+
+/// The driver's performance monitor.
+pub struct Counters {
+    nvml: Nvml,
+    device: u32,
+}
+
+impl Counters {
+    /// Of the adapter of a name. The error says why it has none.
+    pub fn open(adapter: &str) -> Result<Self, String> {
+        // The package of the driver alone has no link without the number.
+        let nvml = Nvml::builder().lib_path("libnvidia-ml.so.1".as_ref()).init().or_else(|_| Nvml::init());
+        let nvml = nvml.map_err(|e| e.to_string())?;
+        let has_name = |index: &u32| {
+            let device = nvml.device_by_index(*index);
+            device.and_then(|device| device.name()).is_ok_and(|name| name == adapter)
+        };
+        let devices = nvml.device_count().map_err(|e| e.to_string())?;
+        let device = (0..devices).find(has_name).ok_or_else(|| format!("NVML knows no {adapter}"))?;
+        let is_supported = nvml.device_by_index(device).and_then(|device| device.gpm_support());
+        match is_supported {
+            Ok(true) => Ok(Self { nvml, device }),
+            Ok(false) => Err(format!("{adapter} does not count")),
+            Err(e) => Err(e.to_string()),
+        }
+    }
+
+    /// Rows of a batch that goes on for a while.
+    pub fn rows(&self, name: &str, batch: &mut GpuBatch) -> anyhow::Result<Vec<Row>> {
+        let device = self.nvml.device_by_index(self.device)?;
+        batch.advance(FRAMES);
+        batch.wait()?;
+        let before = device.gpm_sample()?;
+        let start = Instant::now();
+        while start.elapsed() < COUNTED_TIME {
+            batch.advance(FRAMES);
+            batch.wait()?;
+        }
+        let after = device.gpm_sample()?;
+        let found = gpm_metrics_get(&self.nvml, &before, &after, &COUNTED.map(|(metric, ..)| metric))
+            .context("reading the counters")?;
+        let rows = COUNTED.iter().zip(found).map(|((_, short, about), found)| {
+            let share = found.map_or(f64::NAN, |found| found.value / PERCENT);
+            let row = Row::measured(&format!("{name}.{short}"), share, "1");
+            Row { note: Some(format!("counted by the hardware: {about}")), ..row }
+        });
+        Ok(rows.collect())
+    }
+}

@@ -1,0 +1,97 @@
+//! Suite `scaling`: the scaling task's own code on a larger plan, `[scaling.study]` of the protocol, and what each kind of
+//! randomisation costs.
+
+use std::sync::atomic::AtomicBool;
+
+use orchard_bench::protocol::Protocol;
+use orchard_bench::scaling::{
+    AxisRow, Backend, Omitted, PublishedScaling, Row as CellRow, Scaling, ScalingPlan, SolverName,
+    measure as measure_plan,
+};
+use orchard_spec::randomisation::Mode;
+
+use orchardbench::commands::bench_v1::default_threads;
+use orchardbench::commands::bench_v1::scaling::{Cells, name};
+use orchardbench::rows::{Effort, Measured, Row};
+
+/// Worlds whose time to build has a row: those that the paper tells.
+const BUILT: [u32; 2] = [64, 512];
+/// What the paper's rates are of.
+const PAPER: &str = "the paper's conjugate gradients, at most";
+
+/// On the processor.
+pub fn on_cpu(effort: Effort) -> anyhow::Result<Measured> {
+    measure(effort, Backend::Cpu)
+}
+
+/// On the graphics device.
+pub fn on_gpu(effort: Effort) -> anyhow::Result<Measured> {
+    measure(effort, Backend::Gpu)
+}
+
+fn measure(effort: Effort, backend: Backend) -> anyhow::Result<Measured> {
+    let protocol = Protocol::paper();
+    let rules = &protocol.scaling;
+    let plan = ScalingPlan::study(&protocol, backend, effort == Effort::Quick);
+    let (plan, gpu) = plan.with_device(rules)?;
+    let bar = Cells::new(&plan);
+    let never = AtomicBool::new(false);
+    let result = measure_plan(&plan, gpu.as_ref(), default_threads(), &never, &bar);
+    bar.clear();
+    let scaling = result?;
+    let mut measured = Measured::from(rows(&scaling, &rules.published));
+    measured.context.insert("backend", Some(backend.name().to_owned()));
+    measured.context.insert("adapter", scaling.adapter.as_ref().map(|adapter| adapter.name.clone()));
+    measured.context.insert("driver", scaling.adapter.as_ref().map(|adapter| adapter.driver.clone()));
+    measured.scaling = Some(Box::new(scaling));
+    Ok(measured)
+}
+
+/// A row a cell, timed or left out; the time to build; the kinds of randomisation.
+fn rows(scaling: &Scaling, paper: &PublishedScaling) -> Vec<Row> {
+    let cells = scaling.rows.iter().map(|row| rate(row, paper));
+    let omitted = scaling.omitted.iter().map(left_out);
+    let built = scaling.rows.iter().filter(|row| BUILT.contains(&row.worlds));
+    let threads = scaling.threads;
+    let built = built.map(|row| build(row, threads, paper));
+    let axes = scaling.axes.iter().map(of_axis);
+    cells.chain(omitted).chain(built).chain(axes).collect()
+}
+
+fn row_name(mode: Mode, worlds: u32, solver: SolverName) -> String {
+    format!("scaling.{}_{worlds}.{}", name(mode), solver.name())
+}
+
+fn rate(cell: &CellRow, paper: &PublishedScaling) -> Row {
+    let ends = cell.spread.map(|rate| rate * f64::from(cell.worlds));
+    let row =
+        Row::measured(&row_name(cell.mode, cell.worlds, cell.solver), cell.env_steps_per_s, "env-steps/s");
+    let row = Row { spread: Some(ends), note: cell.note.clone(), ..row };
+    match paper.at(cell.mode, cell.worlds) {
+        Some(rate) => row.beside(PAPER, rate.high),
+        None => row,
+    }
+}
+
+fn left_out(cell: &Omitted) -> Row {
+    let row = Row::measured(&row_name(cell.mode, cell.worlds, cell.solver), f64::NAN, "env-steps/s");
+    Row { note: Some(format!("left out: {}", cell.why)), ..row }
+}
+
+fn build(cell: &CellRow, threads: u32, paper: &PublishedScaling) -> Row {
+    let row_name = format!("{}.build", row_name(cell.mode, cell.worlds, cell.solver));
+    let note = format!("elapsed, grown and settled by {threads} threads, then packed: {:.3} s", cell.pack_s);
+    let note = cell.note.as_ref().map_or(note.clone(), |particular| format!("{note}; {particular}"));
+    let row = Row { note: Some(note), ..Row::measured(&row_name, cell.build_s(), "s") };
+    match paper.build_at(cell.mode, cell.worlds) {
+        Some(build) => row.beside("the paper", build.value),
+        None => row,
+    }
+}
+
+fn of_axis(axis: &AxisRow) -> Row {
+    let row_name = format!("scaling.axis.{}.{}", axis.axis.name(), axis.solver.name());
+    let note = format!("rate of {} settled worlds over that of as many identical ones", axis.worlds);
+    let note = axis.note.as_ref().map_or(note.clone(), |particular| format!("{note}; {particular}"));
+    Row { spread: Some(axis.spread), note: Some(note), ..Row::measured(&row_name, axis.relative, "1") }
+}

@@ -1,0 +1,44 @@
+//! Data sets read by pycocotools, Pillow and numpy.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::Context;
+use orchard_bench::dataset::{self, DatasetConfig, Plan, Seeds};
+use orchard_scenario::Scenario;
+use orchard_spec::Preset;
+
+use crate::python;
+use orchardbench::Failure;
+use orchardbench::Verdict;
+
+/// Folder of the script and of what the last run wrote.
+const SUITE: &str = "dataset";
+/// One tree of each tuning seed but the last.
+const SEEDS: Seeds = Seeds { first: 20250704, end: 20250706 };
+const VIEWS: u32 = 4;
+
+/// Writes data sets and compares, or tells why it cannot.
+pub fn read_back() -> Result<Verdict, Failure> {
+    let environment = match python::environment(SUITE)? {
+        Ok(environment) => environment,
+        Err(skipped) => return Ok(skipped),
+    };
+    let sets = [("paper", Preset::Paper), ("ideal", Preset::Randomised), ("d435i", Preset::Calibrated)];
+    let sets = sets.map(|(camera, preset)| write_set(camera, preset));
+    let sets = sets.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    environment.compare("read.py", &sets)?;
+    Ok(Verdict::Agreed)
+}
+
+fn write_set(camera: &str, preset: Preset) -> anyhow::Result<PathBuf> {
+    let folder = python::folder(SUITE).join(format!("{camera}-{}", preset.name()));
+    // Of an earlier version of the code, perhaps.
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    }
+    let scenario = Scenario::of(&[("preset", preset.name()), ("camera", camera)])?;
+    let plan = Plan::new(&scenario, &DatasetConfig::paper(), None, SEEDS, 1, VIEWS)?;
+    dataset::run(&plan, &folder, rayon::current_num_threads(), &AtomicBool::new(false), &dataset::Silent)?;
+    Ok(folder)
+}

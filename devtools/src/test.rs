@@ -1,0 +1,144 @@
+//! `cargo xtask test`: everything that a change must pass.
+
+mod changed;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use orchardbench::commands::validate;
+use orchardbench::{Failure, Verdict};
+
+use crate::{
+    check_combinations, check_report, check_statistics, fuzz, judge, read_back, reuse, tidy, workspace,
+};
+
+/// Checks format, lints and order, then runs all tests.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, and a\n\
+                  controller built outside the workspace on the packaged crates), combinations (every preset x camera x controller, a short\n\
+                  episode each), validate gpu, judge, check-statistics, read-back, check-report, fuzz.\n\
+                  All steps run; the last lines say which passed, how long each took, and how many tests were skipped for want of a graphics\n\
+                  adapter. A step that needs what this machine lacks is skipped and says so; where CI=true is set it fails.\n\n\
+                  With --quick: format, tidy, lints and tests of the crates that differ from the last commit (or, if none does, of those\n\
+                  that it changed)."
+)]
+pub struct Args {
+    /// Only what a change to a crate or two needs
+    #[arg(long)]
+    quick: bool,
+}
+
+/// Time for each fuzz target [s], our own choice.
+const FUZZ_SECONDS: u32 = 20;
+
+/// File of tests that were skipped for want of a graphics adapter, a line each.
+const SKIPPED: &str = "ORCHARD_SKIPPED";
+
+type Step = (&'static str, Box<dyn Fn() -> Result<Verdict, Failure>>);
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let skipped = workspace::root().join("target/skipped-tests.txt");
+    let _ = fs::remove_file(&skipped);
+    let steps = if args.quick { quick_steps(&skipped)? } else { all_steps(&skipped) };
+    let mut results = Vec::new();
+    for (name, step) in steps {
+        eprintln!("== {name}");
+        let start = Instant::now();
+        results.push((name, step(), start.elapsed()));
+    }
+    eprintln!("==");
+    for (name, result, time) in &results {
+        let seconds = time.as_secs();
+        match result {
+            Ok(Verdict::Agreed) => eprintln!("pass  {name} ({seconds} s)"),
+            Ok(Verdict::Skipped(reason)) => eprintln!("SKIPPED  {name}: {reason}"),
+            Err(failure) => eprintln!("FAIL  {name} ({seconds} s): {failure}"),
+        }
+    }
+    let without_adapter = fs::read_to_string(&skipped).map_or(0, |text| text.lines().count());
+    if without_adapter > 0 {
+        eprintln!("{without_adapter} tests skipped, no adapter");
+    }
+    let total: Duration = results.iter().map(|(_, _, time)| *time).sum();
+    let failed = results.iter().filter(|(_, result, _)| result.is_err()).count();
+    if failed > 0 {
+        return Err(Failure::Failed(format!("{failed} of {} steps failed", results.len())));
+    }
+    let left_out = results.iter().filter(|(_, r, _)| matches!(r, Ok(Verdict::Skipped(_)))).count();
+    let passed = results.len() - left_out;
+    eprintln!("{passed} of {} steps passed, {left_out} skipped, in {} s", results.len(), total.as_secs());
+    Ok(())
+}
+
+fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
+    let skipped = skipped.to_owned();
+    vec![
+        ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], None))),
+        (
+            "clippy",
+            Box::new(|| {
+                cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"], None)
+            }),
+        ),
+        ("tidy", Box::new(|| tidy::run(&tidy::Args {}).map(|()| Verdict::Agreed))),
+        ("tests", Box::new(move || cargo(&["test", "--workspace", "--quiet"], Some(&skipped)))),
+        ("packages", Box::new(reuse::check)),
+        (
+            "combinations",
+            Box::new(|| check_combinations::check(check_combinations::SECONDS).map(|_| Verdict::Agreed)),
+        ),
+        ("gpu", Box::new(validate::check_gpu)),
+        ("judge", Box::new(judge::judge)),
+        ("statistics", Box::new(check_statistics::check)),
+        ("read-back", Box::new(read_back::read_back)),
+        ("report", Box::new(check_report::check)),
+        ("fuzz", Box::new(|| fuzz::fuzz(FUZZ_SECONDS))),
+    ]
+}
+
+fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {
+    let crates = changed::crates()?;
+    if crates.is_empty() {
+        eprintln!("no crate differs from the last commit, nor did it change one: format and tidy only");
+    } else {
+        eprintln!("changed: {}", crates.join(", "));
+    }
+    let mut steps: Vec<Step> = vec![
+        ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], None))),
+        ("tidy", Box::new(|| tidy::run(&tidy::Args {}).map(|()| Verdict::Agreed))),
+    ];
+    if !crates.is_empty() {
+        let of = |first: &[&'static str], last: &[&'static str]| -> Vec<String> {
+            let packages = crates.iter().flat_map(|name| ["-p".to_owned(), name.clone()]);
+            let first = first.iter().map(|arg| (*arg).to_owned());
+            first.chain(packages).chain(last.iter().map(|arg| (*arg).to_owned())).collect()
+        };
+        let clippy = of(&["clippy", "--quiet"], &["--all-targets", "--", "-D", "warnings"]);
+        let tests = of(&["test", "--quiet"], &[]);
+        let skipped: PathBuf = skipped.to_owned();
+        steps.push(("clippy", Box::new(move || cargo(&clippy, None))));
+        steps.push(("tests", Box::new(move || cargo(&tests, Some(&skipped)))));
+    }
+    Ok(steps)
+}
+
+fn cargo<S: AsRef<std::ffi::OsStr>>(
+    args: &[S],
+    skipped: Option<&std::path::Path>,
+) -> Result<Verdict, Failure> {
+    let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let name = args[0].as_ref().to_string_lossy().into_owned();
+    let mut command = Command::new(program);
+    command.args(args).current_dir(workspace::root());
+    if let Some(file) = skipped {
+        command.env(SKIPPED, file);
+    }
+    match command.status() {
+        Ok(status) if status.success() => Ok(Verdict::Agreed),
+        Ok(status) => Err(Failure::Failed(format!("cargo {name} ended with {status}"))),
+        Err(e) => Err(Failure::Failed(format!("cannot run cargo {name}: {e}"))),
+    }
+}

@@ -1,0 +1,111 @@
+//! `cargo xtask tidy`: rules of the project that a machine can check.
+
+mod architecture;
+mod crates;
+mod lengths;
+mod purity;
+mod sources;
+
+use std::path::Path;
+
+use crate::workspace;
+use orchardbench::Failure;
+
+/// Checks the crate graph, the architecture page, source keys and file lengths.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Checks:\n  crates only use crates below them; picker and perception reach no truth\n  \
+crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  \
+every source key in configs/ resolves in docs/references.bib\n  no source file is longer than 800 lines (500 is worth a look)"
+)]
+pub struct Args {}
+
+/// The crates, lowest first. A crate may use only crates that stand before it.
+const LAYERS: [&str; 24] = [
+    "quantity",
+    "spec",
+    "geometry",
+    "treegen",
+    "multibody",
+    "camera",
+    "perception",
+    "treephys",
+    "exchange",
+    "fruit",
+    "batch",
+    "gpu",
+    "robot",
+    "picker",
+    "world",
+    "scenario",
+    "env",
+    "bench",
+    "recording",
+    "report",
+    "orchardbench",
+    "tests",
+    "devtools",
+    "xtask",
+];
+
+/// What a check found.
+#[derive(Debug, Default, PartialEq)]
+pub struct Findings {
+    /// Rules broken, a line each.
+    pub errors: Vec<String>,
+    /// Worth a look, a line each.
+    pub warnings: Vec<String>,
+}
+
+impl Findings {
+    fn errors(errors: Vec<String>) -> Self {
+        Self { errors, warnings: Vec::new() }
+    }
+}
+
+pub fn run(_: &Args) -> Result<(), Failure> {
+    let findings = check(&workspace::root())?;
+    for warning in &findings.warnings {
+        eprintln!("warning: {warning}");
+    }
+    for error in &findings.errors {
+        eprintln!("error: {error}");
+    }
+    match findings.errors.len() {
+        0 => {
+            eprintln!("tidy: in order, {} warnings", findings.warnings.len());
+            Ok(())
+        }
+        n => Err(Failure::Failed(format!("tidy: {n} rules broken"))),
+    }
+}
+
+fn check(root: &Path) -> anyhow::Result<Findings> {
+    let packages = crates::packages(root)?;
+    let mut all = Findings::default();
+    for found in [
+        Findings::errors(crates::check(&packages)),
+        Findings::errors(purity::check(root)?),
+        Findings::errors(architecture::check(root, &packages)?),
+        Findings::errors(sources::check(root)?),
+        lengths::check(root)?,
+    ] {
+        all.errors.extend(found.errors);
+        all.warnings.extend(found.warnings);
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod fixture {
+    /// A temporary folder with files of the given texts.
+    pub fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        folder
+    }
+}
