@@ -1,5 +1,5 @@
-//! A world does not notice its company: alone, or among any others on any number of threads, it gives the same bits,
-//! beside a quarantined neighbour as well.
+//! A world is independent of its neighbours: it has the same bits alone, among any others, on any number of threads, and
+//! beside a quarantined world.
 
 use orchard_env::{Backend, Env};
 use orchard_robot::{Command, RobotModel};
@@ -12,11 +12,11 @@ use std::sync::Arc;
 
 const SEED: u64 = 5;
 const FRAMES: u32 = 60;
-/// World that is spoilt, and when.
-const SICK: u32 = 4;
-const SPOILT_AT: u32 = 20;
+/// World that gets a joint angle that is not a number, and the frame.
+const FAULTY: u32 = 4;
+const FAULT_AT: u32 = 20;
 
-/// Each world's robot does something else.
+/// Command of a world's robot; each world has another one.
 fn command(index: u32, frame: u32) -> Command {
     let mut command = RobotModel::paper().start_command();
     let turn = f64::from(index) - 3.5;
@@ -29,47 +29,47 @@ fn world(preset: Preset, index: u32) -> World {
     World::new(Arc::new(Spec::preset(preset)), Arc::new(RobotModel::paper()), SEED, index).unwrap()
 }
 
-/// The same world with a joint that is no number.
-fn spoilt(preset: Preset, of: &World) -> World {
-    let mut sick = world(preset, SICK);
-    sick.restore(&of.snapshot()).unwrap();
-    let q = sick.model().qs(sick.tree().bodies[5]).start;
-    sick.data_mut().q[q] = f64::NAN;
-    let mut spoilt = world(preset, SICK);
-    spoilt.restore(&sick.snapshot()).unwrap();
-    spoilt
+/// A copy of a world with a joint angle that is not a number.
+fn with_fault(preset: Preset, of: &World) -> World {
+    let mut source = world(preset, FAULTY);
+    source.restore(&of.snapshot()).unwrap();
+    let q = source.model().qs(source.tree().bodies[5]).start;
+    source.data_mut().q[q] = f64::NAN;
+    let mut faulty = world(preset, FAULTY);
+    faulty.restore(&source.snapshot()).unwrap();
+    faulty
 }
 
-/// What a world shows and what happens in it, frame by frame.
-type Story = Vec<([u8; 32], Vec<WorldEvent>)>;
+/// Fingerprint of a world's state and observation, and its events, frame by frame.
+type Record = Vec<([u8; 32], Vec<WorldEvent>)>;
 
-fn alone(preset: Preset, index: u32) -> Story {
+fn alone(preset: Preset, index: u32) -> Record {
     let mut world = world(preset, index);
-    let mut story = Story::new();
+    let mut record = Record::new();
     for frame in 0..FRAMES {
-        if (index, frame) == (SICK, SPOILT_AT) {
-            world = spoilt(preset, &world);
+        if (index, frame) == (FAULTY, FAULT_AT) {
+            world = with_fault(preset, &world);
         }
         let observation = world.observe();
         let print = fingerprint(&world, &observation);
         world.step(&command(index, frame));
-        story.push((print, world.drain_events()));
+        record.push((print, world.drain_events()));
     }
-    assert_eq!(*world.status() == Status::Running, index != SICK);
-    story
+    assert_eq!(*world.status() == Status::Running, index != FAULTY);
+    record
 }
 
-fn together(preset: Preset, indices: Range<u32>, threads: usize) -> Vec<Story> {
+fn together(preset: Preset, indices: Range<u32>, threads: usize) -> Vec<Record> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let scenario = Scenario::of(&[("preset", preset.name())]).unwrap();
         let mut env = Env::new(&scenario, SEED, indices.clone(), Backend::Cpu).unwrap();
-        let mut stories = vec![Story::new(); indices.len()];
+        let mut records = vec![Record::new(); indices.len()];
         for frame in 0..FRAMES {
-            if let (SPOILT_AT, true) = (frame, indices.contains(&SICK)) {
+            if let (FAULT_AT, true) = (frame, indices.contains(&FAULTY)) {
                 let mut snapshots = env.snapshot();
-                let place = (SICK - indices.start) as usize;
-                snapshots[place] = spoilt(preset, &env.worlds()[place]).snapshot();
+                let place = (FAULTY - indices.start) as usize;
+                snapshots[place] = with_fault(preset, &env.worlds()[place]).snapshot();
                 env.restore(&snapshots).unwrap();
             }
             let observations = env.observe();
@@ -77,20 +77,20 @@ fn together(preset: Preset, indices: Range<u32>, threads: usize) -> Vec<Story> {
                 env.worlds().iter().zip(&observations).map(|(world, o)| fingerprint(world, o)).collect();
             let commands: Vec<Command> = indices.clone().map(|index| command(index, frame)).collect();
             let events = env.step(&commands).unwrap();
-            for (story, entry) in stories.iter_mut().zip(prints.into_iter().zip(events)) {
-                story.push(entry);
+            for (record, entry) in records.iter_mut().zip(prints.into_iter().zip(events)) {
+                record.push(entry);
             }
         }
-        stories
+        records
     })
 }
 
-fn assert_unnoticed(preset: Preset, threads: &[usize], companies: &[Range<u32>]) {
-    let alone: Vec<Story> = (0..8).map(|index| alone(preset, index)).collect();
+fn assert_independent(preset: Preset, threads: &[usize], groups: &[Range<u32>]) {
+    let alone: Vec<Record> = (0..8).map(|index| alone(preset, index)).collect();
     for &threads in threads {
-        for indices in companies {
-            for (index, story) in indices.clone().zip(together(preset, indices.clone(), threads)) {
-                let differs = story.iter().zip(&alone[index as usize]).position(|(a, b)| a != b);
+        for indices in groups {
+            for (index, record) in indices.clone().zip(together(preset, indices.clone(), threads)) {
+                let differs = record.iter().zip(&alone[index as usize]).position(|(a, b)| a != b);
                 assert_eq!(
                     differs, None,
                     "frame in which world {index} of {indices:?}, {threads} threads, differs"
@@ -101,16 +101,16 @@ fn assert_unnoticed(preset: Preset, threads: &[usize], companies: &[Range<u32>])
 }
 
 #[test]
-fn worlds_do_not_notice_their_company() {
-    assert_unnoticed(Preset::Paper, &[1, 2, 4], &[3..4, 3..6, 0..8]);
+fn worlds_are_independent() {
+    assert_independent(Preset::Paper, &[1, 2, 4], &[3..4, 3..6, 0..8]);
 }
 
 #[test]
-fn randomised_worlds_do_not_either() {
-    assert_unnoticed(Preset::Randomised, &[2], &[3..6, 0..8]);
+fn randomised_worlds_are_independent() {
+    assert_independent(Preset::Randomised, &[2], &[3..6, 0..8]);
 }
 
-/// A snapshot of another world is refused by its place, and nothing is restored.
+/// A snapshot of another world is refused with its index, and no world is restored.
 #[test]
 fn an_env_takes_its_own_snapshots() {
     let mut env = Env::new(&Scenario::of(&[]).unwrap(), SEED, 0..2, Backend::Cpu).unwrap();
