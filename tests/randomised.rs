@@ -4,6 +4,7 @@ use orchard_batch::{Batch, TreeWorld};
 use orchard_env::{Backend, Env};
 use orchard_multibody::forward_kinematics;
 use orchard_robot::RobotModel;
+use orchard_scenario::Scenario;
 use orchard_spec::randomisation::{Axis, Mode};
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_tests::state_hash;
@@ -111,12 +112,16 @@ fn a_batch_of_mixed_trees() {
     }
 }
 
+fn scenario(spec: &Spec) -> Scenario {
+    Scenario::of(&[]).unwrap().with_spec(spec.clone())
+}
+
 /// Every reset draws new dimensions, the same for all worlds; a world of an episode is the same however it came there; a
 /// snapshot of one episode is not taken for another's, and going on from one gives the same bits.
 #[test]
 fn shared_dimensions_are_sampled_anew_at_every_reset() {
     let spec = Arc::new(randomised(Mode::SharedDimensions));
-    let mut env = Env::new(spec.clone(), robot(), SEED, 0..3, Backend::Cpu).unwrap();
+    let mut env = Env::new(&scenario(&spec), SEED, 0..3, Backend::Cpu).unwrap();
     let dimensions = |world: &World| -> Vec<u64> {
         world.skeleton().segments.iter().flat_map(|s| [s.length.to_bits(), s.radius.to_bits()]).collect()
     };
@@ -166,7 +171,7 @@ fn shared_dimensions_are_sampled_anew_at_every_reset() {
 #[test]
 fn other_modes_stay_as_they_are() {
     for mode in [Mode::Homogeneous, Mode::DistinctDimensions, Mode::DistinctTopology] {
-        let mut env = Env::new(Arc::new(randomised(mode)), robot(), SEED, 0..2, Backend::Cpu).unwrap();
+        let mut env = Env::new(&scenario(&randomised(mode)), SEED, 0..2, Backend::Cpu).unwrap();
         let start: Vec<_> = env.worlds().iter().map(state_hash).collect();
         env.step(&[robot().start_command(); 2]).unwrap();
         env.reset().unwrap();

@@ -1,6 +1,7 @@
 //! `cargo xtask tidy`: rules of the project that a machine can check.
 
 mod architecture;
+mod circles;
 mod crates;
 mod lengths;
 mod purity;
@@ -15,6 +16,7 @@ use orchardbench::Failure;
 #[derive(clap::Args)]
 #[command(
     after_help = "Checks:\n  crates only use crates below them; picker and perception reach no truth\n  \
+no files of a crate use each other in a circle\n  \
 crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  \
 every source key in configs/ resolves in docs/references.bib\n  no source file is longer than 800 lines (500 is worth a look)"
 )]
@@ -85,6 +87,7 @@ fn check(root: &Path) -> anyhow::Result<Findings> {
     let mut all = Findings::default();
     for found in [
         Findings::errors(crates::check(&packages)),
+        Findings::errors(circles::check(root)?),
         Findings::errors(purity::check(root)?),
         Findings::errors(architecture::check(root, &packages)?),
         Findings::errors(sources::check(root)?),

@@ -32,11 +32,28 @@ fn sample(spec: WoodSpec, gravity: f64) -> (Wood, usize) {
     (wood, tip)
 }
 
-/// How far the tip goes under a pull at rest, and how far from rest it is 20 s after the release [m].
-fn bend(spec: WoodSpec, gravity: f64, pull: f64) -> (f64, f64) {
+/// Displacement of a tip under a small force, in linear theory at the present pose: each joint of the path to the trunk turns by the force's moment across
+/// its segment over its stiffness, theta_j = (I - z_j z_j^T) (r_j x F) / K_j, and carries the tip by theta_j x r_j, with the arm r_j from the joint to the tip.
+fn linear_displacement(wood: &Wood, tip: usize, force: Vec3) -> Vec3 {
+    let p_tip = wood.p_tip(tip);
+    let path = std::iter::successors(Some(tip), |&segment| wood.skeleton.segments[segment].parent);
+    let of_joint = |segment: usize| {
+        let x_world_segment = wood.data.x_world_body(wood.tree.bodies[segment]);
+        let z = x_world_segment.rotation * Vec3::z();
+        let arm = p_tip - x_world_segment.translation.vector;
+        let moment = arm.cross(&force);
+        ((moment - z * z.dot(&moment)) / wood.tree.stiffness[segment]).cross(&arm)
+    };
+    path.map(of_joint).sum()
+}
+
+/// Displacement of the tip under a pull at rest, by linear theory, and the distance from rest 20 s after the release [m].
+fn bend(spec: WoodSpec, gravity: f64, pull: f64) -> (f64, f64, f64) {
     let (mut wood, tip) = sample(spec, gravity);
     let rest = wood.p_tip(tip);
-    wood.load_tip(tip, Vec3::new(0.0, 0.0, -pull));
+    let force = Vec3::new(0.0, 0.0, -pull);
+    let linear = linear_displacement(&wood, tip, force).norm();
+    wood.load_tip(tip, force);
     wood.settle();
     let bent = (wood.p_tip(tip) - rest).norm();
     wood.data.body_force_world.fill(Vec3::zeros());
@@ -44,14 +61,25 @@ fn bend(spec: WoodSpec, gravity: f64, pull: f64) -> (f64, f64) {
     for _ in 0..20 * 180 {
         wood.step();
     }
-    (bent, (wood.p_tip(tip) - rest).norm())
+    (bent, linear, (wood.p_tip(tip) - rest).norm())
 }
 
-/// 17 N bend the sample branch by millimetres and it comes back.
+/// A light pull without gravity bends the sample branch as linear theory says, up to a relative error of the order of the slope, some 1e-3.
+#[test]
+fn a_light_pull_bends_the_sample_branch_as_linear_theory_says() {
+    let (bent, linear, _) = bend(Spec::paper().wood, 0.0, 0.01 * PULL);
+    assert!((bent / linear - 1.0).abs() < 5e-3, "{bent} m, {linear} m by linear theory");
+}
+
+/// 17 N bend the sample branch by 10.2 mm, and it comes back. The released code of the paper prints 6.4 mm for a branch of its own tree, whose segments are not published,
+/// so that this figure cannot be reproduced. The branch of this test is held to linear theory at its rest pose (10.1 mm). The deviation of 1.2 % is geometric: the weight beyond a joint
+/// pulls further on bent wood, which linear theory leaves out.
 #[test]
 fn a_pull_bends_the_sample_branch() {
-    let (bent, back) = bend(Spec::paper().wood, GRAVITY, PULL);
-    assert!(bent > 1e-3 && bent < 0.1, "{bent} m");
+    const GEOMETRIC: f64 = 0.02;
+    let (bent, linear, back) = bend(Spec::paper().wood, GRAVITY, PULL);
+    println!("{bent} m, {linear} m by linear theory");
+    assert!((bent / linear - 1.0).abs() < GEOMETRIC, "{bent} m, {linear} m by linear theory");
     assert!(back < 1e-6, "{back}");
 }
 
@@ -62,7 +90,7 @@ fn a_softer_sapling_bends_in_proportion() {
     let stiff = Spec::paper().wood;
     let mut soft = stiff.clone();
     soft.youngs_modulus = soft.youngs_modulus.with_value(0.1 * stiff.youngs_modulus.value()).unwrap();
-    let [(bent, _), (bent_soft, back_soft)] = [stiff, soft].map(|wood| bend(wood, 0.0, 0.01 * PULL));
+    let [(bent, ..), (bent_soft, _, back_soft)] = [stiff, soft].map(|wood| bend(wood, 0.0, 0.01 * PULL));
     let ratio = bent_soft / bent;
     assert!((ratio / 10.0 - 1.0).abs() < 5e-3, "{ratio}");
     assert!(back_soft < 1e-3 * bent_soft, "{back_soft}");

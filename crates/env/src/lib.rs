@@ -1,16 +1,15 @@
 //! Reset, step, observe and act over many worlds.
 //!
-//! An [`Env`] is N worlds of one seed, with trees as the spec's randomisation says (by default each its own). Worlds share nothing, so the result of a world
+//! An [`Env`] is N worlds of one seed of a [`Scenario`], with trees as its randomisation says (by default each its own). Worlds share nothing, so the result of a world
 //! does not depend on how many others run or on how many threads run them.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! use orchard_env::{Backend, Env};
-//! use std::sync::Arc;
-//! let spec = Arc::new(orchard_spec::Spec::paper());
-//! let robot = Arc::new(orchard_robot::RobotModel::paper());
-//! let hold = robot.start_command();
-//! let mut env = Env::new(spec, robot, 1, 0..8, Backend::Cpu)?;
+//! use orchard_scenario::Scenario;
+//! let scenario = Scenario::of(&[("preset", "tall-spindle"), ("camera", "d435i")])?;
+//! let hold = scenario.robot().start_command();
+//! let mut env = Env::new(&scenario, 1, 0..8, Backend::Cpu)?;
 //! let observations = env.observe();
 //! let commands = vec![hold; observations.len()];
 //! let events = env.step(&commands)?;
@@ -19,12 +18,11 @@
 //! # }
 //! ```
 
-use orchard_robot::{Command, Observation, RobotModel};
-use orchard_spec::Spec;
+use orchard_robot::{Command, Observation};
+use orchard_scenario::Scenario;
 use orchard_world::{Snapshot, SnapshotError, World, WorldError, WorldEvent};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// What computes the physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -78,13 +76,12 @@ pub struct Env {
 }
 
 impl Env {
-    /// Builds the worlds of a range of indices of one seed.
+    /// Builds the worlds of a range of indices of one seed of a scenario.
     ///
     /// # Errors
     /// A world cannot be built; the lowest index that fails is named.
     pub fn new(
-        spec: Arc<Spec>,
-        robot: Arc<RobotModel>,
+        scenario: &Scenario,
         seed: u64,
         worlds: Range<u32>,
         backend: Backend,
@@ -92,10 +89,7 @@ impl Env {
         let Backend::Cpu = backend;
         let built: Vec<Result<World, EnvError>> = worlds
             .into_par_iter()
-            .map(|world| {
-                World::new(spec.clone(), robot.clone(), seed, world)
-                    .map_err(|source| EnvError::World { world, source })
-            })
+            .map(|world| scenario.world(seed, world, 0).map_err(|source| EnvError::World { world, source }))
             .collect();
         Ok(Self { worlds: built.into_iter().collect::<Result<_, _>>()? })
     }
@@ -154,7 +148,7 @@ impl Env {
         restored.into_iter().collect()
     }
 
-    /// What every robot senses now.
+    /// Returns the observation of every world, in the order of [`Env::worlds`].
     pub fn observe(&mut self) -> Vec<Observation> {
         self.worlds.par_iter_mut().map(World::observe).collect()
     }

@@ -1,4 +1,4 @@
-//! Worlds on a device.
+//! Batches of worlds on a device.
 
 use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use orchard_geometry::Vec3;
 use orchard_multibody::Data;
 
 use crate::BatchError;
-use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_APART, Use};
+use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_STRIDE, Use};
 use crate::device::{Gpu, GpuError};
 use crate::layout::{LANES, fourth, fruit, notice, world};
 use crate::memory::Memory;
@@ -16,30 +16,30 @@ use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
 use crate::table::BaseTree;
 
-/// What the linear system of a substep is solved by.
+/// Solver of the linear system of a substep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Solver {
     /// The articulated-body algorithm: exact, and the fastest.
     #[default]
     Aba,
-    /// Conjugate gradients without a matrix, preconditioned by each joint's own block of the inertia: for comparison.
+    /// Matrix-free conjugate gradients, preconditioned by each joint's own block of the inertia: for comparison.
     ConjugateGradients,
 }
 
-/// Workgroups over which worlds of different topology are spread on a graphics card, if there are no more worlds than so many: one a multiprocessor of a large card, then two.
-/// Others are compared in `docs/computation/gpu.md`.
+/// Pairs (n, workgroups): a graphics card spreads up to n worlds of different topology over so many workgroups, one for each multiprocessor of a large card, then two.
+/// `docs/computation/gpu.md` compares other numbers.
 const TILES_OF_A_CARD: [(usize, usize); 2] = [(1024, 128), (usize::MAX, 256)];
 
-/// How a batch is made.
+/// Options of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Forces that a world can have on its links at once.
+    /// Largest number of external forces on the links of a world at once.
     pub pushes_each: usize,
-    /// Solver.
+    /// Solver of the linear system.
     pub solver: Solver,
-    /// Workgroups over which a batch is spread at most if its topologies differ and it needs fewer: worlds hold each other up in a workgroup. It changes no bit. Without a number it is 128 for up to
-    /// 1,024 worlds and 256 for more on a graphics card, and 1 on adapters in software or in a processor. A card with far fewer than 128 multiprocessors (which no portable interface tells) is faster with as
-    /// many as it has.
+    /// Largest number of workgroups over which worlds of different topologies are spread; in one workgroup the slowest world delays the others. The number changes no bit of the results. `None` means 128 for up to
+    /// 1,024 worlds and 256 for more on a graphics card, and 1 on adapters in software or in a processor. A card with far fewer than 128 multiprocessors is faster with as many as it has; no portable interface
+    /// reports that number.
     pub tiles: Option<usize>,
 }
 
@@ -49,9 +49,9 @@ impl Default for Options {
     }
 }
 
-/// Tree worlds that advance together on a graphics device. Their state stays there; what is asked for is read.
+/// Tree worlds that advance together on a graphics device. Their state stays there; only what is asked for is read.
 ///
-/// The result of a world does not depend on the others or on their number.
+/// The result of a world does not depend on the other worlds or on their number.
 #[derive(Debug)]
 pub struct GpuBatch {
     gpu: Gpu,
@@ -60,34 +60,34 @@ pub struct GpuBatch {
     buffers: Buffers,
     pipelines: Arc<Pipelines>,
     bindings: wgpu::BindGroup,
-    /// Of worlds that are drawn from a base.
+    /// Bindings of the pass that draws worlds, if there is a base.
     vary_bindings: Option<wgpu::BindGroup>,
-    /// By world.
-    told: Vec<Told>,
+    /// Events reported so far, by world.
+    reported: Vec<Reported>,
     inputs_changed: bool,
-    /// Whether the device has drawn radii that the host's operations do not have yet.
+    /// True if the device has drawn radii that the host's operations do not have yet.
     has_new_radii: bool,
 }
 
-/// What [`GpuBatch::events`] has told of a world.
+/// Part of a world's history that [`GpuBatch::events`] has reported.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Told {
-    /// Joints that broke, fruit that came off, and the frame in which it stopped.
+struct Reported {
+    /// Number of joints that broke and of fruit that came off, and the frame in which the world stopped.
     counts: [u32; 3],
-    /// Up to which frame.
+    /// Last frame that has been reported.
     until: u32,
 }
 
 impl GpuBatch {
-    /// Takes over the state and the applied forces of some worlds. Counts of frames over a limit start anew.
+    /// Creates a batch with the state and the external forces of some worlds. Counts of frames over a limit start at zero.
     ///
     /// # Errors
-    /// The worlds do not step alike, one is broken already, or they do not fit into the device.
+    /// The worlds differ in their rules, one has a broken limb already, or they do not fit into the device.
     pub fn new(gpu: &Gpu, worlds: &[TreeWorld]) -> Result<Self, GpuError> {
         Self::with_options(gpu, worlds, Options::default())
     }
 
-    /// The same with other options.
+    /// As [`Self::new`], with options.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -99,19 +99,19 @@ impl GpuBatch {
         Self::of(gpu, memory, worlds.iter().map(|world| world.plant().clone()).collect())
     }
 
-    /// Worlds that the device draws by itself: the base tree in dimensions, habit, wood and fruit that every world draws from its own random streams, as
-    /// `orchard_world::Planting` draws them for the same spec, seed and world (episode 0), in static equilibrium. All of the base's fruit are there, on the
-    /// segments that they grew on; which of them a planting shows is settled on the host. Where no axis acts, the worlds are the base to the last bit.
+    /// Creates worlds that the device draws from a base tree: each world draws dimensions, habit, wood and fruit from its own random streams, as
+    /// `orchard_world::Planting` draws them for the same spec, seed and world (episode 0), and is in static equilibrium. All fruit of the base are there, on the
+    /// segments on which they grew; only the host selects the fruit that a planting shows. Where no axis acts, the worlds have the bits of the base.
     ///
-    /// For [`Self::store`] and its like every world has the base's model, with the base's own constants.
+    /// [`Self::store`] and [`Self::status`] use the base's model, with the base's own constants, for every world.
     ///
     /// # Errors
-    /// The base makes no batch, or the worlds do not fit into the device.
+    /// The base has no schedule, or the worlds do not fit into the device.
     pub fn randomised(gpu: &Gpu, base: &BaseTree, worlds: u32) -> Result<Self, GpuError> {
         Self::randomised_with_options(gpu, base, worlds, Options::default())
     }
 
-    /// The same with options.
+    /// As [`Self::randomised`], with options.
     ///
     /// # Errors
     /// As [`Self::randomised`].
@@ -122,7 +122,7 @@ impl GpuBatch {
         options: Options,
     ) -> Result<Self, GpuError> {
         let count = worlds as usize;
-        let memory = Memory::repeated(base, count, options.pushes_each.max(1), options.solver)?;
+        let memory = Memory::replicated(base, count, options.pushes_each.max(1), options.solver)?;
         let mut batch = Self::of(gpu, memory, vec![base.world().plant().clone(); count])?;
         batch.vary_bindings = Some(batch.buffers.bind(gpu, &batch.pipelines.bindings, Use::Varies));
         if base.varies() {
@@ -138,7 +138,7 @@ impl GpuBatch {
             bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
             vary_bindings: None,
             gpu: gpu.clone(),
-            told: vec![Told::default(); plants.len()],
+            reported: vec![Reported::default(); plants.len()],
             plants,
             memory,
             buffers,
@@ -153,17 +153,17 @@ impl GpuBatch {
         self.memory.len()
     }
 
-    /// Whether there is no world.
+    /// True if there is no world.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Memory on the device [bytes].
+    /// Memory on the device \[bytes\].
     pub fn bytes(&self) -> usize {
         self.memory.bytes()
     }
 
-    /// Asks the device for whole frames of every world. It returns at once; whoever reads waits.
+    /// Submits whole frames of every world to the device and returns at once. Reading results waits for them.
     pub fn advance(&mut self, frames: u32) {
         self.send_inputs();
         let first = self.memory.rules.frame + 1;
@@ -171,24 +171,24 @@ impl GpuBatch {
         let rules = self.memory.rules;
         let steps = (first..first + frames).map(|frame| Rules { frame, ..rules });
         let passes: &[Pass] = match self.memory.solver {
-            Solver::Aba => &[Pass::Frame, Pass::Mend],
-            Solver::ConjugateGradients => &[Pass::Conjugate, Pass::Mend],
+            Solver::Aba => &[Pass::Frame, Pass::Events],
+            Solver::ConjugateGradients => &[Pass::Conjugate, Pass::Events],
         };
         self.run(steps.map(|rules| (rules, passes)));
     }
 
-    /// Puts some worlds back to their beginning while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under
-    /// what is applied to them, with counts and peaks at zero. Their events that have not been read are gone. Fruit that had come off when the batch began
+    /// Resets some worlds while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under their weight and their
+    /// external forces, with counts and peaks at zero. Events of these worlds that have not been read are lost. Fruit that were off their stems when the batch was created
     /// stay off.
     pub fn reset(&mut self, worlds: &[usize]) {
         self.restart(worlds, &[Pass::Reset]);
     }
 
-    /// Draws some worlds of [`Self::randomised`] anew and puts them to their beginning as [`Self::reset`] does. In the mode of shared dimensions these are the
-    /// episode's; all else is the world's for good.
+    /// Draws some worlds of [`Self::randomised`] again and resets them as [`Self::reset`] does. In the mode of shared dimensions the dimensions belong to the
+    /// episode; all other draws belong to the world and are the same in every episode.
     ///
     /// # Errors
-    /// The batch was made of given worlds.
+    /// The batch was made of given worlds and has no base.
     pub fn redraw(&mut self, worlds: &[usize], episode: u32) -> Result<(), GpuError> {
         if self.vary_bindings.is_none() {
             return Err(BatchError::NoBase.into());
@@ -200,13 +200,13 @@ impl GpuBatch {
         Ok(())
     }
 
-    /// Marks worlds, sends passes and lets the worlds settle.
+    /// Marks worlds, submits passes, and lets the worlds settle.
     fn restart(&mut self, worlds: &[usize], passes: &[Pass]) {
         self.send_inputs();
         self.memory.mark(worlds);
         let frame = self.memory.rules.frame;
         for &index in worlds {
-            self.told[index] = Told { until: frame, ..Told::default() };
+            self.reported[index] = Reported { until: frame, ..Reported::default() };
         }
         for (at, marks) in self.memory.marks() {
             self.gpu.queue.write_buffer(&self.buffers.worlds, 4 * at as u64, bytemuck::cast_slice(marks));
@@ -216,14 +216,14 @@ impl GpuBatch {
         self.run(std::iter::once((rules, passes)).chain(settling));
     }
 
-    /// Sends passes to the device, each with its rules, in order.
+    /// Submits passes to the device, each with its rules, in order.
     pub(crate) fn run<'a>(&self, passes: impl Iterator<Item = (Rules, &'a [Pass])>) {
         let tiles = self.memory.tile_count() as u32;
         let mut passes = passes.peekable();
         while passes.peek().is_some() && tiles > 0 {
             let now: Vec<(Rules, &[Pass])> = passes.by_ref().take(PASSES_AT_ONCE).collect();
-            let mut rules = vec![0; RULES_APART * now.len()];
-            for (slot, (own, _)) in rules.chunks_mut(RULES_APART).zip(&now) {
+            let mut rules = vec![0; RULES_STRIDE * now.len()];
+            for (slot, (own, _)) in rules.chunks_mut(RULES_STRIDE).zip(&now) {
                 slot[..size_of::<Rules>()].copy_from_slice(bytemuck::bytes_of(own));
             }
             self.gpu.queue.write_buffer(&self.buffers.rules, 0, &rules);
@@ -233,7 +233,7 @@ impl GpuBatch {
                 for &kind in *kinds {
                     let varied = self.vary_bindings.as_ref().filter(|_| kind == Pass::Vary);
                     let bindings = varied.unwrap_or(&self.bindings);
-                    pass.set_bind_group(0, bindings, &[(slot * RULES_APART) as u32]);
+                    pass.set_bind_group(0, bindings, &[(slot * RULES_STRIDE) as u32]);
                     pass.set_pipeline(self.pipelines.of(kind));
                     pass.dispatch_workgroups(tiles, 1, 1);
                 }
@@ -251,7 +251,7 @@ impl GpuBatch {
         self.gpu.wait()
     }
 
-    /// What has happened since the last call, by frame and world.
+    /// Returns the events since the last call, sorted by frame and world.
     ///
     /// # Errors
     /// The device was lost.
@@ -260,30 +260,32 @@ impl GpuBatch {
         let counts = |memory: &Memory, index: usize| {
             [world::SNAPPED, world::DETACHED, world::STOPPED].map(|field| memory.world_number(index, field))
         };
-        let changed: Vec<usize> =
-            (0..self.len()).filter(|&index| counts(&self.memory, index) != self.told[index].counts).collect();
+        let changed: Vec<usize> = (0..self.len())
+            .filter(|&index| counts(&self.memory, index) != self.reported[index].counts)
+            .collect();
         self.fetch_state(&changed)?;
         let mut events = Vec::new();
         for world in changed {
-            let told = self.told[world];
+            let reported = self.reported[world];
             let (broke, off) = self.memory.lost(world);
             let snapped =
                 broke.into_iter().enumerate().map(|(segment, frame)| (frame, TreeEvent::Snapped { segment }));
             let came_off =
                 off.into_iter().enumerate().map(|(fruit, frame)| (frame, TreeEvent::Detached { fruit }));
-            let new = snapped.chain(came_off).filter(|(frame, _)| *frame > told.until);
+            let new = snapped.chain(came_off).filter(|(frame, _)| *frame > reported.until);
             events.extend(new.map(|(frame, event)| BatchEvent { frame, world, event }));
-            if let (Status::Quarantined(quarantine), 0) = (self.memory.status(world), told.counts[2]) {
+            if let (Status::Quarantined(quarantine), 0) = (self.memory.status(world), reported.counts[2]) {
                 let event = TreeEvent::Quarantined { fault: quarantine.fault };
                 events.push(BatchEvent { frame: quarantine.frame, world, event });
             }
-            self.told[world] = Told { counts: counts(&self.memory, world), until: self.memory.rules.frame };
+            self.reported[world] =
+                Reported { counts: counts(&self.memory, world), until: self.memory.rules.frame };
         }
         events.sort_unstable();
         Ok(events)
     }
 
-    /// Whether a world runs.
+    /// Returns whether a world runs or is in quarantine.
     ///
     /// # Errors
     /// The device was lost.
@@ -293,7 +295,7 @@ impl GpuBatch {
         Ok(self.memory.status(index))
     }
 
-    /// What every world has gone through, and its energy now.
+    /// Returns counts and peaks of every world, and its energy now.
     ///
     /// # Errors
     /// The device was lost.
@@ -319,15 +321,16 @@ impl GpuBatch {
         Ok(())
     }
 
-    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed. Gives whether the world had room for it.
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed. Returns
+    /// false if the world has no room for another force.
     #[must_use]
     pub fn push(&mut self, index: usize, segment: usize, force_world: Vec3, torque_world: Vec3) -> bool {
         self.inputs_changed = true;
         self.memory.push(index, segment, force_world, torque_world)
     }
 
-    /// Adds a force [N] at, and a torque [N m] about, a segment's centre of mass that act in some frames to come, the first frame of the batch being 1. Gives
-    /// whether the world had room for it; what is over has made room.
+    /// Adds a force \[N\] at, and a torque [N m] about, a segment's centre of mass that act in some later frames; the first frame of the batch has number 1. Returns
+    /// false if the world has no room for another force. A force whose frames are over takes no room.
     #[must_use]
     pub fn script(
         &mut self,
@@ -341,7 +344,7 @@ impl GpuBatch {
         self.memory.script(index, segment, force_world, torque_world, frames)
     }
 
-    /// Sets the external force [N] on a fruit until changed.
+    /// Sets the external force \[N\] on a fruit until changed.
     pub fn pull(&mut self, index: usize, fruit_index: usize, force_world: Vec3) {
         for at in self.memory.pull(index, fruit_index, force_world) {
             let bytes = self.memory.fruit[at].to_ne_bytes();
@@ -355,7 +358,7 @@ impl GpuBatch {
         );
     }
 
-    /// The device's links, fruit and operations, as the host lays them out.
+    /// Links, fruit and operations as they are on the device.
     #[cfg(test)]
     pub(crate) fn fetched(&mut self) -> Result<&Memory, GpuError> {
         self.fetch_state(&(0..self.len()).collect::<Vec<_>>())?;
@@ -374,12 +377,12 @@ impl GpuBatch {
         }
     }
 
-    /// Takes over what the device has drawn into the operations, and keeps the marks of forces.
+    /// Reads the operations, with the radii that the device has drawn, and keeps the marks of forces.
     fn fetch_radii(&mut self) {
         let operations = &mut self.memory.operations;
         let marks: Vec<u32> = operations.iter().map(|words| words[3] & fourth::PUSHED as u32).collect();
         let whole = 0..operations.len();
-        // A device that is lost tells whoever reads from it next.
+        // A lost device is reported by the next read.
         let _ = self.gpu.fetch(&mut [(&self.buffers.operations, operations, vec![whole])]);
         operations.iter_mut().zip(marks).for_each(|(words, mark)| words[3] |= mark);
     }
@@ -389,7 +392,7 @@ impl GpuBatch {
         self.gpu.fetch(&mut [(&self.buffers.worlds, &mut self.memory.worlds, vec![whole])])
     }
 
-    /// Reads links and fruit of some worlds, and of those that share a block with them.
+    /// Reads links, fruit and states of the blocks in which some worlds are.
     fn fetch_state(&mut self, indices: &[usize]) -> Result<(), GpuError> {
         let blocks = self.memory.blocks_of(indices);
         let times = |rows: &Range<usize>, each: usize| rows.start * each * LANES..rows.end * each * LANES;
@@ -405,16 +408,15 @@ impl GpuBatch {
     }
 }
 
-/// What a world has gone through so far.
+/// Counts, peak load and energy of a world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Statistics {
-    /// Joints that broke.
+    /// Number of joints that broke.
     pub snapped: u32,
-    /// Fruit that came off.
+    /// Number of fruit that came off.
     pub detached: u32,
-    /// Largest moment of a joint at the end of any frame, over the one that breaks it.
+    /// Largest moment of a joint at the end of any frame, over its rupture moment.
     pub peak_moment: f32,
-    /// Kinetic, gravitational (zero at the height of the world's origin) and elastic energy of wood, stems and fruit [J], as `orchard_multibody::energy` sums it
-    /// up.
+    /// Kinetic, gravitational (zero at the height of the world's origin) and elastic energy of wood, stems and fruit \[J\], as defined by `orchard_multibody::energy`.
     pub energy: f32,
 }

@@ -1,4 +1,4 @@
-//! A batch's memory on the device.
+//! Buffers of a batch on the device.
 
 use std::ops::Range;
 
@@ -9,12 +9,12 @@ use crate::layout::LANES;
 use crate::memory::Memory;
 use crate::rules::Rules;
 
-/// Passes that go to the device at once: each has its own rules.
+/// Largest number of passes in one submission; each has its own rules.
 pub(crate) const PASSES_AT_ONCE: usize = 64;
-/// Distance of their rules in the uniform buffer [bytes]: what every adapter can do.
-pub(crate) const RULES_APART: usize = 256;
+/// Distance between the rules of two passes in the uniform buffer [bytes]: the alignment that every adapter supports.
+pub(crate) const RULES_STRIDE: usize = 256;
 
-/// Buffers are as long as many of these bytes.
+/// Buffer sizes are multiples of this [bytes].
 const ALIGNED: u64 = 16;
 
 /// One buffer for each of the kernels' bindings.
@@ -32,25 +32,25 @@ pub(crate) struct Buffers {
     table: wgpu::Buffer,
 }
 
-/// What a pass binds besides.
+/// The last buffer that a pass binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
-    /// Forces.
+    /// External forces.
     Steps,
-    /// The base table in their place: adapters have no ninth storage buffer.
+    /// The base table in their place: a ninth storage buffer is not portable.
     Varies,
 }
 
 impl Buffers {
-    /// Sends the first words of the base table, among which is the episode.
+    /// Sends the first words of the base table, which contain the episode.
     pub fn send_head(&self, gpu: &Gpu, memory: &Memory) {
         gpu.queue.write_buffer(&self.table, 0, bytemuck::cast_slice(&memory.table[..1]));
     }
 
-    /// Sends a batch to the device.
+    /// Allocates the buffers of a batch and sends its contents to the device.
     ///
     /// # Errors
-    /// It does not fit.
+    /// The batch does not fit into the device.
     pub fn new(gpu: &Gpu, memory: &Memory) -> Result<Self, GpuError> {
         let (worlds, limits) = (memory.len(), gpu.device.limits());
         let largest = [
@@ -82,10 +82,10 @@ impl Buffers {
             Self::allocate(gpu, |bytes| (part(bytes) as u64).next_multiple_of(ALIGNED), memory)
         };
         let Some(buffers) = of_worlds(worlds) else {
-            // What the device has free nobody tells: halves are tried.
+            // wgpu does not report free memory, so the number of worlds is halved until the allocation succeeds.
             let halves = std::iter::successors(Some(worlds / 2), |half| Some(half / 2));
             let fits = halves.take_while(|half| *half > 0).find(|half| {
-                // What the try before has taken is given back first; a device that is lost has room for nothing.
+                // The buffers of the failed attempt are released first; a lost device has no room at all.
                 gpu.wait().is_ok() && of_worlds(*half).is_some()
             });
             return Err(GpuError::OutOfMemory {
@@ -99,7 +99,7 @@ impl Buffers {
         Ok(buffers)
     }
 
-    /// Buffers of so many bytes as `size` makes of what the memory has; none if the device has no room for them.
+    /// Allocates buffers of `size(bytes)` for the bytes of each array of the memory; `None` if the device has no room for them.
     fn allocate(gpu: &Gpu, size: impl Fn(usize) -> u64, memory: &Memory) -> Option<Self> {
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let buffer = |label: &str, size: u64, usage: BufferUsages| {
@@ -111,9 +111,9 @@ impl Buffers {
             })
         };
         let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        // A buffer has a size.
+        // A buffer must not be empty.
         let storage = |label, bytes: usize| buffer(label, size(bytes).max(ALIGNED), copied);
-        let rules = (RULES_APART * PASSES_AT_ONCE) as u64;
+        let rules = (RULES_STRIDE * PASSES_AT_ONCE) as u64;
         let buffers = Self {
             rules: buffer("rules", rules, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
             tiles: storage("tiles", size_of_val(&*memory.tiles)),
@@ -129,7 +129,7 @@ impl Buffers {
         pollster::block_on(scope.pop()).is_none().then_some(buffers)
     }
 
-    /// Sends the numbers. Work begins as zeros, as every new buffer.
+    /// Sends the contents. The work buffer starts with zeros, as every new buffer does.
     fn fill(&self, gpu: &Gpu, memory: &Memory) {
         for (buffer, contents) in [
             (&self.tiles, bytemuck::cast_slice(&memory.tiles)),
@@ -173,9 +173,9 @@ impl Buffers {
     }
 }
 
-/// What the kernels bind: rules by the pass, then the buffers in the order of `kernels/memory.wgsl`.
+/// Layout of the bindings: the rules with a dynamic offset, then the buffers in the order of `kernels/memory.wgsl`.
 pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    // Tiles, and forces or the table, are only read.
+    // Tiles, and forces or the table, are read-only.
     let storage = [true, false, false, false, false, false, false, true]
         .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
     let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
@@ -191,11 +191,11 @@ pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// A buffer, its copy on the host, and what of it is to be read.
+/// A buffer, its copy on the host, and the ranges to read.
 pub(crate) type Wanted<'a, T> = (&'a wgpu::Buffer, &'a mut Vec<T>, Vec<Range<usize>>);
 
 impl Gpu {
-    /// Copies ranges of buffers to the same ranges on the host.
+    /// Copies ranges of buffers to the same ranges on the host, after waiting for all submitted work.
     pub(crate) fn fetch<T: bytemuck::Pod>(&self, wanted: &mut [Wanted<'_, T>]) -> Result<(), GpuError> {
         let each = size_of::<T>();
         let length: usize = wanted.iter().flat_map(|(_, _, ranges)| ranges).map(Range::len).sum();
@@ -218,7 +218,7 @@ impl Gpu {
             }
         }
         self.queue.submit([encoder.finish()]);
-        // Its result is that of the wait: a device that is lost maps nothing.
+        // The wait reports the result: a lost device maps nothing.
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.wait()?;
         let lost = |e: wgpu::MapRangeError| GpuError::Lost(e.to_string());

@@ -1,4 +1,4 @@
-//! The graphics device: which there is, what it can do, and its errors.
+//! Graphics adapters: choice, limits and errors.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -9,97 +9,97 @@ use crate::layout::LANES;
 use crate::pipelines::Pipelines;
 use crate::schedule::WARPS;
 
-/// Storage buffers that the kernels bind.
+/// Number of storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 8;
 
-/// A device that cannot be had, or fails.
+/// Error of a graphics device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
-    /// There is none.
+    /// There is no adapter.
     #[error(
-        "no graphics adapter was found ({0}); on Debian the package mesa-vulkan-drivers has one in software. The CPU backend needs none"
+        "no graphics adapter was found ({0}); on Debian the package mesa-vulkan-drivers provides one in software. The CPU backend needs none"
     )]
     NoAdapter(String),
-    /// It does not let itself be opened.
+    /// The adapter cannot be opened, or its limits are too low.
     #[error("{adapter} cannot be used: {why}")]
     Unusable {
-        /// Name.
+        /// Name of the adapter.
         adapter: String,
-        /// Why.
+        /// Reason.
         why: String,
     },
-    /// The batch is too large for it.
+    /// The batch exceeds a limit of the adapter.
     #[error("{worlds} worlds need {needed} {what}, {adapter} has {has}; {fits} worlds like these would fit")]
     TooLarge {
-        /// Worlds asked for.
+        /// Number of worlds requested.
         worlds: usize,
-        /// Of what there is too little.
+        /// Limit that is exceeded.
         what: &'static str,
-        /// How much is needed.
+        /// Amount needed.
         needed: u64,
-        /// Name.
+        /// Name of the adapter.
         adapter: String,
-        /// How much there may be.
+        /// Amount that the adapter allows.
         has: u64,
-        /// Worlds that would fit.
+        /// Number of worlds that would fit.
         fits: usize,
     },
-    /// Its memory is full.
+    /// The device's memory is full.
     #[error(
         "{adapter} has no memory left for {worlds} worlds of {each} bytes each; {fits} worlds like these would fit"
     )]
     OutOfMemory {
-        /// Name.
+        /// Name of the adapter.
         adapter: String,
-        /// Worlds asked for.
+        /// Number of worlds requested.
         worlds: usize,
-        /// Bytes of a world.
+        /// Memory of one world \[bytes\].
         each: usize,
-        /// Worlds for which there was room.
+        /// Number of worlds for which there was room.
         fits: usize,
     },
-    /// It stopped working; what was computed since the last read is lost.
-    #[error("the graphics device was lost: {0}. Nothing was read from it; make the batch anew")]
+    /// The device stopped working; everything computed since the last read is lost.
+    #[error("the graphics device was lost: {0}. Nothing was read from it; create the batch again")]
     Lost(String),
-    /// The worlds make no batch.
+    /// The worlds cannot form a batch.
     #[error(transparent)]
     Batch(#[from] BatchError),
 }
 
-/// Which adapter to take.
+/// Choice of an adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Choice {
-    /// The fastest, whatever it is.
+    /// The fastest adapter.
     #[default]
     Any,
-    /// One in software: slow, and the same everywhere.
+    /// An adapter in software: slow, and available everywhere.
     Software,
 }
 
-/// What an adapter is and can do.
+/// Name and limits of an adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GpuInfo {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Vulkan, Metal or DX12.
+    /// Interface: Vulkan, Metal or DX12.
     pub backend: String,
     /// Driver, with its version.
     pub driver: String,
-    /// Whether it is a program on the CPU.
+    /// True if it runs in software on the processor.
     pub is_software: bool,
-    /// Whether it is a card with memory of its own.
+    /// True if it is a card with memory of its own.
     pub is_discrete: bool,
-    /// Whether it has subgroup operations. The kernels need none.
+    /// True if it has subgroup operations. The kernels need none.
     pub has_subgroups: bool,
-    /// Memory that a workgroup shares [bytes].
+    /// Largest workgroup memory \[bytes\].
     pub workgroup_storage: u32,
-    /// Largest buffer that a kernel can bind [bytes].
+    /// Largest storage buffer that a kernel can bind \[bytes\].
     pub storage_binding: u64,
-    /// Threads of a workgroup: a warp of worlds for each part of a tree.
+    /// Shape of a workgroup in words: warps, each of which steps a part of every tree, times worlds.
     pub kernel: String,
 }
 
-/// An open device.
+/// An open graphics device. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
@@ -110,15 +110,15 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens an adapter.
+    /// Opens the chosen adapter.
     ///
     /// # Errors
-    /// There is none, or it cannot do what the kernels need.
+    /// There is no such adapter, or its limits are too low for the kernels.
     pub fn open(choice: Choice) -> Result<Self, GpuError> {
         Self::open_with(choice, u64::MAX)
     }
 
-    /// The same with no buffer larger than so many bytes.
+    /// As [`Self::open`], with a largest buffer size [bytes].
     pub(crate) fn open_with(choice: Choice, largest_buffer: u64) -> Result<Self, GpuError> {
         let descriptor = InstanceDescriptor {
             backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
@@ -132,14 +132,14 @@ impl Gpu {
         };
         let adapter = pollster::block_on(instance.request_adapter(&options))
             .map_err(|e| GpuError::NoAdapter(one_line(&e.to_string())))?;
-        let (info, has) = (told(&adapter), adapter.limits());
+        let (info, has) = (info_of(&adapter), adapter.limits());
         let unusable = |why: String| GpuError::Unusable { adapter: info.name.clone(), why };
         for (what, needed, has) in [
             ("storage buffers for a kernel", STORAGE_BUFFERS, has.max_storage_buffers_per_shader_stage),
             ("threads in a workgroup", (LANES * WARPS) as u32, has.max_compute_invocations_per_workgroup),
         ] {
             if has < needed {
-                return Err(unusable(format!("it has {has} {what}, {needed} are needed")));
+                return Err(unusable(format!("it has {has} {what}; {needed} are needed")));
             }
         }
         let required_limits = Limits {
@@ -161,7 +161,7 @@ impl Gpu {
             *note.lock().unwrap_or_else(PoisonError::into_inner) =
                 Some(format!("{reason:?}: {}", one_line(&text)));
         });
-        // What is asked of a device that is gone fails; the next read tells why, where the library would panic.
+        // Calls on a lost device fail. The error is kept for the next read; without this handler wgpu would panic.
         let note = lost.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             let mut lost = note.lock().unwrap_or_else(PoisonError::into_inner);
@@ -170,17 +170,17 @@ impl Gpu {
         Ok(Self { device, queue, info, lost, pipelines: Arc::default() })
     }
 
-    /// The kernels, which all batches of a device share.
+    /// Compiled kernels, shared by all batches of the device.
     pub(crate) fn pipelines(&self) -> Arc<Pipelines> {
         self.pipelines.get_or_init(|| Arc::new(Pipelines::new(&self.device))).clone()
     }
 
-    /// What it is.
+    /// Name and limits of the adapter.
     pub fn info(&self) -> &GpuInfo {
         &self.info
     }
 
-    /// Waits until everything is done that was asked for.
+    /// Waits until all submitted work is done.
     ///
     /// # Errors
     /// The device was lost.
@@ -201,7 +201,7 @@ impl Gpu {
     }
 }
 
-fn told(adapter: &wgpu::Adapter) -> GpuInfo {
+fn info_of(adapter: &wgpu::Adapter) -> GpuInfo {
     let (info, limits) = (adapter.get_info(), adapter.limits());
     GpuInfo {
         name: info.name,

@@ -1,21 +1,21 @@
-//! Where numbers stand in the device's memory, for Rust and for the kernels.
+//! Layout of the device's memory, for Rust and for the kernels.
 //!
-//! Everything is `[block][row][quad][lane][4]`: a block is [`LANES`] worlds side by side, so that the threads of a warp read whole lines of memory, four fields
-//! of their world at a time. What is read together stands together. Worlds and forces on links are `[tile][field][lane]`.
-//! The constants here are also the head of every kernel's source ([`wgsl`]).
+//! Most arrays are `[block][row][quad][lane][4]`: a block is [`LANES`] worlds side by side, so that the threads of a warp read whole lines of memory, four fields
+//! of their world at a time. Fields that are read together are adjacent. Worlds and forces on links are `[tile][field][lane]`.
+//! The constants are also the head of the kernels' source ([`wgsl`]).
 
 use std::fmt::Write;
 
-/// Worlds of a block, and of a tile at most: the threads of a warp.
+/// Number of worlds of a block, and largest number of worlds of a tile: the threads of a warp.
 pub const LANES: usize = 32;
-/// Fields that are read at once.
+/// Number of fields that are read at once.
 pub(crate) const QUAD: usize = 4;
 
 /// One list of constants for both languages: names in Rust are `module::NAME`, in WGSL `MODULE_NAME`.
 macro_rules! fields {
     ($($(#[$about:meta])* $module:ident { $($(#[$doc:meta])* $name:ident = $value:literal,)* })*) => {
         $($(#[$about])*
-        #[allow(dead_code, reason = "some are for the kernels and their twins alone")]
+        #[allow(dead_code, reason = "only the kernels use some of them")]
         pub(crate) mod $module { $($(#[$doc])* pub const $name: usize = $value;)* })*
 
         const ALL: &[(&str, &str, usize)] =
@@ -24,11 +24,11 @@ macro_rules! fields {
 }
 
 fields! {
-    /// A link. Constants first, what a broken joint keeps after them, then the state. Breaking changes no constant, so that a reset finds all of them.
+    /// A link: constants, then the numbers of a broken joint, then the state. Breaking changes no constant, so that a reset finds all of them.
     link {
         /// Axis at rest in the parent's frame (3): the joint's frame is the parent's, turned by the smallest rotation that carries z onto it.
         DIRECTION = 0,
-        /// From the joint to the tip, where all children sit [m].
+        /// Distance from the joint to the tip, where all children are fixed [m].
         LENGTH = 3,
         /// Mass [kg].
         MASS = 4,
@@ -38,104 +38,104 @@ fields! {
         EXCESS = 6,
         /// Joint stiffness [N m/rad]; its damping is in proportion.
         STIFFNESS = 7,
-        /// Square of the angle that breaks the joint [rad^2]. It and what follows is not read in every substep.
+        /// Square of the angle that breaks the joint [rad^2]. This and the next three fields are not read in every substep.
         LIMIT = 8,
-        /// Of a broken joint: inertia of its sub-tree [kg m^2].
+        /// Broken joint: inertia of its sub-tree [kg m^2].
         BROKEN_INERTIA = 9,
-        /// Its friction before the ramp [N m].
+        /// Broken joint: friction before the ramp [N m].
         FRICTION = 10,
-        /// Its rate a substep ago [rad/s].
+        /// Broken joint: rate a substep ago [rad/s].
         LAST_RATE = 11,
         /// Angles [rad] (2).
         Q = 12,
         /// Rates [rad/s] (2).
         V = 14,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 16,
     }
-    /// What the way in leaves for the way out at a link.
+    /// Numbers that the inward pass stores at a link for the outward pass.
     work {
-        /// Inverse pivot times U, of the first joint axis: torque (3), and inverse pivot times the joint's impulse.
+        /// First joint axis: torque part of D^-1 U (3), and the first number of D^-1 y; D is the joint's pivot and y the impulse on it.
         G_1N = 0,
-        /// Force (3), and the second joint's.
+        /// First joint axis: force part of D^-1 U (3), and the second number of D^-1 y.
         G_1F = 4,
-        /// The same of the second joint axis (3).
+        /// Second joint axis: torque part of D^-1 U (3).
         G_2N = 8,
-        /// Likewise (3).
+        /// Second joint axis: force part of D^-1 U (3).
         G_2F = 12,
-        /// Between a way out and the next way in, for a link of a broken limb: impulse of the ground on its tip (3), and damper along the ground.
+        /// Between an outward pass and the next inward pass, for a link of a broken limb: impulse of the ground on its tip (3), and damper along the ground.
         PROP = 0,
-        /// Damper along the normal, then what held the tip: the velocity at which the impulse vanishes, and its vertical velocity. The way in hands
-        /// these two on as the fourth numbers of `G_2N` and `G_2F`.
+        /// Damper along the normal, then the contact that held the tip: the velocity at which the impulse vanishes, and the tip's vertical velocity. The inward pass
+        /// copies these two to the fourth numbers of `G_2N` and `G_2F`.
         HELD = 4,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 16,
     }
-    /// What conjugate gradients keep of a joint, if worlds are stepped by them.
+    /// Numbers of a joint for conjugate gradients.
     krylov {
-        /// First axis (3), and the first number of the inverse of its block of the joint-space inertia.
+        /// First axis (3), and the first diagonal number of the inverse of the joint's own block of the joint-space inertia.
         FIRST = 0,
-        /// Second axis (3), and the number off its diagonal.
+        /// Second axis (3), and the off-diagonal number of that inverse.
         SECOND = 4,
-        /// From the joint to the tip [m] (3), and its last number.
+        /// Vector from the joint to the tip [m] (3), and the second diagonal number.
         ARM = 8,
         /// Velocity changes so far (2), and residual (2).
         X = 12,
-        /// Direction (2), and its product with the inertia (2).
+        /// Search direction (2), and its product with the inertia (2).
         P = 16,
-        /// Of the joint.
+        /// Armature of the joint.
         ARMATURE = 20,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 24,
     }
-    /// Motion of a link's tip, what the way in starts from at a link that hands on to no row after it: second and third axis, angular velocity,
-    /// angular bias acceleration, velocity, bias acceleration, 3 each one after the other; the last two numbers are free.
+    /// Motion of a link's tip, from which the inward pass starts at a link without a child in the next row: second and third axis, angular velocity,
+    /// angular bias acceleration, velocity, bias acceleration (3 each, in this order); the last two numbers are free.
     leaf {
-        /// Fields.
+        /// Number of fields.
         FIELDS = 20,
     }
-    /// What a link with several children keeps for those that do not follow at once, at its tip.
+    /// Numbers at the tip of a link with several children, for the children that do not follow in the next row.
     fork {
         /// Second and third axis at the start of the substep, changes of angular and linear velocity in it (3 each).
         CHANGE = 0,
-        /// The new motion, as a leaf; its last two numbers are x and y of the tip.
+        /// The new motion, as in a leaf; its last two numbers are x and y of the tip.
         MOTION = 12,
         /// z of the tip.
         HEIGHT = 32,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 36,
     }
-    /// What children bring to their parent's tip, one after the other: angular inertia (6: columns x, y, z from the diagonal down), columns of the coupling, torque
+    /// Load of a child on its parent's tip, in this order: angular inertia (6: columns x, y, z from the diagonal down), columns of the coupling, torque
     /// by linear motion (9), linear inertia (6), torque impulse, force impulse (3 each).
     load {
-        /// Fields.
+        /// Number of fields.
         FIELDS = 28,
     }
-    /// A fruit. Constants first, then the state, and what a substep leaves for the next one.
+    /// A fruit: constants, then the state, then the numbers that a substep stores for the next one.
     fruit {
         /// Mass [kg].
         MASS = 0,
         /// Radius [m].
         RADIUS = 1,
-        /// Force that takes it off when pulled at directly [N].
+        /// Direct pull that detaches it [N].
         THRESHOLD = 2,
-        /// Coefficient of air drag off the stem [N s^2/m^2].
+        /// Coefficient of air drag of a loose fruit [N s^2/m^2].
         AIR_DRAG = 3,
         /// Stiffness of the stem [N/m].
         STIFFNESS = 4,
         /// Damping of the stem [N s/m].
         DAMPING = 5,
-        /// Upward force that takes the weight off the anchor [N].
+        /// Upward force that compensates the weight on the anchor [N].
         BIAS = 6,
         /// Largest reaction on the anchor [N].
         CAP = 7,
-        /// Where the stem is fixed, in the link's frame [m] (3).
+        /// Position of the stem's anchor in the link's frame [m] (3).
         ANCHOR = 8,
         /// Height of the hang point above the anchor [m].
         DROP = 11,
         /// Applied force [N] (3).
         FORCE = 12,
-        /// Frames in a row over the stem's limit in the lower, over the pull's in the next 8 bits.
+        /// Number of successive frames over the limit of stem tension in the lower 8 bits, over that of the direct pull in the next 8 bits.
         FRAMES_OVER = 15,
         /// Position [m] (3).
         P = 16,
@@ -145,7 +145,7 @@ fields! {
         V = 20,
         /// 1 / (mass + h drag + what the stem adds) [1/kg].
         INVERSE_MASS = 23,
-        /// From the link's origin to the anchor [m] (3); off the stem the angular velocity [rad/s].
+        /// Vector from the link's origin to the anchor [m] (3); for a loose fruit its angular velocity [rad/s].
         ARM = 24,
         /// Impulse of the stem on the anchor (3).
         REACTION = 28,
@@ -153,39 +153,39 @@ fields! {
         ADDED_MASS = 31,
         /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
         IMPULSE = 32,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 36,
     }
-    /// A force on a link.
+    /// An external force on a link.
     push {
         /// Row in the tile, as bits; `u32::MAX` if there is none.
         ROW = 0,
-        /// At the centre of mass [N] (3).
+        /// Force at the centre of mass [N] (3).
         FORCE = 1,
-        /// About it [N m] (3).
+        /// Torque about the centre of mass [N m] (3).
         TORQUE = 4,
         /// Frame after which it acts, as bits.
         AFTER = 7,
-        /// Last frame in which it does, as bits.
+        /// Last frame in which it acts, as bits.
         UNTIL = 8,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 9,
     }
     /// A world. Whole numbers are kept as bits.
     world {
-        /// Where its trunk stands [m] (3).
+        /// Position of its trunk's base in the world [m] (3).
         P = 0,
-        /// Frame at whose end it was found non-finite; 0 while it runs.
+        /// Frame at whose end it was found to be non-finite; 0 while it runs.
         STOPPED = 3,
-        /// What waits for the next pass, bits [`notice`].
+        /// Work for the next pass, bits [`notice`].
         NOTICE = 4,
-        /// Joints that broke.
+        /// Number of joints that broke.
         SNAPPED = 5,
-        /// Fruit that came off.
+        /// Number of fruit that came off.
         DETACHED = 6,
-        /// Largest square of an angle over its limit's, of any joint and frame.
+        /// Largest square of an angle over that of its limit, of any joint and frame.
         PEAK = 7,
-        /// Rows of fruit up to its last.
+        /// Number of rows of fruit up to its last one.
         FRUIT = 8,
         /// Number of links; 0 if the tile has no world in this lane.
         LINKS = 9,
@@ -195,20 +195,20 @@ fields! {
         ENERGY = 11,
         /// Damping of a joint over its stiffness [s].
         DAMPING_TIME = 12,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 13,
     }
-    /// Head of the base table, from which worlds are varied: words, the axes' entries after them, then the segments', then the fruit's.
+    /// Head of the base table, from which worlds are drawn. The entries of the axes follow it, then those of the segments, then those of the fruit.
     base {
         /// Bits [`varied`].
         FLAGS = 0,
-        /// Episode of the axes that know it.
+        /// Episode, for the axes whose draws belong to an episode.
         EPISODE = 1,
         /// Number of segments.
         SEGMENTS = 2,
         /// Number of fruit.
         FRUIT = 3,
-        /// Least height of a branch's underside above the ground [m].
+        /// Smallest height of a branch's underside above the ground [m].
         CLEARANCE = 4,
         /// Density of wood [kg/m^3].
         DENSITY = 5,
@@ -216,33 +216,33 @@ fields! {
         MODULUS = 6,
         /// Rupture stress of wood [Pa].
         STRESS = 7,
-        /// Least joint stiffness [N m/rad].
+        /// Smallest joint stiffness [N m/rad].
         STIFFNESS_MIN = 8,
-        /// Largest one.
+        /// Largest joint stiffness [N m/rad].
         STIFFNESS_MAX = 9,
-        /// From a stem's anchor to the skin of its fruit [m].
+        /// Length of a stem, from its anchor to the skin of the fruit [m].
         STEM = 10,
         /// Damping of a stem over the root of its fruit's mass [N s/m/kg^1/2].
         STEM_DAMPING = 11,
         /// Air drag of a fruit over the square of its radius [N s^2/m^4].
         AIR_DRAG = 12,
-        /// Upward force that takes a fruit's weight off the anchor, over its mass [m/s^2].
+        /// Upward force that compensates a fruit's weight on the anchor, over its mass [m/s^2].
         BIAS = 13,
-        /// Droop of an internode that its factor acts on [rad].
+        /// Droop of an internode, on which the factor acts [rad].
         INTERNODE = 14,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 16,
     }
     /// Bits of [`base::FLAGS`].
     varied {
-        /// Some axis changes the form of wood.
+        /// Some axis changes the form of the wood.
         FORM = 1,
-        /// A joint's stiffness is that of the corrected law.
+        /// Joint stiffness follows the corrected law.
         CORRECTED = 2,
-        /// It is that of a branch order, which no axis changes.
+        /// Joint stiffness belongs to the branch order, and no axis changes it.
         PER_LEVEL = 4,
     }
-    /// The axes by their entries in the table.
+    /// Numbers of the axes in the table.
     axis {
         /// Size of the whole tree.
         SCALE = 0,
@@ -272,86 +272,86 @@ fields! {
         FRUIT_SIZE = 12,
         /// Mass of fruit.
         FRUIT_MASS = 13,
-        /// How many.
+        /// Number of axes.
         COUNT = 14,
     }
-    /// An axis's entry.
+    /// Entry of an axis.
     dial {
         /// Key of its random streams (8 words).
         KEY = 0,
         /// Strength.
         STRENGTH = 8,
-        /// Lower end of what is drawn uniformly, mean of what is drawn normally.
+        /// Lower end of a uniform distribution, mean of a normal one.
         LOW = 9,
-        /// Upper end, or standard deviation.
+        /// Upper end of a uniform distribution, standard deviation of a normal one.
         HIGH = 10,
-        /// 1 if the stream's number is the episode and not the world.
+        /// 1 if the number of the stream is the episode and not the world.
         BY_EPISODE = 11,
-        /// Lower end of a cut normal distribution, or of what the factor acts on.
+        /// Lower end of a truncated normal distribution, or lower limit of the result.
         LEAST = 12,
-        /// Upper end.
+        /// Upper end or limit.
         MOST = 13,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 16,
     }
-    /// A segment's entry, parents first.
+    /// Entry of a segment; parents come first.
     segment {
         /// Row in the tile.
         ROW = 0,
-        /// Its parent's entry, or `u32::MAX`.
+        /// Entry of its parent, or `u32::MAX`.
         PARENT = 1,
-        /// Number of the lateral on its axis, in the bits of [`growth`].
+        /// Place on the tree, bits [`growth`].
         GROWTH = 2,
-        /// Radius as its operation has it.
+        /// Radius in the units of its operation.
         RADIUS_UNITS = 3,
-        /// Heading in the world (3).
+        /// Heading in world coordinates (3).
         HEADING = 4,
         /// Square of the angle that breaks its joint [rad^2].
         LIMIT = 7,
-        /// Direction in the parent's frame (3), and length [m]: as a link has them.
+        /// Direction in the parent's frame (3), and length [m], as in a link.
         DIRECTION = 8,
-        /// Mass, inertia across, excess and stiffness: as a link has them.
+        /// Mass, inertia across, excess and stiffness, as in a link.
         MASS = 12,
         /// Radius [m].
         RADIUS = 16,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 20,
     }
     /// Bits of [`segment::GROWTH`].
     growth {
-        /// It is no part of the trunk.
+        /// The segment does not belong to the trunk.
         BRANCH = 0x1,
-        /// It is a lateral of its parent's axis.
+        /// The segment is a lateral of its parent's axis.
         LATERAL = 0x2,
-        /// Shift of how many laterals the axis had before it.
+        /// Shift of the number of laterals before it on that axis.
         ORDINAL = 2,
     }
-    /// A fruit's entry.
-    hung {
+    /// Entry of a fruit.
+    fruit_entry {
         /// Row in the tile.
         ROW = 0,
-        /// Its segment's entry.
+        /// Entry of its segment.
         SEGMENT = 1,
-        /// How far its anchor is outside the bark [m].
+        /// Distance of its anchor from the bark, outwards [m].
         OFF_BARK = 2,
         /// Unit vector across the wood to the anchor, in the segment's frame (2); zero for an anchor on the axis.
         ACROSS = 4,
-        /// The same as a complex number over that of the underside (2); zero where there is no underside.
+        /// That vector over the one to the underside, as complex numbers (2); zero where there is no underside.
         FROM_UNDERSIDE = 6,
-        /// Mass and the fields after it: as a fruit has them.
+        /// Mass and the fields after it, as in a fruit.
         MASS = 8,
-        /// Stiffness and the fields after it.
+        /// Stiffness and the fields after it, as in a fruit.
         STIFFNESS = 12,
-        /// Anchor and the field after it.
+        /// Anchor and the field after it, as in a fruit.
         ANCHOR = 16,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 20,
     }
-    /// What is kept in a link's work while a world's wood is being formed.
+    /// Numbers in a link's work while the wood of a world is being drawn.
     form {
-        /// Turn of what grows on it, as a quaternion (4: vector, scalar).
+        /// Rotation of everything that grows on it, as a quaternion (4: vector, scalar).
         TURN = 0,
-        /// Turn that lifts it off the ground (4).
+        /// Rotation that lifts it off the ground (4).
         LIFT = 4,
         /// Second and third axis of its frame (6).
         AXES = 8,
@@ -362,16 +362,16 @@ fields! {
     }
     /// Bits of [`world::NOTICE`].
     notice {
-        /// An input or a break has changed what the way in starts from.
+        /// An input or an event has changed the numbers from which the inward pass starts.
         STALE = 1,
-        /// A joint has been over its limit for long enough.
+        /// A joint has been over its limit for enough frames.
         SNAPS = 2,
-        /// A stem has.
+        /// A stem has been over its limit for enough frames.
         DETACHES = 4,
         /// A number is not finite.
         NON_FINITE = 8,
     }
-    /// Where a tile stands in the buffers: whole numbers, by tile. Tiles of one block differ in nothing but the rows of their parts; each has its worlds in other lanes.
+    /// Header of a tile: its places in the buffers, in whole numbers. Tiles of one block differ only in the rows of their parts; each has its worlds in other lanes.
     tile {
         /// First row of links.
         ROWS = 0,
@@ -379,36 +379,36 @@ fields! {
         FRUIT = 1,
         /// First quad of the rows' work in the work buffer.
         WORK = 2,
-        /// The same of leaves.
+        /// First quad of the leaves in the work buffer.
         LEAVES = 3,
-        /// Of the warps' own slots; forks and loads share them.
+        /// First quad of the slots of the warps; forks and loads share them.
         SLOTS = 4,
-        /// Slots a warp has.
+        /// Number of slots of a warp.
         SLOTS_EACH = 5,
-        /// Of forks that other warps read.
+        /// First quad of the forks that other warps read.
         CROSS_FORKS = 6,
-        /// Of loads that other warps bring.
+        /// First quad of the loads that other warps store.
         CROSS_LOADS = 7,
-        /// First quad of the links in their buffer; what conjugate gradients keep of the rows follows them.
+        /// First quad of the links in their buffer; the numbers of conjugate gradients ([`krylov`]) follow them.
         LINKS = 8,
-        /// First row of each part, from the trunk's on; the last one is the number of rows (20).
+        /// First row of each part, from the trunk's on; the last number is that of all rows (20).
         STARTS = 9,
-        /// Fields.
+        /// Number of fields.
         FIELDS = 29,
     }
-    /// Bits of the first word of an operation: whose child a link is, and what it keeps.
+    /// Bits of the first word of an operation: the parent of a link, and the places where its tip is stored.
     first {
-        /// There is a link in this lane.
+        /// The world has a link in this row.
         ACTIVE = 0x1,
-        /// It stands on the ground.
+        /// The link stands on the ground.
         ROOT = 0x2,
-        /// Its parent left its motion in a slot of this warp.
+        /// The tip of its parent is in a slot of this warp.
         FROM_SLOT = 0x4,
-        /// Its parent left it for all warps.
+        /// The tip of its parent is in a fork for all warps.
         FROM_CROSS = 0x8,
-        /// It leaves its own in a slot.
+        /// The link stores its tip in a slot.
         TO_SLOT = 0x10,
-        /// It leaves it for other warps.
+        /// The link stores its tip in a fork for other warps.
         TO_CROSS = 0x20,
         /// Shift of its parent's slot or fork (8 bits).
         PARENT = 8,
@@ -417,28 +417,28 @@ fields! {
         /// Shift of its own fork for other warps (8 bits).
         FORK = 24,
     }
-    /// Bits of the second word: what children bring.
+    /// Bits of the second word: the loads of children.
     second {
-        /// The next row is a child, whose numbers are still at hand.
+        /// The next row is a child, whose numbers are still in registers.
         CARRIES = 0x1,
-        /// Children of this warp have brought something to its slot.
+        /// Children of this warp have stored a load in its slot.
         TAKES = 0x2,
-        /// It is the first to bring something to its parent's slot.
+        /// The link is the first to store its load in its parent's slot.
         GIVES_FIRST = 0x4,
-        /// It adds to what is there.
+        /// The link adds its load to the one in its parent's slot.
         GIVES = 0x8,
-        /// It brings it to a parent of another warp.
+        /// The link stores its load for a parent of another warp.
         GIVES_CROSS = 0x10,
-        /// Number of loads from other warps (6 bits).
+        /// Shift of the number of loads from other warps (6 bits).
         LOADS = 5,
         /// Shift of the first of them (10 bits).
         FIRST_LOAD = 11,
-        /// Shift of the place that it brings its own to (10 bits).
+        /// Shift of the place where it stores its own load (10 bits).
         OWN_LOAD = 21,
     }
     /// Bits of the third word: fruit and leaf.
     third {
-        /// Shift of the number of leaves in the rows before, which is its own if it is one (10 bits). Rows that a world does not have count all.
+        /// Shift of the number of leaves in the rows before, which is its own number if it is a leaf (10 bits). In rows that a world does not have it counts all leaves.
         LEAF = 0,
         /// Shift of the first row of fruit (12 bits).
         FIRST_FRUIT = 10,
@@ -447,24 +447,24 @@ fields! {
     }
     /// Bits of the fourth word.
     fourth {
-        /// A force is applied to the link.
+        /// An external force may act on the link.
         PUSHED = 0x1,
-        /// Shift of the link's radius in hundredths of a millimetre (15 bits), with which a broken limb meets the ground.
+        /// Shift of the link's radius in hundredths of a millimetre (15 bits), for the contact of a broken limb with the ground.
         RADIUS = 1,
-        /// These bits.
+        /// Mask of the radius.
         RADIUS_BITS = 0x7fff,
         /// Shift of the parent's row (16 bits).
         PARENT_ROW = 16,
     }
     /// Bits of a link's state, by row and lane.
     state {
-        /// Frames in a row over the limit (8 bits).
+        /// Number of successive frames over the limit (8 bits).
         FRAMES_OVER = 0xff,
         /// The joint is broken.
         BROKEN = 0x100,
-        /// The link hangs from a broken joint.
+        /// The link belongs to a broken limb.
         DEBRIS = 0x200,
-        /// It belongs to the limb that is breaking off.
+        /// The link belongs to the limb that is breaking off.
         BREAKING = 0x400,
         /// Shift of the frame in which the joint broke (21 bits: nine hours at 60 Hz).
         BROKE = 11,
@@ -474,10 +474,10 @@ fields! {
 /// Units of a radius in an operation [1/m].
 pub(crate) const RADIUS_UNITS: f32 = 1e5;
 
-/// What stands where there is no limit: an infinity is refused in a kernel's source.
+/// Number for an absent limit: WGSL refuses an infinity in the source.
 pub(crate) const UNBOUNDED: f32 = 1e30;
 
-/// The same constants for a kernel.
+/// The constants as WGSL source.
 pub(crate) fn wgsl() -> String {
     let mut text = format!(
         "const LANES: u32 = {LANES}u;\nconst UNBOUNDED: f32 = {UNBOUNDED:e};\nconst QUAD: u32 = {QUAD}u;\nconst RADIUS_UNITS: f32 = {RADIUS_UNITS:e};\n"

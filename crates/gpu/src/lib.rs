@@ -1,9 +1,9 @@
 //! Thousands of trees with their fruit at once, in f32 on any graphics device.
 //!
-//! A [`GpuBatch`] is what `orchard_batch::Batch` is on the processor: trees with fruit, ruptures and detachments, without a robot. Every world may have its own
-//! dimensions and its own topology. Each kernel (`kernels/*.wgsl`) has a twin of the same names in Rust (`twin/`), which explains it and to which tests hold it.
-//! A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws every world by itself ([`GpuBatch::randomised`]).
-//! `docs/computation/gpu.md` tells how worlds lie in memory and are shared out over threads.
+//! A [`GpuBatch`] steps trees with fruit, ruptures and detachments, without a robot, as `orchard_batch::Batch` does on the processor. Every world may have its own
+//! dimensions and its own topology. A batch is made of given worlds, or of one base tree ([`BaseTree`]) from which the device draws the dimensions of every world ([`GpuBatch::randomised`]).
+//! The kernels are in `kernels/*.wgsl`. Those that step worlds are tested against the f64 worlds; those that draw worlds have twins in Rust (`twin/`) besides.
+//! `docs/computation/gpu.md` describes the layout of memory and the distribution of work over threads.
 //!
 //! ```no_run
 //! use orchard_batch::TreeWorld;
@@ -21,6 +21,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// The included file `testing` refers to the library by name.
+#[cfg(test)]
+extern crate self as orchard_gpu;
+
 mod batch;
 #[cfg(test)]
 mod batch_tests;
@@ -37,29 +41,37 @@ mod shader;
 mod stepper;
 mod table;
 #[cfg(test)]
+#[path = "../tests/device/mod.rs"]
+mod testing;
+#[cfg(test)]
 mod trials;
 #[cfg(test)]
 mod twin;
+
+/// The example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 pub use batch::{GpuBatch, Options, Solver, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
 pub use schedule::{ScheduleError, WARPS};
 pub use table::{BaseError, BaseTree};
 
-/// Worlds that make no batch.
+/// Error: worlds cannot form a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BatchError {
-    /// A tree has no schedule.
+    /// A tree has no schedule for the kernels.
     #[error("world {world}: {why}")]
     Schedule {
         /// Index of the world.
         world: usize,
-        /// Why.
+        /// Reason.
         why: ScheduleError,
     },
-    /// A joint's damping is not its wood's.
+    /// The damping of a joint is not `wood.damping_time` times its stiffness.
     #[error(
-        "world {world} has a joint whose damping is not wood.damping_time times its stiffness; a graphics device knows no other"
+        "world {world} has a joint whose damping is not wood.damping_time times its stiffness; a graphics device has no other damping"
     )]
     Damping {
         /// Index of the world.
@@ -71,20 +83,22 @@ pub enum BatchError {
         /// Index of the world.
         world: usize,
     },
-    /// More links are pushed than there is room for.
-    #[error("world {world} has forces on {pushed} links, there is room for {most}")]
+    /// There are external forces on more links than the batch has room for.
+    #[error("world {world} has forces on {pushed} links; there is room for {most}")]
     Pushes {
         /// Index of the world.
         world: usize,
-        /// Links with a force.
+        /// Number of links with a force.
         pushed: usize,
-        /// Links that can have one.
+        /// Number of links that can have one.
         most: usize,
     },
-    /// There is nothing to draw worlds from.
-    #[error("the batch was made of given worlds; GpuBatch::randomised makes one that draws its worlds anew")]
+    /// The batch has no base tree from which worlds could be drawn.
+    #[error(
+        "the batch was made of given worlds; GpuBatch::randomised makes one that can draw its worlds again"
+    )]
     NoBase,
-    /// The worlds do not step alike.
+    /// The worlds differ in substep, gravity or rules of breaking.
     #[error("world {world} has another substep, gravity or rules of breaking than world 0")]
     Rules {
         /// Index of the world.

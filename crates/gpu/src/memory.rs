@@ -1,13 +1,14 @@
-//! Worlds as the device's buffers hold them, and back.
+//! Packs worlds into the device's buffers, and reads them back.
 
 mod block;
-mod company;
-mod hung;
+
+mod fruit_rows;
 mod inputs;
 #[cfg(test)]
 mod numbers;
 mod outputs;
-mod repeat;
+mod replicate;
+mod tiling;
 mod topologies;
 
 #[cfg(test)]
@@ -28,13 +29,10 @@ use crate::rules::Rules;
 use crate::schedule::Schedule;
 use crate::{BatchError, Solver};
 
-/// The buffers, on the host, laid out as [`crate::layout`] says; whole numbers among floats are kept as their bits.
+/// The buffers on the host, in the layout of [`crate::layout`]; whole numbers among floats are kept as bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
     pub rules: Rules,
-    /// Substep of the frame under way, which the twin counts here.
-    #[cfg(test)]
-    pub substep: u32,
     pub tiles: Vec<u32>,
     pub operations: Vec<[u32; 4]>,
     pub states: Vec<u32>,
@@ -43,41 +41,38 @@ pub(crate) struct Memory {
     pub work: Vec<f32>,
     pub worlds: Vec<f32>,
     pub pushes: Vec<f32>,
-    /// What worlds are varied from ([`crate::table`]); empty where they are not.
+    /// Base table from which worlds are drawn ([`crate::table`]); empty without a base.
     pub table: Vec<[u32; QUAD]>,
-    /// Forces that a world can have on its links.
+    /// Largest number of external forces on the links of a world.
     pub pushes_each: usize,
-    /// What a substep's linear system is solved by.
+    /// Solver of the linear system of a substep.
     pub solver: Solver,
-    /// Whether the twin's frames are those of settling.
-    #[cfg(test)]
-    pub settles: bool,
     places: Vec<Place>,
     blocks: Vec<Block>,
 }
 
-/// Where a world is.
+/// Place of a world.
 #[derive(Debug, Clone)]
 struct Place {
     block: usize,
     tile: usize,
     lane: usize,
-    /// Row in its tile of each link.
+    /// Row of each link in the tile.
     rows: Arc<[usize]>,
-    /// Row in its tile of each fruit.
+    /// Row of each fruit in the tile.
     fruit_rows: Arc<[usize]>,
 }
 
 impl Memory {
-    /// Packs worlds into as few tiles as they need; each world can have so many forces on its links at once.
+    /// Packs worlds into as few tiles as they need; each world has room for `pushes_each` forces on its links.
     ///
     /// # Errors
-    /// A world that has no schedule, or other rules than the first.
+    /// A world has no schedule, other rules than the first, a broken limb, another damping than its wood, or too many forces.
     pub fn new(given: &[TreeWorld], pushes_each: usize, solver: Solver) -> Result<Self, BatchError> {
         Self::spread_over(1, given, pushes_each, solver)
     }
 
-    /// The same; worlds of different topology, which hold each other up in a tile, are spread over up to so many tiles.
+    /// As [`Self::new`], but worlds of different topology, which would wait for each other in a tile, are spread over up to so many tiles.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -113,7 +108,7 @@ impl Memory {
             }
         }
         let schedules = topologies::schedules(given)?;
-        // Like beside like: a level of a tile takes as long as the longest that one of its worlds has, and the outer levels are the long ones.
+        // Similar worlds share a tile: a level takes as long as its longest part in any world of the tile, and the outer levels are the longest.
         let mut order: Vec<usize> = (0..given.len()).collect();
         order.sort_by_cached_key(|&index| {
             let parts = schedules[index].parts.each_ref().map(Vec::len);
@@ -123,8 +118,6 @@ impl Memory {
         });
         let mut memory = Self {
             rules: given.first().map_or_else(bytemuck::Zeroable::zeroed, |world| Rules::of(world.plant())),
-            #[cfg(test)]
-            substep: 0,
             tiles: Vec::new(),
             operations: Vec::new(),
             states: Vec::new(),
@@ -136,8 +129,6 @@ impl Memory {
             table: Vec::new(),
             pushes_each,
             solver,
-            #[cfg(test)]
-            settles: false,
             places: vec![
                 Place { block: 0, tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() };
                 given.len()
@@ -148,7 +139,7 @@ impl Memory {
         let first = given.first().map(|world| &world.plant().tree.parent);
         let has_one_topology = given.iter().all(|world| Some(&world.plant().tree.parent) == first);
         let spread = if has_one_topology { 1 } else { tiles };
-        for block in blocks(company::share_out(&order, &schedules, spread)) {
+        for block in blocks(tiling::share_out(&order, &schedules, spread)) {
             let of_tile = |tile: Vec<usize>| -> Vec<Member<'_>> {
                 tile.into_iter().map(|index| (index, &given[index], &*schedules[index])).collect()
             };
@@ -164,7 +155,7 @@ impl Memory {
         let (plant, data) = (given.plant(), given.data());
         let (model, tree) = (&plant.model, &plant.tree);
         for (part, visits) in schedule.parts.iter().enumerate() {
-            // Where the walk inwards begins if the part has more rows in other lanes.
+            // First leaf of the inward pass, if the part has more rows in other lanes.
             let leaves = visits.last().map_or(0, |visit| (visit.words[2] >> third::LEAF & 0x3ff) + 1);
             let rows = self.header(number, tile::STARTS + part)..self.header(number, tile::STARTS + part + 1);
             for row in rows.skip(visits.len()) {
@@ -193,7 +184,7 @@ impl Memory {
                 (link::Q + 1, data.q[q + 1]),
                 (link::V, data.v[dof]),
                 (link::V + 1, data.v[dof + 1]),
-                // The root's joint stands for the soil's grip: there is nothing to break.
+                // The root's joint stands for the soil's grip and does not break.
                 (link::LIMIT, if is_root { f64::from(UNBOUNDED) } else { limit * limit }),
             ];
             for (field, value) in numbers {
@@ -221,7 +212,7 @@ impl Memory {
             }
         }
         for (i, &row) in place.fruit_rows.iter().enumerate() {
-            for (field, value) in hung::numbers(plant, data, i) {
+            for (field, value) in fruit_rows::numbers(plant, data, i) {
                 let at = self.fruit_at(number, row, field, lane);
                 self.fruit[at] = value as f32;
             }
@@ -239,7 +230,7 @@ impl Memory {
         for (segment, id) in tree.bodies.iter().enumerate() {
             let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
             if force != Vec3::zeros() || torque != Vec3::zeros() {
-                // Checked before: there are no more than a world can have.
+                // There is room: the number of forces has been checked.
                 self.push(index, segment, force, torque);
             }
         }
@@ -255,7 +246,7 @@ impl Memory {
         self.places.len()
     }
 
-    /// A field of a tile's header.
+    /// Field of a tile's header.
     pub fn header(&self, number: usize, field: usize) -> usize {
         self.tiles[number * tile::FIELDS + field] as usize
     }
@@ -280,35 +271,35 @@ impl Memory {
         ((number * self.pushes_each + place) * push::FIELDS + field) * LANES + lane
     }
 
-    /// Places of a world in the worlds' buffer, for its notice.
+    /// Place of a world's notice in the worlds' buffer.
     pub fn notice_of(&self, index: usize) -> usize {
         let place = &self.places[index];
         self.world_at(place.tile, world::NOTICE, place.lane)
     }
 
-    /// A whole number of a world, or a number as its bits.
+    /// Bits of a world's field.
     pub fn world_number(&self, index: usize, field: usize) -> u32 {
         let place = &self.places[index];
         self.worlds[self.world_at(place.tile, field, place.lane)].to_bits()
     }
 
-    /// Row in its tile of a world's link.
+    /// Row of a world's link in its tile.
     pub fn row_of(&self, index: usize, segment: usize) -> usize {
         self.places[index].rows[segment]
     }
 
-    /// Row in its tile of a world's fruit.
+    /// Row of a world's fruit in its tile.
     pub fn fruit_row_of(&self, index: usize, fruit_index: usize) -> usize {
         self.places[index].fruit_rows[fruit_index]
     }
 
-    /// Where the blocks of some worlds stand in the buffers, in order.
+    /// Places in the buffers of the blocks of some worlds, in order.
     pub fn blocks_of(&self, worlds: &[usize]) -> Vec<Block> {
         let numbers: BTreeSet<usize> = worlds.iter().map(|&index| self.places[index].block).collect();
         numbers.into_iter().map(|number| self.blocks[number].clone()).collect()
     }
 
-    /// Bytes of the buffers.
+    /// Size of the buffers [bytes].
     pub fn bytes(&self) -> usize {
         let floats = [&self.links, &self.fruit, &self.work, &self.worlds, &self.pushes];
         let floats: usize = floats.into_iter().map(Vec::len).sum();
@@ -318,7 +309,7 @@ impl Memory {
     }
 }
 
-/// Place of a lane's field; `field` counts those of all rows before.
+/// Place of a lane's field; `field` counts the fields of all rows before.
 fn quad_at(field: usize, lane: usize) -> usize {
     (field / QUAD * LANES + lane) * QUAD + field % QUAD
 }

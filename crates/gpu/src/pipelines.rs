@@ -7,47 +7,47 @@ use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderMo
 use crate::buffers::binding_layout;
 use crate::shader;
 
-/// One pipeline for each thing that a pass can do. What not every batch needs is compiled when it is first asked for.
+/// One pipeline for each kind of pass. Kinds that not every batch needs are compiled at their first use.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     device: wgpu::Device,
     module: ShaderModule,
     layout: PipelineLayout,
-    /// What they bind.
+    /// Layout of their bindings.
     pub bindings: wgpu::BindGroupLayout,
-    /// By pass.
+    /// Compiled pipelines, by kind of pass.
     compiled: [OnceLock<ComputePipeline>; Pass::ALL.len()],
 }
 
-/// What every tile does at once.
+/// Kind of a pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pass {
-    /// A frame.
+    /// Advances a frame by elimination.
     Frame,
-    /// A frame by conjugate gradients.
+    /// Advances a frame by conjugate gradients.
     Conjugate,
-    /// What its tests found.
-    Mend,
-    /// Worlds back to their beginning.
+    /// Applies the events that the tests of a frame have found.
+    Events,
+    /// Resets marked worlds.
     Reset,
-    /// Steps to their equilibrium.
+    /// Settles marked worlds into their equilibrium.
     Settle,
-    /// Energies.
+    /// Measures energies.
     Measure,
-    /// Worlds drawn anew from the base.
+    /// Draws marked worlds from the base.
     Vary,
 }
 
 impl Pass {
     const ALL: [Self; 7] =
-        [Self::Frame, Self::Conjugate, Self::Mend, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
+        [Self::Frame, Self::Conjugate, Self::Events, Self::Reset, Self::Settle, Self::Measure, Self::Vary];
 
-    /// Its entry point, and the constants that make it what it is.
+    /// Entry point, and the constants that specialise it.
     fn entry(self) -> (&'static str, &'static [(&'static str, f64)]) {
         match self {
             Self::Frame => ("frame", &[]),
             Self::Conjugate => ("conjugate", &[("CONJUGATE", 1.0)]),
-            Self::Mend => ("mend", &[]),
+            Self::Events => ("apply_events", &[]),
             Self::Reset => ("reset", &[]),
             Self::Settle => ("frame", &[("SETTLES", 1.0)]),
             Self::Measure => ("measure", &[]),
@@ -57,7 +57,7 @@ impl Pass {
 }
 
 impl Pipelines {
-    /// Compiles what every batch needs.
+    /// Compiles the kernels that every batch needs.
     pub fn new(device: &wgpu::Device) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("orchard"),
@@ -76,14 +76,14 @@ impl Pipelines {
             bindings,
             compiled: [const { OnceLock::new() }; Pass::ALL.len()],
         };
-        // Every batch steps: nobody should wait for this in the first frame.
-        for pass in [Pass::Frame, Pass::Mend] {
+        // Every batch steps: compiling them now spares the first frame the wait.
+        for pass in [Pass::Frame, Pass::Events] {
             pipelines.of(pass);
         }
         pipelines
     }
 
-    /// The pipeline of a pass.
+    /// Pipeline of a pass.
     pub fn of(&self, pass: Pass) -> &ComputePipeline {
         self.compiled[pass as usize].get_or_init(|| {
             let (entry, constants) = pass.entry();

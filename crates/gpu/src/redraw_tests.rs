@@ -1,14 +1,15 @@
-//! Worlds that the device draws by itself, against the twin, which is held to the host's plantings.
+//! Worlds that the device draws, against the twin and against the host's plantings.
 
 use orchard_batch::Status;
 use orchard_geometry::Vec3;
 use orchard_spec::randomisation::Mode;
 
-use crate::batch_tests::device;
 use crate::layout::{LANES, fruit, link};
 use crate::memory::{Field, Memory};
 use crate::table::{BaseError, BaseTree};
-use crate::twin::vary_tests::{SEED, TOLERANCE, base_of, bits, drawn, spec};
+use crate::testing::device;
+use crate::trials::errors;
+use crate::twin::vary_tests::{SEED, TOLERANCE, base_of, bits, drawn, planted, spec};
 use crate::{BatchError, Gpu, GpuBatch, GpuError, Options, Solver};
 
 #[test]
@@ -18,7 +19,7 @@ fn the_device_draws_what_its_twin_draws() {
     let twin = drawn(&base, LANES + 2, 0);
     let mut batch = GpuBatch::randomised(&gpu, &base, LANES as u32 + 2).unwrap();
     let on_device = batch.fetched().unwrap();
-    // Parts of a unit vector, or of an anchor some centimetres away, may be next to nothing by cancellation.
+    // Components of a unit vector, or of an anchor some centimetres away, may be nearly zero by cancellation.
     const ANCHOR_SIZE: f32 = 0.05;
     let mut worst = 0.0_f32;
     for index in 0..LANES + 2 {
@@ -30,16 +31,16 @@ fn the_device_draws_what_its_twin_draws() {
             };
             worst = worst.max((a - b).abs() / size);
         }
-        // Where a radius is rounded, to either side: the word's lowest bit is not its own.
+        // A radius may be rounded to either side; the lowest bit of the word does not belong to it.
         let words = on_device.last_words(index).into_iter().zip(twin.last_words(index));
         words.for_each(|(a, b)| assert!(a.abs_diff(b) <= 2, "{a:x} {b:x}"));
     }
     println!("largest error {worst:.1e}");
-    // Both may be as far from f64.
+    // Each may have this error against f64.
     assert!(f64::from(worst) < 2.0 * TOLERANCE);
 }
 
-/// A base without strength is the packed base, and stays it when it is drawn.
+/// With all strengths at zero every world has the bits of the packed base, also after a redraw.
 #[test]
 fn strength_zero_is_the_base_bit_for_bit() {
     let Some(gpu) = device() else { return };
@@ -61,16 +62,16 @@ fn strength_zero_is_the_base_bit_for_bit() {
     assert_eq!(rounded(&data.q), rounded(&base.world().data().q));
 }
 
-/// A world has the same bits in batches of other sizes, drawn alone or with others, at once or again.
+/// A world has the same bits in batches of other sizes, drawn alone or with others, the first time or again.
 #[test]
-fn company_changes_no_bit() {
+fn neighbours_change_no_bit() {
     let Some(gpu) = device() else { return };
     [Solver::Aba, Solver::ConjugateGradients]
         .into_iter()
-        .for_each(|solver| company_changes_none(&gpu, solver));
+        .for_each(|solver| neighbours_change_none(&gpu, solver));
 }
 
-fn company_changes_none(gpu: &Gpu, solver: Solver) {
+fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
     let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
     let options = Options { solver, ..Options::default() };
     let of_worlds = |worlds: u32| GpuBatch::randomised_with_options(gpu, &base, worlds, options).unwrap();
@@ -95,9 +96,9 @@ fn company_changes_none(gpu: &Gpu, solver: Solver) {
     assert_eq!(state(&mut few), state(&mut many));
 }
 
-/// A world drawn anew after damage is whole, at rest, and runs on; a force after it keeps the radii that the device has drawn.
+/// A world drawn again after damage is whole and at rest; a later force keeps the radii that the device has drawn.
 #[test]
-fn a_world_drawn_anew_is_whole_and_runs_on() {
+fn a_redrawn_world_is_whole() {
     let Some(gpu) = device() else { return };
     let base = base_of(&spec(Mode::SharedDimensions, |_| 1.0));
     let mut batch = GpuBatch::randomised(&gpu, &base, 3).unwrap();
@@ -128,6 +129,28 @@ fn a_world_drawn_anew_is_whole_and_runs_on() {
         let [a, b] = [batch.fetched().unwrap(), &twin].map(|memory| memory.operation_of(index, segment)[3]);
         // The mark of a force is the lowest bit.
         assert!((a >> 1).abs_diff(b >> 1) <= 1, "{a:x} {b:x}");
+    }
+}
+
+/// A drawn world is in the equilibrium that the host finds for its planting, and stays there.
+#[test]
+fn a_drawn_world_is_in_equilibrium() {
+    let Some(gpu) = device() else { return };
+    let spec = spec(Mode::DistinctDimensions, |_| 1.0);
+    let base = base_of(&spec);
+    let mut batch = GpuBatch::randomised(&gpu, &base, 4).unwrap();
+    for frames in [0, 60] {
+        batch.advance(frames);
+        for index in 0..4 {
+            let host = planted(&spec, index as u32, 0);
+            let mut found = base.world().data().clone();
+            batch.store(index, &mut found).unwrap();
+            let mut data = host.data().clone();
+            (data.q, data.v) = (found.q, found.v);
+            let (q, v, tip) = errors(&host, data);
+            println!("world {index}, {frames} frames: angle {q:.1e}, rate {v:.1e} rad/s, tip {tip:.1e} m");
+            assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5);
+        }
     }
 }
 

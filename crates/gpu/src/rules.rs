@@ -1,10 +1,10 @@
-//! What all worlds of a batch have in common, as the kernels get it.
+//! Constants that all worlds of a batch share, in the form that the kernels read.
 
 use bytemuck::{Pod, Zeroable};
 use orchard_batch::Plant;
 use orchard_multibody::contact::in_series;
 
-/// Constants of a step. The same fields in the same order stand in `kernels/memory.wgsl`.
+/// Constants of a step. `kernels/memory.wgsl` has the same fields in the same order.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Rules {
@@ -14,47 +14,47 @@ pub(crate) struct Rules {
     pub gravity: f32,
     /// Substeps of a frame.
     pub substeps: u32,
-    /// Frame that the step ends with, from 1.
+    /// Number of the frame, from 1.
     pub frame: u32,
-    /// Forces that a world can have on its links.
+    /// Largest number of external forces on the links of a world.
     pub pushes_each: u32,
-    /// Frames in a row over its limit that break a joint.
+    /// Number of successive frames over its limit after which a joint breaks.
     pub rupture_frames: u32,
-    /// Frames in a row of a direct pull, and of stem tension, that take a fruit off.
+    /// Number of successive frames of a direct pull after which a fruit comes off.
     pub pull_frames: u32,
-    /// Likewise.
+    /// Number of successive frames of stem tension after which a fruit comes off.
     pub tension_frames: u32,
-    /// Stem tension that does, as a multiple of the direct pull's.
+    /// Threshold of stem tension over that of the direct pull.
     pub tension_factor: f32,
     /// 1 if joints have dampers, else 0.
     pub damped: f32,
-    /// Drag of wood [1/s].
+    /// Linear drag of wood [1/s].
     pub linear_drag: f32,
-    /// Likewise of rotation [1/s].
+    /// Angular drag of wood [1/s].
     pub angular_drag: f32,
-    /// Drag of broken limbs [1/s].
+    /// Linear drag of broken limbs [1/s].
     pub broken_linear_drag: f32,
-    /// Likewise of rotation [1/s].
+    /// Angular drag of broken limbs [1/s].
     pub broken_angular_drag: f32,
-    /// Friction of a broken joint as a part of the moment of its limb's weight.
+    /// Friction of a broken joint over the moment of its limb's weight.
     pub friction_ratio: f32,
-    /// What that friction grows to, as a multiple.
+    /// Factor by which that friction grows.
     pub friction_ramp: f32,
-    /// In how long [s].
+    /// Time over which it grows [s].
     pub friction_ramp_time: f32,
     /// Rate below which friction acts as a damper [rad/s].
     pub friction_regularisation: f32,
-    /// Damping left in a broken joint by its limb's inertia [1/s], and at most [N m s/rad].
+    /// Residual damping of a broken joint over its limb's inertia [1/s].
     pub residual_damping: f32,
-    /// Likewise.
+    /// Largest residual damping of a broken joint [N m s/rad].
     pub residual_damping_max: f32,
-    /// Rate that the brake of a broken joint holds [rad/s].
+    /// Rate at which the brake of a broken joint acts [rad/s].
     pub rate_limit: f32,
-    /// Its strength by inertia [1/s].
+    /// Strength of that brake over the inertia [1/s].
     pub rate_brake: f32,
     /// Stiffness of fruit and ground in series [N/m].
     pub ground_stiffness: f32,
-    /// Time over which an overlap dissipates [s].
+    /// Dissipation time of a contact [s].
     pub dissipation_time: f32,
     /// Coulomb coefficient of fruit on the ground.
     pub ground_friction: f32,
@@ -66,21 +66,21 @@ pub(crate) struct Rules {
     pub wood_friction: f32,
 }
 
-/// Steps from rest to equilibrium: how long each is [s], and how many. Long ones are Newton steps on the statics without geometric stiffness, which overshoot where
-/// gravity is stiffer than the spring, in limp twigs; the short ones between them take that back, since inertia holds there (`orchard_multibody::equilibrium`
-/// finds the length of each step; a device has the same for all worlds).
+/// Steps from rest to the static equilibrium: length of a step [s], and number of steps. Long steps are Newton steps on the statics without geometric stiffness, which overshoot in limp twigs, where
+/// gravity is stiffer than the spring; inertia limits the short steps between them, which correct that. (`orchard_multibody::equilibrium`
+/// chooses the length of each step; a device uses the same for all worlds.)
 const SETTLING: [(f32, u32); 4] = [(1e3, 2), (0.3, 2), (0.1, 4), (0.03, 8)];
-/// Times that all of them are made.
+/// Number of rounds of these steps.
 const SETTLING_ROUNDS: usize = 8;
 
 impl Rules {
-    /// Those of the passes that settle worlds before the next frame: without dampers, since every step starts at rest.
+    /// Rules of the passes that settle worlds before the next frame: without dampers, since every step starts at rest.
     pub fn settling(self) -> impl Iterator<Item = Self> {
         let steps = std::iter::repeat_n(SETTLING, SETTLING_ROUNDS).flatten().chain([SETTLING[0]]);
         steps.map(move |(h, substeps)| Self { h, substeps, frame: self.frame + 1, damped: 0.0, ..self })
     }
 
-    /// Those of a plant at frame 0.
+    /// Rules of a plant at frame 0.
     pub fn of(plant: &Plant) -> Self {
         let (sim, wood, fruit) = (&plant.spec.sim, &plant.spec.wood, &plant.spec.fruit);
         Self {

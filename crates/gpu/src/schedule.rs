@@ -1,44 +1,44 @@
-//! Which warp visits which link of a world, in which order, and what it does there besides the arithmetic.
+//! Schedules: the warp and the row of each link of a world, and the reads and writes there besides the arithmetic.
 //!
-//! A tree is cut into levels. The lowest is the trunk, which the first warp does alone; the branches of every other level are shared out over the warps of
-//! a workgroup. Each part is a depth-first walk: outwards a link's first child follows it at once and finds its numbers at hand, the others find them in a
-//! slot; inwards the same the other way round. A schedule depends on nothing but its own tree, so that a world has the same bits in any company.
+//! A tree is cut into levels. The lowest is the trunk, which the first warp does alone; the branches of every other level are distributed over the warps of
+//! a workgroup. Each part is a depth-first walk. In the outward pass a link's first child follows in the next row and finds its parent's numbers in registers; other children read them from a
+//! slot. The inward pass is the reverse. A schedule depends only on its own tree, so that a world has the same bits beside any other worlds.
 
-mod shares;
+mod partition;
 
 use std::ops::Range;
 
-use shares::Shares;
+use partition::Partition;
 
 use crate::layout::{first, second, third};
 
-/// Warps of a workgroup. The same on every device: with another number the sums have another order.
+/// Number of warps of a workgroup. It is the same on every device, since it sets the order of sums.
 pub const WARPS: usize = 6;
-/// Levels above the trunk.
+/// Number of levels above the trunk.
 pub(crate) const LEVELS: usize = 3;
-/// Parts of a walk: the trunk's, then each warp's of the first level and so on.
+/// Number of parts: the trunk, then one for each warp of the first level, and so on.
 pub(crate) const PARTS: usize = 1 + LEVELS * WARPS;
 
-/// A warp's part of a level.
+/// Part of a warp in a level.
 fn part_of(level: usize, warp: usize) -> usize {
     if level == 0 { 0 } else { 1 + (level - 1) * WARPS + warp }
 }
 
-/// A world that has no schedule.
+/// Error: a tree has no schedule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ScheduleError {
-    /// An operation's fields have so many bits.
-    #[error("a tree needs {needed} {what}, {most} are possible")]
+    /// A number exceeds the bits of its field in an operation.
+    #[error("a tree needs {needed} {what}; {most} are possible")]
     TooLarge {
-        /// Of what.
+        /// Kind of number.
         what: &'static str,
-        /// How many it needs.
+        /// Number needed.
         needed: usize,
-        /// How many there may be.
+        /// Largest number possible.
         most: usize,
     },
-    /// The trunk's part has one root.
-    #[error("a tree has {0} roots, one is possible")]
+    /// A tree has another number of roots than one.
+    #[error("a tree has {0} roots; one is possible")]
     Roots(usize),
 }
 
@@ -47,21 +47,21 @@ pub enum ScheduleError {
 pub(crate) struct Visit {
     /// Link.
     pub link: usize,
-    /// First three words of its operation; the leaf's and the fruit's places are counted by world.
+    /// First three words of its operation; places of leaves and fruit are counted by world.
     pub words: [u32; 3],
 }
 
-/// Rows of fruit that an operation can name.
+/// Largest number of rows of fruit that an operation can name.
 pub(crate) const MOST_FRUIT_ROWS: usize = (1 << 12) - 1;
 
 impl Visit {
-    /// What it is brought: by a slot of its own part, and by other parts.
+    /// Number of loads that it takes: one from a slot of its own part, and those of other parts.
     pub fn loads(&self) -> usize {
         let word = self.words[1] as usize;
         (word >> second::LOADS & 0x3f) + usize::from(word & second::TAKES != 0)
     }
 
-    /// Its fruit among those of the schedule.
+    /// Range of its fruit among those of the schedule.
     pub fn fruit(&self) -> Range<usize> {
         let field = |shift: usize, bits: u32| (self.words[2] >> shift) as usize & ((1 << bits) - 1);
         let first = field(third::FIRST_FRUIT, 12);
@@ -69,18 +69,18 @@ impl Visit {
     }
 }
 
-/// What a world's parts need.
+/// Schedule of a tree.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Schedule {
-    /// Links by part.
+    /// Visits of links, by part.
     pub parts: [Vec<Visit>; PARTS],
-    /// Slots that a part needs at most.
+    /// Largest number of slots of a part.
     pub slots: usize,
-    /// Forks with children in other parts.
+    /// Number of forks with children in other parts.
     pub forks: usize,
-    /// Loads that go to another part.
+    /// Number of loads that go to another part.
     pub loads: usize,
-    /// Links with no child in the next row.
+    /// Number of links without a child in the next row.
     pub leaves: usize,
     /// Fruit in the order of their rows.
     pub fruit: Vec<usize>,
@@ -89,17 +89,17 @@ pub(crate) struct Schedule {
 /// Links of each part of a tree, in the order of their walks.
 pub(crate) type Parts = [Vec<usize>; PARTS];
 
-/// Parts of a tree: what takes most of the time of scheduling it.
+/// Cuts a tree into parts, which takes most of the time of scheduling.
 ///
 /// # Errors
-/// The tree has not one root.
+/// The tree has another number of roots than one.
 pub(crate) fn parts(parent: &[Option<usize>]) -> Result<Parts, ScheduleError> {
     let roots = parent.iter().filter(|parent| parent.is_none()).count();
-    if roots == 1 { Ok(Tree::new(parent).shared_out()) } else { Err(ScheduleError::Roots(roots)) }
+    if roots == 1 { Ok(Tree::new(parent).partitioned()) } else { Err(ScheduleError::Roots(roots)) }
 }
 
 impl Schedule {
-    /// Schedules a tree that has been shared out; `fruit_of[link]` are the fruit on a link.
+    /// Schedules a tree that has been cut into parts; `fruit_of[link]` are the fruit on a link.
     ///
     /// # Errors
     /// The tree is too large for an operation's fields.
@@ -116,7 +116,7 @@ impl Schedule {
             }
         }
         let mut schedule = Self::default();
-        // By link: its fork for other parts, the first load that they bring, and the next free one of these.
+        // By link: its fork for other parts, the first load from them, their number, and the next free one.
         let mut cross = vec![None; parent.len()];
         for &link in parts.iter().flatten() {
             let away = tree.children[link].iter().filter(|&&child| place[child].0 != place[link].0).count();
@@ -138,7 +138,7 @@ impl Schedule {
         Ok(schedule)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the tables of one walk, used here alone")]
+    #[expect(clippy::too_many_arguments, reason = "the tables of one walk, used only here")]
     fn visit(
         &mut self,
         tree: &Tree<'_>,
@@ -162,7 +162,7 @@ impl Schedule {
             Some(up) if place[up].1 + 1 != row => {
                 let slot = slots.of_row[place[up].1].unwrap_or_default();
                 a |= first::FROM_SLOT | slot << first::PARENT;
-                // Inwards the last child comes first.
+                // In the inward pass the last child comes first.
                 b |= if slots.last_child[place[up].1] == Some(row) {
                     second::GIVES_FIRST
                 } else {
@@ -190,12 +190,12 @@ impl Schedule {
         Visit { link, words: [a as u32, b as u32, c as u32] }
     }
 
-    /// How many fruit each visited link has.
+    /// Number of fruit of each visited link.
     pub fn fruit_by_visit(&self) -> Vec<usize> {
         self.parts.iter().flatten().map(|visit| visit.fruit().len()).collect()
     }
 
-    /// Links on the way through each level, from the trunk on.
+    /// Length of the longest part of each level, in links, from the trunk on.
     pub fn levels(&self) -> [usize; LEVELS + 1] {
         let mut levels = [self.parts[0].len(); LEVELS + 1];
         for (level, warps) in levels[1..].iter_mut().zip(self.parts[1..].chunks(WARPS)) {
@@ -226,12 +226,12 @@ impl Schedule {
     }
 }
 
-/// A tree with what its walks need.
+/// A tree, with its children and the sizes of its sub-trees.
 struct Tree<'a> {
     parent: &'a [Option<usize>],
-    /// Children, small sub-trees first: then a slot is free again before the walk goes down the largest one.
+    /// Children, small sub-trees first, so that a slot is free again before the walk goes down the largest one.
     children: Vec<Vec<usize>>,
-    /// Links of each sub-tree.
+    /// Number of links of each sub-tree.
     size: Vec<usize>,
 }
 
@@ -250,8 +250,8 @@ impl<'a> Tree<'a> {
         Self { parent, children, size }
     }
 
-    fn shared_out(&self) -> Parts {
-        let of = Shares::shortest(self);
+    fn partitioned(&self) -> Parts {
+        let of = Partition::shortest(self);
         let mut parts = Parts::default();
         for (link, &(level, warp)) in of.iter().enumerate() {
             if self.parent[link].is_none_or(|up| of[up] != (level, warp)) {
@@ -272,11 +272,11 @@ impl<'a> Tree<'a> {
 
 /// Slots of one part, by row.
 struct Slots {
-    /// Slot of a row with children that do not follow at once.
+    /// Slot of a row with children that do not follow in the next row.
     of_row: Vec<Option<usize>>,
     /// Row of the last such child.
     last_child: Vec<Option<usize>>,
-    /// Whether the next row is a child.
+    /// True if the next row is a child.
     carries: Vec<bool>,
     most: usize,
 }
@@ -297,7 +297,7 @@ impl Slots {
         let (mut free, mut most) = (Vec::new(), 0);
         let mut of_row = vec![None; links.len()];
         for row in 0..links.len() {
-            // Its last child reads a slot before it writes its own, so that it may have the same.
+            // The last child reads its parent's slot before it writes its own, so that both may be the same.
             if let Some(up) = parent_row(row).filter(|up| last_child[*up] == Some(row)) {
                 free.extend(of_row[up]);
             }
@@ -340,15 +340,15 @@ mod tests {
             seen[visit.link] = true;
         }
         assert!(seen.iter().all(|seen| *seen));
-        // The trunk and then two of the eight branches, on the warps that have two, would be eleven links; cutting branches makes it shorter.
-        let way: usize = schedule.levels().iter().sum();
-        assert!((3 + 32_usize.div_ceil(WARPS)..11).contains(&way), "{:?}", schedule.levels());
+        // Whole branches give a critical path of eleven links, the trunk and two of the eight branches; cutting branches makes it shorter.
+        let length: usize = schedule.levels().iter().sum();
+        assert!((3 + 32_usize.div_ceil(WARPS)..11).contains(&length), "{:?}", schedule.levels());
     }
 
-    /// Outwards a slot holds what its reader's parent left; inwards it is stored before anything is added, and taken after.
+    /// In the outward pass a slot holds the tip of its reader's parent; in the inward pass it is stored before anything is added, and taken afterwards.
     #[test]
     fn slots_hold_what_their_readers_expect() {
-        // A chain with a twig at every link, in one part: the walk's own rules, whatever the split.
+        // A chain with a twig at every link.
         let mut parent = vec![None];
         for k in 0..40 {
             parent.extend([Some(2 * k), Some(2 * k)]);

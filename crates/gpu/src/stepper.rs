@@ -1,4 +1,4 @@
-//! Worlds on a device as a batch like any other.
+//! Implements the common interface of batches.
 
 use orchard_batch::{BatchEvent, Status, Stepper, StepperError};
 use orchard_geometry::Vec3;

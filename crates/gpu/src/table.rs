@@ -1,4 +1,4 @@
-//! The base of a batch whose worlds a device draws by itself: one tree with its fruit, and the table that the kernel `vary` reads of it.
+//! Base of a batch whose worlds the device draws: one tree with its fruit, and the table that the kernel `vary` reads.
 
 use std::sync::Arc;
 
@@ -11,13 +11,13 @@ use orchard_spec::wood::JointLaw;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Segment, Skeleton, underside};
 
-use crate::layout::{QUAD, axis, base, dial, fourth, fruit, growth, hung, link, segment, varied};
+use crate::layout::{QUAD, axis, base, dial, fourth, fruit, fruit_entry, growth, link, segment, varied};
 use crate::memory::Memory;
 
-/// Where a segment has no parent.
+/// Parent of a segment that has none.
 pub(crate) const NO_SEGMENT: u32 = u32::MAX;
 
-/// The axes that act on physics, in the order of their entries ([`axis`]).
+/// Axes that act on physics, in the order of their entries ([`axis`]).
 pub(crate) const AXES: [Axis; axis::COUNT] = [
     Axis::Scale,
     Axis::Stockiness,
@@ -35,20 +35,20 @@ pub(crate) const AXES: [Axis; axis::COUNT] = [
     Axis::FruitMass,
 ];
 
-/// A base tree that cannot be had.
+/// Error: a tree cannot be the base of a batch.
 #[derive(Debug, thiserror::Error)]
 pub enum BaseError {
-    /// Worlds are to differ in topology.
+    /// The spec asks for worlds of different topology.
     #[error(
-        "randomisation.mode = distinct-topology: a graphics device gives one tree other dimensions, it grows none; take another mode, or grow the worlds on the host and use GpuBatch::new"
+        "randomisation.mode = distinct-topology: a graphics device changes the dimensions of one tree but cannot grow trees; use another mode, or grow the worlds on the host and use GpuBatch::new"
     )]
     Topology,
-    /// The tree makes no world.
+    /// The tree cannot form a world.
     #[error(transparent)]
     World(#[from] TreeWorldError),
 }
 
-/// The tree that all worlds of a batch are made of, with its fruit, in static equilibrium.
+/// Tree with its fruit, in static equilibrium, from which all worlds of a batch are drawn.
 ///
 /// ```no_run
 /// use orchard_gpu::{BaseTree, Choice, Gpu, GpuBatch};
@@ -73,10 +73,10 @@ pub struct BaseTree {
 }
 
 impl BaseTree {
-    /// A tree with its fruit as they are before any randomisation; `spec.randomisation` says what the worlds draw, and their streams have this seed.
+    /// Creates a base from a tree with its fruit before any randomisation; `spec.randomisation` sets the draws of the worlds, and `seed` their random streams.
     ///
     /// # Errors
-    /// The worlds of the spec's mode have trees of their own, or the tree makes no world.
+    /// The mode of the spec gives every world a topology of its own, or the tree cannot form a world.
     pub fn new(
         spec: Arc<Spec>,
         skeleton: &Skeleton,
@@ -90,12 +90,12 @@ impl BaseTree {
         Ok(Self { spec, segments: skeleton.segments.clone(), seed, world })
     }
 
-    /// It as a world.
+    /// The base as a world.
     pub fn world(&self) -> &TreeWorld {
         &self.world
     }
 
-    /// Whether any physical axis acts: else all worlds are the base.
+    /// True if any physical axis acts; otherwise all worlds equal the base.
     pub(crate) fn varies(&self) -> bool {
         AXES.iter().any(|&axis| self.strength(axis) != 0.0)
     }
@@ -106,7 +106,7 @@ impl BaseTree {
         if axes.mode == Mode::Homogeneous { 0.0 } else { axes.strength(axis).si() }
     }
 
-    /// The table, of words in quads, for a memory whose first world is this tree.
+    /// Table of words in quads, for a memory whose first world is this tree.
     pub(crate) fn table(&self, memory: &Memory) -> Vec<[u32; QUAD]> {
         let mut words = self.head();
         for &axis in &AXES {
@@ -120,7 +120,7 @@ impl BaseTree {
                 .flat_map(|(index, (growth, segment))| self.segment(memory, index, growth as u32, segment)),
         );
         for (index, fruit) in self.world.plant().fruit.fruit.iter().enumerate() {
-            words.extend(self.hung(memory, index, fruit));
+            words.extend(self.fruit_entry(memory, index, fruit));
         }
         words.chunks_exact(QUAD).map(|quad| std::array::from_fn(|k| quad[k])).collect()
     }
@@ -177,9 +177,9 @@ impl BaseTree {
         words
     }
 
-    /// Where each segment grows, bits [`growth`].
+    /// Place of each segment on the tree, bits [`growth`].
     fn growths(&self) -> Vec<usize> {
-        // First segment of a segment's axis, and laterals of the axis so far, counted there.
+        // First segment of each segment's axis, and number of laterals of an axis so far, stored at its first segment.
         let mut axes: Vec<usize> = Vec::with_capacity(self.segments.len());
         let mut laterals = vec![0; self.segments.len()];
         let mut growths = Vec::with_capacity(self.segments.len());
@@ -222,7 +222,7 @@ impl BaseTree {
         words
     }
 
-    fn hung(&self, memory: &Memory, index: usize, of: &Fruit) -> [u32; hung::FIELDS] {
+    fn fruit_entry(&self, memory: &Memory, index: usize, of: &Fruit) -> [u32; fruit_entry::FIELDS] {
         let row = memory.fruit_row_of(0, index);
         let bits = |field: usize| memory.fruit[memory.fruit_at(0, row, field, 0)].to_bits();
         let wood = &self.segments[of.segment];
@@ -230,35 +230,35 @@ impl BaseTree {
         let distance = level.norm();
         let across = if distance > 0.0 { level / distance } else { Vec3::zeros() };
         let under = underside(wood);
-        // Over a unit complex number is times its conjugate.
+        // Division by a unit complex number is multiplication by its conjugate.
         let (real, imaginary) = (across.dot(&under), under.cross(&across).z);
-        let mut words = [0; hung::FIELDS];
-        words[hung::ROW] = row as u32;
-        words[hung::SEGMENT] = of.segment as u32;
+        let mut words = [0; fruit_entry::FIELDS];
+        words[fruit_entry::ROW] = row as u32;
+        words[fruit_entry::SEGMENT] = of.segment as u32;
         for (field, number) in [
-            (hung::OFF_BARK, distance - wood.radius),
-            (hung::ACROSS, across.x),
-            (hung::ACROSS + 1, across.y),
-            (hung::FROM_UNDERSIDE, real),
-            (hung::FROM_UNDERSIDE + 1, imaginary),
+            (fruit_entry::OFF_BARK, distance - wood.radius),
+            (fruit_entry::ACROSS, across.x),
+            (fruit_entry::ACROSS + 1, across.y),
+            (fruit_entry::FROM_UNDERSIDE, real),
+            (fruit_entry::FROM_UNDERSIDE + 1, imaginary),
         ] {
             words[field] = (number as f32).to_bits();
         }
         for k in 0..QUAD {
-            words[hung::MASS + k] = bits(fruit::MASS + k);
-            words[hung::STIFFNESS + k] = bits(fruit::STIFFNESS + k);
-            words[hung::ANCHOR + k] = bits(fruit::ANCHOR + k);
+            words[fruit_entry::MASS + k] = bits(fruit::MASS + k);
+            words[fruit_entry::STIFFNESS + k] = bits(fruit::STIFFNESS + k);
+            words[fruit_entry::ANCHOR + k] = bits(fruit::ANCHOR + k);
         }
         words
     }
 }
 
-/// Air drag of a fruit over the square of its radius [N s^2/m^4], as `FruitSet` has it.
+/// Air drag of a fruit over the square of its radius [N s^2/m^4], as in `FruitSet`.
 fn air_drag(fruit: &FruitSpec) -> f64 {
     0.5 * fruit.air_density.si() * fruit.drag_coefficient.si() * std::f64::consts::PI
 }
 
-/// What an axis draws ([`dial::LOW`], [`dial::HIGH`]), and the ends of that or of what it acts on ([`dial::LEAST`], [`dial::MOST`]).
+/// Distribution of an axis ([`dial::LOW`], [`dial::HIGH`]), and its ends or the limits of the result ([`dial::LEAST`], [`dial::MOST`]).
 fn drawn(axes: &RandomisationSpec, axis: Axis) -> ([f64; 2], [f64; 2]) {
     const NONE: [f64; 2] = [0.0; 2];
     let ends = |(low, high): (f64, f64)| [low, high];
@@ -284,7 +284,7 @@ fn drawn(axes: &RandomisationSpec, axis: Axis) -> ([f64; 2], [f64; 2]) {
         Axis::RuptureStress => uniform(&axes.rupture_stress),
         Axis::FruitSize => clipped(&axes.fruit_size),
         Axis::FruitMass => clipped(&axes.fruit_mass),
-        // No physical axis: it has no entry.
+        // Not a physical axis: it has no entry.
         _ => (NONE, NONE),
     }
 }

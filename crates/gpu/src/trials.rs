@@ -1,4 +1,4 @@
-//! Trees, and what is done to them, for the tests of twins and kernels.
+//! Trees and forces for the tests of the kernels.
 
 use std::sync::Arc;
 
@@ -8,15 +8,14 @@ use orchard_multibody::{Data, forward_kinematics};
 use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::GpuBatch;
-use crate::memory::Memory;
 
-/// Grown trees: each its own topology.
+/// Grown trees, each of its own topology.
 pub(crate) fn grown(count: u32) -> Vec<TreeWorld> {
     let spec = Arc::new(Spec::paper());
     (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
 }
 
-/// Forces on worlds: on a segment, or on a fruit.
+/// Forces on segments and fruit of worlds.
 #[derive(Clone, Default)]
 pub(crate) struct Trial {
     pushes: Vec<(usize, usize, Vec3)>,
@@ -24,7 +23,7 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    /// Slow joints, and some tips pulled, so that nothing breaks.
+    /// Slow joint rates and pulls on some tips: nothing breaks.
     pub fn gentle(mut worlds: Vec<TreeWorld>) -> (Vec<TreeWorld>, Self) {
         kick(&mut worlds, 0.5);
         let mut trial = Self::default();
@@ -36,7 +35,7 @@ impl Trial {
         (worlds, trial)
     }
 
-    /// Hard kicks, an overloaded limb, and fruit pulled off: one below the direct threshold, which comes off by its stem's tension, one over it.
+    /// Fast joint rates, an overloaded limb, and two fruit pulled off: one by its stem's tension, one by the direct pull.
     pub fn harsh(mut worlds: Vec<TreeWorld>) -> (Vec<TreeWorld>, Self) {
         kick(&mut worlds, 1.0);
         let mut trial = Self::default();
@@ -51,29 +50,12 @@ impl Trial {
         (worlds, trial)
     }
 
-    /// The same places let go.
-    pub fn released(&self) -> Self {
-        let off = |all: &[(usize, usize, Vec3)]| {
-            all.iter().map(|&(w, place, _)| (w, place, Vec3::zeros())).collect()
-        };
-        Self { pushes: off(&self.pushes), pulls: off(&self.pulls) }
-    }
-
-    /// What is done to one world, which is alone now.
+    /// Forces on one world, for a batch of this world alone.
     pub fn of_world(&self, index: usize) -> Self {
         let only = |all: &[(usize, usize, Vec3)]| {
             all.iter().filter(|(w, ..)| *w == index).map(|&(_, place, force)| (0, place, force)).collect()
         };
         Self { pushes: only(&self.pushes), pulls: only(&self.pulls) }
-    }
-
-    pub fn apply_to_twin(&self, memory: &mut Memory) {
-        for &(world, segment, force) in &self.pushes {
-            assert!(memory.push(world, segment, force, Vec3::zeros()));
-        }
-        for &(world, fruit, force) in &self.pulls {
-            memory.pull(world, fruit, force);
-        }
     }
 
     pub fn apply_to_batch(&self, batch: &mut GpuBatch) {
@@ -105,13 +87,14 @@ fn kick(worlds: &mut [TreeWorld], rate: f64) {
     }
 }
 
-pub(crate) fn state(memory: &Memory, worlds: &[TreeWorld], index: usize) -> Data {
-    let mut data = worlds[index].data().clone();
-    memory.store(index, worlds[index].plant(), &mut data);
+/// State of a world in a batch.
+pub(crate) fn state(batch: &mut GpuBatch, world: &TreeWorld, index: usize) -> Data {
+    let mut data = world.data().clone();
+    batch.store(index, &mut data).unwrap();
     data
 }
 
-/// Where the segments' ends are [m].
+/// Positions of the segments' tips [m].
 pub(crate) fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
     let plant = world.plant();
     let tip =
@@ -119,7 +102,7 @@ pub(crate) fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
     plant.tree.bodies.iter().map(|&id| tip(id)).collect()
 }
 
-/// Largest error of an angle by the largest angle, of a rate [rad/s] and of a tip [m].
+/// Largest errors of an angle over the largest angle, of a rate [rad/s] and of a tip [m].
 pub(crate) fn errors(world: &TreeWorld, mut data: Data) -> (f64, f64, f64) {
     forward_kinematics(&world.plant().model, &mut data);
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -1,22 +1,24 @@
 //! Tables in plain text.
 
-/// Rows of as many cells as the first in columns two spaces apart, those of `left` aligned to the left and the others to the
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
+
+/// Lays out rows of as many cells as the first in columns two spaces apart: the columns of `left` aligned to the left, the others to the
 /// right.
 pub fn columns<R: AsRef<[String]>>(rows: &[R], left: &[usize]) -> String {
-    let count = rows.first().map_or(0, |row| row.as_ref().len());
-    let length = |row: &R, column: usize| row.as_ref().get(column).map_or(0, |cell| cell.chars().count());
-    let widths: Vec<usize> =
-        (0..count).map(|column| rows.iter().map(|row| length(row, column)).max().unwrap_or(0)).collect();
-    let mut text = String::new();
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     for row in rows {
-        let cell = |(column, (cell, &width)): (usize, (&String, &usize))| {
-            if left.contains(&column) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        let cell = |(column, text): (usize, &String)| {
+            let side = if left.contains(&column) { CellAlignment::Left } else { CellAlignment::Right };
+            Cell::new(text).set_alignment(side)
         };
-        let cells: Vec<String> = row.as_ref().iter().zip(&widths).enumerate().map(cell).collect();
-        text += cells.join("  ").trim_end();
-        text.push('\n');
+        table.add_row(row.as_ref().iter().enumerate().map(cell));
     }
-    text
+    let last = table.column_count().saturating_sub(1);
+    for (i, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, if i == last { 0 } else { 2 }));
+    }
+    table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
 #[cfg(test)]

@@ -39,6 +39,7 @@ macro_rules! say {
 mod args;
 #[doc(hidden)]
 pub mod bare_tree;
+mod cli;
 mod columns;
 #[doc(hidden)]
 pub mod commands;

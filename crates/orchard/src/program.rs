@@ -1,22 +1,9 @@
-//! The program: its controllers, its command line, its exit code.
+//! The program: its controllers.
 
-use std::ffi::OsString;
-use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
 use orchard_picker::ControllerKind;
 use orchard_scenario::{Given, Scenario, ScenarioError};
-
-#[cfg(feature = "gpu")]
-use crate::commands::gpu_info;
-#[cfg(feature = "recording")]
-use crate::commands::replay;
-use crate::commands::{
-    bench_v1, dataset, detect, explain, export_tree, gallery, leaderboard, merge, names, render, report,
-    robot, scenario, validate, verify,
-};
-use crate::failure::Failure;
 
 /// A program with all commands of OrchardBench.
 #[derive(Debug, Clone)]
@@ -28,54 +15,6 @@ impl Default for Program {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// Grows apple trees, lets robots harvest them, and measures what comes of it.
-#[derive(Parser)]
-#[command(
-    name = "orchard",
-    version,
-    arg_required_else_help = true,
-    after_help = "Examples:\n  orchard bench-v1                        the quick benchmark, results in results/\n  \
-                  orchard bench-v1 --profile full         the whole matrix, 3 seeds x 6 trees x 75 s\n  \
-                  orchard bench-v1 --preset tall-spindle --camera d435i --controller expert\n  \
-                  orchard scenario show --preset v-trellis    every figure of a scenario, with where it comes from"
-)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    BenchV1(bench_v1::Args),
-    Report(report::Args),
-    Explain(explain::Args),
-    #[cfg(feature = "recording")]
-    Replay(replay::Args),
-    Merge(merge::Args),
-    Leaderboard(leaderboard::Args),
-    Verify(verify::Args),
-    Render(render::Args),
-    Gallery(gallery::Args),
-    ExportTree(export_tree::Args),
-    Dataset(dataset::Args),
-    Detect(detect::Args),
-    Scenario(scenario::Args),
-    /// Prints the names of the presets, one a line
-    Presets,
-    /// Prints the names of the robots, one a line
-    Robots,
-    /// Prints the names of the cameras, one a line
-    Cameras,
-    /// Prints the names of the detectors, one a line
-    Detectors,
-    /// Prints the names of the controllers, one a line
-    Controllers,
-    Robot(robot::Args),
-    Validate(validate::Args),
-    #[cfg(feature = "gpu")]
-    GpuInfo(gpu_info::Args),
 }
 
 impl Program {
@@ -100,101 +39,5 @@ impl Program {
     /// A scenario under the controller of a name.
     pub(crate) fn under(&self, scenario: &Scenario, controller: &str) -> Result<Scenario, ScenarioError> {
         scenario.under(&Given::new(controller, "controller"), &self.controllers)
-    }
-
-    /// Runs the command that the process was started with.
-    pub fn main(&self) -> ExitCode {
-        self.run(std::env::args_os())
-    }
-
-    /// Runs a command line, the program's name first; errors go to the error output, and the exit code says what kind they are.
-    pub fn run(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
-        match self.call(line) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(failure) => {
-                eprintln!("error: {failure}");
-                failure.exit_code()
-            }
-        }
-    }
-
-    /// Runs a command line, the program's name first. `--help` and `--version` end the process.
-    ///
-    /// # Errors
-    /// A command line that does not parse, and whatever the command fails with.
-    pub fn call(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<(), Failure> {
-        match self.parse(line) {
-            Ok(cli) => self.execute(&cli.command),
-            Err(e) if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                Err(Failure::BadInput(one_line(&e.to_string())))
-            }
-            Err(help) => help.exit(),
-        }
-    }
-
-    fn parse(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Cli, clap::Error> {
-        let mut command = Cli::command();
-        let matches = command.try_get_matches_from_mut(line)?;
-        Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
-    }
-
-    fn execute(&self, command: &Command) -> Result<(), Failure> {
-        match command {
-            Command::BenchV1(args) => bench_v1::run(args, self),
-            Command::Report(args) => report::run(args, self),
-            Command::Explain(args) => explain::run(args, self),
-            #[cfg(feature = "recording")]
-            Command::Replay(args) => replay::run(args, self),
-            Command::Merge(args) => merge::run(args, self),
-            Command::Leaderboard(args) => leaderboard::run(args, self),
-            Command::Verify(args) => verify::run(args, self),
-            Command::Render(args) => render::run(args, self),
-            Command::Gallery(args) => gallery::run(args),
-            Command::ExportTree(args) => export_tree::run(args, self),
-            Command::Dataset(args) => dataset::run(args, self),
-            Command::Detect(args) => detect::run(args),
-            Command::Scenario(args) => scenario::run(args, self),
-            Command::Presets => names::print(&orchard_scenario::presets()),
-            Command::Robots => names::print(&orchard_scenario::robots()),
-            Command::Cameras => names::print(&orchard_scenario::cameras()),
-            Command::Detectors => names::print(&orchard_scenario::detectors()),
-            Command::Controllers => {
-                let names: Vec<&str> = self.controllers.iter().map(|kind| kind.name()).collect();
-                names::print(&names)
-            }
-            Command::Robot(args) => robot::run(args),
-            Command::Validate(args) => validate::run(args),
-            #[cfg(feature = "gpu")]
-            Command::GpuInfo(args) => gpu_info::run(args),
-        }
-    }
-}
-
-/// The first paragraph of a parser's message as one line.
-fn one_line(message: &str) -> String {
-    let paragraph = message.split("\n\n").next().unwrap_or_default();
-    let words: Vec<&str> = paragraph.split_whitespace().collect();
-    format!("{} (--help tells more)", words.join(" ").trim_start_matches("error: "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn bad_input_is_told_in_one_line() {
-        let message = |args: &[&str]| match Cli::try_parse_from(args) {
-            Ok(_) => panic!("{args:?} was accepted"),
-            Err(e) => one_line(&e.to_string()),
-        };
-        let line = message(&["x", "bench-v1", "--trees", "many"]);
-        assert!(line.starts_with("invalid value 'many' for '--trees <N>'"), "{line}");
-        let line = message(&["x", "validate"]);
-        assert!(line.contains("<SUITE>") && !line.contains('\n'), "{line}");
     }
 }

@@ -32,7 +32,7 @@ use orchard_treegen::TreegenError;
 use orchard_world::{Planting, World, WorldError};
 
 /// What is run.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Scenario {
     names: Names,
     spec: Arc<Spec>,
@@ -79,6 +79,18 @@ impl Scenario {
     /// Names of all parts.
     pub fn names(&self) -> &Names {
         &self.names
+    }
+
+    /// The parts in which the scenario differs from the benchmark's own, but for the controller; `None` if it is the benchmark's own.
+    pub fn differences(&self) -> Option<String> {
+        let own = SceneNames::paper();
+        let named = self.names.scene.list().into_iter().zip(own.list());
+        let parts: Vec<String> =
+            named.filter(|(a, b)| a != b).map(|((part, name), _)| format!("{part} {name}")).collect();
+        if !parts.is_empty() {
+            return Some(parts.join(", "));
+        }
+        (!self.rules.is_empty()).then(|| "rules of its own".to_owned())
     }
 
     /// The world's config, with its camera and randomisation.
@@ -155,6 +167,15 @@ impl Scenario {
     /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller takes no goals.
     pub fn controller_with_goal(&self, goal: &Goal) -> Option<Box<dyn Controller>> {
         self.controller.with_goal(goal, &self.robot, &self.detector)
+    }
+}
+
+impl std::fmt::Debug for Scenario {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scenario")
+            .field("names", &self.names)
+            .field("hash", &self.hash())
+            .finish_non_exhaustive()
     }
 }
 

@@ -155,10 +155,9 @@ fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
         spec.randomisation = from_table(&given.value, table).map_err(|e| ScenarioError::new(&given.by, e))?;
         return Ok(());
     }
-    let strength: f64 = given
-        .value
-        .parse()
-        .map_err(|_| given_error(given, "neither a strength in [0, 1] nor the name of a .toml file"))?;
+    let strength = given.value.parse().ok().filter(|strength| (0.0..=1.0).contains(strength));
+    let strength =
+        strength.ok_or_else(|| given.refuse("neither a strength in [0, 1] nor the name of a .toml file"))?;
     for &axis in Axis::ALL {
         let dial = spec.randomisation.strength_mut(axis);
         *dial = dial.with_value(strength).map_err(|e| given_error(given, e))?;

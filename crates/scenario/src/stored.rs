@@ -22,7 +22,7 @@ pub struct StoredScenario {
     /// The world.
     pub world: Box<Spec>,
     /// The digitised tree, if there is one.
-    pub tree: Option<TreeFile>,
+    pub tree_file: Option<TreeFile>,
     /// The detector's config.
     pub detector_config: Box<DetectorConfig>,
     /// Figures of the tasks that differ from the protocol's.
@@ -36,7 +36,7 @@ impl Scenario {
             names: self.names.clone(),
             hash: self.hash(),
             world: Box::new((*self.spec).clone()),
-            tree: self.tree.as_deref().cloned(),
+            tree_file: self.tree.as_deref().cloned(),
             detector_config: Box::new(self.detector.clone()),
             rules: self.rules.clone(),
         }
@@ -57,7 +57,7 @@ impl Scenario {
             robot: find_robot(&given("robot", &names.scene.robot))?,
             controller: find_controller(&given("controller", &names.controller), controllers)?,
             spec: Arc::new((*stored.world).clone()),
-            tree: stored.tree.clone().map(Arc::new),
+            tree: stored.tree_file.clone().map(Arc::new),
             detector: (*stored.detector_config).clone(),
             rules: stored.rules.clone(),
             layers: Layers::of_one(by, &stored.world),

@@ -1,11 +1,10 @@
 //! Suite `trees`: how fast trees grow, and how fast worlds are built around them.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use orchard_env::{Backend, Env};
-use orchard_robot::RobotModel;
-use orchard_spec::{Preset, Spec};
+use orchard_scenario::Scenario;
+use orchard_spec::Spec;
 use orchard_treegen::grow;
 
 use super::timing::{Rounds, alternate, cpu_time, rate};
@@ -48,13 +47,13 @@ fn threads() -> String {
 
 /// Time elapsed and processor time of all threads [s].
 fn build_worlds(rounds: usize) -> anyhow::Result<(Rounds, Rounds)> {
-    let (spec, robot) = (Arc::new(Spec::preset(Preset::Randomised)), Arc::new(RobotModel::paper()));
+    let scenario = Scenario::of(&[("preset", "randomised")])?;
     let mut seed = 0;
     let mut elapsed = Vec::new();
     let processor = || {
         seed += 1;
         let (start, cpu_start) = (Instant::now(), cpu_time());
-        let env = Env::new(spec.clone(), robot.clone(), seed, 0..WORLDS, Backend::Cpu)?;
+        let env = Env::new(&scenario, seed, 0..WORLDS, Backend::Cpu)?;
         let (wall, cpu) = (start.elapsed(), cpu_time() - cpu_start);
         std::hint::black_box(env);
         elapsed.push(wall.as_secs_f64());

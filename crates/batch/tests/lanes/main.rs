@@ -1,9 +1,9 @@
-//! Batches against f64 worlds and against themselves, with every instruction set that the processor has.
+//! Lanes on the ground, in quarantine and bit by bit, with every instruction set that the processor has. The suite `steppers` of the
+//! workspace compares all batches with the f64 worlds.
 //!
 //! The binary needs no files: it can be carried to another processor, where
 //! `lanes --nocapture` says which sets ran.
 
-mod accuracy;
 mod common;
 mod ground;
 mod quarantine;

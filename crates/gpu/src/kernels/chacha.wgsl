@@ -1,4 +1,4 @@
-// Twin: `twin/chacha.rs`.
+// The random streams of the axes. Twin: `twin/chacha.rs`, which explains the functions.
 
 // Sixteen words in four rows.
 struct Block {
@@ -8,7 +8,7 @@ struct Block {
     d: vec4u,
 }
 
-// A random stream: where its key stands, its number, and how many pairs of words it has given.
+// A random stream: the table entry with its key, its number, and how many pairs of words it has given.
 struct Stream {
     entry: u32,
     number: u32,

@@ -1,6 +1,13 @@
-// Twin: `twin/conjugate.rs`, which derives the equations. A workgroup is a tile, a thread a world's part.
+// Conjugate gradients for a substep's linear system instead of elimination, for comparison with other simulators. Nothing is factorised. A workgroup is a
+// tile, a thread a part of a world.
+//
+// The inward pass stores for every joint its axes, the arm to its tip, the impulse y on it with no joint moving, and the preconditioner: the inverse of its own
+// 2 x 2 block of the inertia H = S^T I^c S + armature, where I^c is the inertia of everything that the joint bears. Then H x = y is solved from x = 0. A product
+// H p is a pass outwards (`spread`: the velocity changes p carried to every tip) and a pass inwards (`collect`: the momenta of links, fruit and contacts).
 
+// Largest number of iterations; then the substep takes the solution so far.
 const MOST_ITERATIONS: u32 = 64u;
+// Norm of the preconditioned residual over that of the start at which a system counts as solved: what f32 can resolve.
 const TOLERANCE: f32 = 1e-5;
 
 var<private> krylov_at: u32;
@@ -8,6 +15,7 @@ var<workgroup> dots: array<f32, LANES * WARPS>;
 var<workgroup> goes_on: array<u32, LANES>;
 var<workgroup> any_goes_on: u32;
 
+// One frame of all running worlds.
 @compute @workgroup_size(LANES * WARPS)
 fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
@@ -20,7 +28,7 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     damping_time = rules.damped * world(WORLD_DAMPING_TIME);
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
-        let way = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
+        let mode = select(select(ADVANCE, TEST, step == rules.substeps), LOOK, step == 0u);
         if step > 0u {
             found_dot = 0.0;
             for (var k = 0u; k <= LEVELS; k++) {
@@ -33,7 +41,7 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
         }
         for (var level = 0u; level <= LEVELS; level++) {
             if runs && works_at_level(level, warp) && (step > 0u || is_stale) {
-                outward(part_at(level, warp), way);
+                outward(part_at(level, warp), mode);
             }
             meet();
         }
@@ -41,19 +49,23 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     conclude(thread, runs);
 }
 
+// True if a warp has a part in a level.
 fn works_at_level(level: u32, warp: u32) -> bool {
     return level > 0u || warp == 0u;
 }
 
+// Part of a warp in a level.
 fn part_at(level: u32, warp: u32) -> u32 {
     return select((level - 1u) * WARPS + warp + 1u, 0u, level == 0u);
 }
 
+// Barrier for all memory.
 fn meet() {
     storageBarrier();
     workgroupBarrier();
 }
 
+// Solves H x = y from x = 0. All worlds of a tile iterate until the last one is done.
 fn solve(thread: u32, warp: u32, runs: bool) {
     let first = total(thread, found_dot);
     var rho = first;
@@ -76,7 +88,7 @@ fn solve(thread: u32, warp: u32, runs: bool) {
             meet();
         }
         curvature = total(thread, curvature);
-        // Rounding may leave none: what has been found so far is the end.
+        // Rounding may leave a direction without curvature: the iterations end with the solution so far.
         let is_convex = curvature > 0.0;
         let alpha = select(0.0, rho / curvature, is_convex);
         var next = 0.0;
@@ -101,6 +113,7 @@ fn solve(thread: u32, warp: u32, runs: bool) {
     meet();
 }
 
+// Sum over a world's warps, in their order.
 fn total(thread: u32, own: f32) -> f32 {
     dots[thread] = own;
     workgroupBarrier();
@@ -112,6 +125,7 @@ fn total(thread: u32, own: f32) -> f32 {
     return sum;
 }
 
+// True if any world of the tile goes on.
 fn any_of(thread: u32, goes: bool) -> bool {
     if thread < LANES {
         goes_on[thread] = select(0u, 1u, goes);
@@ -127,11 +141,12 @@ fn any_of(thread: u32, goes: bool) -> bool {
     return workgroupUniformLoad(&any_goes_on) != 0u;
 }
 
-// What is kept of a joint stands behind the links of the tile, and is read as they are.
+// First quad of what is kept of a joint. It stands behind the links of the tile and is read as they are.
 fn krylov_of(row: u32) -> u32 {
     return krylov_at + row * (KRYLOV_FIELDS / QUAD * LANES);
 }
 
+// Stores what the iterations need of a joint, instead of eliminating it.
 fn prepare(row: u32, body: Body, pivot: vec3f, armature: f32, y: vec2f) {
     let at = krylov_of(row);
     let z = preconditioned(pivot, y);
@@ -144,11 +159,12 @@ fn prepare(row: u32, body: Body, pivot: vec3f, armature: f32, y: vec2f) {
     found_dot += dot(y, z);
 }
 
+// The inverse of a joint's own block times a residual.
 fn preconditioned(pivot: vec3f, r: vec2f) -> vec2f {
     return vec2f(pivot.x * r.x + pivot.y * r.y, pivot.y * r.x + pivot.z * r.y);
 }
 
-// Change of angular and of linear velocity; torque and force.
+// Changes of angular and of linear velocity; or torque and force.
 struct Pair {
     angular: vec3f,
     linear: vec3f,
@@ -165,6 +181,7 @@ fn set_pair(at: u32, value: Pair) {
     set_quad(at, 4u, vec4f(value.linear.yz, 0.0, 0.0));
 }
 
+// Velocity changes of the joints, carried outwards to every tip.
 fn spread(part: u32) {
     let end = header(TILE_STARTS + part + 1u);
     var tip = Pair(vec3f(0.0), vec3f(0.0));
@@ -194,6 +211,7 @@ fn spread(part: u32) {
     }
 }
 
+// Momenta of these changes, collected inwards from every tip. Stores the product H p at the joints, and returns the part's p . H p.
 fn collect(part: u32) -> f32 {
     let start = header(TILE_STARTS + part);
     var tip = Pair(vec3f(0.0), vec3f(0.0));
@@ -247,6 +265,7 @@ fn sum_of(a: Pair, b: Pair) -> Pair {
     return Pair(a.angular + b.angular, a.linear + b.linear);
 }
 
+// Momentum about a link's joint: of the link, of its fruit, of the ground contact at its tip, and of what it bears there; drag included as in `eliminate`.
 fn momentum(row: u32, third_word: u32, tip: Pair, d: vec3f, borne: Pair) -> Pair {
     let bits = states[operation_at(row)];
     let is_debris = (bits & STATE_DEBRIS) != 0u;
@@ -275,6 +294,7 @@ fn momentum(row: u32, third_word: u32, tip: Pair, d: vec3f, borne: Pair) -> Pair
     return sum;
 }
 
+// x and r after a step along p; returns the part's new r . z.
 fn relax(part: u32, alpha: f32) -> f32 {
     let end = header(TILE_STARTS + part + 1u);
     var rho = 0.0;
@@ -291,10 +311,12 @@ fn relax(part: u32, alpha: f32) -> f32 {
     return rho;
 }
 
+// Inverse of a joint's own block.
 fn pivot_of(at: u32) -> vec3f {
     return vec3f(link(at, KRYLOV_FIRST).w, link(at, KRYLOV_SECOND).w, link(at, KRYLOV_ARM).w);
 }
 
+// The next search direction.
 fn redirect(part: u32, beta: f32) {
     let end = header(TILE_STARTS + part + 1u);
     for (var row = header(TILE_STARTS + part); row < end; row++) {
@@ -306,6 +328,7 @@ fn redirect(part: u32, beta: f32) {
     }
 }
 
+// Stores the solution in the place of an elimination's result, with nothing that depends on the parent.
 fn hand_over(part: u32) {
     let end = header(TILE_STARTS + part + 1u);
     for (var row = header(TILE_STARTS + part); row < end; row++) {

@@ -1,4 +1,4 @@
-// Twin: `twin/draws.rs`.
+// Random numbers and what the axes draw. Twin: `twin/draws.rs`, which explains the functions.
 
 const HIGH_BITS: u32 = 21u;
 const HIGH_UNIT: f32 = 0x1p-21;
@@ -44,7 +44,7 @@ fn dial_at(axis: u32) -> u32 {
     return (BASE_FIELDS + axis * DIAL_FIELDS) / QUAD;
 }
 
-// Strength, and the two numbers of what is drawn.
+// Strength of an axis, and the two numbers of its distribution.
 fn dial_of(entry: u32) -> vec3f {
     return bitcast<vec4f>(table[entry + DIAL_STRENGTH / QUAD]).xyz;
 }
@@ -90,7 +90,7 @@ fn next_factor(stream: ptr<function, Stream>) -> f32 {
     return at_strength(factor, dial.x);
 }
 
-// An angle, and the azimuth of its axis.
+// The next bend, and the azimuth of its axis.
 fn next_bend(stream: ptr<function, Stream>) -> vec2f {
     let dial = dial_of((*stream).entry);
     if dial.x == 0.0 {

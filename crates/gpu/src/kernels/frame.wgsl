@@ -1,6 +1,6 @@
-// Twin: `twin/frame.rs`. A workgroup is a tile, a thread a world's part.
+// One frame of all running worlds. A workgroup is a tile, a thread a part of a world.
 
-// Whether worlds that were reset find their equilibrium, instead of all worlds going on.
+// True for the settling steps of worlds that are reset: each substep starts at rest, and the other worlds are left alone.
 override SETTLES: bool = false;
 
 var<workgroup> notices: array<u32, LANES * WARPS>;
@@ -15,10 +15,11 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     found_notice = 0u;
     found_peak = 0.0;
     damping_time = rules.damped * world(WORLD_DAMPING_TIME);
-    // Step 0 looks where something has changed. Then each substep: level by level inwards, the trunk in and out, level by level outwards.
+    // Step 0 computes the motion of worlds whose stored motion is stale. Then each substep goes level by level inwards, through the trunk inwards and
+    // outwards, and level by level outwards.
     for (var step = 0u; step <= rules.substeps; step++) {
         substep = step - 1u;
-        let way = select(select(ADVANCE, TEST, step == rules.substeps && !SETTLES), LOOK, step == 0u);
+        let mode = select(select(ADVANCE, TEST, step == rules.substeps && !SETTLES), LOOK, step == 0u);
         for (var phase = 0u; phase <= 2u * LEVELS; phase++) {
             let level = max(phase, LEVELS) - min(phase, LEVELS);
             let is_trunk = level == 0u;
@@ -28,7 +29,7 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
                     inward(part);
                 }
                 if phase >= LEVELS {
-                    outward(part, way);
+                    outward(part, mode);
                 }
             }
             storageBarrier();
@@ -37,6 +38,7 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     conclude(thread, runs);
 }
 
+// Stores what the parts of a world have found. Settling leaves motions of another substep, which are stale.
 fn conclude(thread: u32, runs: bool) {
     notices[thread] = found_notice;
     peaks[thread] = found_peak;

@@ -1,11 +1,17 @@
-// Twin: `twin/ground.rs`.
+// Contact of the tips of broken limbs with the ground, the plane z = 0, as in `orchard_batch`: a damper that the elimination takes implicitly, and the
+// impulse on a tip whose velocity stays unchanged. `held` is the velocity at which the normal impulse vanishes and the tip's vertical velocity before;
+// the second is UNBOUNDED if there was no contact.
 
+// Speed below which friction on wood acts as a damper [m/s]: the most that a sticking tip creeps at.
 const CREEP: f32 = 1e-3;
 
+// h k t of a contact [kg]; t is the time over which an overlap is removed. Surfaces that are still apart feel only the overlap to come.
 fn admittance(is_apart: bool) -> f32 {
     return rules.h * rules.wood_stiffness * select(rules.h + rules.dissipation_time, rules.h, is_apart);
 }
 
+// Computes and stores the contact of a tip for the next substep, from its height and velocity; `lift` is the change of its vertical velocity in the
+// substep before. Friction follows the normal impulse of the substep before, and a tip that pressed then is held on.
 fn meet_ground(row: u32, fourth_word: u32, z: f32, v: vec3f, lift: f32, held: vec2f) {
     let radius = f32((fourth_word >> FOURTH_RADIUS) & 0x7fffu) / RADIUS_UNITS;
     let pressed_before = max(admittance(held.x < 0.0) * (held.x - (held.y + lift)), 0.0);
@@ -25,12 +31,13 @@ fn meet_ground(row: u32, fourth_word: u32, z: f32, v: vec3f, lift: f32, held: ve
     }
 }
 
-// A load, and what holds the tip.
+// A load, and the contact that holds the tip (`held` in `meet_ground`).
 struct Propped {
     borne: Load,
     held: vec2f,
 }
 
+// Adds the stored contact of a tip to its load.
 fn propped(row: u32, load: Load) -> Propped {
     let at = work_at(row);
     let prop = quad(at, WORK_PROP);

@@ -1,6 +1,6 @@
-// Twin: `twin/habit.rs`.
+// A tree in another habit and other dimensions. Twin: `twin/habit.rs`, which explains the functions.
 
-// What holds for all wood of a tree.
+// Quantities that are the same for all wood of a tree.
 struct Habit {
     scale: f32,
     thickness: f32,
@@ -33,7 +33,7 @@ struct Formed {
     radius: f32,
 }
 
-// With its direction in the parent's frame.
+// A segment's form, and its direction in the parent's frame.
 struct Placement {
     form: Formed,
     direction: vec3f,
@@ -78,7 +78,7 @@ fn set_formed(row: u32, form: Formed) {
     set_quad(at, FORM_AXES + 4u, vec4f(form.axes.z.yz, form.z_tip, form.radius));
 }
 
-// What the trunk grows from.
+// The ground, as what the trunk grows from.
 fn formed_ground(lean: vec4f) -> Formed {
     return Formed(lean, NO_TURN, world_axes(), 0.0, UNBOUNDED);
 }

@@ -1,20 +1,28 @@
-// Twin: `twin/inward.rs`, which derives the equations.
+// Inward pass, from the tips to the root: elimination of the joints by the articulated-body algorithm (Featherstone 2008, section 7.3), with springs,
+// dampers and drag taken at the end of the substep as additions to inertia. `docs/computation/dynamics.md` derives the equations. The motion is not read
+// for every link but computed backwards from the tips.
 
+// A link at its joint: the impulses on it, and the motion of its parent.
 struct Body {
     joint: Joint,
+    // From the joint to the tip.
     d: vec3f,
+    // Torque about the joint, and force, as impulses over the substep.
     torque: vec3f,
     force: vec3f,
+    // Motion of the parent's tip.
     parent: Motion,
 }
 
-// Whether joints are left to conjugate gradients instead of being eliminated.
+// True if joints are left to conjugate gradients instead of being eliminated.
 override CONJUGATE: bool = false;
+// Sum of residual times preconditioned residual over the joints of this thread's parts (conjugate gradients only).
 var<private> found_dot: f32;
 
 // The substep of the frame, from 0.
 var<private> substep: u32;
 
+// One part of the inward pass: rows from the last to the first.
 fn inward(part: u32) {
     let start = header(TILE_STARTS + part);
     var borne = nothing();
@@ -22,7 +30,7 @@ fn inward(part: u32) {
     if end == start {
         return;
     }
-    // The next link is read while this one is worked on.
+    // The next link is read ahead.
     let first = link_at(end - 1u);
     var next = link_of(
         awaited(link(first, LINK_DIRECTION)),
@@ -38,7 +46,7 @@ fn inward(part: u32) {
         let own = next;
         let operation = next_operation;
         let bits = next_bits;
-        // The slot first, then what other parts bring: one loop, since every copy of it would have to be fetched.
+        // The load in the slot first, then the loads of other parts. One loop: each copy of its code would have to be fetched.
         let taken = select(0u, 1u, (operation.y & SECOND_TAKES) != 0u);
         let loads = taken + ((operation.y >> SECOND_LOADS) & 0x3fu);
         let first_load = (operation.y >> SECOND_FIRST_LOAD) & 0x3ffu;
@@ -46,13 +54,13 @@ fn inward(part: u32) {
             let own_slot = slot_at((operation.x >> FIRST_SLOT) & 0xffu);
             borne = plus(borne, load(select(cross_load_at(first_load + k - taken), own_slot, k < taken)));
         }
-        // Everything that the next row needs is asked for at once: whoever waits for one of these waits for all.
+        // All reads for the next row are issued at once: a wait for one of them is a wait for all.
         let ahead = max(row, start + 1u) - 1u;
         next = read_link(link_at(ahead));
         next_operation = operations[operation_at(ahead)];
         next_bits = states[operation_at(ahead)];
         let is_active = (operation.x & FIRST_ACTIVE) != 0u;
-        // Then the next row is none that carries this one: it begins at the leaf before.
+        // Then the next row does not continue this one: its motion is read from the leaf before.
         let gives = !is_active
             || (operation.y & (SECOND_GIVES_FIRST | SECOND_GIVES | SECOND_GIVES_CROSS)) != 0u;
         if gives {
@@ -78,6 +86,7 @@ fn inward(part: u32) {
             torque += cross(arm, reaction);
             force += reaction;
         }
+        // Debris takes no external force; it may lie on the ground.
         var held = vec2f(0.0);
         if is_debris {
             let on_ground = propped(row, borne);
@@ -108,12 +117,15 @@ fn inward(part: u32) {
     }
 }
 
+// Stores the contact that held a tip in the fourth numbers of what the inward pass leaves.
 fn hand_on(row: u32, held: vec2f) {
     let at = work_at(row);
     set_quad(at, WORK_G_2N, vec4f(quad(at, WORK_G_2N).xyz, held.x));
     set_quad(at, WORK_G_2F, vec4f(quad(at, WORK_G_2F).xyz, held.y));
 }
 
+// Gravity, drag and velocity products of a link, from the motion of its tip. The impulses are minus the rate of change of momentum that the
+// bias motion needs, at the centre of mass and then about the joint, times the substep.
 fn body_inward(own: Link, tip: Motion, drag: vec2f) -> Body {
     let v = own.v;
     let turned = joint_inward(tip.axes, own.direction, own.q);
@@ -142,7 +154,7 @@ fn body_inward(own: Link, tip: Motion, drag: vec2f) -> Body {
     return Body(joint, d, torque, force, Motion(turned.parent, w_parent, tip.b_w - b_joint_turn, v_joint, b_joint));
 }
 
-// Torque, force.
+// Torque about the joint and force of the external forces on a link, as impulses.
 fn pushed(row: u32, d: vec3f) -> array<vec3f, 2> {
     var torque = vec3f(0.0);
     var force = vec3f(0.0);
@@ -159,10 +171,13 @@ fn pushed(row: u32, d: vec3f) -> array<vec3f, 2> {
     return array(torque, force);
 }
 
+// Three fields of a force, one after the other.
 fn push3(at: u32, field: u32) -> vec3f {
     return vec3f(pushes[at + field * LANES], pushes[at + (field + 1u) * LANES], pushes[at + (field + 2u) * LANES]);
 }
 
+// Stiffness of a joint, and its armature h (D + h K). A broken joint has no spring; its damper stands for friction, brake and residual damping
+// (`treephys::Rupture`).
 fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     if (bits & STATE_BROKEN) == 0u {
         return vec2f(own.stiffness, rules.h * (damping_time + rules.h) * own.stiffness);
@@ -186,6 +201,9 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     return vec2f(0.0, rules.h * held);
 }
 
+// Eliminates a joint: stores what the outward pass needs, and returns what the parent bears. Steps: the link's own inertia at its joint, drag
+// included (a rod of mass m (1 + h c), and what the link has beyond a rod); the load from the tip to the joint, H' = H + [d] M and
+// J' = J + [d] H^T - H' [d]; then U = I S, the pivot D = S^T U + armature and g = D^-1 U.
 fn eliminate(own: Link, row: u32, bits: u32, drag: vec2f, body: Body, borne: Load, torque: vec3f, force: vec3f) -> Load {
     let h = rules.h;
     let d = body.d;

@@ -1,5 +1,7 @@
-// Twin: `twin/load.rs`.
+// Loads of links.
 
+// Load on a link's tip: articulated inertia and impulses of everything beyond. Symmetric matrices are kept as their columns from the diagonal
+// down, (xx, xy, xz) and (yy, yz, zz); the columns of the coupling are torques by linear motion along x, y and z.
 struct Load {
     angular: array<vec3f, 2>,
     coupling: array<vec3f, 3>,
@@ -23,6 +25,7 @@ fn plus(a: Load, b: Load) -> Load {
     );
 }
 
+// Adds a point mass at an arm.
 fn plus_point_mass(to: Load, mass: f32, arm: vec3f) -> Load {
     let m = arm * mass;
     var sum = to;

@@ -1,4 +1,4 @@
-// Twin: `twin/math.rs`.
+// Elementary functions. Twin: `twin/math.rs`, which explains the functions.
 
 fn sin_cos(x: f32) -> vec2f {
     let n = round(x * 0.63661977);

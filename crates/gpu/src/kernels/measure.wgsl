@@ -1,5 +1,7 @@
-// Twin: `twin/measure.rs`. A workgroup is a tile, a thread a world's part.
+// Mechanical energy of a world as `orchard_multibody::energy` defines it, zero at the height of the world's origin. A workgroup is a tile, a thread a part of
+// a world.
 
+// Sums up a world's energy in the fixed order of its warps. It changes nothing that a frame starts from.
 @compute @workgroup_size(LANES * WARPS)
 fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
@@ -22,6 +24,7 @@ fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     }
 }
 
+// Energy of a part [J].
 fn energy_of(part: u32) -> f32 {
     let start = header(TILE_STARTS + part);
     let end = header(TILE_STARTS + part + 1u);

@@ -1,4 +1,4 @@
-// The buffers, by one lane. The twin is `twin/mod.rs`; where numbers stand is `layout.rs`, whose constants precede this file.
+// Access to the buffers for one lane. `layout.rs` lists the fields; its constants precede this file.
 
 struct Rules {
     h: f32,
@@ -33,7 +33,7 @@ struct Rules {
 
 @group(0) @binding(0) var<uniform> rules: Rules;
 @group(0) @binding(1) var<storage, read> tiles: array<u32>;
-// Written by `vary` alone. Not declared as read-only: a compiler may put such a read next to its first use, where it is waited for.
+// Only `vary` writes it. It is not declared read-only: a compiler may move a read-only read to its first use, where the thread then waits for it.
 @group(0) @binding(2) var<storage, read_write> operations: array<vec4u>;
 @group(0) @binding(3) var<storage, read_write> states: array<u32>;
 @group(0) @binding(4) var<storage, read_write> links: array<vec4f>;
@@ -41,12 +41,12 @@ struct Rules {
 @group(0) @binding(6) var<storage, read_write> works: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> worlds: array<f32>;
 @group(0) @binding(8) var<storage, read> pushes: array<f32>;
-// What `vary` binds in the place of forces.
+// `vary` binds the base table in the place of forces.
 @group(0) @binding(8) var<storage, read> table: array<vec4u>;
 
 const NO_SEGMENT: u32 = 0xffffffffu;
 
-// The tile and the lane in it, and where the tile's parts of the buffers begin for this lane; the slots are those of a warp.
+// Number of the tile, the lane in it, and where the tile's parts of the buffers begin for this lane. Slots belong to a warp.
 var<private> tile_number: u32;
 var<private> lane: u32;
 var<private> operations_at: u32;
@@ -58,6 +58,7 @@ var<private> slots_at: u32;
 var<private> cross_forks_at: u32;
 var<private> cross_loads_at: u32;
 
+// Sets these for a thread.
 fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     tile_number = tile;
     lane = lane_of_tile;
@@ -71,8 +72,8 @@ fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     cross_loads_at = header(TILE_CROSS_LOADS) + lane;
 }
 
-// The same number, waited for here: the factor is 1, which no compiler knows. What a loop has from before it, and the one branch in which something is read,
-// would else be waited for inside the loop, row after row, together with all that has been asked for since (`docs/computation/gpu.md`, Asking ahead).
+// Waits for a number here and returns it: the factor is 1, which no compiler knows. A number that a loop has from before it, or that one branch reads, would
+// otherwise be waited for inside the loop, row after row, together with all reads issued since (`docs/computation/gpu.md`, Reading ahead).
 fn awaited(x: vec4f) -> vec4f {
     return x * f32(min(rules.substeps, 1u));
 }
@@ -121,7 +122,7 @@ fn world(field: u32) -> f32 {
     return worlds[world_at(field)];
 }
 
-// Whether the tile has a world in this lane.
+// True if the tile has a world in this lane.
 fn is_there() -> bool {
     return bitcast<u32>(world(WORLD_LINKS)) != 0u;
 }
@@ -165,6 +166,7 @@ fn set_quad(at: u32, field: u32, value: vec4f) {
     works[at + field / QUAD * LANES] = value;
 }
 
+// First quad of the fork that a link's parent has stored, for a link that does not follow its parent in the next row.
 fn parent_fork_at(word: u32) -> u32 {
     let place = (word >> FIRST_PARENT) & 0xffu;
     if (word & FIRST_FROM_CROSS) != 0u {

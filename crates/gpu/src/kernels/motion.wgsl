@@ -1,11 +1,13 @@
-// Twin: `twin/motion.rs`.
+// Motion of links, and joints between them. `joint_outward` and `axes_of` have twins in `twin/motion.rs`.
 
+// Orthonormal axes, in world coordinates.
 struct Axes {
     x: vec3f,
     y: vec3f,
     z: vec3f,
 }
 
+// Motion of a link's tip: angular and linear velocity, and the bias accelerations, which are those with all joint rates constant.
 struct Motion {
     axes: Axes,
     w: vec3f,
@@ -14,13 +16,15 @@ struct Motion {
     b_v: vec3f,
 }
 
+// A joint turned by its angles: the first joint axis, the link's axes (y is the second joint axis), and the direction into which the rate about the
+// second axis turns the first.
 struct Joint {
     first: vec3f,
     third: vec3f,
     axes: Axes,
 }
 
-// A link's constants and state, read at once so that the device waits for memory once.
+// Constants and state of a link, read at once so that the thread waits for memory once.
 struct Link {
     direction: vec3f,
     length: f32,
@@ -32,7 +36,7 @@ struct Link {
     v: vec2f,
 }
 
-// What the way out needs of it.
+// The part of them that the outward pass needs.
 struct Hinge {
     direction: vec3f,
     length: f32,
@@ -40,7 +44,7 @@ struct Hinge {
     v: vec2f,
 }
 
-// A joint, and the axes of the parent that it was found from.
+// A joint, and the axes of the parent computed from it.
 struct JointInward {
     joint: Joint,
     parent: Axes,
@@ -70,11 +74,14 @@ fn world_axes() -> Axes {
     return Axes(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));
 }
 
+// Motion of the ground.
 fn still() -> Motion {
     let zero = vec3f(0.0);
     return Motion(world_axes(), zero, zero, zero, zero);
 }
 
+// A joint from its parent's axes: the smallest rotation that carries z onto the direction c, with u = z + (c_x x + c_y y) / (1 + c_z), then the two
+// joint angles.
 fn joint_outward(parent: Axes, c: vec3f, q: vec2f) -> Joint {
     let across = parent.x * c.x + parent.y * c.y;
     let u = across * (1.0 / (1.0 + c.z)) + parent.z;
@@ -88,6 +95,7 @@ fn joint_outward(parent: Axes, c: vec3f, q: vec2f) -> Joint {
     return Joint(first, third, Axes(first * t_2.y - third * t_2.x, y, first * t_2.x + third * t_2.y));
 }
 
+// A joint and its parent's axes from the link's axes: the inverse of `joint_outward`.
 fn joint_inward(own: Axes, c: vec3f, q: vec2f) -> JointInward {
     let t_1 = sin_cos(q.x);
     let t_2 = sin_cos(q.y);
@@ -101,7 +109,7 @@ fn joint_inward(own: Axes, c: vec3f, q: vec2f) -> JointInward {
     return JointInward(Joint(first, third, own), parent);
 }
 
-// A motion as it stands in memory: nothing is computed from it before it is needed, so that nobody waits for it.
+// A motion as it stands in memory. It is unpacked where it is used, since computing with it earlier would be a wait.
 struct Packed {
     a: vec4f,
     b: vec4f,
@@ -139,7 +147,7 @@ fn awaited_motion(at: u32, field: u32) -> Motion {
     return unpacked(Packed(awaited(p.a), awaited(p.b), awaited(p.c), awaited(p.d), awaited(p.e)));
 }
 
-// The last two numbers are free for something else.
+// `more`: the last two numbers, which are free for another use.
 fn set_motion(at: u32, field: u32, value: Motion, more: vec2f) {
     set_quad(at, field, vec4f(value.axes.y, value.axes.z.x));
     set_quad(at, field + 4u, vec4f(value.axes.z.yz, value.w.xy));

@@ -1,25 +1,29 @@
-// Twin: `twin/outward.rs`.
+// Outward pass, from the root to the tips: velocity changes, the new state, and the motion that the next inward pass starts from.
 
-// What an outward walk is for.
+// Modes of an outward pass: compute the motion of the present state; advance a substep; advance the last substep of a frame and test the limits.
 const LOOK: u32 = 0u;
 const ADVANCE: u32 = 1u;
 const TEST: u32 = 2u;
+// Largest change of an angle in a settling step [rad], as in `orchard_multibody::equilibrium`.
 const LARGEST_MOVE: f32 = 0.3;
 
+// A link's tip.
 struct Tip {
+    // Axes at the start of the substep.
     old: Axes,
+    // Changes of angular and linear velocity in the substep.
     turn: vec3f,
     shift: vec3f,
     motion: Motion,
     p: vec3f,
 }
 
-// What the tests of this thread's parts found in this frame.
+// Bits of a notice, and largest square of an angle over its limit's, that the tests of this thread's parts found in this frame.
 var<private> found_notice: u32;
 var<private> found_peak: f32;
 
-// What the way in has left at a link.
-struct Left {
+// Result of the elimination of a joint, as the inward pass has stored it (`layout::work`).
+struct Eliminated {
     g_1n: vec3f,
     g_1f: vec3f,
     g_2n: vec3f,
@@ -28,40 +32,41 @@ struct Left {
     held: vec2f,
 }
 
-fn read_left(at: u32) -> Left {
-    return left_of(quad(at, WORK_G_1N), quad(at, WORK_G_1F), quad(at, WORK_G_2N), quad(at, WORK_G_2F));
+fn read_eliminated(at: u32) -> Eliminated {
+    return eliminated_of(quad(at, WORK_G_1N), quad(at, WORK_G_1F), quad(at, WORK_G_2N), quad(at, WORK_G_2F));
 }
 
-fn left_of(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> Left {
-    return Left(a.xyz, b.xyz, c.xyz, d.xyz, vec2f(a.w, b.w), vec2f(c.w, d.w));
+fn eliminated_of(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> Eliminated {
+    return Eliminated(a.xyz, b.xyz, c.xyz, d.xyz, vec2f(a.w, b.w), vec2f(c.w, d.w));
 }
 
-fn outward(part: u32, way: u32) {
+// One part of the outward pass: rows from the first to the last.
+fn outward(part: u32, mode: u32) {
     let start = header(TILE_STARTS + part);
     let end = header(TILE_STARTS + part + 1u);
     if end == start {
         return;
     }
     var tip: Tip;
-    // The next link is read while this one is worked on.
+    // The next link is read ahead.
     let first = link_at(start);
-    let first_left = work_at(start);
+    let first_eliminated = work_at(start);
     var next = hinge_of(awaited(link(first, LINK_DIRECTION)), awaited(link(first, LINK_Q)));
     var next_limit = 0.0;
-    if way == TEST {
+    if mode == TEST {
         next_limit = awaited(link(first, LINK_LIMIT)).x;
     }
-    var next_left = left_of(
-        awaited(quad(first_left, WORK_G_1N)),
-        awaited(quad(first_left, WORK_G_1F)),
-        awaited(quad(first_left, WORK_G_2N)),
-        awaited(quad(first_left, WORK_G_2F)),
+    var next_eliminated = eliminated_of(
+        awaited(quad(first_eliminated, WORK_G_1N)),
+        awaited(quad(first_eliminated, WORK_G_1F)),
+        awaited(quad(first_eliminated, WORK_G_2N)),
+        awaited(quad(first_eliminated, WORK_G_2F)),
     );
     var next_operation = awaited_words(operations[operation_at(start)]);
     var next_bits = awaited_words(vec4u(states[operation_at(start)])).x;
     for (var row = start; row < end; row++) {
         var own = next;
-        let left = next_left;
+        let eliminated = next_eliminated;
         let operation = next_operation;
         let bits = next_bits;
         let limit = next_limit;
@@ -72,20 +77,20 @@ fn outward(part: u32, way: u32) {
         }
         // Change of velocity at the joint.
         let shift = tip.shift;
-        if way != LOOK && (operation.x & FIRST_ACTIVE) != 0u {
-            let advanced = advance(own, left, tip);
+        if mode != LOOK && (operation.x & FIRST_ACTIVE) != 0u {
+            let advanced = advance(own, eliminated, tip);
             tip = advanced.tip;
             own.q = advanced.q;
             own.v = advanced.v;
             set_link(link_at(row), LINK_Q, vec4f(own.q, own.v));
         }
-        // Everything that the next row needs is asked for at once, after the last wait of this one.
+        // All reads for the next row are issued at once, after the last wait of this one.
         let ahead = min(row + 1u, end - 1u);
         next = read_hinge(link_at(ahead));
-        if way == TEST {
+        if mode == TEST {
             next_limit = link(link_at(ahead), LINK_LIMIT).x;
         }
-        next_left = read_left(work_at(ahead));
+        next_eliminated = read_eliminated(work_at(ahead));
         next_operation = operations[operation_at(ahead)];
         next_bits = states[operation_at(ahead)];
         if (operation.x & FIRST_ACTIVE) == 0u {
@@ -105,20 +110,20 @@ fn outward(part: u32, way: u32) {
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             var stem = read_stem(at);
-            if way != LOOK {
+            if mode != LOOK {
                 stem = stem_end(at, stem, tip.turn, shift);
             }
             let stretch = stem_start(at, stem, at_joint, p_joint, is_debris);
-            if way == TEST {
+            if mode == TEST {
                 test_stem(at, stem, stretch);
             }
         }
-        if way == TEST {
+        if mode == TEST {
             test_joint(row, bits, own, limit);
         }
         if is_debris {
-            let lift = select(tip.shift.z, 0.0, way == LOOK);
-            let held = select(left.held, vec2f(0.0, UNBOUNDED), way == LOOK);
+            let lift = select(tip.shift.z, 0.0, mode == LOOK);
+            let held = select(eliminated.held, vec2f(0.0, UNBOUNDED), mode == LOOK);
             meet_ground(row, operation.w, tip.p.z, tip.motion.v, lift, held);
         }
         if (operation.y & SECOND_CARRIES) == 0u {
@@ -133,11 +138,13 @@ fn outward(part: u32, way: u32) {
     }
 }
 
+// The ground under the trunk, as a tip.
 fn ground_tip() -> Tip {
     let zero = vec3f(0.0);
     return Tip(world_axes(), zero, zero, still(), awaited(vec4f(p_trunk(), 0.0)).xyz);
 }
 
+// Reads the tip of a link with several children.
 fn fork(at: u32) -> Tip {
     let a = awaited(quad(at, FORK_CHANGE));
     let b = awaited(quad(at, FORK_CHANGE + 4u));
@@ -146,6 +153,7 @@ fn fork(at: u32) -> Tip {
     return Tip(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, c.x), c.yzw, awaited_motion(at, FORK_MOTION), p);
 }
 
+// Stores it for the children that do not follow in the next row.
 fn set_fork(at: u32, tip: Tip) {
     set_quad(at, FORK_CHANGE, vec4f(tip.old.y, tip.old.z.x));
     set_quad(at, FORK_CHANGE + 4u, vec4f(tip.old.z.yz, tip.turn.xy));
@@ -154,18 +162,19 @@ fn set_fork(at: u32, tip: Tip) {
     set_quad(at, FORK_HEIGHT, vec4f(tip.p.z, 0.0, 0.0, 0.0));
 }
 
-// A link's new angles and rates, and its tip.
+// New angles and rates of a link, and its tip.
 struct Advanced {
     tip: Tip,
     q: vec2f,
     v: vec2f,
 }
 
-fn advance(own: Hinge, left: Left, from_tip: Tip) -> Advanced {
+// Advances a joint by a substep: the change of its rates is D^-1 (y - U^T a) with the change of velocity a of the parent's tip.
+fn advance(own: Hinge, eliminated: Eliminated, from_tip: Tip) -> Advanced {
     var tip = from_tip;
     let joint = joint_outward(tip.old, own.direction, own.q);
-    let dv_1 = left.e.x - dot(left.g_1n, tip.turn) - dot(left.g_1f, tip.shift);
-    let dv_2 = left.e.y - dot(left.g_2n, tip.turn) - dot(left.g_2f, tip.shift);
+    let dv_1 = eliminated.e.x - dot(eliminated.g_1n, tip.turn) - dot(eliminated.g_1f, tip.shift);
+    let dv_2 = eliminated.e.y - dot(eliminated.g_2n, tip.turn) - dot(eliminated.g_2f, tip.shift);
     tip.turn += joint.first * dv_1 + joint.axes.y * dv_2;
     tip.shift += cross(tip.turn, joint.axes.z * own.length);
     tip.old = joint.axes;
@@ -176,6 +185,7 @@ fn advance(own: Hinge, left: Left, from_tip: Tip) -> Advanced {
     return Advanced(tip, own.q + v * rules.h, v);
 }
 
+// Motion of a link at its joint, in its own axes, from the motion of its parent's tip.
 fn kinematics(own: Hinge, parent: Motion) -> Motion {
     let v = own.v;
     let joint = joint_outward(parent.axes, own.direction, own.q);
@@ -184,6 +194,7 @@ fn kinematics(own: Hinge, parent: Motion) -> Motion {
     return Motion(joint.axes, parent.w + s_w, b_w, parent.v, parent.b_v);
 }
 
+// Counts frames over the limit of an unbroken joint, and tests that its numbers are finite.
 fn test_joint(row: u32, bits: u32, own: Hinge, limit: f32) {
     let bend = dot(own.q, own.q);
     if !(is_finite(bend) && is_finite(dot(own.v, own.v))) {
@@ -203,6 +214,7 @@ fn test_joint(row: u32, bits: u32, own: Hinge, limit: f32) {
     }
 }
 
+// Counts frames over both limits of a stem, and tests that the fruit's numbers are finite. `stretch` is the square of the stem's stretch.
 fn test_stem(at: u32, stem: Stem, stretch: f32) {
     if !(is_finite(dot(stem.p, stem.p)) && is_finite(dot(stem.v, stem.v))) {
         found_notice |= NOTICE_NON_FINITE;

@@ -1,5 +1,6 @@
-// Twin: `twin/reset.rs`. A thread is a world.
+// Resets. A thread is a world.
 
+// Puts a marked world back to its start: unbroken, straight and at rest. External forces stay. Settling steps follow (`SETTLES`).
 @compute @workgroup_size(LANES)
 fn reset(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     enter(group.x, 0u, thread);
@@ -16,6 +17,7 @@ fn reset(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     set_world(WORLD_PEAK, 0.0);
 }
 
+// Removes breaks, and sets all angles and rates to zero.
 fn straighten() {
     let rows = header(TILE_STARTS + PARTS);
     for (var row = 0u; row < rows; row++) {
@@ -26,6 +28,7 @@ fn straighten() {
     }
 }
 
+// Puts fruit under their stems, on the links that `place_links` has placed.
 fn hang_fruit() {
     let rows = header(TILE_STARTS + PARTS);
     for (var row = 0u; row < rows; row++) {

@@ -1,6 +1,8 @@
-// Twin: `twin/stem.rs`.
+// Fruit: eliminated as leaves of the tree on their stems, point masses that fly, roll or rest off them.
 
+// Regularisation of a contact as a share of its own inverse inertia, as in `orchard_multibody`.
 const NEAR_RIGID: f32 = 1e-4;
+// Rotational inertia of a ball by mass and square of the radius.
 const BALL: f32 = 0.4;
 
 // A fruit with its stem, read at once.
@@ -47,6 +49,7 @@ fn read_stem(at: u32) -> Stem {
     );
 }
 
+// Computes what the next substep starts from, with the link's motion and position at its joint; returns the square of the stem's stretch.
 fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f32 {
     let h = rules.h;
     let arm = own.axes.x * stem.anchor.x + own.axes.y * stem.anchor.y + own.axes.z * stem.anchor.z;
@@ -54,6 +57,7 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f3
     stretch.z -= stem.drop;
     let u_relative = stem.v - (own.v + cross(own.w, arm));
 
+    // Impulse of the stem on the anchor, with both velocities unchanged.
     let kappa = h * (stem.damping + h * stem.stiffness);
     let pull = stretch * (h * stem.stiffness) + u_relative * kappa;
     let hangs = stem.stiffness > 0.0;
@@ -64,6 +68,7 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f3
     var impulse = (stem.force - stem.v * drag) * h - pull;
     impulse.z -= h * stem.mass * rules.gravity;
 
+    // Reaction on the anchor. On live wood the weight at rest is taken off it; above the cap its size is the cap's and the fruit adds no mass.
     var reaction = pull + impulse * share;
     let is_live = hangs && !is_debris;
     reaction.z += h * select(0.0, stem.bias, is_live);
@@ -81,6 +86,7 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f3
     return select(0.0, dot(stretch, stretch), hangs);
 }
 
+// The fruit at the end of a substep; `turn` and `shift` are the changes of velocity of its link at the joint.
 fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
     let h = rules.h;
     var stem = from_stem;
@@ -91,7 +97,7 @@ fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
     } else {
         let met = ground_impulse(stem);
         impulse += met.impulse;
-        // Written with the rest of what the next substep starts from.
+        // `stem_start` writes it.
         stem.arm = met.spin;
     }
     stem.v += impulse * stem.inverse_mass;
@@ -99,18 +105,20 @@ fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
     if SETTLES {
         stem.v = vec3f(0.0);
     }
-    // The velocity is written with what follows from it.
+    // `stem_start` writes the velocity.
     set_fruit(at, FRUIT_P, vec4f(stem.p, stem.came_off));
     return stem;
 }
 
-// What the ground does to a loose fruit.
+// Impulse of the ground on a loose fruit, and the fruit's spin after it.
 struct Met {
     impulse: vec3f,
     spin: vec3f,
 }
 
+// Contact of a loose fruit with the ground in closed form, as in `orchard_batch`.
 fn ground_impulse(stem: Stem) -> Met {
+    // Velocity at the end of the substep without contact.
     let v = stem.v + stem.impulse * stem.inverse_mass;
     let inertia = BALL * stem.mass * stem.radius * stem.radius;
     var spin = stem.arm / (1.0 + rules.h * rules.spin_loss);

@@ -1,4 +1,4 @@
-// Twin: `twin/turns.rs`. A turn is a quaternion: vector, scalar.
+// Rotations as quaternions (vector, scalar). Twin: `twin/turns.rs`, which explains the functions.
 
 const NO_TURN: vec4f = vec4f(0.0, 0.0, 0.0, 1.0);
 const STRAIGHT_BACK: f32 = 1e-12;

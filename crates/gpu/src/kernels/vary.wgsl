@@ -1,4 +1,4 @@
-// Twin: `twin/vary.rs`. A thread is a world.
+// Draws the constants of a world from the base tree. The twin `twin/vary.rs` has the sources of the formulas. A thread is a world.
 
 const SECTION: f32 = 0.25;
 const BALL_HALF: f32 = 0.66666667;
@@ -6,14 +6,14 @@ const ROD: f32 = 0.083333333;
 const HALF_BALL_ARM: f32 = 0.375;
 const MICRORADIAN: f32 = 1e-6;
 
-// Factors on a tree's wood.
+// Factors on the wood of a tree.
 struct Wood {
     density: f32,
     modulus: f32,
     stress: f32,
 }
 
-// A segment's dimensions, and whether they are the base's.
+// Dimensions of a segment, and whether they are the base's.
 struct Stick {
     length: f32,
     radius: f32,
@@ -77,7 +77,7 @@ fn vary_wood() {
     }
 }
 
-// Mass, inertia across and excess.
+// Mass, inertia across, and excess of the inertia about the axis.
 fn capsule(own: Segment, stick: Stick, factor: f32) -> vec3f {
     if stick.is_base && factor == 1.0 {
         return own.weight.xyz;
@@ -139,7 +139,7 @@ fn set_radius(own: Segment, stick: Stick) {
     operations[at].w = kept | (units << FOURTH_RADIUS);
 }
 
-// A value under an axis's factor, led no further beyond its limits than it was.
+// A value times an axis's factor, clamped to the axis's limits; a value that is already outside them is not moved further out.
 fn clipped(value: f32, factor: f32, axis: u32) -> f32 {
     let limits = limits_of(dial_at(axis));
     return clamp(value * factor, min(value, limits.x), max(value, limits.y));
@@ -153,12 +153,12 @@ fn vary_fruit() {
     let stems = bitcast<vec4f>(table[BASE_STEM / QUAD]).zw;
     let first = (BASE_FIELDS + AXIS_COUNT * DIAL_FIELDS + head.z * SEGMENT_FIELDS) / QUAD;
     for (var index = 0u; index < head.w; index++) {
-        let at = first + index * (HUNG_FIELDS / QUAD);
+        let at = first + index * (FRUIT_ENTRY_FIELDS / QUAD);
         let a = table[at];
-        let b = bitcast<vec4f>(table[at + HUNG_ACROSS / QUAD]);
-        var mass = bitcast<vec4f>(table[at + HUNG_MASS / QUAD]);
-        var stem = bitcast<vec4f>(table[at + HUNG_STIFFNESS / QUAD]);
-        var anchor = bitcast<vec4f>(table[at + HUNG_ANCHOR / QUAD]);
+        let b = bitcast<vec4f>(table[at + FRUIT_ENTRY_ACROSS / QUAD]);
+        var mass = bitcast<vec4f>(table[at + FRUIT_ENTRY_MASS / QUAD]);
+        var stem = bitcast<vec4f>(table[at + FRUIT_ENTRY_STIFFNESS / QUAD]);
+        var anchor = bitcast<vec4f>(table[at + FRUIT_ENTRY_ANCHOR / QUAD]);
         let radius = clipped(mass.y, size, AXIS_FRUIT_SIZE);
         if radius != mass.y {
             mass.y = radius;
@@ -181,7 +181,7 @@ fn vary_fruit() {
     }
 }
 
-// Where an anchor is on the new form of its segment.
+// Position of an anchor on the new form of its segment.
 fn carried(index: u32, off_bark: f32, across: vec4f, along: f32) -> vec3f {
     let own = segment_of(index);
     let form = formed(own.row);

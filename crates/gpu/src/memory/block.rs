@@ -1,22 +1,22 @@
-//! Tiles that share the rows of the buffers.
+//! Blocks: tiles that share the rows of the buffers.
 
 use std::cmp::Reverse;
 use std::ops::Range;
 
 use orchard_batch::TreeWorld;
 
-use super::{Memory, Place, hung};
+use super::{Memory, Place, fruit_rows};
 use crate::Solver;
 use crate::layout::{LANES, QUAD, fork, fruit, krylov, leaf, link, load, push, tile, work, world};
 use crate::schedule::{PARTS, Schedule, WARPS};
 
-/// Lanes whose quads are 32 bytes together, the least that a graphics card reads: they belong to one tile.
+/// Number of lanes whose quads are 32 bytes together, the smallest unit that a graphics card reads: they belong to one tile.
 const LANES_TOGETHER: usize = 2;
 
-/// A world, by its index.
+/// A world with its index and its schedule.
 pub(super) type Member<'a> = (usize, &'a TreeWorld, &'a Schedule);
 
-/// Where a block stands in the buffers.
+/// Place of a block in the buffers.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     /// Rows of operations and states.
@@ -27,12 +27,12 @@ pub(crate) struct Block {
     pub fruit_rows: Range<usize>,
 }
 
-/// Lanes that a tile takes.
+/// Number of lanes of a tile.
 fn lanes_of<T>(tile: &[T]) -> usize {
     tile.len().next_multiple_of(LANES_TOGETHER)
 }
 
-/// Tiles that go into one block together: the largest first, each into the first block that has room.
+/// Groups tiles into blocks: the largest first, each into the first block that has room.
 pub(super) fn blocks(mut tiles: Vec<Vec<usize>>) -> Vec<Vec<Vec<usize>>> {
     tiles.sort_by_key(|tile| Reverse(tile.len()));
     let mut blocks: Vec<(usize, Vec<Vec<usize>>)> = Vec::new();
@@ -53,9 +53,9 @@ pub(super) fn blocks(mut tiles: Vec<Vec<usize>>) -> Vec<Vec<Vec<usize>>> {
 struct Rows {
     /// First row of each part, and their number.
     starts: [usize; PARTS + 1],
-    /// Where the rows of each link's fruit begin, if worlds share them.
+    /// First row of each link's fruit, if the worlds share these rows.
     shared: Option<Vec<usize>>,
-    /// Rows of fruit.
+    /// Number of rows of fruit.
     fruit: usize,
 }
 
@@ -65,7 +65,7 @@ impl Rows {
         for part in 0..PARTS {
             starts[part + 1] = starts[part] + most(members, |schedule| schedule.parts[part].len());
         }
-        let (shared, fruit) = match hung::shared_rows(members) {
+        let (shared, fruit) = match fruit_rows::shared_rows(members) {
             Some((shared, rows)) => (Some(shared), rows),
             None => (None, most(members, |schedule| schedule.fruit.len())),
         };
@@ -83,7 +83,7 @@ impl Memory {
         let all = tiles.concat();
         let of_tiles: Vec<Rows> = tiles.iter().map(|members| Rows::of(members)).collect();
         let rows = of_tiles.iter().map(|tile| tile.starts[PARTS]).max().unwrap_or(0);
-        // One row at least: a lane without fruit reads none, but a buffer is never empty.
+        // At least one row, since a buffer must not be empty.
         let fruit_rows = of_tiles.iter().map(|tile| tile.fruit).max().unwrap_or(0).max(1);
         let slots = most(&all, |schedule| schedule.slots);
         let slot = fork::FIELDS.max(load::FIELDS);
@@ -106,7 +106,7 @@ impl Memory {
             header[field] = at as u32;
             at += size / QUAD * LANES;
         }
-        // What one way has left for other parts has been read when the other begins.
+        // Forks and loads share their memory: each pass has read those of the one before.
         let (forks, loads) = (most(&all, |schedule| schedule.forks), most(&all, |schedule| schedule.loads));
         header[tile::CROSS_FORKS] = at as u32;
         header[tile::CROSS_LOADS] = at as u32;

@@ -1,4 +1,4 @@
-//! What is done to worlds from outside: forces, and resets.
+//! Inputs of worlds: forces, and marks for resets.
 
 use std::ops::RangeInclusive;
 
@@ -7,11 +7,11 @@ use orchard_geometry::Vec3;
 use super::{Memory, Place};
 use crate::layout::{LANES, fourth, fruit, push, world};
 
-/// Last frame of a force without an end: later than any that a state's bits can hold.
+/// Last frame of a force without an end: later than any frame that the bits of a state can hold.
 const FOREVER: u32 = 1 << 30;
 
 impl Memory {
-    /// Sets force and torque on a link until changed; gives whether there was room for it.
+    /// Sets force and torque on a link until changed; returns false if there is no room.
     pub fn push(&mut self, index: usize, segment: usize, force: Vec3, torque: Vec3) -> bool {
         let row = self.places[index].rows[segment] as u32;
         let lasts = |memory: &Self, k: usize| {
@@ -27,7 +27,7 @@ impl Memory {
         true
     }
 
-    /// Adds force and torque on a link in some frames; gives whether there was room for it.
+    /// Adds force and torque on a link in some frames; returns false if there is no room.
     pub fn script(
         &mut self,
         index: usize,
@@ -41,7 +41,7 @@ impl Memory {
         true
     }
 
-    /// A place for a force: an empty one, or one whose frames are over.
+    /// Free place for a force: an empty one, or one whose frames are over.
     fn free_push(&self, index: usize) -> Option<usize> {
         (0..self.pushes_each).find(|&k| {
             self.pushed(index, k, push::ROW) == u32::MAX
@@ -86,7 +86,7 @@ impl Memory {
         self.pushes[at] = value;
     }
 
-    /// Notes which worlds are to be reset, and no others.
+    /// Marks these worlds, and no others, for a reset.
     pub fn mark(&mut self, worlds: &[usize]) {
         for number in 0..self.tile_count() {
             let at = self.world_at(number, world::RESET, 0);
@@ -99,7 +99,7 @@ impl Memory {
         }
     }
 
-    /// These notes by tile, and where they stand among the worlds' numbers.
+    /// Marks by tile, with their place in the worlds' buffer.
     pub fn marks(&self) -> impl Iterator<Item = (usize, &[f32])> {
         (0..self.tile_count()).map(|number| {
             let at = self.world_at(number, world::RESET, 0);
@@ -107,7 +107,7 @@ impl Memory {
         })
     }
 
-    /// Sets the force on a fruit; gives the places in `fruit` that changed.
+    /// Sets the force on a fruit; returns the places in `fruit` that changed.
     pub fn pull(&mut self, index: usize, fruit_index: usize, force: Vec3) -> [usize; 3] {
         let (number, lane) = (self.places[index].tile, self.places[index].lane);
         let row = self.places[index].fruit_rows[fruit_index];

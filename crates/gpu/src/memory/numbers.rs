@@ -3,7 +3,7 @@
 use super::{Memory, Place};
 use crate::layout::{fruit, link};
 
-/// What a number is.
+/// Field of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Field {
     Link(usize),
@@ -11,35 +11,30 @@ pub(crate) enum Field {
 }
 
 impl Memory {
-    /// A number of a world's link.
+    /// Field of a world's link.
     pub fn link_of(&self, index: usize, segment: usize, field: usize) -> f32 {
         let Place { tile, lane, rows, .. } = &self.places[index];
         self.links[self.link_at(*tile, rows[segment], field, *lane)]
     }
 
-    /// A number of a world's fruit.
+    /// Field of a world's fruit.
     pub fn fruit_of(&self, index: usize, fruit_index: usize, field: usize) -> f32 {
         let Place { tile, lane, fruit_rows, .. } = &self.places[index];
         self.fruit[self.fruit_at(*tile, fruit_rows[fruit_index], field, *lane)]
     }
 
-    /// Tile and lane of a world.
-    pub fn seat_of(&self, index: usize) -> (usize, usize) {
-        (self.places[index].tile, self.places[index].lane)
-    }
-
-    /// How many fruit a world has.
+    /// Number of fruit of a world.
     pub fn fruit_count(&self, index: usize) -> usize {
         self.places[index].fruit_rows.len()
     }
 
-    /// The operation of a world's link.
+    /// Operation of a world's link.
     pub fn operation_of(&self, index: usize, segment: usize) -> [u32; 4] {
         let Place { tile, lane, rows, .. } = &self.places[index];
         self.operations[self.operation_at(*tile, rows[segment], *lane)]
     }
 
-    /// A world's constants, of its links and its fruit.
+    /// Constants of a world's links and fruit.
     pub fn constants(&self, index: usize) -> Vec<(Field, f32)> {
         let Place { rows, fruit_rows, .. } = &self.places[index];
         let link = |segment, field| (Field::Link(field), self.link_of(index, segment, field));
@@ -50,7 +45,7 @@ impl Memory {
         links.chain(fruit).collect()
     }
 
-    /// The last words of its operations.
+    /// Last words of a world's operations.
     pub fn last_words(&self, index: usize) -> Vec<u32> {
         (0..self.places[index].rows.len()).map(|segment| self.operation_of(index, segment)[3]).collect()
     }

@@ -1,4 +1,4 @@
-//! What the host reads of a world: whether it runs, what it has lost, and its state.
+//! Results of a world on the host: status, losses and state.
 
 use orchard_batch::{Fault, Plant, Quarantine, Status};
 use orchard_geometry::Vec3;
@@ -8,7 +8,7 @@ use super::{Memory, Place};
 use crate::layout::{fruit, link, state, world};
 
 impl Memory {
-    /// Whether a world runs.
+    /// Status of a world.
     pub fn status(&self, index: usize) -> Status {
         let place = &self.places[index];
         let frame = self.worlds[self.world_at(place.tile, world::STOPPED, place.lane)].to_bits();
@@ -35,7 +35,7 @@ impl Memory {
         Status::Quarantined(Quarantine { frame, fault })
     }
 
-    /// Frames in which each joint of a world broke and each fruit came off; 0 if not.
+    /// Frames in which each joint of a world broke and in which each fruit came off; 0 if that has not happened.
     pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<u32>) {
         let Place { tile, lane, rows, fruit_rows, .. } = &self.places[index];
         let broke = rows.iter().map(|&row| self.states[self.operation_at(*tile, row, *lane)] >> state::BROKE);

@@ -9,14 +9,14 @@ use rayon::prelude::*;
 use crate::BatchError;
 use crate::schedule::{Schedule, ScheduleError, parts};
 
-/// The schedule of each world. Worlds of one topology are shared out once, and those with their fruit on the same links share a schedule.
+/// Schedule of each world. The parts of a topology are computed once, and worlds with fruit on the same links share a schedule.
 ///
 /// # Errors
-/// A world has none.
+/// A world has no schedule.
 pub(super) fn schedules(given: &[TreeWorld]) -> Result<Vec<Arc<Schedule>>, BatchError> {
     let plants: Vec<&Plant> = given.iter().map(|world| &**world.plant()).collect();
     let (firsts, topology_of) = distinct(plants.iter().map(|plant| &plant.tree.parent));
-    let shared_out = each(&firsts, |index| parts(&plants[index].tree.parent))?;
+    let parts_of = each(&firsts, |index| parts(&plants[index].tree.parent))?;
     let bearers = plants.iter().map(|plant| plant.fruit.fruit.iter().map(|fruit| fruit.segment));
     let (firsts, kind_of) =
         distinct(topology_of.iter().zip(bearers).map(|(topology, on)| (*topology, on.collect::<Vec<_>>())));
@@ -24,12 +24,12 @@ pub(super) fn schedules(given: &[TreeWorld]) -> Result<Vec<Arc<Schedule>>, Batch
         let plant = plants[index];
         let mut fruit_of = vec![Vec::new(); plant.tree.len()];
         plant.fruit.fruit.iter().enumerate().for_each(|(i, fruit)| fruit_of[fruit.segment].push(i));
-        Schedule::new(&plant.tree.parent, &shared_out[topology_of[index]], &fruit_of).map(Arc::new)
+        Schedule::new(&plant.tree.parent, &parts_of[topology_of[index]], &fruit_of).map(Arc::new)
     })?;
     Ok(kind_of.into_iter().map(|kind| schedules[kind].clone()).collect())
 }
 
-/// Something of some worlds, in parallel; the first that fails is the error.
+/// Computes a value for each of some worlds in parallel; the first failure is the error.
 fn each<T: Send>(
     worlds: &[usize],
     of: impl Fn(usize) -> Result<T, ScheduleError> + Sync,
@@ -41,7 +41,7 @@ fn each<T: Send>(
     all.into_iter().collect()
 }
 
-/// Where each different key stands first, and to which of these each key is equal.
+/// Indices of the first occurrence of each distinct key, and for each key the index of its first occurrence among them.
 fn distinct<K: Ord>(keys: impl Iterator<Item = K>) -> (Vec<usize>, Vec<usize>) {
     let (mut known, mut firsts) = (BTreeMap::new(), Vec::new());
     let of_each = keys.enumerate().map(|(index, key)| {

@@ -1,5 +1,5 @@
-//! ChaCha8 (Bernstein 2008) as `rand_chacha` lays it out: the block counter in words 12 and 13, the stream's number in 14 and 15. No stream here is
-//! longer than 2^32 blocks, and no number longer than 32 bits.
+//! ChaCha8 (Bernstein 2008) in the layout of `rand_chacha`: the block counter in words 12 and 13, the number of the stream in words 14 and 15. No stream here is
+//! longer than 2^32 blocks, and no stream's number longer than 32 bits.
 
 use super::Lane;
 use crate::layout::{LANES, QUAD, base, dial};
@@ -13,26 +13,26 @@ type Block = [Row; 4];
 /// A random stream.
 #[derive(Clone, Copy)]
 pub(super) struct Stream {
-    /// Quad of the table where its axis's entry, which begins with the key, stands.
+    /// First quad of its axis's entry in the table, which begins with the key.
     pub entry: usize,
     pub number: u32,
-    /// Pairs of words that it has given.
+    /// Number of pairs of words drawn so far.
     pub given: u32,
     block: Block,
 }
 
-/// "expand 32-byte k".
+/// Constants of ChaCha: "expand 32-byte k".
 const SIGMA: Row = [0x6170_7865, 0x3320_646e, 0x7962_2d32, 0x6b20_6574];
-/// Of ChaCha8.
+/// Number of double rounds of ChaCha8.
 const DOUBLE_ROUNDS: u32 = 4;
-/// Pairs of words in a block.
+/// Number of pairs of words in a block.
 const PAIRS_EACH: u32 = 8;
 
 fn rotated(x: Row, bits: u32) -> Row {
     x.map(|word| word.rotate_left(bits))
 }
 
-/// The quarter rounds of all four columns.
+/// Quarter rounds of all four columns.
 fn quarter_rounds([a, b, c, d]: Block) -> Block {
     let sum = |x: Row, y: Row| std::array::from_fn(|k| x[k].wrapping_add(y[k]));
     let differ = |x: Row, y: Row| std::array::from_fn(|k| x[k] ^ y[k]);
@@ -62,7 +62,7 @@ impl Lane<'_> {
         std::array::from_fn(|row| std::array::from_fn(|k| x[row][k].wrapping_add(start[row][k])))
     }
 
-    /// An axis's stream, as `Mode::stream` has it.
+    /// Stream of an axis, as in `Mode::stream`.
     pub(super) fn stream_of(&self, axis: usize) -> Stream {
         let entry = self.dial_at(axis);
         let by_episode = self.memory.table[entry + dial::BY_EPISODE / QUAD][dial::BY_EPISODE % QUAD] != 0;

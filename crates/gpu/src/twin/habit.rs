@@ -1,4 +1,4 @@
-//! A tree in another habit and other dimensions: `orchard_treegen::reshape` for one segment after the other, of which each needs only its parent.
+//! A tree in another habit and other dimensions: `orchard_treegen::reshape`, one segment after the other, each of which needs only its parent.
 
 use super::Lane;
 use super::math::Vec3;
@@ -10,14 +10,14 @@ use super::turns::{
 use crate::layout::{QUAD, UNBOUNDED, axis, base, dial, form, growth, segment};
 use crate::table::NO_SEGMENT;
 
-/// What holds for all wood of a tree.
+/// Quantities that are the same for all wood of a tree.
 #[derive(Clone, Copy)]
 pub(super) struct Habit {
     /// Factor on lengths.
     pub scale: f32,
     /// Factor on radii.
     pub thickness: f32,
-    /// Turn of the whole tree.
+    /// Lean: rotation of the whole tree.
     pub lean: Turn,
     /// Droop of an internode [rad].
     pub droop: f32,
@@ -34,7 +34,7 @@ pub(super) struct Segment {
     pub parent: u32,
     pub growth: usize,
     pub radius_units: usize,
-    /// In the world.
+    /// Direction in world coordinates.
     pub heading: Vec3,
     pub limit: f32,
     pub direction: Vec3,
@@ -47,21 +47,21 @@ pub(super) struct Segment {
 /// A segment in its new form.
 #[derive(Clone, Copy)]
 pub(super) struct Formed {
-    /// What turns a segment turns all that grows on it.
+    /// Rotation of the segment and of everything that grows on it.
     pub turn: Turn,
-    /// After it, what lifts it off the ground.
+    /// Rotation after it, which lifts the segment off the ground.
     pub lift: Turn,
     pub axes: Axes,
     pub z_tip: f32,
     pub radius: f32,
 }
 
-/// What the trunk grows from.
+/// The ground, as what the trunk grows from.
 pub(super) fn formed_ground(lean: Turn) -> Formed {
     Formed { turn: lean, lift: no_turn(), axes: Axes::world(), z_tip: 0.0, radius: UNBOUNDED }
 }
 
-/// The walk's steps for one segment: roll and spread of a lateral, droop of a branch, bend.
+/// Rotation of a segment: roll and spread of a lateral, droop of a branch, bend.
 fn turn_of(own: &Segment, start: &Turn, along: &Vec3, habit: &Habit, bend: [f32; 2]) -> Turn {
     let mut turn = *start;
     if own.growth & growth::LATERAL != 0 {
@@ -75,7 +75,7 @@ fn turn_of(own: &Segment, start: &Turn, along: &Vec3, habit: &Habit, bend: [f32;
     product(&bend_turn(&turned(&turn, &own.heading), bend), &turn)
 }
 
-/// The unit vector over the same compass direction with the given sine of elevation; straight down has none and takes +x.
+/// Unit vector in the same compass direction with the given sine of elevation; a vertical heading takes +x.
 fn elevated(heading: &Vec3, sine: f32) -> Vec3 {
     let across = (heading.x * heading.x + heading.y * heading.y).sqrt();
     let [x, y] =
@@ -85,7 +85,7 @@ fn elevated(heading: &Vec3, sine: f32) -> Vec3 {
 }
 
 impl Lane<'_> {
-    /// A segment's entry.
+    /// Entry of a segment.
     pub(super) fn segment_of(&self, index: u32) -> Segment {
         let dials = base::FIELDS + axis::COUNT * dial::FIELDS;
         let at = (dials + index as usize * segment::FIELDS) / QUAD;
@@ -107,7 +107,7 @@ impl Lane<'_> {
         }
     }
 
-    /// Draws what holds for all wood.
+    /// Draws the quantities that are the same for all wood.
     pub(super) fn habit_drawn(&self) -> Habit {
         let scale = self.factor_of(axis::SCALE);
         Habit {
@@ -120,7 +120,7 @@ impl Lane<'_> {
         }
     }
 
-    /// A segment that has its new form.
+    /// Stored new form of a segment.
     pub(super) fn formed(&self, row: usize) -> Formed {
         let at = self.work_at(row);
         let [y, z] = self.vectors(at, form::AXES);
@@ -138,8 +138,8 @@ impl Lane<'_> {
         self.set_quad(at, form::AXES + QUAD, [axes.z.y, axes.z.z, *z_tip, *radius]);
     }
 
-    /// A segment on its parent's new form. A branch that dips below the clearance is turned up about its base, and what grows on it with it; where the host
-    /// refuses a tree, since even upright it would be too low, it stands upright.
+    /// New form of a segment on its parent's new form, and its direction in the parent's frame. A branch that dips below the clearance is rotated upwards about its base, with everything that grows on
+    /// it. If it were too low even upright, where the host refuses the tree, it stands upright.
     pub(super) fn form_segment(
         &self,
         own: &Segment,
@@ -167,7 +167,7 @@ impl Lane<'_> {
         }
         let in_parent = [parent.axes.x, parent.axes.y, parent.axes.z].map(|axis| axis.dot(&heading));
         let direction = unit_vector(&in_parent.into());
-        let axes = joint_outward(&parent.axes, direction, [0.0; 2]).axes;
+        let axes = joint_outward(&parent.axes, direction, [0.0; 2]);
         (Formed { turn, lift, axes, z_tip: parent.z_tip + heading.z * length, radius }, direction)
     }
 }

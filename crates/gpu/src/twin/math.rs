@@ -1,12 +1,12 @@
-//! Vectors and angles.
+//! Elementary functions.
 
 use nalgebra::Vector3;
 
-/// A vector.
+/// Vector.
 pub(crate) type Vec3 = Vector3<f32>;
 
-/// Sine and cosine by polynomials after reduction by pi/2 in three parts (Cephes), right to about one unit in the last place: the built-in ones of
-/// a graphics device are not.
+/// Sine and cosine by polynomials after reduction by pi/2 in three parts (Cephes), to about one unit in the last place. The built-in functions of
+/// graphics devices are less exact.
 pub(crate) fn sin_cos(x: f32) -> [f32; 2] {
     let n = (x * std::f32::consts::FRAC_2_PI).round_ties_even();
     let r = (-n).mul_add(1.570_312_5, x);
@@ -28,20 +28,9 @@ pub(crate) fn sin_cos(x: f32) -> [f32; 2] {
     [s, c]
 }
 
-/// A symmetric matrix times a vector: columns from the diagonal down.
-pub(crate) fn symmetric(a: Vec3, b: Vec3, v: Vec3) -> Vec3 {
-    Vec3::new(a.dot(&v), Vec3::new(a.y, b.x, b.y).dot(&v), Vec3::new(a.z, b.y, b.z).dot(&v))
-}
-
-/// Whether a number, and its square, is finite. By bits: a device may leave comparisons with what is no number undefined.
-pub(crate) fn is_finite(x: f32) -> bool {
-    const EXPONENT: u32 = 0x7f80_0000;
-    (x * x).to_bits() & EXPONENT != EXPONENT
-}
-
-/// ln 2 in two parts, of which the first times a small whole number is exact (Cephes).
+/// ln 2 in two parts; the product of the first and a small whole number is exact (Cephes).
 const LN_2: [f32; 2] = [355.0 / 512.0, -2.121_944_4e-4];
-/// Tangents of 22.5 and 67.5 degrees: between them an angle is counted from 45, above from 90.
+/// Tangents of 22.5 and 67.5 degrees: between them an angle is computed as a difference from 45 degrees, above them from 90 degrees.
 const TANGENTS: [f32; 2] = [0.414_213_56, 2.414_213_6];
 
 /// Keeps a quotient of zeros finite.
@@ -65,7 +54,7 @@ pub(crate) fn ln_1p(x: f32) -> f32 {
     x + (p * z).mul_add(x, -0.5 * z)
 }
 
-/// Natural logarithm of a positive, normal number: the built-in ones of a graphics device err by more near 1.
+/// Natural logarithm of a positive, normal number. The built-in functions of graphics devices have larger errors near 1.
 pub(crate) fn ln(x: f32) -> f32 {
     const MANTISSA: u32 = 0x007f_ffff;
     const HALF: u32 = 0x3f00_0000;
@@ -88,7 +77,7 @@ pub(crate) fn e_to(x: f32) -> f32 {
     ((p * r).mul_add(r, r) + 1.0) * f32::from_bits(((power as i32 + 127) as u32) << 23)
 }
 
-/// Angle of the point (x, y) with y not below zero (Cephes): a built-in one may err by 4096 units in the last place.
+/// Angle of the point (x, y), y >= 0 (Cephes). A built-in function may err by 4096 units in the last place.
 pub(crate) fn angle_of(y: f32, x: f32) -> f32 {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     const P: [f32; 4] = [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1];
@@ -105,7 +94,7 @@ pub(crate) fn angle_of(y: f32, x: f32) -> f32 {
     if x < 0.0 { PI - angle } else { angle }
 }
 
-/// Coefficients from the highest power down.
+/// Polynomial with coefficients from the highest power down.
 fn polynomial(coefficients: &[f32], x: f32) -> f32 {
     coefficients[1..].iter().fold(coefficients[0], |sum, &c| sum.mul_add(x, c))
 }

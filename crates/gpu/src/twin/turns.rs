@@ -1,4 +1,4 @@
-//! Turns as quaternions (vector, scalar), and those of a tree's wood: twins of `orchard_treegen::habit`.
+//! Rotations as quaternions (vector, scalar), and the rotations that change a tree's habit, as in `orchard_treegen::habit`.
 
 use std::f32::consts::PI;
 
@@ -6,30 +6,30 @@ use nalgebra::Vector4;
 
 use super::math::{Vec3, angle_of, sin_cos};
 
-/// A quaternion.
+/// Rotation as a quaternion.
 pub(super) type Turn = Vector4<f32>;
 
-/// Below this, two directions are opposite, and any axis will do.
+/// Below this value of 1 + cos, two directions count as opposite, and any axis is used.
 const STRAIGHT_BACK: f32 = 1e-12;
 
 pub(super) fn no_turn() -> Turn {
     Turn::w()
 }
 
-/// First b, then a.
+/// Rotation b followed by a.
 pub(super) fn product(a: &Turn, b: &Turn) -> Turn {
     let (u, v) = (a.xyz(), b.xyz());
     let vector = v * a.w + u * b.w + u.cross(&v);
     Turn::new(vector.x, vector.y, vector.z, a.w * b.w - u.dot(&v))
 }
 
-/// A vector, turned.
+/// Rotated vector.
 pub(super) fn turned(turn: &Turn, v: &Vec3) -> Vec3 {
     let twice = turn.xyz().cross(v) * 2.0;
     v + twice * turn.w + turn.xyz().cross(&twice)
 }
 
-/// Products leave a quaternion's norm a rounding off.
+/// Quaternion with unit norm; products change the norm by rounding.
 pub(super) fn unit_turn(turn: &Turn) -> Turn {
     turn * (1.0 / turn.dot(turn).sqrt())
 }
@@ -38,7 +38,7 @@ pub(super) fn unit_vector(v: &Vec3) -> Vec3 {
     v * (1.0 / v.dot(v).sqrt())
 }
 
-/// By a rotation vector [rad].
+/// Rotation by a rotation vector [rad].
 pub(super) fn turn_by(v: &Vec3) -> Turn {
     let angle = v.dot(v).sqrt();
     if angle == 0.0 {
@@ -48,7 +48,7 @@ pub(super) fn turn_by(v: &Vec3) -> Turn {
     (v * (sine / angle)).push(cosine)
 }
 
-/// The smallest turn that carries one unit vector onto another.
+/// Smallest rotation that carries one unit vector onto another.
 pub(super) fn turn_between(start: &Vec3, end: &Vec3) -> Turn {
     let turn = start.cross(end).push(1.0 + start.dot(end));
     if turn.w < STRAIGHT_BACK {
@@ -57,7 +57,7 @@ pub(super) fn turn_between(start: &Vec3, end: &Vec3) -> Turn {
     unit_turn(&turn)
 }
 
-/// Takes a lateral's angle from its parent's heading times a factor, in the plane of both.
+/// Rotation that multiplies a lateral's angle to its parent's heading by a factor, in the plane of both.
 pub(super) fn spread_turn(along: &Vec3, heading: &Vec3, factor: f32) -> Turn {
     let axis = along.cross(heading);
     let sine = axis.dot(&axis).sqrt();
@@ -68,7 +68,7 @@ pub(super) fn spread_turn(along: &Vec3, heading: &Vec3, factor: f32) -> Turn {
     turn_by(&(axis * (((angle * factor).min(PI) - angle) / sine)))
 }
 
-/// Bends a heading towards the ground, or away from it where negative, no further than straight down (up).
+/// Rotation of a heading by an angle [rad] towards the ground, or away from it if negative, at most to straight down (up).
 pub(super) fn droop_turn(heading: &Vec3, angle: f32) -> Turn {
     let axis = Vec3::new(-heading.y, heading.x, 0.0);
     let sine = axis.dot(&axis).sqrt();
@@ -79,8 +79,8 @@ pub(super) fn droop_turn(heading: &Vec3, angle: f32) -> Turn {
     turn_by(&(axis * (angle.clamp(to_ground - PI, to_ground) / sine)))
 }
 
-/// Bends a heading h about an axis a across it, whose azimuth is counted in the frame that the smallest turn carries from the world's to h:
-/// a = c - (c . h) (h_xy / w, 1), c being level and w = 1 + h_z, which for a heading towards the ground is found from h_xy.
+/// Rotation of a heading h about an axis a across it. The azimuth is counted in the frame that the smallest rotation carries from the world's z axis to h:
+/// a = c - (c . h) (h_xy / w, 1) with the level vector c and w = 1 + h_z, which is computed from h_xy for a heading towards the ground.
 pub(super) fn bend_turn(heading: &Vec3, [angle, azimuth]: [f32; 2]) -> Turn {
     let [sine, cosine] = sin_cos(azimuth);
     let across = Vec3::new(cosine, sine, 0.0);

@@ -1,29 +1,30 @@
-//! A world of the base tree in its own dimensions, habit, wood and fruit, drawn from its own streams: `orchard_world::Planting::draw` without what only people see
-//! and without rehoming. What no axis acts on keeps the base's bits.
+//! Dimensions, habit, wood and fruit of a world, drawn from its own streams: `orchard_world::Planting::draw` without leaves and colours
+//! and without moving fruit to other segments. Numbers on which no axis acts keep the base's bits.
 
 use std::f32::consts::PI;
 
 use super::Lane;
 use super::habit::{Segment, formed_ground};
 use super::math::Vec3;
-use super::stem::BALL;
 use crate::layout::{
-    QUAD, RADIUS_UNITS, axis, base, dial, fourth, fruit, growth, hung, link, segment, varied, world,
+    QUAD, RADIUS_UNITS, axis, base, dial, fourth, fruit, fruit_entry, growth, link, segment, varied, world,
 };
 use crate::table::NO_SEGMENT;
 
 /// Second moment and modulus of a circular section: pi / 4 times a power of its radius.
 const SECTION: f32 = 0.25;
-/// Volume of half a ball: so many times pi r^3.
+/// Volume of half a ball over pi r^3.
 const BALL_HALF: f32 = 2.0 / 3.0;
-/// Inertia of a rod about its middle by m l^2.
+/// Rotational inertia of a ball by mass and square of the radius.
+const BALL: f32 = 0.4;
+/// Inertia of a rod about its middle over m l^2.
 const ROD: f32 = 1.0 / 12.0;
-/// Centre of half a ball from its base, by its radius.
+/// Distance of the centre of half a ball from its base, over the radius.
 const HALF_BALL_ARM: f32 = 3.0 / 8.0;
 /// Wood this near to the vertical has no underside, as on the host (`orchard_treegen::underside`) [rad].
 const MICRORADIAN: f32 = 1e-6;
 
-/// A segment's dimensions, and whether they are the base's.
+/// Dimensions of a segment, and whether they are the base's.
 #[derive(Clone, Copy)]
 struct Stick {
     length: f32,
@@ -44,7 +45,7 @@ fn bending(modulus: f32, stick: Stick) -> f32 {
 }
 
 impl Lane<'_> {
-    /// Draws a marked world anew; a reset follows.
+    /// Draws a marked world; on the device a reset follows.
     pub(super) fn vary(&mut self) {
         if self.world(world::RESET) == 0.0 {
             return;
@@ -57,7 +58,7 @@ impl Lane<'_> {
         self.base_word(base::FLAGS) as usize
     }
 
-    /// Segment by segment, each after its parent: form, then what follows from it.
+    /// Draws the wood, segment by segment, each after its parent: form, then mass, stiffness and limit.
     fn vary_wood(&mut self) {
         let [density, modulus, stress] =
             [axis::WOOD_DENSITY, axis::YOUNGS_MODULUS, axis::RUPTURE_STRESS].map(|axis| self.factor_of(axis));
@@ -138,7 +139,7 @@ impl Lane<'_> {
         stiffness.clamp(self.base_number(base::STIFFNESS_MIN), self.base_number(base::STIFFNESS_MAX))
     }
 
-    /// Square of the angle at which it breaks. The root's joint never does.
+    /// Square of the angle at which a joint breaks. The root's joint never breaks.
     fn joint_limit(&self, own: &Segment, stick: Stick, stiffness: f32, factor: f32) -> f32 {
         let is_base = stick.is_base && stiffness == own.weight[3] && factor == 1.0;
         if is_base || own.parent == NO_SEGMENT {
@@ -150,7 +151,7 @@ impl Lane<'_> {
         angle * angle
     }
 
-    /// The radius with which a broken limb meets the ground.
+    /// Sets the radius for the contact of a broken limb with the ground.
     fn set_radius(&mut self, own: &Segment, stick: Stick) {
         let units = if stick.is_base {
             own.radius_units
@@ -162,26 +163,26 @@ impl Lane<'_> {
         *word = *word & !((fourth::RADIUS_BITS << fourth::RADIUS) as u32) | (units << fourth::RADIUS) as u32;
     }
 
-    /// A value under an axis's factor, led no further beyond its limits than it was.
+    /// A value times an axis's factor, clamped to the axis's limits; a value that is already outside them is not moved further out.
     fn clipped(&self, value: f32, factor: f32, axis: usize) -> f32 {
         let [least, most] = self.limits_of(self.dial_at(axis));
         (value * factor).clamp(value.min(least), value.max(most))
     }
 
-    /// Sizes and masses of all fruit, what follows from them as in `FruitSet::add_to`, and where their stems are fixed now.
+    /// Draws sizes and masses of all fruit, the numbers that follow from them as in `FruitSet::add_to`, and the new positions of their anchors.
     fn vary_fruit(&mut self) {
         let [size, heaviness] = [axis::FRUIT_SIZE, axis::FRUIT_MASS].map(|axis| self.factor_of(axis));
         let segments = self.base_word(base::SEGMENTS) as usize;
         let first = (base::FIELDS + axis::COUNT * dial::FIELDS + segments * segment::FIELDS) / QUAD;
         for index in 0..self.base_word(base::FRUIT) as usize {
-            let at = first + index * hung::FIELDS / QUAD;
+            let at = first + index * fruit_entry::FIELDS / QUAD;
             let quad = |field: usize| self.memory.table[at + field / QUAD];
             let numbers = |field: usize| quad(field).map(f32::from_bits);
-            let [row, index, off_bark, _] = quad(hung::ROW);
-            let across = numbers(hung::ACROSS);
-            let [mut mass, mut radius, threshold, mut air_drag] = numbers(hung::MASS);
-            let [stiffness, mut damping, mut bias, cap] = numbers(hung::STIFFNESS);
-            let [mut x, mut y, mut z, mut drop] = numbers(hung::ANCHOR);
+            let [row, index, off_bark, _] = quad(fruit_entry::ROW);
+            let across = numbers(fruit_entry::ACROSS);
+            let [mut mass, mut radius, threshold, mut air_drag] = numbers(fruit_entry::MASS);
+            let [stiffness, mut damping, mut bias, cap] = numbers(fruit_entry::STIFFNESS);
+            let [mut x, mut y, mut z, mut drop] = numbers(fruit_entry::ANCHOR);
             let sized = self.clipped(radius, size, axis::FRUIT_SIZE);
             if sized != radius {
                 radius = sized;
@@ -208,8 +209,8 @@ impl Lane<'_> {
         }
     }
 
-    /// Where an anchor is on the new form of its segment, as `treegen::SegmentMap`: as far along in proportion, rolled with the underside, stretched off the
-    /// bark with the segment. Directions across the wood are complex numbers, whose products add up angles.
+    /// Position of an anchor on the new form of its segment, as in `treegen::SegmentMap`: at the same share of the length, rolled with the underside, its distance from the
+    /// bark stretched with the segment. Directions across the wood are complex numbers, whose products add angles.
     fn carried(&self, index: u32, off_bark: f32, [x, y, a, b]: [f32; 4], along: f32) -> Vec3 {
         let own = self.segment_of(index);
         let form = self.formed(own.row);

@@ -1,4 +1,4 @@
-//! What the twin draws, against the streams and the plantings of the host.
+//! Draws of the twin, against the streams and the plantings of the host.
 
 use std::sync::Arc;
 
@@ -15,14 +15,13 @@ use crate::Solver;
 use crate::layout::{LANES, fourth, fruit, link};
 use crate::memory::Memory;
 use crate::table::{AXES, BaseTree};
-use crate::trials::{errors, state};
 
 pub(crate) const SEED: u64 = 23;
-/// Error of a direction, and relative one of a number. A limb is 20 links long and more, each with a few roundings of its own, and a limit goes with the tenth power of
-/// a radius's error; the largest found is a quarter of this.
+/// Error of a direction, and relative error of a number. A limb is 20 links long and more, each with a few roundings of its own, and a limit has ten times the relative error of
+/// a radius; the largest error found is a quarter of this.
 pub(crate) const TOLERANCE: f64 = 5e-6;
 
-/// The preset with all dials at 1, and the fruit's visibility, which stays on the host, at 0.
+/// The preset with given strengths. Visibility of fruit, which only the host draws, has strength 0.
 pub(crate) fn spec(mode: Mode, strength: impl Fn(Axis) -> f64) -> Spec {
     let mut spec = Spec::preset(Preset::Randomised);
     spec.randomisation.mode = mode;
@@ -40,20 +39,20 @@ pub(crate) fn base_of(spec: &Spec) -> BaseTree {
     BaseTree::new(planting.spec, &planting.skeleton, planting.fruit, SEED).unwrap()
 }
 
-/// A world as the host draws it.
-fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
+/// World as drawn by the host.
+pub(crate) fn planted(spec: &Spec, world: u32, episode: u32) -> TreeWorld {
     let planting = Planting::draw(&Arc::new(spec.clone()), SEED, world, episode).unwrap();
     TreeWorld::new(planting.spec, &planting.skeleton, planting.fruit).unwrap()
 }
 
 /// All worlds of a base, drawn by the twin.
 pub(crate) fn drawn(base: &BaseTree, worlds: usize, episode: u32) -> Memory {
-    let mut memory = Memory::repeated(base, worlds, 4, Solver::Aba).unwrap();
-    memory.redraw(&(0..worlds).collect::<Vec<_>>(), episode);
+    let mut memory = Memory::replicated(base, worlds, 4, Solver::Aba).unwrap();
+    memory.draw(&(0..worlds).collect::<Vec<_>>(), episode);
     memory
 }
 
-/// Largest errors of a world's constants: of a direction, of other numbers of links by their size, of numbers of fruit likewise.
+/// Largest errors of a world's constants: of a direction, of other numbers of links over their size, of numbers of fruit over their size.
 fn compare(found: &Memory, index: usize, truth: &Memory, base: &BaseTree) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
     let mut note = |kind: usize, error: f32, size: f32| {
@@ -70,7 +69,7 @@ fn compare(found: &Memory, index: usize, truth: &Memory, base: &BaseTree) -> [f6
             note(1, (of(found, index, field) - of(truth, 0, field)).abs(), size);
         }
         let [a, b] = [found.operation_of(index, segment), truth.operation_of(0, segment)];
-        // Fruit that hang on the host have other rows where some are left out.
+        // The host leaves out some fruit, so that others have other rows.
         assert_eq!((a[0], a[1]), (b[0], b[1]));
         let radius = |word: u32| (word >> fourth::RADIUS) as i64 & fourth::RADIUS_BITS as i64;
         assert!((radius(a[3]) - radius(b[3])).abs() <= 1, "{} {}", radius(a[3]), radius(b[3]));
@@ -82,7 +81,7 @@ fn compare(found: &Memory, index: usize, truth: &Memory, base: &BaseTree) -> [f6
     for (i, fruit_there) in all.iter().enumerate() {
         let threshold = fruit_there.detach_force as f32;
         let count = truth.fruit_count(0);
-        // Fruit are told by their thresholds, which nothing changes.
+        // Fruit are identified by their thresholds, which nothing changes.
         let Some(host) = (0..count).find(|&k| truth.fruit_of(0, k, fruit::THRESHOLD) == threshold) else {
             continue;
         };
@@ -111,7 +110,7 @@ fn words_are_those_of_the_streams() {
     const WORDS: usize = 40;
     let spec = spec(Mode::SharedDimensions, |_| 1.0);
     let base = base_of(&spec);
-    let mut memory = Memory::repeated(&base, LANES + 3, 1, Solver::Aba).unwrap();
+    let mut memory = Memory::replicated(&base, LANES + 3, 1, Solver::Aba).unwrap();
     memory.set_episode(9);
     for (number, lane) in [(0, 0), (0, 7), (1, 2)] {
         let own = Lane { memory: &mut memory, number, lane };
@@ -137,9 +136,8 @@ fn worlds_are_those_of_the_host() {
         let mut spec = spec(Mode::DistinctDimensions, |_| 1.0);
         spec.wood.joint_law = law;
         let base = base_of(&spec);
-        let mut memory = Memory::repeated(&base, 6, 1, Solver::Aba).unwrap();
-        memory.mark(&[0, 1, 2, 3, 4, 5]);
-        memory.each(|world| world.vary());
+        let mut memory = Memory::replicated(&base, 6, 1, Solver::Aba).unwrap();
+        memory.draw(&[0, 1, 2, 3, 4, 5], 0);
         for world in 0..6 {
             let host = planted(&spec, world, 0);
             let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
@@ -150,7 +148,7 @@ fn worlds_are_those_of_the_host() {
     }
 }
 
-/// The bits of a world's constants.
+/// Bits of a world's constants.
 pub(crate) fn bits(memory: &Memory, index: usize) -> Vec<u32> {
     let numbers = memory.constants(index).into_iter().map(|(_, number)| number.to_bits());
     numbers.chain(memory.last_words(index)).collect()
@@ -162,7 +160,7 @@ fn strength_zero_is_the_base_bit_for_bit() {
         [(Mode::Homogeneous, 1.0), (Mode::SharedDimensions, 0.0), (Mode::DistinctDimensions, 0.0)]
     {
         let base = base_of(&spec(mode, |_| strength));
-        let before = Memory::repeated(&base, 3, 4, Solver::Aba).unwrap();
+        let before = Memory::replicated(&base, 3, 4, Solver::Aba).unwrap();
         let after = drawn(&base, 3, 1);
         for index in 0..3 {
             assert_eq!(bits(&before, index), bits(&after, index), "{mode:?}");
@@ -177,10 +175,9 @@ fn each_axis_alone_is_the_hosts() {
     for &turned in &AXES {
         let spec = spec(Mode::DistinctDimensions, |axis| f64::from(u8::from(axis == turned)));
         let base = base_of(&spec);
-        let mut memory = Memory::repeated(&base, 2, 1, Solver::Aba).unwrap();
+        let mut memory = Memory::replicated(&base, 2, 1, Solver::Aba).unwrap();
         let before = bits(&memory, 1);
-        memory.mark(&[1]);
-        memory.each(|world| world.vary());
+        memory.draw(&[1], 0);
         let host = planted(&spec, 1, 0);
         let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let [direction, links, fruit] = compare(&memory, 1, &truth, &base);
@@ -211,19 +208,18 @@ fn shared_dimensions_are_those_of_the_episode() {
     assert!(worst.iter().all(|error| *error < TOLERANCE), "{worst:?}");
 }
 
-/// Branches that droop to the ground are lifted as on the host: at twice the strength, with the clearance raised until many do.
+/// Branches that droop to the ground are lifted as on the host, at twice the strength and with a clearance so large that many are lifted.
 #[test]
 fn branches_are_lifted_off_the_ground() {
     const CLEARANCE: f64 = 0.5;
     let mut spec = spec(Mode::DistinctDimensions, |_| 2.0);
     spec.tree.clearance = spec.tree.clearance.with_value(CLEARANCE).unwrap();
     let base = base_of(&spec);
-    let mut memory = Memory::repeated(&base, 6, 1, Solver::Aba).unwrap();
-    memory.mark(&[0, 1, 2, 3, 4, 5]);
-    memory.each(|world| world.vary());
+    let mut memory = Memory::replicated(&base, 6, 1, Solver::Aba).unwrap();
+    memory.draw(&[0, 1, 2, 3, 4, 5], 0);
     let mut lifted = 0;
     for world in 0..6 {
-        // What stands too low even upright is refused there.
+        // The host refuses a tree with a branch that is too low even upright.
         let Ok(planting) = Planting::draw(&Arc::new(spec.clone()), SEED, world, 0) else { continue };
         let rests = planting.skeleton.segments.iter().filter(|segment| {
             segment.order > 0 && (segment.p_tip_world().z - CLEARANCE - segment.radius).abs() < 1e-9
@@ -246,34 +242,12 @@ fn trees_of_every_preset_are_the_hosts() {
         let mut spec = Spec::preset(preset);
         spec.randomisation = self::spec(Mode::DistinctDimensions, |_| 1.0).randomisation;
         let base = base_of(&spec);
-        let Ok(mut memory) = Memory::repeated(&base, 2, 1, Solver::Aba) else { continue };
-        memory.mark(&[1]);
-        memory.each(|world| world.vary());
+        let Ok(mut memory) = Memory::replicated(&base, 2, 1, Solver::Aba) else { continue };
+        memory.draw(&[1], 0);
         let host = planted(&spec, 1, 0);
         let truth = Memory::new(std::slice::from_ref(&host), 1, Solver::Aba).unwrap();
         let worst = compare(&memory, 1, &truth, &base);
         println!("{}: {worst:?}", preset.name());
         assert!(worst.iter().all(|error| *error < TOLERANCE), "{}: {worst:?}", preset.name());
-    }
-}
-
-/// A world that has been drawn anew is in the equilibrium that the host finds for its planting, and stays there.
-#[test]
-fn a_world_drawn_anew_is_in_equilibrium() {
-    let spec = spec(Mode::DistinctDimensions, |_| 1.0);
-    let base = base_of(&spec);
-    let mut memory = drawn(&base, 4, 0);
-    let bases = vec![base.world().clone(); 4];
-    for frames in [0, 60] {
-        (0..frames).for_each(|_| memory.frame());
-        for index in 0..4 {
-            let host = planted(&spec, index as u32, 0);
-            let of_twin = state(&memory, &bases, index);
-            let mut data = host.data().clone();
-            (data.q, data.v) = (of_twin.q, of_twin.v);
-            let (q, v, tip) = errors(&host, data);
-            println!("world {index}, {frames} frames: angle {q:.1e}, rate {v:.1e} rad/s, tip {tip:.1e} m");
-            assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5);
-        }
     }
 }

@@ -4,7 +4,7 @@ pub mod bar;
 mod component;
 mod detect;
 mod harvest;
-mod plans;
+pub mod plans;
 pub mod scaling;
 pub mod task;
 
@@ -197,7 +197,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let plans = plans::plans(args, &scenario)?;
     let out = args.out.clone().unwrap_or_else(|| plans::default_out(args));
     let record = args.record.then_some(&*out);
-    let tasks = plans.iter().map(|plan| task::of_plan(plan, &scenario, record));
+    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, record));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is found before the first task, and not after an hour.
     scaling::check_device(&plans)?;
@@ -212,6 +212,9 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     written.map_err(|e| Failure::Failed(e.to_string()))?;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
     let session = Session { store: &store, threads, shard, stop };
+    if let Some(line) = scenario.differences() {
+        say!("scenario: {line}");
+    }
     tasks.iter().try_for_each(|task| task.run(&session))
 }
 

@@ -9,7 +9,7 @@ use orchard_bench::plan_file::{PlanFile, PlannedTask};
 use orchard_bench::store::Store;
 use orchard_scenario::Scenario;
 
-use crate::commands::bench_v1::{open, task};
+use crate::commands::bench_v1::{open, plans};
 use crate::failure::Failure;
 use crate::program::Program;
 
@@ -48,7 +48,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let mut tasks = Vec::new();
     for PlannedTask { plan, scenario, .. } in &planned {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
-        tasks.push(task::of_plan(plan, &scenario, None)?);
+        tasks.push(plans::task(plan, &scenario, None)?);
     }
     let (into, _lock) = open(&args.out)?;
     for task in &tasks {

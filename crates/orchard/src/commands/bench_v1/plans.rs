@@ -1,6 +1,6 @@
 //! From the command line to the plans of a run: nothing is computed, all is checked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use orchard_bench::harvest::{Extent, Harvest};
 use orchard_bench::matrix::{EXHAUSTION, NOMINAL};
@@ -9,7 +9,8 @@ use orchard_bench::protocol::{Profile, Protocol};
 use orchard_picker::Kind;
 use orchard_scenario::Scenario;
 
-use super::{Args, ProfileName, Seeds, TaskName};
+use super::task::AnyTask;
+use super::{Args, ProfileName, Seeds, TaskName, component, detect, harvest, scaling};
 use crate::failure::Failure;
 
 /// The plans that the command line asks for, in the order in which they are run.
@@ -42,6 +43,23 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
         });
     }
     Ok(plans)
+}
+
+/// The task of a plan. Episodes of the harvest are recorded under the folder `record`, if there is one.
+pub fn task(
+    plan: &TaskPlan,
+    scenario: &Scenario,
+    record: Option<&Path>,
+) -> Result<Box<dyn AnyTask>, Failure> {
+    Ok(match plan {
+        TaskPlan::Harvest { extent } => Box::new(harvest::Harvesting::new(scenario, extent, record)?),
+        TaskPlan::Detect { trees } => Box::new(detect::Detecting::new(scenario, trees)?),
+        TaskPlan::ReachAndGrasp { trees } => Box::new(component::Grasping::new(scenario, trees)?),
+        TaskPlan::Gentle { trees } => Box::new(component::Pushing::new(scenario, trees)?),
+        TaskPlan::Scaling { profile, backend } => {
+            Box::new(scaling::Timing::new(scenario, profile, *backend)?)
+        }
+    })
 }
 
 /// Checks that a task can be run with a scenario; else says why not.

@@ -5,15 +5,12 @@ use std::path::Path;
 use orchard_bench::compute::TaskCost;
 use orchard_bench::matrix::ConditionError;
 use orchard_bench::plan::PlanError;
-use orchard_bench::plan_file::TaskPlan;
 use orchard_bench::store::Store;
 use orchard_bench::task::{Task, finish, run_task};
 use orchard_bench::{MergeError, OtherPlan, Record, RunError, Session, merge};
-use orchard_scenario::Scenario;
 use serde::Serialize;
 
 use super::bar::{Bar, Shown};
-use super::{component, detect, harvest, scaling};
 use crate::failure::Failure;
 
 /// A task that can be run without knowing its records.
@@ -24,23 +21,6 @@ pub trait AnyTask {
     fn run(&self, session: &Session<'_>) -> Result<(), Failure>;
     /// Puts the parts in some folders together into another, and prints the report.
     fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure>;
-}
-
-/// The task of a plan. Episodes of the harvest are recorded under the folder `record`, if there is one.
-pub fn of_plan(
-    plan: &TaskPlan,
-    scenario: &Scenario,
-    record: Option<&Path>,
-) -> Result<Box<dyn AnyTask>, Failure> {
-    Ok(match plan {
-        TaskPlan::Harvest { extent } => Box::new(harvest::Harvesting::new(scenario, extent, record)?),
-        TaskPlan::Detect { trees } => Box::new(detect::Detecting::new(scenario, trees)?),
-        TaskPlan::ReachAndGrasp { trees } => Box::new(component::Grasping::new(scenario, trees)?),
-        TaskPlan::Gentle { trees } => Box::new(component::Pushing::new(scenario, trees)?),
-        TaskPlan::Scaling { profile, backend } => {
-            Box::new(scaling::Timing::new(scenario, profile, *backend)?)
-        }
-    })
 }
 
 /// A task with what people are shown of it.

@@ -1,27 +1,27 @@
-//! Which worlds share a tile.
+//! Distribution of worlds over tiles.
 //!
-//! The worlds of a tile hold each other up: a level is as long as its longest part, and a row takes what the busiest of its worlds does there.
+//! The worlds of a tile wait for each other: a level takes as long as its longest part, and a row as long as its busiest world.
 
 use std::sync::Arc;
 
 use crate::layout::LANES;
 use crate::schedule::{PARTS, Schedule, WARPS};
 
-/// What a row takes, in tenths of a link's time: the link, each of its fruit, and what other rows bring it. Fitted to the rates of batches on one H200.
+/// Time of a row, in tenths of a link's time: the link, each of its fruit, and each load from other rows. Fitted to the rates of batches on one H200.
 const LINK: usize = 10;
 const FRUIT: usize = 6;
 const LOAD: usize = 3;
 
-/// Worlds in a given order, in as few tiles as they need or, if `most` is more, in up to so many tiles with the shortest longest way. Where the slowest world alone is that way, the others are
-/// still spread: their tiles end sooner.
+/// Distributes worlds in a given order over as few tiles as they need or, if `most` is more, over up to so many tiles such that the longest critical path of a tile is shortest. If the slowest world alone
+/// has that path, the others are still spread: their tiles end sooner.
 pub(super) fn share_out(order: &[usize], schedules: &[Arc<Schedule>], most: usize) -> Vec<Vec<usize>> {
     let within = |bound: usize| tiles_within(bound, order, schedules);
     let fewest = order.len().div_ceil(LANES);
     if most <= fewest {
         return order.chunks(LANES).map(<[usize]>::to_vec).collect();
     }
-    // The least bound on the ways that makes no more tiles.
-    let (mut too_low, mut bound) = (0, longest_way(order, schedules));
+    // The smallest bound on the critical paths that makes no more tiles.
+    let (mut too_low, mut bound) = (0, critical_path(order, schedules));
     while bound - too_low > LINK / 2 {
         let middle = usize::midpoint(too_low, bound);
         if within(middle).len() <= most {
@@ -33,36 +33,36 @@ pub(super) fn share_out(order: &[usize], schedules: &[Arc<Schedule>], most: usiz
     within(bound)
 }
 
-/// No tile's way is longer.
-fn longest_way(order: &[usize], schedules: &[Arc<Schedule>]) -> usize {
-    let mut all = Company::default();
-    order.iter().for_each(|&index| all = all.joined_by(&schedules[index]));
-    all.way()
+/// Critical path of a tile with all these worlds.
+fn critical_path(order: &[usize], schedules: &[Arc<Schedule>]) -> usize {
+    let mut all = Busiest::default();
+    order.iter().for_each(|&index| all = all.with(&schedules[index]));
+    all.critical_path()
 }
 
-/// Each world joins the tile of the one before it, unless that makes the way longer than a bound.
+/// Puts each world into the tile of the one before it, unless that makes the critical path longer than a bound.
 fn tiles_within(bound: usize, order: &[usize], schedules: &[Arc<Schedule>]) -> Vec<Vec<usize>> {
     let mut tiles: Vec<Vec<usize>> = Vec::new();
-    let mut company = Company::default();
+    let mut busiest = Busiest::default();
     for &index in order {
-        let joined = company.joined_by(&schedules[index]);
+        let joined = busiest.with(&schedules[index]);
         match tiles.last_mut() {
-            Some(tile) if tile.len() < LANES && joined.way() <= bound => {
+            Some(tile) if tile.len() < LANES && joined.critical_path() <= bound => {
                 tile.push(index);
-                company = joined;
+                busiest = joined;
             }
             _ => {
                 tiles.push(vec![index]);
-                company = Company::default().joined_by(&schedules[index]);
+                busiest = Busiest::default().with(&schedules[index]);
             }
         }
     }
     tiles
 }
 
-/// By part and row, the most that a world of a tile does there.
+/// Largest number of fruit and of loads that a world of a tile has in each row, by part.
 #[derive(Debug, Clone, Default)]
-struct Company([Vec<Busy>; PARTS]);
+struct Busiest([Vec<Busy>; PARTS]);
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Busy {
@@ -70,8 +70,8 @@ struct Busy {
     loads: usize,
 }
 
-impl Company {
-    fn joined_by(&self, schedule: &Schedule) -> Self {
+impl Busiest {
+    fn with(&self, schedule: &Schedule) -> Self {
         let mut joined = self.clone();
         for (rows, visits) in joined.0.iter_mut().zip(&schedule.parts) {
             rows.resize(rows.len().max(visits.len()), Busy::default());
@@ -83,8 +83,8 @@ impl Company {
         joined
     }
 
-    /// Through all levels, each as long as the longest of its parts.
-    fn way(&self) -> usize {
+    /// Critical path of the tile: the sum over all levels of their longest parts.
+    fn critical_path(&self) -> usize {
         let of_row = |row: &Busy| LINK + FRUIT * row.fruit + LOAD * row.loads;
         let of_part = |part: &Vec<Busy>| part.iter().map(of_row).sum::<usize>();
         let levels =
@@ -101,7 +101,7 @@ mod tests {
     use crate::schedule::parts;
 
     fn longest(tiles: &[Vec<usize>], schedules: &[Arc<Schedule>]) -> usize {
-        tiles.iter().map(|tile| longest_way(tile, schedules)).max().unwrap_or_default()
+        tiles.iter().map(|tile| critical_path(tile, schedules)).max().unwrap_or_default()
     }
 
     /// Trees of 40 links, each on one of the last few before it, with fruit on some.
@@ -120,7 +120,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn spreading_shortens_the_longest_way(schedules in forest(), most in 1..40_usize) {
+        fn spreading_shortens_the_critical_path(schedules in forest(), most in 1..40_usize) {
             let order: Vec<usize> = (0..schedules.len()).collect();
             let fewest = share_out(&order, &schedules, 1);
             prop_assert_eq!(fewest.len(), order.len().div_ceil(LANES));
@@ -131,14 +131,14 @@ mod tests {
             let found = longest(&spread, &schedules);
             prop_assert!(found <= longest(&fewest, &schedules));
             if most > fewest.len() {
-                // No even split into as many is better by more than the search stops at.
+                // No even split into as many tiles is better by more than the tolerance of the search.
                 let even: Vec<_> = order.chunks(order.len().div_ceil(most)).map(<[usize]>::to_vec).collect();
                 prop_assert!(found <= longest(&even, &schedules) + LINK / 2);
             }
         }
     }
 
-    /// Two worlds, one with a fruit on its only link, the other with one link more: what each does counts, row by row.
+    /// Two worlds, one with a fruit on its only link, the other with one link more: both count, row by row.
     #[test]
     fn a_row_takes_what_the_busiest_of_its_worlds_does() {
         let schedule = |parent: &[Option<usize>], fruit_of: &[Vec<usize>]| {
@@ -147,7 +147,7 @@ mod tests {
         let one = schedule(&[None], &[vec![0]]);
         let two = schedule(&[None, Some(0)], &[vec![], vec![]]);
         let [one_alone, two_alone, both] =
-            [&[0][..], &[1], &[0, 1]].map(|worlds| longest_way(worlds, &[one.clone(), two.clone()]));
+            [&[0][..], &[1], &[0, 1]].map(|worlds| critical_path(worlds, &[one.clone(), two.clone()]));
         assert_eq!(one_alone, LINK + FRUIT);
         assert_eq!(both, two_alone + FRUIT);
     }

@@ -1,14 +1,14 @@
-// Twin: `twin/mend.rs`. A thread is a world.
+// Events at the end of a frame. A thread is a world.
 
-
-// A link's parent, as the pass over all links has placed it.
+// Axes and tip of a link as `place_links` has computed them.
 struct Placed {
     axes: Axes,
     p: vec3f,
 }
 
+// Acts on what the tests of a frame have found: breaks joints, detaches fruit, or stops a world that is not finite.
 @compute @workgroup_size(LANES)
-fn mend(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+fn apply_events(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     tile_number = group.x;
     lane = thread;
     let found = bitcast<u32>(world(WORLD_NOTICE));
@@ -32,10 +32,12 @@ fn mend(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     set_world(WORLD_NOTICE, bitcast<f32>(left));
 }
 
+// Adds one to a count of the world.
 fn count(field: u32) {
     set_world(field, bitcast<f32>(bitcast<u32>(world(field)) + 1u));
 }
 
+// Breaks the joints that were over their limits for enough frames, those nearest to the trunk first: what hangs from them is no longer loaded.
 fn snap() {
     place_links();
     let rows = header(TILE_STARTS + PARTS);
@@ -49,6 +51,7 @@ fn snap() {
     }
 }
 
+// Computes axes and tip of every link and stores them in the rows' work. Parents have smaller rows.
 fn place_links() {
     let rows = header(TILE_STARTS + PARTS);
     for (var row = 0u; row < rows; row++) {
@@ -67,6 +70,7 @@ fn place_links() {
     }
 }
 
+// Axes and tip of a link's parent.
 fn placed_parent(first_word: u32, fourth_word: u32) -> Placed {
     if (first_word & FIRST_ROOT) != 0u {
         return Placed(world_axes(), p_trunk());
@@ -74,12 +78,15 @@ fn placed_parent(first_word: u32, fourth_word: u32) -> Placed {
     return placed(work_at(fourth_word >> FOURTH_PARENT_ROW));
 }
 
+// Axes and tip of a placed link; `at` is its row's work.
 fn placed(at: u32) -> Placed {
     let a = quad(at, 0u);
     let b = quad(at, 4u);
     return Placed(axes_of(a.xyz, vec3f(a.w, b.xy)), vec3f(b.zw, quad(at, 8u).x));
 }
 
+// Breaks a joint as `treephys::Rupture` does: the spring is removed, and the sub-tree becomes debris with less drag. The sub-tree's fruit count towards
+// the moment and the inertia.
 fn break_joint(broken: u32, rows: u32) {
     let own = operations[operation_at(broken)];
     let p_joint = placed_parent(own.x, own.w).p;
@@ -88,7 +95,7 @@ fn break_joint(broken: u32, rows: u32) {
     for (var row = broken; row < rows; row++) {
         let place = operation_at(row);
         let operation = operations[place];
-        if row != broken && !hangs(operation.x, operation.w) {
+        if row != broken && !is_of_broken_limb(operation.x, operation.w) {
             continue;
         }
         states[place] |= STATE_DEBRIS | STATE_BREAKING;
@@ -120,13 +127,15 @@ fn break_joint(broken: u32, rows: u32) {
     count(WORLD_SNAPPED);
 }
 
-fn hangs(first_word: u32, fourth_word: u32) -> bool {
+// True if a link's parent belongs to the limb that is breaking off.
+fn is_of_broken_limb(first_word: u32, fourth_word: u32) -> bool {
     if (first_word & FIRST_ACTIVE) == 0u || (first_word & FIRST_ROOT) != 0u {
         return false;
     }
     return (states[operation_at(fourth_word >> FOURTH_PARENT_ROW)] & STATE_BREAKING) != 0u;
 }
 
+// Detaches the fruit whose stems were over a limit for enough frames.
 fn detach() {
     let count_of_fruit = bitcast<u32>(world(WORLD_FRUIT));
     for (var row = 0u; row < count_of_fruit; row++) {
@@ -137,6 +146,7 @@ fn detach() {
         if stem.stiffness == 0.0 || !is_over {
             continue;
         }
+        // From now on the angular velocity stands there.
         set_fruit(at, FRUIT_ARM, vec4f(0.0));
         set_fruit(at, FRUIT_P, vec4f(stem.p, bitcast<f32>(rules.frame)));
         count(WORLD_DETACHED);

@@ -1,35 +1,35 @@
-//! Which level and which warp each link of a tree goes to.
+//! Partition of a tree: the level and the warp of each link.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::{LEVELS, Tree, WARPS};
 
-/// What a level more costs, in links of a walk: two barriers, and the first link's numbers, which nobody has read ahead.
+/// Cost of another level, in links of a walk: two barriers, and the first link's numbers, which are not read ahead.
 const LEVEL_COST: usize = 1;
 
-/// A link that waits, the one with the largest sub-tree first.
+/// A link that is not assigned yet; the one with the largest sub-tree comes first.
 type Waiting = (usize, Reverse<usize>);
 
-/// A tree that is being shared out, from the root on. In a level each warp takes a link a turn: one whose parent belongs to a lower level, or to its own part of this
-/// one. The links of a level are its number of turns long.
+/// A tree that is being cut into parts, from the root on. In a level each warp takes one link a turn: one whose parent belongs to a lower level, or to its own part of this
+/// level. A level is as long as its number of turns.
 #[derive(Clone)]
-pub(super) struct Shares<'a> {
+pub(super) struct Partition<'a> {
     tree: &'a Tree<'a>,
-    /// Level and warp of each link that has been taken.
+    /// Level and warp of each assigned link.
     part: Vec<Option<(usize, usize)>>,
     /// Links whose parents belong to lower levels.
     free: BinaryHeap<Waiting>,
-    /// Links that only a warp itself can take in this level.
+    /// Links that only one warp can take in this level, by warp.
     own: [BinaryHeap<Waiting>; WARPS],
-    /// Links that nobody has taken.
+    /// Number of links that are not assigned.
     left: usize,
-    /// Turns of all levels so far, and what the levels cost.
-    way: usize,
+    /// Length of the critical path so far: turns of all levels, and their costs.
+    length: usize,
 }
 
-impl<'a> Shares<'a> {
-    /// The parts of the cut with the shortest way through that was found: every number of turns of the lower levels is tried, and the last level takes whole
+impl<'a> Partition<'a> {
+    /// Parts of the cut with the shortest critical path that was found: every number of turns of the lower levels is tried, and the last level takes whole
     /// sub-trees.
     pub fn shortest(tree: &'a Tree<'a>) -> Vec<(usize, usize)> {
         let root = tree.parent.iter().position(Option::is_none).unwrap_or_default();
@@ -39,7 +39,7 @@ impl<'a> Shares<'a> {
             free: BinaryHeap::from([(tree.size[root], Reverse(root))]),
             own: Default::default(),
             left: tree.parent.len(),
-            way: 0,
+            length: 0,
         };
         let mut best: Option<Self> = None;
         start.search(0, &mut best);
@@ -50,7 +50,7 @@ impl<'a> Shares<'a> {
     fn search(mut self, level: usize, best: &mut Option<Self>) {
         if level == LEVELS {
             self.take_all();
-            if best.as_ref().is_none_or(|best| self.way < best.way) {
+            if best.as_ref().is_none_or(|best| self.length < best.length) {
                 *best = Some(self);
             }
             return;
@@ -58,8 +58,8 @@ impl<'a> Shares<'a> {
         let warps = if level == 0 { 1 } else { WARPS };
         loop {
             // No turn takes more than a link a warp.
-            let at_least = self.way + self.left.div_ceil(WARPS) + LEVEL_COST;
-            if best.as_ref().is_some_and(|best| at_least >= best.way) {
+            let at_least = self.length + self.left.div_ceil(WARPS) + LEVEL_COST;
+            if best.as_ref().is_some_and(|best| at_least >= best.length) {
                 return;
             }
             if level > 0 || self.left < self.part.len() {
@@ -71,11 +71,11 @@ impl<'a> Shares<'a> {
                 return;
             }
             (0..warps).for_each(|warp| self.take(level, warp));
-            self.way += 1;
+            self.length += 1;
         }
     }
 
-    /// A warp's turn.
+    /// Turn of a warp.
     fn take(&mut self, level: usize, warp: usize) {
         let own = &mut self.own[warp];
         let next = if own.peek() >= self.free.peek() { own.pop() } else { self.free.pop() };
@@ -88,10 +88,10 @@ impl<'a> Shares<'a> {
 
     fn end_level(&mut self) {
         self.own.iter_mut().for_each(|own| self.free.append(own));
-        self.way += LEVEL_COST;
+        self.length += LEVEL_COST;
     }
 
-    /// The last level: the largest sub-tree first, each to the warp with least to do.
+    /// Assigns the last level: the largest sub-tree first, each to the warp with the fewest links.
     fn take_all(&mut self) {
         let mut work = [0; WARPS];
         while let Some((size, Reverse(root))) = self.free.pop() {
@@ -104,6 +104,6 @@ impl<'a> Shares<'a> {
             }
         }
         self.left = 0;
-        self.way += work.into_iter().max().unwrap_or_default();
+        self.length += work.into_iter().max().unwrap_or_default();
     }
 }

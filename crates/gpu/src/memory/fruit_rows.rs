@@ -1,4 +1,4 @@
-//! Fruit in a tile: where they stand, and their numbers.
+//! Fruit in a tile: their rows and their numbers.
 
 use std::ops::Range;
 
@@ -10,11 +10,11 @@ use super::{Memory, quad_at};
 use crate::layout::{LANES, UNBOUNDED, fruit};
 use crate::schedule::MOST_FRUIT_ROWS;
 
-/// Mass of a row that has no fruit: anything that keeps its inverse finite.
+/// Mass in a row without fruit, which keeps its inverse finite [kg].
 const PADDING_MASS: f32 = 1.0;
 
-/// Where the rows of each link's fruit begin in a tile, in the order of a schedule's visits, and how many rows there are. In worlds of one topology fruit on the same link stand side by side, though
-/// some worlds lack some. None if each world's are to follow one another: there are several topologies, or too many rows.
+/// First row of each link's fruit in a tile, in the order of a schedule's visits, and the number of rows. In worlds of one topology, fruit on the same link have the same rows, though
+/// some worlds lack some fruit. `None` if the rows are not shared, since there are several topologies or too many rows.
 pub(super) fn shared_rows(members: &[Member<'_>]) -> Option<(Vec<usize>, usize)> {
     let (&(_, first, schedule), others) = members.split_first()?;
     let parent = &first.plant().tree.parent;
@@ -35,7 +35,7 @@ pub(super) fn shared_rows(members: &[Member<'_>]) -> Option<(Vec<usize>, usize)>
 }
 
 impl Memory {
-    /// Gives a mass to rows that have no fruit, of a block's.
+    /// Sets the mass of the rows of a block that have no fruit.
     pub(super) fn pad_fruit(&mut self, rows: Range<usize>) {
         for (row, lane) in rows.flat_map(|row| (0..LANES).map(move |lane| (row, lane))) {
             let mass = quad_at(row * fruit::FIELDS + fruit::MASS, lane);
@@ -46,7 +46,7 @@ impl Memory {
     }
 }
 
-/// Numbers of a world's fruit.
+/// Fields of a world's fruit and their values.
 pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)> {
     let id = plant.fruit.points[i];
     let (grown, point, at) = (&plant.fruit.fruit[i], plant.model.point(id), id.index());

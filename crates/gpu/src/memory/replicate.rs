@@ -1,4 +1,4 @@
-//! One tree in all worlds.
+//! Copies of one tree in all worlds.
 
 use std::slice::from_ref;
 
@@ -8,16 +8,16 @@ use crate::layout::{LANES, QUAD, base, tile};
 use crate::table::BaseTree;
 use crate::{BatchError, Solver};
 
-/// Fields of a tile's header that count what the tiles before it have in the work buffer: they move on from tile to tile.
+/// Fields of a tile's header that are places in the work buffer: they grow from tile to tile.
 const WORK_PLACES: [usize; 5] = [tile::WORK, tile::LEAVES, tile::SLOTS, tile::CROSS_FORKS, tile::CROSS_LOADS];
 
 impl Memory {
-    /// So many worlds of a base, not varied yet, with the table to vary them from. A world is packed once and copied; lanes after the last world hold the
-    /// base as well.
+    /// Creates `count` copies of a base, with the table from which they are drawn later. The base is packed once and copied; lanes after the last world hold
+    /// copies too.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn repeated(
+    pub fn replicated(
         base: &BaseTree,
         count: usize,
         pushes_each: usize,
@@ -64,7 +64,7 @@ impl Memory {
         Ok(memory)
     }
 
-    /// Sets the episode that the next draws are of.
+    /// Sets the episode of the next draws.
     pub fn set_episode(&mut self, episode: u32) {
         if let Some(first) = self.table.first_mut() {
             first[base::EPISODE] = episode;
@@ -72,7 +72,7 @@ impl Memory {
     }
 }
 
-/// A tile whose lanes are all as its first, of which `each` numbers stand together.
+/// A tile with its first lane copied to all lanes; `each` numbers of a lane are adjacent.
 fn spread<T: Copy>(tile: &[T], each: usize) -> Vec<T> {
     tile.chunks_exact(each * LANES).flat_map(|lanes| lanes[..each].repeat(LANES)).collect()
 }

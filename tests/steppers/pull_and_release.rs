@@ -1,0 +1,57 @@
+//! A pull on every tree for half a second, and half a second after its release: nothing breaks.
+
+use crate::backends::{PUSHES, backends};
+use crate::worlds::{Errors, grown, kick, push, siblings, state};
+use orchard_batch::{Status, TreeWorld};
+use orchard_geometry::Vec3;
+
+/// Force on a tip [N], and torque about its segment's centre of mass [N m].
+const PULL: [Vec3; 2] = [Vec3::new(0.4, -0.2, -0.3), Vec3::new(0.04, -0.02, -0.03)];
+/// Joint rates at the start [rad/s].
+const KICK: f64 = 0.5;
+/// Frames of each half, and between two comparisons.
+const HALF: u32 = 30;
+const LOOK: u32 = 6;
+
+/// The first segments without children.
+fn tip_segments(world: &TreeWorld) -> Vec<usize> {
+    let parent = &world.plant().tree.parent;
+    (0..parent.len()).filter(|i| !parent.contains(&Some(*i))).take(PUSHES).collect()
+}
+
+#[test]
+fn pull_and_release_agrees_with_f64() {
+    for backend in backends() {
+        for (kind, mut worlds) in [("one topology", siblings(3)), ("own topologies", grown(4))] {
+            kick(&mut worlds, KICK);
+            let mut stepper = backend.build(&worlds);
+            let mut worst = Errors::default();
+            for wrench in [PULL, [Vec3::zeros(); 2]] {
+                for (index, world) in worlds.iter_mut().enumerate() {
+                    for segment in tip_segments(world) {
+                        push(world, &mut *stepper, index, segment, wrench);
+                    }
+                }
+                for _ in 0..HALF / LOOK {
+                    stepper.advance(LOOK);
+                    stepper.wait().unwrap();
+                    for (index, world) in worlds.iter_mut().enumerate() {
+                        (0..LOOK).for_each(|_| assert_eq!(world.step(), []));
+                        let errors = Errors::of(world, &state(&mut *stepper, world, index));
+                        worst = worst.max(errors);
+                        assert!(
+                            errors.are_within(backend.tolerance),
+                            "{}, {kind}, world {index}: {errors:?}",
+                            backend.name
+                        );
+                    }
+                }
+            }
+            println!("{}, {kind}: at most {worst:?}", backend.name);
+            assert_eq!(stepper.events().unwrap(), [], "{}", backend.name);
+            for index in 0..worlds.len() {
+                assert_eq!(stepper.status(index).unwrap(), Status::Running);
+            }
+        }
+    }
+}
