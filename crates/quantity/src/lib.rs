@@ -12,9 +12,11 @@
 //! [`Quantity::si`] and [`Span::si`] give SI numbers, so that millimetres or degrees never reach the physics.
 //! `source` is a key of `docs/references.bib`; `cargo xtask tidy` checks that it resolves.
 
+mod base;
 mod parse;
 mod unit;
 
+pub use base::with_base;
 pub use parse::{ConfigError, from_table, from_toml, parse};
 pub use unit::Unit;
 

@@ -90,7 +90,7 @@ fn options_of_tasks_that_are_not_run() {
     );
     assert!(refused(&["--tasks", "detect", "--conditions", "nominal"]).starts_with("--conditions is for"));
     assert!(refused(&["--tasks", "detect", "--controller", "expert"]).starts_with("--controller is for"));
-    assert_eq!(refused(&["--controller", "nobody"]), "--controller nobody: there are baseline, expert");
+    assert_eq!(refused(&["--controller", "nobody"]), "--controller nobody: there are baseline, paper, expert");
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn detectors_by_name_and_file() {
         other => panic!("{other:?}"),
     };
     assert_eq!(named_detector("paper").unwrap(), ("paper".to_owned(), DetectorConfig::paper()));
-    assert_eq!(bad("eagle"), "--detector: no detector 'eagle'; the detectors are: paper, d435i");
+    assert_eq!(bad("eagle"), "--detector: no detector 'eagle'; the detectors are: paper, paper-single, d435i");
     assert!(bad("no/such.toml").starts_with("--detector no/such.toml: "));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.toml");
