@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // A world is a function of what was asked for.
     let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {tree}: {e}")))?;
     let detector = read_detector("--camera", detector_for(&spec.camera))?;
-    let mut picker = BaselinePicker::new(&robot, detector, PickerConfig::paper());
+    let mut picker = BaselinePicker::new(&robot, detector, PickerConfig::baseline());
     let mut wrist_view = None;
     while f64::from(world.frame()) * spec.sim.frame() <= args.time {
         let observation = world.observe();

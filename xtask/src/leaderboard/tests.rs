@@ -133,7 +133,7 @@ fn a_controller_that_the_build_lacks_is_refused_with_the_way_in() {
         other => panic!("{other:?}"),
     };
     let e = refused(&args);
-    assert!(e.contains("does not know the controller greeter: there are baseline, expert"), "{e}");
+    assert!(e.contains("does not know the controller greeter: there are baseline, paper, expert"), "{e}");
     assert!(e.contains("docs/leaderboard.md tells how"), "{e}");
     // One that it knows is held against this build's versions.
     let summary = folder.path().join("summary.json");

@@ -102,7 +102,7 @@ impl ComponentPlan {
             ("robot.urdf", orchard_robot::PAPER_URDF),
             ("perception.toml", orchard_perception::config::PAPER_TOML),
             ("v1.toml", PAPER_TOML),
-            ("picker.toml", orchard_picker::PAPER_TOML),
+            ("picker.toml", orchard_picker::BASELINE_TOML),
             ("controller.toml", self.controller.toml()),
             ("goal.toml", GOAL_TOML),
         ];
