@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
-use crate::{Controller, GOAL_TOML, Goal, Kind, PAPER_TOML};
+use crate::{Controller, GOAL_TOML, Goal, Kind, BASELINE_TOML};
 
 /// A kind of controller: makes controllers, one an episode.
 pub trait ControllerKind: Debug + Send + Sync {
@@ -86,7 +86,7 @@ impl ControllerKind for Kind {
     fn configs(&self) -> Vec<(String, String)> {
         let own = (format!("{}/picker.toml", (*self).name()), self.toml().to_owned());
         // The push of the component tasks is the baseline's under every name.
-        let push = [("picker.toml", PAPER_TOML), ("goal.toml", GOAL_TOML)];
+        let push = [("picker.toml", BASELINE_TOML), ("goal.toml", GOAL_TOML)];
         std::iter::once(own).chain(push.map(|(name, text)| (name.to_owned(), text.to_owned()))).collect()
     }
 
