@@ -109,8 +109,8 @@ fn distance(item: &Item, p_world: &Vec3) -> f64 {
     let p = inverse_transform(&item.x_world_item, p_world);
     match &item.geometry {
         Geometry::Shape(shape) => shape.signed_distance(&p).abs(),
-        &Geometry::Blade { length, width } => {
-            let v = blade::vertices(length, width);
+        Geometry::Blade { mesh, length, width } => {
+            let v = mesh.vertices(*length, *width);
             let from = |face: [usize; 3]| (p - closest_on_triangle(&p, &face.map(|k| v[k])).0).norm();
             blade::triangles().into_iter().map(from).fold(f64::INFINITY, f64::min)
         }

@@ -1,4 +1,4 @@
-//! Prints precision and recall of the detector on hand-made orchard scenes, and where candidates end.
+//! Prints precision and recall of the detector on hand-made orchard scenes, and the number of candidates by gate.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

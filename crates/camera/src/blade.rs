@@ -1,56 +1,70 @@
-//! The leaf blade: an elliptical blade, folded along its midrib and curled, as a small triangle mesh.
+//! Leaf blade: an elliptical blade, folded along its midrib and curled, as a small triangle mesh.
 //!
-//! Origin at the petiole, +x along the midrib, +z the upper face. The depth camera and the pictures use the
-//! same mesh, so what occludes a fruit is what a person sees.
+//! Origin at the petiole, +x along the midrib, +z the upper face. The depth camera, the pictures and the recordings use the
+//! same mesh, so a leaf hides the same pixels in depth images and pictures.
 
 use orchard_geometry::{Vec3, math};
-use std::sync::LazyLock;
+use orchard_spec::foliage::FoliageSpec;
 
-/// Angle by which each half rises from the flat blade [rad]: apple leaves are folded to a shallow V.
-const FOLD: f64 = 0.35;
-/// Angle through which the midrib bends down from petiole to tip [rad].
-const CURL: f64 = 0.7;
-/// Places along the midrib, as parts of its length, at which the outline has a vertex on either side.
+/// Positions along the midrib, as parts of its length, at which the outline has a vertex on either side.
 const STATIONS: [f64; 3] = [0.2, 0.5, 0.8];
 
-/// Vertices of a blade.
+/// Number of vertices of a blade.
 pub const VERTICES: usize = 2 + 3 * STATIONS.len();
-/// Triangles of a blade.
+/// Number of triangles of a blade.
 pub const TRIANGLES: usize = 4 * STATIONS.len();
 
 /// A vertex of the unit blade: position = length * `along` + width * `across`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Vertex {
     along: Vec3,
     across: Vec3,
 }
 
-static UNIT_BLADE: LazyLock<[Vertex; VERTICES]> = LazyLock::new(|| {
-    // Vertex 0 is the petiole, 1 the tip; then (midrib, left, right) of every station.
-    let mut vertices = [Vertex { along: Vec3::zeros(), across: Vec3::zeros() }; VERTICES];
-    vertices[1].along = midrib(1.0).0;
-    let (rise, spread) = math::sin_cos(FOLD);
-    for (i, &s) in STATIONS.iter().enumerate() {
-        let (along, up) = midrib(s);
-        // Ellipse: half the width at s of the length.
-        let half = 0.5 * (1.0 - (2.0 * s - 1.0) * (2.0 * s - 1.0)).sqrt();
-        for (k, side) in [0.0, 1.0, -1.0].into_iter().enumerate() {
-            let across = half * (Vec3::y() * (side * spread) + up * (f64::abs(side) * rise));
-            vertices[2 + 3 * i + k] = Vertex { along, across };
-        }
-    }
-    vertices
-});
-
-/// Point and upward normal of the midrib at a part `s` of its length: a circular arc of unit length.
-fn midrib(s: f64) -> (Vec3, Vec3) {
-    let (sin, cos) = math::sin_cos(CURL * s);
-    (Vec3::new(sin, 0.0, cos - 1.0) / CURL, Vec3::new(sin, 0.0, cos))
+/// Mesh of a leaf blade of unit length and width, shared by all leaves of a tree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BladeMesh {
+    vertices: [Vertex; VERTICES],
 }
 
-/// Vertices of a blade of a length and a full width [m], in the blade's frame [m].
-pub fn vertices(length: f64, width: f64) -> [Vec3; VERTICES] {
-    UNIT_BLADE.map(|v| v.along * length + v.across * width)
+impl BladeMesh {
+    /// Makes the mesh from two angles \[rad\]: `fold`, by which each half rises from the flat blade, and `curl`, through
+    /// which the midrib bends down from petiole to tip.
+    pub fn new(fold: f64, curl: f64) -> Self {
+        // Vertex 0 is the petiole, 1 the tip; then (midrib, left, right) of every station.
+        let mut vertices = [Vertex { along: Vec3::zeros(), across: Vec3::zeros() }; VERTICES];
+        vertices[1].along = midrib(curl, 1.0).0;
+        let (rise, spread) = math::sin_cos(fold);
+        for (i, &s) in STATIONS.iter().enumerate() {
+            let (along, up) = midrib(curl, s);
+            // Ellipse: half the width at s of the length.
+            let half = 0.5 * (1.0 - (2.0 * s - 1.0) * (2.0 * s - 1.0)).sqrt();
+            for (k, side) in [0.0, 1.0, -1.0].into_iter().enumerate() {
+                let across = half * (Vec3::y() * (side * spread) + up * (f64::abs(side) * rise));
+                vertices[2 + 3 * i + k] = Vertex { along, across };
+            }
+        }
+        Self { vertices }
+    }
+
+    /// Makes the mesh with the angles of a config.
+    pub fn from_spec(foliage: &FoliageSpec) -> Self {
+        Self::new(foliage.blade_fold.si(), foliage.blade_curl.si())
+    }
+
+    /// Vertices of a blade of a length and a full width \[m\], in the blade's frame \[m\].
+    pub fn vertices(&self, length: f64, width: f64) -> [Vec3; VERTICES] {
+        self.vertices.map(|v| v.along * length + v.across * width)
+    }
+}
+
+/// Point and upward normal of the midrib at a part `s` of its length: a circular arc of unit length through `curl` \[rad\].
+fn midrib(curl: f64, s: f64) -> (Vec3, Vec3) {
+    if curl == 0.0 {
+        return (Vec3::x() * s, Vec3::z());
+    }
+    let (sin, cos) = math::sin_cos(curl * s);
+    (Vec3::new(sin, 0.0, cos - 1.0) / curl, Vec3::new(sin, 0.0, cos))
 }
 
 /// Vertex indices of every triangle, counter-clockwise seen from the upper face.
@@ -87,7 +101,7 @@ mod tests {
     #[test]
     fn faces_look_up_and_cover_the_ellipse() {
         let (length, width) = (0.085, 0.05);
-        let v = vertices(length, width);
+        let v = BladeMesh::new(0.35, 0.7).vertices(length, width);
         let mut area = 0.0;
         for [a, b, c] in triangles() {
             let n = (v[b] - v[a]).cross(&(v[c] - v[a]));
@@ -97,6 +111,14 @@ mod tests {
         // The polygon through five points a side of an ellipse; inscribed, so below pi/4 l w.
         let ellipse = std::f64::consts::FRAC_PI_4 * length * width;
         assert!(area > 0.80 * ellipse && area < ellipse, "{}", area / ellipse);
+    }
+
+    #[test]
+    fn a_flat_blade_lies_in_its_plane() {
+        let (flat, nearly) = (BladeMesh::new(0.0, 0.0), BladeMesh::new(0.0, 1e-6));
+        for (p, q) in flat.vertices(0.1, 0.05).iter().zip(nearly.vertices(0.1, 0.05)) {
+            assert!(p.z == 0.0 && (p - q).norm() < 1e-6, "{p} {q}");
+        }
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use orchard_geometry::{Intrinsics, Vec3, math};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Depth at which edges that pass behind the camera are cut before they are projected [m]. Below any depth
-/// that matters; the slopes beyond it are clamped to the image.
+/// Depth at which edges that pass behind the camera are cut before projection \[m\]: below any depth of use, and the slopes
+/// beyond it are clamped to the image.
 const CUT: f64 = 1e-9;
-/// Widening of a rectangle [px], so that rounding of the bounds never loses a pixel that the exact test hits.
+/// Widening of a rectangle \[px\], so that rounding of the bounds never loses a pixel that the exact test hits.
 const SLACK: f64 = 1e-6;
 
 /// Slopes x/z and y/z that a primitive spans.
@@ -61,7 +61,7 @@ impl Bounds {
         Self { x, y }
     }
 
-    /// The pixels whose rays lie within the slopes; `None` if there are none.
+    /// Pixels whose rays lie within the slopes; `None` if there are none.
     pub(crate) fn pixels(&self, k: &Intrinsics) -> Option<PixelRect> {
         Some(PixelRect {
             u: pixel_range(self.x, k.fx, k.cx, k.width)?,
@@ -84,7 +84,7 @@ fn ahead(x: f64, z: f64, r: f64) -> Interval {
 /// Slopes that a capsule spans when it may reach beside or behind the camera: angles about the camera in the
 /// plane of z and coordinate `k`.
 fn around(a: &Vec3, b: &Vec3, k: usize, r: f64) -> Interval {
-    // Only what lies ahead counts: cut the axis where its ball is wholly behind.
+    // Only the part in front counts: cut the axis where its ball is wholly behind the camera.
     let clip = |p: &Vec3, q: &Vec3| {
         if p.z >= -r { *p } else { p + (q - p) * ((-r - p.z) / (q.z - p.z)).clamp(0.0, 1.0) }
     };
@@ -94,7 +94,7 @@ fn around(a: &Vec3, b: &Vec3, k: usize, r: f64) -> Interval {
     let angles = [clip(a, b), clip(b, a)].map(|p| {
         let distance = math::hypot(p[k], p.z);
         let mid = math::atan2(p[k], p.z);
-        // At or inside the ball: every direction.
+        // The camera is inside the ball: all directions.
         let half = if distance > r { math::asin(r / distance) } else { PI };
         (mid - half, mid + half)
     });

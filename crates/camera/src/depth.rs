@@ -1,29 +1,29 @@
-//! The depth camera: a z-buffer over the screen rectangles of exact primitives.
+//! Exact depth camera: a z-buffer over the screen rectangles of primitives.
 
 use crate::primitive::{Hit, Primitive, for_each_primitive};
 use crate::raster::Raster;
 use crate::{Label, NO_INSTANCE, Scene};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose};
 
-/// More than a depth may be off by rounding, f32 included, as a share of it.
+/// Upper bound of the relative rounding error of a depth, f32 included.
 const ROUNDING: f64 = 1e-6;
 
-/// Depth with its truth, pixel for pixel.
+/// Depth image with label and instance of every pixel.
 ///
 /// A pixel without a valid depth (nothing there, nearer than `near`, beyond `far`) has depth 0, label
 /// [`Label::None`] and instance [`NO_INSTANCE`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Depth along the optical axis [m], 0 where invalid.
+    /// Depth along the optical axis \[m\], 0 where invalid.
     pub depth: DepthImage,
-    /// What the pixel shows.
+    /// Kind of the object that the pixel shows.
     pub label: Image<Label>,
-    /// Which one of its label.
+    /// Index of the object among those of its label.
     pub instance: Image<u32>,
 }
 
 impl Frame {
-    /// An image of nothing.
+    /// Makes an image without valid depths.
     pub fn new(width: usize, height: usize) -> Self {
         Self {
             depth: Image::filled(width, height, 0.0),
@@ -33,11 +33,11 @@ impl Frame {
     }
 }
 
-/// Renders the scene into `out`, which takes the intrinsics' size.
+/// Renders the scene into `out`, which is resized to the intrinsics' size.
 ///
 /// `x_world_camera` is the pose of the optical frame (x right, y down, z forward); depth is z in that frame.
-/// A surface nearer than `near` [m] hides what lies behind it and reads as invalid. Of two surfaces at the
-/// same depth the earlier item shows.
+/// A surface nearer than `near` \[m\] hides surfaces behind it and is invalid, as is one beyond `far` \[m\]. Of two surfaces at
+/// the same depth the earlier item of the scene is visible.
 pub fn render(
     scene: &Scene,
     intrinsics: &Intrinsics,
@@ -63,7 +63,7 @@ pub fn render(
     }
 }
 
-/// The nearest surface up to `far`: its depth (infinite if none) and the index of its item (or
+/// Finds the nearest surface up to `far`: its depth (infinite if none) and the index of its item (or
 /// [`NO_INSTANCE`]). Both images must have the intrinsics' size.
 pub(crate) fn rasterise(
     scene: &Scene,
@@ -90,7 +90,7 @@ pub(crate) fn rasterise(
     }
 }
 
-/// The z-buffer while an item is drawn into it.
+/// Z-buffer into which an item is drawn.
 struct Canvas<'a> {
     item: u32,
     depth: &'a mut DepthImage,
@@ -99,7 +99,7 @@ struct Canvas<'a> {
 
 impl Canvas<'_> {
     fn draw(&mut self, raster: &Raster, primitive: &impl Hit) {
-        // What is already nearer than any point of the primitive stays.
+        // Skip pixels whose depth is nearer than the whole primitive.
         let nearest = (primitive.depths().0 * (1.0 - ROUNDING)) as f32;
         for row in raster.rows(primitive) {
             let depths = self.depth.pixels_mut()[row.pixels.clone()].iter_mut();

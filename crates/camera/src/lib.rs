@@ -1,7 +1,7 @@
-//! Depth, label and instance images of a scene, rendered on the CPU, and pictures of it for people.
+//! Renders depth, label and instance images of a scene on the CPU, and colour pictures of it.
 //!
-//! [`render`] is the measuring camera: exact ray-primitive intersections behind a z-buffer. [`picture`] draws
-//! the same [`Scene`] in colour. Nothing here is visible to the detector or to the picker; they see
+//! [`render`] is the exact depth camera: ray-primitive intersections with a z-buffer. [`Sensor`] adds the errors of a depth
+//! camera. [`mod@picture`] draws the same [`Scene`] in colour. Detector and picker do not depend on this crate: they receive
 //! [`orchard_geometry::DepthImage`] only.
 
 pub mod blade;

@@ -1,7 +1,7 @@
 //! Colour pictures of a scene: sun with shadow, sky light with ambient occlusion, supersampling.
 //!
-//! Colour here is linear light until the last step; nothing in it is a photometric model. The light is chosen by four dials:
-//! where the sun stands, how strong it is beside the sky, and how much cloud is before it.
+//! Colour is linear light until the last step; it is no photometric model. The style sets the light: direction and
+//! strength of the sun, and cloud cover.
 
 mod false_color;
 mod light;
@@ -23,15 +23,15 @@ use std::collections::BTreeMap;
 pub struct PictureStyle {
     /// Direction towards the sun, world, unit. A low sun is redder and weaker.
     pub sun_world: Vec3,
-    /// Strength of the sun beside the sky, 1 on a clear day; the sky keeps its own. Below 0 counts as 0.
+    /// Strength of the sun, 1 on a clear day; the sky's light does not depend on it. Values below 0 count as 0.
     pub sun_strength: f64,
-    /// Part of the sky that cloud covers, 0 to 1. At 1 there is no sun and no cast shadow, and the sky is of one brightness.
+    /// Cloud cover, 0 to 1. At 1 there is no sun and no cast shadow, and the sky is uniformly bright.
     pub overcast: f64,
-    /// How finely shadows are drawn.
+    /// Resolution of shadows.
     pub shadows: ShadowMaps,
     /// Samples a pixel side: 3 draws 9 samples a pixel.
     pub supersampling: usize,
-    /// Distance over which haze takes 63 % of the contrast [m].
+    /// Distance over which haze removes 63 % of the contrast \[m\].
     pub haze_length: f64,
 }
 
@@ -48,12 +48,12 @@ impl Default for PictureStyle {
     }
 }
 
-/// Pixels a side of the maps of what light reaches; each map spans everything that throws shadow.
+/// Pixels a side of the shadow maps; each map spans all objects that cast shadow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShadowMaps {
-    /// Of the sun's map.
+    /// Size of the sun's map.
     pub sun: usize,
-    /// Of the map of each part of the sky: coarse, since sky light is soft.
+    /// Size of the map of each part of the sky: coarse, since sky light is soft.
     pub sky: usize,
 }
 
@@ -63,26 +63,26 @@ impl Default for ShadowMaps {
     }
 }
 
-/// Direction towards a sun at an azimuth [rad] from the world's x axis, counter-clockwise seen from above, and an elevation [rad]
+/// Direction towards the sun at an azimuth \[rad\] from the world's x axis, counter-clockwise seen from above, and an elevation \[rad\]
 /// over the horizon.
 pub fn sun_direction(azimuth: f64, elevation: f64) -> Vec3 {
     let ((sin_a, cos_a), (sin_e, cos_e)) = (math::sin_cos(azimuth), math::sin_cos(elevation));
     Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
 }
 
-/// What a ray of the picture meets.
+/// Surface point that a ray of the picture meets.
 #[derive(Debug, Clone, Copy)]
 struct Surface {
     p_world: Vec3,
     /// Unit normal on the viewer's side.
     n_world: Vec3,
-    /// Whether that is the side that the geometry calls outer (a blade's upper face).
+    /// True if that is the outer side of the geometry (the upper face of a blade).
     outer_side: bool,
     /// Unit direction from the viewer.
     view_world: Vec3,
 }
 
-/// A colour picture of the scene (sRGB), seen through a pinhole camera.
+/// Draws a colour picture of the scene (sRGB), seen through a pinhole camera.
 pub fn picture(
     scene: &Scene,
     intrinsics: &Intrinsics,
@@ -92,7 +92,7 @@ pub fn picture(
     Studio::new(scene, style).picture(intrinsics, x_world_camera)
 }
 
-/// A scene in its light, which is worked out once for any number of pictures.
+/// A lit scene: the light is computed once for any number of pictures.
 pub struct Studio<'a> {
     scene: &'a Scene,
     style: PictureStyle,
@@ -106,7 +106,7 @@ impl<'a> Studio<'a> {
         Self { scene, style: *style, lighting: Lighting::new(scene, style), palette: Palette::new() }
     }
 
-    /// A colour picture of the scene (sRGB), seen through a pinhole camera.
+    /// Draws a colour picture of the scene (sRGB), seen through a pinhole camera.
     pub fn picture(&self, intrinsics: &Intrinsics, x_world_camera: &Pose) -> Image<[u8; 3]> {
         let side = self.style.supersampling.max(1);
         let mut view = View::new(self, supersampled(intrinsics, side), x_world_camera);
@@ -114,7 +114,7 @@ impl<'a> Studio<'a> {
             let (u, v) = (i % intrinsics.width, i / intrinsics.width);
             let mut sum = Vec3::zeros();
             for k in 0..side * side {
-                // Each sample is brought to display range first, so that edges of bright things stay smooth.
+                // Each sample is mapped to display range first, so that edges of bright objects stay smooth.
                 let (u, v) = (u * side + k % side, v * side + k / side);
                 sum += view.sample(u, v, (k, side * side)).map(display);
             }
@@ -127,7 +127,7 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// What the samples of one picture meet.
+/// Samples of one picture.
 struct View<'a> {
     studio: &'a Studio<'a>,
     intrinsics: Intrinsics,
@@ -135,7 +135,7 @@ struct View<'a> {
     x_camera_world: Pose,
     depth: DepthImage,
     index: Image<u32>,
-    /// Primitives of the items that were met so far, in the camera frame.
+    /// Primitives of the items hit so far, in the camera frame.
     primitives: BTreeMap<u32, Vec<Primitive>>,
 }
 
@@ -171,14 +171,14 @@ impl<'a> View<'a> {
         color * clear + lighting.horizon() * (1.0 - clear)
     }
 
-    /// Depth and normal (not normalised) where a ray meets an item, which it does at depth `z` rounded to f32.
+    /// Depth and normal (not normalised) at which a ray meets an item; the depth, rounded to f32, is `z`.
     fn meet(&mut self, index: u32, ray: &Vec3, z: f64) -> Option<(f64, Vec3)> {
         let item = &self.studio.scene.items[index as usize];
         let nearest = |primitives: &[Primitive]| {
             let hits = primitives.iter().filter_map(|p| p.hit_with_normal(ray));
             hits.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        // Terrain has too many to try: of it only those at the place in question are taken.
+        // Terrain has too many triangles: only those at the hit point are tried.
         if matches!(item.geometry, Geometry::Shape(Shape::HeightField(_))) {
             let rounding = 2.0 * f64::from(f32::EPSILON);
             let ends = [ray * (z * (1.0 - rounding)), ray * (z * (1.0 + rounding))];
@@ -195,7 +195,7 @@ fn primitives_of(item: &Item, x_camera_world: &Pose, within: &[Vec3]) -> Vec<Pri
     all
 }
 
-/// The intrinsics of the same view with `side` x `side` samples a pixel.
+/// Intrinsics of the same view with `side` x `side` samples a pixel.
 fn supersampled(k: &Intrinsics, side: usize) -> Intrinsics {
     let s = side as f64;
     Intrinsics {
@@ -208,7 +208,7 @@ fn supersampled(k: &Intrinsics, side: usize) -> Intrinsics {
     }
 }
 
-/// Linear light to an sRGB value, 0 to 1: a filmic curve with a little toe and a soft shoulder.
+/// Maps linear light to an sRGB value, 0 to 1, by a filmic curve with a small toe and a soft shoulder.
 fn display(linear: f64) -> f64 {
     let x = EXPOSURE * linear.max(0.0);
     // Rational, 0 at 0, slope rising from its toe, 1 at infinity.
@@ -225,7 +225,7 @@ const SHOULDER: f64 = 0.9;
 /// Pose of a camera at `p_world` that looks at `target_world`, image up towards world up.
 pub fn look_at(p_world: &Vec3, target_world: &Vec3) -> Pose {
     let z = (target_world - p_world).try_normalize(0.0).unwrap_or_else(Vec3::x);
-    // Straight up or down has no horizon: then image right is world x.
+    // For a view straight up or down, image right is world x.
     let x = z.cross(&Vec3::z()).try_normalize(1e-9).unwrap_or_else(Vec3::x);
     let axes = nalgebra::Matrix3::from_columns(&[x, z.cross(&x), z]);
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);

@@ -1,6 +1,6 @@
 //! Ray-primitive intersections in the camera frame: the ray of a pixel is t (x, y, 1), so t is the depth.
 //!
-//! A hit is the nearest crossing of a surface in front of the camera; from inside a solid that is the way out.
+//! A hit is the nearest crossing of a surface in front of the camera; from inside a solid it is the exit point.
 
 mod flat;
 mod round;
@@ -12,7 +12,7 @@ use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
 use round::Capsule;
 pub(crate) use round::Sphere;
 
-/// A form that a ray can meet, in the camera frame.
+/// A shape in the camera frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Primitive {
     Sphere(Sphere),
@@ -22,10 +22,10 @@ pub(crate) enum Primitive {
     Triangle(Triangle),
 }
 
-/// Normals of planes through the camera, at most as many as a box has edges against its background; zeros where there are fewer.
+/// Normals of planes through the camera, at most the six silhouette edges of a box; unused entries are zero.
 pub(crate) type Sides = [Vec3; 6];
 
-/// Of what has none.
+/// Value of [`Sides`] without planes.
 pub(crate) const NO_SIDES: Sides = [Vec3::new(0.0, 0.0, 0.0); 6];
 
 fn sides<const N: usize>(normals: [Vec3; N]) -> Sides {
@@ -34,15 +34,15 @@ fn sides<const N: usize>(normals: [Vec3; N]) -> Sides {
     sides
 }
 
-/// What a ray can meet.
+/// Intersection of rays with a shape.
 pub(crate) trait Hit {
     /// Depth at which the ray t `d` (`d.z` = 1) meets the surface first, t > 0.
     fn hit(&self, d: &Vec3) -> Option<f64>;
     /// A normal of the surface at a point on it, camera frame, not normalised.
     fn normal(&self, p: &Vec3) -> Vec3;
-    /// Least and largest z [m].
+    /// Least and largest z \[m\].
     fn depths(&self) -> (f64, f64);
-    /// The slopes that the primitive can cover.
+    /// Slopes that the primitive can cover.
     fn bounds(&self) -> Bounds;
     /// Planes through the camera that enclose the primitive: a ray d that hits within depth `far` has n . d >= 0. Not normalised.
     fn sides(&self, far: f64) -> Sides;
@@ -72,7 +72,7 @@ pub(crate) fn for_each_primitive(
         Geometry::Shape(Shape::ConvexHull(hull)) => {
             let v: Vec<Vec3> = hull.vertices().iter().map(|v| transform(&x, v)).collect();
             for face in hull.faces() {
-                // A fan about the first corner.
+                // A fan of triangles about the first corner.
                 if let [first, around @ ..] = hull.boundary(face) {
                     for ends in around.windows(2) {
                         let corners = [*first, ends[0], ends[1]].map(|index| v[index as usize]);
@@ -92,9 +92,9 @@ pub(crate) fn for_each_primitive(
                 f(&Primitive::Triangle(Triangle::new(corners.map(|v| transform(&x, &v)))));
             }
         }
-        &Geometry::Blade { length, width } => {
+        Geometry::Blade { mesh, length, width } => {
             let r = x.rotation.to_rotation_matrix();
-            let v = blade::vertices(length, width).map(|v| r * v + p);
+            let v = mesh.vertices(*length, *width).map(|v| r * v + p);
             const FACES: [[usize; 3]; blade::TRIANGLES] = blade::triangles();
             for [a, b, c] in FACES {
                 f(&Primitive::Triangle(Triangle::new([v[a], v[b], v[c]])));

@@ -1,23 +1,23 @@
-//! Which pixels a primitive may cover: its screen rectangle, and in wide ones the part of each row between planes through
-//! the camera that enclose it. The exact test decides; nothing that it would hit is left out.
+//! Finds the pixels that a primitive may cover: its screen rectangle, and in wide rectangles the part of each row between
+//! planes through the camera that enclose it. The exact test follows; no pixel that it would hit is left out.
 
 use crate::bounds::PixelRect;
 use crate::primitive::{Hit, NO_SIDES, Sides};
 use orchard_geometry::{Intrinsics, Vec3};
 use std::ops::Range;
 
-/// Widening of a plane, as a share of the terms of its equation, and of a row's end [px], so that rounding never loses a
-/// pixel that the exact test hits. A normal may have lost half of its digits.
+/// Margin of a plane, as a share of the terms of its equation, and of a row's end \[px\], so that rounding never loses a
+/// pixel that the exact test hits. A normal may have only half of its digits.
 const SLACK: f64 = 1e-8;
 const SLACK_PX: f64 = 1e-6;
 
-/// Columns of a rectangle from which on it pays to look for the ends of its rows.
+/// Number of columns of a rectangle from which on the ends of its rows are worth computing.
 const WIDE: usize = 8;
 
-/// The rays of an image.
+/// Rays of an image.
 pub(crate) struct Raster {
     intrinsics: Intrinsics,
-    /// No depth beyond this one is `far` or less.
+    /// Largest depth that can round to `far` or less.
     end: f64,
     /// x/z of the columns.
     x: Vec<f64>,
@@ -25,16 +25,16 @@ pub(crate) struct Raster {
     y: Vec<f64>,
 }
 
-/// Neighbours in a row of an image.
+/// Adjacent pixels of a row.
 pub(crate) struct Row<'a> {
-    /// Where they stand among all pixels.
+    /// Range of the pixels in row-major order.
     pub(crate) pixels: Range<usize>,
     x: &'a [f64],
     y: f64,
 }
 
 impl Row<'_> {
-    /// Their rays, scaled to z = 1.
+    /// Rays of the pixels, scaled to z = 1.
     #[inline]
     pub(crate) fn rays(&self) -> impl Iterator<Item = Vec3> {
         self.x.iter().map(|&x| Vec3::new(x, self.y, 1.0))
@@ -42,20 +42,20 @@ impl Row<'_> {
 }
 
 impl Raster {
-    /// The rays of a camera that sees up to a depth [m].
+    /// Makes the rays of a camera with a largest depth \[m\].
     pub(crate) fn new(intrinsics: &Intrinsics, far: f64) -> Self {
         let ray = |u: usize, v: usize| intrinsics.ray(u as f64, v as f64);
         Self {
             intrinsics: *intrinsics,
-            // A depth is rounded to f32 before it is held against `far`.
+            // A depth is rounded to f32 before it is compared with `far`.
             end: far * (1.0 + f64::from(f32::EPSILON)),
             x: (0..intrinsics.width).map(|u| ray(u, 0).x).collect(),
             y: (0..intrinsics.height).map(|v| ray(0, v).y).collect(),
         }
     }
 
-    /// The camera and the corners of its view at depth `far`: their convex hull holds all that a ray can meet up to there.
-    /// No points where `far` is infinite.
+    /// The camera and the corners of its view at depth `far`, whose convex hull contains all points in view. No points if
+    /// `far` is infinite.
     pub(crate) fn view(&self) -> Vec<Vec3> {
         let end = self.end;
         if !end.is_finite() {
@@ -67,7 +67,7 @@ impl Raster {
         rays.into_iter().chain([Vec3::zeros()]).collect()
     }
 
-    /// The rows of pixels that may show the primitive.
+    /// Rows of pixels that may show the primitive.
     #[inline]
     pub(crate) fn rows(&self, primitive: &impl Hit) -> impl Iterator<Item = Row<'_>> {
         let (nearest, farthest) = primitive.depths();
@@ -83,7 +83,7 @@ impl Raster {
         rect.into_iter().flat_map(move |rect| (rect.v.0..=rect.v.1).filter_map(move |v| row_of(rect, v)))
     }
 
-    /// First and last column of row `v`, among those of `columns`, whose rays d are not outside a plane: n . d >= 0.
+    /// First and last column of row `v`, within `columns`, whose rays d are on the inner side of every plane: n . d >= 0.
     fn ends(&self, columns: (usize, usize), v: usize, sides: &Sides) -> Option<(usize, usize)> {
         let Intrinsics { fx, cx, .. } = self.intrinsics;
         let (mut first, mut last) = (columns.0 as f64, columns.1 as f64);

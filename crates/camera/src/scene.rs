@@ -1,8 +1,11 @@
-//! What the camera can see: labelled primitives with poses.
+//! Scene of labelled shapes with poses.
 
+use std::sync::Arc;
+
+use crate::blade::BladeMesh;
 use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3};
 
-/// What a pixel shows. Truth for metrics and tests; no controller receives it.
+/// Kind of the object that a pixel shows. Truth for metrics and tests; no controller receives it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Label {
     /// No valid measurement.
@@ -22,24 +25,24 @@ pub enum Label {
     Scenery,
 }
 
-/// Instance of a pixel that shows nothing.
+/// Instance of a pixel without a valid depth.
 pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// Linear-light colour, each channel 0 to 1.
 pub type Rgb = [f32; 3];
 
-/// A change of colour, linear in linear light: it keeps what texture the palette gives a surface.
+/// A change of colour, linear in linear light; textures of the palette are kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tint(Mat3);
 
 impl Tint {
-    /// Factors on red, green and blue.
+    /// Multiplies red, green and blue by factors.
     pub fn gains(gains: Vec3) -> Self {
         Self(Mat3::from_diagonal(&gains))
     }
 
-    /// A turn of the hue about the axis of greys, which keeps the sum of the channels [rad]: a third of a full turn takes
-    /// red to green.
+    /// Turns the hue by an angle \[rad\] about the axis of greys, which keeps the sum of the channels: a third of a full turn
+    /// turns red into green.
     pub fn hue(angle: f64) -> Self {
         Self(
             Rotation::from_axis_angle(&nalgebra::Unit::new_normalize(Vec3::repeat(1.0)), angle)
@@ -48,50 +51,52 @@ impl Tint {
         )
     }
 
-    /// This and then another.
+    /// Applies this tint and then another.
     pub fn then(self, next: Self) -> Self {
         Self(next.0 * self.0)
     }
 
-    /// The tinted colour. What a turn of a saturated hue would make darker than black is black.
+    /// Returns the tinted colour. Channels that a turn of the hue makes negative are set to 0.
     pub fn apply(&self, color: Vec3) -> Vec3 {
         (self.0 * color).map(|channel| channel.max(0.0))
     }
 }
 
-/// The form of an item, in the item's frame.
+/// Geometry of an item, in the item's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
-    /// A solid. Of terrain its surface shows, from above and below, but not its sides.
+    /// A solid. Of terrain only the surface is visible, from above and below, not the sides.
     Shape(Shape),
-    /// A folded, curled leaf blade (see [`crate::blade`]): petiole at the origin, +x along the midrib, +z the
+    /// A folded, curled leaf blade ([`crate::blade`]): petiole at the origin, +x along the midrib, +z the
     /// upper face.
     Blade {
-        /// Length along the midrib [m].
+        /// Mesh of the unit blade, shared by the leaves of a tree.
+        mesh: Arc<BladeMesh>,
+        /// Length along the midrib \[m\].
         length: f64,
-        /// Full width [m].
+        /// Full width \[m\].
         width: f64,
     },
 }
 
-/// One visible thing.
+/// One visible object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// Its form.
+    /// Geometry in the item's frame.
     pub geometry: Geometry,
     /// Pose of the item in the world.
     pub x_world_item: Pose,
-    /// What it is.
+    /// Kind of the object.
     pub label: Label,
-    /// Which one of its label: fruit index, segment index, ...
+    /// Index among the items of its label: fruit index, segment index, ...
     pub instance: u32,
-    /// Colour in pictures; `None` takes the label's palette.
+    /// Colour in pictures; `None` uses the label's palette.
     pub color: Option<Rgb>,
-    /// Change of that colour; `None` leaves it.
+    /// Change of that colour; `None` keeps it.
     pub tint: Option<Tint>,
 }
 
-/// Everything the camera can see.
+/// All objects that the camera can see.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
     /// The items, in any order.

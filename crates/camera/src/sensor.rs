@@ -1,4 +1,4 @@
-//! Depth cameras as a config describes them: what they see, and what they measure of it.
+//! Depth cameras with the view and the errors of a config.
 
 mod noise;
 mod stereo;
@@ -15,7 +15,7 @@ pub struct Sensor {
     intrinsics: Intrinsics,
 }
 
-/// Which image it is. Its noise is a function of this alone: the same image taken twice has the same bits.
+/// Key of an image's noise: two images with the same key and scene have the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageKey {
     /// Seed of the population.
@@ -26,28 +26,28 @@ pub struct ImageKey {
     pub frame: u32,
 }
 
-/// One image: what the camera measured, and the truth behind it.
+/// One image: the measured depth and the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Capture {
-    /// What the camera delivers: depth along the optical axis [m], 0 where it measured nothing.
+    /// Measured depth along the optical axis \[m\], 0 without a measurement.
     pub measured: DepthImage,
-    /// What stands before it, pixel by pixel, within its range.
+    /// True depth, label and instance of every pixel within the camera's range.
     pub truth: Frame,
 }
 
 impl Sensor {
-    /// The camera that a spec describes.
+    /// Makes the camera of a spec.
     pub fn new(spec: &CameraSpec) -> Self {
         Self { spec: spec.clone(), intrinsics: intrinsics(spec.view()) }
     }
 
-    /// The same camera with another pinhole.
+    /// Replaces the intrinsics.
     #[must_use]
     pub fn with_intrinsics(self, intrinsics: Intrinsics) -> Self {
         Self { intrinsics, ..self }
     }
 
-    /// Its intrinsics.
+    /// Intrinsics of the camera.
     pub fn intrinsics(&self) -> &Intrinsics {
         &self.intrinsics
     }
@@ -63,7 +63,7 @@ impl Sensor {
                 draw(range);
                 truth.depth.clone()
             }
-            // What is out of range still hides other things and gives windows something to match.
+            // Surfaces out of range still hide others and give windows texture to match.
             CameraSpec::D435i(spec) => {
                 draw((0.0, f64::INFINITY));
                 let measured = stereo::measure(spec, self.intrinsics.fx, &truth.depth, key);
@@ -75,7 +75,7 @@ impl Sensor {
     }
 }
 
-/// Takes out of an image what is nearer or farther than a range [m].
+/// Invalidates pixels nearer or farther than a range \[m\].
 fn keep_range(frame: &mut Frame, (near, far): (f64, f64)) {
     let pixels = frame.depth.pixels_mut().iter_mut().zip(frame.label.pixels_mut());
     for ((depth, label), instance) in pixels.zip(frame.instance.pixels_mut()) {

@@ -1,4 +1,4 @@
-//! Ground truth of the fruit in an image.
+//! Ground truth of fruit in an image.
 
 use crate::primitive::{Hit, Sphere};
 use crate::raster::{Raster, Row};
@@ -10,15 +10,15 @@ use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
 pub struct FruitView {
     /// Instance of the fruit.
     pub instance: u32,
-    /// Pixels that show it with a valid depth.
+    /// Number of pixels that show it with a valid depth.
     pub visible_px: u32,
-    /// Pixels that the fruit alone in the world would cover at any range, cut by the image's border.
+    /// Number of pixels within the image that the fruit would cover if nothing else existed, at any range.
     pub unoccluded_px: u32,
-    /// The smallest box about the pixels that show it.
+    /// Smallest box around the pixels that show it.
     pub visible_box: Option<PixelBox>,
-    /// Centre in the camera frame [m].
+    /// Centre in the camera frame \[m\].
     pub p_camera: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
 }
 
@@ -38,13 +38,13 @@ impl PixelBox {
 }
 
 impl FruitView {
-    /// Visible part of what the image could show of it; 0 where it is out of view.
+    /// Visible pixels over unoccluded pixels; 0 if the fruit is out of view.
     pub fn visible_fraction(&self) -> f64 {
         f64::from(self.visible_px) / f64::from(self.unoccluded_px.max(1))
     }
 }
 
-/// Every fruit (a ball labelled [`Label::Fruit`]) of the scene, in scene order. `frame` is the image of that scene.
+/// Returns the view of every fruit (a ball labelled [`Label::Fruit`]) in scene order. `frame` is the image of that scene.
 pub fn fruit_views(
     frame: &Frame,
     scene: &Scene,

@@ -1,13 +1,15 @@
-//! The renderer against an independent ray caster: every ray against every item, through parry.
+//! Compares the renderer with an independent ray caster: every ray against every item, through parry.
 
 mod common;
 #[path = "common/ray_cast.rs"]
 mod ray_cast;
 
 use common::direction;
-use orchard_camera::{Frame, Geometry, Label, NO_INSTANCE, Scene, picture::look_at, render};
+use orchard_camera::{
+    Frame, Geometry, Label, NO_INSTANCE, Scene, blade::BladeMesh, picture::look_at, render,
+};
 use orchard_geometry::{ConvexHull, HeightField, Intrinsics, Pose, Rotation, Shape, Vec3, rotation_from_z};
-use orchard_spec::{Purpose, Stream};
+use orchard_spec::{Purpose, Spec, Stream};
 use ray_cast::RayCaster;
 use std::sync::Arc;
 
@@ -73,6 +75,7 @@ fn orchard_scenes_agree() {
 fn random_shapes_around_the_camera_agree() {
     let k = Intrinsics { width: 48, height: 40, fx: 30.0, fy: 41.0, cx: 20.3, cy: 22.8 };
     let mut rng = Stream::new(5, 0, Purpose::Test);
+    let mesh = Arc::new(BladeMesh::from_spec(&Spec::paper().foliage));
     let (mut grazing, mut valid) = (0, 0);
     for _ in 0..300 {
         let mut scene = Scene::default();
@@ -82,7 +85,7 @@ fn random_shapes_around_the_camera_agree() {
                 0 => Geometry::Shape(Shape::Sphere { radius: size }),
                 1 => Geometry::Shape(Shape::Capsule { radius: 0.3 * size, length: rng.uniform(0.0, 2.0) }),
                 2 => Geometry::Shape(Shape::Box { half: Vec3::from_fn(|_, _| rng.uniform(0.01, 0.5)) }),
-                3 => Geometry::Blade { length: 2.0 * size, width: size },
+                3 => Geometry::Blade { mesh: mesh.clone(), length: 2.0 * size, width: size },
                 4 => Geometry::Shape(Shape::HalfSpace),
                 5 => {
                     let cloud: Vec<Vec3> = (0..12).map(|_| direction(&mut rng) * size).collect();

@@ -1,4 +1,4 @@
-//! The detector on rendered orchard scenes. It sees the depth image and nothing else; the truth only scores it.
+//! Tests the detector on rendered orchard scenes. It receives only the depth image; the truth scores it.
 
 mod common;
 #[path = "common/score.rs"]
@@ -53,8 +53,8 @@ fn noise_as_wide_as_the_band_is_survived() {
     assert!(score.precision() >= 0.9 && score.recall() >= 0.6, "{score:?}");
 }
 
-/// On images of a D435i the detector that is made for it finds at least half of what ought to be found, as precisely as the paper's
-/// at its densest foliage (0.81); the one for an exact camera, whose band is 1 mm, finds less than a tenth of that.
+/// On images of a D435i the detector config for it finds at least half of the detectable fruit, with the precision of the paper's
+/// at its densest foliage (0.81); the config for an exact camera, with a band of 1 mm, finds less than a tenth of that.
 #[test]
 fn stereo_noise_needs_the_band_that_grows_with_depth() {
     let sensor = Sensor::new(&CameraSpec::named("d435i").unwrap());

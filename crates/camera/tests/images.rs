@@ -1,4 +1,4 @@
-//! What depth images, visibility counts and pictures promise.
+//! Tests depth images, visibility counts and pictures.
 
 mod common;
 

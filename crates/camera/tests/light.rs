@@ -1,4 +1,4 @@
-//! What the light dials of pictures promise.
+//! Tests the light of pictures.
 
 use orchard_camera::picture::{PictureStyle, ShadowMaps, look_at, picture, sun_direction};
 use orchard_camera::{Geometry, Label, Scene};
@@ -71,7 +71,7 @@ fn under_a_closed_sky_nothing_casts_a_shadow_and_the_sun_does_not_matter() {
     // As bright all over as a cloud, and no brighter at the zenith.
     let sky = [closed[(5, 0)], closed[(90, 0)], closed[(48, 3)]];
     assert!(sky.iter().all(|pixel| *pixel == sky[0]), "{sky:?}");
-    // Not a picture of the night.
+    // The picture is not dark.
     assert!(at(&closed, lit) > 0.3 * at(&clear, lit));
 }
 
@@ -100,7 +100,7 @@ fn figures_beyond_the_dials_are_taken_as_their_ends() {
 }
 
 #[test]
-fn the_sun_stands_where_it_is_told() {
+fn the_sun_stands_in_the_given_direction() {
     let near = |a: Vec3, b: Vec3| (a - b).norm() < 1e-15;
     assert!(near(sun_direction(0.0, 0.0), Vec3::x()));
     assert!(near(sun_direction(std::f64::consts::FRAC_PI_2, 0.0), Vec3::y()));

@@ -1,77 +1,77 @@
-//! Annotations of images in the form of the COCO data set (Lin et al. 2014): what `pycocotools` and most trainers read.
+//! Annotations of images in the COCO format (Lin et al. 2014), which `pycocotools` and most training programs read.
 //!
-//! Masks are run lengths. A category or image may carry more fields than these: readers pass over what they do not know.
+//! Masks are run lengths. Images and annotations may have additional fields; readers ignore fields that they do not know.
 
 use orchard_geometry::Image;
 use serde::{Deserialize, Serialize};
 
-/// A whole annotation file. `I` and `A` are what an image and an annotation say beyond the form.
+/// An annotation file. `I` and `A` are the additional fields of images and annotations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Annotations<I, A> {
-    /// About the file.
+    /// Description of the file.
     pub info: Info,
     /// All images, with or without annotations.
     pub images: Vec<ImageEntry<I>>,
-    /// What is annotated.
+    /// Kinds of annotated objects.
     pub categories: Vec<Category>,
-    /// One a visible thing.
+    /// Annotations, one for each visible object.
     pub annotations: Vec<Annotation<A>>,
 }
 
-/// About a file.
+/// Description of a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Info {
-    /// What it is.
+    /// Text for people.
     pub description: String,
-    /// Version of what made it.
+    /// Version of the program that made the file.
     pub version: String,
 }
 
 /// An image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImageEntry<I> {
-    /// Its number, from 1.
+    /// Number, from 1.
     pub id: u64,
-    /// Path from the folder of the data set.
+    /// Path relative to the folder of the data set.
     pub file_name: String,
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// What else there is to say.
+    /// Additional fields.
     #[serde(flatten)]
     pub more: I,
 }
 
-/// A kind of thing.
+/// A kind of object.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Category {
-    /// Its number, from 1.
+    /// Number, from 1.
     pub id: u64,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What it is one of.
+    /// Name of the more general kind.
     pub supercategory: String,
 }
 
-/// A thing in an image.
+/// An annotated object in an image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Annotation<A> {
-    /// Its number, from 1.
+    /// Number, from 1.
     pub id: u64,
-    /// The image.
+    /// Number of its image.
     pub image_id: u64,
-    /// What it is.
+    /// Number of its category.
     pub category_id: u64,
-    /// Left, top, width and height [px] of the smallest box about its pixels; the upper left pixel's corner is (0, 0).
+    /// Left, top, width and height \[px\] of the smallest box around its pixels; the upper left pixel's corner is (0, 0).
     pub bbox: [usize; 4],
-    /// Pixels that show it.
+    /// Number of pixels that show it.
     pub area: u64,
-    /// Which pixels.
+    /// Mask of these pixels.
     pub segmentation: Rle,
-    /// 0: one thing, not a crowd.
+    /// 0: a single object, not a crowd.
     pub iscrowd: u8,
-    /// What else there is to say.
+    /// Additional fields.
     #[serde(flatten)]
     pub more: A,
 }
@@ -81,12 +81,12 @@ pub struct Annotation<A> {
 pub struct Rle {
     /// Rows and columns.
     pub size: [usize; 2],
-    /// The runs [px].
+    /// Lengths of the runs \[px\].
     pub counts: Vec<u32>,
 }
 
 impl Rle {
-    /// The mask of the pixels that are `inside`.
+    /// Makes the mask of the pixels for which `inside` is true.
     pub fn of<T>(image: &Image<T>, inside: impl Fn(&T) -> bool) -> Self {
         let mut counts = Vec::new();
         let (mut value, mut run) = (false, 0);
@@ -103,12 +103,12 @@ impl Rle {
         Self { size: [image.height(), image.width()], counts }
     }
 
-    /// Pixels in the mask.
+    /// Number of pixels in the mask.
     pub fn area(&self) -> u64 {
         self.counts.iter().skip(1).step_by(2).map(|&run| u64::from(run)).sum()
     }
 
-    /// The mask as an image; `None` if the runs do not fill it.
+    /// Mask as an image; `None` if the runs do not fill it.
     pub fn mask(&self) -> Option<Image<bool>> {
         let [height, width] = self.size;
         let total: u64 = self.counts.iter().map(|&run| u64::from(run)).sum();
@@ -157,7 +157,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_mask_comes_back(width in 0_usize..9, height in 0_usize..9, bits in any::<[bool; 64]>()) {
+        fn a_mask_reads_back(width in 0_usize..9, height in 0_usize..9, bits in any::<[bool; 64]>()) {
             let image = Image::from_pixels(width, height, bits[..width * height].to_vec()).unwrap();
             let rle = Rle::of(&image, |inside| *inside);
             prop_assert_eq!(rle.area(), image.pixels().iter().filter(|inside| **inside).count() as u64);

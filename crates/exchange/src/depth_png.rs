@@ -1,28 +1,28 @@
-//! Depth images as 16-bit grey PNG, as RealSense and ROS tools write them: depth = value x unit, 0 = no measurement.
+//! Depth images as 16-bit grey PNG in the form of RealSense and ROS tools: depth = value x unit, 0 = no measurement.
 
 use orchard_geometry::{DepthImage, Image};
 use png::{BitDepth, ColorType, Decoder, Encoder, Limits, Transformations};
 
 use crate::intrinsics::MOST_PIXELS;
 
-/// The usual unit [m]: the millimetre.
+/// The usual unit, a millimetre \[m\].
 pub const MILLIMETRE: f64 = 1e-3;
 
-/// Why bytes are no image of the kind that was asked for.
+/// Error of reading a PNG image of a required kind.
 #[derive(Debug, thiserror::Error)]
 pub enum PngError {
-    /// Damaged, cut short, or no PNG at all.
+    /// The file is damaged, truncated or no PNG.
     #[error("cannot be read as PNG: {0}")]
     Damaged(String),
-    /// A PNG of another kind.
+    /// The file is a PNG of another kind.
     #[error("is a PNG of {found}; {wanted} is needed")]
     Kind {
-        /// What the file holds.
+        /// Kind of the file.
         found: String,
-        /// What was asked for.
+        /// Kind that is required.
         wanted: &'static str,
     },
-    /// More pixels than any depth camera has.
+    /// The image is larger than any depth camera's.
     #[error("is {width} x {height}; at most {MOST_PIXELS} x {MOST_PIXELS} pixels are read")]
     TooLarge {
         /// Columns.
@@ -32,10 +32,10 @@ pub enum PngError {
     },
 }
 
-/// Reads a depth image; `unit` [m] is the depth of value 1.
+/// Reads a depth image; `unit` \[m\] is the depth of value 1.
 ///
 /// # Errors
-/// No PNG, a damaged one, or one that is not grey of 16 bits.
+/// The bytes are no PNG, a damaged one, or one that is not grey of 16 bits.
 pub fn read(bytes: &[u8], unit: f64) -> Result<DepthImage, PngError> {
     let raw = decode(bytes, &[(ColorType::Grayscale, BitDepth::Sixteen)], "grey of 16 bits")?;
     let depth = |b: &[u8; 2]| (f64::from(u16::from_be_bytes(*b)) * unit) as f32;
@@ -46,7 +46,7 @@ pub fn read(bytes: &[u8], unit: f64) -> Result<DepthImage, PngError> {
 /// Reads a mask from a grey image of 1 or 8 bits: true where it is not black.
 ///
 /// # Errors
-/// No PNG, a damaged one, or one of another kind.
+/// The bytes are no PNG, a damaged one, or one of another kind.
 pub fn read_mask(bytes: &[u8]) -> Result<Image<bool>, PngError> {
     let kinds = [(ColorType::Grayscale, BitDepth::Eight), (ColorType::Grayscale, BitDepth::One)];
     let raw = decode(bytes, &kinds, "grey of 1 or 8 bits")?;
@@ -63,11 +63,11 @@ pub fn read_mask(bytes: &[u8]) -> Result<Image<bool>, PngError> {
     raw.image(pixels)
 }
 
-/// Writes a depth image; `unit` [m] is the depth of value 1. Depths round to the nearest value; what is no positive number
-/// or beyond 65535 units is written as 0, no measurement.
+/// Writes a depth image; `unit` \[m\] is the depth of value 1. Depths round to the nearest value. Depths that are not positive
+/// numbers or exceed 65535 units are written as 0, no measurement.
 ///
 /// # Errors
-/// An image without a pixel, or too large for a PNG.
+/// The image has no pixels or is too large for a PNG.
 pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingError> {
     let value = |z: &f32| {
         let steps = (f64::from(*z) / unit).round();
@@ -84,7 +84,7 @@ pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingErro
     Ok(bytes)
 }
 
-/// The first image of a file as it is stored.
+/// First image of a file, as stored.
 pub(crate) struct Raw {
     width: usize,
     height: usize,
@@ -94,7 +94,7 @@ pub(crate) struct Raw {
 
 impl Raw {
     pub fn image<T>(&self, pixels: Vec<T>) -> Result<Image<T>, PngError> {
-        let cut_short = || PngError::Damaged("it holds fewer pixels than it says".into());
+        let cut_short = || PngError::Damaged("it has fewer pixels than its header states".into());
         Image::from_pixels(self.width, self.height, pixels).ok_or_else(cut_short)
     }
 }
@@ -124,7 +124,7 @@ pub(crate) fn decode(
     Ok(Raw { width: width as usize, height: height as usize, bits, data })
 }
 
-/// Memory that the decoder may take beside the image itself [bytes].
+/// Largest memory of the decoder besides the image itself \[bytes\].
 const DECODER_MEMORY: usize = 1 << 26;
 
 #[cfg(test)]
@@ -164,18 +164,18 @@ mod tests {
     }
 
     #[test]
-    fn other_files_are_named() {
-        let told = |bytes: &[u8]| read(bytes, MILLIMETRE).unwrap_err().to_string();
+    fn errors_name_the_kind_of_file() {
+        let message = |bytes: &[u8]| read(bytes, MILLIMETRE).unwrap_err().to_string();
         let eight = encoded(ColorType::Grayscale, BitDepth::Eight, &[1; 18]);
-        assert_eq!(told(&eight), "is a PNG of grayscale of 8 bits; grey of 16 bits is needed");
+        assert_eq!(message(&eight), "is a PNG of grayscale of 8 bits; grey of 16 bits is needed");
         let color = encoded(ColorType::Rgb, BitDepth::Eight, &[1; 54]);
-        assert_eq!(told(&color), "is a PNG of rgb of 8 bits; grey of 16 bits is needed");
-        assert!(told(b"P5 9 2 65535").starts_with("cannot be read as PNG"));
-        assert!(told(b"").starts_with("cannot be read as PNG"));
+        assert_eq!(message(&color), "is a PNG of rgb of 8 bits; grey of 16 bits is needed");
+        assert!(message(b"P5 9 2 65535").starts_with("cannot be read as PNG"));
+        assert!(message(b"").starts_with("cannot be read as PNG"));
         let whole = encoded(ColorType::Grayscale, BitDepth::Sixteen, &[7; 36]);
         assert!(read(&whole, MILLIMETRE).is_ok());
         for length in 0..whole.len() - 16 {
-            assert!(told(&whole[..length]).starts_with("cannot be read as PNG"), "{length}");
+            assert!(message(&whole[..length]).starts_with("cannot be read as PNG"), "{length}");
         }
         assert!(read_mask(&whole).unwrap_err().to_string().contains("grey of 1 or 8 bits"));
     }

@@ -1,4 +1,4 @@
-//! The one gate through which every tree from outside passes.
+//! Checks every imported tree.
 
 use std::ops::RangeInclusive;
 
@@ -8,33 +8,33 @@ use orchard_treegen::{
     FruitSite, LeafSite, Segment, Skeleton, Spur, dress_with_fruit_sites, dress_with_leaves,
 };
 
-/// Lengths of segments and blades that are taken for real [m]. Outside it a file holds noise or another unit.
+/// Allowed lengths of segments and blades \[m\]. Lengths outside come from noise or another unit.
 const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
-/// Radii that are taken for real [m].
+/// Allowed radii \[m\].
 const RADIUS: RangeInclusive<f64> = 1e-4..=5.0;
-/// How far a segment's base may lie from its parent's tip, the root's from the origin [m]: below what anybody
-/// measures, above the rounding of text with seven digits.
+/// Largest distance of a segment's base from its parent's tip, and of the root's base from the origin \[m\]: below the accuracy
+/// of measurements, above the rounding of text with seven digits.
 const GAP: f64 = 1e-6;
-/// How far a quaternion's norm may be from 1: rounding of text with seven digits.
+/// Largest difference of a quaternion's norm from 1: rounding of text with seven digits.
 const NORM: f64 = 1e-6;
 
-/// What is wrong with a tree.
+/// Fault of an imported tree.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{part} {index}: {field} is {value}: {rule}")]
 pub struct TreeFault {
     /// `segment`, `fruit site`, `leaf` or `spur`.
     pub part: &'static str,
-    /// Its index, from 0.
+    /// Index of the part, from 0.
     pub index: usize,
-    /// The field.
+    /// Name of the field.
     pub field: &'static str,
-    /// Its value.
+    /// Value of the field.
     pub value: String,
-    /// What holds of every tree.
+    /// Rule that the value breaks.
     pub rule: String,
 }
 
-/// A tree from outside whose values are sound: one root at the origin, parents before children, every base on its
+/// An imported tree that has passed all checks: one root at the origin, parents before children, every base on its
 /// parent's tip, finite positive sizes, no wood under the ground. Fruit sites and leaves may be unknown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DigitisedTree {
@@ -48,7 +48,7 @@ impl DigitisedTree {
     /// Checks a tree.
     ///
     /// # Errors
-    /// The first fault, with the part, the field and its value.
+    /// The first fault that is found.
     pub fn new(
         segments: Vec<Segment>,
         fruit_sites: Option<Vec<FruitSite>>,
@@ -62,13 +62,13 @@ impl DigitisedTree {
         }
         for (index, site) in fruit_sites.iter().flatten().enumerate() {
             let at = ("fruit site", index);
-            carrier(at, site.segment, &segments)?;
+            segment_index(at, site.segment, &segments)?;
             point(at, "p_segment", &site.p_segment)?;
             within(at, "outerness", site.outerness, &(0.0..=1.0))?;
         }
         for (index, leaf) in leaves.iter().flatten().enumerate() {
             let at = ("leaf", index);
-            carrier(at, leaf.segment, &segments)?;
+            segment_index(at, leaf.segment, &segments)?;
             point(at, "x_segment_leaf.translation", &leaf.x_segment_leaf.translation.vector)?;
             unit(at, "x_segment_leaf.rotation", leaf.x_segment_leaf.rotation.quaternion().norm())?;
             within(at, "length", leaf.length, &LENGTH)?;
@@ -78,14 +78,14 @@ impl DigitisedTree {
         Ok(Self { segments, fruit_sites, leaves, spurs: Vec::new() })
     }
 
-    /// The same tree with short branches on its segments.
+    /// Adds short branches to the segments.
     ///
     /// # Errors
-    /// The first fault, with the part, the field and its value.
+    /// The first fault that is found.
     pub fn with_spurs(self, spurs: Vec<Spur>) -> Result<Self, TreeFault> {
         for (index, spur) in spurs.iter().enumerate() {
             let at = ("spur", index);
-            carrier(at, spur.segment, &self.segments)?;
+            segment_index(at, spur.segment, &self.segments)?;
             point(at, "p_segment", &spur.p_segment)?;
             within(at, "norm of heading_segment", spur.heading_segment.norm(), &(1.0 - NORM..=1.0 + NORM))?;
             within(at, "length", spur.length, &LENGTH)?;
@@ -93,12 +93,12 @@ impl DigitisedTree {
         Ok(Self { spurs, ..self })
     }
 
-    /// The wood.
+    /// Segments of the tree.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// The skeleton. Fruit sites and leaves that the file told are kept; unknown ones are placed by the config's
+    /// Makes a skeleton. Fruit sites and leaves of the file are kept; absent ones are placed by the config's
     /// rules, leaves with the random numbers of one world of a seed.
     pub fn into_skeleton(self, spec: &Spec, seed: u64, world: u32) -> Skeleton {
         let fruit_sites = self.fruit_sites.unwrap_or_else(|| dress_with_fruit_sites(spec, &self.segments));
@@ -126,7 +126,7 @@ fn check_segment(segments: &[Segment], index: usize) -> Result<(), TreeFault> {
         None => return Err(fault(at.0, index, "parent", "none".into(), "only segment 0 is a root")),
         Some(parent) if parent < index => (segments[parent].p_tip_world(), "its parent's tip"),
         Some(parent) => {
-            let rule = "a parent stands before its children";
+            let rule = "a parent must come before its children";
             return Err(fault(at.0, index, "parent", parent.to_string(), rule));
         }
     };
@@ -135,7 +135,7 @@ fn check_segment(segments: &[Segment], index: usize) -> Result<(), TreeFault> {
     point(at, "p_base_world", &segment.p_base_world)?;
     unit(at, "r_world_segment", segment.r_world_segment.quaternion().norm())?;
     if (segment.p_base_world - p_joint).norm() > GAP {
-        let rule = format!("it lies within {GAP:e} m of {joint}, {}", text(&p_joint));
+        let rule = format!("it must lie within {GAP:e} m of {joint}, {}", text(&p_joint));
         return Err(fault(at.0, index, "p_base_world", text(&segment.p_base_world), rule));
     }
     let tip = segment.p_tip_world();
@@ -145,7 +145,7 @@ fn check_segment(segments: &[Segment], index: usize) -> Result<(), TreeFault> {
     Ok(())
 }
 
-fn carrier(at: At, segment: usize, segments: &[Segment]) -> Result<(), TreeFault> {
+fn segment_index(at: At, segment: usize, segments: &[Segment]) -> Result<(), TreeFault> {
     if segment < segments.len() {
         return Ok(());
     }
@@ -153,7 +153,7 @@ fn carrier(at: At, segment: usize, segments: &[Segment]) -> Result<(), TreeFault
     Err(fault(at.0, at.1, "segment", segment.to_string(), rule))
 }
 
-/// A comparison that NaN fails.
+/// Checks a range; NaN fails.
 fn within(at: At, field: &'static str, value: f64, range: &RangeInclusive<f64>) -> Result<(), TreeFault> {
     if range.contains(&value) {
         return Ok(());

@@ -1,8 +1,9 @@
-//! Wood as binary glTF 2.0 (`.glb`), for viewers and modelling tools.
+//! Writes wood as binary glTF 2.0 (`.glb`), for viewers and modelling tools.
 //!
 //! All segments share one cylinder of unit radius and length; node `linkI` places, turns and scales it. glTF has single precision
-//! and y up: the node `tree` above them turns z up into y up, and every segment stands in the tree's frame rather
-//! than in its parent's, so that roundings do not add up along a limb. `extras` of a node hold what glTF has no place for.
+//! and y up: the node `tree` above them turns z up into y up, and every segment is placed in the tree's frame rather
+//! than in its parent's, so that rounding errors do not add up along a limb. `extras` of a node has parent, radius, length,
+//! order and mass.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -14,13 +15,13 @@ use serde_json::{json, value::to_raw_value};
 
 use crate::wood::{Link, Wood};
 
-/// Sides of the cylinder.
+/// Number of sides of the cylinder.
 const SIDES: u32 = 12;
 
-/// Writes the wood.
+/// Writes the wood as a `.glb` file.
 ///
 /// # Errors
-/// The document has no form in JSON.
+/// The document cannot be written as JSON.
 pub fn write(wood: &Wood) -> Result<Vec<u8>, serde_json::Error> {
     let (positions, indices) = cylinder();
     let mut binary: Vec<u8> = positions.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
@@ -59,7 +60,7 @@ pub fn write(wood: &Wood) -> Result<Vec<u8>, serde_json::Error> {
     for link in wood.links() {
         children.push(root.push(segment(&link, mesh)?));
     }
-    // A quarter turn about x, backwards: z goes to y.
+    // A quarter turn about -x: z becomes y.
     let half = FRAC_1_SQRT_2 as f32;
     let tree = root.push(json::Node {
         children: Some(children),
@@ -133,7 +134,7 @@ fn segment(link: &Link, mesh: Index<json::Mesh>) -> Result<json::Node, serde_jso
     })
 }
 
-/// A closed cylinder of radius 1 from z = 0 to 1: two rims, then the middles of its ends.
+/// A closed cylinder of radius 1 from z = 0 to 1: two rims, then the centres of its ends.
 fn cylinder() -> (Vec<[f32; 3]>, Vec<u16>) {
     let rim = |z: f32| {
         (0..SIDES).map(move |k| {

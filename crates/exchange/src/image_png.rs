@@ -5,26 +5,26 @@ use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use crate::depth_png::{PngError, decode};
 
-/// A colour image (sRGB) of 8 bits a channel.
+/// Writes a colour image (sRGB) of 8 bits a channel.
 ///
 /// # Errors
-/// An image without a pixel, or too large for a PNG.
+/// The image has no pixels or is too large for a PNG.
 pub fn write_rgb(image: &Image<[u8; 3]>) -> Result<Vec<u8>, EncodingError> {
     encode(image, ColorType::Rgb, BitDepth::Eight, image.pixels().as_flattened())
 }
 
-/// A grey image of 8 bits.
+/// Writes a grey image of 8 bits.
 ///
 /// # Errors
-/// An image without a pixel, or too large for a PNG.
+/// The image has no pixels or is too large for a PNG.
 pub fn write_grey8(image: &Image<u8>) -> Result<Vec<u8>, EncodingError> {
     encode(image, ColorType::Grayscale, BitDepth::Eight, image.pixels())
 }
 
-/// A grey image of 16 bits.
+/// Writes a grey image of 16 bits.
 ///
 /// # Errors
-/// An image without a pixel, or too large for a PNG.
+/// The image has no pixels or is too large for a PNG.
 pub fn write_grey16(image: &Image<u16>) -> Result<Vec<u8>, EncodingError> {
     let data: Vec<u8> = image.pixels().iter().flat_map(|value| value.to_be_bytes()).collect();
     encode(image, ColorType::Grayscale, BitDepth::Sixteen, &data)
@@ -33,7 +33,7 @@ pub fn write_grey16(image: &Image<u16>) -> Result<Vec<u8>, EncodingError> {
 /// Reads a colour image of 8 bits a channel.
 ///
 /// # Errors
-/// No PNG, a damaged one, or one of another kind.
+/// The bytes are no PNG, a damaged one, or one of another kind.
 pub fn read_rgb(bytes: &[u8]) -> Result<Image<[u8; 3]>, PngError> {
     let raw = decode(bytes, &[(ColorType::Rgb, BitDepth::Eight)], "RGB of 8 bits")?;
     raw.image(raw.data.as_chunks::<3>().0.to_vec())
@@ -42,7 +42,7 @@ pub fn read_rgb(bytes: &[u8]) -> Result<Image<[u8; 3]>, PngError> {
 /// Reads a grey image of 8 bits.
 ///
 /// # Errors
-/// No PNG, a damaged one, or one of another kind.
+/// The bytes are no PNG, a damaged one, or one of another kind.
 pub fn read_grey8(bytes: &[u8]) -> Result<Image<u8>, PngError> {
     let raw = decode(bytes, &[(ColorType::Grayscale, BitDepth::Eight)], "grey of 8 bits")?;
     raw.image(raw.data.clone())
@@ -70,7 +70,7 @@ mod tests {
     use crate::depth_png;
 
     #[test]
-    fn pixels_come_back() {
+    fn pixels_read_back() {
         let rgb = Image::from_pixels(2, 1, vec![[1, 2, 3], [255, 0, 9]]).unwrap();
         assert_eq!(read_rgb(&write_rgb(&rgb).unwrap()).unwrap(), rgb);
         let eight = Image::from_pixels(1, 2, vec![7, 255]).unwrap();

@@ -1,41 +1,41 @@
-//! Pinhole intrinsics as JSON.
+//! Reads and writes pinhole intrinsics as JSON.
 //!
 //! Three forms are read: our own `{width, height, fx, fy, cx, cy}`, the same with RealSense's `ppx`, `ppy` and `coeffs`, and
-//! a ROS camera_info with the matrix `K` (or `k`) row by row and the distortion `D` (or `d`). Other fields are passed over.
+//! a ROS camera_info with the matrix `K` (or `k`) row by row and the distortion `D` (or `d`). Other fields are ignored.
 
 use orchard_geometry::Intrinsics;
 use serde::Deserialize;
 
-/// Most columns or rows of an image [px]; what is beyond is a slip of the keyboard.
+/// Largest number of columns or rows of an image \[px\]; a larger number is taken for a typing error.
 pub const MOST_PIXELS: usize = 8192;
-/// Focal lengths and axis lie within this many pixels, which leaves room for lenses of a tenth of a degree.
+/// Largest focal length and position of the axis \[px\]: enough for a field of view of a tenth of a degree.
 pub const FARTHEST_PIXEL: f64 = 1e7;
 
-/// Why a text is not the intrinsics of a pinhole camera.
+/// Error of reading the intrinsics of a pinhole camera.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IntrinsicsError {
-    /// Not JSON, or a field of the wrong kind or missing.
+    /// The text is not JSON, or a field is missing or of the wrong type.
     #[error("{field}: {problem}")]
     Json {
         /// Path of the field, `.` for the file.
         field: String,
-        /// What is wrong, with line and column.
+        /// Problem, with line and column.
         problem: String,
     },
-    /// A number outside what is accepted.
+    /// A number is outside its range.
     #[error("{field} is {value}; the allowed range is {allowed}")]
     Range {
-        /// The field.
+        /// Name of the field.
         field: &'static str,
-        /// Its value.
+        /// Value in the file.
         value: f64,
-        /// What is accepted.
+        /// Allowed range.
         allowed: String,
     },
-    /// Lens distortion: the pixels are not those of a pinhole.
+    /// The camera has lens distortion, so that it is no pinhole.
     #[error("distortion {value} is not zero; rectify the image and give its pinhole intrinsics")]
     Distorted {
-        /// The first coefficient that is not zero.
+        /// First coefficient that is not zero.
         value: f64,
     },
 }
@@ -50,7 +50,7 @@ struct File {
     cx: Option<f64>,
     #[serde(alias = "ppy")]
     cy: Option<f64>,
-    /// fx 0 cx 0 fy cy 0 0 1.
+    /// Matrix row by row: fx 0 cx 0 fy cy 0 0 1.
     #[serde(alias = "K")]
     k: Option<[f64; 9]>,
     #[serde(default, alias = "D", alias = "coeffs")]
@@ -60,7 +60,7 @@ struct File {
 /// Reads intrinsics.
 ///
 /// # Errors
-/// The field, its value and what is accepted.
+/// A field is missing, of the wrong type or outside its range, or the lens is distorted.
 pub fn read(text: &str) -> Result<Intrinsics, IntrinsicsError> {
     let mut json = serde_json::Deserializer::from_str(text);
     let file: File = serde_path_to_error::deserialize(&mut json).map_err(|e| IntrinsicsError::Json {
@@ -111,7 +111,7 @@ fn check(k: &Intrinsics) -> Result<(), IntrinsicsError> {
     Ok(())
 }
 
-/// Writes intrinsics; [`read`] gives the same bits back.
+/// Writes intrinsics; [`read`] returns the same bits.
 pub fn write(intrinsics: &Intrinsics) -> String {
     let text = serde_json::to_string_pretty(intrinsics);
     text.unwrap_or_else(|e| unreachable!("six numbers have a form in JSON: {e}")) + "\n"
@@ -125,7 +125,7 @@ mod tests {
         Intrinsics { width: 640, height: 480, fx: 610.5, fy: 611.25, cx: 319.5, cy: 240.125 };
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_intrinsics_read_back() {
         assert_eq!(read(&write(&K)), Ok(K));
     }
 
@@ -144,9 +144,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_the_field() {
         let text = write(&K);
-        for (from, to, told) in [
+        for (from, to, message) in [
             ("610.5", "-1.0", "fx is -1; the allowed range is (0, 10000000] px"),
             ("611.25", "0", "fy is 0; the allowed range is (0, 10000000] px"),
             ("319.5", "1e300", "cx is 1000"),
@@ -161,7 +161,7 @@ mod tests {
         ] {
             let bad = text.replacen(from, to, 1);
             let error = read(&bad).unwrap_err().to_string();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(message), "{error}");
         }
     }
 }

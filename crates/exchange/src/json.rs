@@ -1,14 +1,13 @@
-//! A skeleton as JSON: every bit of it, with a version of the schema.
+//! Reads and writes a skeleton as JSON without loss, with a schema version.
 
 use orchard_treegen::{FruitSite, LeafSite, Segment, Skeleton, Spur};
 use serde::{Deserialize, Serialize};
 
 use crate::{DigitisedTree, ImportError};
 
-/// What the field `format` says.
+/// Value of the field `format`.
 pub const FORMAT: &str = "orchard-skeleton";
-/// Version of the schema. It grows when a field changes its meaning or goes, or when one comes that may not be
-/// missing.
+/// Version of the schema. It increases when a field changes its meaning or is removed, or when a required field is added.
 pub const SCHEMA_VERSION: u32 = 1;
 
 #[derive(Serialize)]
@@ -19,7 +18,7 @@ struct Written<'a> {
     skeleton: &'a Skeleton,
 }
 
-/// The version is read before the rest, which another version may have in another form.
+/// Header with the version, which is read first, since the rest may differ between versions.
 #[derive(Deserialize)]
 struct Head {
     format: String,
@@ -40,7 +39,7 @@ struct Read {
     spurs: Vec<Spur>,
 }
 
-/// Writes a skeleton; [`read`] gives the same bits back.
+/// Writes a skeleton; [`read`] returns the same bits.
 pub fn write(skeleton: &Skeleton) -> String {
     let file = Written { format: FORMAT, schema_version: SCHEMA_VERSION, skeleton };
     let text = serde_json::to_string_pretty(&file);
@@ -50,7 +49,7 @@ pub fn write(skeleton: &Skeleton) -> String {
 /// Reads a tree; `fruit_sites`, `leaves` and `spurs` may be missing.
 ///
 /// # Errors
-/// The field, line and column of what cannot be read, or the fault of what is no tree.
+/// A field cannot be read (with line and column), or the content is no valid tree.
 pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
     let head: Head = parse(text)?;
     if head.format != FORMAT {

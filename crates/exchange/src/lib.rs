@@ -1,7 +1,7 @@
-//! Skeletons as files of other tools, digitised trees as skeletons, depth images as cameras write them.
+//! Reads and writes files of other tools: trees, multibody models, depth images, intrinsics and annotations.
 //!
-//! One module a format; text and bytes go in and out, no file is opened here. `docs/exchange.md` tells what each
-//! file holds and what is lost.
+//! There is one module a format. Functions take and return text or bytes; no file is opened here. `docs/exchange.md` lists the
+//! content of each format and its losses.
 
 pub mod coco;
 pub mod depth_png;
@@ -9,6 +9,7 @@ pub mod gltf;
 pub mod image_png;
 pub mod intrinsics;
 pub mod json;
+pub mod mjcf;
 pub mod mtg;
 pub mod urdf;
 pub mod usd;
@@ -19,7 +20,7 @@ mod wood;
 pub use digitised::{DigitisedTree, TreeFault};
 pub use wood::Wood;
 
-/// Why a file is no tree.
+/// Error of reading a tree.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// A field of a JSON file cannot be read.
@@ -27,17 +28,17 @@ pub enum ImportError {
     Json {
         /// Path of the field, such as `segments[3].radius`.
         field: String,
-        /// What is wrong, with line and column.
+        /// Problem, with line and column.
         problem: String,
     },
-    /// Written for another reader.
+    /// The file has another format or schema version.
     #[error("{field} is {found}; this version reads {read}")]
     Version {
-        /// The field that tells.
+        /// Field with the format or version.
         field: &'static str,
-        /// Its value.
+        /// Value in the file.
         found: String,
-        /// The value that can be read.
+        /// Value that this version reads.
         read: String,
     },
     /// A line of a text file cannot be read.
@@ -45,10 +46,10 @@ pub enum ImportError {
     Line {
         /// Number of the line, from 1.
         line: usize,
-        /// What is wrong, with the field and its value.
+        /// Problem, with the field and its value.
         problem: String,
     },
-    /// The file can be read, but what stands in it is no tree.
+    /// The file can be read, but its content is no valid tree.
     #[error(transparent)]
     Tree(#[from] TreeFault),
 }

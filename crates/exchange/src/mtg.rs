@@ -1,6 +1,7 @@
-//! Wood as a multiscale tree graph (MTG), the text format in which digitised plants are kept.
+//! Reads and writes wood as a multiscale tree graph (MTG), the text format of digitised plants.
 //!
-//! Two scales: the plant `P` and its internodes `I`. An internode carries the position of its tip and its diameter; its base is its parent's tip.
+//! Two scales: the plant `P` and its internodes `I`. An internode has the position of its tip and its diameter;
+//! its base is its parent's tip.
 //! Grammar: C. Godin, Y. Caraglio, "A multiscale model of plant topological structures" (1998), as AMAPmod codes it.
 
 mod code;
@@ -12,12 +13,12 @@ use orchard_treegen::{Segment, Skeleton};
 
 pub use read::read;
 
-/// Columns of features after the codes.
+/// Names and types of the feature columns, which follow the codes.
 const FEATURES: [(&str, &str); 5] =
     [("XX", "REAL"), ("YY", "REAL"), ("ZZ", "REAL"), ("TopDia", "REAL"), ("Order", "INT")];
 
-/// Writes the wood of a skeleton. Internode `I<n>` is segment n - 1. Fruit sites, leaves and the segments' turn about
-/// their own axes have no place in the file.
+/// Writes the wood of a skeleton. Internode `I<n>` is segment n - 1. Fruit sites, leaves and the segments' roll about
+/// their own axes are lost.
 pub fn write(skeleton: &Skeleton) -> String {
     let lines = lines(skeleton);
     // One column for the plant and the trunk, one more for each branching, and at least one.
@@ -67,7 +68,7 @@ struct Line {
     edge: &'static str,
 }
 
-/// The segments axis by axis: what branches off a segment stands between it and its successor, a column further in.
+/// Orders the segments axis by axis: the branches of a segment come between it and its successor, one column further right.
 fn lines(skeleton: &Skeleton) -> Vec<Line> {
     let children = skeleton.children();
     let roots = (0..skeleton.segments.len()).rev().filter(|&i| skeleton.segments[i].parent.is_none());

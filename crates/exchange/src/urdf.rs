@@ -1,7 +1,7 @@
-//! Wood as URDF: a tree of links, each bending about two axes.
+//! Writes wood as URDF: a tree of links, each with two bending joints.
 //!
 //! Link `linkI` is segment I. Its joint is a chain of two: `linkI.x` turns the empty link `linkI.bend`, `linkI.y` the
-//! link itself. URDF knows no springs: the stiffness is lost, the damping stays.
+//! link itself. URDF has no springs: the stiffness is lost, the damping is kept.
 
 use orchard_geometry::Pose;
 use quick_xml::Writer;
@@ -9,7 +9,7 @@ use quick_xml::events::{BytesEnd, BytesStart, Event};
 
 use crate::wood::{Link, Wood, numbers};
 
-/// Writes the wood. Its links are cylinders to look at and to touch, with the inertia of the simulated capsules.
+/// Writes the wood. Its links have cylinders as visual and collision shapes, and the inertia of the simulated capsules.
 ///
 /// # Errors
 /// The XML writer fails.

@@ -1,7 +1,7 @@
-//! Wood as USD text (`.usda`) with the physics schemas: rigid bodies, and joints that bend against springs.
+//! Writes wood as USD text (`.usda`) with the physics schemas: rigid bodies, and joints with bending springs.
 //!
-//! Written plainly: no well-kept library writes USD from Rust. Poses are in the world, in double precision; masses,
-//! joint frames and springs are floats, as the schema has them. A spring's unit is N m per degree, as USD counts angles.
+//! The text is written directly, since no maintained library writes USD from Rust. Poses are in the world, in double precision;
+//! masses, joint frames and springs are floats, as the schema demands. USD measures angles in degrees: springs are in N m per degree.
 
 use std::f64::consts::PI;
 use std::fmt::{self, Write};
@@ -76,7 +76,7 @@ fn body(text: &mut String, link: &Link) -> fmt::Result {
     )
 }
 
-/// The joint's first frame is the parent's or the world's, its second the segment's: equal where the tree is unloaded.
+/// Writes a joint. Its first frame is the parent's or the world's, its second the segment's; they coincide in the unloaded tree.
 fn joint(text: &mut String, link: &Link) -> fmt::Result {
     let i = link.index;
     let Pose { rotation, translation } = link.x_parent_joint();
@@ -84,7 +84,7 @@ fn joint(text: &mut String, link: &Link) -> fmt::Result {
         .segment
         .parent
         .map_or(String::new(), |p| format!("        rel physics:body0 = </Tree/link{p}>\n"));
-    // Low above high locks an axis.
+    // A low limit above the high one locks an axis.
     let locked: String = ["transX", "transY", "transZ", "rotZ"]
         .iter()
         .map(|axis| {
@@ -123,7 +123,7 @@ fn joint(text: &mut String, link: &Link) -> fmt::Result {
     )
 }
 
-/// A corner of the capsule's box about its centre.
+/// Corner of the capsule's bounding box relative to its centre.
 fn corner(link: &Link, sign: f64) -> String {
     let r = link.segment.radius;
     numbers(&[sign * r, sign * r, sign * (0.5 * link.segment.length + r)], ", ")

@@ -1,4 +1,4 @@
-//! What the formats of simulators tell about the wood, taken from the very model that is simulated.
+//! Links and joints of the wood for the formats of simulators, taken from the simulated model.
 
 use orchard_geometry::Pose;
 use orchard_multibody::{Body, Groups, Model, ModelBuilder, ModelError};
@@ -6,7 +6,7 @@ use orchard_spec::wood::WoodSpec;
 use orchard_treegen::{Segment, Skeleton};
 use orchard_treephys::{TreeBody, TreeGroups};
 
-/// A skeleton with the links and joints that it is simulated as. Link i is segment i.
+/// A skeleton with its simulated links and joints. Link i is segment i.
 #[derive(Debug, Clone)]
 pub struct Wood<'a> {
     skeleton: &'a Skeleton,
@@ -27,10 +27,10 @@ pub(crate) struct Link<'a> {
 }
 
 impl<'a> Wood<'a> {
-    /// The links of a skeleton.
+    /// Makes the links of a skeleton.
     ///
     /// # Errors
-    /// The skeleton makes no valid model.
+    /// The skeleton has no valid model.
     pub fn new(skeleton: &'a Skeleton, wood: &WoodSpec) -> Result<Self, ModelError> {
         let mut builder = ModelBuilder::new();
         let groups = TreeGroups { wood: Groups::NONE, debris: Groups::NONE };
@@ -50,7 +50,7 @@ impl<'a> Wood<'a> {
 }
 
 impl Link<'_> {
-    /// Pose of the joint in the parent's frame, the root's in the world.
+    /// Pose of the joint in the parent's frame; that of the root in the world.
     pub fn x_parent_joint(&self) -> &Pose {
         &self.body.x_parent_joint
     }
@@ -62,7 +62,7 @@ impl Link<'_> {
     }
 }
 
-/// The shortest texts that read back as the same numbers, with a separator.
+/// Shortest texts that read back as the same numbers, joined by a separator.
 pub(crate) fn numbers(values: &[f64], separator: &str) -> String {
     values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(separator)
 }

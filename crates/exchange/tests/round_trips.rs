@@ -1,4 +1,4 @@
-//! What is written is read back, and what is damaged is refused with a reason.
+//! Written files read back, and damaged files are refused with a reason.
 
 use orchard_exchange::{ImportError, json, mtg};
 use orchard_spec::{Preset, Spec};
@@ -53,7 +53,7 @@ fn digitised_wood_gets_fruit_sites_and_leaves_of_the_grown_tree() {
     assert_eq!(json::read(&file.to_string()).unwrap().into_skeleton(&spec, 5, 2), tree);
 }
 
-/// A tree as others code it: axes as a scale of their own, a base off the origin, names without meaning.
+/// A tree in another coding: axes as a scale, a base off the origin, other names.
 const DIGITISED: &str = "CODE:\tFORM-A\n\nCLASSES:\nSYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION\n$\t0\tFREE\tFREE\tIMPLICIT
 P\t1\tFREE\tFREE\tEXPLICIT\nA\t2\tFREE\tFREE\tEXPLICIT\nE\t3\tFREE\tFREE\tEXPLICIT\n
 DESCRIPTION:\nLEFT\tRIGHT\tRELTYPE\tMAX\nE\tE\t+\t?\n
@@ -69,8 +69,8 @@ MTG:\nENTITY-CODE\t\tXX\tYY\tZZ\tTopDia
 #[test]
 fn other_peoples_coding_is_read() {
     let tree = mtg::read(DIGITISED).unwrap();
-    let told: Vec<_> = tree.segments().iter().map(|s| (s.parent, s.order, s.radius)).collect();
-    assert_eq!(told, [(None, 0, 0.03), (Some(0), 1, 0.01), (Some(1), 1, 0.01), (Some(0), 0, 0.02)]);
+    let read: Vec<_> = tree.segments().iter().map(|s| (s.parent, s.order, s.radius)).collect();
+    assert_eq!(read, [(None, 0, 0.03), (Some(0), 1, 0.01), (Some(1), 1, 0.01), (Some(0), 0, 0.02)]);
     let tip = tree.segments()[2].p_tip_world();
     assert!((tip - orchard_geometry::Vec3::new(1.0, 0.0, 1.0)).norm() < 1e-14, "{tip}");
 }
@@ -81,7 +81,7 @@ fn errors_name_line_field_and_value() {
         assert!(DIGITISED.contains(from), "{from}");
         mtg::read(&DIGITISED.replacen(from, to, 1)).unwrap_err().to_string()
     };
-    for (from, to, told) in [
+    for (from, to, message) in [
         ("0.06", "-0.06", "line 24: segment 0: radius is -0.03"),
         ("0.06", "thick", "line 24: TopDia is \"thick\""),
         ("10.5", "nan", "line 25: XX is \"nan\""),
@@ -92,7 +92,7 @@ fn errors_name_line_field_and_value() {
         ("\tTopDia\n/P", "\tGirth\n/P", "line 22: column \"Girth\""),
     ] {
         let error = mtg_error(from, to);
-        assert!(error.starts_with(told), "{to}: {error}");
+        assert!(error.starts_with(message), "{to}: {error}");
     }
     let text = json::write(&small());
     let json_error = |from: &str, to: &str| json::read(&text.replacen(from, to, 1)).unwrap_err().to_string();
@@ -102,7 +102,8 @@ fn errors_name_line_field_and_value() {
     );
     assert!(json_error("\"length\"", "\"width\"").starts_with("segments[0].width: unknown field"));
     assert!(
-        json_error("\"parent\": 0", "\"parent\": 70").starts_with("segment 1: parent is 70: a parent stands")
+        json_error("\"parent\": 0", "\"parent\": 70")
+            .starts_with("segment 1: parent is 70: a parent must come")
     );
     assert!(json_error("\"radius\": ", "\"radius\": -").starts_with("segment 0: radius is -"));
     assert!(matches!(json::read(""), Err(ImportError::Json { .. })));
@@ -131,7 +132,7 @@ fn small() -> Skeleton {
 
 proptest! {
     #[test]
-    fn damaged_files_never_panic_and_what_is_read_is_sound(
+    fn damaged_files_never_panic_and_read_trees_are_sound(
         json_text in damaged(json::write(&small())),
         mtg_text in damaged(mtg::write(&small())),
         other_text in damaged(DIGITISED.to_owned()),

@@ -4,7 +4,7 @@ use crate::Fruit;
 use crate::clear::Wood;
 use crate::place::{crowded, hang_point};
 use orchard_spec::fruit::FruitSpec;
-use orchard_treegen::{Skeleton, carried_to};
+use orchard_treegen::{Skeleton, map_point};
 
 /// Takes fruit over from one form of a tree to another with the same segments: each stays on its segment, as far along it in
 /// proportion. Radius and mass are as given. The fruit are visited in `order`, and as with [`crate::place`] one that would
@@ -26,7 +26,7 @@ pub fn rehang(
         }
         let old = &fruit[index];
         let segment = &to.segments[old.segment];
-        let p_segment = carried_to(&old.p_segment, &from.segments[old.segment], segment);
+        let p_segment = map_point(&old.p_segment, &from.segments[old.segment], segment);
         let p_anchor_world = segment.p_base_world + segment.r_world_segment * p_segment;
         let p_hang_world = hang_point(spec, &p_anchor_world, old.radius);
         let moved = Fruit { p_segment, p_hang_world, ..old.clone() };

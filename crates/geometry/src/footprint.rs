@@ -1,4 +1,4 @@
-//! The highest ground under a turned rectangle: where a chassis with a flat underside comes to lie.
+//! Highest ground under a turned rectangle: the height at which a flat chassis rests.
 
 use crate::height_field::Cells;
 use crate::{Aabb, HeightField, Vec3};
@@ -6,16 +6,16 @@ use crate::{Aabb, HeightField, Vec3};
 /// A rectangle over the ground, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Centre (x, y) [m].
+    /// Centre (x, y) \[m\].
     pub centre: [f64; 2],
     /// Unit vector along the rectangle's length.
     pub ahead: [f64; 2],
-    /// Half of its length and of its width [m].
+    /// Half of its length and of its width \[m\].
     pub half: [f64; 2],
 }
 
 impl Footprint {
-    /// The four corners, each a neighbour of the next.
+    /// Corners in order around the rectangle.
     fn corners(&self) -> [[f64; 2]; 4] {
         let [c, s] = self.ahead;
         [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(along, across)| {
@@ -32,12 +32,12 @@ impl Footprint {
 }
 
 impl HeightField {
-    /// Height of the highest point of the surface under a rectangle of the field's frame [m]; `None` where the field is
-    /// under no part of it.
+    /// Height of the highest point of the surface under a rectangle in the field's frame \[m\]; `None` if no part of the
+    /// rectangle lies over the field.
     ///
     /// The surface is flat on each triangle, so its highest point over the rectangle is a node inside or a point of the
     /// rectangle's border: a corner, or where the border crosses an edge of a triangle. The result is continuous in
-    /// place and direction of a rectangle that stays on the field.
+    /// position and direction of a rectangle that stays on the field.
     pub fn highest_under(&self, footprint: &Footprint) -> Option<f64> {
         let corners = footprint.corners();
         let at = |[x, y]: [f64; 2]| Vec3::new(x, y, 0.0);
@@ -52,7 +52,7 @@ impl HeightField {
         inside.chain(border).reduce(f64::max)
     }
 
-    /// The highest point of the surface over a segment.
+    /// Height of the highest point of the surface over a line segment.
     fn highest_along(&self, from: [f64; 2], to: [f64; 2]) -> Option<f64> {
         let between = |share: f64| [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])];
         let over = |share: f64| {
@@ -61,7 +61,7 @@ impl HeightField {
         };
         let [mut best, end] = [over(0.0), over(1.0)];
         best = higher(best, end);
-        // Columns, rows and diagonals are the places where one of these numbers is whole.
+        // The segment crosses columns, rows and diagonals where one of these numbers is whole.
         let lines = |[x, y]: [f64; 2]| {
             let (column, row) = (self.column_at(x), self.row_at(y));
             [column, row, column + row]

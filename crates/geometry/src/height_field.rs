@@ -1,4 +1,4 @@
-//! Terrain: heights on a regular grid.
+//! Terrain as heights on a regular grid.
 
 use crate::{Aabb, Vec3};
 
@@ -8,7 +8,7 @@ pub const NEIGHBOURS: [[i64; 2]; 6] = [[1, 0], [0, 1], [-1, 1], [-1, 0], [0, -1]
 /// Sine of the angle between two triangles below which they count as one plane.
 const COPLANAR: f64 = 1e-9;
 
-/// Why numbers make no terrain.
+/// Reason why a height field cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HeightFieldError {
     /// Fewer than two columns or rows.
@@ -19,14 +19,14 @@ pub enum HeightFieldError {
         /// Rows.
         rows: usize,
     },
-    /// Not one height for each node.
+    /// The number of heights differs from the number of nodes.
     #[error("a height field of {columns} columns and {rows} rows has {count} heights")]
     Count {
         /// Columns.
         columns: usize,
         /// Rows.
         rows: usize,
-        /// Heights given.
+        /// Number of heights given.
         count: usize,
     },
     /// A spacing is not positive and finite.
@@ -42,10 +42,10 @@ pub enum HeightFieldError {
     },
 }
 
-/// A node of the grid: column and row. Those off the grid have no height.
+/// A node of the grid: column and row. Nodes off the grid have no height.
 pub type Node = [i64; 2];
 
-/// Cells of the grid; both ends of a range belong to it.
+/// A rectangle of grid cells, first and last included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cells {
     /// First and last column of cells.
@@ -55,13 +55,13 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Columns and rows of the cells, row by row.
+    /// Iterates over the cells as (column, row), row by row.
     pub fn iter(self) -> impl Iterator<Item = Node> {
         (self.rows.0..=self.rows.1)
             .flat_map(move |row| (self.columns.0..=self.columns.1).map(move |column| [column, row]))
     }
 
-    /// The nodes at the corners of the cells, row by row.
+    /// Iterates over the nodes at the corners of the cells, row by row.
     pub fn nodes(self) -> impl Iterator<Item = Node> {
         Cells { columns: (self.columns.0, self.columns.1 + 1), rows: (self.rows.0, self.rows.1 + 1) }.iter()
     }
@@ -69,8 +69,8 @@ impl Cells {
 
 /// Ground whose height is given on a regular grid centred on the origin; solid below.
 ///
-/// Columns run along x, rows along y. The square between four nodes has two triangles, parted by the diagonal from its
-/// corner (x, y + spacing) to (x + spacing, y). Beyond the outermost nodes there is nothing.
+/// Columns run along x, rows along y. The square between four nodes has two triangles, split by the diagonal from its
+/// corner (x, y + spacing) to (x + spacing, y). The surface ends at the outermost nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightField {
     columns: usize,
@@ -78,17 +78,17 @@ pub struct HeightField {
     spacing: [f64; 2],
     /// Row by row.
     heights: Vec<f64>,
-    /// Nodes in the middle of one plane, which can be no corner of the surface.
+    /// True for each node that lies in one plane with its neighbours, so that it is no corner of the surface.
     is_flat: Vec<bool>,
     /// Lowest and highest height.
     range: (f64, f64),
 }
 
 impl HeightField {
-    /// Makes terrain from its heights [m], row by row, and the distances [m] of columns (along x) and rows (along y).
+    /// Makes terrain from heights \[m\], row by row, and the spacing \[m\] of columns (along x) and rows (along y).
     ///
     /// # Errors
-    /// [`HeightFieldError`] unless there are two columns and rows, and all numbers are finite.
+    /// [`HeightFieldError`] for fewer than two columns or rows, a wrong number of heights, or a number that is not finite.
     pub fn new(
         columns: usize,
         rows: usize,
@@ -116,22 +116,22 @@ impl HeightField {
         Ok(field)
     }
 
-    /// Columns of nodes.
+    /// Number of columns of nodes.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Rows of nodes.
+    /// Number of rows of nodes.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Distances of columns and of rows [m].
+    /// Spacing of columns and of rows \[m\].
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
 
-    /// Heights [m], row by row.
+    /// Heights \[m\], row by row.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
@@ -147,44 +147,44 @@ impl HeightField {
         is_on.then(|| row as usize * self.columns + column as usize)
     }
 
-    /// Position of a node [m]; `None` off the grid.
+    /// Position of a node \[m\]; `None` off the grid.
     pub fn node(&self, node: Node) -> Option<Vec3> {
         self.index(node).map(|index| self.p_node(node, self.heights[index]))
     }
 
-    /// Whether a node and its neighbours lie in one plane, so that it is no corner of the surface.
+    /// True if a node and its neighbours lie in one plane, so that the node is no corner of the surface.
     pub fn is_flat(&self, node: Node) -> bool {
         self.index(node).is_some_and(|index| self.is_flat[index])
     }
 
-    /// The box about the surface.
+    /// Bounding box of the surface.
     pub fn bounds(&self) -> Aabb {
         let [x, y] = [0, 1].map(|k| self.reach(k));
         Aabb { min: Vec3::new(-x, -y, self.range.0), max: Vec3::new(x, y, self.range.1) }
     }
 
-    /// The cells under a box in the field's frame, which may be all to one side of the field (`None`).
+    /// Cells under a box in the field's frame; `None` if the box lies beside the field.
     pub fn cells_under(&self, aabb: &Aabb) -> Option<Cells> {
         let count = [self.columns, self.rows];
         let [columns, rows] = [0, 1].map(|k| {
             let last = count[k] as f64 - 2.0;
             let cell = |x: f64| ((x + self.reach(k)) / self.spacing[k]).floor();
             let (low, high) = (cell(aabb.min[k]), cell(aabb.max[k]));
-            // The last node closes the last cell.
+            // The last node belongs to the last cell.
             (low <= last + 1.0 && high >= 0.0)
                 .then(|| (low.clamp(0.0, last) as i64, high.clamp(0.0, last) as i64))
         });
         Some(Cells { columns: columns?, rows: rows? })
     }
 
-    /// The two triangles of a cell, each counter-clockwise from above.
+    /// Nodes of the two triangles of a cell, each counter-clockwise from above.
     pub fn triangles_of([column, row]: Node) -> [[Node; 3]; 2] {
         let [p00, p10] = [[column, row], [column + 1, row]];
         let [p01, p11] = [[column, row + 1], [column + 1, row + 1]];
         [[p00, p10, p01], [p10, p11, p01]]
     }
 
-    /// Corners of all triangles of some cells [m].
+    /// Corners of all triangles of some cells \[m\].
     pub fn triangles(&self, cells: Cells) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         cells
             .iter()
@@ -192,7 +192,7 @@ impl HeightField {
             .filter_map(|[a, b, c]| Some([self.node(a)?, self.node(b)?, self.node(c)?]))
     }
 
-    /// Height of the surface over (x, y) [m]; `None` beside the field.
+    /// Height of the surface over (x, y) \[m\]; `None` beside the field.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let p = Vec3::new(x, y, 0.0);
         if !(x.abs() <= self.reach(0) && y.abs() <= self.reach(1)) {
@@ -215,12 +215,12 @@ impl HeightField {
         })
     }
 
-    /// Distance from a point to the surface, negative under it. Exact, at a cost that grows with the square of the
-    /// height over the ground; the solid's upright sides under the border do not count.
+    /// Distance from a point to the surface \[m\], negative below it. Exact; the cost grows with the square of the
+    /// height above the ground. The upright sides of the solid under the border are ignored.
     pub fn signed_distance(&self, p: &Vec3) -> f64 {
         let [x, y] = [0, 1].map(|k| p[k].clamp(-self.reach(k), self.reach(k)));
         let z = self.height(x, y).unwrap_or(self.range.1);
-        // Some point of the surface is this near, and no triangle farther than that to the side can be nearer.
+        // A point of the surface is this near, so no triangle farther away than this can be nearer.
         let bound = (p - Vec3::new(x, y, z)).norm();
         let reach = Vec3::new(bound, bound, bound);
         let Some(cells) = self.cells_under(&Aabb { min: p - reach, max: p + reach }) else { return bound };
@@ -231,17 +231,17 @@ impl HeightField {
         if [x, y] == [p.x, p.y] && p.z < z { -distance } else { distance }
     }
 
-    /// Which column a place along x lies on: whole numbers are columns of nodes.
+    /// Column coordinate of a position x: whole numbers are columns of nodes.
     pub(crate) fn column_at(&self, x: f64) -> f64 {
         (x + self.reach(0)) / self.spacing[0]
     }
 
-    /// Which row a place along y lies on.
+    /// Row coordinate of a position y.
     pub(crate) fn row_at(&self, y: f64) -> f64 {
         (y + self.reach(1)) / self.spacing[1]
     }
 
-    /// Half the field's length along x (0) or y (1) [m].
+    /// Half the field's length along x (0) or y (1) \[m\].
     fn reach(&self, k: usize) -> f64 {
         0.5 * self.spacing[k] * ([self.columns, self.rows][k] - 1) as f64
     }
@@ -251,7 +251,7 @@ impl HeightField {
         Vec3::new(x, y, z)
     }
 
-    /// Whether a node and its six neighbours lie in one plane.
+    /// True if a node and its six neighbours lie in one plane.
     fn lies_in_a_plane(&self, node: Node) -> bool {
         let Some(middle) = self.index(node) else { return false };
         let mut spokes = [Vec3::zeros(); 6];
@@ -260,7 +260,7 @@ impl HeightField {
             let along = [0, 1].map(|k| self.spacing[k] * step[k] as f64);
             *spoke = Vec3::new(along[0], along[1], self.heights[other] - self.heights[middle]);
         }
-        // The first two spokes span the plane.
+        // The first two vectors span the plane.
         let [east, north, others @ ..] = spokes;
         let normal = east.cross(&north);
         let most = COPLANAR * COPLANAR * normal.norm_squared();
@@ -282,8 +282,8 @@ pub enum TrianglePart {
     Face,
 }
 
-/// The point of a triangle closest to `p`, and where it lies (Ericson, Real-Time Collision Detection, 2005,
-/// section 5.1.5).
+/// Closest point of a triangle to `p`, and the part of the triangle on which it lies (Ericson, Real-Time Collision
+/// Detection, 2005, section 5.1.5).
 pub fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, TrianglePart) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));

@@ -1,32 +1,32 @@
-//! Convex polyhedra.
+//! Convex hulls of point clouds.
 
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::ConvexPolyhedron;
 
 use crate::{Pose, Vec3, transform};
 
-/// Least thickness of a cloud, as a share of its length: parry's hull loses the points of a plate of 6e-5.
+/// Least thickness of a cloud, as a share of its length: parry's hull loses points of a plate of 6e-5.
 const FLAT: f64 = 3e-4;
-/// The most by which a corner may miss the plane of its face, or a point stand out, as a share of the cloud's length. Parry's hull makes one
-/// face of two that differ by 1.7e-4 rad or less, and is no longer convex where a lens is too thin for that.
+/// Largest distance of a corner from the plane of its face, or of a point outside the hull, as a share of the cloud's length.
+/// Parry merges two faces that differ by 1.7e-4 rad or less, and a lens that is too thin is then no longer convex.
 const MERGED: f64 = 2e-4;
 
-/// Why points span no solid.
+/// Reason why points have no convex hull with a volume.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HullError {
     /// Fewer than four points.
     #[error("a convex hull needs at least 4 points, not {count}")]
     TooFew {
-        /// How many there are.
+        /// Number of points.
         count: usize,
     },
     /// A coordinate is not finite.
     #[error("point {index} of a convex hull is not finite")]
     NotFinite {
-        /// Which point.
+        /// Index of the point.
         index: usize,
     },
-    /// The points lie in a plane, on a line or in one place, or so near to a plane that faces cannot be told apart.
+    /// The points lie in a plane, on a line or at one position, or so near to a plane that faces cannot be distinguished.
     #[error("the points of a convex hull enclose no volume, or one too thin to tell its faces apart")]
     Flat,
 }
@@ -34,9 +34,9 @@ pub enum HullError {
 /// An edge between two faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HullEdge {
-    /// Ends, as indices of vertices.
+    /// Indices of the two end vertices.
     pub vertices: [u32; 2],
-    /// The faces that meet there, as indices of faces.
+    /// Indices of the two faces that meet at the edge.
     pub faces: [u32; 2],
 }
 
@@ -45,15 +45,15 @@ pub struct HullEdge {
 pub struct HullFace {
     /// Outward unit normal.
     pub normal: Vec3,
-    /// The hull lies where `normal . p <= offset` [m].
+    /// The hull lies where `normal . p <= offset` \[m\].
     pub offset: f64,
-    /// Where its boundary stands in the list of all boundaries.
+    /// Range of the face's boundary in the list of all boundaries.
     boundary: (u32, u32),
 }
 
-/// The convex hull of a point cloud, in its own frame.
+/// Convex hull of a point cloud, in its own frame.
 ///
-/// Faces within 1.7e-4 rad of one plane are one; the plane then touches the outermost of their corners.
+/// Faces within 1.7e-4 rad of one plane are merged; the merged plane touches the outermost of their corners.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConvexHull {
     polyhedron: ConvexPolyhedron,
@@ -64,7 +64,7 @@ pub struct ConvexHull {
 }
 
 impl ConvexHull {
-    /// The hull of points [m].
+    /// Computes the hull of points \[m\].
     ///
     /// # Errors
     /// [`HullError`] if the points are not finite or enclose no volume.
@@ -83,7 +83,7 @@ impl ConvexHull {
         let polyhedron = ConvexPolyhedron::from_convex_hull(&cloud).ok_or(HullError::Flat)?;
         let vertices: Vec<Vec3> = polyhedron.points().iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
         let mut faces = Vec::with_capacity(polyhedron.faces().len());
-        // Every edge runs once in each direction: sorted, the two stand side by side.
+        // Every edge occurs once in each direction: sorted, the two are neighbours.
         let mut sides: Vec<([u32; 2], u32)> = Vec::new();
         let boundaries = polyhedron.vertices_adj_to_face().to_vec();
         for (index, face) in polyhedron.faces().iter().enumerate() {
@@ -114,7 +114,7 @@ impl ConvexHull {
         Ok(ConvexHull { polyhedron, vertices, edges, faces, boundaries })
     }
 
-    /// Corners [m].
+    /// Corners \[m\].
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }
@@ -129,17 +129,17 @@ impl ConvexHull {
         &self.faces
     }
 
-    /// Vertices about a face, counter-clockwise seen from outside.
+    /// Vertices around a face, counter-clockwise seen from outside.
     pub fn boundary(&self, face: &HullFace) -> &[u32] {
         &self.boundaries[face.boundary.0 as usize..face.boundary.1 as usize]
     }
 
-    /// The same hull for parry's queries.
+    /// The hull as parry's type, for parry's queries.
     pub fn parry(&self) -> &ConvexPolyhedron {
         &self.polyhedron
     }
 
-    /// Lowest and highest corner of the box about the placed hull.
+    /// Lowest and highest corner of the placed hull's bounding box.
     pub(crate) fn extent(&self, pose: &Pose) -> (Vec3, Vec3) {
         let first = transform(pose, &self.vertices[0]);
         self.vertices
@@ -158,7 +158,7 @@ impl ConvexHull {
         (p - self.closest_outside(p)).norm().max(above)
     }
 
-    /// The point of the surface closest to a point outside.
+    /// Closest point of the surface to a point outside.
     fn closest_outside(&self, p: &Vec3) -> Vec3 {
         let mut best = self.vertices[0];
         let mut consider = |candidate: Vec3| {
@@ -182,7 +182,7 @@ impl ConvexHull {
         best
     }
 
-    /// Whether a point of a face's plane lies within its boundary.
+    /// True if a point of a face's plane lies within the face's boundary.
     fn is_on_face(&self, face: &HullFace, p: &Vec3) -> bool {
         let around = self.boundary(face);
         around.iter().zip(around.iter().cycle().skip(1)).all(|(&from, &to)| {
@@ -192,7 +192,7 @@ impl ConvexHull {
     }
 }
 
-/// Whether the points lie in a plane, to [`FLAT`] of their length.
+/// True if the points lie in a plane, to [`FLAT`] of their length.
 fn is_flat(points: &[Vec3]) -> bool {
     let farthest = |measure: &dyn Fn(&Vec3) -> f64| {
         points.iter().fold((points[0], f64::NEG_INFINITY), |best, p| {

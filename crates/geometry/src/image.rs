@@ -12,18 +12,18 @@ pub struct Image<T> {
     pixels: Vec<T>,
 }
 
-/// Depth along the optical axis [m], 0 where there is no valid measurement.
+/// Depth along the optical axis \[m\], 0 where there is no valid measurement.
 pub type DepthImage = Image<f32>;
 
 impl<T: Clone> Image<T> {
-    /// An image of one value.
+    /// Makes an image filled with one value.
     pub fn filled(width: usize, height: usize, value: T) -> Self {
         Self { width, height, pixels: vec![value; width * height] }
     }
 }
 
 impl<T> Image<T> {
-    /// An image from row-major pixels; `None` if the count does not fit.
+    /// Makes an image from row-major pixels; `None` if the number of pixels is not width x height.
     pub fn from_pixels(width: usize, height: usize, pixels: Vec<T>) -> Option<Self> {
         (pixels.len() == width.checked_mul(height)?).then_some(Self { width, height, pixels })
     }
@@ -66,25 +66,25 @@ impl<T> std::ops::IndexMut<(usize, usize)> for Image<T> {
 
 /// Pinhole intrinsics; pixel (u, v) has its centre at (u, v) and looks along ((u - cx)/fx, (v - cy)/fy, 1).
 ///
-/// Serialised as the file of intrinsics that `orchard-exchange` reads.
+/// Serialised in the form that `orchard_exchange::intrinsics` reads.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Intrinsics {
     /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Horizontal focal length [px].
+    /// Horizontal focal length \[px\].
     pub fx: f64,
-    /// Vertical focal length [px].
+    /// Vertical focal length \[px\].
     pub fy: f64,
-    /// Column of the optical axis [px].
+    /// Column of the optical axis \[px\].
     pub cx: f64,
-    /// Row of the optical axis [px].
+    /// Row of the optical axis \[px\].
     pub cy: f64,
 }
 
 impl Intrinsics {
-    /// Square pixels, centred axis, from the vertical field of view [rad].
+    /// Makes intrinsics with square pixels and a centred axis from the vertical field of view \[rad\].
     pub fn from_vertical_fov(width: usize, height: usize, vertical_fov: f64) -> Self {
         let f = 0.5 * height as f64 / math::tan(0.5 * vertical_fov);
         Self { width, height, fx: f, fy: f, cx: 0.5 * (width as f64 - 1.0), cy: 0.5 * (height as f64 - 1.0) }
@@ -95,7 +95,7 @@ impl Intrinsics {
         Vec3::new((u - self.cx) / self.fx, (v - self.cy) / self.fy, 1.0)
     }
 
-    /// The point seen at a pixel with a depth [m], in the camera frame.
+    /// Point in the camera frame \[m\] of a pixel with a depth \[m\].
     pub fn back_project(&self, u: f64, v: f64, depth: f64) -> Vec3 {
         self.ray(u, v) * depth
     }

@@ -35,7 +35,7 @@ pub fn inverse_transform(x: &Pose, p: &Vec3) -> Vec3 {
     x.rotation.inverse() * (p - x.translation.vector)
 }
 
-/// The shortest rotation that carries +z onto `direction` (a unit vector); for -z, half a turn about x.
+/// Shortest rotation that turns +z into `direction` (a unit vector); for -z, half a turn about x.
 pub fn rotation_from_z(direction: &Vec3) -> Rotation {
     let w = 1.0 + direction.z;
     if w < 1e-12 {

@@ -1,8 +1,8 @@
-//! The deterministic layer: functions whose last bit differs between platforms' own libraries, through `libm`.
+//! Deterministic mathematics: `libm` versions of functions whose last bit differs between platforms' own libraries.
 
 use std::ops::{Add, Mul, Sub};
 
-/// Up to here `sin_cos_small` holds, pi / 4.
+/// Largest angle of `sin_cos_small`, pi / 4.
 pub const SMALL_ANGLE: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Sine and cosine.
@@ -12,8 +12,8 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
 }
 
 /// Sine and cosine of an angle within [`SMALL_ANGLE`], by the minimax polynomials of fdlibm (`k_sin.c`,
-/// `k_cos.c`), to less than one unit in the last place. Sums and products alone, so that vectors may go through
-/// it: `T` is anything that computes like f64, and `constant` makes it of a number.
+/// `k_cos.c`), to less than one unit in the last place. It uses sums and products only, so that it works on
+/// vectors: `T` is any type with the arithmetic of f64, and `constant` converts a number to it.
 #[inline(always)]
 pub fn sin_cos_small<T>(x: T, constant: impl Fn(f64) -> T) -> (T, T)
 where
@@ -32,7 +32,7 @@ where
         + x4 * x4
             * (c(-2.755_731_435_139_066_3e-7)
                 + x2 * (c(2.087_572_321_298_175e-9) + x2 * c(-1.135_964_755_778_819_5e-11)));
-    // 1 - x^2/2 rounds; what it lost is added back with the tail.
+    // 1 - x^2/2 rounds; the rounding error is added back with the tail.
     let (one, half) = (c(1.0), c(0.5) * x2);
     let head = one - half;
     let cosine = head + ((one - head - half) + x2 * cosine_tail);
@@ -70,7 +70,7 @@ through_libm! {
     hypot(x, y) = libm::hypot;
 }
 
-/// An angle brought to (-pi, pi].
+/// Angle wrapped to (-pi, pi].
 pub fn wrap_angle(angle: f64) -> f64 {
     let turns = ((angle - std::f64::consts::PI) / std::f64::consts::TAU).ceil();
     angle - turns * std::f64::consts::TAU

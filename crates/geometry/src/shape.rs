@@ -4,24 +4,24 @@ use std::sync::Arc;
 
 use crate::{ConvexHull, HeightField, Pose, Vec3, transform};
 
-/// A solid in its own frame. What is large is shared: a clone costs no more than a count.
+/// A solid in its own frame. Hulls and height fields are shared, so a clone is cheap.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// A ball about the origin.
+    /// A ball centred on the origin.
     Sphere {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// A capsule whose axis runs from the origin to (0, 0, length).
     Capsule {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Length of the axis [m].
+        /// Length of the axis \[m\].
         length: f64,
     },
-    /// A box about the origin.
+    /// A box centred on the origin.
     Box {
-        /// Half-extents [m].
+        /// Half-extents \[m\].
         half: Vec3,
     },
     /// Everything with z <= 0: the ground.
@@ -32,31 +32,31 @@ pub enum Shape {
     HeightField(Arc<HeightField>),
 }
 
-/// Sine of the tilt of a field up to which it counts as upright.
+/// Sine of the tilt up to which a height field counts as upright.
 const UPRIGHT: f64 = 1e-9;
 
 /// An axis-aligned bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
-    /// Lowest corner [m].
+    /// Lowest corner \[m\].
     pub min: Vec3,
-    /// Highest corner [m].
+    /// Highest corner \[m\].
     pub max: Vec3,
 }
 
 impl Aabb {
-    /// Whether two boxes share a point.
+    /// True if two boxes share a point.
     pub fn overlaps(&self, other: &Aabb) -> bool {
         (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
     }
 
-    /// Grown on all sides.
+    /// Box enlarged on all sides by a margin \[m\].
     pub fn grown(&self, by: f64) -> Aabb {
         let d = Vec3::repeat(by);
         Aabb { min: self.min - d, max: self.max + d }
     }
 
-    /// The smallest box about two.
+    /// Smallest box that contains both boxes.
     pub fn union(&self, other: &Aabb) -> Aabb {
         Aabb { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
     }
@@ -84,7 +84,7 @@ impl Shape {
                 let Aabb { min, max } = field.bounds();
                 let centre = transform(pose, &(0.5 * (min + max)));
                 let mut aabb = turned_box(pose, &centre, &(0.5 * (max - min)));
-                // What is below the surface belongs to it, down without end.
+                // The solid extends below the surface without end.
                 let up = pose.rotation * Vec3::z();
                 for k in 0..3 {
                     if up[k] > UPRIGHT {
@@ -98,7 +98,7 @@ impl Shape {
         }
     }
 
-    /// Distance from a point in the shape's frame to its surface [m], negative inside.
+    /// Distance from a point in the shape's frame to its surface \[m\], negative inside.
     pub fn signed_distance(&self, p: &Vec3) -> f64 {
         match *self {
             Shape::Sphere { radius } => p.norm() - radius,
@@ -117,7 +117,7 @@ impl Shape {
     }
 }
 
-/// The box about a box that is turned with a pose.
+/// Bounding box of a box turned by a pose.
 fn turned_box(pose: &Pose, centre: &Vec3, half: &Vec3) -> Aabb {
     let d = pose.rotation.to_rotation_matrix().matrix().abs() * half;
     Aabb { min: centre - d, max: centre + d }

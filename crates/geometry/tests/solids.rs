@@ -1,4 +1,4 @@
-//! Hulls and height fields against closed forms and brute force.
+//! Compares hulls and height fields with closed forms and brute force.
 
 use std::sync::Arc;
 
@@ -82,7 +82,7 @@ fn hulls_are_closed_and_hold_their_points() {
     let squashed = |p: Vec3, thin: f64| Vec3::new(p.x, p.y, thin * p.z);
     clouds.extend([1e-1, 1e-2, 1e-3].map(|thin| cube(1.0).iter().map(|p| squashed(*p, thin)).collect()));
     clouds.extend([1e-1, 1e-2].map(|thin| (0..40).map(|_| squashed(spread.vec(1.0), thin)).collect()));
-    // Thinner than parry can tell faces apart: refused, not wrong.
+    // Thinner than parry can resolve: refused, not wrong.
     let lens: Vec<Vec3> = (0..40).map(|_| squashed(spread.vec(1.0), 1e-3)).collect();
     let plate: Vec<Vec3> = cube(1.0).into_iter().map(|p| squashed(p, 1e-4)).collect();
     assert_eq!(ConvexHull::new(&lens), Err(HullError::Flat));
@@ -162,7 +162,7 @@ fn heights_and_nodes_are_where_the_grid_puts_them() {
         (field.height(2.1, 0.0), field.height(0.0, -2.1), field.height(f64::NAN, 0.0)),
         (None, None, None)
     );
-    // What lies beneath belongs to the box about the solid, whichever way it is turned.
+    // The bounding box contains the solid below the surface for any rotation.
     let shape = Shape::HeightField(Arc::new(bumps()));
     let pose = Pose::from_parts(Vec3::new(1.0, 2.0, 3.0).into(), Rotation::from_scaled_axis(Vec3::x() * 0.3));
     let aabb = shape.aabb(&pose);
@@ -200,14 +200,14 @@ fn draws(rectangle: usize) -> impl FnMut() -> f64 {
     }
 }
 
-/// The place at shares (-1 to 1) of a rectangle's half-extents.
+/// Position at shares (-1 to 1) of a rectangle's half-extents.
 fn place_in(f: &Footprint, along: f64, across: f64) -> [f64; 2] {
     let ([c, s], [x, y]) = (f.ahead, f.centre);
     let (along, across) = (along * f.half[0], across * f.half[1]);
     [x + c * along - s * across, y + s * along + c * across]
 }
 
-/// No place under a rectangle is higher than its highest ground, and the highest of many places comes near it.
+/// No point under a rectangle is higher than its highest ground, and the highest of many points comes near it.
 #[test]
 fn the_highest_ground_under_a_rectangle_is_that_of_all_its_places() {
     const SIDE: usize = 60;
@@ -225,10 +225,10 @@ fn the_highest_ground_under_a_rectangle_is_that_of_all_its_places() {
         let sampled = sampled.reduce(f64::max).unwrap();
         let highest = field.highest_under(&f).unwrap();
         let step = f.half[0].max(f.half[1]) / SIDE as f64;
-        // A place on the border may lie on either side of it by round-off.
+        // A point on the border may lie on either side of it by round-off.
         assert!(sampled <= highest + 1e-12, "{f:?}: {highest} < {sampled}");
         assert!(highest <= sampled + 2.0 * steepest * step, "{f:?}: {highest} > {sampled}");
-        // A little farther on it is a little different.
+        // A small displacement changes the height by little.
         let moved = Footprint { centre: [f.centre[0] + 1e-6, f.centre[1] - 1e-6], ..f };
         assert!((field.highest_under(&moved).unwrap() - highest).abs() < steepest * 1e-6 + 1e-12, "{f:?}");
     }
@@ -250,7 +250,7 @@ fn on_a_slope_the_highest_ground_is_under_a_corner() {
     for nowhere in [f64::NAN, f64::INFINITY, 1e300] {
         assert_eq!(field.highest_under(&Footprint { centre: [nowhere, 0.0], ..beside }), None);
     }
-    // Half beside the field: the part that is on it.
+    // Half beside the field: only the part on the field counts.
     let on_the_border = Footprint { centre: [1.5, 0.0], ahead: [1.0, 0.0], half: [0.25, 0.1] };
     assert!((field.highest_under(&on_the_border).unwrap() - (0.45 + 0.02)).abs() < 1e-14);
 }

@@ -49,7 +49,6 @@ pub mod jacobian;
 pub mod kinematics;
 mod lanes;
 mod midpoint;
-pub mod mjcf;
 pub mod model;
 pub mod rnea;
 mod rotation;
@@ -68,7 +67,6 @@ pub use data::{Data, Motion};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
 pub use kinematics::forward_kinematics;
-pub use mjcf::{MjcfError, mjcf, mjcf_for_timing};
 pub use model::{
     Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, Owner, PointBody, PointId,
     SpatialInertia, Tether,

@@ -1,9 +1,10 @@
 //! A world's tree and fruit alone, for other engines: what they have no counterpart for is off.
 
 use anyhow::Context;
+use orchard_exchange::mjcf;
 use orchard_fruit::{FruitGroups, FruitSet};
 use orchard_geometry::Vec3;
-use orchard_multibody::{Data, Groups, Model, ModelBuilder, PointBody, Tether, mjcf};
+use orchard_multibody::{Data, Groups, Model, ModelBuilder, PointBody, Tether};
 use orchard_spec::Spec;
 use orchard_treegen::Skeleton;
 use orchard_treephys::{TreeBody, TreeGroups};
@@ -80,7 +81,7 @@ impl BareTree {
 
     /// The model as MJCF for steps of `h` [s].
     pub fn mjcf(&self, h: f64) -> anyhow::Result<String> {
-        Ok(mjcf(&self.name, &self.model, &self.data, &self.gravity, h)?)
+        Ok(mjcf::write(&self.name, &self.model, &self.data, &self.gravity, h)?)
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Quantity {
     source: String,
 }
 
-/// An interval from which a quantity is drawn, with the range that both ends must keep.
+/// An interval from which a quantity is drawn, with the allowed range of both ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RawSpan")]
 pub struct Span {
@@ -45,7 +45,7 @@ pub struct Span {
     source: String,
 }
 
-/// A normal distribution cut off at both ends, with the range that the ends must keep.
+/// A normal distribution cut off at both ends, with the allowed range of the ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RawNormal")]
 pub struct Normal {
@@ -145,7 +145,7 @@ impl TryFrom<RawNormal> for Normal {
         let RawNormal { mean, sd, low, high, range, unit, source } = raw;
         check(low, &range, unit.symbol())?;
         check(high, &range, unit.symbol())?;
-        // Draws outside the ends are drawn again: a mean between them makes that seldom.
+        // Draws outside the ends are drawn again; with the mean between the ends this is rare.
         check(mean, &[low, high], unit.symbol())?;
         check(sd, &[0.0, range[1] - range[0]], unit.symbol())?;
         Ok(Self { mean, sd, low, high, range, unit, source })
@@ -182,13 +182,13 @@ impl Quantity {
         &self.source
     }
 
-    /// The same quantity times a positive factor: a value derived from the file's, whose range goes with it.
+    /// Multiplies value and range by a positive factor.
     pub fn scaled(&self, factor: f64) -> Self {
-        debug_assert!(factor > 0.0, "the ends of the range would change places");
+        debug_assert!(factor > 0.0, "a factor that is not positive would swap the ends of the range");
         Self { value: self.value * factor, range: self.range.map(|end| end * factor), ..self.clone() }
     }
 
-    /// The same quantity with another value, in the same unit.
+    /// Replaces the value, in the same unit.
     ///
     /// # Errors
     /// The value is outside the allowed range or not a number.
@@ -211,13 +211,13 @@ impl Span {
         0.5 * (low + high)
     }
 
-    /// The span that holds a single value, a part of the way from the low end (0) to the high end (1).
+    /// Returns a span of zero width at a position between the low end (`part` = 0) and the high end (1).
     pub fn at(&self, part: f64) -> Self {
         let value = self.low + part.clamp(0.0, 1.0) * (self.high - self.low);
         Self { low: value, high: value, ..self.clone() }
     }
 
-    /// The same span with other ends, in the same unit.
+    /// Replaces the ends, in the same unit.
     ///
     /// # Errors
     /// An end is outside the allowed range, or the ends are in the wrong order.
@@ -226,7 +226,7 @@ impl Span {
         RawSpan { low, high, range, unit, source }.try_into()
     }
 
-    /// Whether an SI value lies in the closed interval.
+    /// True if an SI value lies in the closed interval.
     pub fn contains_si(&self, value: f64) -> bool {
         let (low, high) = self.si();
         (low..=high).contains(&value)
@@ -239,12 +239,12 @@ impl Span {
 }
 
 impl Normal {
-    /// Mean before the ends are cut off, in SI units.
+    /// Mean of the distribution before the cut-off, in SI units.
     pub fn mean_si(&self) -> f64 {
         self.mean * self.unit.to_si()
     }
 
-    /// Standard deviation before the ends are cut off, in SI units.
+    /// Standard deviation before the cut-off, in SI units.
     pub fn sd_si(&self) -> f64 {
         self.sd * self.unit.to_si()
     }
@@ -262,7 +262,7 @@ impl Normal {
 }
 
 impl Count {
-    /// The number.
+    /// Value of the count.
     pub fn get(&self) -> u32 {
         self.value
     }
@@ -272,7 +272,7 @@ impl Count {
         &self.source
     }
 
-    /// The same count with another value.
+    /// Replaces the value.
     ///
     /// # Errors
     /// The value is outside the allowed range.

@@ -1,9 +1,9 @@
-//! One config laid over another.
+//! Lays one config table over another.
 
-/// Fields that make a table one constant; such a table is replaced whole.
+/// Fields that mark a table as one constant, which is replaced as a whole.
 const CONSTANT: [&str; 3] = ["value", "low", "mean"];
 
-/// Puts the entries of one table over those of another. Tables are merged; a constant and whatever is no table replace what was there.
+/// Lays the table `above` over the table `below`. Tables are merged; constants and plain values replace the old ones.
 /// `choices` names the tables of which a config chooses one entry: an entry of another name replaces the whole table.
 pub fn overlay(below: &mut toml::Table, above: toml::Table, choices: &[&str]) {
     for (key, value) in above {

@@ -1,8 +1,8 @@
-//! Reading a config file with an error that names the file, the field, the value and the allowed range.
+//! Reads config files; errors name the file, the field, the value and the allowed range.
 
 use serde::de::DeserializeOwned;
 
-/// A config text that cannot be used. One line: file, field, what is wrong.
+/// Error in a config text, shown in one line: file, field, problem.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {field}: {problem}")]
 pub struct ConfigError {
@@ -10,14 +10,14 @@ pub struct ConfigError {
     pub file: String,
     /// Dotted path of the field, `.` for the whole document.
     pub field: String,
-    /// The value and what it should have been.
+    /// The value and the allowed values.
     pub problem: String,
 }
 
 /// Reads a config struct from TOML text; `file` only names the text in errors.
 ///
 /// # Errors
-/// The text is not TOML, a field is missing or unknown, or a value leaves its range.
+/// The text is not TOML, a field is missing or unknown, or a value is outside its range.
 pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
     from_table(file, parse(file, text)?)
 }
@@ -33,7 +33,7 @@ pub fn parse(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
 /// Reads a config struct from a table.
 ///
 /// # Errors
-/// A field is missing or unknown, or a value leaves its range.
+/// A field is missing or unknown, or a value is outside its range.
 pub fn from_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, ConfigError> {
     serde_path_to_error::deserialize(table)
         .map_err(|e| error(file, e.path().to_string(), e.inner().message()))
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scaled_quantity_takes_its_range_along() {
+    fn a_scaled_quantity_scales_its_range() {
         let doc =
             read("[wood]\ndensity = { value = 850, range = [780, 1000], unit = 'kg/m3', source = 'x' }");
         let density = doc.unwrap().wood.density;

@@ -1,4 +1,4 @@
-//! The closed list of units that config files may use.
+//! Units that config files may use: a closed list.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ macro_rules! units {
         }
 
         impl Unit {
-            /// The symbol used in config files.
+            /// Symbol used in config files.
             pub fn symbol(self) -> &'static str {
                 match self { $(Unit::$name => $symbol,)* }
             }

@@ -1,19 +1,19 @@
-//! Depth cameras.
+//! Specs of depth cameras.
 
 use orchard_quantity::{ConfigError, Count, Quantity, Span};
 use serde::{Deserialize, Serialize};
 
-/// The camera `paper` as TOML text.
+/// Config of the camera `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/camera/paper.toml");
 
-/// The depth cameras that a config can choose: `[camera.NAME]` holds what differs from that camera's own file,
+/// The depth cameras that a config can choose: `[camera.NAME]` holds the differences from that camera's own file,
 /// `configs/camera/NAME.toml`. The mount pose belongs to the robot's config.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CameraSpec {
-    /// Measures the depth of every surface exactly, at any range.
+    /// Exact depth of every surface at any range.
     Ideal(IdealSpec),
-    /// The paper's: exact within its range.
+    /// The paper's camera: exact depth within its range.
     Paper(PaperSpec),
     /// A stereo camera with the errors of an Intel RealSense D435i outdoors.
     D435i(Box<D435iSpec>),
@@ -43,7 +43,7 @@ pub struct ViewSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IdealSpec {
-    /// What it sees.
+    /// Size, field of view and rate.
     pub view: ViewSpec,
 }
 
@@ -51,25 +51,25 @@ pub struct IdealSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperSpec {
-    /// What it sees.
+    /// Size, field of view and rate.
     pub view: ViewSpec,
     /// Valid depths; a nearer surface occludes but reads as invalid.
     pub range: Span,
 }
 
-/// A stereo camera: its errors are errors of the disparity f B / z, the columns by which a point lies farther left in the
-/// right imager's picture (docs/computation/sensor.md).
+/// A stereo camera. Its errors are errors of the disparity f B / z: the shift \[px\] of a point between the two imagers'
+/// pictures (docs/computation/sensor.md).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct D435iSpec {
-    /// What it sees.
+    /// Size, field of view and rate.
     pub view: ViewSpec,
-    /// Valid depths, as measured.
+    /// Valid measured depths.
     pub range: Span,
     /// Distance B between the imagers.
     #[serde(deserialize_with = "positive")]
     pub baseline: Quantity,
-    /// The matching window reaches so many pixels to each side.
+    /// Pixels by which the matching window extends to each side.
     #[serde(deserialize_with = "window_radius")]
     pub window_radius: Count,
     /// Standard deviation of the disparity, in the shade and in full sun.
@@ -77,22 +77,22 @@ pub struct D435iSpec {
     /// Smallest step of the disparity.
     #[serde(deserialize_with = "positive")]
     pub disparity_step: Quantity,
-    /// Disparities that differ by more belong to different surfaces.
+    /// Difference of disparity above which two pixels belong to different surfaces.
     pub surface_step: Quantity,
     /// Standard deviation of an edge's displacement, along rows and along columns.
     pub edge_shift: Quantity,
-    /// Least share of a window that must show something that the other imager sees too.
+    /// Least share of a window that must show surfaces visible to both imagers.
     pub least_support: Quantity,
     /// Share of pixels without a match, in the shade and in full sun.
     pub dropout: Span,
-    /// Light dial: 0 shade, 1 full sun.
+    /// Light dial: 0 is shade, 1 full sun.
     pub sunlight: Quantity,
-    /// Time from the moment that an image shows to its delivery, in whole frames of the simulation.
+    /// Time from exposure to delivery of an image, rounded to whole frames of the simulation.
     pub latency: Quantity,
 }
 
 impl D435iSpec {
-    /// Standard deviation of the disparity [px] at the light dial.
+    /// Standard deviation of the disparity \[px\] at the light dial.
     pub fn disparity_sd(&self) -> f64 {
         at(&self.disparity_noise, &self.sunlight)
     }
@@ -103,7 +103,7 @@ impl D435iSpec {
     }
 }
 
-/// As many pixels as an image can have, whatever range a file allows.
+/// Checks the number of pixels against the code's own limit, which holds for any range in the file.
 fn pixels<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Count, D::Error> {
     const LARGEST: u32 = 8192;
     let count = Count::deserialize(deserializer)?;
@@ -114,7 +114,7 @@ fn pixels<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Count, D:
     Err(serde::de::Error::custom(problem))
 }
 
-/// An angle that a pinhole can see, whatever range a file allows.
+/// Checks that a pinhole can have the field of view, whatever range the file states.
 fn field_of_view<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Quantity, D::Error> {
     let angle = Quantity::deserialize(deserializer)?;
     if angle.si() > 0.0 && angle.si() < std::f64::consts::PI {
@@ -130,7 +130,7 @@ fn some_field_of_view<'de, D: serde::Deserializer<'de>>(
     field_of_view(deserializer).map(Some)
 }
 
-/// A length or a step that the model divides by, whatever range a file allows.
+/// Checks that a divisor of the model is positive, whatever range the file states.
 fn positive<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Quantity, D::Error> {
     let quantity = Quantity::deserialize(deserializer)?;
     if quantity.si() > 0.0 {
@@ -139,7 +139,7 @@ fn positive<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Quantit
     Err(serde::de::Error::custom(format!("{} is not greater than 0", quantity.value())))
 }
 
-/// A radius for which sums of noise over the window fit in 32 bits.
+/// Checks that sums of noise over the window fit in 32 bits.
 fn window_radius<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Count, D::Error> {
     const LARGEST: u32 = 15;
     let radius = Count::deserialize(deserializer)?;
@@ -151,24 +151,24 @@ fn window_radius<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Co
     Ok(radius)
 }
 
-/// A span's value at a dial from 0 (low end) to 1 (high end).
+/// Value of a span at a dial from 0 (low end) to 1 (high end).
 fn at(span: &Span, dial: &Quantity) -> f64 {
     let (low, high) = span.si();
     low + dial.si() * (high - low)
 }
 
 impl CameraSpec {
-    /// The cameras that come with the crate: their names and files.
+    /// Names and files of the cameras that come with the crate.
     pub const FILES: &[(&str, &str)] = &[
         ("ideal", include_str!("../configs/camera/ideal.toml")),
         ("paper", PAPER_TOML),
         ("d435i", include_str!("../configs/camera/d435i.toml")),
     ];
 
-    /// A camera that comes with the crate.
+    /// Returns a camera that comes with the crate.
     ///
     /// # Errors
-    /// There is none of that name.
+    /// No camera has that name.
     pub fn named(name: &str) -> Result<Self, String> {
         if Self::FILES.iter().all(|(known, _)| *known != name) {
             let names: Vec<&str> = Self::FILES.iter().map(|(known, _)| *known).collect();
@@ -177,8 +177,8 @@ impl CameraSpec {
         Self::from_toml(name, &format!("[{name}]")).map_err(|e| e.to_string())
     }
 
-    /// Reads a camera from TOML text with one table, its name; `file` names it in errors. What the text leaves open
-    /// is as in that camera's own file.
+    /// Reads a camera from TOML text with one table, named after the camera; `file` names the text in errors. Omitted fields
+    /// have the values of that camera's own file.
     ///
     /// # Errors
     /// Not TOML, no camera or more than one, a field unknown, a value outside its range.
@@ -186,7 +186,7 @@ impl CameraSpec {
         crate::preset::read_camera(file, text)
     }
 
-    /// Name of the model, as configs and command lines write it.
+    /// Name of the model in configs and on command lines.
     pub fn name(&self) -> &'static str {
         match self {
             CameraSpec::Ideal(_) => "ideal",
@@ -204,7 +204,7 @@ impl CameraSpec {
         }
     }
 
-    /// Nearest and farthest valid depth [m].
+    /// Nearest and farthest valid depth \[m\].
     pub fn range(&self) -> (f64, f64) {
         match self {
             CameraSpec::Ideal(_) => (0.0, f64::INFINITY),
@@ -213,7 +213,7 @@ impl CameraSpec {
         }
     }
 
-    /// Time from the moment that an image shows to its delivery [s].
+    /// Time from exposure to delivery of an image \[s\].
     pub fn latency(&self) -> f64 {
         match self {
             CameraSpec::Ideal(_) | CameraSpec::Paper(_) => 0.0,

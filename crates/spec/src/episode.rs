@@ -1,4 +1,4 @@
-//! Where an episode starts, and what counts as reachable.
+//! The robot's start and the reach rule of an episode.
 
 use orchard_quantity::{Quantity, Span};
 use serde::{Deserialize, Serialize};
@@ -12,11 +12,11 @@ pub struct EpisodeSpec {
     pub reach_radius: Quantity,
     /// Admissible horizontal distance from the arm's shoulder to the fruit.
     pub stand_off: Span,
-    /// The robot's start.
+    /// Start pose of the robot.
     pub start: StartSpec,
 }
 
-/// Where the robot's base stands at the start, drawn for every world; its bearing from the trunk is any that the scenery allows.
+/// Start pose of the robot's base, drawn for every world. Its bearing from the trunk is drawn from all that the scenery allows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StartSpec {

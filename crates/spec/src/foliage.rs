@@ -1,4 +1,4 @@
-//! Leaves.
+//! Leaf density, size and shape.
 
 use orchard_quantity::{Count, Quantity, Span};
 use serde::{Deserialize, Serialize};
@@ -37,8 +37,12 @@ pub struct FoliageSpec {
     pub petiole_angle: Span,
     /// Downward bend from the petiole to the blade.
     pub blade_droop: Span,
-    /// Leaf area by shoots, for grammars that have them. It takes the place of the leaves an internode and of the
-    /// blade's size, and of the orders that bear leaves.
+    /// Angle by which each half of a blade rises from its flat form.
+    pub blade_fold: Quantity,
+    /// Angle through which the midrib bends down from petiole to tip.
+    pub blade_curl: Quantity,
+    /// Leaf area by shoots, for grammars that grow shoots. It replaces the leaves an internode, the blade's size and the
+    /// orders that bear leaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leaf_area: Option<LeafAreaSpec>,
 }
@@ -49,7 +53,7 @@ pub struct FoliageSpec {
 pub struct LeafAreaSpec {
     /// Base of a vegetative shoot.
     pub vegetative_base: Quantity,
-    /// Slope of a vegetative shoot, an area a length.
+    /// Slope of a vegetative shoot, area over length.
     pub vegetative_slope: Quantity,
     /// Base of a floral shoot.
     pub floral_base: Quantity,
@@ -62,7 +66,7 @@ pub struct LeafAreaSpec {
 }
 
 impl LeafAreaSpec {
-    /// Leaf area of a shoot of a length [m] at dial 1 [m^2].
+    /// Leaf area [m^2] at dial 1 of a shoot of a given length \[m\].
     pub fn of_shoot(&self, length: f64, floral: bool) -> f64 {
         let (base, slope) = if floral {
             (&self.floral_base, &self.floral_slope)
@@ -72,14 +76,14 @@ impl LeafAreaSpec {
         base.si() + slope.si() * length
     }
 
-    /// Number of blades of about the mean area that make up an area [m^2].
+    /// Number of blades of about the mean area that add up to an area [m^2].
     pub fn leaves(&self, area: f64) -> u32 {
         if area > 0.0 { (area / self.blade_area.si()).round().max(1.0) as u32 } else { 0 }
     }
 }
 
 impl FoliageSpec {
-    /// Leaves on one internode that bears leaves at all.
+    /// Number of leaves on an internode that bears leaves.
     pub fn leaves_per_internode(&self) -> u32 {
         let dial = self.density.si();
         if dial == 0.0 { 0 } else { (self.leaves_base.si() + self.leaves_slope.si() * dial).round() as u32 }
@@ -91,7 +95,7 @@ impl FoliageSpec {
         if dense { self.dense_min_order.get() } else { self.min_order.get() }
     }
 
-    /// Length and width of a blade of the middle size class [m].
+    /// Length and width of a blade of the middle size class \[m\].
     pub fn blade_size(&self) -> (f64, f64) {
         let dial = self.density.si();
         (

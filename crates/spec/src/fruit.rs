@@ -7,31 +7,33 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FruitSpec {
-    /// Fruit a tree carries (fewer where the tree has fewer sites).
+    /// Number of fruit on a tree (fewer if the tree has fewer sites).
     pub count: Count,
     /// Radius, drawn uniformly and then rounded to `radius_step`.
     pub radius: Span,
-    /// Grid of the radius draw.
+    /// Step to which radii are rounded.
     pub radius_step: Quantity,
     /// Mass.
     pub mass: Span,
     /// Hanging distance from the spur to the skin of the fruit.
     pub stem_length: Quantity,
+    /// Radius of the stem in pictures.
+    pub stem_radius: Quantity,
     /// Stiffness of the stem tether, k_s.
     pub stem_stiffness: Quantity,
     /// Damping ratio of the fruit on its tether.
     pub stem_damping_ratio: Quantity,
     /// Largest reaction of the tether on the wood.
     pub reaction_cap: Quantity,
-    /// Whether the static weight of the fruit is taken off the wood (the paper's rule).
+    /// True if the static weight of the fruit does not load the wood (the paper's rule).
     pub weight_compensated: bool,
-    /// Direct pull that detaches, f_detach.
+    /// Direct pull that detaches a fruit, f_detach.
     pub detach_force: Span,
-    /// Frames in a row over f_detach on the direct path.
+    /// Consecutive frames with a pull above f_detach before a fruit detaches.
     pub pull_frames: Count,
-    /// Stem tension that detaches over f_detach.
+    /// Stem tension that detaches a fruit, as a multiple of f_detach.
     pub tension_factor: Quantity,
-    /// Frames in a row over that tension.
+    /// Consecutive frames above that tension before a fruit detaches.
     pub tension_frames: Count,
     /// Friction coefficient of the skin.
     pub friction: Quantity,
@@ -51,7 +53,7 @@ pub struct FruitSpec {
     pub grasp_range: Quantity,
     /// Impact energy from which an apple bruises.
     pub bruise_energy: Quantity,
-    /// Impact energy below which impacts are no events.
+    /// Impact energy below which no event is recorded.
     pub impact_floor: Quantity,
     /// Chance that an eligible spur carries fruit, before the outerness factor.
     pub placement_probability: Quantity,

@@ -1,9 +1,8 @@
 //! Typed simulation config and named, seeded, portable random streams.
 //!
-//! [`Spec`] is everything that defines a world besides its seed: how trees grow, what wood is, how fruit
-//! hangs, what the camera measures, how time is cut. The preset `paper` ([`Spec::paper`]) holds the figures
-//! of the OrchardBench paper. Robot, detector and picker keep their config in their own crates, so that the
-//! last two need not see this one (it can make seeds, and a seed regrows the tree).
+//! [`Spec`] defines a world besides its seed: growth, wood, fruit, leaves, camera and time stepping. The preset `paper` ([`Spec::paper`]) holds the figures
+//! of the OrchardBench paper. Robot, detector and picker keep their config in their own crates, so that detector and picker
+//! need not depend on this one, which could regrow the tree from a seed.
 
 mod preset;
 mod streams;
@@ -25,7 +24,7 @@ pub use streams::{Purpose, Stream};
 use orchard_quantity::ConfigError;
 use serde::{Deserialize, Serialize};
 
-/// Everything that defines a world besides its seed and its robot.
+/// Definition of a world besides its seed and its robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
@@ -35,29 +34,29 @@ pub struct Spec {
     pub sim: sim::SimSpec,
     /// Bumps of the ground.
     pub terrain: terrain::TerrainSpec,
-    /// Growth.
+    /// Growth of the tree.
     pub tree: tree::TreeSpec,
     /// Material and rupture.
     pub wood: wood::WoodSpec,
     /// Apples and stems.
     pub fruit: fruit::FruitSpec,
-    /// Leaves.
+    /// Leaf density, size and shape.
     pub foliage: foliage::FoliageSpec,
     /// The depth camera.
     pub camera: camera::CameraSpec,
-    /// Reach.
+    /// Robot start and reach rule.
     pub episode: episode::EpisodeSpec,
-    /// What varies from one world to the next.
+    /// Variation from world to world.
     pub randomisation: randomisation::RandomisationSpec,
-    /// Posts and wires; a tree without them stands alone.
+    /// Posts and wires; absent for a tree that stands alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenery: Option<scenery::ScenerySpec>,
 }
 
 impl Spec {
-    /// Reads a spec from TOML text; `file` names it in errors. With `base = "NAME"` the text holds only what
-    /// differs from that preset: a constant (value or interval, range, unit, source), a grammar or a camera takes the place of the
-    /// preset's, and what is not said stays.
+    /// Reads a spec from TOML text; `file` names it in errors. With `base = "NAME"` the text holds only the
+    /// differences from that preset: a constant (value or interval, range, unit, source), a grammar or a camera replaces the
+    /// preset's, and omitted fields keep the preset's values.
     ///
     /// # Errors
     /// Not TOML, no such base, a field missing or unknown, a value outside its range.
@@ -65,7 +64,7 @@ impl Spec {
         preset::read(file, text)
     }
 
-    /// A preset.
+    /// Returns a preset.
     ///
     /// # Panics
     /// Never: the embedded files are read in this crate's tests.
@@ -76,7 +75,7 @@ impl Spec {
         }
     }
 
-    /// The preset `paper`.
+    /// Returns the preset `paper`.
     pub fn paper() -> Self {
         Self::preset(Preset::Paper)
     }

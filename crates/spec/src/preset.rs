@@ -1,4 +1,4 @@
-//! The configs that come with the crate, and what a config takes over from its base.
+//! Presets of the crate, and the rules by which a config overrides its base.
 
 use orchard_quantity::{ConfigError, from_table, overlay, parse};
 use std::fmt;
@@ -16,15 +16,15 @@ macro_rules! presets {
         }
 
         impl Preset {
-            /// All of them.
+            /// All presets.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Name, as configs and command lines write it.
+            /// Name in configs and on command lines.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// The file as TOML text.
+            /// Config file as TOML text.
             pub fn toml(self) -> &'static str {
                 match self {
                     $(Self::$variant => include_str!(concat!("../configs/", $name, "/world.toml")),)*
@@ -37,7 +37,7 @@ macro_rules! presets {
 presets! {
     /// The figures of the OrchardBench paper, completed by those of its released code.
     Paper = "paper";
-    /// The paper's canonical tree, which needs no random number.
+    /// The paper's canonical tree, which uses no random numbers.
     Ternary = "ternary";
     /// The paper's figures with every axis of the domain randomisation at strength 1.
     Randomised = "randomised";
@@ -72,19 +72,19 @@ impl FromStr for Preset {
     }
 }
 
-/// The field by which a config names the preset that it changes.
+/// Field with the name of the base preset.
 const BASE: &str = "base";
 
-/// The field that holds a config's own name.
+/// Field with the config's own name.
 const NAME: &str = "preset";
 
-/// The tables of which a config chooses one entry: another choice takes the base's place whole.
+/// Tables of which a config chooses one entry; a different choice replaces the base's table entirely.
 const CHOICES: [&str; 2] = ["grammar", CAMERA];
 
-/// The table that chooses a camera.
+/// Table that chooses a camera.
 const CAMERA: &str = "camera";
 
-/// Reads a spec; what it leaves open is its base's.
+/// Reads a spec; fields that it omits have the base's values.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     let mut table = with_base(file, text)?;
     if let Some(toml::Value::Table(cameras)) = table.get_mut(CAMERA) {
@@ -93,27 +93,27 @@ pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     from_table(file, table)
 }
 
-/// Reads a camera; it may leave open what the file of that camera says.
+/// Reads a camera; fields that it omits have the values of that camera's own file.
 pub(crate) fn read_camera(file: &str, text: &str) -> Result<CameraSpec, ConfigError> {
     let mut table = parse(file, text)?;
     complete_cameras(&mut table)?;
     from_table(file, table)
 }
 
-/// Lays what a config says of a camera over that camera's own file. Names that no camera has are left to the reader.
+/// Lays a config's camera table over that camera's own file. Unknown names stay, and the reader refuses them.
 fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
-    for (name, said) in cameras.iter_mut() {
+    for (name, changes) in cameras.iter_mut() {
         let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
-        if let (Some((_, text)), toml::Value::Table(said)) = (own, said) {
+        if let (Some((_, text)), toml::Value::Table(changes)) = (own, changes) {
             let mut whole = parse(&format!("camera/{name}.toml"), text)?;
-            overlay(&mut whole, std::mem::take(said), &CHOICES);
-            *said = whole;
+            overlay(&mut whole, std::mem::take(changes), &CHOICES);
+            *changes = whole;
         }
     }
     Ok(())
 }
 
-/// The whole table of a config.
+/// Table of a config with all fields of its base.
 fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     let mut table = parse(file, text)?;
     let Some(base) = table.remove(BASE) else { return Ok(table) };
@@ -122,7 +122,7 @@ fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
     let preset =
         named.map_err(|problem| ConfigError { file: file.to_owned(), field: BASE.to_owned(), problem })?;
     let mut whole = with_base(preset.name(), preset.toml())?;
-    // A config that differs needs a name of its own.
+    // A changed config needs its own name.
     whole.remove(NAME);
     overlay(&mut whole, table, &CHOICES);
     Ok(whole)
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_config_holds_what_differs_from_its_base() {
+    fn a_config_holds_the_differences_from_its_base() {
         let text = "preset = 'mine'\nbase = 'paper'\n[wood]\nrigid = true\n\
                     density = { value = 900, range = [780, 1000], unit = 'kg/m3', source = 'x' }";
         let mine = read("mine.toml", text).unwrap();
@@ -159,10 +159,10 @@ mod tests {
     }
 
     #[test]
-    fn another_grammar_takes_the_place_of_the_bases() {
+    fn another_grammar_replaces_the_bases() {
         let ternary = Spec::preset(Preset::Ternary);
         assert!(matches!(ternary.tree.grammar, Grammar::Ternary(_)));
-        // The same grammar keeps what is not said.
+        // Omitted parameters of the same grammar keep their values.
         let text = "preset = 'two'\nbase = 'ternary'\n[tree.grammar.ternary]\n\
                     derivations = { value = 2, range = [0, 8], unit = 'derivations', source = 'x' }";
         let Grammar::Ternary(two) = read("x", text).unwrap().tree.grammar else { panic!("another grammar") };
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_of_a_camera_keep_to_their_range() {
+    fn figures_of_a_camera_are_checked_against_their_range() {
         let error = |text: &str| CameraSpec::from_toml("c.toml", text).unwrap_err().to_string();
         let e = error("[d435i]\nsunlight = { value = 1.5, range = [0, 1], unit = '1', source = 'x' }");
         assert_eq!(e, "c.toml: d435i.sunlight: 1.5 is outside the allowed range [0, 1] 1");
@@ -220,7 +220,7 @@ mod tests {
             "[d435i]\ndisparity_noise = { low = 0.2, high = 0.1, range = [0, 5], unit = 'px', source = 'x' }",
         );
         assert_eq!(e, "c.toml: d435i.disparity_noise: low 0.2 is above high 0.1");
-        // The code's own limit, whatever range a file allows.
+        // Limit of the code itself, independent of the file's range.
         let e = error("[d435i]\nwindow_radius = { value = 16, range = [0, 99], unit = 'px', source = 'x' }");
         assert_eq!(
             e,
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn errors_name_the_field() {
         let error = |text: &str| read("a.toml", text).unwrap_err().to_string();
         assert!(
             error("base = 'lemon'").starts_with("a.toml: base: no preset 'lemon'; the presets are: paper")

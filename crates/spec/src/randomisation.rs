@@ -1,47 +1,46 @@
-//! Domain randomisation: what varies from one world to the next, and how strongly.
+//! Domain randomisation: the axes along which worlds vary, each with its strength.
 //!
-//! Every axis has a strength, its dial, and the interval that it is drawn from at strength 1. At strength s a factor f acts
+//! Every axis has a strength (its dial) and the interval from which it is drawn at strength 1. At strength s a factor f acts
 //! as f^s and an angle a as s a: strength 0 is the base, bit for bit, and factors above and below 1 stay balanced.
-//! Every axis draws from a random stream of its own ([`Axis`]), whatever its strength, so that no dial shifts the draws of
-//! another axis. `docs/computation/randomisation.md` has the whole.
+//! Every axis draws from its own random stream ([`Axis`]) at any strength, so that no dial shifts the draws of
+//! another axis. Equations: `docs/computation/randomisation.md`.
 
 use orchard_quantity::{Normal, Quantity, Span};
 use serde::{Deserialize, Serialize};
 
 use crate::{Purpose, Stream};
 
-/// Which worlds of a seed share what.
+/// Mode of variation: the parts that the worlds of a seed share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
-    /// The tree of world 0 in every world; no axis acts.
+    /// Every world has the tree of world 0; no axis acts.
     Homogeneous,
-    /// The tree of world 0 in every world, in dimensions that all worlds share and that the next episode draws anew. All other
-    /// axes vary from world to world.
+    /// Every world has the tree of world 0 with shared dimensions, which every episode draws anew. All other axes vary from
+    /// world to world.
     SharedDimensions,
-    /// The tree of world 0 in every world; every axis varies from world to world.
+    /// Every world has the tree of world 0; every axis varies from world to world.
     DistinctDimensions,
-    /// Every world grows a tree of its own; every axis varies from world to world.
+    /// Every world grows its own tree; every axis varies from world to world.
     DistinctTopology,
 }
 
 impl Mode {
-    /// All of them.
+    /// All modes.
     pub const ALL: [Self; 4] =
         [Self::Homogeneous, Self::SharedDimensions, Self::DistinctDimensions, Self::DistinctTopology];
 
-    /// The world whose tree, fruit and leaves are the base of a world's.
+    /// Index of the world whose tree, fruit and leaves a world takes as its base.
     pub fn base_world(self, world: u32) -> u32 {
         if self == Self::DistinctTopology { world } else { 0 }
     }
 
-    /// Whether the next episode has other trees than the one before.
+    /// True if every episode has new trees.
     pub fn resamples(self) -> bool {
         self == Self::SharedDimensions
     }
 
-    /// The random stream of an axis. The shared dimensions know the episode and not the world, everything else the world
-    /// and not the episode.
+    /// Random stream of an axis. The stream of shared dimensions depends on the episode, all others on the world.
     pub fn stream(self, axis: Axis, seed: u64, world: u32, episode: u32) -> Stream {
         let shared = self == Self::SharedDimensions && axis.is_dimension();
         Stream::new(seed, if shared { episode } else { world }, Purpose::Variation(axis))
@@ -50,34 +49,34 @@ impl Mode {
 
 macro_rules! axes {
     ($($(#[$doc:meta])* $variant:ident = $field:ident, $stream:literal;)*) => {
-        /// What is randomised.
+        /// Axis of the randomisation.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Axis {
             $($(#[$doc])* $variant,)*
         }
 
         impl Axis {
-            /// All of them.
+            /// All axes.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Name of its table in a config.
+            /// Name of the axis's table in a config.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => stringify!($field),)* }
             }
 
-            /// The name that keys its stream. Part of the seed version: never rename.
+            /// Name that keys the axis's random stream. Part of the seed version: never rename.
             pub(crate) fn stream_name(self) -> &'static str {
                 match self { $(Self::$variant => $stream,)* }
             }
         }
 
         impl RandomisationSpec {
-            /// The dial of an axis.
+            /// Dial of an axis.
             pub fn strength(&self, axis: Axis) -> &Quantity {
                 match axis { $(Axis::$variant => &self.$field.strength,)* }
             }
 
-            /// The dial of an axis, to be turned.
+            /// Mutable dial of an axis.
             pub fn strength_mut(&mut self, axis: Axis) -> &mut Quantity {
                 match axis { $(Axis::$variant => &mut self.$field.strength,)* }
             }
@@ -114,7 +113,7 @@ axes! {
     FruitSize = fruit_size, "vary-fruit-size";
     /// Mass of fruit.
     FruitMass = fruit_mass, "vary-fruit-mass";
-    /// Part of the base tree's fruit that there is.
+    /// Part of the base tree's fruit that hangs on the tree.
     FruitVisible = fruit_visible, "vary-fruit-visible";
     /// Size of leaves.
     LeafSize = leaf_size, "vary-leaf-size";
@@ -129,7 +128,7 @@ axes! {
 }
 
 impl Axis {
-    /// Whether it changes lengths or radii, as against angles, materials and colours.
+    /// True if the axis changes lengths or radii, false for angles, materials and colours.
     pub fn is_dimension(self) -> bool {
         matches!(self, Self::Scale | Self::Stockiness | Self::SegmentLength | Self::SegmentRadius)
     }
@@ -139,47 +138,47 @@ impl Axis {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomisationSpec {
-    /// Which worlds share what.
+    /// Mode of variation.
     pub mode: Mode,
-    /// On all lengths and radii.
+    /// Factor on all lengths and radii.
     pub scale: Factor,
-    /// On all radii.
+    /// Factor on all radii.
     pub stockiness: Factor,
-    /// On each segment's length.
+    /// Factor on each segment's length.
     pub segment_length: NormalFactor,
-    /// On each segment's radius.
+    /// Factor on each segment's radius.
     pub segment_radius: NormalFactor,
     /// Bend at each segment's base, about a random axis across it.
     pub segment_bend: Bend,
-    /// On the droop of an internode.
+    /// Factor on the droop of an internode.
     pub droop: Droop,
-    /// Of the whole tree about its foot, to a random side.
+    /// Lean of the whole tree about its foot, to a random side.
     pub lean: Angle,
-    /// On the angle between a lateral and the wood that bears it.
+    /// Factor on the angle between a lateral and the wood that bears it.
     pub fork_spread: Factor,
-    /// Added to the divergence between successive laterals of an axis.
+    /// Angle added to the divergence between successive laterals of an axis.
     pub twist: Angle,
-    /// On the density of wood.
+    /// Factor on the density of wood.
     pub wood_density: Factor,
-    /// On Young's modulus of wood.
+    /// Factor on Young's modulus of wood.
     pub youngs_modulus: Factor,
-    /// On the rupture stress of wood.
+    /// Factor on the rupture stress of wood.
     pub rupture_stress: Factor,
-    /// On the radius of a tree's fruit.
+    /// Factor on the radius of a tree's fruit.
     pub fruit_size: ClippedFactor,
-    /// On the mass of a tree's fruit.
+    /// Factor on the mass of a tree's fruit.
     pub fruit_mass: ClippedFactor,
-    /// Part of the base tree's fruit that there is.
+    /// Part of the base tree's fruit that hangs on the tree.
     pub fruit_visible: Factor,
-    /// On the length and width of blades.
+    /// Factor on the length and width of blades.
     pub leaf_size: Factor,
-    /// On the foliage dial.
+    /// Factor on the foliage dial.
     pub leaf_density: Factor,
-    /// On the colour of bark.
+    /// Change of the colour of bark.
     pub wood_tint: WoodTint,
-    /// On the colour of leaves.
+    /// Change of the colour of leaves.
     pub foliage_colour: FoliageColour,
-    /// On the colour of apples.
+    /// Change of the colour of apples.
     pub apple_hue: Angle,
 }
 
@@ -187,9 +186,9 @@ pub struct RandomisationSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Factor {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
-    /// At strength 1.
+    /// Interval at strength 1.
     pub factor: Span,
 }
 
@@ -197,21 +196,21 @@ pub struct Factor {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NormalFactor {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
-    /// At strength 1.
+    /// Interval at strength 1.
     pub factor: Normal,
 }
 
-/// A factor drawn uniformly, on something that keeps within limits.
+/// A factor drawn uniformly, on a value with limits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClippedFactor {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
-    /// At strength 1.
+    /// Interval at strength 1.
     pub factor: Span,
-    /// What the factor leads beyond these is set to them; what was beyond them before is led no further.
+    /// Limits of the product: it is clamped to them; a base value already outside them is not moved further out.
     pub limits: Span,
 }
 
@@ -219,9 +218,9 @@ pub struct ClippedFactor {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Angle {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
-    /// At strength 1.
+    /// Interval at strength 1.
     pub angle: Span,
 }
 
@@ -229,7 +228,7 @@ pub struct Angle {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bend {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
     /// Standard deviation at strength 1.
     pub sd: Quantity,
@@ -239,19 +238,19 @@ pub struct Bend {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Droop {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
-    /// At strength 1.
+    /// Interval at strength 1.
     pub factor: Span,
-    /// Droop of an internode that the factor acts on.
+    /// Droop of an internode on which the factor acts.
     pub internode: Quantity,
 }
 
-/// Brightness and warmth.
+/// Variation of brightness and warmth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WoodTint {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
     /// Factor on all channels.
     pub brightness: Span,
@@ -259,11 +258,11 @@ pub struct WoodTint {
     pub warmth: Span,
 }
 
-/// Brightness and hue.
+/// Variation of brightness and hue.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoliageColour {
-    /// The dial.
+    /// Dial (strength) of the axis.
     pub strength: Quantity,
     /// Factor on all channels.
     pub brightness: Span,
@@ -271,32 +270,32 @@ pub struct FoliageColour {
     pub hue: Span,
 }
 
-/// A factor at some strength: exactly 1 at strength 0.
+/// Factor at a strength: exactly 1 at strength 0.
 fn at_strength(factor: f64, strength: &Quantity) -> f64 {
     libm::pow(factor, strength.si())
 }
 
 impl Factor {
-    /// The factor of one tree.
+    /// Draws the factor of one tree.
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         at_strength(stream.within(self.factor.si()), &self.strength)
     }
 }
 
 impl NormalFactor {
-    /// The next factor.
+    /// Draws the next factor.
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         at_strength(stream.cut_normal(&self.factor), &self.strength)
     }
 }
 
 impl ClippedFactor {
-    /// The factor of one tree.
+    /// Draws the factor of one tree.
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         at_strength(stream.within(self.factor.si()), &self.strength)
     }
 
-    /// A value under a factor.
+    /// Applies a factor to a value, within the limits.
     pub fn apply(&self, base: f64, factor: f64) -> f64 {
         let (low, high) = self.limits.si();
         (base * factor).clamp(base.min(low), base.max(high))
@@ -304,14 +303,14 @@ impl ClippedFactor {
 }
 
 impl Angle {
-    /// The angle of one tree [rad].
+    /// Draws the angle of one tree \[rad\].
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         stream.within(self.angle.si()) * self.strength.si()
     }
 }
 
 impl Bend {
-    /// The next angle [rad], and the azimuth of its axis [rad].
+    /// Draws the next angle \[rad\] and the azimuth of its axis \[rad\].
     pub fn draw(&self, stream: &mut Stream) -> (f64, f64) {
         let angle = stream.normal(0.0, self.sd.si()) * self.strength.si();
         (angle, stream.uniform(0.0, std::f64::consts::TAU))
@@ -319,14 +318,14 @@ impl Bend {
 }
 
 impl Droop {
-    /// Further droop of every internode of one tree [rad].
+    /// Draws the additional droop of every internode of one tree \[rad\].
     pub fn draw(&self, stream: &mut Stream) -> f64 {
         (at_strength(stream.within(self.factor.si()), &self.strength) - 1.0) * self.internode.si()
     }
 }
 
 impl WoodTint {
-    /// Brightness and warmth of one tree.
+    /// Draws brightness and warmth of one tree.
     pub fn draw(&self, stream: &mut Stream) -> (f64, f64) {
         let brightness = at_strength(stream.within(self.brightness.si()), &self.strength);
         (brightness, at_strength(stream.within(self.warmth.si()), &self.strength))
@@ -334,7 +333,7 @@ impl WoodTint {
 }
 
 impl FoliageColour {
-    /// Brightness, and turn of the hue [rad], of one tree.
+    /// Draws brightness and turn of the hue \[rad\] of one tree.
     pub fn draw(&self, stream: &mut Stream) -> (f64, f64) {
         let brightness = at_strength(stream.within(self.brightness.si()), &self.strength);
         (brightness, stream.within(self.hue.si()) * self.strength.si())
@@ -347,7 +346,7 @@ mod tests {
     use crate::{Preset, Spec};
     use std::collections::BTreeSet;
 
-    /// The whole name takes part in a stream's key, which has 24 bytes for it.
+    /// A stream's key holds the whole name, in at most 24 bytes.
     #[test]
     fn every_axis_has_a_stream_of_its_own() {
         let names: BTreeSet<&str> = Axis::ALL.iter().map(|axis| axis.stream_name()).collect();

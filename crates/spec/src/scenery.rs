@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenerySpec {
-    /// Posts; the tree stands in the middle of the row, between two of them.
+    /// Number of posts; the tree stands in the middle of the row, between two posts.
     pub posts: Count,
     /// Distance from post to post.
     pub post_spacing: Quantity,
@@ -22,13 +22,13 @@ pub struct ScenerySpec {
     pub lean: Quantity,
     /// Height at which leaning planes meet.
     pub fork_height: Quantity,
-    /// Wires of a plane.
+    /// Number of wires in a plane.
     pub wires: Count,
     /// Height of the lowest wire.
     pub lowest_wire: Quantity,
     /// Distance from wire to wire in their plane.
     pub wire_spacing: Quantity,
-    /// Distance of a wire from the plane of the posts' axes, on the side of the alley: on brackets, clear of the trunk.
+    /// Distance of a wire from the plane of the posts' axes, towards the alley: brackets hold it clear of the trunk.
     pub wire_offset: Quantity,
     /// Radius of a wire.
     pub wire_radius: Quantity,

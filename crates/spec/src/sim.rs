@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct SimSpec {
     /// Magnitude of gravity, along world -z.
     pub gravity: Quantity,
-    /// Control rate; a frame is one period of it.
+    /// Frame rate: one observation and one command a frame.
     pub frame_rate: Quantity,
     /// Physics substeps a frame.
     pub substeps: Count,
@@ -23,19 +23,19 @@ pub struct SimSpec {
     pub ground_stiffness: Quantity,
     /// Speed below which loose fruit and debris that touch something fall asleep.
     pub sleep_speed: Quantity,
-    /// How long they must stay that slow.
+    /// Time for which they must stay slower than `sleep_speed`.
     pub sleep_time: Quantity,
-    /// Radius of the box around the trunk base that no part of a sane world leaves.
+    /// Half-width of the box about the trunk base outside which a position counts as diverged.
     pub plausible_extent: Quantity,
 }
 
 impl SimSpec {
-    /// Frame length [s].
+    /// Frame length \[s\].
     pub fn frame(&self) -> f64 {
         1.0 / self.frame_rate.si()
     }
 
-    /// Substep length [s].
+    /// Substep length \[s\].
     pub fn substep(&self) -> f64 {
         self.frame() / f64::from(self.substeps.get())
     }

@@ -5,13 +5,13 @@ use rand_core::{Rng, SeedableRng};
 
 use crate::randomisation::Axis;
 
-/// What a stream's numbers are for. One stream a (seed, world, purpose): drawing more numbers for one
-/// purpose never shifts those of another.
+/// Purpose of a stream's numbers. There is one stream for each (seed, world, purpose), so that more draws for one
+/// purpose never shift those of another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Purpose {
     /// Grammar draws: topology, angles, lengths.
     Growth,
-    /// Which spurs carry fruit.
+    /// Choice of the spurs that carry fruit.
     FruitPlacement,
     /// Fruit sizes and masses.
     FruitSize,
@@ -19,21 +19,21 @@ pub enum Purpose {
     Stem,
     /// Leaf placement and shape.
     Foliage,
-    /// Where the robot starts.
+    /// Start pose of the robot.
     RobotStart,
     /// Depth-sensor noise.
     SensorNoise,
-    /// Where the camera of a data set or of the detection task stands.
+    /// Camera poses of a data set or of the detection task.
     Vantage,
-    /// Which fruit a component task names, and where it asks the hand to go.
+    /// Target fruit and hand poses of component tasks.
     ComponentTarget,
-    /// By how much a component task misplaces a fruit that it names.
+    /// Position errors that a component task adds to its target fruit.
     Localisation,
     /// Ground shape.
     Terrain,
     /// Colours.
     Appearance,
-    /// How one axis of the domain randomisation varies.
+    /// Draws of one axis of the domain randomisation.
     Variation(Axis),
     /// Bootstrap resamples.
     Bootstrap,
@@ -41,14 +41,14 @@ pub enum Purpose {
     Permutation,
     /// Joint rates of the trees that the scaling task times.
     ScalingKick,
-    /// Which episodes of a submission the leaderboard runs again.
+    /// Choice of a submission's episodes that the leaderboard runs again.
     LeaderboardSample,
     /// Test fixtures.
     Test,
 }
 
 impl Purpose {
-    /// The name that keys the stream. Part of the seed version: never rename.
+    /// Name that keys the stream. Part of the seed version: never rename.
     pub fn name(self) -> &'static str {
         match self {
             Purpose::Growth => "growth",
@@ -78,14 +78,14 @@ impl Purpose {
 pub struct Stream(ChaCha8Rng);
 
 impl Stream {
-    /// The stream of one purpose in one world of one seed.
+    /// Makes the stream of one purpose in one world of one seed.
     pub fn new(seed: u64, world: u32, purpose: Purpose) -> Self {
         let mut rng = ChaCha8Rng::from_seed(Self::key(seed, purpose));
         rng.set_stream(u64::from(world));
         Self(rng)
     }
 
-    /// The key of a purpose's streams: the seed, then the purpose's name.
+    /// Key of a purpose's streams: the seed, then the purpose's name.
     pub fn key(seed: u64, purpose: Purpose) -> [u8; 32] {
         let mut key = [0_u8; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -95,36 +95,35 @@ impl Stream {
         key
     }
 
-    /// The part of a stream that belongs to one frame of the world: [`Self::new`]'s, the frame in the upper half of the
-    /// stream number.
+    /// Makes the stream of one frame of a world: as [`Self::new`], with the frame in the upper half of the stream number.
     pub fn of_frame(seed: u64, world: u32, frame: u32, purpose: Purpose) -> Self {
         let mut stream = Self::new(seed, world, purpose);
         stream.0.set_stream(u64::from(frame) << 32 | u64::from(world));
         stream
     }
 
-    /// The stream of a repeat of the same world, for what a repeat draws anew: [`Self::new`]'s for repeat 0, else another, with the repeat
-    /// in the upper half of the stream number.
+    /// Makes the stream of a repeat of a world, for draws that differ between repeats: that of [`Self::new`] for repeat 0,
+    /// else one with the repeat in the upper half of the stream number.
     pub fn of_repeat(seed: u64, world: u32, repeat: u32, purpose: Purpose) -> Self {
         Self::of_frame(seed, world, repeat, purpose)
     }
 
-    /// Random bytes, for noise by the pixel.
+    /// Fills a slice with random bytes, for noise of pixels.
     pub fn fill(&mut self, bytes: &mut [u8]) {
         self.0.fill_bytes(bytes);
     }
 
-    /// Uniform in [0, 1), 53 bits.
+    /// Uniform number in [0, 1), 53 bits.
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
-    /// Uniform in [low, high).
+    /// Uniform number in [low, high).
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Uniform in an interval, as [`orchard_quantity::Span::si`] gives it.
+    /// Uniform number in an interval in the form of [`orchard_quantity::Span::si`].
     pub fn within(&mut self, interval: (f64, f64)) -> f64 {
         self.uniform(interval.0, interval.1)
     }
@@ -141,14 +140,14 @@ impl Stream {
         self.unit() < p
     }
 
-    /// Normal deviate (Box-Muller; one value a call, so that the count of draws never depends on history).
+    /// Normal deviate (Box-Muller). Every call uses the same count of draws.
     pub fn normal(&mut self, mean: f64, sigma: f64) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
         mean + sigma * radius * libm::cos(std::f64::consts::TAU * self.unit())
     }
 
-    /// Normal deviate between the ends of a distribution; what falls outside is drawn again. Where the ends are so
-    /// close together that a thousand draws miss them, the mean.
+    /// Normal deviate between the ends of a distribution; values outside are drawn again. Returns the mean if a thousand
+    /// draws fall outside.
     pub fn cut_normal(&mut self, normal: &orchard_quantity::Normal) -> f64 {
         const DRAWS: u32 = 1000;
         let (low, high) = normal.ends_si();
@@ -156,7 +155,7 @@ impl Stream {
         draws.find(|value| (low..=high).contains(value)).unwrap_or_else(|| normal.mean_si())
     }
 
-    /// Fisher-Yates shuffle.
+    /// Shuffles a slice (Fisher-Yates).
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             items.swap(last, self.integer(0, last as u32) as usize);

@@ -1,16 +1,16 @@
-//! Bumpy ground.
+//! Spec of bumpy ground.
 
 use orchard_quantity::{Count, Quantity};
 use serde::{Deserialize, Serialize};
 
-/// Octaves of periodic value noise, flat about the trunk. Off, the ground is the plane z = 0.
+/// Bumpy ground: octaves of periodic value noise, flat about the trunk. If disabled, the ground is the plane z = 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TerrainSpec {
-    /// Whether the ground is bumpy at all.
+    /// True for bumpy ground, false for the plane z = 0.
     pub enabled: bool,
-    /// Largest deviation of the ground from the plane that the trunk stands on; the highest bump or the deepest hollow
-    /// has exactly it.
+    /// Largest deviation of the ground from the plane z = 0, which the highest bump or the deepest hollow
+    /// reaches exactly.
     pub amplitude: Quantity,
     /// Distance after which the ground repeats itself along x and along y: the pitch of trees in a row of worlds.
     pub period: Quantity,
@@ -18,7 +18,7 @@ pub struct TerrainSpec {
     pub grid_cells: Count,
     /// Cells of the first octave's lattice in a period. Each further octave has twice as many.
     pub lattice_cells: Count,
-    /// Octaves.
+    /// Number of octaves.
     pub octaves: Count,
     /// Height of an octave relative to the one before.
     pub persistence: Quantity,
@@ -29,7 +29,7 @@ pub struct TerrainSpec {
 }
 
 impl TerrainSpec {
-    /// Bumpy ground of another amplitude [m].
+    /// Returns enabled terrain of another amplitude \[m\].
     ///
     /// # Errors
     /// The amplitude is outside its range.
@@ -38,7 +38,7 @@ impl TerrainSpec {
         Ok(Self { enabled: true, amplitude, ..self.clone() })
     }
 
-    /// Distance between the nodes of the ground's grid [m].
+    /// Distance between the nodes of the ground's grid \[m\].
     pub fn spacing(&self) -> f64 {
         self.period.si() / f64::from(self.grid_cells.get())
     }

@@ -1,4 +1,4 @@
-//! How a tree grows.
+//! Growth of a tree: grammar, pipe model and fruit sites.
 
 pub mod annual_shoots;
 mod trained;
@@ -18,7 +18,7 @@ pub struct TreeSpec {
     pub height: Quantity,
     /// Least height of a branch's lowest point above the ground.
     pub clearance: Quantity,
-    /// Radius of every internode that carries no other.
+    /// Radius of every internode without children.
     pub tip_radius: Quantity,
     /// Radius of the trunk's first internode.
     pub trunk_radius: Quantity,
@@ -26,9 +26,11 @@ pub struct TreeSpec {
     pub pipe_exponent: Quantity,
     /// Fruit sites on one internode that may carry fruit, evenly spaced, the last at its tip.
     pub fruit_sites: Count,
+    /// Radius of spurs in pictures.
+    pub spur_radius: Quantity,
 }
 
-/// The grammars that a config can choose: `[tree.grammar.NAME]` holds the parameters of the one that it names.
+/// Grammar that a config chooses: `[tree.grammar.NAME]` holds the parameters of the one that it names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[expect(clippy::large_enum_variant, reason = "a config holds one")]
@@ -74,9 +76,9 @@ pub struct TernarySpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CentralLeaderSpec {
-    /// Limbs that the leader sets, one at the end of each of its tiers.
+    /// Number of limbs on the leader, one at the end of each of its tiers.
     pub limbs: CountSpan,
-    /// How many of them, from the lowest up, are scaffolds; the others are laterals of the upper leader.
+    /// Number of these limbs, from the lowest up, that are scaffolds; the others are laterals of the upper leader.
     pub scaffolds: CountSpan,
     /// Length of the first tier, the bare trunk below the lowest scaffold.
     pub trunk_length: Span,
@@ -106,13 +108,13 @@ pub struct CentralLeaderSpec {
     pub droop: Span,
     /// Factor on `droop` from upright to weeping, a tree.
     pub form: Span,
-    /// Part of an axis's gathered droop that its last internode takes back, a tree.
+    /// Part of an axis's accumulated droop that its last internode bends back up, a tree.
     pub upturn: Span,
     /// Chance that a lateral bud aborts, a tree.
     pub bud_abortion: Span,
     /// Largest random bend at a node, a tree.
     pub wobble: Span,
-    /// Shortest internode before rescaling; an axis whose next one would be shorter ends.
+    /// Shortest internode before rescaling; an axis ends where the next internode would be shorter.
     pub internode_min: Quantity,
     /// Number of branch orders, the leader's order 0 included.
     pub branch_orders: Count,
@@ -120,7 +122,7 @@ pub struct CentralLeaderSpec {
     pub segments_max: Count,
 }
 
-/// An interval of whole numbers, both ends included, with the range that both ends must keep.
+/// An interval of whole numbers, both ends included, with the allowed range of both ends.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "RawCountSpan")]
 pub struct CountSpan {
@@ -159,12 +161,12 @@ impl TryFrom<RawCountSpan> for CountSpan {
 }
 
 impl CountSpan {
-    /// The lowest number.
+    /// Lowest number.
     pub fn low(&self) -> u32 {
         self.low
     }
 
-    /// The highest number.
+    /// Highest number.
     pub fn high(&self) -> u32 {
         self.high
     }
@@ -174,7 +176,7 @@ impl CountSpan {
         &self.source
     }
 
-    /// A number drawn uniformly.
+    /// Draws a number uniformly.
     pub fn draw(&self, stream: &mut crate::Stream) -> u32 {
         stream.integer(self.low, self.high)
     }

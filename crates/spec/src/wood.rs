@@ -3,35 +3,35 @@
 use orchard_quantity::{Count, Quantity};
 use serde::{Deserialize, Serialize};
 
-/// How stiff the joint at a segment's base is.
+/// Law of the stiffness of the joint at a segment's base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum JointLaw {
-    /// E I / l of the segment at every joint: the paper's. Overstates deflection, by 32 % at 5 links.
+    /// E I / l of the segment at every joint: the paper's law. Overstates deflection, by 32 % at 5 links.
     Paper,
-    /// The bending of half a segment on either side of the joint, and of its own half alone at a branch root.
+    /// Bending of half a segment on either side of the joint; of the segment's own half alone at a branch root.
     Corrected,
-    /// `per_level_stiffness * exp(-per_level_decay * order)`, whatever the section: the paper's second law.
+    /// `per_level_stiffness * exp(-per_level_decay * order)`, independent of the section: the paper's second law.
     PerLevel,
 }
 
-/// Limits on applied forces that keep a light, freed body from being flung; no limit acts on what stands still.
+/// Limits on applied forces that keep a light, freed body from being flung; no limit acts on a body at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RailsSpec {
     /// Speed that one substep of an applied force may reach, and above which the brake acts.
     pub speed_limit: Quantity,
-    /// The same for rotation.
+    /// Angular speed that one substep of an applied moment may reach, and above which the brake acts.
     pub spin_limit: Quantity,
     /// Decay rate of the speed above the limit.
     pub brake: Quantity,
     /// Speed at which the part of a force along the velocity begins to fade; it is gone at the limit.
     pub fade_speed: Quantity,
-    /// The same for rotation.
+    /// Angular speed at which the part of a moment along the angular velocity begins to fade; it is gone at the limit.
     pub fade_spin: Quantity,
 }
 
-/// Material of the branches and how they break.
+/// Material and rupture of branches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WoodSpec {
@@ -63,7 +63,7 @@ pub struct WoodSpec {
     pub friction: Quantity,
     /// Contact stiffness of a limb across the grain.
     pub contact_stiffness: Quantity,
-    /// Frames in a row over the rupture moment before a joint breaks.
+    /// Consecutive frames above the rupture moment before a joint breaks.
     pub rupture_frames: Count,
     /// Factor on linear drag of a broken sub-tree.
     pub broken_linear_drag_scale: Quantity,
@@ -73,7 +73,7 @@ pub struct WoodSpec {
     pub broken_friction_ratio: Quantity,
     /// Factor that the friction reaches at the end of its ramp.
     pub broken_friction_ramp: Quantity,
-    /// Length of the ramp.
+    /// Duration of the ramp.
     pub broken_friction_ramp_time: Quantity,
     /// Residual damping of a broken joint over the sub-tree's inertia about it.
     pub broken_residual_damping: Quantity,
@@ -81,7 +81,7 @@ pub struct WoodSpec {
     pub broken_residual_damping_max: Quantity,
     /// Rate of a broken joint at which its brake reaches `broken_rate_brake`.
     pub broken_rate_limit: Quantity,
-    /// Decay rate that the brake imposes at the rate limit; it goes with the fourth power of the rate.
+    /// Decay rate that the brake imposes at the rate limit; it grows with the fourth power of the rate.
     pub broken_rate_brake: Quantity,
     /// Rate below which joint friction acts as a viscous damper.
     pub friction_regularisation: Quantity,

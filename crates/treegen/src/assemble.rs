@@ -1,11 +1,11 @@
-//! From internodes and radii to segments with frames.
+//! Makes segments with frames from internodes and radii.
 
 use orchard_geometry::{Rotation, Vec3, rotation_from_z};
 
 use crate::{skeleton::Segment, turtle::Internode};
 
 /// Places every internode and gives it a frame: the parent's frame, turned by the smallest rotation that
-/// carries the parent's heading onto its own. Frames so carry no twist about the wood.
+/// turns the parent's heading into its own. The frames therefore have no twist about the wood.
 pub fn segments(internodes: &[Internode], radii: &[f64]) -> Vec<Segment> {
     let mut segments: Vec<Segment> = Vec::with_capacity(internodes.len());
     for (internode, &radius) in internodes.iter().zip(radii) {
@@ -17,7 +17,7 @@ pub fn segments(internodes: &[Internode], radii: &[f64]) -> Vec<Segment> {
         segments.push(Segment {
             parent: internode.parent,
             p_base_world,
-            // Composition leaves the quaternion's norm one rounding off; do not let that grow along a limb.
+            // Composition rounds the quaternion's norm; normalising keeps the error from growing along a limb.
             r_world_segment: Rotation::new_normalize(
                 (r_world_parent * rotation_from_z(&heading_parent.normalize())).into_inner(),
             ),

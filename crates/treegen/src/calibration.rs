@@ -1,5 +1,4 @@
-//! Grown trees against measured ones: the figures of a population beside the targets of
-//! `configs/measured/trees.toml`.
+//! Compares the figures of a population of grown trees with the targets of `configs/measured/trees.toml`.
 
 use orchard_quantity::{Quantity, Unit, from_toml};
 use orchard_spec::Spec;
@@ -15,11 +14,11 @@ pub mod young;
 
 const MEASURED_TOML: &str = include_str!("../configs/measured/trees.toml");
 
-/// What was measured on real trees.
+/// Measurements of real trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measured {
-    /// How trees are surveyed.
+    /// Rules of the survey.
     pub survey: SurveyRules,
     /// Unpruned trees of four seasons.
     pub young: young::Young,
@@ -29,23 +28,23 @@ pub struct Measured {
     pub dwarf: dwarf::Dwarf,
 }
 
-/// How trees are surveyed.
+/// Rules of the survey.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurveyRules {
-    /// Branches thinner at their base are twigs.
+    /// Branches with a thinner base are twigs.
     pub branch_diameter: Quantity,
     /// Dry mass of wood over its fresh volume.
     pub dry_density: Quantity,
-    /// Growth units below are short.
+    /// Growth units below this length are short.
     pub short_shoot: Quantity,
-    /// Growth units above are long.
+    /// Growth units above this length are long.
     pub medium_shoot: Quantity,
     /// Bandwidth of the kernel that finds the mode of divergences.
     pub mode_bandwidth: Quantity,
 }
 
-/// A measured figure, and the interval in which a grown population's has to lie.
+/// A measured figure, and the interval that the figure of a grown population must meet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Target {
@@ -55,11 +54,11 @@ pub struct Target {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Unit of all three.
+    /// Unit of the three figures.
     pub unit: Unit,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
-    /// Why grown trees miss it, where they do.
+    /// Reason why grown trees miss the target, if they do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why_missed: Option<String>,
 }
@@ -72,7 +71,7 @@ pub struct Sample {
     pub n: u32,
     /// The quantiles.
     pub quantiles: Vec<f64>,
-    /// Their unit.
+    /// Unit of the quantiles.
     pub unit: Unit,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
@@ -95,20 +94,20 @@ pub struct Moments {
 /// One figure of a grown population beside its target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// What was measured.
+    /// Name of the figure.
     pub name: String,
     /// The population's figure, in the target's unit.
     pub value: f64,
     /// The target.
     pub target: Target,
-    /// How the figure was found, and why it misses where it does.
+    /// Method of the figure, and the reason of a miss.
     pub note: Option<String>,
 }
 
-/// A population of trees and how they are surveyed.
+/// A population of trees with its survey.
 #[derive(Debug, Clone)]
 pub struct Population {
-    /// What they were grown from.
+    /// Config from which they grew.
     pub spec: Spec,
     /// The trees.
     pub trees: Vec<Growth>,
@@ -117,7 +116,7 @@ pub struct Population {
 }
 
 impl Measured {
-    /// The measured trees that come with the crate.
+    /// Returns the measurements that come with the crate.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
@@ -139,24 +138,24 @@ impl Measured {
 }
 
 impl Target {
-    /// Whether a figure in the target's unit meets it.
+    /// True if a figure, in the target's unit, meets the target.
     pub fn holds(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 
-    /// A figure in SI units beside this target.
+    /// Compares a figure in SI units with this target.
     pub fn check(&self, name: &str, value_si: f64) -> Check {
         Check { name: name.to_owned(), value: value_si / self.unit.to_si(), target: self.clone(), note: None }
     }
 }
 
 impl Check {
-    /// Whether the target is met.
+    /// True if the target is met.
     pub fn passes(&self) -> bool {
         self.target.holds(self.value)
     }
 
-    /// The same with a note.
+    /// Adds a note.
     #[must_use]
     pub fn noted(self, note: impl Into<String>) -> Self {
         Self { note: Some(note.into()), ..self }
@@ -164,22 +163,22 @@ impl Check {
 }
 
 impl Population {
-    /// The trees as an orchard survey sees them.
+    /// Surveys of the trees.
     pub fn surveys(&self) -> &[Survey] {
         &self.surveys
     }
 
-    /// One figure a tree.
+    /// Values of a figure, one a tree.
     pub fn each(&self, figure: impl Fn(&Growth) -> f64) -> Vec<f64> {
         self.trees.iter().map(figure).collect()
     }
 
-    /// One figure a surveyed tree.
+    /// Values of a figure of the survey, one a tree.
     pub fn each_survey(&self, figure: impl Fn(&Survey) -> f64) -> Vec<f64> {
         self.surveys.iter().map(figure).collect()
     }
 
-    /// Angles of the limbs from the vertical, base to tip, as [`crate::morphometry::branches`] finds them [rad].
+    /// Angles of the limbs from the vertical, base to tip, as [`crate::morphometry::branches`] finds them \[rad\].
     pub fn limb_angles(&self) -> Vec<f64> {
         self.surveys.iter().flat_map(|survey| survey.limbs().map(|limb| limb.angle)).collect()
     }
@@ -190,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_embedded_file_reads_and_its_intervals_hold_what_was_measured() {
+    fn the_embedded_file_reads_and_its_intervals_contain_the_measurements() {
         let measured = Measured::embedded();
         for target in [
             &measured.young.targets.growth_units_mean,

@@ -4,18 +4,18 @@ use orchard_geometry::{Rotation, Vec3, rotation_from_z};
 
 use crate::{TreegenError, turtle::Internode};
 
-/// Passes of scaling and lifting before the two are said not to settle.
+/// Passes of scaling and lifting before an error is returned.
 const PASSES: usize = 64;
 
-/// Relative error of the height at which it counts as met: some thousand roundings.
+/// Largest relative error of the height: some thousand roundings.
 const HEIGHT_TOLERANCE: f64 = 1e-12;
 
-/// Scales the tree so that its highest tip stands at `height` [m] and lifts every branch whose lowest point
-/// would come nearer to the ground than `clearance` [m].
+/// Scales the tree so that its highest tip is at `height` \[m\] and lifts every branch whose lowest point
+/// would be nearer to the ground than `clearance` \[m\].
 ///
 /// # Errors
-/// A branch starts too low to clear the ground, or scaling and lifting do not settle together.
-pub(crate) fn stand(
+/// A branch starts too low to clear the ground, or scaling and lifting do not converge.
+pub(crate) fn fit_height_and_clearance(
     internodes: &mut [Internode],
     radii: &[f64],
     height: f64,
@@ -37,7 +37,7 @@ pub(crate) fn stand(
     Err(TreegenError::Height { height })
 }
 
-/// Height of the highest tip [m].
+/// Height of the highest tip \[m\].
 pub(crate) fn top(internodes: &[Internode]) -> f64 {
     let mut z_tips = Vec::with_capacity(internodes.len());
     for internode in internodes {
@@ -47,9 +47,9 @@ pub(crate) fn top(internodes: &[Internode]) -> f64 {
     z_tips.into_iter().fold(0.0, f64::max)
 }
 
-/// From parents to children: an internode whose capsule dips below the clearance is rotated up about its base
-/// in its vertical plane, and what grows on it turns with it. Lengths stay. The trunk (order 0) stands on the
-/// ground and is exempt. Returns the rotation that every internode got.
+/// Rotates every internode whose capsule reaches below the clearance up about its base in its vertical plane, parents
+/// first; its children turn with it. Lengths stay. The trunk (order 0) stands on the ground and is exempt. Returns the
+/// rotation of every internode.
 ///
 /// # Errors
 /// The index of an internode whose base is itself too low.
@@ -83,7 +83,7 @@ pub(crate) fn lift(
     Ok(lifts)
 }
 
-/// The unit vector over the same compass direction as `heading` with the given sine of elevation.
+/// Unit vector with the compass direction of `heading` and the given sine of elevation.
 fn at_elevation(heading: &Vec3, sine: f64) -> Vec3 {
     let level = Vec3::new(heading.x, heading.y, 0.0);
     // Straight down has no compass direction: take +x.
@@ -91,7 +91,7 @@ fn at_elevation(heading: &Vec3, sine: f64) -> Vec3 {
     level * (1.0 - sine * sine).max(0.0).sqrt() + Vec3::z() * sine
 }
 
-/// The smallest rotation that carries one unit vector onto another.
+/// Smallest rotation from one unit vector to another.
 fn rotation_between(from: &Vec3, to: &Vec3) -> Rotation {
     let r_from = rotation_from_z(from);
     r_from * rotation_from_z(&(r_from.inverse() * to)) * r_from.inverse()
@@ -112,10 +112,10 @@ mod tests {
         }
     }
 
-    /// A limb that points into the ground, with a child across it: the limb's tip comes to rest on the
+    /// A limb that points into the ground, with a child across it: the lifted limb's tip lies on the
     /// clearance plane, and the child keeps its angle to the limb.
     #[test]
-    fn a_low_limb_is_lifted_with_what_it_carries() {
+    fn a_low_limb_is_lifted_with_its_branches() {
         let mut tree = [
             internode(None, [0.0, 0.0, 1.0], 0),
             internode(Some(0), [1.0, 0.0, -3.0], 1),

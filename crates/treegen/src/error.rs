@@ -1,24 +1,24 @@
-//! Why a tree could not be grown.
+//! Errors of growing a tree.
 
-/// A config that is valid field by field but describes no tree.
+/// Error of a config whose fields are valid one by one but describe no tree.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TreegenError {
-    /// A branch starts so low that no lift brings its lowest point above the clearance.
+    /// A branch starts so low that no rotation raises its lowest point above the clearance.
     #[error(
-        "tree.clearance: segment {segment} cannot be brought {clearance} m above the ground on a tree {height} m tall"
+        "tree.clearance: segment {segment} cannot be raised {clearance} m above the ground on a tree {height} m tall"
     )]
     Clearance {
         /// Index of the segment.
         segment: usize,
-        /// Clearance asked for [m].
+        /// Configured clearance \[m\].
         clearance: f64,
-        /// Height asked for [m].
+        /// Configured height \[m\].
         height: f64,
     },
-    /// Lifting low branches and scaling to the height did not come to rest together.
-    #[error("tree.height: lifting low branches and scaling to {height} m do not settle together")]
+    /// Lifting low branches and scaling to the height did not converge.
+    #[error("tree.height: lifting low branches and scaling to {height} m did not converge")]
     Height {
-        /// Height asked for [m].
+        /// Configured height \[m\].
         height: f64,
     },
     /// The leader makes no shoot.

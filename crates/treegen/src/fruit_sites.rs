@@ -1,11 +1,11 @@
-//! Where fruit may hang.
+//! Sites where fruit may hang.
 
 use orchard_geometry::Vec3;
 use orchard_spec::Spec;
 
 use crate::skeleton::{FruitSite, Segment};
 
-/// Every site on wood that may carry fruit (its order high enough, its radius below the limit): evenly spaced
+/// Fruit sites on wood of high enough order and a radius below the limit: evenly spaced
 /// along the segment, the last at its tip, on the bark's underside. `outerness` is the site's horizontal
 /// distance from the trunk's axis over the largest of any tip.
 pub(crate) fn fruit_sites(spec: &Spec, segments: &[Segment]) -> Vec<FruitSite> {
@@ -30,7 +30,7 @@ pub(crate) fn fruit_sites(spec: &Spec, segments: &[Segment]) -> Vec<FruitSite> {
     sites
 }
 
-/// Largest horizontal distance of any tip from the trunk's axis [m].
+/// Largest horizontal distance of any tip from the trunk's axis \[m\].
 pub(crate) fn canopy_radius(segments: &[Segment]) -> f64 {
     segments.iter().map(|s| s.p_tip_world().xy().norm()).fold(0.0, f64::max)
 }

@@ -1,7 +1,7 @@
-//! The grammars, a file each: productions, and the parameters that a tree draws for them.
+//! Grammars of apple trees, one file each: productions, and the parameters that a tree draws for them.
 //!
-//! Rewriting is [`crate::lsystem`]'s, interpretation [`crate::turtle`]'s; the intervals that parameters are drawn from stand in
-//! the config (`orchard_spec::tree`). A new grammar is a new file here, a table of parameters there and a line in [`draw`].
+//! [`crate::lsystem`] rewrites strings and [`crate::turtle`] interprets them; the config (`orchard_spec::tree`) has the
+//! intervals of the parameters. A new grammar is a new file here, a table of parameters there and a line in [`draw`].
 
 pub mod annual_shoots;
 pub mod central_leader;

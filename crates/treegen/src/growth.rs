@@ -1,4 +1,4 @@
-//! Trees of annual shoots: the skeleton, and the growth units that it stands for.
+//! Grows trees of annual shoots: the skeleton and its growth units.
 
 use std::f64::consts::PI;
 
@@ -13,33 +13,33 @@ use crate::skeleton::{FruitSite, Segment, Skeleton, Spur};
 use crate::turtle::Internode;
 use crate::{TreegenError, assemble, clearance, fruit_sites, leaves, pipe, turtle};
 
-/// A tree with the growth units of which it consists. They are finer than its segments.
+/// A tree with its growth units, which are finer than its segments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
-    /// What is simulated.
+    /// The skeleton that is simulated.
     pub skeleton: Skeleton,
     /// Growth units, an axis before its branches' later ones, those of one axis from its base outwards.
     pub units: Vec<GrowthUnit>,
 }
 
-/// What one apex made in one season.
+/// Growth unit: the shoot that one apex made in one season.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrowthUnit {
     /// Branch order: 0 the leader.
     pub order: u8,
     /// Season in which it grew, from 0.
     pub season: u8,
-    /// Part of the tree that it lengthens.
+    /// Kind of the axis that it lengthens.
     pub axis: AxisKind,
-    /// Whether it ends in an inflorescence.
+    /// True if it ends in an inflorescence.
     pub floral: bool,
-    /// Whether it is the first of its axis.
+    /// True if it is the first of its axis.
     pub first: bool,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
     /// Unit heading at its base, world.
     pub heading_world: Vec3,
-    /// Segment that it stands on or begins with.
+    /// Index of the segment on which it stands or with which it begins.
     pub segment: usize,
 }
 
@@ -90,22 +90,22 @@ pub(crate) fn grow(
     Ok(Growth { skeleton: Skeleton { segments, fruit_sites, leaves, spurs }, units })
 }
 
-/// Radius of tips that together make up the largest part of the trunk's pipes that they may [m].
+/// Largest radius of the tips \[m\]: together they then make up `tip_share` of the trunk's pipes.
 fn thickest_tip(
     grammar: &AnnualShootsSpec,
     parents: &[Option<usize>],
     trunk_radius: f64,
     exponent: f64,
 ) -> f64 {
-    let mut carries = vec![false; parents.len()];
+    let mut has_children = vec![false; parents.len()];
     for parent in parents.iter().flatten() {
-        carries[*parent] = true;
+        has_children[*parent] = true;
     }
-    let tips = carries.iter().filter(|carries| !**carries).count().max(1) as f64;
+    let tips = has_children.iter().filter(|has_children| !**has_children).count().max(1) as f64;
     trunk_radius * math::pow(grammar.tip_share.si() / tips, 1.0 / exponent)
 }
 
-/// Whether links belong to the leader or to a limb: what an axis begins as, it stays.
+/// True for each link of the leader or of a limb; all links of an axis are of the kind of its first.
 fn structural(links: &[Internode]) -> Vec<bool> {
     let mut structural: Vec<bool> = Vec::with_capacity(links.len());
     for link in links {
@@ -116,8 +116,8 @@ fn structural(links: &[Internode]) -> Vec<bool> {
     structural
 }
 
-/// Part of every link in the pipes of branches that are no more: scars stand on leader and limbs in proportion
-/// to their length, and their tips were cut back.
+/// Weight of every link in the pipes of branches that were shed or cut: scars on leader and limbs in proportion
+/// to their length, and the cut tips.
 fn shed_pipes(
     grammar: &AnnualShootsSpec,
     links: &[Internode],
@@ -164,7 +164,7 @@ fn growth_units(linked: &Links, lifts: &[Rotation]) -> Vec<GrowthUnit> {
     units
 }
 
-/// Which entry of a list stands for a growth unit, in order of first sight.
+/// Index of each growth unit in a list, in the order of first occurrence.
 #[derive(Debug, Default)]
 struct Numbered {
     of_number: Vec<Option<usize>>,
@@ -172,7 +172,7 @@ struct Numbered {
 }
 
 impl Numbered {
-    /// The entry of a unit; `push` makes it on first sight.
+    /// Index of a unit; `push` adds it at its first occurrence.
     fn index(&mut self, number: u32, push: impl FnOnce()) -> usize {
         let number = number as usize;
         if self.of_number.len() <= number {
@@ -186,7 +186,7 @@ impl Numbered {
     }
 }
 
-/// The short branches in the frames of their segments, standing on the bark.
+/// The short branches in the frames of their segments, with bases on the bark.
 fn spurs(linked: &Links, lifts: &[Rotation], segments: &[Segment]) -> Vec<Spur> {
     let spur = |branch: &links::ShortBranch| {
         let segment = &segments[branch.link];
@@ -205,7 +205,7 @@ fn spurs(linked: &Links, lifts: &[Rotation], segments: &[Segment]) -> Vec<Spur> 
 }
 
 /// Fruit sites: the tips of spurs, and points along limbs and along the laterals that stand on them and on the
-/// leader, as far out on a lateral as it bears.
+/// leader, as far out on a lateral as it bears fruit.
 fn fruit_site_list(
     grammar: &AnnualShootsSpec,
     links: &[Internode],
@@ -225,7 +225,7 @@ fn fruit_site_list(
         let count = (bearing / spacing).round() as u32;
         (1..=count).map(move |k| {
             let along = bearing * f64::from(k) / f64::from(count);
-            // Stubs on limbs stand out to the left and to the right in turn.
+            // Stubs on limbs alternate between left and right.
             let level = if k % 2 == 0 { Vec3::z().cross(&underside) } else { underside.cross(&Vec3::z()) };
             let out = if structural[i] { level * stub } else { Vec3::zeros() };
             (i, Vec3::z() * along + underside * segment.radius + out)
@@ -238,13 +238,13 @@ fn fruit_site_list(
             FruitSite { segment, p_segment, outerness: fruit_sites::outerness(&p_world, canopy_radius) }
         })
         .collect();
-    // Stable: spurs of a segment first.
+    // The sort is stable: spurs of a segment come first.
     sites.sort_by_key(|site| site.segment);
     sites
 }
 
-/// Length of every link from its base on which fruit may hang [m]: a limb bears from its base as far out as its
-/// cross-section there allows, a lateral on bearing wood as far as its reach.
+/// Length of every link, from its base, on which fruit may hang \[m\]: a limb bears fruit from its base over a length that its
+/// cross-section there allows, a lateral on bearing wood over `fruit_reach`.
 fn bearing_lengths(
     grammar: &AnnualShootsSpec,
     links: &[Internode],
@@ -252,7 +252,7 @@ fn bearing_lengths(
     segments: &[Segment],
 ) -> Vec<f64> {
     let per_area = grammar.fruit_per_area.si() * grammar.fruit_site_spacing.si();
-    // What an axis may still bear from a link's base on [m].
+    // Remaining bearing length of an axis from a link's base on [m].
     let mut left: Vec<f64> = Vec::with_capacity(links.len());
     for (i, link) in links.iter().enumerate() {
         let bears = match link.parent {
@@ -269,7 +269,7 @@ fn bearing_lengths(
     links.iter().zip(left).map(|(link, left)| left.clamp(0.0, link.length)).collect()
 }
 
-/// The shoots of one season as the leaves find them.
+/// The shoots of one season, in pieces for the placement of leaves.
 fn shoots(linked: &Links, segments: &[Segment], spurs: &[Spur], season: u32) -> Vec<Shoot> {
     let mut shoots: Vec<Shoot> = Vec::new();
     let mut at = Numbered::default();

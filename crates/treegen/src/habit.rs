@@ -1,42 +1,41 @@
-//! A grown tree in another habit and other dimensions: the same segments, lengthened, thickened and turned.
+//! Reshapes a grown tree to another habit and other dimensions: the same segments, lengthened, thickened and turned.
 //!
-//! Turns go from parents to children: what grows on a segment turns with it, so that a droop of each internode adds up to
-//! the arch of a limb. `docs/computation/randomisation.md` derives it.
+//! Rotations pass from parents to children, so that the droop of each internode adds up to
+//! the arch of a limb. Equations: `docs/computation/randomisation.md`.
 
 use orchard_geometry::{Pose, Rotation, Vec3, math, rotation_from_z};
 use std::f64::consts::PI;
 
 use crate::{
-    FruitSite, LeafSite, Segment, Skeleton, Spur, TreegenError, assemble,
-    carry::Carrier,
-    clearance,
+    FruitSite, LeafSite, Segment, Skeleton, Spur, TreegenError, assemble, clearance,
     fruit_sites::{canopy_radius, outerness},
     leaves::face_up,
+    segment_map::SegmentMap,
     turtle::{Internode, droop_rotation},
 };
 
-/// What becomes of a tree's wood. Lists are per segment.
+/// Changes of a tree's wood. Lists have one entry a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Habit {
     /// Factors on lengths.
     pub length: Vec<f64>,
     /// Factors on radii.
     pub radius: Vec<f64>,
-    /// Bend at each segment's base [rad], about an axis across the heading, and that axis's azimuth [rad]. The trunk's
-    /// first segment has nothing to bend against.
+    /// Bend at each segment's base \[rad\], about an axis across the heading, and that axis's azimuth \[rad\]. The bend of
+    /// the trunk's first segment is ignored.
     pub bend: Vec<(f64, f64)>,
-    /// Downward bend at the base of every segment of a limb (order 1 and higher) [rad].
+    /// Downward bend at the base of every segment of a limb (order 1 and higher) \[rad\].
     pub droop: f64,
-    /// Rotation vector of the whole tree about its foot, world [rad].
+    /// Rotation vector of the whole tree about its foot, world \[rad\].
     pub lean_world: Vec3,
     /// Factor on the angle between a lateral and its parent.
     pub fork_spread: f64,
-    /// Roll of the n-th lateral of an axis about its parent, over n (from 0) [rad].
+    /// Roll of the n-th lateral of an axis about its parent, over n (from 0) \[rad\].
     pub twist: f64,
 }
 
 impl Habit {
-    /// Whether it leaves a tree as it is.
+    /// True if the habit changes nothing.
     pub fn is_neutral(&self) -> bool {
         let ones = |factors: &[f64]| factors.iter().all(|&f| f == 1.0);
         ones(&self.length)
@@ -47,9 +46,9 @@ impl Habit {
     }
 }
 
-/// A tree in another habit: the same segments, and on them the same spurs, fruit sites and leaves, which keep their places on the
-/// wood; blades are turned about their midribs to face up again. No segment gets thicker than its parent, and branches
-/// are lifted above the ground clearance [m] once more. The height is what it becomes.
+/// Returns the tree in another habit: the same segments with the same spurs, fruit sites and leaves, which keep their places on the
+/// wood; blades are turned about their midribs to face up again. No segment is thicker than its parent, and branches
+/// are again lifted above the ground clearance \[m\]. The height is not restored.
 ///
 /// # Errors
 /// A branch starts too low to clear the ground.
@@ -62,21 +61,21 @@ pub fn reshape(base: &Skeleton, habit: &Habit, clearance: f64) -> Result<Skeleto
         height: clearance::top(&internodes),
     })?;
     let segments = assemble::segments(&internodes, &radii);
-    let carriers: Vec<Carrier> =
-        base.segments.iter().zip(&segments).map(|(a, b)| Carrier::new(a, b)).collect();
+    let maps: Vec<SegmentMap> =
+        base.segments.iter().zip(&segments).map(|(a, b)| SegmentMap::new(a, b)).collect();
     let canopy_radius = canopy_radius(&segments);
     let fruit_site = |site: &FruitSite| {
-        let p_segment = carriers[site.segment].point(&site.p_segment);
+        let p_segment = maps[site.segment].point(&site.p_segment);
         let segment = &segments[site.segment];
         let p_world = segment.p_base_world + segment.heading() * p_segment.z;
         FruitSite { p_segment, outerness: outerness(&p_world, canopy_radius), ..site.clone() }
     };
-    let leaf = |leaf: &LeafSite| carried_leaf(leaf, &carriers[leaf.segment], &segments[leaf.segment]);
+    let leaf = |leaf: &LeafSite| mapped_leaf(leaf, &maps[leaf.segment], &segments[leaf.segment]);
     let spur = |spur: &Spur| {
-        let carrier = &carriers[spur.segment];
+        let map = &maps[spur.segment];
         Spur {
-            p_segment: carrier.point(&spur.p_segment),
-            heading_segment: carrier.direction(&spur.heading_segment),
+            p_segment: map.point(&spur.p_segment),
+            heading_segment: map.direction(&spur.heading_segment),
             ..spur.clone()
         }
     };
@@ -88,15 +87,15 @@ pub fn reshape(base: &Skeleton, habit: &Habit, clearance: f64) -> Result<Skeleto
     })
 }
 
-fn carried_leaf(leaf: &LeafSite, carrier: &Carrier, segment: &Segment) -> LeafSite {
-    let p_segment = carrier.point(&leaf.x_segment_leaf.translation.vector);
-    let midrib = segment.r_world_segment * carrier.direction(&(leaf.x_segment_leaf.rotation * Vec3::x()));
+fn mapped_leaf(leaf: &LeafSite, map: &SegmentMap, segment: &Segment) -> LeafSite {
+    let p_segment = map.point(&leaf.x_segment_leaf.translation.vector);
+    let midrib = segment.r_world_segment * map.direction(&(leaf.x_segment_leaf.rotation * Vec3::x()));
     let outward = Vec3::new(p_segment.x, p_segment.y, 0.0);
     let rotation = face_up(&segment.r_world_segment, midrib.normalize(), &outward);
     LeafSite { x_segment_leaf: Pose::from_parts(p_segment.into(), rotation), ..leaf.clone() }
 }
 
-/// Radii under their factors, none above its parent's.
+/// Radii times their factors, none above its parent's.
 fn thickened(segments: &[Segment], factors: &[f64]) -> Vec<f64> {
     let mut radii: Vec<f64> = Vec::with_capacity(segments.len());
     for (segment, factor) in segments.iter().zip(factors) {
@@ -106,10 +105,10 @@ fn thickened(segments: &[Segment], factors: &[f64]) -> Vec<f64> {
     radii
 }
 
-/// The walk: headings and lengths of all segments.
+/// Headings and lengths of all segments, parents first.
 fn turned(segments: &[Segment], habit: &Habit) -> Vec<Internode> {
     let mut internodes: Vec<Internode> = Vec::with_capacity(segments.len());
-    // What turns a segment turns all that grows on it.
+    // Rotation of each segment, which its children inherit.
     let mut turns: Vec<Rotation> = Vec::with_capacity(segments.len());
     // The first segment of a segment's axis, and laterals of the axis so far (counted there).
     let mut axes: Vec<usize> = Vec::with_capacity(segments.len());
@@ -147,7 +146,7 @@ fn turned(segments: &[Segment], habit: &Habit) -> Vec<Internode> {
     internodes
 }
 
-/// Rotation that takes a lateral's angle from its parent's heading times a factor, in the plane of both.
+/// Rotation that multiplies a lateral's angle to its parent's heading by a factor, in the plane of both.
 fn spread(along: &Vec3, heading: &Vec3, factor: f64) -> Rotation {
     let axis = along.cross(heading);
     let sine = axis.norm();

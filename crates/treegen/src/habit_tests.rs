@@ -53,7 +53,7 @@ fn droop_compounds_along_a_limb() {
 
 /// A bend of one segment turns all that grows on it and nothing else.
 #[test]
-fn a_bend_carries_what_grows_beyond() {
+fn a_bend_turns_all_that_grows_beyond() {
     let mut habit = neutral(9);
     habit.bend[4] = (0.2, 1.0);
     let bent = turned(&arm(8), &habit);
@@ -123,7 +123,7 @@ fn no_segment_gets_thicker_than_its_parent() {
 }
 
 #[test]
-fn neutral_is_told_from_every_change() {
+fn every_change_is_not_neutral() {
     assert!(neutral(3).is_neutral());
     let mut bent = neutral(3);
     bent.bend[2].0 = 1e-9;

@@ -1,4 +1,4 @@
-//! Leaves on the twigs.
+//! Leaves on twigs.
 
 use orchard_geometry::{Pose, Rotation, Vec3, math, rotation_from_z};
 use orchard_spec::Stream;
@@ -9,7 +9,7 @@ use crate::{
     turtle::droop_rotation,
 };
 
-/// Leaves of every twig internode of high enough order, evenly spaced along it on a spiral, the last at its tip.
+/// Places leaves on every twig internode of high enough order, evenly spaced on a spiral, the last at its tip.
 pub(crate) fn leaves(spec: &FoliageSpec, segments: &[Segment], mut stream: Stream) -> Vec<LeafSite> {
     let per_internode = spec.leaves_per_internode();
     let (blade_length, blade_width) = spec.blade_size();
@@ -39,16 +39,16 @@ pub(crate) fn leaves(spec: &FoliageSpec, segments: &[Segment], mut stream: Strea
     leaves
 }
 
-/// A piece of a shoot, in the frame of the segment that carries it.
+/// A piece of a shoot, in the frame of its segment.
 #[derive(Debug, Clone)]
 pub(crate) struct Piece {
     pub segment: usize,
-    /// Ends on the shoot's axis [m].
+    /// Ends on the shoot's axis \[m\].
     pub p_base_segment: Vec3,
     pub p_tip_segment: Vec3,
-    /// Radius of the wood [m].
+    /// Radius of the wood \[m\].
     pub radius: f64,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
 }
 
@@ -56,11 +56,11 @@ pub(crate) struct Piece {
 #[derive(Debug, Clone)]
 pub(crate) struct Shoot {
     pub floral: bool,
-    /// From its base outwards.
+    /// Pieces from the base outwards.
     pub pieces: Vec<Piece>,
 }
 
-/// Leaves of shoots whose leaf area follows their length: as many blades of about the mean area as make it up,
+/// Places leaves on shoots whose leaf area follows from their length: blades of about the mean area that add up to it,
 /// evenly spaced on a spiral, the last at the tip.
 pub(crate) fn leaves_of_shoots(
     spec: &FoliageSpec,
@@ -105,7 +105,7 @@ pub(crate) fn leaves_of_shoots(
     leaves
 }
 
-/// The point at a length [m] along a shoot, and the piece that it is on.
+/// Point at a length \[m\] along a shoot, and its piece.
 fn point_along(pieces: &[Piece], along: f64) -> Option<(&Piece, Vec3)> {
     let mut left = along;
     let (last, before) = pieces.split_last()?;
@@ -121,7 +121,7 @@ fn point_along(pieces: &[Piece], along: f64) -> Option<(&Piece, Vec3)> {
     Some((piece, piece.p_base_segment + (piece.p_tip_segment - piece.p_base_segment) * part))
 }
 
-/// What is drawn for one blade.
+/// Random draws of one blade.
 struct Blade {
     /// Direction of the petiole, segment frame.
     petiole: Vec3,
@@ -150,16 +150,16 @@ fn blade(
     Blade { petiole, r_segment_leaf, size_class, scale }
 }
 
-/// Rotation of the blade in the segment's frame: the midrib (+x) goes on from the petiole, bent towards the
-/// ground by `droop` [rad]; the upper face (+z) looks as far up as the midrib allows.
+/// Rotation of the blade in the segment's frame: the midrib (+x) continues the petiole, bent towards the
+/// ground by `droop` \[rad\]; the upper face (+z) faces up as far as the midrib allows.
 fn blade_rotation(r_world_segment: &Rotation, petiole: &Vec3, outward: &Vec3, droop: f64) -> Rotation {
     let petiole_world = r_world_segment * petiole;
     let midrib = (droop_rotation(&petiole_world, droop) * petiole_world).normalize();
     face_up(r_world_segment, midrib, outward)
 }
 
-/// Rotation in the segment's frame of a blade with a given midrib (unit, world): its upper face looks as far up as the
-/// midrib allows; straight down it looks `outward` (segment frame).
+/// Rotation in the segment's frame of a blade with a given midrib (unit, world): its upper face faces up as far as the
+/// midrib allows; on a vertical midrib it faces `outward` (segment frame).
 pub(crate) fn face_up(r_world_segment: &Rotation, midrib: Vec3, outward: &Vec3) -> Rotation {
     let across = |v: Vec3| (v - midrib * midrib.dot(&v)).try_normalize(1e-6);
     // A blade that hangs straight down faces away from the twig.

@@ -1,7 +1,8 @@
 //! Apple trees grown by parametric L-systems.
 //!
-//! config + seed -> [`grammar`] -> [`turtle`] -> pipe model -> height and clearance -> [`Skeleton`] with fruit
-//! sites and leaves; a [`Habit`] reshapes it. Same config, seed and world: same bytes. `docs/computation/growth.md` derives it.
+//! [`grow`] makes a [`Skeleton`] in steps: config and seed -> [`grammar`] -> [`turtle`] -> pipe model -> height and clearance ->
+//! fruit sites and leaves. [`reshape`] gives it another [`Habit`]. The same config, seed and world give the same bytes.
+//! Equations: `docs/computation/growth.md`.
 
 pub mod calibration;
 pub mod grammar;
@@ -11,7 +12,6 @@ pub mod morphometry;
 pub mod turtle;
 
 mod assemble;
-mod carry;
 mod clearance;
 mod dress;
 mod error;
@@ -20,17 +20,18 @@ mod habit;
 mod leaves;
 mod links;
 mod pipe;
+mod segment_map;
 mod skeleton;
 
 use orchard_spec::{Purpose, Spec, Stream, tree::Grammar};
 
 pub use assemble::segments;
-pub use carry::carried_to;
 pub use dress::{dress_with_fruit_sites, dress_with_leaves};
 pub use error::TreegenError;
 pub use fruit_sites::underside;
 pub use growth::{Growth, GrowthUnit};
 pub use habit::{Habit, reshape};
+pub use segment_map::map_point;
 pub use skeleton::{FruitSite, LeafSite, Segment, Skeleton, Spur};
 
 use turtle::Internode;
@@ -38,12 +39,12 @@ use turtle::Internode;
 /// Grows the tree of one world of one seed with the grammar that `spec.tree` chooses.
 ///
 /// # Errors
-/// The spec describes a tree that cannot keep its clearance at its height.
+/// The spec describes a tree that cannot have both its clearance and its height.
 pub fn grow(spec: &Spec, seed: u64, world: u32) -> Result<Skeleton, TreegenError> {
     grow_with_units(spec, seed, world).map(|growth| growth.skeleton)
 }
 
-/// Grows the same tree as [`grow`] with the growth units that it stands for; a grammar that knows none gives none.
+/// Grows the same tree as [`grow`], with its growth units; grammars without growth units return none.
 ///
 /// # Errors
 /// As [`grow`].
@@ -58,18 +59,18 @@ pub fn grow_with_units(spec: &Spec, seed: u64, world: u32) -> Result<Growth, Tre
     }
 }
 
-/// Radii first (they depend on topology alone), then height and clearance, then what the wood carries.
+/// Computes radii first (they depend on topology only), then height and clearance, then fruit sites and leaves.
 fn finish(spec: &Spec, mut internodes: Vec<Internode>, foliage: Stream) -> Result<Skeleton, TreegenError> {
     let tree = &spec.tree;
     let parents: Vec<Option<usize>> = internodes.iter().map(|internode| internode.parent).collect();
     let radii = pipe::radii(
         &parents,
-        |_, carries| f64::from(u8::from(carries)),
+        |_, has_children| f64::from(u8::from(has_children)),
         tree.tip_radius.si(),
         tree.trunk_radius.si(),
         tree.pipe_exponent.si(),
     );
-    clearance::stand(&mut internodes, &radii, tree.height.si(), tree.clearance.si())?;
+    clearance::fit_height_and_clearance(&mut internodes, &radii, tree.height.si(), tree.clearance.si())?;
     let segments = assemble::segments(&internodes, &radii);
     let fruit_sites = fruit_sites::fruit_sites(spec, &segments);
     let leaves = leaves::leaves(&spec.foliage, &segments, foliage);

@@ -1,8 +1,8 @@
-//! From drawn internodes to the links that are simulated.
+//! Joins and cuts drawn internodes to the links that are simulated.
 //!
-//! Growth units may be a centimetre long or a metre: short branches become spurs on a link, long pieces are
-//! cut, and short pieces in a row are joined, so that a link's length stays in its interval wherever the wood
-//! allows it. Wood forks at the ends of links only: a fork moves outwards to the next one.
+//! Growth units are between a centimetre and a metre long: short branches become spurs on a link, long pieces are
+//! cut, and short pieces in a row are joined, so that a link's length stays in its interval where the wood
+//! allows it. Wood forks only at the ends of links: a fork moves outwards to the next end.
 
 use std::collections::VecDeque;
 
@@ -13,19 +13,19 @@ use crate::turtle::Internode;
 /// A branch too short to be a link.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ShortBranch {
-    /// Link that it stands on.
+    /// Index of the link on which it stands.
     pub link: usize,
-    /// Where on the link: 0 its base, 1 its tip.
+    /// Position on the link: 0 at its base, 1 at its tip.
     pub part: f64,
     /// Unit vector from its base to its tip, world.
     pub heading: Vec3,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// The first internode of it.
+    /// Index of its first internode.
     pub first: usize,
 }
 
-/// Where a drawn internode is found.
+/// Place of a drawn internode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Place {
     /// On a link, between two parts of its length.
@@ -35,7 +35,7 @@ pub(crate) enum Place {
 }
 
 impl Place {
-    /// Link that carries it.
+    /// Index of the link.
     pub fn link(self, links: &Links) -> usize {
         match self {
             Self::Link { link, .. } => link,
@@ -49,7 +49,7 @@ impl Place {
 pub(crate) struct Links {
     /// Parents before children.
     pub links: Vec<Internode>,
-    /// What is too short to be one.
+    /// Branches too short to be links.
     pub short: Vec<ShortBranch>,
     /// Drawn internodes, long ones cut.
     pub drawn: Vec<Internode>,
@@ -57,7 +57,7 @@ pub(crate) struct Links {
     pub places: Vec<Place>,
 }
 
-/// Joins and cuts drawn internodes to links of `least` to `most` [m].
+/// Joins and cuts drawn internodes to links of `least` to `most` \[m\].
 pub(crate) fn link(internodes: &[Internode], least: f64, most: f64) -> Links {
     let drawn = cut(internodes, most);
     let branching = Branching::of(&drawn);
@@ -74,10 +74,10 @@ pub(crate) fn link(internodes: &[Internode], least: f64, most: f64) -> Links {
     out
 }
 
-/// Most pieces of one internode: a config that asks for finer links gets these.
+/// Most pieces of one internode, for any configured link length.
 const MOST_PIECES: f64 = 1000.0;
 
-/// The same internodes, each longer than `most` in equal pieces.
+/// Cuts internodes longer than `most` into equal pieces.
 fn cut(internodes: &[Internode], most: f64) -> Vec<Internode> {
     let mut pieces: Vec<Internode> = Vec::with_capacity(internodes.len());
     let mut last_piece = Vec::with_capacity(internodes.len());
@@ -93,9 +93,9 @@ fn cut(internodes: &[Internode], most: f64) -> Vec<Internode> {
     pieces
 }
 
-/// Who follows whom.
+/// Successor and branches of each internode.
 struct Branching {
-    /// The internode that continues an axis.
+    /// Internode that continues the axis.
     next: Vec<Option<usize>>,
     /// First internodes of the branches at an internode's tip.
     laterals: Vec<Vec<usize>>,
@@ -120,14 +120,14 @@ impl Branching {
     }
 }
 
-/// Heading and length of a piece of wood from its base to its tip. What is folded back on itself (by no config
-/// of measured trees) goes up, as long as it is.
+/// Heading and length of a piece of wood from its base to its tip. A piece folded back on itself (by no config
+/// of measured trees) goes straight up with its full length.
 fn straight(chord: &Vec3, whole: f64) -> (Vec3, f64) {
     const FOLDED: f64 = 1e-3;
     chord.try_normalize(FOLDED * whole).map_or((Vec3::z(), whole), |heading| (heading, chord.norm()))
 }
 
-/// The walk along one axis.
+/// State of the walk along one axis.
 struct Walk<'a> {
     drawn: &'a [Internode],
     branching: &'a Branching,
@@ -135,7 +135,7 @@ struct Walk<'a> {
     queue: &'a mut VecDeque<(usize, Option<usize>)>,
     least: f64,
     most: f64,
-    /// Internodes of the link in the making, and the branches that wait for its end.
+    /// Internodes of the unfinished link, and the branches that move to its end.
     members: Vec<usize>,
     waiting: Vec<usize>,
     length: f64,
@@ -154,7 +154,7 @@ impl<'a> Walk<'a> {
         Self { drawn, branching, out, queue, least, most, members, waiting, length: 0.0 }
     }
 
-    /// Whether a branch is too short for a link and carries none.
+    /// True if a branch is too short for a link and bears none.
     fn is_short(&self, first: usize) -> bool {
         let length: f64 = self.branching.axis(first).map(|i| self.drawn[i].length).sum();
         length < self.least && self.branching.axis(first).all(|i| self.branching.laterals[i].is_empty())
@@ -181,7 +181,7 @@ impl<'a> Walk<'a> {
             }
         }
         match closed_here {
-            // What is left is too short for a link of its own: the last link takes it.
+            // The rest is too short for a link of its own: it joins the last link.
             Some(link) if self.length < self.least => self.extend(link),
             _ => {
                 self.close(&mut parent);
@@ -189,7 +189,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Ends the link in the making.
+    /// Ends the unfinished link.
     fn close(&mut self, parent: &mut Option<usize>) -> usize {
         let Some(&first) = self.members.first() else { return parent.unwrap_or(0) };
         let link = self.out.links.len();
@@ -200,10 +200,10 @@ impl<'a> Walk<'a> {
         link
     }
 
-    /// Gives what is left of the axis to its last link.
+    /// Joins the rest of the axis to its last link.
     fn extend(&mut self, link: usize) {
         let held = |place: &Place| matches!(place, Place::Link { link: l, .. } if *l == link);
-        // The link's members stand before those that are left, on the same axis.
+        // The link's members come before the rest, on the same axis.
         let mut members: Vec<usize> = Vec::new();
         let Some(&first_left) = self.members.first() else { return };
         let mut i = self.drawn[first_left].parent;
@@ -220,8 +220,8 @@ impl<'a> Walk<'a> {
         self.settle(link, &members);
     }
 
-    /// Writes a link's length and heading, the places of its members and the short branches on it, and sends
-    /// the branches that waited for its end to it.
+    /// Writes a link's length and heading, the places of its members and the short branches on it, and moves
+    /// the waiting branches to its end.
     fn settle(&mut self, link: usize, members: &[usize]) {
         let whole: f64 = members.iter().map(|&i| self.drawn[i].length).sum();
         let chord: Vec3 = members.iter().map(|&i| self.drawn[i].heading * self.drawn[i].length).sum();

@@ -2,7 +2,7 @@
 //!
 //! Prusinkiewicz and Lindenmayer, "The Algorithmic Beauty of Plants", chapter 1.
 
-/// A module that the turtle obeys. Lengths in metres, angles in radians.
+/// A command to the turtle. Lengths are in metres, angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {
     /// `F(l)`: draw an internode of length l along the heading.
@@ -15,51 +15,51 @@ pub enum Command {
     Roll(f64),
     /// Bend the heading towards the ground (away from it where negative), never past the vertical.
     Droop(f64),
-    /// `[`: remember the turtle's state; what follows is one branch order higher.
+    /// `[`: push the turtle's state; the following internodes are one branch order higher.
     Push,
-    /// `]`: return to the state last remembered.
+    /// `]`: pop the state.
     Pop,
-    /// What is drawn from here on is a new growth unit, until the next one or the closing bracket.
+    /// Begin a growth unit, which ends at the next one or at the closing bracket.
     Unit(Unit),
 }
 
-/// A growth unit: what one apex makes in one season.
+/// A growth unit: the shoot that one apex makes in one season.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unit {
     /// Season in which it grew, from 0.
     pub season: u8,
-    /// Part of the tree that it lengthens.
+    /// Kind of the axis that it lengthens.
     pub axis: AxisKind,
-    /// Whether it ends in an inflorescence.
+    /// True if it ends in an inflorescence.
     pub floral: bool,
 }
 
-/// What an axis is in the tree.
+/// Kind of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AxisKind {
     /// Trunk and leader.
     Leader,
     /// A structural branch.
     Limb,
-    /// Any other.
+    /// Any other axis.
     Lateral,
 }
 
 /// One letter of the string: a turtle command, or an apex that the grammar rewrites.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Module<A> {
-    /// Drawn by the turtle.
+    /// A turtle command.
     Turtle(Command),
-    /// A growing point with the grammar's own parameters; the turtle passes over it.
+    /// A growing point with the grammar's own parameters; the turtle ignores it.
     Apex(A),
 }
 
-/// Axiom and productions of one L-system. Context-free; a stochastic grammar owns its random stream.
+/// Axiom and productions of one context-free L-system. A stochastic grammar owns its random stream.
 pub trait Grammar {
     /// The growing points and their parameters.
     type Apex: Copy;
 
-    /// Derivations that a tree of this grammar takes.
+    /// Number of derivations for a tree of this grammar.
     fn derivations(&self) -> u32;
 
     /// The string before the first derivation.
@@ -68,7 +68,7 @@ pub trait Grammar {
     /// Production of an apex: appends its successor to `successor`.
     fn grow(&mut self, apex: Self::Apex, successor: &mut Vec<Module<Self::Apex>>);
 
-    /// Production of a turtle command; most stay as they are.
+    /// Production of a turtle command: by default the command itself.
     fn mature(&self, command: Command) -> Command {
         command
     }

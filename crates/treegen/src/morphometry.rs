@@ -1,4 +1,4 @@
-//! Measurements on trees, as they are made on real ones: pure functions on a skeleton and its growth units.
+//! Measurements on trees in the form of orchard surveys: pure functions of a skeleton and its growth units.
 //!
 //! [`branches`] cuts a tree into the pieces of wood between forks that orchard surveys measure (Brym and
 //! Ernest 2018); [`allometry`] fits and compares; [`shoots`] counts growth units and reads their angles.

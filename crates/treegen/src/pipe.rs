@@ -1,15 +1,15 @@
 //! Radii by the pipe model.
 //!
 //! `r_parent^beta = sum over children of r_child^beta + p`, p >= 0 one constant a tree, with every tip at the
-//! tip radius. The law is linear in r^beta, so an internode above which stand `tips` tips and `forks`
-//! internodes that carry others (itself among them) has `r^beta = tips r_tip^beta + forks p`, and p follows
-//! from the trunk's radius. Instead of counting 1 where it carries others and 0 where not, an internode may have
-//! any weight: pipes of branches that were shed or cut off there. Where the tips alone make a thicker trunk than asked, p = 0 and the trunk is thicker.
+//! tip radius. The law is linear in r^beta, so an internode with `tips` tips and `forks` internodes with children above it
+//! (itself included) has `r^beta = tips r_tip^beta + forks p`, and p follows from the trunk's radius. Instead of 1 with
+//! children and 0 without, an internode may count with any weight: the pipes of branches that were shed or cut off there. If
+//! the tips alone make the trunk thicker than configured, p = 0 and the trunk is thicker.
 
 use orchard_geometry::math;
 
-/// Radius [m] of every internode from its parent's index; parents stand before children. `weight` gives an
-/// internode's part in p from its index and whether it carries others.
+/// Radius \[m\] of every internode from its parent's index; parents stand before children. `weight` maps an
+/// internode's index, and true if it has children, to its weight in p.
 pub(crate) fn radii(
     parents: &[Option<usize>],
     weight: impl Fn(usize, bool) -> f64,
@@ -21,9 +21,9 @@ pub(crate) fn radii(
     let mut tips = vec![0_u32; parents.len()];
     let mut forks = vec![0.0_f64; parents.len()];
     for (i, parent) in parents.iter().enumerate().rev() {
-        let carries = tips[i] > 0;
+        let has_children = tips[i] > 0;
         tips[i] = tips[i].max(1);
-        forks[i] += weight(i, carries);
+        forks[i] += weight(i, has_children);
         if let Some(parent) = *parent {
             tips[parent] += tips[i];
             forks[parent] += forks[i];
@@ -44,25 +44,25 @@ pub(crate) fn radii(
 mod tests {
     use super::*;
 
-    fn carrying(_: usize, carries: bool) -> f64 {
-        f64::from(u8::from(carries))
+    fn parents_only(_: usize, has_children: bool) -> f64 {
+        f64::from(u8::from(has_children))
     }
 
     #[test]
     fn trunk_of_a_fork() {
         // Two tips on a trunk: R^2 = 2 t^2 + p.
-        let r = radii(&[None, Some(0), Some(0)], carrying, 1.0, 3.0, 2.0);
+        let r = radii(&[None, Some(0), Some(0)], parents_only, 1.0, 3.0, 2.0);
         assert!((r[0] - 3.0).abs() < 1e-15 && r[1] == 1.0 && r[2] == 1.0, "{r:?}");
     }
 
     #[test]
     fn a_trunk_is_never_thinner_than_its_pipes() {
-        let r = radii(&[None, Some(0), Some(0)], carrying, 1.0, 1.2, 2.0);
+        let r = radii(&[None, Some(0), Some(0)], parents_only, 1.0, 1.2, 2.0);
         assert!((r[0] - 2.0_f64.sqrt()).abs() < 1e-15, "{r:?}");
     }
 
     #[test]
     fn a_lone_internode_is_a_tip() {
-        assert_eq!(radii(&[None], carrying, 2.0, 9.0, 2.0), [2.0]);
+        assert_eq!(radii(&[None], parents_only, 2.0, 9.0, 2.0), [2.0]);
     }
 }

@@ -1,4 +1,4 @@
-//! The grown tree as a plain value.
+//! The grown tree as plain data.
 
 use orchard_geometry::{Pose, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
@@ -13,9 +13,9 @@ pub struct Skeleton {
     pub segments: Vec<Segment>,
     /// Places on outer spurs where a fruit may hang, in segment order.
     pub fruit_sites: Vec<FruitSite>,
-    /// Leaves.
+    /// Leaf blades.
     pub leaves: Vec<LeafSite>,
-    /// Branches too short to be segments. They move with their segment and carry no load of their own.
+    /// Branches too short to be segments. They move with their segment and bear no load of their own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spurs: Vec<Spur>,
 }
@@ -24,15 +24,15 @@ pub struct Skeleton {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
-    /// Index of the parent; `None` for the trunk's first.
+    /// Index of the parent; `None` for the first segment of the trunk.
     pub parent: Option<usize>,
-    /// Base point [m], world.
+    /// Base point \[m\], world.
     pub p_base_world: Vec3,
     /// Rotation of the segment's frame in the world; local +z is the heading.
     pub r_world_segment: Rotation,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// Branch order: 0 trunk and leader, 1 scaffold, 2 lateral, ...
     pub order: u8,
@@ -42,41 +42,41 @@ pub struct Segment {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FruitSite {
-    /// Segment that carries it.
+    /// Index of the segment that bears the site.
     pub segment: usize,
-    /// Attachment point in the segment's frame [m].
+    /// Attachment point in the segment's frame \[m\].
     pub p_segment: Vec3,
-    /// 0 at the trunk axis, 1 at the canopy's edge.
+    /// Horizontal distance from the trunk axis over the canopy's radius: 0 at the axis, 1 at the edge.
     pub outerness: f64,
 }
 
-/// A short branch, rigid to its segment.
+/// A short branch, fixed to its segment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spur {
-    /// Segment that carries it.
+    /// Index of the segment on which it stands.
     pub segment: usize,
-    /// Base on the bark, in the segment's frame [m].
+    /// Base on the bark, in the segment's frame \[m\].
     pub p_segment: Vec3,
     /// Unit vector from base to tip, in the segment's frame.
     pub heading_segment: Vec3,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Whether it bears an inflorescence.
+    /// True if the spur bears an inflorescence.
     pub floral: bool,
 }
 
-/// One leaf blade, rigid to its segment.
+/// One leaf blade, fixed to its segment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeafSite {
-    /// Segment that carries it.
+    /// Index of the segment on which it stands.
     pub segment: usize,
     /// Pose of the blade in the segment's frame: origin at the petiole, +x along the midrib, +z the upper face.
     pub x_segment_leaf: Pose,
-    /// Length of the blade along the midrib [m].
+    /// Length of the blade along the midrib \[m\].
     pub length: f64,
-    /// Full width of the blade [m].
+    /// Full width of the blade \[m\].
     pub width: f64,
     /// Size class: 0 small, 1 medium, 2 large.
     pub size_class: u8,
@@ -90,7 +90,7 @@ impl LeafSite {
 }
 
 impl Segment {
-    /// Tip point [m], world.
+    /// Tip point \[m\], world.
     pub fn p_tip_world(&self) -> Vec3 {
         self.p_base_world + self.heading() * self.length
     }

@@ -1,23 +1,23 @@
-//! The 3-D turtle: reads a string of modules and draws internodes.
+//! The 3-D turtle, which reads a string of modules and draws internodes.
 
 use orchard_geometry::{Rotation, Vec3, math};
 
 use crate::lsystem::{Command, Module, Unit};
 
-/// An internode as the turtle draws it. Its base is its parent's tip, the first one's the origin.
+/// An internode drawn by the turtle. Its base is its parent's tip; the first internode's base is the origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Internode {
-    /// Index of the internode it grows from.
+    /// Index of the internode from which it grows.
     pub parent: Option<usize>,
     /// Unit heading, world.
     pub heading: Vec3,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Drawn width, relative.
+    /// Relative width.
     pub width: f64,
     /// Number of brackets around it.
     pub order: u8,
-    /// The growth unit that it belongs to and its number in the string; `None` where the grammar has none.
+    /// Number of its growth unit in the string, and the unit; `None` if the grammar has no growth units.
     pub unit: Option<(u32, Unit)>,
 }
 
@@ -67,7 +67,7 @@ pub fn interpret<A>(string: &[Module<A>]) -> Vec<Internode> {
                 state.unit = Some((units, unit));
                 units += 1;
             }
-            // A bracket without its opening one leaves the turtle where it is.
+            // A closing bracket without an opening one changes nothing.
             Command::Pop => state = stack.pop().unwrap_or(state),
         }
     }
@@ -75,14 +75,14 @@ pub fn interpret<A>(string: &[Module<A>]) -> Vec<Internode> {
 }
 
 impl State {
-    /// Rotates the frame about its own axes by a rotation vector [rad].
+    /// Rotates the frame about its own axes by a rotation vector \[rad\].
     fn turn(&mut self, rotation_turtle: Vec3) {
         self.r_world_turtle *= Rotation::from_scaled_axis(rotation_turtle);
     }
 }
 
-/// Rotation that bends a unit heading by `angle` [rad] towards the ground, or away from it where negative,
-/// but no further than straight down (up). A vertical heading has no side to bend to and stays.
+/// Rotation that bends a unit heading by `angle` \[rad\] towards the ground, or away from it where negative,
+/// but no further than straight down (up). A vertical heading has no direction to bend in and stays.
 pub(crate) fn droop_rotation(heading: &Vec3, angle: f64) -> Rotation {
     let axis = heading.cross(&-Vec3::z());
     let sine = axis.norm();

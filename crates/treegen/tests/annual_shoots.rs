@@ -1,4 +1,4 @@
-//! Trees of annual shoots: sound over ten thousand seeds and all over their config's space, and like the measured ones.
+//! Trees of annual shoots are sound over ten thousand seeds and over their config's space, and like the measured trees.
 
 #[path = "common/sound.rs"]
 mod sound;
@@ -41,7 +41,7 @@ fn same_seed_same_bytes_and_grow_is_the_same_tree() {
     }
 }
 
-/// Links and spurs are chords of what the turtle drew: none of the growth units' length is lost but the bends'.
+/// Links and spurs are chords of the drawn wood: only bends make them shorter than the growth units.
 #[test]
 fn links_and_spurs_are_the_growth_units() {
     for preset in CALIBRATED {
@@ -62,17 +62,17 @@ fn links_have_sensible_lengths() {
         let (least, most) = grammar.link_length.si();
         for tree in trees(preset, 20) {
             for segment in &tree.skeleton.segments {
-                // At the most a piece that begins short of the least, and a last piece that the link takes in.
+                // At most a piece that begins below the least length, and a last piece that joins the link.
                 assert!(segment.length < most + 2.0 * least, "{preset}");
             }
-            // A branch that forks is wood however short it is.
+            // A branch that forks is a link at any length.
             let short = tree.skeleton.segments.iter().filter(|s| s.length < 0.98 * least).count();
             assert!(50 * short <= tree.skeleton.segments.len(), "{preset}: {short}");
         }
     }
 }
 
-/// The blades of the last season's shoots have, together, the area that their lengths ask for.
+/// The blades of the last season's shoots add up to the area that follows from the shoots' lengths.
 #[test]
 fn leaves_have_the_measured_area() {
     for preset in CALIBRATED {
@@ -91,8 +91,8 @@ fn leaves_have_the_measured_area() {
     }
 }
 
-/// Fewer trees than `cargo xtask validate trees` grows, of another seed. What this population of figures misses
-/// there, it may miss here; all else holds.
+/// Fewer trees than `cargo xtask validate trees` grows, of another seed. Targets that are known to be
+/// missed there may be missed here; all others must hold.
 #[test]
 fn grown_trees_are_like_the_measured_ones() {
     let measured = Measured::embedded();

@@ -1,4 +1,4 @@
-//! What holds for every default tree, over 300 seeds.
+//! Invariants of default trees, over 300 seeds.
 
 mod common;
 
@@ -27,7 +27,7 @@ fn trees_are_sound_and_of_bounded_size() {
     assert!((130..=190).contains(&counts[counts.len() / 2]), "{counts:?}");
 }
 
-/// `r_parent^beta - sum r_child^beta` is one and the same p >= 0 at every internode that carries others.
+/// `r_parent^beta - sum r_child^beta` is one and the same p >= 0 at every internode with children.
 #[test]
 fn pipe_law_holds_with_one_trunk_term() {
     let spec = Spec::paper();
@@ -54,7 +54,7 @@ fn pipe_law_holds_with_one_trunk_term() {
 #[test]
 fn same_seed_same_bytes_other_world_other_topology() {
     let spec = Spec::paper();
-    // Debug text tells every bit of an f64 apart, the sign of zero included.
+    // Debug text differs for any two f64 that differ in a bit, also for the two zeros.
     let text = |seed, world| format!("{:?}", grow(&spec, seed, world).unwrap());
     assert_eq!(text(SEED, 3), text(SEED, 3));
     assert_ne!(text(SEED, 3), text(SEED + 1, 3));

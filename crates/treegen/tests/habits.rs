@@ -1,4 +1,4 @@
-//! Reshaped trees keep what grown trees promise, the height excepted.
+//! Reshaped trees keep the invariants of grown trees, except the height.
 
 #[allow(dead_code, reason = "other suites use the rest")]
 mod common;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 const SEED: u64 = 19;
 
-/// A habit far beyond any that a config draws at strength 1.
+/// A habit far beyond those that a config draws at strength 1.
 fn wild(n: usize, droop: f64, lean: f64, spread: f64, twist: f64) -> Habit {
     let mut stream = Stream::new(SEED, 0, Purpose::Test);
     Habit {
@@ -30,7 +30,7 @@ fn wild(n: usize, droop: f64, lean: f64, spread: f64, twist: f64) -> Habit {
 fn assert_dressed(spec: &Spec, base: &Skeleton, tree: &Skeleton) {
     assert_eq!(tree.leaves.len(), base.leaves.len());
     for (before, leaf) in base.leaves.iter().zip(&tree.leaves) {
-        // As far outside the bark as the stretched wood has it.
+        // Distance outside the bark, stretched with the wood.
         let stretch = tree.segments[leaf.segment].length / base.segments[leaf.segment].length;
         let outside = |leaf: &LeafSite, tree: &Skeleton| {
             leaf.x_segment_leaf.translation.vector.xy().norm() - tree.segments[leaf.segment].radius

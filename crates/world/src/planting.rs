@@ -6,7 +6,7 @@ mod variation;
 pub use appearance::Appearance;
 
 use crate::{scene, scenery};
-use orchard_camera::Scene;
+use orchard_camera::{Scene, blade::BladeMesh};
 use orchard_fruit::{Fruit, place, rehang};
 use orchard_geometry::{Shape, transform};
 use orchard_spec::{Spec, randomisation::Mode};
@@ -75,14 +75,25 @@ pub fn tree_scene(planting: &Planting) -> Scene {
     let Planting { skeleton, fruit, appearance, .. } = planting;
     let mut scene = Scene::default();
     let shapes: Vec<Shape> = scene::wood_shapes(skeleton);
-    scene::push_tree(&mut scene, &shapes, &skeleton.leaves, |i| skeleton.segments[i].x_world_segment());
+    let blade = Arc::new(BladeMesh::from_spec(&planting.spec.foliage));
+    scene::push_tree(&mut scene, &shapes, &skeleton.leaves, &blade, |i| {
+        skeleton.segments[i].x_world_segment()
+    });
     let anchors = fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
-    scene::push_fine_wood(&mut scene, skeleton, anchors, |i| skeleton.segments[i].x_world_segment());
+    scene::push_fine_wood(&mut scene, planting.spec.tree.spur_radius.si(), skeleton, anchors, |i| {
+        skeleton.segments[i].x_world_segment()
+    });
     for (i, fruit) in fruit.iter().enumerate() {
         scene::push_fruit(&mut scene, i, &fruit.p_hang_world, fruit.radius);
         let x_world_segment = skeleton.segments[fruit.segment].x_world_segment();
         let p_anchor_world = transform(&x_world_segment, &fruit.p_segment);
-        scene::push_stem(&mut scene, &p_anchor_world, &fruit.p_hang_world, fruit.radius);
+        scene::push_stem(
+            &mut scene,
+            planting.spec.fruit.stem_radius.si(),
+            &p_anchor_world,
+            &fruit.p_hang_world,
+            fruit.radius,
+        );
     }
     scene.items.extend(scenery::items(&scenery::struts(planting.spec.scenery.as_ref())));
     appearance.paint(&mut scene);

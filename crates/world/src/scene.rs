@@ -2,11 +2,13 @@
 
 use crate::World;
 use crate::scenery::{self, Strut};
-use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
+
+use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene, blade::BladeMesh};
 use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z, transform};
 use orchard_multibody::{Data, PointId};
 use orchard_treegen::{LeafSite, Skeleton, Spur};
 use orchard_treephys::TreeBody;
+use std::sync::Arc;
 
 /// The things of a world that are drawn: wood and leaves that move with their segment, fruit, robot, posts and wires,
 /// ground.
@@ -14,6 +16,7 @@ struct Visible<'a> {
     tree: &'a TreeBody,
     shapes: &'a [Shape],
     leaves: &'a [LeafSite],
+    blade: Arc<BladeMesh>,
     fruit_radius: &'a [f64],
     robot: Vec<(Shape, Pose)>,
     ground: Shape,
@@ -33,6 +36,7 @@ impl World {
             tree: &self.parts.tree,
             shapes: &shapes,
             leaves: &self.parts.skeleton.leaves,
+            blade: Arc::new(BladeMesh::from_spec(&self.spec().foliage)),
             fruit_radius: &fruit_radius,
             robot: self.robot_shapes(data),
             ground: self.parts.ground.shape(),
@@ -48,7 +52,9 @@ impl World {
         let data = &self.state.data;
         let bodies = &self.parts.tree.bodies;
         let anchors = self.parts.fruit.fruit.iter().map(|fruit| (fruit.segment, &fruit.p_segment));
-        push_fine_wood(&mut scene, &self.parts.skeleton, anchors, |i| *data.x_world_body(bodies[i]));
+        push_fine_wood(&mut scene, self.spec().tree.spur_radius.si(), &self.parts.skeleton, anchors, |i| {
+            *data.x_world_body(bodies[i])
+        });
         self.appearance.paint(&mut scene);
         if let Some(field) = self.terrain() {
             push_plain(&mut scene, field.bounds().min.z);
@@ -57,7 +63,13 @@ impl World {
             let anchor = data.anchor_p_world(&self.parts.model, point);
             if let (Some(p_anchor), true) = (anchor, data.tethered[point.index()]) {
                 let radius = self.parts.fruit.fruit[i].radius;
-                push_stem(&mut scene, &p_anchor, &data.point_p_world[point.index()], radius);
+                push_stem(
+                    &mut scene,
+                    self.spec().fruit.stem_radius.si(),
+                    &p_anchor,
+                    &data.point_p_world[point.index()],
+                    radius,
+                );
             }
         }
         scene
@@ -79,7 +91,9 @@ impl World {
 fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[PointId]) -> Scene {
     let mut scene = Scene::default();
     scene.push(Geometry::Shape(visible.ground.clone()), Pose::identity(), Label::Ground, NO_INSTANCE);
-    push_tree(&mut scene, visible.shapes, visible.leaves, |i| *data.x_world_body(visible.tree.bodies[i]));
+    push_tree(&mut scene, visible.shapes, visible.leaves, &visible.blade, |i| {
+        *data.x_world_body(visible.tree.bodies[i])
+    });
     for (i, (point, &radius)) in fruit_points.iter().zip(visible.fruit_radius).enumerate() {
         push_fruit(&mut scene, i, &data.point_p_world[point.index()], radius);
     }
@@ -101,13 +115,14 @@ pub(crate) fn push_tree(
     scene: &mut Scene,
     shapes: &[Shape],
     leaves: &[LeafSite],
+    blade: &Arc<BladeMesh>,
     x_world_segment: impl Fn(usize) -> Pose,
 ) {
     for (i, shape) in shapes.iter().enumerate() {
         scene.push(Geometry::Shape(shape.clone()), x_world_segment(i), Label::Wood, i as u32);
     }
     for (i, leaf) in leaves.iter().enumerate() {
-        let geometry = Geometry::Blade { length: leaf.length, width: leaf.width };
+        let geometry = Geometry::Blade { mesh: blade.clone(), length: leaf.length, width: leaf.width };
         scene.push(geometry, x_world_segment(leaf.segment) * leaf.x_segment_leaf, Label::Leaf, i as u32);
     }
 }
@@ -124,18 +139,18 @@ pub(crate) fn wood_shapes(skeleton: &Skeleton) -> Vec<Shape> {
 }
 
 /// Draws the wood that is too fine to be a segment: spurs, and the stub that bears a fruit off the bark, where no spur does.
-/// Fruit by segment and anchor in its frame [m].
+/// `radius` [m] is that of spurs; fruit are given by segment and anchor in its frame [m].
 pub(crate) fn push_fine_wood<'a>(
     scene: &mut Scene,
+    radius: f64,
     skeleton: &Skeleton,
     fruit: impl Iterator<Item = (usize, &'a Vec3)>,
     x_world_segment: impl Fn(usize) -> Pose,
 ) {
-    const RADIUS: f64 = 2.5e-3;
     let mut push = |segment: usize, p_segment: &Vec3, q_segment: &Vec3| {
         let x_world = x_world_segment(segment);
         let ends = [p_segment, q_segment].map(|p| transform(&x_world, p));
-        push_rod(scene, RADIUS, &ends[0], &ends[1], segment as u32);
+        push_rod(scene, radius, &ends[0], &ends[1], segment as u32);
     };
     let tip = |spur: &Spur| spur.p_segment + spur.heading_segment * spur.length;
     for spur in &skeleton.spurs {
@@ -143,22 +158,27 @@ pub(crate) fn push_fine_wood<'a>(
     }
     for (segment, p_anchor) in fruit {
         let p_axis = Vec3::new(0.0, 0.0, p_anchor.z);
-        let off_bark = (p_anchor - p_axis).norm() > skeleton.segments[segment].radius + RADIUS;
-        let on_spur = |spur: &Spur| spur.segment == segment && (tip(spur) - p_anchor).norm() < RADIUS;
+        let off_bark = (p_anchor - p_axis).norm() > skeleton.segments[segment].radius + radius;
+        let on_spur = |spur: &Spur| spur.segment == segment && (tip(spur) - p_anchor).norm() < radius;
         if off_bark && !skeleton.spurs.iter().any(on_spur) {
             push(segment, &p_axis, p_anchor);
         }
     }
 }
 
-/// Draws a stem from its spur to the skin of its fruit.
-pub(crate) fn push_stem(scene: &mut Scene, p_anchor_world: &Vec3, p_fruit_world: &Vec3, fruit_radius: f64) {
-    const RADIUS: f64 = 1.5e-3;
+/// Draws a stem of a radius [m] from its spur to the skin of its fruit.
+pub(crate) fn push_stem(
+    scene: &mut Scene,
+    radius: f64,
+    p_anchor_world: &Vec3,
+    p_fruit_world: &Vec3,
+    fruit_radius: f64,
+) {
     let along = p_fruit_world - p_anchor_world;
     let length = along.norm();
     if length > fruit_radius {
         let p_skin_world = p_anchor_world + along * (1.0 - fruit_radius / length);
-        push_rod(scene, RADIUS, p_anchor_world, &p_skin_world, NO_INSTANCE);
+        push_rod(scene, radius, p_anchor_world, &p_skin_world, NO_INSTANCE);
     }
 }
 

@@ -1,11 +1,12 @@
 //! Test fixtures: trees of a few balls, and hand-made records.
 
-use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene};
+use orchard_camera::{Geometry, Label, NO_INSTANCE, Scene, blade::BladeMesh};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_perception::DetectorConfig;
 use orchard_scenario::SceneNames;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_world::truth::{FruitState, FruitTruth};
+use std::sync::Arc;
 
 use super::plan::{DetectKey, DetectPlan};
 use super::record::{DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, SitsOn};
@@ -38,6 +39,7 @@ impl Trees for FakeTrees {
         // Thicker than any apple, or its round end would be one.
         let trunk = Shape::Capsule { radius: 0.08, length: 1.6 };
         scene.push(Geometry::Shape(trunk), Pose::identity(), Label::Wood, 0);
+        let mesh = Arc::new(BladeMesh::new(0.35, 0.7));
         let mut fruit = Vec::new();
         for i in 0..8 {
             let bearing = f64::from(i) * std::f64::consts::FRAC_PI_4;
@@ -53,7 +55,12 @@ impl Trees for FakeTrees {
                 let beside = Vec3::new(0.05 * cos, 0.05 * sin, 0.02 * f64::from(k) - 0.03);
                 let leaf =
                     Pose::from_parts((p_world + beside).into(), orchard_geometry::Rotation::identity());
-                scene.push(Geometry::Blade { length: 0.08, width: 0.05 }, leaf, Label::Leaf, k);
+                scene.push(
+                    Geometry::Blade { mesh: mesh.clone(), length: 0.08, width: 0.05 },
+                    leaf,
+                    Label::Leaf,
+                    k,
+                );
             }
         }
         let reachable = vec![true; fruit.len()];

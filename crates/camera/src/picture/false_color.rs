@@ -1,4 +1,4 @@
-//! Depth in false colour.
+//! Draws depth images in false colour.
 
 use orchard_geometry::{DepthImage, Image};
 
@@ -10,19 +10,19 @@ const RAMP: [[f64; 3]; 5] = [
     [95.0, 35.0, 120.0],
     [18.0, 16.0, 55.0],
 ];
-/// A pixel without a measurement.
+/// Colour of a pixel without a measurement.
 const INVALID: [u8; 3] = [28, 30, 32];
-/// Circles about detections.
+/// Colour of the circles around detections.
 const CIRCLE: [u8; 3] = [60, 255, 120];
 
-/// A depth image in false colour, bright is near, with a circle for every detection, given as
-/// (u, v, radius) [px].
+/// Draws a depth image in false colour (bright is near) with a circle for every detection, given as
+/// (u, v, radius) \[px\].
 pub fn depth_picture(depth: &DepthImage, circles: &[(f64, f64, f64)]) -> Image<[u8; 3]> {
     depth_picture_enlarged(depth, circles, 1)
 }
 
-/// The same with every pixel drawn as `scale` x `scale`, so that the circles are drawn finer than the pixels;
-/// their figures stay in pixels of the depth image.
+/// Draws the same picture with `scale` x `scale` dots a pixel, so that circles are finer than pixels. Circles are
+/// given in pixels of the depth image.
 pub fn depth_picture_enlarged(
     depth: &DepthImage,
     circles: &[(f64, f64, f64)],

@@ -6,16 +6,15 @@ use crate::depth::rasterise;
 use crate::{Geometry, Label, NO_INSTANCE, Scene};
 use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Mat3, Shape, Vec3, math};
 
-/// Distance of a shadow map's camera [m]: far enough for nearly parallel rays, near enough for f32 depth.
+/// Distance of a shadow map's camera \[m\]: far enough for nearly parallel rays, near enough for f32 depth.
 const DISTANCE: f64 = 100.0;
-/// Offset along the normal, and tolerance in depth, against a surface shading itself [m].
+/// Offset along the normal, and tolerance in depth, against a surface shading itself \[m\].
 const OFFSET: f64 = 0.004;
 const BIAS: f64 = 0.004;
-/// Sky directions.
+/// Number of sky directions.
 const SKY_DIRECTIONS: usize = 36;
 
-/// What clear sky and an overcast one send: towards the viewer, and onto a surface that faces up or down, where the ground sends
-/// it back.
+/// Light of the sky: towards the viewer, and onto a surface that faces up or, reflected by the ground, down.
 struct SkyLight {
     horizon: Vec3,
     zenith: Vec3,
@@ -32,7 +31,7 @@ fn clear_sky() -> SkyLight {
     }
 }
 
-/// White all over.
+/// Light of an overcast sky: uniformly white.
 fn cloud() -> SkyLight {
     SkyLight {
         horizon: Vec3::new(1.52, 1.58, 1.64),
@@ -55,14 +54,14 @@ impl SkyLight {
     }
 }
 
-/// Everything that lights a picture.
+/// All light of a picture.
 pub(super) struct Lighting {
     sun_world: Vec3,
     /// Light of the sun on a surface that faces it.
     sun_color: Vec3,
-    /// Light about the sun in the sky.
+    /// Light of the sky around the sun.
     glow: Vec3,
-    /// None where no sun shines.
+    /// Shadow map of the sun; `None` without sun.
     sun: Option<ShadowMap>,
     sky_light: SkyLight,
     sky: Vec<(Vec3, ShadowMap)>,
@@ -73,7 +72,7 @@ impl Lighting {
         let sun_world = style.sun_world.try_normalize(0.0).unwrap_or_else(Vec3::z);
         let overcast = style.overcast.clamp(0.0, 1.0);
         let strength = style.sun_strength.max(0.0) * (1.0 - overcast);
-        // The ground is under everything: it receives shadow and throws none.
+        // The ground lies under all objects: it receives shadow and casts none.
         let casters =
             Scene { items: scene.items.iter().filter(|i| i.label != Label::Ground).cloned().collect() };
         let bounds = ball_about(&casters);
@@ -90,7 +89,7 @@ impl Lighting {
         }
     }
 
-    /// Sky in a direction.
+    /// Colour of the sky in a direction.
     pub(super) fn sky(&self, d: &Vec3) -> Vec3 {
         let up = d.z.max(0.0);
         let blend = 1.0 - math::exp(-6.0 * up);
@@ -103,8 +102,8 @@ impl Lighting {
         self.sky_light.horizon
     }
 
-    /// Light that a surface sends to the viewer. Sample `k` of `n` of a pixel asks its share of the sky's
-    /// directions only; the pixel's mean has asked them all.
+    /// Light that a surface sends to the viewer. Sample `k` of `n` of a pixel uses its share of the sky's
+    /// directions only; the pixel's mean covers all of them.
     pub(super) fn shade(&self, s: &Surface, m: &Material, (k, n): (usize, usize)) -> Vec3 {
         let facing = s.n_world.dot(&self.sun_world);
         let (front, back) = (facing.max(0.0), (-facing).max(0.0));
@@ -121,13 +120,13 @@ impl Lighting {
         out
     }
 
-    /// Sky light, held back where other things stand in its way, and light from the ground.
+    /// Sky light, less where other objects hide the sky, and light from the ground.
     fn ambient(&self, s: &Surface, (k, n): (usize, usize)) -> Vec3 {
         let p = s.p_world + s.n_world * OFFSET;
         let (mut open, mut all) = (0.0, 1e-9);
         let stride = n.clamp(1, SKY_DIRECTIONS / 4);
         for (d, map) in self.sky.iter().skip(k % stride).step_by(stride) {
-            // A little light comes round corners: no surface is black.
+            // Directions slightly below the surface count too, so that no surface is black.
             let weight = (s.n_world.dot(d) + 0.3).max(0.0);
             all += weight;
             open += weight * map.tap(&p);
@@ -138,12 +137,12 @@ impl Lighting {
     }
 }
 
-/// Part of the sun's red, green and blue that is left of a high sun's at a sine of its elevation: each falls exponentially with
-/// the air mass, blue first. A sun as high as the default is high.
+/// Red, green and blue of the sun relative to a high sun, at a sine of its elevation: each falls exponentially with
+/// the air mass, blue fastest. The default sun counts as high.
 fn through_air(sin_elevation: f64) -> Vec3 {
     const HIGH: f64 = 0.7;
     const EXTINCTION: [f64; 3] = [0.04, 0.09, 0.18];
-    // At the horizon some forty times the air overhead, as the true atmosphere has.
+    // The air mass at the horizon is 40, about that of the real atmosphere.
     let air_mass = |sin: f64| 1.0 / (sin.max(0.0) + 0.025);
     let more = (air_mass(sin_elevation) - air_mass(HIGH)).max(0.0);
     Vec3::from(EXTINCTION.map(|k| math::exp(-k * more)))
@@ -156,12 +155,12 @@ fn sky_direction(i: usize) -> Vec3 {
     Vec3::new(r * cos, r * sin, (1.0 - r * r).sqrt())
 }
 
-/// Centre and radius of a ball about all bounded items.
+/// Centre and radius of a ball around all bounded items.
 fn ball_about(scene: &Scene) -> (Vec3, f64) {
     let of = |item: &crate::Item| match &item.geometry {
         Geometry::Shape(shape) => shape.aabb(&item.x_world_item),
-        &Geometry::Blade { length, width } => {
-            Shape::Sphere { radius: length.max(width) }.aabb(&item.x_world_item)
+        Geometry::Blade { length, width, .. } => {
+            Shape::Sphere { radius: length.max(*width) }.aabb(&item.x_world_item)
         }
     };
     let boxes = scene.items.iter().map(of).filter(|b| b.min.norm().is_finite() && b.max.norm().is_finite());
@@ -170,7 +169,7 @@ fn ball_about(scene: &Scene) -> (Vec3, f64) {
     (0.5 * (all.min + all.max), 0.5 * (all.max - all.min).norm() + BIAS)
 }
 
-/// Depth of the scene along parallel rays, as seen from a light.
+/// Shadow map: depth of the scene seen from a light, along nearly parallel rays.
 struct ShadowMap {
     depth: DepthImage,
     intrinsics: Intrinsics,
@@ -194,14 +193,14 @@ impl ShadowMap {
         Self { depth, intrinsics, r_light_world, t_light_world: x_light_world.translation.vector }
     }
 
-    /// Part of the light that reaches a point: four pixels about it.
+    /// Share of the light that reaches a point: mean over four pixels around it.
     fn light(&self, p_world: &Vec3) -> f64 {
         const TAPS: [(f64, f64); 4] = [(-0.75, -0.25), (0.25, -0.75), (0.75, 0.25), (-0.25, 0.75)];
         let Some((u, v, z)) = self.place(p_world) else { return 1.0 };
         0.25 * TAPS.iter().map(|(du, dv)| self.open(u + du, v + dv, z)).sum::<f64>()
     }
 
-    /// Whether the light reaches a point, by one pixel: 0 or 1.
+    /// Returns 1 if the light reaches a point, else 0, by one pixel.
     fn tap(&self, p_world: &Vec3) -> f64 {
         self.place(p_world).map_or(1.0, |(u, v, z)| self.open(u, v, z))
     }

@@ -5,16 +5,16 @@ use super::noise::Noise;
 use crate::{Item, Label};
 use orchard_geometry::{Vec3, inverse_transform};
 
-/// How a surface answers light.
+/// Reflection and transmission of a surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Material {
     /// Diffuse reflectance.
     pub(super) color: Vec3,
     /// Diffuse transmittance: light from the other side of a leaf.
     pub(super) transmitted: Vec3,
-    /// Strength of the highlight.
+    /// Strength of the specular highlight.
     pub(super) gloss: f64,
-    /// Its sharpness.
+    /// Exponent of the specular highlight.
     pub(super) shininess: f64,
 }
 
@@ -62,7 +62,7 @@ impl Palette {
         material
     }
 
-    /// Red over yellow-green, streaked from the stem, each apple of its own ripeness.
+    /// Apple skin: red over yellow-green, streaked from the stem; ripeness varies by apple.
     fn apple(&self, item: &Item, s: &Surface) -> Material {
         let local = inverse_transform(&item.x_world_item, &s.p_world).normalize();
         let ripeness = self.noise.of(item.instance, 1);
@@ -74,7 +74,7 @@ impl Palette {
         Material::glossy(mix(ground_color, red, blush), 0.22, 60.0)
     }
 
-    /// Dark and a little glossy above, paler below, light shining through.
+    /// Leaf: dark and slightly glossy above, paler below, translucent.
     fn leaf(&self, item: &Item, s: &Surface) -> Material {
         let age = self.noise.of(item.instance, 2);
         let upper = mix(Vec3::new(0.045, 0.13, 0.025), Vec3::new(0.12, 0.23, 0.04), age);
@@ -89,7 +89,7 @@ impl Palette {
         }
     }
 
-    /// Grey-brown, cracked along the wood.
+    /// Bark: grey-brown, cracked along the wood.
     fn bark(&self, item: &Item, s: &Surface) -> Material {
         let local = inverse_transform(&item.x_world_item, &s.p_world);
         let streak = self.noise.rough(&Vec3::new(220.0 * local.x, 220.0 * local.y, 45.0 * local.z));
@@ -98,14 +98,14 @@ impl Palette {
         Material::matt(mix(brown, Vec3::new(0.27, 0.25, 0.20), 1.4 * patch - 0.55))
     }
 
-    /// Silver-grey, grained along the post.
+    /// Weathered post: silver-grey, grained along the post.
     fn weathered_wood(&self, item: &Item, s: &Surface) -> Material {
         let local = inverse_transform(&item.x_world_item, &s.p_world);
         let grain = self.noise.rough(&Vec3::new(160.0 * local.x, 160.0 * local.y, 6.0 * local.z));
         Material::matt(mix(Vec3::new(0.20, 0.18, 0.15), Vec3::new(0.42, 0.40, 0.36), 1.5 * grain - 0.25))
     }
 
-    /// Grass, and a bare strip about the trunk.
+    /// Ground: grass, and bare soil around the trunk.
     fn ground(&self, s: &Surface) -> Material {
         let p = Vec3::new(s.p_world.x, s.p_world.y, 0.0);
         let (broad, fine) = (self.noise.rough(&(p * 1.7)), self.noise.rough(&(p * 34.0)));
@@ -119,7 +119,7 @@ impl Palette {
     }
 }
 
-/// Dark machine grey with orange parts.
+/// Robot: dark grey with orange parts.
 fn robot(item: &Item) -> Material {
     let orange = item.instance % 4 == 1;
     let color = if orange { Vec3::new(0.70, 0.16, 0.012) } else { Vec3::repeat(0.04) };

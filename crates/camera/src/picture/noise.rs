@@ -3,10 +3,10 @@
 use orchard_geometry::Vec3;
 use orchard_spec::{Purpose, Stream};
 
-/// Entries of the table, a power of two.
+/// Number of entries of the table, a power of two.
 const SIZE: usize = 256;
 
-/// Smooth noise over space and steady variation over instances, from the stream of appearances.
+/// Smooth noise over space and constant variation by instance, from the random stream `Appearance`.
 #[derive(Debug, Clone)]
 pub(super) struct Noise {
     values: Vec<f64>,
@@ -26,12 +26,12 @@ impl Noise {
         self.values[self.step(self.step(self.step(0, cell[0]), cell[1]), cell[2])]
     }
 
-    /// Place in the table after one more coordinate.
+    /// Index in the table after hashing one more coordinate.
     fn step(&self, h: usize, c: i64) -> usize {
         self.order[(h + c.rem_euclid(SIZE as i64) as usize) % SIZE]
     }
 
-    /// A value in [0, 1) that belongs to an instance; `channel` gives independent ones.
+    /// Value in [0, 1) of an instance; channels are independent.
     pub(super) fn of(&self, instance: u32, channel: i64) -> f64 {
         self.lattice([i64::from(instance), channel, i64::from(instance >> 8)])
     }
@@ -50,7 +50,7 @@ impl Noise {
         let at_xy = at_x.map(|h| y.map(|(c, _)| self.step(h, c)));
         let mut sum = 0.0;
         for (k, (c, along_z)) in z.into_iter().enumerate() {
-            // On a plane of the lattice, as level ground is, the other plane counts for nothing.
+            // On a plane of the lattice, such as level ground, the other plane has weight 0.
             if k == 1 && along_z == 0.0 {
                 break;
             }
@@ -63,7 +63,7 @@ impl Noise {
         sum
     }
 
-    /// Three octaves.
+    /// Sum of three octaves.
     pub(super) fn rough(&self, p: &Vec3) -> f64 {
         (self.at(p) + 0.5 * self.at(&(p * 2.1)) + 0.25 * self.at(&(p * 4.3))) / 1.75
     }

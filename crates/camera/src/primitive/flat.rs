@@ -46,7 +46,7 @@ impl Hit for Cuboid {
         let mut beside = false;
         for k in 0..3 {
             let (mid, half) = (-self.origin[k] / d[k], (self.half[k] / d[k]).abs());
-            // Along a slab's faces these are infinite or not a number, which `max` and `min` pass over.
+            // For rays parallel to a slab's faces these are infinite or NaN, which `max` and `min` ignore.
             near = near.max(mid - half);
             far = far.min(mid + half);
             beside |= d[k] == 0.0 && self.origin[k].abs() > self.half[k];
@@ -69,7 +69,7 @@ impl Hit for Cuboid {
     }
 
     fn sides(&self, _far: f64) -> Sides {
-        // Planes through the edges between a face that the camera is before and one that it is behind.
+        // Planes through the silhouette edges: between a face towards the camera and one away from it.
         let is_before = |k: usize, sign: f64| sign * self.origin[k] > self.half[k];
         let mut sides = NO_SIDES;
         let mut free = sides.iter_mut();
@@ -105,7 +105,7 @@ impl Hit for Cuboid {
 }
 
 impl Plane {
-    /// Through a point.
+    /// Makes the plane through a point.
     pub(super) fn new(p: &Vec3, normal: Vec3) -> Self {
         Self { normal, offset: normal.dot(p) }
     }
@@ -114,7 +114,7 @@ impl Plane {
 impl Hit for Plane {
     #[inline]
     fn hit(&self, d: &Vec3) -> Option<f64> {
-        // Parallel to the plane: infinite or not a number, both refused by the comparison.
+        // For a ray parallel to the plane: infinite or NaN; the comparison rejects both.
         let t = self.offset / self.normal.dot(d);
         (t > 0.0 && t < f64::INFINITY).then_some(t)
     }

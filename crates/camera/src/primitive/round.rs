@@ -4,8 +4,8 @@ use super::{Hit, NO_SIDES, Sides, first_positive, sides};
 use crate::bounds::Bounds;
 use orchard_geometry::{Pose, Vec3};
 
-/// Square of the least distance of a camera from a cylinder's axis, in radii, from which tangent planes are
-/// well conditioned: nearer by they lose more than half of their digits.
+/// Square of the least distance of a camera from a cylinder's axis, in radii, at which tangent planes keep half of their
+/// digits.
 const TANGENT: f64 = 1.0 + 1e-6;
 
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +50,7 @@ impl Hit for Sphere {
 }
 
 impl Sphere {
-    /// A ball about the origin of a frame.
+    /// Makes a ball centred on the origin of a frame.
     pub(crate) fn new(x_camera_ball: &Pose, radius: f64) -> Self {
         Self { center: x_camera_ball.translation.vector, radius }
     }
@@ -79,8 +79,8 @@ impl Capsule {
         }
     }
 
-    /// The crossing of the capsule that goes with a crossing `t` of its infinite cylinder: that one if it lies
-    /// along the axis, else the same side of the end ball beyond which it lies.
+    /// Crossing of the capsule for a crossing `t` of its infinite cylinder: `t` if it lies within the length of the axis, else
+    /// the crossing of the end ball on the same side.
     #[inline]
     fn on_capsule(&self, d: &Vec3, t: f64, axial_rate: f64, entering: bool) -> Option<f64> {
         let axial = t * axial_rate - self.base_axial;

@@ -7,7 +7,7 @@ use orchard_spec::Stream;
 /// A field of mean 0 and variance 1.
 ///
 /// White noise, uniform over 256 values, is averaged over the window once or twice. One average of windows of w pixels
-/// gives the correlation 1 - |k| / w along each axis at a lag of k pixels, two make it smooth. A sum of w^2 uniform
+/// gives the correlation 1 - |k| / w along each axis at a lag of k pixels, two averages make it smooth. A sum of w^2 uniform
 /// numbers is close to normal: its excess kurtosis is -1.2 / w^2, and it ends at sqrt(3) w standard deviations.
 pub(super) struct Field {
     /// Sums of bytes over the window.
@@ -40,7 +40,7 @@ impl Field {
         Self { sums, centre: 255 * count as i32, scale: (1.0 / variance(w, averages).sqrt()) as f32 }
     }
 
-    /// Value at a pixel, by its place in the row-major order.
+    /// Value at a pixel, by its row-major index.
     pub fn at(&self, i: usize) -> f32 {
         (2 * self.sums.pixels()[i] - self.centre) as f32 * self.scale
     }
@@ -54,9 +54,8 @@ fn variance(w: usize, averages: usize) -> f64 {
     (256.0 * 256.0 - 1.0) / 3.0 * weights * weights
 }
 
-/// Windows that find no match, as a count of refusals at each pixel. A pixel is refused if any pixel of the window about
-/// it has a fault; faults are independent, and so frequent that the share of refused pixels is `share`:
-/// 1 - (1 - p)^(w^2) = share.
+/// Number of faults in the window about each pixel. A pixel has no match if its window has a fault. Faults are independent
+/// with probability p, so that the share of pixels without a match is `share`: 1 - (1 - p)^(w^2) = share.
 pub(super) fn refusals(
     stream: &mut Stream,
     (width, height): (usize, usize),
@@ -65,7 +64,7 @@ pub(super) fn refusals(
 ) -> Image<i32> {
     let mut faults = Image::filled(width + 2 * radius, height + 2 * radius, 0_u8);
     let w = (2 * radius + 1) as f64;
-    // Zero for shares too small to be told from none.
+    // Zero for shares too small to differ from 0.
     let log_sound = math::ln(1.0 - share) / (w * w);
     if log_sound < 0.0 {
         // Pixels from one fault to the next are geometrically distributed.

@@ -1,6 +1,6 @@
-//! What a stereo camera measures of a true depth image, in the order in which it works.
+//! Measurement of a stereo camera from a true depth image, step by step.
 //!
-//! Equations, figures and what is left out: `docs/computation/sensor.md`.
+//! Equations, figures and limits: `docs/computation/sensor.md`.
 
 use super::ImageKey;
 use super::noise::{Field, refusals};
@@ -9,14 +9,14 @@ use orchard_geometry::{DepthImage, Image};
 use orchard_spec::camera::D435iSpec;
 use orchard_spec::{Purpose, Stream};
 
-/// The measured depth [m], 0 where there is none. `focal` is the horizontal focal length [px]; `truth` holds the depth
-/// of all that can be seen at any range, 0 where there is nothing.
+/// Returns the measured depth \[m\], 0 without a measurement. `focal` is the horizontal focal length \[px\]; `truth` is the true
+/// depth at any range, 0 where there is no surface.
 pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: ImageKey) -> DepthImage {
     let (width, height) = (truth.width(), truth.height());
     let (size, radius) = ((width, height), spec.window_radius.get() as usize);
     let mut stream = Stream::of_frame(key.seed, key.world, key.frame, Purpose::SensorNoise);
     let noise = Field::draw(&mut stream, size, radius, 1);
-    // Edges run smoothly.
+    // Two averages make edges smooth.
     let shift_u = Field::draw(&mut stream, size, radius, 2);
     let shift_v = Field::draw(&mut stream, size, radius, 2);
     let refused = refusals(&mut stream, size, radius, spec.dropout_share());
@@ -41,7 +41,7 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
             if (support[i] as f32) < least * in_window as f32 {
                 continue;
             }
-            // The window takes the side of an edge on which a pixel near by lies.
+            // At an edge the window takes the side of a nearby pixel.
             let there =
                 moved(v, shift * shift_v.at(i), height) * width + moved(u, shift * shift_u.at(i), width);
             let taken = if (d_true[there] - d_true[i]).abs() > surface_step { there } else { i };
@@ -59,7 +59,7 @@ pub(super) fn measure(spec: &D435iSpec, focal: f64, truth: &DepthImage, key: Ima
     measured
 }
 
-/// Disparity of each pixel [px], 0 where nothing is.
+/// Disparity of each pixel \[px\], 0 where there is no surface.
 fn disparities(depth: &DepthImage, focal_baseline: f32) -> Image<f32> {
     let mut disparity = depth.clone();
     for d in disparity.pixels_mut() {
@@ -68,8 +68,8 @@ fn disparities(depth: &DepthImage, focal_baseline: f32) -> Image<f32> {
     disparity
 }
 
-/// 1 where a pixel's surface is in the other imager's picture too: at column u - d, within the picture and not behind
-/// something nearer.
+/// Returns 1 for each pixel whose surface the other imager sees too: column u - d lies within its picture and shows no
+/// nearer surface.
 fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<u8> {
     let width = disparity.width();
     let mut seen = Image::filled(width, disparity.height(), 0_u8);
@@ -88,7 +88,7 @@ fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<u8> {
             let there = column(u, d);
             if let Some(there) = there {
                 nearest[there] = nearest[there].max(d);
-                // A surface that the other imager sees wider leaves no gaps.
+                // Fill single gaps of a surface that is wider in the other imager's picture.
                 if let Some((last, d_last)) = last
                     && there == last + 2
                     && (d - d_last).abs() <= surface_step
@@ -105,7 +105,7 @@ fn in_both_views(disparity: &Image<f32>, surface_step: f32) -> Image<u8> {
     seen
 }
 
-/// The pixel that lies `shift` from pixel `at` along an axis, within the image.
+/// Index of the pixel `shift` away from pixel `at` along an axis, clamped to the image.
 fn moved(at: usize, shift: f32, length: usize) -> usize {
     let moved = (at as f32 + shift + 0.5).max(0.0) as usize;
     moved.min(length - 1)

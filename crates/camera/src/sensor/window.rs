@@ -2,8 +2,8 @@
 
 use orchard_geometry::Image;
 
-/// Sums over all windows of 2 `radius` + 1 pixels squared that lie within an image, which so loses `radius` pixels on
-/// every side. The sums must fit in an i32.
+/// Sums over all windows of 2 `radius` + 1 pixels squared that lie within an image. The result is smaller by `radius`
+/// pixels on every side. The sums must fit in an i32.
 pub(super) fn window_sums<T: Copy + Into<i32>>(image: &Image<T>, radius: usize) -> Image<i32> {
     let (width, span) = (image.width(), 2 * radius + 1);
     let less = |n: usize| n.saturating_sub(2 * radius);
@@ -34,7 +34,7 @@ pub(super) fn window_sums<T: Copy + Into<i32>>(image: &Image<T>, radius: usize) 
     sums
 }
 
-/// An image with `margin` pixels of zero on every side.
+/// Adds `margin` pixels of zero on every side of an image.
 pub(super) fn padded(image: &Image<u8>, margin: usize) -> Image<u8> {
     let width = image.width() + 2 * margin;
     let mut larger = Image::filled(width, image.height() + 2 * margin, 0);
@@ -45,7 +45,7 @@ pub(super) fn padded(image: &Image<u8>, margin: usize) -> Image<u8> {
     larger
 }
 
-/// How many of a window's pixels along an axis lie within the image, where it is centred on pixel `at` of `length`.
+/// Number of pixels along an axis that a window centred on pixel `at` has within an image of `length` pixels.
 pub(super) fn within(at: usize, length: usize, radius: usize) -> i32 {
     ((at + radius).min(length - 1) - at.saturating_sub(radius) + 1) as i32
 }
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn padding_counts_what_is_within_the_image() {
+    fn padding_counts_pixels_within_the_image() {
         let image = Image::filled(5, 4, 1_u8);
         let sums = window_sums(&padded(&image, 2), 2);
         for v in 0..4 {

@@ -1,8 +1,9 @@
 //! A hand-made orchard scene of nominal size: 150 pieces of wood, 40 fruit, 350 leaves, 15 robot parts, ground.
 
-use orchard_camera::{Geometry, Label, Scene};
+use orchard_camera::{Geometry, Label, Scene, blade::BladeMesh};
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, rotation_from_z};
-use orchard_spec::{Purpose, Stream};
+use orchard_spec::{Purpose, Spec, Stream};
+use std::sync::Arc;
 
 /// A unit vector, uniform on the sphere.
 pub fn direction(rng: &mut Stream) -> Vec3 {
@@ -82,6 +83,7 @@ pub fn orchard(seed: u64, leaves: usize, fruit: usize) -> Scene {
             placed.push(p);
         }
     }
+    let mesh = Arc::new(BladeMesh::from_spec(&Spec::paper().foliage));
     for i in 0..leaves {
         let (p, h, _) = any(&mut rng);
         let along = outward(&mut rng, &h, 1.0);
@@ -91,7 +93,11 @@ pub fn orchard(seed: u64, leaves: usize, fruit: usize) -> Scene {
         let r = Rotation::from_matrix(&axes);
         let p = p + h * rng.uniform(0.0, 0.07);
         scene.push(
-            Geometry::Blade { length: rng.uniform(0.07, 0.1), width: rng.uniform(0.04, 0.06) },
+            Geometry::Blade {
+                mesh: mesh.clone(),
+                length: rng.uniform(0.07, 0.1),
+                width: rng.uniform(0.04, 0.06),
+            },
             Pose::from_parts(p.into(), r),
             Label::Leaf,
             i as u32,

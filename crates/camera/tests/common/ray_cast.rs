@@ -8,7 +8,7 @@ use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::{self, TriMesh};
 use parry3d_f64::utils::Array2;
 
-/// Farther than anything that is looked for, in lengths of the ray's direction.
+/// Largest range, in lengths of the ray's direction.
 const FAR: f64 = 1e3;
 
 /// The items of a scene as parry's shapes.
@@ -16,11 +16,11 @@ pub struct RayCaster {
     items: Vec<Cast>,
 }
 
-/// One item: its surface is the nearest of its shapes'.
+/// One item: the nearest of its shapes counts.
 struct Cast {
     x_world_item: Pose,
     shapes: Vec<Box<dyn RayCast>>,
-    /// Whether parry's axes are turned, (x, y, z) for our (y, z, x): its y is up.
+    /// True if parry's axes are turned, (x, y, z) for our (y, z, x): its y is up.
     is_turned: bool,
 }
 
@@ -41,7 +41,7 @@ impl RayCaster {
             .min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The same along the ray of a pixel; the range parameter is the depth [m].
+    /// Nearest surface along the ray of a pixel; the range parameter is the depth [m].
     pub fn at_pixel(&self, k: &Intrinsics, x_world_camera: &Pose, u: f64, v: f64) -> Option<(f64, usize)> {
         self.nearest(&x_world_camera.translation.vector, &(x_world_camera.rotation * k.ray(u, v)))
     }
@@ -96,8 +96,8 @@ fn shapes(geometry: &Geometry) -> Vec<Box<dyn RayCast>> {
             let (vertices, faces) = same.to_trimesh();
             one(Box::new(TriMesh::new(vertices, faces).expect("terrain has triangles")))
         }
-        &Geometry::Blade { length, width } => {
-            let vertices = blade::vertices(length, width).map(|v| vector(&v));
+        Geometry::Blade { mesh, length, width } => {
+            let vertices = mesh.vertices(*length, *width).map(|v| vector(&v));
             triangles(&vertices, blade::triangles().into_iter())
         }
     }

@@ -8,13 +8,13 @@ use orchard_perception::{Detection, DetectorConfig, detect, mask};
 /// Counts over images.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Score {
-    /// Detections.
+    /// Number of detections.
     pub reported: usize,
     /// Detections within one radius of a fruit, one to one.
     pub right: usize,
-    /// Fruit that ought to be found.
+    /// Number of detectable fruit.
     pub visible: usize,
-    /// Of these, found.
+    /// Number of detectable fruit that were found.
     pub found: usize,
 }
 
@@ -64,7 +64,7 @@ fn matches(detections: &[Detection], fruit: &[(u32, Vec3, f64)]) -> Vec<Option<u
     out
 }
 
-/// Renders, masks, detects and adds to the score. A fruit ought to be found if at least 40 % of it and 14
+/// Renders, masks, detects and adds to the score. A fruit is detectable if at least 40 % of it and 14
 /// pixels are seen, with its centre in the working range.
 pub fn add_image(
     score: &mut Score,
@@ -115,7 +115,7 @@ fn robot_mask(
     mask::self_mask(&frame.depth, k, &parts, config.mask.robot_margin.si())
 }
 
-/// Camera poses on a circle about the canopy, as a survey would take them.
+/// Camera poses on a circle around the canopy.
 pub fn vantages(count: usize) -> impl Iterator<Item = Pose> {
     (0..count).map(move |i| {
         let angle = std::f64::consts::TAU * i as f64 / count as f64;

@@ -1,4 +1,4 @@
-//! Where the measured edge of a straight thing lies.
+//! Position of the measured edge of a straight object.
 
 use crate::Camera;
 use orchard_camera::Scene;
@@ -28,7 +28,7 @@ fn slit() -> Camera {
     Camera::from_toml(&text)
 }
 
-/// Whether each pixel shows the near wall, column by column, top to bottom, image by image.
+/// True for each pixel that shows the near wall, column by column, top to bottom, image by image.
 fn near_columns(camera: &Camera) -> Vec<Vec<Vec<bool>>> {
     let (z_near, z_far) = (1.0, 2.0);
     let mut scene = Scene::default();

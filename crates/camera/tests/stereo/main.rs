@@ -1,4 +1,4 @@
-//! The measured images of the stereo camera follow the law that `docs/computation/sensor.md` states.
+//! Images of the stereo camera follow the law of `docs/computation/sensor.md`.
 
 mod edges;
 mod missing;
@@ -8,7 +8,7 @@ use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_spec::camera::{CameraSpec, D435iSpec};
 
-/// A d435i with some figures changed, and what tests know of it.
+/// A d435i with some figures changed.
 struct Camera {
     sensor: Sensor,
     spec: D435iSpec,

@@ -1,13 +1,13 @@
-//! Where depth is missing: half occlusion, thin things before nothing, windows refused in the sun.
+//! Missing depth: half occlusion, thin objects before the sky, windows without a match in the sun.
 
 use crate::{Camera, NO_DROPOUT};
 use orchard_camera::Scene;
 
-/// No noise in where an edge lies.
+/// Figures without noise of edges.
 const SHARP: (&str, f64, &str) = ("edge_shift", 0.0, "px");
 
 #[test]
-fn what_the_other_imager_does_not_see_is_missing() {
+fn surfaces_hidden_from_the_other_imager_are_missing() {
     let camera = Camera::new(&[NO_DROPOUT, SHARP]);
     let (edge, width) = (400, camera.sensor.intrinsics().width);
     for (z_near, z_far) in [(0.6, 2.0), (1.0, 1.5), (0.5, 2.8)] {
@@ -51,7 +51,7 @@ fn thin_things_need_something_behind_them() {
                 let kept = in_window as f64 / w as f64 >= least;
                 assert_eq!(alone[(u, v)] > 0.0, kept, "{thickness} px, pixel ({u}, {v})");
             }
-            // Behind it the far wall is half hidden: what is left of it in the window makes up for that.
+            // Behind it the far wall is half hidden: its visible part in the window suffices.
             let hidden = (camera.disparity(z) - camera.disparity(4.0)).ceil() as usize;
             let seen = w - hidden.min(thickness);
             for u in strip.clone().filter(|_| seen as f64 / w as f64 >= least) {
@@ -65,7 +65,7 @@ fn thin_things_need_something_behind_them() {
 }
 
 #[test]
-fn the_sun_takes_its_share() {
+fn the_share_of_dropped_pixels_follows_the_sun() {
     const IMAGES: u32 = 6;
     let z = 1.0;
     let mut last = (-1.0, 0.0);

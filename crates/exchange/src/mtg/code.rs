@@ -1,11 +1,11 @@
-//! Entity codes: `^/P1/I2`, `+A2/I4`, `^<I7`.
+//! Parses entity codes such as `^/P1/I2`, `+A2/I4`, `^<I7`.
 
-/// How an entity is joined to the one before it.
+/// Relation of an entity to the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// `/`: a part of it.
     Part,
-    /// `<`: goes on from it.
+    /// `<`: continues it.
     Successor,
     /// `+`: branches off it.
     Branch,
@@ -14,15 +14,15 @@ pub enum Edge {
 /// One entity of a code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entity<'a> {
-    /// How it is joined.
+    /// Relation to the entity before it.
     pub edge: Edge,
-    /// Class.
+    /// Name of the class.
     pub class: &'a str,
-    /// Index, where there is one.
+    /// Index, if given.
     pub index: Option<usize>,
 }
 
-/// Reads a code after its `^`.
+/// Parses a code without its leading `^`.
 pub fn entities(mut code: &str) -> Result<Vec<Entity<'_>>, String> {
     let whole = code;
     let mut entities = Vec::new();
@@ -41,7 +41,7 @@ pub fn entities(mut code: &str) -> Result<Vec<Entity<'_>>, String> {
         let (class, index) = name.split_at(digits);
         if class.is_empty() {
             return Err(format!(
-                "code {whole:?}: a class stands after '{sign}'; series such as '<<' are not read"
+                "code {whole:?}: a class must follow '{sign}'; series such as '<<' cannot be read"
             ));
         }
         let index = match index {

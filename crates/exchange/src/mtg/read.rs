@@ -1,4 +1,4 @@
-//! Text -> internodes.
+//! Reads MTG text into internodes.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use orchard_treegen::{segments, turtle::Internode};
 use super::code::{Edge, entities};
 use crate::{DigitisedTree, ImportError};
 
-/// An entity of the finest scale.
+/// An entity of the finest scale: an internode.
 struct Vertex {
     line: usize,
     parent: Option<usize>,
@@ -18,27 +18,27 @@ struct Vertex {
     order: u8,
 }
 
-/// What the header tells, and where the tree grows.
+/// Reader state: the header, and the tree so far.
 #[derive(Default)]
 struct Reader {
     /// Scale of each class.
     classes: BTreeMap<String, u32>,
     features: Vec<String>,
-    /// Names of the columns of features, and the column where they begin.
+    /// Names of the feature columns, and the index of the first.
     columns: Vec<String>,
     first_column: usize,
     /// The last vertex in each column of codes; `None` stands for a coarser entity without wood so far.
     last: Vec<Option<usize>>,
-    /// Base of the trunk in the file's coordinates [m].
+    /// Base of the trunk in the file's coordinates \[m\].
     p_base: Vec3,
     vertices: Vec<Vertex>,
 }
 
-/// Reads a tree. The finest scale is taken for wood; `XX`, `YY`, `ZZ` are the tip [m], `TopDia` the diameter [m].
-/// On a coarser entity `XX`, `YY`, `ZZ` are the base of the trunk, the origin if nothing is told.
+/// Reads a tree. Entities of the finest scale are wood; `XX`, `YY`, `ZZ` are the tip \[m\], `TopDia` the diameter \[m\].
+/// On a coarser entity `XX`, `YY`, `ZZ` are the base of the trunk, by default the origin.
 ///
 /// # Errors
-/// The line with its field and value.
+/// A line cannot be read, or the tree is not valid; the error names the line, the field and its value.
 pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
     let mut reader = Reader::default();
     let mut section = "";
@@ -51,7 +51,10 @@ pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
         let words: Vec<&str> = line.split_whitespace().collect();
         match (section, words[0]) {
             (_, "CODE:") if words.get(1) != Some(&"FORM-A") => {
-                return Err(at(format!("CODE is {:?}; FORM-A is read", words.get(1).unwrap_or(&""))));
+                return Err(at(format!(
+                    "CODE is {:?}; only FORM-A can be read",
+                    words.get(1).unwrap_or(&"")
+                )));
             }
             (_, "CODE:") => section = "CODE",
             ("CODE", "CLASSES:") => section = "CLASSES",
@@ -62,7 +65,7 @@ pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
             ("CLASSES", class) => {
                 let scale = words.get(1).and_then(|scale| scale.parse().ok());
                 let scale =
-                    scale.ok_or_else(|| at(format!("class {class}: its scale is no whole number")))?;
+                    scale.ok_or_else(|| at(format!("class {class}: its scale is not a whole number")))?;
                 reader.classes.insert(class.to_owned(), scale);
             }
             ("FEATURES", name) => reader.features.push(name.to_owned()),
@@ -73,7 +76,7 @@ pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
             ("BODY", _) => reader.entity(line, number + 1).map_err(at)?,
             (_, word) => {
                 return Err(at(format!(
-                    "{word:?} has no place here; CODE, CLASSES, FEATURES and MTG follow each other"
+                    "{word:?} is not expected here; the order is CODE, CLASSES, FEATURES, MTG"
                 )));
             }
         }
@@ -100,14 +103,16 @@ impl Reader {
         let cells: Vec<&str> = line.split('\t').collect();
         let column = cells.iter().position(|c| !c.trim().is_empty()).unwrap_or(0);
         if column >= self.first_column {
-            return Err(format!("no entity code stands in the first {} columns", self.first_column));
+            return Err(format!("there is no entity code in the first {} columns", self.first_column));
         }
         let code = cells[column].trim();
         let same_column = code.starts_with('^');
         let before = if same_column { Some(column) } else { column.checked_sub(1) };
         let mut at = match before {
             None => None,
-            Some(k) => *self.last.get(k).ok_or_else(|| format!("code {code:?}: nothing stands before it"))?,
+            Some(k) => {
+                *self.last.get(k).ok_or_else(|| format!("code {code:?}: there is no entity before it"))?
+            }
         };
         if before.is_none() && !self.last.is_empty() {
             return Err(format!("code {code:?} begins a second plant; a file holds one tree"));
@@ -122,12 +127,12 @@ impl Reader {
                 .ok_or_else(|| format!("class {:?} is unknown", entity.class))?;
             branched |= entity.edge == Edge::Branch;
             if *scale == finest && vertex.replace(entity.index).is_some() {
-                return Err(format!("code {code:?}: a line holds one entity of the finest scale"));
+                return Err(format!("code {code:?}: a line may hold only one entity of the finest scale"));
             }
         }
         if let Some(index) = vertex {
             if at.is_none() && !self.vertices.is_empty() {
-                return Err(format!("code {code:?}: it grows from nothing"));
+                return Err(format!("code {code:?}: it has no parent"));
             }
             let p_tip =
                 self.point(&cells)?.ok_or_else(|| format!("code {code:?}: XX, YY and ZZ are missing"))?;
@@ -135,8 +140,10 @@ impl Reader {
                 self.value(&cells, "TopDia")?.ok_or_else(|| format!("code {code:?}: TopDia is missing"))?;
             let order = match self.value(&cells, "Order")? {
                 None => order.saturating_add(u8::from(branched)),
-                Some(told) if (0.0..=255.0).contains(&told) && told.fract() == 0.0 => told as u8,
-                Some(told) => return Err(format!("Order is {told}; it is a whole number from 0 to 255")),
+                Some(value) if (0.0..=255.0).contains(&value) && value.fract() == 0.0 => value as u8,
+                Some(value) => {
+                    return Err(format!("Order is {value}; it must be a whole number from 0 to 255"));
+                }
             };
             self.vertices.push(Vertex {
                 line: number,
@@ -150,7 +157,8 @@ impl Reader {
         } else if let Some(p_base) = self.point(&cells)? {
             if !self.vertices.is_empty() {
                 return Err(
-                    "XX, YY and ZZ of a coarse entity are the trunk's base and stand before all wood".into(),
+                    "XX, YY and ZZ of a coarse entity are the trunk's base and must come before all wood"
+                        .into(),
                 );
             }
             self.p_base = p_base;
@@ -160,13 +168,13 @@ impl Reader {
         Ok(())
     }
 
-    /// XX, YY, ZZ; all or none.
+    /// Position from XX, YY and ZZ; all or none of them must be given.
     fn point(&self, cells: &[&str]) -> Result<Option<Vec3>, String> {
         let [x, y, z] = ["XX", "YY", "ZZ"].map(|name| self.value(cells, name));
         match (x?, y?, z?) {
             (Some(x), Some(y), Some(z)) => Ok(Some(Vec3::new(x, y, z))),
             (None, None, None) => Ok(None),
-            _ => Err("of XX, YY and ZZ some are missing".into()),
+            _ => Err("some of XX, YY and ZZ are missing".into()),
         }
     }
 
@@ -176,7 +184,7 @@ impl Reader {
             "" => Ok(None),
             cell => match cell.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(Some(value)),
-                _ => Err(format!("{name} is {cell:?}, no finite number")),
+                _ => Err(format!("{name} is {cell:?}, not a finite number")),
             },
         }
     }
@@ -190,7 +198,7 @@ impl Reader {
             let length = along.norm();
             let heading = along.try_normalize(0.0).ok_or_else(|| ImportError::Line {
                 line: v.line,
-                problem: "XX, YY and ZZ are those of its base: it has no length".into(),
+                problem: "XX, YY and ZZ are at its base, so that its length is zero".into(),
             })?;
             internodes.push(Internode {
                 parent: v.parent,
@@ -209,7 +217,7 @@ impl Reader {
         })
     }
 
-    /// Where the internodes are numbered 1 to n with parents first, that is their order; else it is the file's.
+    /// Sorts the internodes by number if they are numbered 1 to n with parents first; else keeps the file's order.
     fn restore_numbering(&mut self) {
         let n = self.vertices.len();
         let mut at = vec![None; n];

@@ -209,7 +209,7 @@ impl Lane<'_> {
         }
     }
 
-    /// Position of an anchor on the new form of its segment, as in `treegen::carry::Carrier`: at the same share of the length, rolled with the underside, its distance from the
+    /// Position of an anchor on the new form of its segment, as in `treegen::SegmentMap`: at the same share of the length, rolled with the underside, its distance from the
     /// bark stretched with the segment. Directions across the wood are complex numbers, whose products add angles.
     fn carried(&self, index: u32, off_bark: f32, [x, y, a, b]: [f32; 4], along: f32) -> Vec3 {
         let own = self.segment_of(index);

@@ -1,7 +1,7 @@
 //! The tree: wood and leaves in the frames of their segments, fruit in their own.
 
 use foxglove::messages::{SceneEntity, SceneUpdate};
-use orchard_camera::blade;
+use orchard_camera::blade::{self, BladeMesh};
 use orchard_geometry::{Pose, Shape, Vec3, rotation_from_z, transform};
 use orchard_treegen::Spur;
 use orchard_world::World;
@@ -15,8 +15,6 @@ use crate::transforms::{fruit_frame, segment_frame};
 const BARK: [f64; 4] = [0.42, 0.31, 0.22, 1.0];
 const DEBRIS: [f64; 4] = [0.95, 0.45, 0.05, 1.0];
 const LEAF: [f64; 4] = [0.24, 0.47, 0.16, 1.0];
-/// Radius of a spur, which no body has [m].
-const SPUR: f64 = 2.5e-3;
 
 /// Wood, drawn anew when some of it breaks.
 #[derive(Debug, Clone, Default)]
@@ -46,7 +44,7 @@ impl Wood {
             let pose = Pose::from_parts((*p_segment).into(), rotation_from_z(heading_segment));
             push(
                 &mut entities[*segment],
-                &Shape::Capsule { radius: SPUR, length: *length },
+                &Shape::Capsule { radius: world.spec().tree.spur_radius.si(), length: *length },
                 &pose,
                 color(*segment),
             );
@@ -59,10 +57,11 @@ impl Wood {
 pub fn leaves(now: u64, world: &World) -> SceneUpdate {
     let skeleton = world.skeleton();
     let mut meshes: Vec<(Vec<Vec3>, Vec<u32>)> = vec![Default::default(); skeleton.segments.len()];
+    let mesh = BladeMesh::from_spec(&world.spec().foliage);
     for leaf in &skeleton.leaves {
         let (points, indices) = &mut meshes[leaf.segment];
         let first = points.len() as u32;
-        let corners = blade::vertices(leaf.length, leaf.width);
+        let corners = mesh.vertices(leaf.length, leaf.width);
         points.extend(corners.iter().map(|p| transform(&leaf.x_segment_leaf, p)));
         indices.extend(blade::triangles().into_iter().flatten().map(|i| first + i as u32));
     }

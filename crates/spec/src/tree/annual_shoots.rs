@@ -8,27 +8,27 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AnnualShootsSpec {
-    /// Diameter of the trunk's first link, a tree. It takes the place of `tree.trunk_radius`.
+    /// Diameter of the trunk's first link, a tree. It replaces `tree.trunk_radius`.
     pub trunk_diameter: Normal,
-    /// Length of the leader on a trunk of the mean diameter, a tree. It takes the place of `tree.height`.
+    /// Length of the leader on a trunk of the mean diameter, a tree. It replaces `tree.height`.
     pub leader_length: Normal,
     /// Exponent by which the leader's length follows the trunk's diameter.
     pub leader_exponent: Quantity,
-    /// Relative lengths of the leader's shoots, a season each. Their number is the tree's age in seasons.
+    /// Relative lengths of the leader's shoots, one a season. The tree is as many seasons old.
     pub leader_shoots: Vec<Normal>,
     /// Factor on the number of laterals, a tree.
     pub vigour: Normal,
     /// Length of bare trunk below the lowest branch, a tree.
     pub bare_trunk: Normal,
-    /// Part of the leader's length above which it sets no limb.
+    /// Part of the leader's length above which no limb grows.
     pub limb_zone: Quantity,
-    /// Limbs on the leader, a tree.
+    /// Number of limbs on the leader, a tree.
     pub limbs: Normal,
-    /// Heights at which limbs stand together, a tree.
+    /// Number of tiers (heights at which several limbs stand), a tree.
     pub limb_tiers: Normal,
     /// Length of a limb's first shoot on a trunk of the mean diameter.
     pub limb_shoot: Normal,
-    /// Exponent by which it follows the trunk's diameter.
+    /// Exponent by which the limb's first shoot follows the trunk's diameter.
     pub limb_exponent: Quantity,
     /// Length of a limb's first shoot over that of a limb a season older.
     pub limb_gradient: Quantity,
@@ -48,23 +48,23 @@ pub struct AnnualShootsSpec {
     pub blind_nodes: Quantity,
     /// Distance between the nodes of the leader at vigour 1.
     pub leader_nodes: Normal,
-    /// The same on a limb.
+    /// Distance between the nodes of a limb at vigour 1.
     pub limb_nodes: Normal,
-    /// The same on a lateral.
+    /// Distance between the nodes of a lateral at vigour 1.
     pub lateral_nodes: Normal,
     /// Seasons for which laterals stay on a tree before they are pruned away.
     pub lateral_seasons: Count,
     /// Length classes of a lateral's first shoot.
     pub first_shoot: ClassWeights,
-    /// Length classes of its later shoots.
+    /// Length classes of a lateral's later shoots.
     pub later_shoot: ClassWeights,
     /// Chance that a lateral makes a shoot in a season after its first.
     pub persistence: Quantity,
-    /// Pipes that were cut off at the tip of leader or limb, relative to each other.
+    /// Relative number of pipes that were cut off at the tip of leader or limb.
     pub cut_tip: Normal,
     /// Pipes of shed branches a metre of leader or limb, in the unit of `cut_tip`.
     pub scars: Quantity,
-    /// Largest part of the trunk's pipes that living tips make up; where there are more, they are thinner than
+    /// Largest part of living tips among the trunk's pipes; in a tree with more tips they are thinner than
     /// `tree.tip_radius`.
     pub tip_share: Quantity,
     /// Length of a short shoot.
@@ -75,7 +75,7 @@ pub struct AnnualShootsSpec {
     pub long_shoot: Normal,
     /// Chance that a lateral's first shoot ends in an inflorescence.
     pub floral_first: Quantity,
-    /// Chance that one of its later shoots does.
+    /// Chance that a lateral's later shoot ends in an inflorescence.
     pub floral_later: Quantity,
     /// Bend of a branch's shoot towards the ground (negative: away from it).
     pub droop: Normal,
@@ -89,20 +89,20 @@ pub struct AnnualShootsSpec {
     pub link_length: Span,
     /// Distance between fruit sites along wood that bears them.
     pub fruit_site_spacing: Quantity,
-    /// Length of the stubs by which fruit sites stand off limbs.
+    /// Length of the stubs on which fruit sites stand off limbs.
     pub fruit_stub: Quantity,
-    /// Fruit sites along a limb over the cross-section of its base: a slender limb bears near its base only.
+    /// Number of fruit sites along a limb over the cross-section of its base: a slender limb bears fruit near its base only.
     pub fruit_per_area: Quantity,
     /// Length of a lateral, from its base, that bears fruit.
     pub fruit_reach: Quantity,
 }
 
-/// Chances of the length classes; what `short` and `medium` leave is long.
+/// Chances of the length classes; the remainder is the chance of a long shoot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassWeights {
-    /// Of a short shoot, under 5 cm.
+    /// Chance of a short shoot, under 5 cm.
     pub short: Quantity,
-    /// Of a medium shoot, 5 to 20 cm.
+    /// Chance of a medium shoot, 5 to 20 cm.
     pub medium: Quantity,
 }

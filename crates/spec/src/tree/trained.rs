@@ -9,13 +9,13 @@ use super::CountSpan;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShootSpec {
-    /// Internodes of a shoot.
+    /// Number of internodes of a shoot.
     pub internodes: CountSpan,
-    /// Largest random bend of an internode; the node takes it back, so that the shoot keeps its course.
+    /// Largest random bend of an internode; the node bends back, so that the shoot keeps its direction.
     pub wobble: Quantity,
     /// Downward bend an internode.
     pub droop: Span,
-    /// Spurs at each of its nodes but the last.
+    /// Number of spurs at each node of the shoot but the last.
     pub spurs: CountSpan,
     /// Roll from one spur to the next.
     pub divergence: Span,
@@ -33,25 +33,25 @@ pub struct ShootSpec {
 pub struct VTrellisSpec {
     /// Height at which the trunk forks.
     pub fork_height: Quantity,
-    /// Internodes of the trunk.
+    /// Number of internodes of the trunk.
     pub trunk_internodes: Count,
     /// Angle between a leader and the horizontal.
     pub lean: Quantity,
     /// Length of a leader.
     pub leader_length: Quantity,
-    /// Nodes of a leader; all but the last set an arm, in turn to the one and to the other side along the row.
+    /// Number of nodes of a leader; all but the last bear an arm, alternately to either side along the row.
     pub leader_nodes: CountSpan,
-    /// Largest random bend of a leader's internode; the node takes it back.
+    /// Largest random bend of a leader's internode; the node bends back.
     pub leader_wobble: Quantity,
     /// Angle between the leader and an arm, in the plane of the wires.
     pub arm_angle: Span,
-    /// Angle between that plane and an arm, to either side.
+    /// Largest angle between the plane of the wires and an arm, to either side.
     pub arm_stray: Quantity,
     /// Length of an arm.
     pub arm_length: Span,
-    /// Chance that a node sets no arm.
+    /// Chance that a node bears no arm.
     pub bud_abortion: Quantity,
-    /// The arms.
+    /// Parameters of the arms.
     pub arm: ShootSpec,
     /// Most internodes of a tree; buds beyond it stay dormant.
     pub segments_max: Count,
@@ -61,15 +61,15 @@ pub struct VTrellisSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UprightsSpec {
-    /// Height of the trunk's level part: the lowest wire's.
+    /// Height of the trunk's level part, at the lowest wire.
     pub trunk_height: Quantity,
-    /// Internodes in which the trunk bends from upright to level.
+    /// Number of internodes in which the trunk bends from upright to level.
     pub bend_internodes: Count,
     /// Length of that bend.
     pub bend_length: Quantity,
-    /// Upright shoots, one at the end of each internode of the level trunk.
+    /// Number of upright shoots, one at the end of each internode of the level trunk.
     pub uprights: CountSpan,
-    /// Distance from one to the next.
+    /// Distance from one upright to the next.
     pub spacing: Span,
     /// Length of an upright, before it is topped.
     pub upright_length: Span,
@@ -77,9 +77,9 @@ pub struct UprightsSpec {
     pub topped_length: Quantity,
     /// Angle between an upright and the vertical, in the plane of the wires.
     pub upright_stray: Quantity,
-    /// Chance that a node sets no upright; the last one sets one.
+    /// Chance that a node bears no upright; the last node always bears one.
     pub bud_abortion: Quantity,
-    /// The uprights.
+    /// Parameters of the uprights.
     pub upright: ShootSpec,
     /// Most internodes of a tree; buds beyond it stay dormant.
     pub segments_max: Count,

@@ -1,4 +1,4 @@
-//! Dwarf trees of eight seasons.
+//! Figures of dwarf trees of eight seasons.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,15 +6,15 @@ use super::{Check, Measured, Population, Target};
 use crate::Skeleton;
 use crate::morphometry::distribution::{mean_and_sd, quantile};
 
-/// What was measured on them.
+/// Measurements of dwarf trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dwarf {
-    /// Figures.
+    /// Targets of the figures.
     pub targets: DwarfTargets,
 }
 
-/// Figures of dwarf trees.
+/// Targets of the figures of dwarf trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DwarfTargets {
@@ -32,16 +32,16 @@ pub struct DwarfTargets {
     pub stem_mass: Target,
     /// Dry mass of the twigs.
     pub twig_mass: Target,
-    /// Fruit that hang.
+    /// Number of hanging fruit.
     pub fruit: Target,
-    /// Their mass.
+    /// Mass of the fruit.
     pub crop: Target,
     /// Largest bending moment over the rupture moment.
     pub load: Target,
 }
 
 impl Measured {
-    /// The figures of dwarf trees, but for those of their crop.
+    /// Compares the figures of dwarf trees, except those of their crop.
     pub fn dwarf_checks(&self, trees: &Population) -> Vec<Check> {
         let t = &self.dwarf.targets;
         let dry = self.survey.dry_density.si();
@@ -64,7 +64,7 @@ impl Measured {
     }
 }
 
-/// The mean of one figure a tree beside its target, with the range of most of them.
+/// Compares the mean of a figure over trees with its target; the note has the 5 % and 95 % quantiles.
 pub fn mean_of(target: &Target, name: &str, figures: &[f64]) -> Check {
     let k = target.unit.to_si();
     let at = |p| quantile(figures, p) / k;
@@ -72,7 +72,7 @@ pub fn mean_of(target: &Target, name: &str, figures: &[f64]) -> Check {
     target.check(name, mean_and_sd(figures).0).noted(note)
 }
 
-/// Height of the highest tip [m].
+/// Height of the highest tip \[m\].
 fn height(skeleton: &Skeleton) -> f64 {
     skeleton.segments.iter().map(|segment| segment.p_tip_world().z).fold(0.0, f64::max)
 }

@@ -1,5 +1,6 @@
-//! Trees of eight seasons on rootstocks of all vigours.
+//! Figures of trees of eight seasons on rootstocks of all vigours.
 
+use orchard_quantity::Span;
 use serde::{Deserialize, Serialize};
 
 use super::{Check, Measured, Moments, Population, Sample, Target};
@@ -9,33 +10,35 @@ use crate::morphometry::distribution::{
     ks_distance, mean_and_sd, median, normal_cdf, quantile, quantile_cdf,
 };
 
-/// What was measured on them.
+/// Measurements of mature trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mature {
+    /// Fewest and most limbs on a measured tree.
+    pub limbs: Span,
     /// Angles of limbs from the vertical.
     pub angle_sample: Sample,
-    /// Their published moments.
+    /// Published moments of the angles.
     pub angle: Moments,
-    /// Figures.
+    /// Targets of the figures.
     pub targets: MatureTargets,
 }
 
-/// Figures of mature trees.
+/// Targets of the figures of mature trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MatureTargets {
     /// Kolmogorov-Smirnov distance of limb angles.
     pub angle_distance: Target,
-    /// Limbs on the leader: mean of the trees.
+    /// Number of limbs on the leader: mean of the trees.
     pub scaffolds_mean: Target,
-    /// Standard deviation.
+    /// Number of limbs on the leader: standard deviation over the trees.
     pub scaffolds_sd: Target,
-    /// Part of the trees whose number of limbs is within the measured range, 3 to 15.
+    /// Share of the trees whose number of limbs is within the measured range.
     pub scaffolds_in_range: Target,
     /// Median exponent of the pipe model at forks.
     pub pipe_exponent: Target,
-    /// Median of the cross-sections above a fork over that below.
+    /// Median of the summed cross-section above a fork over that below.
     pub area_ratio: Target,
     /// Exponent of sub-tree mass against diameter.
     pub mass_diameter: Target,
@@ -45,17 +48,14 @@ pub struct MatureTargets {
     pub length_diameter: Target,
 }
 
-/// Fewest and most limbs on a measured tree.
-const MEASURED_LIMBS: (f64, f64) = (3.0, 15.0);
-
 impl Measured {
-    /// The figures of mature trees.
+    /// Compares the figures of mature trees.
     pub fn mature_checks(&self, trees: &Population) -> Vec<Check> {
         let t = &self.mature.targets;
         let mut checks = self.limb_angle_checks("mature", trees).to_vec();
         let limbs = trees.each_survey(|survey| survey.limbs().count() as f64);
         let (mean, sd) = mean_and_sd(&limbs);
-        let within = |n: &&f64| (MEASURED_LIMBS.0..=MEASURED_LIMBS.1).contains(*n);
+        let within = |n: &&f64| self.mature.limbs.contains_si(**n);
         let part = limbs.iter().filter(within).count() as f64 / limbs.len() as f64;
         let range = format!("{} to {}", quantile(&limbs, 0.0), quantile(&limbs, 1.0));
         checks.push(t.scaffolds_mean.check("mature.scaffolds.mean", mean));
@@ -87,7 +87,7 @@ impl Measured {
         checks
     }
 
-    /// How far the limb angles of a population of mature trees are from the measured ones.
+    /// Compares the limb angles of a population of mature trees with the measured ones.
     pub(super) fn limb_angle_checks(&self, population: &str, trees: &Population) -> [Check; 2] {
         let mature = &self.mature;
         let to_unit = 1.0 / mature.angle.unit.to_si();

@@ -1,4 +1,4 @@
-//! Unpruned trees of four seasons.
+//! Figures of unpruned trees of four seasons.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,19 +9,19 @@ use crate::morphometry::shoots::{
     angle_from_vertical, branches_on_leader, divergences, length_classes, total_length,
 };
 
-/// What was measured on them.
+/// Measurements of young trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Young {
     /// Angles of branches on the trunk from the vertical.
     pub angle_sample: Sample,
-    /// Their published moments.
+    /// Published moments of the angles.
     pub angle: Moments,
-    /// Figures.
+    /// Targets of the figures.
     pub targets: YoungTargets,
 }
 
-/// Figures of young trees.
+/// Targets of the figures of young trees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct YoungTargets {
@@ -33,44 +33,44 @@ pub struct YoungTargets {
     pub divergence_quartile_1: Target,
     /// Third quartile of divergences.
     pub divergence_quartile_3: Target,
-    /// Part of short growth units.
+    /// Share of short growth units.
     pub short_shoots: Target,
-    /// Part of medium growth units.
+    /// Share of medium growth units.
     pub medium_shoots: Target,
-    /// Part of long growth units.
+    /// Share of long growth units.
     pub long_shoots: Target,
     /// Diameter of the trunk: mean of the trees.
     pub trunk_diameter_mean: Target,
-    /// Standard deviation.
+    /// Diameter of the trunk: standard deviation over the trees.
     pub trunk_diameter_sd: Target,
     /// Length of trunk and leader: mean of the trees.
     pub leader_length_mean: Target,
-    /// Standard deviation.
+    /// Length of trunk and leader: standard deviation over the trees.
     pub leader_length_sd: Target,
     /// Length of all growth units: mean of the trees.
     pub shoot_length_mean: Target,
-    /// Standard deviation.
+    /// Length of all growth units: standard deviation over the trees.
     pub shoot_length_sd: Target,
     /// Number of growth units: mean of the trees.
     pub growth_units_mean: Target,
-    /// Standard deviation.
+    /// Number of growth units: standard deviation over the trees.
     pub growth_units_sd: Target,
     /// Branches on trunk and leader, very short ones included: mean of the trees.
     pub branches_mean: Target,
-    /// Standard deviation.
+    /// Branches on trunk and leader, very short ones included: standard deviation over the trees.
     pub branches_sd: Target,
     /// Leaf area in the last season: mean of the trees.
     pub leaf_area_mean: Target,
-    /// Standard deviation.
+    /// Leaf area in the last season: standard deviation over the trees.
     pub leaf_area_sd: Target,
     /// Leaf area in the season before: mean of the trees.
     pub leaf_area_before_mean: Target,
-    /// Standard deviation.
+    /// Leaf area in the season before: standard deviation over the trees.
     pub leaf_area_before_sd: Target,
 }
 
 impl Measured {
-    /// The figures of young trees.
+    /// Compares the figures of young trees.
     pub fn young_checks(&self, trees: &Population) -> Vec<Check> {
         let t = &self.young.targets;
         let mut checks = angle_checks(self, trees).to_vec();
@@ -138,8 +138,8 @@ impl Measured {
     }
 }
 
-/// Leaf area at dial 1 of the growth units of a season [m^2]; that of the last season is what the leaves of a tree
-/// have.
+/// Leaf area at dial 1 of the growth units of a season [m^2]; the leaves of a tree have that of the
+/// last season.
 fn leaf_area_law(trees: &Population, units: &[GrowthUnit], season: u8) -> f64 {
     let Some(law) = &trees.spec.foliage.leaf_area else { return f64::NAN };
     units.iter().filter(|u| u.season == season).map(|u| law.of_shoot(u.length, u.floral)).sum()

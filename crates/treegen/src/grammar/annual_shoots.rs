@@ -1,8 +1,8 @@
 //! Apple tree of annual shoots: one derivation is one season.
 //!
 //! A growth unit is the shoot that an apex makes in one season. The leader's shoots are fixed parts of its
-//! length; nodes along every shoot carry buds on a phyllotactic spiral, which open a season later (or when
-//! pruning lets them) as limbs of ever shorter shoots, or as laterals of short, medium and long ones.
+//! length; nodes along every shoot bear buds on a phyllotactic spiral, which open a season later (or when
+//! pruning allows) as limbs, whose shoots get shorter, or as laterals of short, medium and long shoots.
 //! `docs/computation/growth.md` lists the productions and how their parameters were fitted.
 
 use orchard_geometry::math;
@@ -11,10 +11,10 @@ use orchard_spec::tree::annual_shoots::{AnnualShootsSpec, ClassWeights};
 
 use crate::lsystem::{AxisKind, Command, Grammar, Module, Unit};
 
-/// Shortest shoot and distance of nodes [m]: a config that asks for less still gets a tree.
+/// Least length of a shoot and distance of nodes \[m\], for any config.
 const LEAST_LENGTH: f64 = 1e-3;
 
-/// Nodes for each growth unit that the tree may have, at most: a long leader stops setting buds there.
+/// Largest number of nodes over the largest number of growth units; beyond it shoots set no buds.
 const NODES_A_UNIT: u32 = 16;
 
 /// The grammar of one tree: the parameters drawn once a tree, and the stream for all other draws.
@@ -23,24 +23,24 @@ pub struct AnnualShoots<'a> {
     spec: &'a AnnualShootsSpec,
     stream: Stream,
     trunk_radius: f64,
-    /// Lengths of the leader's shoots, a season each [m].
+    /// Lengths of the leader's shoots, one a season \[m\].
     leader: Vec<f64>,
     vigour: f64,
-    /// Heights along the leader at which limbs stand, from the highest down [m].
+    /// Heights along the leader at which limbs stand, from the highest down \[m\].
     limb_heights: Vec<f64>,
     /// Factor on a limb's shoot from the trunk's diameter.
     limb_scale: f64,
-    /// Growth units made.
+    /// Number of growth units made.
     units: u32,
-    /// Nodes made.
+    /// Number of nodes made.
     nodes: u32,
-    /// Length of the leader so far [m].
+    /// Length of the leader so far \[m\].
     height: f64,
-    /// Length of the leader to its next node [m].
+    /// Length of the leader to its next node \[m\].
     next_node: f64,
 }
 
-/// The growing points.
+/// Growing points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Apex {
     /// Tip of the leader.
@@ -59,11 +59,11 @@ pub struct Branch {
     order: u32,
     /// Season of the next derivation.
     season: u32,
-    /// Season from which it grows.
+    /// Season in which it begins to grow.
     opens: u32,
-    /// Length of its next shoot if it is a limb [m].
+    /// Length of its next shoot if it is a limb \[m\].
     limb: Option<f64>,
-    /// Shoots made.
+    /// Number of shoots made.
     shoots: u32,
 }
 
@@ -82,11 +82,11 @@ impl<'a> AnnualShoots<'a> {
         let most_limbs = f64::from(spec.growth_units_max.get());
         let limbs = stream.cut_normal(&spec.limbs).round().clamp(0.0, most_limbs);
         let tiers = stream.cut_normal(&spec.limb_tiers).round().clamp(1.0, limbs.max(1.0));
-        // One tier in each of as many equal parts of the zone, somewhere in its part.
+        // The limb zone has as many equal parts as tiers; each tier is at a random height in its part.
         let tier_heights: Vec<f64> = (0..tiers as u32)
             .map(|k| bare_trunk + (zone - bare_trunk) * (f64::from(k) + stream.unit()) / tiers)
             .collect();
-        // Every tier has a limb; the others stand where they may.
+        // Every tier has one limb; the other limbs are in random tiers.
         let mut limb_heights: Vec<f64> = (0..limbs as u32)
             .map(|k| if k < tiers as u32 { k } else { stream.integer(0, tiers as u32 - 1) })
             .map(|tier| tier_heights[tier as usize])
@@ -107,12 +107,12 @@ impl<'a> AnnualShoots<'a> {
         }
     }
 
-    /// Radius of the trunk's first link [m].
+    /// Radius of the trunk's first link \[m\].
     pub fn trunk_radius(&self) -> f64 {
         self.trunk_radius
     }
 
-    /// The stream, after the tree's own draws.
+    /// Random stream, after the tree's own draws.
     pub(crate) fn stream(&mut self) -> &mut Stream {
         &mut self.stream
     }
@@ -121,14 +121,14 @@ impl<'a> AnnualShoots<'a> {
         self.leader.len() as u32
     }
 
-    /// Counts a new growth unit, if the bound on the tree's size allows it.
+    /// Counts a new growth unit; false if the tree has reached its largest size.
     fn commit(&mut self) -> bool {
         let fits = self.units < self.spec.growth_units_max.get();
         self.units += u32::from(fits);
         fits
     }
 
-    /// Whether shoots still set nodes.
+    /// True if shoots still set nodes.
     fn sets_nodes(&self) -> bool {
         self.nodes < NODES_A_UNIT.saturating_mul(self.spec.growth_units_max.get())
     }
@@ -141,7 +141,7 @@ impl<'a> AnnualShoots<'a> {
         (bend(angle), bend(-angle))
     }
 
-    /// Distance from one node to the next [m].
+    /// Distance from one node to the next \[m\].
     fn node_spacing(&mut self, axis: AxisKind) -> f64 {
         let spacing = match axis {
             AxisKind::Leader => &self.spec.leader_nodes,
@@ -162,7 +162,7 @@ impl<'a> AnnualShoots<'a> {
         }
         let angle = if order == 1 { &self.spec.branch_angle } else { &self.spec.lateral_angle };
         let angle = self.stream.cut_normal(angle);
-        // What opens earlier has been pruned away by the last season.
+        // Laterals that open earlier are pruned away by the last season.
         let last = self.seasons();
         let stands = 1 + self.stream.integer(0, self.spec.lateral_seasons.get().max(1) - 1);
         let opens = if limb.is_some() { season + 1 } else { (season + 1).max(last.saturating_sub(stands)) };
@@ -204,7 +204,7 @@ impl<'a> AnnualShoots<'a> {
         successor.push(Module::Apex(Apex::Leader { season: season + 1 }));
     }
 
-    /// Length of a lateral's shoot [m].
+    /// Length of a lateral's shoot \[m\].
     fn lateral_shoot(&mut self, weights: &ClassWeights) -> f64 {
         let (short, medium) = (weights.short.si(), weights.medium.si());
         let draw = self.stream.unit();
@@ -268,7 +268,7 @@ impl<'a> AnnualShoots<'a> {
         successor: &mut Vec<Module<Apex>>,
     ) {
         let mut drawn = 0.0;
-        // A node anywhere in its first interval, so that the number of nodes follows the length.
+        // The first node is at a random position in its interval, so that the number of nodes follows the length.
         let first = self.node_spacing(axis);
         let mut node = first * self.stream.unit();
         let short = length < self.spec.medium_shoot.ends_si().0;
@@ -290,7 +290,7 @@ fn unit(season: u32, axis: AxisKind, floral: bool) -> Module<Apex> {
 impl Grammar for AnnualShoots<'_> {
     type Apex = Apex;
 
-    /// A season each.
+    /// One derivation a season.
     fn derivations(&self) -> u32 {
         self.seasons()
     }

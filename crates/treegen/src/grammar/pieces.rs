@@ -1,4 +1,4 @@
-//! What the stochastic grammars have in common: a branch, a bend that is taken back, a bound on the tree's size.
+//! Shared parts of the stochastic grammars: a branch, a bend with its inverse, a bound on the tree's size.
 
 use crate::lsystem::{Command, Module};
 use orchard_spec::Stream;
@@ -9,7 +9,7 @@ pub(super) fn branch<A>(roll: f64, angle: f64, apex: A, successor: &mut Vec<Modu
     successor.extend([Module::Apex(apex), Module::Turtle(Command::Pop)]);
 }
 
-/// `[ /(roll) &(angle) apex ]`: a branch; the axis stays as it is, as it must where the rolls of its branches are
+/// `[ /(roll) &(angle) apex ]`: a branch; the axis does not roll, for branches whose rolls are
 /// measured from one plane.
 pub(super) fn branch_aside<A>(roll: f64, angle: f64, apex: A, successor: &mut Vec<Module<A>>) {
     successor.extend([Command::Push, Command::Roll(roll), Command::Pitch(angle)].map(Module::Turtle));
@@ -24,7 +24,7 @@ pub(super) fn wobble(stream: &mut Stream, largest: f64) -> ([Command; 3], [Comma
     (bend(angle), bend(-angle))
 }
 
-/// One internode that zigzags about the axis' course: the node bends and straightens again.
+/// One internode that zigzags about the axis: the node bends and bends back.
 pub(super) fn wobbling_internode<A>(
     stream: &mut Stream,
     largest: f64,
@@ -37,7 +37,7 @@ pub(super) fn wobbling_internode<A>(
     successor.extend(unbend.map(Module::Turtle));
 }
 
-/// Counts the internodes drawn, and those that the living axes will still draw.
+/// Counts the internodes drawn and those reserved by growing axes.
 #[derive(Debug, Clone)]
 pub(super) struct Bound {
     committed: u32,

@@ -1,24 +1,24 @@
-//! A shoot that is tied out along wires and bears spurs: productions that the trained grammars share.
+//! Productions of a shoot tied along wires that bears spurs, shared by the trained grammars.
 
 use super::pieces::{Bound, branch, wobble};
 use crate::lsystem::{Command, Module};
 use orchard_spec::{Stream, tree::ShootSpec};
 
-/// The growing points of a shoot.
+/// Growing points of a shoot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ShootApex {
     /// The tip, about to draw one internode.
     Tip {
         /// Internodes still to draw.
         left: u32,
-        /// Length of each [m].
+        /// Length of each \[m\].
         length: f64,
     },
     /// A spur's bud.
     Spur,
 }
 
-/// The tip of a shoot of a length [m], if the bound on the tree's size allows it.
+/// The tip of a shoot of a length \[m\], if the bound on the tree's size allows it.
 pub(super) fn open(
     spec: &ShootSpec,
     length: f64,
@@ -31,9 +31,9 @@ pub(super) fn open(
         .then(|| ShootApex::Tip { left: internodes, length: length / f64::from(internodes) })
 }
 
-/// Derivations after which nothing of a shoot is left to rewrite.
+/// Number of derivations after which a shoot is complete.
 pub(super) fn derivations(spec: &ShootSpec) -> u32 {
-    // One an internode; a spur is rewritten together with the internode beyond it.
+    // One derivation an internode; a spur is rewritten together with the next internode.
     spec.internodes.high().max(1)
 }
 

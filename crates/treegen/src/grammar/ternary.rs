@@ -1,12 +1,12 @@
 //! Ternary bracketed L-system with Honda's branching angles and length ratios.
 //!
-//! The paper's grammar equation, after Prusinkiewicz and Lindenmayer 1990, figure 2.8. No random number.
+//! The paper's grammar equation, after Prusinkiewicz and Lindenmayer 1990, figure 2.8. It draws no random numbers.
 
 use orchard_spec::tree::TernarySpec;
 
 use crate::lsystem::{Command, Grammar, Module};
 
-/// The grammar with its angles [rad], lengths and factors.
+/// The grammar with its angles \[rad\], lengths and factors.
 #[derive(Debug, Clone)]
 pub struct Ternary {
     derivations: u32,
@@ -24,7 +24,7 @@ pub struct Ternary {
 pub struct Apex;
 
 impl Ternary {
-    /// The grammar of a config.
+    /// Makes the grammar of a config.
     pub fn new(spec: &TernarySpec) -> Self {
         Self {
             derivations: spec.derivations.get(),

@@ -17,7 +17,7 @@ pub struct Uprights<'a> {
     bound: Bound,
 }
 
-/// The growing points.
+/// Growing points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Apex {
     /// Tip of the level trunk, about to draw one internode.
@@ -25,18 +25,18 @@ pub enum Apex {
         /// Internodes still to draw.
         left: u32,
     },
-    /// Of an upright.
+    /// Growing point of an upright.
     Upright(ShootApex),
 }
 
 impl<'a> Uprights<'a> {
-    /// The grammar of a config.
+    /// Makes the grammar of a config.
     pub fn new(spec: &'a UprightsSpec, stream: Stream) -> Self {
         Self { spec, stream, bound: Bound::new(spec.segments_max.get()) }
     }
 
-    /// The trunk up to where it lies level: `F(h) { &(90 deg / n) F(b) }`, n times, with h such that it then lies at
-    /// its height (but at least b).
+    /// Trunk up to the beginning of its level part: `F(h) { &(90 deg / n) F(b) }`, n times, with h such that the level part has the
+    /// configured height (h at least b).
     fn bent_trunk(&self) -> Vec<Command> {
         let n = self.spec.bend_internodes.get().max(1);
         let internode = self.spec.bend_length.si() / f64::from(n);
@@ -49,7 +49,7 @@ impl<'a> Uprights<'a> {
         commands
     }
 
-    /// `Trunk(n) -> F(s) [/(stray) &(-90 deg +- stray) Upright] Trunk(n - 1)`. Where the trunk lies level, the
+    /// `Trunk(n) -> F(s) [/(stray) &(-90 deg +- stray) Upright] Trunk(n - 1)`. On the level trunk the
     /// turtle's up axis points to the sky.
     fn grow_trunk(&mut self, left: u32, successor: &mut Vec<Module<Apex>>) {
         let spec = self.spec;
@@ -57,7 +57,7 @@ impl<'a> Uprights<'a> {
         let stray = spec.upright_stray.si();
         let roll = self.stream.uniform(-stray, stray);
         let angle = self.stream.uniform(-stray, stray) - FRAC_PI_2;
-        // Topped where it outgrew the wires.
+        // Uprights are topped above the wires.
         let length = self.stream.within(spec.upright_length.si()).min(spec.topped_length.si());
         let aborts = self.stream.chance(spec.bud_abortion.si()) && left > 1;
         if !aborts && let Some(tip) = shoot::open(&spec.upright, length, &mut self.stream, &mut self.bound) {

@@ -17,7 +17,7 @@ pub struct VTrellis<'a> {
     bound: Bound,
 }
 
-/// The growing points.
+/// Growing points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Apex {
     /// Tip of the trunk, about to draw one internode.
@@ -27,7 +27,7 @@ pub enum Apex {
     },
     /// Tip of a leader, about to draw one internode.
     Leader(Leader),
-    /// Of an arm.
+    /// Growing point of an arm.
     Arm(ShootApex),
 }
 
@@ -36,14 +36,14 @@ pub enum Apex {
 pub struct Leader {
     /// Internodes still to draw.
     left: u32,
-    /// Length of each [m].
+    /// Length of each \[m\].
     length: f64,
-    /// Roll to the side of the next arm [rad]: a quarter turn to either side.
+    /// Roll to the side of the next arm \[rad\]: a quarter turn to either side.
     side: f64,
 }
 
 impl<'a> VTrellis<'a> {
-    /// The grammar of a config.
+    /// Makes the grammar of a config.
     pub fn new(spec: &'a VTrellisSpec, stream: Stream) -> Self {
         Self { spec, stream, bound: Bound::new(spec.segments_max.get()) }
     }

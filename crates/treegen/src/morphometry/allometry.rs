@@ -1,10 +1,10 @@
-//! Scaling: pipe exponents at forks, and slopes of standardised major axes.
+//! Allometry: pipe exponents at forks, and slopes of standardised major axes.
 
 use orchard_geometry::math;
 
 use super::branches::Branch;
 
-/// Largest exponent looked for; a fork with none below it has none.
+/// Largest exponent searched; a fork without one below it counts as having none.
 const EXPONENT_MAX: f64 = 50.0;
 
 /// A slope in log-log space.
@@ -14,12 +14,12 @@ pub struct Slope {
     pub slope: f64,
     /// Squared correlation.
     pub r_squared: f64,
-    /// Pairs.
+    /// Number of pairs.
     pub n: usize,
 }
 
-/// Standardised (reduced) major axis of log y on log x (Warton et al. 2006, Biol. Rev. 81:259-291). Pairs that have
-/// no logarithm are left out.
+/// Standardised (reduced) major axis of log y on log x (Warton et al. 2006, Biol. Rev. 81:259-291). Pairs without
+/// a logarithm are left out.
 pub fn standardised_major_axis(pairs: impl IntoIterator<Item = (f64, f64)>) -> Slope {
     let logs: Vec<(f64, f64)> = pairs
         .into_iter()
@@ -57,7 +57,7 @@ pub fn pipe_exponent(parent: f64, children: &[f64]) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Children of every piece of wood that ends in a fork: its diameter, and theirs [m].
+/// Diameter of every piece of wood that ends in a fork, and those of its children \[m\].
 fn forks(branches: &[Branch]) -> Vec<(f64, Vec<f64>)> {
     let mut children = vec![Vec::new(); branches.len()];
     for branch in branches {
@@ -69,12 +69,12 @@ fn forks(branches: &[Branch]) -> Vec<(f64, Vec<f64>)> {
     forks.filter(|(_, children)| children.len() > 1).collect()
 }
 
-/// The pipe exponents at a tree's forks, where they exist.
+/// Pipe exponents at a tree's forks, where they exist.
 pub fn pipe_exponents(branches: &[Branch]) -> Vec<f64> {
     forks(branches).iter().filter_map(|(parent, children)| pipe_exponent(*parent, children)).collect()
 }
 
-/// The cross-sections of the children over the parent's, at a tree's forks.
+/// Summed cross-sections of the children over the parent's, at a tree's forks.
 pub fn area_ratios(branches: &[Branch]) -> Vec<f64> {
     let ratio = |(parent, children): &(f64, Vec<f64>)| {
         children.iter().map(|child| child * child).sum::<f64>() / (parent * parent)
@@ -95,7 +95,7 @@ mod tests {
         assert!((falling.slope + 1.0).abs() < 1e-12 && falling.n == 3);
     }
 
-    /// The slope is the ratio of standard deviations, whatever the correlation.
+    /// The slope is the ratio of standard deviations for any correlation.
     #[test]
     fn scatter_steepens_the_major_axis() {
         let e = std::f64::consts::E;

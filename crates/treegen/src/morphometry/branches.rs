@@ -1,4 +1,4 @@
-//! A tree as an orchard survey sees it: pieces of wood between forks.
+//! Surveys a tree as orchard surveys do: pieces of wood between forks.
 //!
 //! Twigs, branches thinner at their base than a limit, are neither pieces nor forks. Columns as in the data of
 //! Brym and Ernest (2018): length and mid-length diameter of a piece, length of the longest path above it,
@@ -13,45 +13,45 @@ use crate::Skeleton;
 /// A piece of wood between forks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Branch {
-    /// The piece on which it stands.
+    /// Index of the piece on which it stands.
     pub parent: Option<usize>,
     /// Branch order: 0 the leader.
     pub order: u8,
-    /// Whether it begins an axis.
+    /// True if it begins an axis.
     pub first: bool,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Diameter at half its length [m].
+    /// Diameter at half its length \[m\].
     pub diameter: f64,
-    /// Angle of the line from its base to its tip from the vertical [rad].
+    /// Angle of the line from its base to its tip from the vertical \[rad\].
     pub angle: f64,
     /// Volume of its wood [m^3].
     pub volume: f64,
-    /// Its length and that of the longest way from its tip [m].
+    /// Its length plus that of the longest path from its tip \[m\].
     pub path_length: f64,
-    /// Its length and that of all pieces above [m].
+    /// Its length plus that of all pieces above \[m\].
     pub subtree_length: f64,
-    /// Its volume and that of all pieces above [m^3].
+    /// Its volume plus that of all pieces above [m^3].
     pub subtree_volume: f64,
 }
 
-/// The tree's wood: pieces between forks, and what is left as twigs.
+/// Survey of a tree: pieces of wood between forks, and twigs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Survey {
     /// Pieces; parents before children.
     pub branches: Vec<Branch>,
     /// Number of twigs that stand on pieces.
     pub twigs: usize,
-    /// Volume of the twigs with all that grows on them [m^3].
+    /// Volume of the twigs and all wood on them [m^3].
     pub twig_volume: f64,
 }
 
-/// Surveys a tree; a branch whose first segment is thinner than `least_diameter` [m] is a twig.
+/// Surveys a tree; a branch whose first segment is thinner than `least_diameter` \[m\] is a twig.
 pub fn survey(skeleton: &Skeleton, least_diameter: f64) -> Survey {
     let segments = &skeleton.segments;
     let children = skeleton.children();
     let mut out = Survey::default();
-    // Whether a segment belongs to a twig, and else its piece.
+    // `None` for segments of twigs, else the index of the piece.
     let mut piece: Vec<Option<usize>> = vec![None; segments.len()];
     let mut members: Vec<Vec<usize>> = Vec::new();
     for (i, segment) in segments.iter().enumerate() {
@@ -142,7 +142,7 @@ impl Survey {
         self.branches.iter().filter(|b| b.first && b.parent.is_some_and(|p| self.branches[p].order == 0))
     }
 
-    /// Length of all pieces [m].
+    /// Length of all pieces \[m\].
     pub fn length(&self) -> f64 {
         self.branches.iter().map(|b| b.length).sum()
     }

@@ -1,8 +1,8 @@
-//! Distributions: moments, quantiles, and how far two are apart.
+//! Moments and quantiles of samples, and distances between distributions.
 
 use orchard_geometry::math;
 
-/// Mean and sample standard deviation; NaN of fewer than one and two values.
+/// Mean and sample standard deviation; NaN for fewer than one and two values.
 pub fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -10,7 +10,7 @@ pub fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     (mean, (squares / (n - 1.0)).sqrt())
 }
 
-/// Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan 1996); NaN of none.
+/// Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan 1996); NaN of an empty sample.
 pub fn quantile(values: &[f64], p: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -21,7 +21,7 @@ pub fn quantile(values: &[f64], p: f64) -> f64 {
     sorted[below] + (sorted[above] - sorted[below]) * (at - below as f64)
 }
 
-/// Middle value; NaN of none.
+/// Middle value; NaN of an empty sample.
 pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
@@ -59,8 +59,8 @@ pub fn normal_cdf(x: f64, mean: f64, sd: f64) -> f64 {
     0.5 * math::erfc((mean - x) / (sd * std::f64::consts::SQRT_2))
 }
 
-/// The most frequent value on [low, high]: the maximum of a Gaussian kernel density of a bandwidth, reflected at both
-/// ends so that it loses nothing there, on a grid of a thousand steps. NaN of none.
+/// Mode on [low, high]: the maximum of a Gaussian kernel density of a bandwidth, reflected at both
+/// ends, on a grid of a thousand steps. NaN of an empty sample.
 pub fn mode(values: &[f64], (low, high): (f64, f64), bandwidth: f64) -> f64 {
     const STEPS: usize = 1000;
     let step = (high - low) / STEPS as f64;

@@ -6,16 +6,16 @@ use orchard_geometry::math;
 
 use crate::growth::GrowthUnit;
 
-/// Upper limit of short growth units, and of medium ones [m].
+/// Upper limit of short growth units, and of medium ones \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClassLimits {
-    /// Shorter than this is short.
+    /// Shoots below this length are short.
     pub short: f64,
-    /// Longer than this is long.
+    /// Shoots above this length are long.
     pub medium: f64,
 }
 
-/// Parts of short, medium and long growth units.
+/// Shares of short, medium and long growth units.
 pub fn length_classes(units: &[GrowthUnit], limits: ClassLimits) -> [f64; 3] {
     let mut counts = [0.0_f64; 3];
     for unit in units {
@@ -25,7 +25,7 @@ pub fn length_classes(units: &[GrowthUnit], limits: ClassLimits) -> [f64; 3] {
     counts.map(|count| count / units.len() as f64)
 }
 
-/// Total length of growth units [m].
+/// Total length of growth units \[m\].
 pub fn total_length(units: &[GrowthUnit]) -> f64 {
     units.iter().map(|unit| unit.length).sum()
 }
@@ -35,12 +35,12 @@ pub fn branches_on_leader(units: &[GrowthUnit]) -> impl Iterator<Item = &GrowthU
     units.iter().filter(|unit| unit.order == 1 && unit.first)
 }
 
-/// Angle of a growth unit's base from the vertical [rad].
+/// Angle of a growth unit's base from the vertical \[rad\].
 pub fn angle_from_vertical(unit: &GrowthUnit) -> f64 {
     math::atan2(unit.heading_world.xy().norm(), unit.heading_world.z)
 }
 
-/// Angles between the compass directions of successive branches on the leader, folded to [0, pi] [rad].
+/// Angles between the compass directions of successive branches on the leader, folded to [0, pi] \[rad\].
 pub fn divergences(units: &[GrowthUnit]) -> Vec<f64> {
     let azimuths: Vec<f64> = branches_on_leader(units)
         .map(|unit| math::atan2(unit.heading_world.y, unit.heading_world.x))
@@ -48,7 +48,7 @@ pub fn divergences(units: &[GrowthUnit]) -> Vec<f64> {
     azimuths.windows(2).map(|pair| folded(pair[1] - pair[0])).collect()
 }
 
-/// An angle's distance from a whole turn, in [0, pi].
+/// Absolute value of an angle wrapped to (-pi, pi], in [0, pi].
 fn folded(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { TAU - turned } else { turned }

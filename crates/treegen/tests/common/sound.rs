@@ -18,7 +18,7 @@ pub fn assert_sound(spec: &Spec, tree: &Skeleton) {
 }
 
 /// Parents before children, chained end to end, finite, of positive size, tapering, above the clearance; and
-/// what the wood carries is on it and finite.
+/// fruit sites, leaves and spurs are on the wood and finite.
 pub fn assert_sound_wood(spec: &Spec, tree: &Skeleton) {
     let clearance = spec.tree.clearance.si();
     for (i, segment) in tree.segments.iter().enumerate() {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use orchard_batch::TreeWorld;
+use orchard_exchange::mjcf;
 use orchard_fruit::{Fruit, place};
-use orchard_multibody::mjcf_for_timing;
 use orchard_spec::tree::Grammar;
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Segment, Skeleton, grow};
@@ -106,7 +106,7 @@ pub fn kick(v: &mut [f64], index: u32) {
 pub fn mjcf_of(world: &TreeWorld) -> anyhow::Result<String> {
     let plant = world.plant();
     let settings = &plant.settings;
-    Ok(mjcf_for_timing("tree", &plant.model, world.data(), &settings.gravity, settings.h)?)
+    Ok(mjcf::write_for_timing("tree", &plant.model, world.data(), &settings.gravity, settings.h)?)
 }
 
 /// The paper's orchard with a count of fruit a tree.

@@ -1,10 +1,11 @@
 //! A tree with a capsule that is pushed through its canopy: the work with contacts.
 
+use orchard_exchange::mjcf;
 use orchard_fruit::{FruitGroups, FruitLives, FruitSet, RestRule, Touch};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
     Body, BodyId, Collider, Data, Groups, JointKind, Model, ModelBuilder, Owner, SpatialInertia, StepReport,
-    StepSettings, equilibrium, mjcf_for_timing, step,
+    StepSettings, equilibrium, step,
 };
 use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 
@@ -176,7 +177,13 @@ impl PushedTree {
 
     /// The model at its present state for MuJoCo.
     pub fn mjcf(&self) -> anyhow::Result<String> {
-        Ok(mjcf_for_timing("pushed", &self.model, &self.data, &self.settings.gravity, self.settings.h)?)
+        Ok(mjcf::write_for_timing(
+            "pushed",
+            &self.model,
+            &self.data,
+            &self.settings.gravity,
+            self.settings.h,
+        )?)
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a tree draws once, for all its productions.
+//! Parameters that a tree draws once, for all its productions.
 
 use orchard_spec::{Stream, tree::CentralLeaderSpec};
 
@@ -7,19 +7,19 @@ use orchard_spec::{Stream, tree::CentralLeaderSpec};
 pub(super) struct Parameters {
     pub limbs: u32,
     pub scaffolds: u32,
-    /// Roll from branch to branch [rad].
+    /// Roll from branch to branch \[rad\].
     pub divergence: f64,
     pub length_decay: f64,
-    /// Droop an internode with the tree's form in it [rad].
+    /// Droop an internode times the tree's form \[rad\].
     pub droop: f64,
     pub upturn: f64,
     pub bud_abortion: f64,
-    /// Largest bend at a node [rad].
+    /// Largest bend at a node \[rad\].
     pub wobble: f64,
 }
 
 impl Parameters {
-    /// The order of the draws is part of the seed version.
+    /// Draws the parameters. The order of the draws is part of the seed version.
     pub fn draw(spec: &CentralLeaderSpec, stream: &mut Stream) -> Self {
         let limbs = spec.limbs.draw(stream);
         let scaffolds = spec.scaffolds.draw(stream).min(limbs);

@@ -5,16 +5,16 @@ use crate::grammar::pieces::{branch, wobble, wobbling_internode};
 use crate::lsystem::{Command, Grammar, Module};
 use orchard_spec::tree::{CentralLeaderSpec, CountSpan};
 
-/// The growing points.
+/// Growing points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Apex {
     /// Tip of the leader, about to draw one internode.
     Leader {
-        /// Limbs below it.
+        /// Number of limbs below it.
         tier: u32,
-        /// Internodes that the tier still lacks.
+        /// Number of internodes that the tier still lacks.
         left: u32,
-        /// Length of the tier's internodes [m].
+        /// Length of the tier's internodes \[m\].
         length: f64,
     },
     /// Tip of an axis, about to draw one internode.
@@ -23,7 +23,7 @@ pub enum Apex {
     Bud {
         /// Branch order of the axis that it becomes.
         order: u32,
-        /// Length of that axis's first internode [m].
+        /// Length of that axis's first internode \[m\].
         length: f64,
     },
 }
@@ -33,19 +33,19 @@ pub enum Apex {
 pub struct Axis {
     /// Branch order.
     order: u32,
-    /// Internodes drawn.
+    /// Number of internodes drawn.
     drawn: u32,
-    /// Internodes when fully grown.
+    /// Number of internodes of the complete axis.
     internodes: u32,
-    /// Buds when fully grown.
+    /// Number of buds of the complete axis.
     buds: u32,
-    /// Length of the next internode [m].
+    /// Length of the next internode \[m\].
     length: f64,
 }
 
 impl Axis {
-    /// Buds at node `node` (1 the first internode's tip): one a node on the nodes before the tip, the
-    /// distal ones first; where that is too few, one on every node and the rest at the tip.
+    /// Number of buds at node `node` (1 is the first internode's tip): one a node on the nodes before the tip, distal
+    /// nodes first; if there are more buds than such nodes, one on every node and the rest at the tip.
     fn buds_at(&self, node: u32) -> u32 {
         let (nodes, buds) = (self.internodes, self.buds);
         if buds < nodes {
@@ -73,8 +73,8 @@ impl CentralLeader<'_> {
         which(self.spec).draw(&mut self.stream)
     }
 
-    /// A limb of the leader. Its internodes each have `length_decay` times the length of the one before, from
-    /// axis to lateral too, so that the longest way out tends to the drawn length: the sum of that series.
+    /// A limb of the leader. Each internode has `length_decay` times the length of the one before, also from
+    /// axis to lateral, so that the longest path from the leader to a tip tends to the drawn length: the sum of that series.
     fn limb(&mut self, tier: u32, tier_scale: f64, successor: &mut Vec<Module<Apex>>) {
         let internodes = self.draw_count(|s| &s.axis_internodes);
         let reach =
@@ -87,7 +87,7 @@ impl CentralLeader<'_> {
         }
     }
 
-    /// The tip of the leader at the start of a tier. Above the last limb it is a last, bare internode.
+    /// Tip of the leader at the start of a tier. Above the last limb it draws one last, bare internode.
     fn tier(&mut self, tier: u32) -> Option<Apex> {
         let base = self.spec.base_internode.si();
         let (internodes, length) = if tier == 0 {
@@ -126,7 +126,7 @@ impl CentralLeader<'_> {
             return;
         }
         let (bend, _) = wobble(&mut self.stream, self.tree.wobble);
-        // The last internode takes back a part of what the others gathered.
+        // The last internode bends back a part of the accumulated droop.
         let last = axis.drawn > 0 && axis.drawn + 1 == axis.internodes;
         let droop =
             if last { -self.tree.upturn * self.tree.droop * f64::from(axis.drawn) } else { self.tree.droop };
@@ -154,7 +154,7 @@ impl CentralLeader<'_> {
 impl Grammar for CentralLeader<'_> {
     type Apex = Apex;
 
-    /// Derivations after which no tree of this config has an apex left: the leader's tiers, then one bud and
+    /// Number of derivations after which a tree of this config has no apex left: the leader's tiers, then one bud and
     /// one axis an order, each with a last rewriting that removes the spent apex.
     fn derivations(&self) -> u32 {
         let axis = self.spec.axis_internodes.high() + 2;

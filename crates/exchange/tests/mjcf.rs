@@ -1,9 +1,10 @@
-//! Models as MJCF: what is exact is written, what is not is refused. Whether MuJoCo then moves as we do is the
-//! judge's matter (`cargo xtask judge`).
+//! Tests the MJCF export: exact parts are written, others are refused. `cargo xtask judge` compares the motion in MuJoCo
+//! with ours.
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use orchard_exchange::mjcf::{self, MjcfError};
 use orchard_geometry::{ConvexHull, HeightField, Mat3, Pose, Shape, Vec3};
 use orchard_multibody::*;
 
@@ -48,7 +49,7 @@ fn links_nest_and_tethers_are_affine_in_their_length() {
     let model = tree(f64::INFINITY);
     let mut data = Data::new(&model);
     data.stiffness.fill(2.5);
-    let text = mjcf("t", &model, &data, &GRAVITY, 1e-3).unwrap();
+    let text = mjcf::write("t", &model, &data, &GRAVITY, 1e-3).unwrap();
 
     // link1 closes before its sibling link2 opens, both inside link0.
     let at = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("no {needle} in\n{text}"));
@@ -74,13 +75,13 @@ fn for_timing_fruit_slide_in_their_link_and_the_state_is_a_keyframe() {
     data.v[2] = -0.7;
     data.linear_drag.fill(1.0);
     forward_kinematics(&model, &mut data);
-    // Where the second link holds it, moved 1 cm along that link's x, at rest in the world.
+    // The fruit is 1 cm along the second link's x from its hang point, at rest in the world.
     let (branch, fruit) = (BodyId(1), PointId(0));
     let hang_at_zero = Vector3::new(0.0, 0.0, 0.1 - 0.05);
     let x_world_link = *data.x_world_body(branch);
     let slid = hang_at_zero + Vector3::x() * 0.01;
     data.point_p_world[fruit.index()] = orchard_geometry::transform(&x_world_link, &slid);
-    let text = mjcf_for_timing("t", &model, &data, &GRAVITY, 1e-3).unwrap();
+    let text = mjcf::write_for_timing("t", &model, &data, &GRAVITY, 1e-3).unwrap();
 
     let at = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("no {needle} in\n{text}"));
     // point0 opens inside link1, before its sibling, and has its own springs; nothing else holds it.
@@ -104,9 +105,9 @@ fn for_timing_fruit_slide_in_their_link_and_the_state_is_a_keyframe() {
 }
 
 #[test]
-fn what_has_no_counterpart_is_refused() {
+fn parts_without_counterpart_are_refused() {
     let refused = |model: &Model, data: &Data| {
-        let error = mjcf("t", model, data, &GRAVITY, 1e-3).expect_err("was exported");
+        let error = mjcf::write("t", model, data, &GRAVITY, 1e-3).expect_err("was exported");
         assert!(matches!(error, MjcfError::Unsupported { .. }), "{error}");
     };
     let model = tree(f64::INFINITY);

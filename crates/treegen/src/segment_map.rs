@@ -1,25 +1,25 @@
-//! What stands on wood goes with it when the wood changes its form.
+//! Moves fruit and leaf sites along when their segment changes shape.
 
 use orchard_geometry::{Rotation, Vec3, math};
 
 use crate::{Segment, fruit_sites::underside};
 
-/// From one form of a segment to another, between their frames: along the wood everything is stretched with it, across
-/// it the bark stays the bark, and about it what was on the underside comes to the underside.
-pub(crate) struct Carrier {
+/// Map from points on a segment to the same points on its new shape, between the two segment frames. Along the wood it
+/// stretches with the length; across the wood bark maps to bark; about the wood the underside maps to the new underside.
+pub(crate) struct SegmentMap {
     roll: Rotation,
     stretch: f64,
-    /// Radii [m].
+    /// Radii before and after \[m\].
     from: f64,
     to: f64,
-    /// Across the wood to its lower side as it is now.
+    /// Unit vector across the new shape to its lower side.
     underside: Vec3,
 }
 
-impl Carrier {
+impl SegmentMap {
     pub fn new(from: &Segment, to: &Segment) -> Self {
         let (before, now) = (underside(from), underside(to));
-        // Upright wood has no underside, and nothing rolls.
+        // Upright wood has no underside: no roll.
         let angle = math::atan2(before.cross(&now).z, before.dot(&now));
         Self {
             roll: Rotation::from_axis_angle(&Vec3::z_axis(), angle),
@@ -30,8 +30,7 @@ impl Carrier {
         }
     }
 
-    /// A point on or outside the bark [m]. One on the axis of upright wood, which has no underside, comes to the underside that
-    /// the wood may have now.
+    /// Maps a point on or outside the bark \[m\]. A point on the axis maps to the underside of the new shape.
     pub fn point(&self, p_segment: &Vec3) -> Vec3 {
         let across = Vec3::new(p_segment.x, p_segment.y, 0.0);
         let distance = across.norm();
@@ -44,13 +43,13 @@ impl Carrier {
         across + Vec3::z() * (p_segment.z * self.stretch)
     }
 
-    /// A direction.
+    /// Maps a direction.
     pub fn direction(&self, v_segment: &Vec3) -> Vec3 {
         self.roll * v_segment
     }
 }
 
-/// Where a stem on the bark of a segment is attached after the wood has changed from one form to another. Segment frames [m].
-pub fn carried_to(p_segment: &Vec3, from: &Segment, to: &Segment) -> Vec3 {
-    if from == to { *p_segment } else { Carrier::new(from, to).point(p_segment) }
+/// Maps the attachment point of a stem from a segment's old shape to its new one, each in its segment frame \[m\].
+pub fn map_point(p_segment: &Vec3, from: &Segment, to: &Segment) -> Vec3 {
+    if from == to { *p_segment } else { SegmentMap::new(from, to).point(p_segment) }
 }

@@ -1,7 +1,7 @@
-//! A model as MJCF, the model format of MuJoCo, so that another engine can step the very same equations.
+//! Writes a multibody model as MJCF, MuJoCo's model format, so that MuJoCo steps the same equations.
 //!
-//! What stands in the file is exact, or the export is refused. How each part is written, and what the file must be
-//! stepped with, is in `docs/computation/judge.md`. Names: link `i` is the body `linkI`, its degrees of freedom are
+//! Every part is written exactly, or the export is refused. `docs/computation/judge.md` describes how each part is written and
+//! how MuJoCo must step the file. Names: link `i` is the body `linkI`, its degrees of freedom are
 //! the joints `linkI.0`, `linkI.1`, ...; point body `i` is the body `pointI` with the joints `pointI.x`, `.y`, `.z`.
 
 use std::io::Write;
@@ -11,10 +11,11 @@ use orchard_geometry::{Pose, Shape, Vec3, transform};
 use quick_xml::Writer;
 use quick_xml::events::{BytesEnd, BytesStart, Event};
 
-use crate::data::Data;
-use crate::model::{BodyId, Collider, Groups, JointKind, Model, Owner, PointId, Tether};
+use orchard_multibody::{
+    BodyId, Collider, Data, Groups, JointKind, Model, Owner, PointId, Tether, forward_kinematics,
+};
 
-/// Why a model cannot be written as MJCF.
+/// Reason why a model cannot be written as MJCF.
 #[derive(Debug, thiserror::Error)]
 pub enum MjcfError {
     /// The model has a part that MJCF cannot represent exactly.
@@ -22,9 +23,9 @@ pub enum MjcfError {
     Unsupported {
         /// Kind of part.
         what: &'static str,
-        /// Its index.
+        /// Index of the part.
         index: usize,
-        /// What has no counterpart.
+        /// Property that MJCF cannot represent.
         problem: &'static str,
     },
     /// The XML writer failed.
@@ -32,31 +33,31 @@ pub enum MjcfError {
     Xml(#[from] std::io::Error),
 }
 
-/// Writes the model with the springs and dampers that `data` holds, at q = 0 and every point body at its hang
-/// point. `h` is the time step [s] and `gravity` [m/s^2] the field that the file asks for.
+/// Writes the model with the springs and dampers of `data`, at q = 0, every point body at its hang
+/// point. `h` \[s\] is the time step and `gravity` [m/s^2] the gravity that the file states.
 ///
-/// Capsules, spheres and boxes become geometry that is drawn and touches nothing; half-spaces are left out.
+/// Capsules, spheres and boxes become geometry that is drawn and has no contacts; half-spaces are left out.
 ///
 /// # Errors
 /// [`MjcfError::Unsupported`] for drag, feed-forward and external forces, free joints, couplings, convex hulls and
 /// height fields, point bodies off their tether and tethers with a finite reaction cap.
-pub fn mjcf(name: &str, model: &Model, data: &Data, gravity: &Vec3, h: f64) -> Result<String, MjcfError> {
+pub fn write(name: &str, model: &Model, data: &Data, gravity: &Vec3, h: f64) -> Result<String, MjcfError> {
     refuse_inexact(model, data)?;
-    write(name, model, data, gravity, h, Style::Exact)
+    write_as(name, model, data, gravity, h, Style::Exact)
 }
 
 /// Writes the model at the state of `data` in the form that MuJoCo steps fastest, to time it on the same work.
 ///
-/// Links, joints, springs and dampers are those of [`mjcf`]. A point body hangs inside its link, by three slides along the
+/// Links, joints, springs and dampers are those of [`write()`]. A point body hangs inside its link on three slides along the
 /// link's axes with the tether's spring and damper: the same degrees of freedom and nearly the same
-/// motion, without the cost of actuators. Drag, reaction caps and what tethers add to their anchors are left out: each
-/// of them would slow MuJoCo down. Colliders touch what their groups say, those without groups are not written.
+/// motion, without the cost of actuators. Drag, reaction caps and the bias forces of tethers on their anchors are left
+/// out, since each would slow MuJoCo down. Contacts follow the colliders' groups; colliders without groups are left out.
 /// The state is the file's only keyframe.
 ///
 /// # Errors
 /// [`MjcfError::Unsupported`] for feed-forward and external forces, free joints, couplings and point bodies off
 /// their tether.
-pub fn mjcf_for_timing(
+pub fn write_for_timing(
     name: &str,
     model: &Model,
     data: &Data,
@@ -65,11 +66,11 @@ pub fn mjcf_for_timing(
 ) -> Result<String, MjcfError> {
     refuse_unrelated(model, data)?;
     let mut data = data.clone();
-    crate::forward_kinematics(model, &mut data);
-    write(name, model, &data, gravity, h, Style::Timing)
+    forward_kinematics(model, &mut data);
+    write_as(name, model, &data, gravity, h, Style::Timing)
 }
 
-fn write(
+fn write_as(
     name: &str,
     model: &Model,
     data: &Data,
@@ -120,17 +121,17 @@ fn write(
     Ok(String::from_utf8(bytes).map_err(std::io::Error::other)?)
 }
 
-/// The site at the world's origin, in world axes.
+/// Name of the site at the world's origin, in world axes.
 const WORLD_SITE: &str = "world";
 /// Axes of a point body's three slides.
 const AXES: [(&str, [f64; 3]); 3] = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
 
-/// What a file is for.
+/// Purpose of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Style {
-    /// The very equations.
+    /// Exactly the same equations.
     Exact,
-    /// The same work.
+    /// About the same work in the form that MuJoCo steps fastest.
     Timing,
 }
 
@@ -138,7 +139,7 @@ fn refuse<T>(what: &'static str, index: usize, problem: &'static str) -> Result<
     Err(MjcfError::Unsupported { what, index, problem })
 }
 
-/// What neither style can write.
+/// Refuses parts that neither style can write.
 fn refuse_unrelated(model: &Model, data: &Data) -> Result<(), MjcfError> {
     for id in model.body_ids() {
         let i = id.index();
@@ -146,15 +147,11 @@ fn refuse_unrelated(model: &Model, data: &Data) -> Result<(), MjcfError> {
             return refuse("link", i, "free joints are not exported");
         }
         if data.body_force_world[i] != Vec3::zeros() || data.body_torque_world[i] != Vec3::zeros() {
-            return refuse("link", i, "an external force is no part of a model; set it to zero");
+            return refuse("link", i, "external forces are not exported; set them to zero");
         }
     }
     if let Some(dof) = data.torque.iter().position(|&torque| torque != 0.0) {
-        return refuse(
-            "degree of freedom",
-            dof,
-            "a feed-forward torque is no part of a model; set it to zero",
-        );
+        return refuse("degree of freedom", dof, "feed-forward torques are not exported; set them to zero");
     }
     let is_unsupported = |c: &Collider| matches!(c.shape, Shape::ConvexHull(_) | Shape::HeightField(_));
     if let Some(index) = model.colliders().iter().position(is_unsupported) {
@@ -168,23 +165,23 @@ fn refuse_unrelated(model: &Model, data: &Data) -> Result<(), MjcfError> {
             return refuse("point body", i, "point bodies off their tether are not exported");
         }
         if data.point_force_world[i] != Vec3::zeros() {
-            return refuse("point body", i, "an external force is no part of a model; set it to zero");
+            return refuse("point body", i, "external forces are not exported; set them to zero");
         }
     }
     Ok(())
 }
 
-/// What [`Style::Exact`] cannot write.
+/// Refuses parts that [`Style::Exact`] cannot write.
 fn refuse_inexact(model: &Model, data: &Data) -> Result<(), MjcfError> {
     refuse_unrelated(model, data)?;
     for i in 0..model.bodies().len() {
         if data.linear_drag[i] != 0.0 || data.angular_drag[i] != 0.0 {
-            return refuse("link", i, "drag in proportion to mass has no counterpart; set it to zero");
+            return refuse("link", i, "MJCF has no drag in proportion to mass; set it to zero");
         }
     }
     for (i, point) in model.points().iter().enumerate() {
         if point.tether.as_ref().is_some_and(|tether| tether.reaction_cap.is_finite()) {
-            return refuse("point body", i, "a reaction cap has no counterpart; make it infinite");
+            return refuse("point body", i, "MJCF has no reaction cap; make it infinite");
         }
         if data.point_quadratic_drag[i] != 0.0 {
             return refuse("point body", i, "quadratic drag is not exported; set it to zero");
@@ -209,7 +206,7 @@ struct File<'a, W: Write> {
 }
 
 impl<W: Write> File<'_, W> {
-    /// The links, every one inside its parent.
+    /// Writes the links, each inside its parent.
     fn links(&mut self) -> Result<(), MjcfError> {
         let mut children = vec![Vec::new(); self.model.bodies().len()];
         let mut open = Vec::new();
@@ -276,7 +273,7 @@ impl<W: Write> File<'_, W> {
         Ok(())
     }
 
-    /// A point body in the world: three slides in world axes from the hang point at q = 0.
+    /// Writes a point body in the world: three slides in world axes from the hang point at q = 0.
     fn point_in_world(&mut self, point: usize) -> Result<(), MjcfError> {
         let p_hang = self.at_zero.point_p_world[point];
         self.qpos.extend_from_slice((self.data.point_p_world[point] - p_hang).as_slice());
@@ -284,7 +281,7 @@ impl<W: Write> File<'_, W> {
         self.point(point, &p_hang, &[])
     }
 
-    /// A point body in its tether's link: three slides in the link's axes from the hang point at q = 0.
+    /// Writes a point body in its tether's link: three slides in the link's axes from the hang point at q = 0.
     fn point_on_link(&mut self, point: usize, tether: &Tether) -> Result<(), MjcfError> {
         let in_link =
             |data: &Data| transform(&data.x_world_body(tether.body).inverse(), &data.point_p_world[point]);
@@ -299,7 +296,7 @@ impl<W: Write> File<'_, W> {
         self.point(point, &p_hang, &spring)
     }
 
-    /// A body with three slides along its axes.
+    /// Writes a body with three slides along its axes.
     fn point(&mut self, point: usize, position: &Vec3, spring: &Attributes) -> Result<(), MjcfError> {
         let (name, body) = (point_name(point), &self.model.points()[point]);
         self.open("body", &placed(&name, &Pose::from_parts((*position).into(), nalgebra::one())))?;
@@ -308,7 +305,7 @@ impl<W: Write> File<'_, W> {
                 [("name", format!("{name}.{axis_name}")), ("type", "slide".into()), ("axis", numbers(&axis))];
             self.empty("joint", &[&slide, spring].concat())?;
         }
-        // It never turns, so that any inertia will do where ours has none.
+        // A point body never turns, so any finite inertia serves where ours is infinite.
         let inertia = if body.spin_inertia.is_finite() { body.spin_inertia } else { body.mass };
         self.empty(
             "inertial",
@@ -325,7 +322,7 @@ impl<W: Write> File<'_, W> {
         self.close("body")
     }
 
-    /// The state.
+    /// Writes the state as a keyframe.
     fn keyframe(&mut self) -> Result<(), MjcfError> {
         self.open("keyframe", &[])?;
         let state = [("qpos", numbers(&self.qpos)), ("qvel", numbers(&self.qvel))];
@@ -333,7 +330,7 @@ impl<W: Write> File<'_, W> {
         self.close("keyframe")
     }
 
-    /// The tethers: actuators without input whose bias is affine in the separation and its rate.
+    /// Writes the tethers as actuators without input, whose bias is affine in the separation and its rate.
     ///
     /// The transmission from `site` to `refsite` has the length e . R'(p_site - p_refsite), R the axes of
     /// `refsite`, and pushes both sites with opposite forces. The point body and the world never turn, so R = 1.
@@ -353,7 +350,7 @@ impl<W: Write> File<'_, W> {
         self.close("actuator")
     }
 
-    /// A force along a world axis on the anchor of a tether, and its reaction on a site.
+    /// Writes a force along a world axis on the anchor of a tether and its reaction on a site.
     fn push(
         &mut self,
         point: usize,
@@ -377,7 +374,7 @@ impl<W: Write> File<'_, W> {
         )
     }
 
-    /// Shapes: to look at, or to touch what their groups say.
+    /// Writes the shapes: drawn only, or with contacts by their groups.
     fn shapes(&mut self, owner: Owner) -> Result<(), MjcfError> {
         let (model, data) = (self.model, self.data);
         for (collider, groups) in model.colliders().iter().zip(&data.groups) {
@@ -392,7 +389,7 @@ impl<W: Write> File<'_, W> {
                     ("capsule", vec![radius, 0.5 * length], Vec3::new(0.0, 0.0, 0.5 * length))
                 }
                 Shape::Box { half } => ("box", half.as_slice().to_vec(), Vec3::zeros()),
-                // Ground is drawn by nobody; `refuse_inexact` has stopped the rest.
+                // A half-space is not drawn; `refuse_unrelated` has refused the others.
                 Shape::HalfSpace | Shape::ConvexHull(_) | Shape::HeightField(_) => continue,
             };
             let pose = Pose::from_parts(transform(x, &centre).into(), x.rotation);
@@ -438,7 +435,7 @@ fn tether_bias(tether: &Tether, k: usize) -> [f64; 3] {
     [-tether.stiffness * tether.offset_world[k], -tether.stiffness, -tether.damping]
 }
 
-/// MuJoCo's joint type and axis of each degree of freedom, in our order; both turn or slide one after the other.
+/// Joint type and axis in MuJoCo for each degree of freedom, in our order. MuJoCo too applies them one after the other.
 fn joint_axes(joint: &JointKind) -> Vec<(&'static str, Vec3)> {
     let axis = |a: &Unit<Vec3>| a.into_inner();
     match joint {
@@ -481,7 +478,7 @@ fn anchor_name(point: usize) -> String {
     format!("point{point}.anchor")
 }
 
-/// The shortest text that reads back as the same number.
+/// Shortest text that reads back as the same number.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
