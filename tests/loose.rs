@@ -238,7 +238,7 @@ fn an_overfull_bucket_spills() {
 #[test]
 fn the_engine_takes_motions_as_they_are() {
     let (p, v, w) = (Vec3::new(0.1, 0.2, 1.3), Vec3::new(-1.0 / 3.0, 0.7, 2.2), Vec3::new(0.3, 5.1, -7.7));
-    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros());
+    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros(), &Spec::paper().sim.loose);
     engine.add_ball(ball(0, p, v, w));
     assert_eq!(engine.motions().collect::<Vec<_>>(), [(0, p, v, w)]);
 }
@@ -263,7 +263,7 @@ fn ball(fruit: usize, p_world: Vec3, v_world: Vec3, w_world: Vec3) -> Ball {
 /// of the impact is that of the approach along the normal with the reduced mass, and restitution gives part of it back.
 #[test]
 fn a_collision_in_the_engine_keeps_momentum() {
-    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros());
+    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros(), &Spec::paper().sim.loose);
     engine.add_ball(ball(0, Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0), Vec3::zeros()));
     engine.add_ball(ball(1, Vec3::new(0.1, 0.02, 1.0), Vec3::new(-0.5, 0.0, 0.0), Vec3::zeros()));
     let momenta = |engine: &Engine| {
@@ -406,7 +406,7 @@ fn snapshots_hold_loose_fruit() {
 /// A landing on another fruit counts as one; an obstacle ball is a fruit.
 #[test]
 fn obstacles_strike_back() {
-    let mut engine = Engine::new(1.0 / 180.0, &Vec3::new(0.0, 0.0, -9.81));
+    let mut engine = Engine::new(1.0 / 180.0, &Vec3::new(0.0, 0.0, -9.81), &Spec::paper().sim.loose);
     engine.add_ball(ball(0, Vec3::new(0.0, 0.0, 0.2), Vec3::zeros(), Vec3::zeros()));
     let p = Vec3::new(0.0, 0.0, 0.03);
     engine.add_obstacle(Obstacle::ball(9, 0.03, 1.0, &p));

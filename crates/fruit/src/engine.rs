@@ -8,18 +8,9 @@
 use crate::bruise::{Partner, impact_energy};
 use crate::obstacle::{Obstacle, engine_pose, vec3, vector};
 use orchard_geometry::{Pose, Vec3, inverse_transform, transform};
+use orchard_spec::sim::LooseSpec;
 use rapier3d_f64::prelude::*;
 use std::fmt;
-
-/// Speed with which overlaps are undone at most [m/s]: slow, so that an overlap left by the hand gives no kick.
-const RECOVERY_SPEED: f64 = 0.5;
-/// Stiffness of contacts as a frequency [Hz]. Piles sag with its square; the step resolves a quarter of its inner rate of 720 Hz.
-const CONTACT_FREQUENCY: f64 = 180.0;
-/// Damping ratio of contacts: overcritical, so that an overlap comes apart without a bounce of its own.
-const CONTACT_DAMPING: f64 = 5.0;
-
-/// Sweeps over the contacts in each inner step: a frame starts without a guess of the impulses in a pile.
-const SWEEPS: usize = 4;
 
 /// A loose fruit at the start of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,14 +75,15 @@ impl fmt::Debug for Engine {
 
 impl Engine {
     /// An empty engine with substeps of `h` [s] under gravity [m/s^2].
-    pub fn new(h: f64, gravity_world: &Vec3) -> Self {
-        let contacts = SpringCoefficients::new(CONTACT_FREQUENCY, CONTACT_DAMPING);
+    pub fn new(h: f64, gravity_world: &Vec3, spec: &LooseSpec) -> Self {
+        let contacts =
+            SpringCoefficients::new(spec.contact_frequency.si(), spec.contact_damping_ratio.si());
         let integration_parameters = IntegrationParameters {
             dt: h,
             contact_softness: contacts,
             static_contact_softness: contacts,
-            normalized_max_corrective_velocity: RECOVERY_SPEED,
-            num_internal_pgs_iterations: SWEEPS,
+            normalized_max_corrective_velocity: spec.recovery_speed.si(),
+            num_internal_pgs_iterations: spec.sweeps.get() as usize,
             friction_model: FrictionModel::Coulomb,
             // Both are thrifty where thousands of contacts last long, and inexact.
             contact_clustering: false,

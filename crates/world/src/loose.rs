@@ -14,9 +14,6 @@ use orchard_multibody::{BodyId, Collider, Data, Model, Owner, Twist};
 use orchard_robot::RobotHandle;
 use orchard_spec::Spec;
 
-/// Gap below which two fruit at rest count as touching [m]: some times the sag of a contact in a pile.
-const TOUCHING: f64 = 1e-3;
-
 /// Scratch of a frame.
 #[derive(Debug, Default)]
 pub(crate) struct Loose {
@@ -140,6 +137,7 @@ impl State {
         let State { data, fruit: lives, .. } = self;
         let (set, speed) = (&parts.fruit, spec.sim.sleep_speed.si());
         let fall = 0.5 * spec.sim.gravity.si() * frame_time * frame_time;
+        let touching_gap = spec.sim.loose.touching_gap.si();
         let p_world = |data: &Data, i: usize| data.point_p_world[set.points[i].index()];
         let v_world = |data: &Data, i: usize| data.point_v_world[set.points[i].index()];
         let mut woken = Vec::new();
@@ -152,7 +150,7 @@ impl State {
             // How far from it something with a velocity may be to touch it in this frame; none where that is slow.
             let reach = |v: &Vec3| {
                 let closing = (v - v_carrier).norm();
-                (closing > speed).then_some(radius + TOUCHING + closing * frame_time + fall)
+                (closing > speed).then_some(radius + touching_gap + closing * frame_time + fall)
             };
             let shaken = on_base && v_base.norm() > speed;
             let by_fruit = || {
@@ -179,7 +177,7 @@ impl State {
             lives.wake(i);
             let p = p_world(data, i);
             woken.extend((0..set.len()).filter(|&k| {
-                let reach = set.fruit[i].radius + set.fruit[k].radius + TOUCHING;
+                let reach = set.fruit[i].radius + set.fruit[k].radius + touching_gap;
                 matches!(lives.phase(k), Phase::Asleep(_)) && (p_world(data, k) - p).norm() < reach
             }));
         }
@@ -189,7 +187,7 @@ impl State {
     fn fill_engine(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
         let State { data, fruit: lives, loose, .. } = self;
         let (set, model) = (&parts.fruit, &parts.model);
-        let mut engine = Engine::new(parts.settings.h, &parts.settings.gravity);
+        let mut engine = Engine::new(parts.settings.h, &parts.settings.gravity, &spec.sim.loose);
         let fall = spec.sim.gravity.si() * frame_time;
         let margin = spec.sim.contact_margin.si();
         let mut reaches: Vec<(Vec3, f64)> = Vec::new();

@@ -4,14 +4,8 @@ use crate::World;
 use crate::scenery::same_alley;
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, inverse_transform, math};
 use orchard_robot::IkTarget;
+use orchard_spec::episode::ReachGridSpec;
 use std::f64::consts::TAU;
-
-/// Bearings tried around a fruit.
-const BEARINGS: u32 = 36;
-/// Stand-offs tried between the nearest and the farthest admissible one, both included.
-const STAND_OFFS: u32 = 4;
-/// Slopes of the approach tried by inverse kinematics, from below to above the horizontal [rad].
-const SLOPES: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
 
 impl World {
     /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
@@ -33,9 +27,9 @@ impl World {
         let reach = self.spec().episode.reach_radius.si();
         let kinematics = self.robot().kinematics();
         // Nearest stand-off of each bearing is enough: farther ones reach less.
-        self.stand_offs(p_world).filter(|s| s.distance <= reach).take(STAND_OFFS as usize).any(|s| {
+        self.stand_offs(p_world).filter(|s| s.distance <= reach).take(self.spec().episode.reach_grid.stand_offs.get() as usize).any(|s| {
             let p_base = inverse_transform(&s.x_world_base, p_world);
-            SLOPES.iter().any(|&slope| {
+            slopes(&self.spec().episode.reach_grid).any(|slope| {
                 let (sin, cos) = math::sin_cos(slope);
                 let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
                 kinematics.solve(&target, &kinematics.home()).is_ok()
@@ -59,9 +53,11 @@ impl World {
         let p_base_shoulder = self.p_base_shoulder();
         let (near, far) = self.spec().episode.stand_off.si();
         let trunk_radius = self.skeleton().segments[0].radius;
-        (0..BEARINGS * STAND_OFFS).filter_map(move |k| {
-            let heading = TAU * f64::from(k / STAND_OFFS) / f64::from(BEARINGS);
-            let share = f64::from(k % STAND_OFFS) / f64::from(STAND_OFFS - 1);
+        let grid = &self.spec().episode.reach_grid;
+        let (bearings, stand_offs) = (grid.bearings.get(), grid.stand_offs.get());
+        (0..bearings * stand_offs).filter_map(move |k| {
+            let heading = TAU * f64::from(k / stand_offs) / f64::from(bearings);
+            let share = f64::from(k % stand_offs) / f64::from((stand_offs - 1).max(1));
             let stand_off = near + (far - near) * share;
             let (sin, cos) = math::sin_cos(heading);
             let ahead = Vec3::new(cos, sin, 0.0);
@@ -102,6 +98,13 @@ impl World {
         let p_world = self.start().x_world_body(self.handle().arm[1]).translation.vector;
         inverse_transform(&self.handle().x_world_base(self.start()), &p_world)
     }
+}
+
+/// Slopes of the approach [rad], positive upwards: the horizontal first, then outwards to both sides.
+fn slopes(grid: &ReachGridSpec) -> impl Iterator<Item = f64> + use<> {
+    let step = grid.slope_step.si();
+    let pair = move |k: u32| [f64::from(k) * step, -f64::from(k) * step];
+    std::iter::once(0.0).chain((1..=grid.slopes.get()).flat_map(pair))
 }
 
 /// A place of the base before a fruit.
