@@ -1,4 +1,4 @@
-//! Where two surfaces are near each other.
+//! Points at which two surfaces are near each other.
 
 use orchard_geometry::Vec3;
 
