@@ -1,9 +1,9 @@
-//! What a fruit has suffered: blows and squeezes.
+//! Impacts and squeezes of a fruit.
 
 use orchard_spec::fruit::FruitSpec;
 use serde::{Deserialize, Serialize};
 
-/// What a fruit struck, or what struck it.
+/// Body that a fruit collided with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Partner {
     /// The ground.
@@ -22,19 +22,19 @@ pub enum Partner {
     Fruit(usize),
 }
 
-/// The worst that a fruit has met so far.
+/// Hardest impact and squeeze of a fruit so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bruise {
     /// Energy of its hardest impact [J].
     pub peak_impact_energy: f64,
-    /// What that impact was with.
+    /// Body that it collided with in that impact.
     pub peak_partner: Option<Partner>,
     /// Largest normal force with which one finger pressed on it [N], mean over a substep.
     pub peak_squeeze_force: f64,
 }
 
 impl Bruise {
-    /// Whether its hardest impact was over the bruise threshold.
+    /// True if the hardest impact exceeds the bruise threshold.
     pub fn is_bruised(&self, spec: &FruitSpec) -> bool {
         self.peak_impact_energy > spec.bruise_energy.si()
     }

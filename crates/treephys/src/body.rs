@@ -1,4 +1,4 @@
-//! Skeleton -> links.
+//! Conversion of a skeleton to links of a multibody model.
 
 use crate::{section, stiffness};
 use orchard_geometry::{Pose, Shape, Vec3};
@@ -96,7 +96,7 @@ impl TreeBody {
         self.bodies.len()
     }
 
-    /// Whether the tree has no segment.
+    /// True if the tree has no segment.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }

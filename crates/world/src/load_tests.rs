@@ -5,7 +5,7 @@ use orchard_spec::Spec;
 use orchard_treegen::{Segment, Skeleton};
 use std::sync::Arc;
 
-/// A straight upright shoot of two segments, low enough to meet nothing of the robot but its flat front. The joint
+/// A straight upright shoot of two segments, low enough to touch the robot's flat front only. The joint
 /// between them can break.
 const LOWER: f64 = 0.1;
 const UPPER: f64 = 0.4;
@@ -15,7 +15,7 @@ fn shoot() -> World {
     grown_from(&Pose::identity(), RADIUS)
 }
 
-/// The same shoot with its root at a pose, along its z.
+/// The shoot with its root at a pose, along its z.
 fn grown_from(x_world_root: &Pose, radius: f64) -> World {
     let segment = |parent, along, length| Segment {
         parent,

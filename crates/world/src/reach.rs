@@ -1,4 +1,4 @@
-//! Which fruit the robot can reach: the paper's sphere rule, and inverse kinematics.
+//! Reachability of fruit: the paper's sphere rule, and inverse kinematics.
 
 use crate::World;
 use crate::scenery::same_alley;
@@ -9,36 +9,39 @@ use std::f64::consts::TAU;
 
 impl World {
     /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
-    /// the arm's reach sphere from an admissible stand-off. A stand-off is a place of the base on the ground
-    /// that faces the fruit, keeps the shoulder at an admissible horizontal distance from it, and keeps the
-    /// chassis off the trunk; in a row of trees it lies in the alley in which the robot starts.
+    /// the arm's reach sphere from an admissible stand-off. A stand-off is a pose of the base on the ground
+    /// that faces the fruit, with the shoulder at an admissible horizontal distance from it and the
+    /// chassis clear of the trunk; in a row of trees it lies in the alley in which the robot starts.
     pub fn reachable(&self) -> Vec<bool> {
         self.start_p_world().iter().map(|p| self.reaches(p)).collect()
     }
 
-    /// Whether a point lies within the arm's reach as [`Self::reachable`] says of fruit.
+    /// True if a point is reachable by the rule of [`Self::reachable`].
     pub fn reaches(&self, p_world: &Vec3) -> bool {
         let reach = self.spec().episode.reach_radius.si();
         self.stand_offs(p_world).any(|s| s.distance <= reach)
     }
 
-    /// Whether inverse kinematics confirms a point as [`Self::reachable_by_ik`] says of fruit.
+    /// True if a point is reachable by the rule of [`Self::reachable_by_ik`].
     pub fn reaches_by_ik(&self, p_world: &Vec3) -> bool {
         let reach = self.spec().episode.reach_radius.si();
         let kinematics = self.robot().kinematics();
         // Nearest stand-off of each bearing is enough: farther ones reach less.
-        self.stand_offs(p_world).filter(|s| s.distance <= reach).take(self.spec().episode.reach_grid.stand_offs.get() as usize).any(|s| {
-            let p_base = inverse_transform(&s.x_world_base, p_world);
-            slopes(&self.spec().episode.reach_grid).any(|slope| {
-                let (sin, cos) = math::sin_cos(slope);
-                let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
-                kinematics.solve(&target, &kinematics.home()).is_ok()
+        self.stand_offs(p_world)
+            .filter(|s| s.distance <= reach)
+            .take(self.spec().episode.reach_grid.stand_offs.get() as usize)
+            .any(|s| {
+                let p_base = inverse_transform(&s.x_world_base, p_world);
+                slopes(&self.spec().episode.reach_grid).any(|slope| {
+                    let (sin, cos) = math::sin_cos(slope);
+                    let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
+                    kinematics.solve(&target, &kinematics.home()).is_ok()
+                })
             })
-        })
     }
 
-    /// How many fruit inverse kinematics confirms: from some stand-off the arm brings its fingers to the fruit
-    /// along an axis that leads away from the robot. Branches and leaves in the way are not looked at.
+    /// Number of fruit that inverse kinematics confirms: from some stand-off the arm brings its fingers to the fruit
+    /// along an axis that leads away from the robot. Branches and leaves are not treated as obstacles.
     pub fn reachable_by_ik(&self) -> u32 {
         self.start_p_world().iter().filter(|p| self.reaches_by_ik(p)).count() as u32
     }
@@ -76,7 +79,7 @@ impl World {
         })
     }
 
-    /// Whether the chassis at a place of the base keeps off the trunk, which stands at the world's origin.
+    /// True if the chassis at a place of the base keeps off the trunk, which stands at the world's origin.
     fn clears_trunk(&self, x_world_base: &Pose, trunk_radius: f64) -> bool {
         self.chassis().iter().all(|(shape, x_base_shape)| {
             let x_world_shape = x_world_base * x_base_shape;

@@ -1,4 +1,4 @@
-//! What the camera can see of a world's present state.
+//! Visible scene of a world's present state.
 
 use crate::World;
 use crate::scenery::{self, Strut};
@@ -41,7 +41,7 @@ impl World {
         build(&visible, data, &self.parts.fruit.points)
     }
 
-    /// The scene as people expect it: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
+    /// The scene for people: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
     /// camera, and with a plain round the modelled part of bumpy ground.
     pub fn picture_scene(&self) -> Scene {
         let mut scene = self.scene();

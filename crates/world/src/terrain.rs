@@ -12,7 +12,7 @@ use orchard_spec::{Purpose, Stream};
 /// Most nodes of a world's ground: some 40 MB.
 const NODES_MAX: f64 = 4e6;
 
-/// Ground that cannot be made.
+/// Ground that cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TerrainError {
     /// The finest lattice does not fit the grid.

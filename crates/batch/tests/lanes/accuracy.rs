@@ -142,7 +142,7 @@ fn compare_what_comes_off(isa: Isa) {
     }
 }
 
-/// Whether a fruit or the end of a link is about to land, in the next frame or so.
+/// True if a fruit or the end of a link is about to land, in the next frame or so.
 fn is_near_ground(world: &TreeWorld) -> bool {
     /// Some frames' fall at 4 m/s.
     const NEAR: f64 = 0.2;

@@ -1,7 +1,7 @@
 //! Batches against f64 worlds and against themselves, with every instruction set that the processor has.
 //!
 //! The binary needs no files: it can be carried to another processor, where
-//! `lanes --nocapture` says which sets ran.
+//! `lanes --nocapture` prints the sets that ran.
 
 mod accuracy;
 mod common;
