@@ -11,8 +11,8 @@ fn main() -> Result<(), WorldError> {
     let mut world = World::new(spec, robot.clone(), 1, 0)?; // seed 1, world 0
 
     // Forward [m/s], left [m/s], yaw rate [rad/s].
-    let command = Command { base_velocity: [0.8, 0.0, 0.0], ..robot.start_command() };
-    for _ in 0..180 {
+    let command = Command { base_velocity: [1.0, 0.0, 0.0], ..robot.start_command() };
+    for _ in 0..240 {
         let observation = world.observe(); // all that a controller may see
         if let Some(depth) = &observation.depth
             && world.frame() == 0
