@@ -153,13 +153,13 @@ impl Batch {
         self.tiles[tile].store(lane, data);
     }
 
-    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed.
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed.
     pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
         let (tile, lane) = self.places[world];
         self.tiles[tile].push(lane, segment, force_world, torque_world);
     }
 
-    /// Sets the external force [N] on a fruit until changed.
+    /// Sets the external force \[N\] on a fruit until changed.
     pub fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3) {
         let (tile, lane) = self.places[world];
         self.tiles[tile].pull(lane, fruit, force_world);
@@ -171,7 +171,7 @@ impl Batch {
         self.tiles[tile].break_joint(lane, segment);
     }
 
-    /// Memory that a step works on [bytes].
+    /// Memory that a step works on \[bytes\].
     pub fn bytes(&self) -> usize {
         self.tiles.iter().map(Tile::bytes).sum()
     }

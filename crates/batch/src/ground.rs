@@ -16,7 +16,7 @@ const CREEP: f64 = 1e-3;
 /// Contact at a gap, before its impulse is known.
 #[derive(Debug, Clone, Copy)]
 struct Normal {
-    /// h k t [kg].
+    /// h k t \[kg\].
     admittance: f64,
     /// Velocity at which the impulse vanishes [m/s].
     v_hat: f64,
@@ -90,9 +90,9 @@ pub(crate) struct DebrisTip {
 /// Damper at the tip, and its impulse at the tip's present velocity.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Prop {
-    /// Damper times h, along the ground [kg].
+    /// Damper times h, along the ground \[kg\].
     pub across: f64,
-    /// Inertia that the ground adds along the normal [kg].
+    /// Inertia that the ground adds along the normal \[kg\].
     pub normal: f64,
     /// Impulse [N s].
     pub impulse: Vec3,

@@ -8,7 +8,7 @@ pub(crate) mod link {
     pub const DIRECTION: usize = 0;
     /// 1 / (1 + z of that).
     pub const FOLD: usize = 3;
-    /// From the joint to the tip, where all children sit [m].
+    /// From the joint to the tip, where all children sit \[m\].
     pub const LENGTH: usize = 4;
     /// h times the mass [kg s].
     pub const H_MASS: usize = 5;
@@ -20,17 +20,17 @@ pub(crate) mod link {
     pub const LINEAR_DRAG: usize = 8;
     /// Drag of rotation [1/s].
     pub const ANGULAR_DRAG: usize = 9;
-    /// Half the mass, drag included [kg], placed at each end of the link.
+    /// Half the mass, drag included \[kg\], placed at each end of the link.
     pub const HALF_MASS: usize = 10;
     /// Rest of the inertia across that the two half masses leave, drag included [kg m^2].
     pub const ACROSS: usize = 11;
-    /// Rest of the inertia about the axis, less `ACROSS`, over the length squared [kg].
+    /// Rest of the inertia about the axis, less `ACROSS`, over the length squared \[kg\].
     pub const ALONG: usize = 12;
     /// h (d + h k) of the joint [kg m^2].
     pub const ARMATURE: usize = 13;
     /// h k of the joint [N m s].
     pub const H_STIFFNESS: usize = 14;
-    /// Joint angles [rad] (2).
+    /// Joint angles \[rad\] (2).
     pub const Q: usize = 15;
     /// Joint rates [rad/s] (2).
     pub const V: usize = 17;
@@ -60,27 +60,27 @@ pub(crate) mod work {
 
 /// Numbers of a fruit, h the substep. Constants first, then what detachment changes, then the state.
 pub(crate) mod fruit {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub const MASS: usize = 0;
     /// h times the weight [N s]; 0 on a padding row.
     pub const H_WEIGHT: usize = 1;
-    /// Anchor of the stem in the link's frame [m] (3).
+    /// Anchor of the stem in the link's frame \[m\] (3).
     pub const ANCHOR: usize = 2;
-    /// Height of the hang point above the anchor [m].
+    /// Height of the hang point above the anchor \[m\].
     pub const DROP: usize = 5;
     /// h times the largest reaction on the anchor [N s].
     pub const H_CAP: usize = 6;
     /// h k of the stem [N s/m]; 0 off the stem.
     pub const H_STIFFNESS: usize = 7;
-    /// Inertia that the stem adds to the fruit, h (c + h k) [kg]; 0 off the stem.
+    /// Inertia that the stem adds to the fruit, h (c + h k) \[kg\]; 0 off the stem.
     pub const KAPPA: usize = 8;
     /// h times the upward force that takes the weight off the anchor [N s]; 0 off the stem.
     pub const H_BIAS: usize = 9;
     /// Coefficient of air drag [N s^2/m^2]; 0 on the stem.
     pub const AIR_DRAG: usize = 10;
-    /// Applied force [N] (3).
+    /// Applied force \[N\] (3).
     pub const FORCE: usize = 11;
-    /// Position [m] (3).
+    /// Position \[m\] (3).
     pub const P: usize = 14;
     /// Velocity [m/s] (3).
     pub const V: usize = 17;
@@ -90,15 +90,15 @@ pub(crate) mod fruit {
 
 /// Intermediate numbers of a fruit between the passes.
 pub(crate) mod fruit_work {
-    /// Mass that the fruit adds to its link at the anchor [kg].
+    /// Mass that the fruit adds to its link at the anchor \[kg\].
     pub const ADDED_MASS: usize = 0;
     /// 1 / (mass + h drag + kappa) [1/kg].
     pub const INVERSE_MASS: usize = 1;
-    /// From the link's tip to the anchor [m] (3).
+    /// From the link's tip to the anchor \[m\] (3).
     pub const R_TIP: usize = 2;
     /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
     pub const IMPULSE: usize = 5;
-    /// Stretch of the stem spring [m] (3).
+    /// Stretch of the stem spring \[m\] (3).
     pub const STRETCH: usize = 8;
     /// Fields.
     pub const FIELDS: usize = 11;
@@ -160,7 +160,7 @@ pub(crate) mod load {
 
 /// Motion of a link's tip, kept only in tiles with debris.
 pub(crate) mod tip_motion {
-    /// Height [m].
+    /// Height \[m\].
     pub const Z: usize = 0;
     /// Velocity [m/s] (3).
     pub const V: usize = 1;
@@ -172,9 +172,9 @@ pub(crate) mod tip_motion {
 
 /// Contact of a link's tip with the ground, kept only in tiles with debris.
 pub(crate) mod prop {
-    /// Damper along the ground, times h [kg].
+    /// Damper along the ground, times h \[kg\].
     pub const ACROSS: usize = 0;
-    /// Damper along the normal, times h [kg].
+    /// Damper along the normal, times h \[kg\].
     pub const NORMAL: usize = 1;
     /// Impulse at the tip's present velocity [N s] (3).
     pub const IMPULSE: usize = 2;

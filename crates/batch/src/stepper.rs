@@ -38,7 +38,7 @@ pub trait Stepper: Send {
         self.len() == 0
     }
 
-    /// Memory that a step works on [bytes]; `None` if the backend does not know it.
+    /// Memory that a step works on \[bytes\]; `None` if the backend does not know it.
     fn bytes(&self) -> Option<usize>;
 
     /// Advances every world by whole frames. A frame begins when all worlds have ended the one before. It may return before
@@ -69,7 +69,7 @@ pub trait Stepper: Send {
     /// The backend failed.
     fn store(&mut self, world: usize, data: &mut Data) -> Result<(), StepperError>;
 
-    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed.
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed.
     ///
     /// # Errors
     /// The world has no room for it.
@@ -81,7 +81,7 @@ pub trait Stepper: Send {
         torque_world: Vec3,
     ) -> Result<(), StepperError>;
 
-    /// Sets the external force [N] on a fruit until changed.
+    /// Sets the external force \[N\] on a fruit until changed.
     fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3);
 }
 

@@ -114,7 +114,7 @@ impl Tile {
         self.worlds[lane].status()
     }
 
-    /// Sets the external force [N] and torque [N m] on a link, at and about its centre of mass.
+    /// Sets the external force \[N\] and torque [N m] on a link, at and about its centre of mass.
     pub fn push(&mut self, lane: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
         if !self.worlds[lane].is_running() {
             return;
@@ -127,7 +127,7 @@ impl Tile {
         self.is_stale = true;
     }
 
-    /// Sets the external force on a fruit [N].
+    /// Sets the external force on a fruit \[N\].
     pub fn pull(&mut self, lane: usize, fruit_index: usize, force_world: Vec3) {
         if !self.worlds[lane].is_running() {
             return;

@@ -12,7 +12,7 @@ use orchard_treegen::{Skeleton, TreegenError, grow};
 use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 use std::sync::Arc;
 
-/// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
+/// Largest joint move \[rad\] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
 
 /// A tree world that cannot be built.

@@ -25,11 +25,11 @@ pub enum Partner {
 /// Hardest impact and squeeze of a fruit so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bruise {
-    /// Energy of its hardest impact [J].
+    /// Energy of its hardest impact \[J\].
     pub peak_impact_energy: f64,
     /// Body that it collided with in that impact.
     pub peak_partner: Option<Partner>,
-    /// Largest normal force with which one finger pressed on it [N], mean over a substep.
+    /// Largest normal force with which one finger pressed on it \[N\], mean over a substep.
     pub peak_squeeze_force: f64,
 }
 

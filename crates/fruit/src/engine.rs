@@ -17,17 +17,17 @@ use std::fmt;
 pub struct Ball {
     /// Index of the fruit.
     pub fruit: usize,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Centre [m], world.
+    /// Centre \[m\], world.
     pub p_world: Vec3,
     /// Velocity [m/s], world.
     pub v_world: Vec3,
     /// Spin [rad/s], world.
     pub w_world: Vec3,
-    /// External force [N], world.
+    /// External force \[N\], world.
     pub force_world: Vec3,
     /// Air drag [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub quadratic_drag: f64,
@@ -46,7 +46,7 @@ pub struct Impact {
     pub fruit: usize,
     /// Body that it collided with.
     pub partner: Partner,
-    /// Energy of the approach [J].
+    /// Energy of the approach \[J\].
     pub energy: f64,
 }
 
@@ -55,7 +55,7 @@ pub struct Impact {
 pub struct Pressing {
     /// The fruit, its partner, and the energy of their approach before the step.
     pub impact: Impact,
-    /// Height of the fruit's centre before the step [m].
+    /// Height of the fruit's centre before the step \[m\].
     pub z_world: f64,
 }
 
@@ -74,7 +74,7 @@ impl fmt::Debug for Engine {
 }
 
 impl Engine {
-    /// An empty engine with substeps of `h` [s] under gravity [m/s^2].
+    /// An empty engine with substeps of `h` \[s\] under gravity [m/s^2].
     pub fn new(h: f64, gravity_world: &Vec3, spec: &LooseSpec) -> Self {
         let contacts = SpringCoefficients::new(spec.contact_frequency.si(), spec.contact_damping_ratio.si());
         let integration_parameters = IntegrationParameters {

@@ -35,9 +35,9 @@ use serde::{Deserialize, Serialize};
 /// Support of a fruit at rest, directly or through other fruit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Resting {
-    /// The robot's base or its bucket, at a point of the base frame [m].
+    /// The robot's base or its bucket, at a point of the base frame \[m\].
     Base(Vec3),
-    /// The ground, at a point of the world [m].
+    /// The ground, at a point of the world \[m\].
     Ground(Vec3),
 }
 
@@ -79,16 +79,16 @@ pub enum LooseEvent {
     Detached {
         /// Index of the fruit.
         fruit: usize,
-        /// Stem tension at that moment [N].
+        /// Stem tension at that moment \[N\].
         tension: f64,
     },
     /// It came to rest in the bucket.
     Deposited {
         /// Index of the fruit.
         fruit: usize,
-        /// Height that it fell from where the hand (or its stem) released it to its first contact [m].
+        /// Height that it fell from where the hand (or its stem) released it to its first contact \[m\].
         drop_height: f64,
-        /// Energy of the hardest impact during that fall and until rest [J].
+        /// Energy of the hardest impact during that fall and until rest \[J\].
         impact_energy: f64,
     },
     /// Off its stem, it touched the ground for the first time since it left stem or bucket.
@@ -133,11 +133,11 @@ pub struct RestRule {
 pub struct WakeRule {
     /// Speed above which something counts as moving [m/s].
     pub speed: f64,
-    /// Gap below which two resting fruit count as touching [m].
+    /// Gap below which two resting fruit count as touching \[m\].
     pub touching_gap: f64,
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub frame_time: f64,
-    /// Height of a free fall from rest within a frame [m].
+    /// Height of a free fall from rest within a frame \[m\].
     pub fall: f64,
 }
 
@@ -147,13 +147,13 @@ impl WakeRule {
         support_speed > self.speed
     }
 
-    /// Distance from the fruit's centre [m] within which a body that moves at `closing` [m/s] relative to the fruit's support can
-    /// touch it in this frame; `None` if the body is slow. `radius` is that of the fruit [m].
+    /// Distance from the fruit's centre \[m\] within which a body that moves at `closing` [m/s] relative to the fruit's support can
+    /// touch it in this frame; `None` if the body is slow. `radius` is that of the fruit \[m\].
     pub fn reach(&self, radius: f64, closing: f64) -> Option<f64> {
         (closing > self.speed).then_some(radius + self.touching_gap + closing * self.frame_time + self.fall)
     }
 
-    /// True if two resting fruit touch: radii and distance of the centres [m].
+    /// True if two resting fruit touch: radii and distance of the centres \[m\].
     pub fn touches(&self, radius: f64, other_radius: f64, distance: f64) -> bool {
         distance < radius + other_radius + self.touching_gap
     }
@@ -214,11 +214,11 @@ pub(crate) enum HandOver {
 /// Fall of a fruit since stem or hand released it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Fall {
-    /// Height of its centre at the release [m], world.
+    /// Height of its centre at the release \[m\], world.
     from: f64,
-    /// Height that it had fallen at its first contact [m].
+    /// Height that it had fallen at its first contact \[m\].
     height: Option<f64>,
-    /// Hardest impact since the release [J].
+    /// Hardest impact since the release \[J\].
     energy: f64,
 }
 
@@ -275,7 +275,7 @@ impl Life {
     }
 
     /// Counts the frames of too large a load on the stem, and takes the fruit off it when they suffice. `pull` is the external
-    /// force on the fruit [N], `tension` that of the stem [N], `threshold` f_detach [N]. True if the stem gave way.
+    /// force on the fruit \[N\], `tension` that of the stem \[N\], `threshold` f_detach \[N\]. True if the stem gave way.
     pub fn load_stem(
         &mut self,
         spec: &FruitSpec,
@@ -328,7 +328,7 @@ impl Life {
         }
     }
 
-    /// Notes an impact. `z_world` is the height of the fruit's centre [m]; impacts on the hand do not end a fall.
+    /// Notes an impact. `z_world` is the height of the fruit's centre \[m\]; impacts on the hand do not end a fall.
     pub fn strike(&mut self, partner: Partner, energy: f64, z_world: f64) {
         self.bruise.strike(partner, energy);
         if self.struck.is_none_or(|(_, hardest)| energy > hardest) {

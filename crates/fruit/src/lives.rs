@@ -64,18 +64,18 @@ impl FruitLives {
         self.lives[fruit].bruise
     }
 
-    /// Largest stem tension of any fruit in the latest whole frame [N].
+    /// Largest stem tension of any fruit in the latest whole frame \[N\].
     pub fn peak_tension(&self) -> f64 {
         self.peak
     }
 
-    /// Notes a pressing contact of a substep with something hard; the energy [J] is that of the approach before it.
-    /// `z_world` is the height of the fruit's centre [m].
+    /// Notes a pressing contact of a substep with something hard; the energy \[J\] is that of the approach before it.
+    /// `z_world` is the height of the fruit's centre \[m\].
     pub fn strike(&mut self, fruit: usize, partner: Partner, energy: f64, z_world: f64) {
         self.lives[fruit].strike(partner, energy, z_world);
     }
 
-    /// Notes the normal force of one finger on a fruit in a substep [N].
+    /// Notes the normal force of one finger on a fruit in a substep \[N\].
     pub fn squeeze(&mut self, fruit: usize, force: f64) {
         self.lives[fruit].bruise.squeeze(force);
     }

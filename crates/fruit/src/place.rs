@@ -11,15 +11,15 @@ use orchard_treegen::{FruitSite, Skeleton};
 pub struct Fruit {
     /// Segment that bears it.
     pub segment: usize,
-    /// Anchor of the stem in the segment's frame [m].
+    /// Anchor of the stem in the segment's frame \[m\].
     pub p_segment: Vec3,
-    /// Centre of the hang point on the unloaded tree [m], world.
+    /// Centre of the hang point on the unloaded tree \[m\], world.
     pub p_hang_world: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Direct pull that detaches it, f_detach [N].
+    /// Direct pull that detaches it, f_detach \[N\].
     pub detach_force: f64,
 }
 
@@ -86,7 +86,7 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
     placed
 }
 
-/// Centre of a fruit that hangs straight down from its stem's anchor [m], world.
+/// Centre of a fruit that hangs straight down from its stem's anchor \[m\], world.
 pub(crate) fn hang_point(spec: &FruitSpec, p_anchor_world: &Vec3, radius: f64) -> Vec3 {
     p_anchor_world - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius)
 }

@@ -22,7 +22,7 @@ pub struct Data {
     pub q: Vec<f64>,
     /// Joint velocities [rad/s, m/s].
     pub v: Vec<f64>,
-    /// Positions of the point bodies [m], world.
+    /// Positions of the point bodies \[m\], world.
     pub point_p_world: Vec<Vec3>,
     /// Velocities of the point bodies [m/s], world.
     pub point_v_world: Vec<Vec3>,
@@ -44,19 +44,19 @@ pub struct Data {
     pub linear_drag: Vec<f64>,
     /// Drag of each link in rotation [1/s]: the torque `-angular_drag * I_com * omega`.
     pub angular_drag: Vec<f64>,
-    /// External force on each link [N], at its centre of mass, world axes.
+    /// External force on each link \[N\], at its centre of mass, world axes.
     pub body_force_world: Vec<Vec3>,
     /// External torque on each link [N m], about its centre of mass, world axes.
     pub body_torque_world: Vec<Vec3>,
-    /// External force on each point body [N], world.
+    /// External force on each point body \[N\], world.
     pub point_force_world: Vec<Vec3>,
     /// Quadratic drag of each point body [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub point_quadratic_drag: Vec<f64>,
     /// Loss of each point body's spin [1/s]: the torque `-spin_damping * spin_inertia * omega`.
     pub point_spin_damping: Vec<f64>,
-    /// Constant force on the anchor of each point body while it is tethered [N], world.
+    /// Constant force on the anchor of each point body while it is tethered \[N\], world.
     pub anchor_bias_world: Vec<Vec3>,
-    /// Largest net reaction of each point body on its anchor [N]. Infinite: no cap.
+    /// Largest net reaction of each point body on its anchor \[N\]. Infinite: no cap.
     pub reaction_cap: Vec<f64>,
     /// Point bodies moved from outside the model: they keep the velocity they are given, whatever
     /// pushes them.
@@ -153,7 +153,7 @@ impl Data {
         link.velocity.linear_at(&(p_world - link.origin()))
     }
 
-    /// Centre of mass of a link [m].
+    /// Centre of mass of a link \[m\].
     pub fn com_p_world(&self, id: BodyId) -> Vec3 {
         let link = &self.kinematics.links[id.index()];
         link.origin() + link.r_com
@@ -164,7 +164,7 @@ impl Data {
         self.kinematics.axes[dof]
     }
 
-    /// Anchor of a point body's tether [m], world; `None` without a tether in the model.
+    /// Anchor of a point body's tether \[m\], world; `None` without a tether in the model.
     pub fn anchor_p_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
         let tether = model.point(id).tether.as_ref()?;
         Some(orchard_geometry::transform(self.x_world_body(tether.body), &tether.p_body))
@@ -176,13 +176,13 @@ impl Data {
         Some(self.point_velocity_world(tether.body, &self.anchor_p_world(model, id)?))
     }
 
-    /// Rest position of a tethered point body [m], world.
+    /// Rest position of a tethered point body \[m\], world.
     pub fn hang_p_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
         let tether = model.point(id).tether.as_ref()?;
         Some(self.anchor_p_world(model, id)? + tether.offset_world)
     }
 
-    /// Elastic force of its tether on a point body [N]; zero while untethered.
+    /// Elastic force of its tether on a point body \[N\]; zero while untethered.
     pub fn tether_spring_force(&self, model: &Model, id: PointId) -> Vec3 {
         match (&model.point(id).tether, self.hang_p_world(model, id)) {
             (Some(tether), Some(hang)) if self.tethered[id.index()] => {

@@ -41,7 +41,7 @@ pub(crate) fn cap_tethers(model: &Model, data: &mut Data, h: f64, gravity: &Vec3
     }
 }
 
-/// Predicted force of a point body and its bias on the anchor [N].
+/// Predicted force of a point body and its bias on the anchor \[N\].
 fn predicted_reaction(
     model: &Model,
     data: &Data,

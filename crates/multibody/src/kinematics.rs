@@ -18,9 +18,9 @@ pub(crate) struct Link {
     pub x_world_body: Pose,
     /// Axes of the link: the columns of its rotation matrix.
     pub turn: [Vec3; 3],
-    /// From the parent's origin (the world's for a root) to this origin [m].
+    /// From the parent's origin (the world's for a root) to this origin \[m\].
     pub r_parent: Vec3,
-    /// From the origin to the centre of mass [m].
+    /// From the origin to the centre of mass \[m\].
     pub r_com: Vec3,
     /// Inertia about the centre of mass [kg m^2].
     pub i_com: Symmetric3,

@@ -41,15 +41,15 @@ id!(
 pub enum JointKind {
     /// No freedom.
     Weld,
-    /// Rotation about an axis. q: [rad].
+    /// Rotation about an axis. q: \[rad\].
     Hinge(Unit<Vec3>),
-    /// Translation along an axis. q: [m].
+    /// Translation along an axis. q: \[m\].
     Slide(Unit<Vec3>),
     /// Rotation about x, then about the turned y: a bending joint. q: [rad, rad].
     Universal,
     /// x, y, then yaw about z. q: [m, m, rad].
     Planar,
-    /// Free in space. q: position [m] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
+    /// Free in space. q: position \[m\] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
     /// origin [m/s] (3) and angular velocity [rad/s] (3), both relative to the parent and in the axes of
     /// the joint frame (world axes where the parent is the world and the placement does not turn).
     Free,
@@ -93,9 +93,9 @@ impl JointKind {
 /// Mass, centre of mass and rotational inertia of a link, in its body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SpatialInertia {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Centre of mass [m], body frame.
+    /// Centre of mass \[m\], body frame.
     pub p_com: Vec3,
     /// Inertia about the centre of mass [kg m^2], body axes.
     pub i_com: Mat3,
@@ -121,7 +121,7 @@ pub struct Body {
 /// same linear solve (the point is eliminated as a leaf). Untethered it is a free mass, with no model edit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointBody {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
     /// Rotational inertia about any axis through its centre [kg m^2]; infinite for a point that never spins.
     pub spin_inertia: f64,
@@ -134,18 +134,18 @@ pub struct PointBody {
 pub struct Tether {
     /// Link that carries the anchor.
     pub body: BodyId,
-    /// Anchor in the link's body frame [m].
+    /// Anchor in the link's body frame \[m\].
     pub p_body: Vec3,
-    /// Hang point minus anchor, in world axes [m].
+    /// Hang point minus anchor, in world axes \[m\].
     pub offset_world: Vec3,
     /// Stiffness [N/m].
     pub stiffness: f64,
     /// Damping [N s/m].
     pub damping: f64,
-    /// Constant force added on the anchor while tethered [N], world, at reset (the paper takes the fruit's weight
+    /// Constant force added on the anchor while tethered \[N\], world, at reset (the paper takes the fruit's weight
     /// off); `Data::anchor_bias_world` may change it.
     pub anchor_bias_world: Vec3,
-    /// Largest net reaction on the anchor [N], at reset; the excess is dropped. Infinite: no cap.
+    /// Largest net reaction on the anchor \[N\], at reset; the excess is dropped. Infinite: no cap.
     /// `Data::reaction_cap` may change it.
     pub reaction_cap: f64,
 }

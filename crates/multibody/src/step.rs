@@ -25,13 +25,13 @@ pub enum Integrator {
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {
-    /// Length of the substep [s].
+    /// Length of the substep \[s\].
     pub h: f64,
     /// Gravity [m/s^2], world.
     pub gravity: Vec3,
-    /// Contact dissipation time [s].
+    /// Contact dissipation time \[s\].
     pub contact_dissipation_time: f64,
-    /// Gap below which a pair of colliders becomes a contact candidate [m]; at least `h` times the fastest
+    /// Gap below which a pair of colliders becomes a contact candidate \[m\]; at least `h` times the fastest
     /// approach keeps bodies from sinking in before they are seen.
     pub contact_margin: f64,
     /// The scheme.

@@ -17,9 +17,9 @@ use crate::model::Model;
 use crate::spatial::{Twist, Wrench};
 use crate::step::move_joints;
 
-/// Turn of a link within a substep [rad] up to which velocity products are explicit.
+/// Turn of a link within a substep \[rad\] up to which velocity products are explicit.
 const SLOW_TURN: f64 = 0.1;
-/// Turn of a link within a substep [rad] from which the change of momentum replaces them.
+/// Turn of a link within a substep \[rad\] from which the change of momentum replaces them.
 const FAST_TURN: f64 = 0.2;
 
 /// Scratch: velocities of the links at the last pose.

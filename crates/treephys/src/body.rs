@@ -115,7 +115,7 @@ impl TreeBody {
         }
     }
 
-    /// Bending angle |theta| of a segment's joint [rad].
+    /// Bending angle |theta| of a segment's joint \[rad\].
     pub fn bending_angle(&self, model: &Model, data: &Data, segment: usize) -> f64 {
         let dofs = model.qs(self.bodies[segment]);
         data.q[dofs].iter().map(|q| q * q).sum::<f64>().sqrt()

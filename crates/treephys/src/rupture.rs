@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Break {
     /// Segment whose base joint broke.
     pub segment: usize,
-    /// Time since it broke [s].
+    /// Time since it broke \[s\].
     pub age: f64,
     /// Friction moment at the break before the ramp [N m].
     pub friction: f64,

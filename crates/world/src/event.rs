@@ -19,7 +19,7 @@ pub enum WorldEvent {
         fruit: usize,
         /// Frame.
         frame: u32,
-        /// Stem tension [N].
+        /// Stem tension \[N\].
         tension: f64,
     },
     /// A fruit came to rest in the bucket. If it leaves the bucket later, the next event is its touch of the ground
@@ -29,9 +29,9 @@ pub enum WorldEvent {
         fruit: usize,
         /// Frame.
         frame: u32,
-        /// Height that it fell from where the fingers (or its stem) released it to its first contact [m].
+        /// Height that it fell from where the fingers (or its stem) released it to its first contact \[m\].
         drop_height: f64,
-        /// Energy of the hardest impact since then [J].
+        /// Energy of the hardest impact since then \[J\].
         impact_energy: f64,
     },
     /// The hardest impact of a fruit in this frame, where its energy is over `fruit.impact_floor`.
@@ -40,7 +40,7 @@ pub enum WorldEvent {
         fruit: usize,
         /// Frame.
         frame: u32,
-        /// Energy of the approach [J].
+        /// Energy of the approach \[J\].
         energy: f64,
         /// Body that it collided with.
         partner: Partner,

@@ -17,7 +17,7 @@ pub(crate) struct Ground {
     field: Option<Arc<HeightField>>,
     /// Chassis in the base frame.
     chassis: Aabb,
-    /// Look-ahead of the chassis [s].
+    /// Look-ahead of the chassis \[s\].
     look_ahead: f64,
 }
 
@@ -50,7 +50,7 @@ impl Ground {
         self.ride_height_ahead(x_world_base, &Vec3::zeros(), 0.0)
     }
 
-    /// Ride height [m] of a base that moves (velocity of its origin [m/s], turn rate [rad/s]): the highest ground that the
+    /// Ride height \[m\] of a base that moves (velocity of its origin [m/s], turn rate [rad/s]): the highest ground that the
     /// chassis is over or will soon be over, since the height servo lags.
     pub fn ride_height_ahead(&self, x_world_base: &Pose, v_world: &Vec3, turn_rate: f64) -> f64 {
         let Some(field) = &self.field else { return 0.0 };

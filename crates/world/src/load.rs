@@ -4,9 +4,9 @@
 //! r_j = |M_j| / M_max,j the ratio of a joint's bending moment, |M| = Kp |theta|, to its rupture moment:
 //!
 //! - contact impulse `J = sum over substeps of h sum |f|` [N s];
-//! - peak contact force `max over substeps of sum |f|` [N];
+//! - peak contact force `max over substeps of sum |f|` \[N\];
 //! - peak moment ratio `max over frames and joints of r_j`, the start's included;
-//! - excess `e(t) = max over joints of max(0, r_j(t) - r_j(0))`, and its integral `sum over frames of e dt` [s].
+//! - excess `e(t) = max over joints of max(0, r_j(t) - r_j(0))`, and its integral `sum over frames of e dt` \[s\].
 //!
 //! The moment is that of the rupture test ([`orchard_treephys::Rupture`]), once a frame. The root's joint, which
 //! cannot break, and broken sub-trees are left out: their load at the break stays in the peaks. The excess is taken
@@ -26,7 +26,7 @@ pub struct WoodLoad {
     pub contact_impulse: f64,
     /// Impulse of the latest frame [N s].
     pub frame_impulse: f64,
-    /// Largest sum of the contact forces of a substep [N].
+    /// Largest sum of the contact forces of a substep \[N\].
     pub peak_contact_force: f64,
     /// Largest bending moment over rupture moment of any joint.
     pub peak_ratio: f64,
@@ -36,7 +36,7 @@ pub struct WoodLoad {
     pub excess: f64,
     /// Largest excess so far.
     pub peak_excess: f64,
-    /// Integral of the excess over time [s].
+    /// Integral of the excess over time \[s\].
     pub excess_integral: f64,
 }
 
@@ -54,7 +54,7 @@ impl WoodLoad {
         self.frame_impulse = 0.0;
     }
 
-    /// Adds the contacts of a substep of length `h` [s].
+    /// Adds the contacts of a substep of length `h` \[s\].
     pub(crate) fn add_substep(&mut self, parts: &[Part], report: &StepReport, h: f64) {
         let mut force = 0.0;
         for contact in &report.contacts {
@@ -68,7 +68,7 @@ impl WoodLoad {
         self.peak_contact_force = self.peak_contact_force.max(force);
     }
 
-    /// Adds the bending of a frame of length `frame` [s]; `start` is the state at the start of the episode.
+    /// Adds the bending of a frame of length `frame` \[s\]; `start` is the state at the start of the episode.
     pub(crate) fn end_frame(
         &mut self,
         tree: &TreeBody,

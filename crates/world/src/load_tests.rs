@@ -38,7 +38,7 @@ fn hold(world: &World) -> Command {
     world.robot().start_command()
 }
 
-/// A frame with a force on the tip [N].
+/// A frame with a force on the tip \[N\].
 fn push_at_tip(world: &mut World, force: &Vec3) {
     let body = world.tree().bodies[1];
     // A force at the tip is one at the centre of mass and its moment about that.
@@ -49,7 +49,7 @@ fn push_at_tip(world: &mut World, force: &Vec3) {
     world.step(&command);
 }
 
-/// Height of the chassis' deck in the world [m].
+/// Height of the chassis' deck in the world \[m\].
 fn deck_height(world: &World) -> f64 {
     let chassis = world.model().collider(world.handle().colliders.base[0]);
     let x_world_base = world.handle().x_world_base(world.data());

@@ -60,7 +60,7 @@ fn x_world_shape(parts: &Parts, data: &Data, collider: usize) -> Pose {
     }
 }
 
-/// A ball about every collider, in the frame of its owner: centre and radius [m]. Infinite about the ground.
+/// A ball about every collider, in the frame of its owner: centre and radius \[m\]. Infinite about the ground.
 pub(crate) fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
     let ball = |collider: &Collider| {
         let Aabb { min, max } = collider.shape.aabb(&collider.x_owner_shape);
@@ -74,7 +74,7 @@ pub(crate) fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
     model.colliders().iter().map(ball).collect()
 }
 
-/// True if the surface of a robot's collider is nearer to a point than `reach` [m].
+/// True if the surface of a robot's collider is nearer to a point than `reach` \[m\].
 fn is_near(parts: &Parts, data: &Data, collider: usize, p_world: &Vec3, reach: f64) -> bool {
     let Some(body) = owner_body(parts, collider) else { return false };
     let (centre, radius) = &parts.bounds[collider];

@@ -103,7 +103,7 @@ impl World {
     }
 }
 
-/// Slopes of the approach [rad], positive upwards: the horizontal first, then outwards to both sides.
+/// Slopes of the approach \[rad\], positive upwards: the horizontal first, then outwards to both sides.
 fn slopes(grid: &ReachGridSpec) -> impl Iterator<Item = f64> + use<> {
     let step = grid.slope_step.si();
     let pair = move |k: u32| [f64::from(k) * step, -f64::from(k) * step];
@@ -113,6 +113,6 @@ fn slopes(grid: &ReachGridSpec) -> impl Iterator<Item = f64> + use<> {
 /// A place of the base before a fruit.
 struct StandOff {
     x_world_base: Pose,
-    /// From the shoulder to the fruit [m].
+    /// From the shoulder to the fruit \[m\].
     distance: f64,
 }

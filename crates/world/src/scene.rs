@@ -90,7 +90,7 @@ fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[PointId]) -> Scene 
     scene
 }
 
-/// Draws level ground at a height [m].
+/// Draws level ground at a height \[m\].
 fn push_plain(scene: &mut Scene, height: f64) {
     let pose = Pose::translation(0.0, 0.0, height);
     scene.push(Geometry::Shape(Shape::HalfSpace), pose, Label::Ground, NO_INSTANCE);
@@ -124,7 +124,7 @@ pub(crate) fn wood_shapes(skeleton: &Skeleton) -> Vec<Shape> {
 }
 
 /// Draws the wood that is too fine to be a segment: spurs, and the stub that bears a fruit off the bark, where no spur does.
-/// Fruit by segment and anchor in its frame [m].
+/// Fruit by segment and anchor in its frame \[m\].
 pub(crate) fn push_fine_wood<'a>(
     scene: &mut Scene,
     skeleton: &Skeleton,

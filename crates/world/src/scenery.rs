@@ -34,7 +34,7 @@ impl Strut {
         Pose::from_parts(self.p_base_world.into(), rotation_from_z(&along.normalize()))
     }
 
-    /// Distance from its surface to a point, negative inside [m].
+    /// Distance from its surface to a point, negative inside \[m\].
     pub fn distance(&self, p_world: &Vec3) -> f64 {
         let along = self.p_tip_world - self.p_base_world;
         let share = (p_world - self.p_base_world).dot(&along) / along.norm_squared();
@@ -84,7 +84,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Point of the plane over the row's middle at a height [m].
+    /// Point of the plane over the row's middle at a height \[m\].
     fn at_height(&self, z: f64) -> Vec3 {
         Vec3::z() * self.fork_height + self.up * ((z - self.fork_height) / self.up.z)
     }
@@ -134,7 +134,7 @@ pub(crate) fn clear_fruit_sites(skeleton: &mut Skeleton, struts: &[Strut], spec:
     });
 }
 
-/// True if a fruit about a point is farther than `margin` [m] from every post and wire.
+/// True if a fruit about a point is farther than `margin` \[m\] from every post and wire.
 pub(crate) fn is_clear(struts: &[Strut], p_world: &Vec3, radius: f64, margin: f64) -> bool {
     struts.iter().all(|strut| strut.distance(p_world) > radius + margin)
 }

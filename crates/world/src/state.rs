@@ -87,7 +87,7 @@ impl State {
         self.end_frame(spec, parts);
     }
 
-    /// `remaining`: what is left of the frame after it [s].
+    /// `remaining`: what is left of the frame after it \[s\].
     fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command, remaining: f64) {
         let Parts { model, handle, settings, .. } = parts;
         let (h, gravity) = (settings.h, &settings.gravity);

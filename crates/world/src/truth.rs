@@ -8,9 +8,9 @@ use orchard_geometry::Vec3;
 /// The truth about one fruit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FruitTruth {
-    /// Centre [m], world.
+    /// Centre \[m\], world.
     pub p_world: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// State.
     pub state: FruitState,

@@ -16,7 +16,7 @@ use orchard_treegen::Skeleton;
 use orchard_treephys::{Rupture, TreeBody};
 use std::sync::Arc;
 
-/// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
+/// Largest joint move \[rad\] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
 
 /// One orchard world. A clone continues with the same bits; [`World::snapshot`] is smaller and can be saved.

@@ -20,7 +20,7 @@ use pulp::{Simd, WithSimd, bytemuck};
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
-    /// Length [s].
+    /// Length \[s\].
     pub h: f32,
     /// Magnitude of gravity along -z [m/s^2].
     pub gravity: f32,

@@ -80,12 +80,12 @@ impl Change {
 pub(crate) struct PointFactor {
     /// 1 / (m + h d + kappa) with the linearised air drag d [1/kg].
     pub inverse_mass: f64,
-    /// Inertia that the tether adds to the point: kappa = h (c + h k) [kg]; 0 untethered.
+    /// Inertia that the tether adds to the point: kappa = h (c + h k) \[kg\]; 0 untethered.
     pub kappa: f64,
     /// Part of an impulse on the point that reaches its anchor, `kappa * inverse_mass`; 0 untethered or
     /// while the tether's reaction is capped.
     pub share: f64,
-    /// From the origin of the anchor's link to the anchor [m].
+    /// From the origin of the anchor's link to the anchor \[m\].
     pub r_anchor: Vec3,
 }
 

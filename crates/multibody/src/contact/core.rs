@@ -21,7 +21,7 @@ const AXIS: [HullEdge; 1] = [HullEdge { vertices: [0, 1], faces: [0, 0] }];
 pub(super) struct Plane {
     /// Outward unit normal.
     pub normal: Vec3,
-    /// `normal . p` of its points [m].
+    /// `normal . p` of its points \[m\].
     pub offset: f64,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Core<'s> {
     pub vertices: &'s [Vec3],
     /// Planes of the faces; none for spheres and capsules.
     pub planes: &'s [Plane],
-    /// All points within this distance of the core belong to the shape [m].
+    /// All points within this distance of the core belong to the shape \[m\].
     pub radius: f64,
     hull: Option<&'s ConvexHull>,
 }

@@ -8,7 +8,7 @@ use super::touch::Touch;
 /// The closest points of two surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// Distance [m]; negative while the shapes overlap.
+    /// Distance \[m\]; negative while the shapes overlap.
     pub distance: f64,
     /// Halfway between the closest points.
     pub p_world: Vec3,
@@ -24,7 +24,7 @@ pub struct GapFinder {
 }
 
 impl GapFinder {
-    /// Returns the closest points of two placed shapes; `None` if they are not nearer than `within` [m].
+    /// Returns the closest points of two placed shapes; `None` if they are not nearer than `within` \[m\].
     pub fn find(&mut self, a: (&Shape, &Pose), b: (&Shape, &Pose), within: f64) -> Option<Gap> {
         self.touches.clear();
         touches(a, b, within, &mut self.scratch, &mut self.touches);

@@ -74,13 +74,13 @@ pub struct ContactReport {
     pub a: ColliderId,
     /// Second collider.
     pub b: ColliderId,
-    /// Contact point [m], world, halfway between the surfaces.
+    /// Contact point \[m\], world, halfway between the surfaces.
     pub p_world: Vec3,
     /// Unit normal from b to a.
     pub n_world: Vec3,
-    /// Distance of the surfaces at the start of the step [m]; negative while they overlap.
+    /// Distance of the surfaces at the start of the step \[m\]; negative while they overlap.
     pub gap: f64,
-    /// Mean force on a over the step [N]; b feels the opposite.
+    /// Mean force on a over the step \[N\]; b feels the opposite.
     pub force_world: Vec3,
 }
 

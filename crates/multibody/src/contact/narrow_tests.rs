@@ -298,7 +298,7 @@ fn what_is_under_terrain_is_pushed_up() {
     }
 }
 
-/// Extent of a shape along a direction, by parry's support map [m].
+/// Extent of a shape along a direction, by parry's support map \[m\].
 fn reach(shape: &parry::SharedShape, pose: &DPose3, along: &Vec3) -> f64 {
     let along = DVec3::new(along.x, along.y, along.z);
     shape.as_support_map().unwrap().support_point(pose, along).dot(along)

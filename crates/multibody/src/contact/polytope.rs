@@ -14,7 +14,7 @@ const PARALLEL: f64 = 1e-6;
 /// An edge pair must part two solids by this much better than a face does, or the face is taken [m]: the normal
 /// of a body at rest on a face must not follow its round-off.
 const FACE_FIRST: f64 = 1e-7;
-/// Distance of the cores from which on their closest points have a sound direction [m].
+/// Distance of the cores from which on their closest points have a sound direction \[m\].
 const APART: f64 = 1e-6;
 /// Cosine between the direction and a face's normal under which the face is not clipped.
 const STEEP: f64 = 0.05;

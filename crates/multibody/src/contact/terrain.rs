@@ -17,7 +17,7 @@ const ROUND_OFF: f64 = 1e-9;
 /// Sine by which a corner of the surface may lie lower under a face than its neighbour and keep its contact: a body on
 /// a ridge or plateau must not lose one end of it whenever it tilts.
 const LEVEL: f64 = 0.05;
-/// Sine between two edges under which they have no common normal; distance [m] under which points have none.
+/// Sine between two edges under which they have no common normal; distance \[m\] under which points have none.
 const PARALLEL: f64 = 1e-9;
 
 /// Appends the contact points (normals from the field to the body, in the world) whose gap is under `margin`.

@@ -20,7 +20,7 @@ pub(crate) struct LinkRow {
 #[derive(Debug, Clone)]
 pub(crate) struct PointRow {
     pub mass: f64,
-    /// Inertia that the tether adds [kg], 0 untethered.
+    /// Inertia that the tether adds \[kg\], 0 untethered.
     pub kappa: f64,
     /// The link that feels the tether, and the anchor from its origin.
     pub anchor: Option<(usize, Vec3)>,
