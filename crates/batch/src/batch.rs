@@ -8,7 +8,7 @@ use orchard_geometry::{Vec3, rotation_from_z};
 use orchard_multibody::{Data, JointKind};
 use rayon::prelude::*;
 
-/// Largest twist of a link's frame [rad]: the round-off of the turns along a trunk.
+/// Largest twist of a link's frame \[rad\]: the round-off of the turns along a trunk.
 const TWIST: f64 = 1e-9;
 /// Least cosine between a link and its parent at rest: nearer to -1 the smallest turn between them loses digits in f32.
 const FOLDED: f64 = -0.99;

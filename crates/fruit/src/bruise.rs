@@ -51,7 +51,7 @@ impl Bruise {
     }
 }
 
-/// Kinetic energy of an approach along the contact normal [J]: `m v_n^2 / 2` with the mass m of the fruit, or the
+/// Kinetic energy of an approach along the contact normal \[J\]: `m v_n^2 / 2` with the mass m of the fruit, or the
 /// reduced mass `m_1 m_2 / (m_1 + m_2)` of two fruit (Johnson 1985, section 11.1: all that deforms the two bodies). The robot
 /// counts as immovable. `approach` is their closing speed [m/s]; parting bodies have none.
 pub fn impact_energy(mass: f64, other_mass: Option<f64>, approach: f64) -> f64 {

@@ -13,9 +13,9 @@ use crate::model::{JointKind, Model};
 use crate::solver::Solver;
 use crate::step::{advance, free_change};
 
-/// Longest step [s]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
+/// Longest step \[s\]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
 const LONGEST_STEP: f64 = 1e3;
-/// First step after an overshoot [s]: a pendulum of a metre.
+/// First step after an overshoot \[s\]: a pendulum of a metre.
 const FIRST_CUT: f64 = 0.3;
 /// A step is cut by this when it turns back on the one before, and lengthened by the square root of the
 /// inverse when it does not.

@@ -44,7 +44,7 @@ impl Ground {
         self.field.as_deref()
     }
 
-    /// Ride height of the chassis of a base at a place and heading [m]: the height of the
+    /// Ride height of the chassis of a base at a place and heading \[m\]: the height of the
     /// highest ground under it, so that no bump comes through its flat underside.
     pub fn ride_height(&self, x_world_base: &Pose) -> f64 {
         self.ride_height_ahead(x_world_base, &Vec3::zeros(), 0.0)

@@ -139,7 +139,7 @@ pub(crate) fn is_clear(struts: &[Strut], p_world: &Vec3, radius: f64, margin: f6
     struts.iter().all(|strut| strut.distance(p_world) > radius + margin)
 }
 
-/// Bearing of the robot's start, seen from the trunk [rad]: any bearing around a tree that stands alone, in either alley
+/// Bearing of the robot's start, seen from the trunk \[rad\]: any bearing around a tree that stands alone, in either alley
 /// of a row.
 pub(crate) fn start_bearing(spec: Option<&ScenerySpec>, stream: &mut Stream) -> f64 {
     let bearing = stream.uniform(0.0, TAU);

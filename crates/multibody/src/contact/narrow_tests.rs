@@ -12,7 +12,7 @@ use super::narrow::{NarrowScratch, touches};
 use super::touch::Touch;
 
 const MARGIN: f64 = 0.02;
-/// Tolerance on parry's GJK distance [m]: its bound on the distance stalls before its own tolerance is met (2e-6 seen). The
+/// Tolerance on parry's GJK distance \[m\]: its bound on the distance stalls before its own tolerance is met (2e-6 seen). The
 /// distance that it gives is that of two points of the shapes, and so never too small.
 const STALL: f64 = 1e-5;
 

@@ -11,7 +11,7 @@ use super::touch::{SAME_POINT, Touch, closest_points_of_segments};
 
 /// Sine between two edges below which their common normal is undefined.
 const PARALLEL: f64 = 1e-6;
-/// An edge pair must part two solids by this much better than a face does, or the face is taken [m]: the normal
+/// An edge pair must part two solids by this much better than a face does, or the face is taken \[m\]: the normal
 /// of a body at rest on a face must not follow its round-off.
 const FACE_FIRST: f64 = 1e-7;
 /// Distance of the cores from which on their closest points have a sound direction \[m\].
@@ -172,7 +172,7 @@ fn part_by_distance(a: &Core, b: &Core, parting: &Parting) -> Option<Parting> {
     })
 }
 
-/// Distances that differ by less are one [m]: the axis is then that of a face or edge pair, free of round-off.
+/// Distances that differ by less are one \[m\]: the axis is then that of a face or edge pair, free of round-off.
 const SAME_DISTANCE: f64 = 1e-9;
 
 /// Clips the faces of both cores along the parting direction against each other.
