@@ -17,7 +17,7 @@ fn stories(spec: &Spec, robot: &RobotConfig, blind: bool) -> Vec<Story> {
     (0..WORLDS)
         .into_par_iter()
         .map(|world| {
-            harvest(spec, &robot, PickerConfig::paper(), SEED, world, SECONDS, |observation| {
+            harvest(spec, &robot, PickerConfig::baseline(), SEED, world, SECONDS, |observation| {
                 if let (true, Some(depth)) = (blind, &mut observation.depth) {
                     *depth = Image::filled(depth.width(), depth.height(), 0.0);
                 }

@@ -88,8 +88,8 @@ fn wall_overlap(world: &World, fruit: &[usize]) -> f64 {
     fruit.iter().map(overlap).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// A fruit that is let go in the air goes from the model to the engine with every bit of its motion, and its momentum
-/// then changes by its weight and the drag of the air alone; on the way back the same.
+/// A fruit released in the air is handed over to the engine with every bit of its motion, and its momentum
+/// then changes by its weight and air drag alone; so it is when handed back.
 #[test]
 fn momentum_is_kept_at_hand_over() {
     let mut world = world(3);
@@ -106,7 +106,7 @@ fn momentum_is_kept_at_hand_over() {
         world.step(&hold());
         let [_, v_after, w_after] = motion(&world, 0);
         phases.push(world.fruit_lives().phase(0));
-        // Weight is exact; drag errs by that on the speed which the weight adds within the frame.
+        // Weight is exact; the error of drag is the drag on the speed that the weight adds within the frame.
         let tolerance = drag * v.norm().max(v_after.norm()) * gravity * frame * frame + 1e-12;
         let mut expected = v;
         for _ in 0..3 {
@@ -114,7 +114,7 @@ fn momentum_is_kept_at_hand_over() {
             expected.z -= gravity * h;
         }
         assert!((v_after - expected).norm() < tolerance, "{v_after} {expected}");
-        // Implicit in steps of the model, in four smaller ones in the engine: both lie between these.
+        // The model damps implicitly in one step, the engine in four smaller ones: both lie between these.
         let sweep = 1.0 + loss * h / 4.0;
         let [slow, fast] =
             [1.0 / (1.0 + loss * h), 1.0 / (sweep * sweep * sweep * sweep)].map(|x: f64| x * x * x);
@@ -126,8 +126,8 @@ fn momentum_is_kept_at_hand_over() {
     assert_eq!(*phases.last().unwrap(), Phase::Free);
 }
 
-/// Two worlds that differ only in when a fruit changes hands: at the end of the frame in which it does so in one of them, its
-/// motion is the same in both to the bit. In flight and while it rolls.
+/// Two worlds differ only in the frame of hand-over of a fruit: at the end of that frame in one of them, the fruit's
+/// motion is the same in both to the bit, in flight and while it rolls.
 #[test]
 fn a_hand_over_changes_no_bit() {
     let of_frames = |frames: u32| {
@@ -200,7 +200,7 @@ fn fingers_take_a_fruit_back() {
     assert!(squeeze > 1.0 && squeeze < 500.0, "{squeeze} N");
 }
 
-/// More fruit than the bucket holds: it heaps up, and what rolls off is dropped.
+/// More fruit than the bucket holds heap up, and those that roll off are dropped.
 #[test]
 fn an_overfull_bucket_spills() {
     let mut spec = Spec::paper();
@@ -213,7 +213,7 @@ fn an_overfull_bucket_spills() {
     let mut states: Vec<FruitState> = world.fruit_truth().iter().map(|f| f.state).collect();
     let all: Vec<usize> = (0..count).collect();
     let deposited = all.iter().filter(|&&i| states[i] == FruitState::Deposited).count();
-    // A random packing of balls fills 0.55 to 0.64 of its room, less at walls as near as four of them; a heap stands over the rim.
+    // A random packing of balls fills 0.55 to 0.64 of its volume, less at walls four diameters apart; a heap rises over the rim.
     let half = world.handle().bucket.half;
     let share = deposited as f64 * 4.19 * 0.035 * 0.035 * 0.035 / (8.0 * half.x * half.y * half.z);
     assert!((0.45..0.75).contains(&share), "{deposited} fruit fill {share}");
@@ -221,7 +221,7 @@ fn an_overfull_bucket_spills() {
     assert!(
         states.iter().all(|s| matches!(s, FruitState::Deposited | FruitState::Dropped | FruitState::Loose))
     );
-    // A hard start shakes down what stands over the rim.
+    // A hard start shakes the heap off.
     for frame in 0..600 {
         let speed = if frame < 120 { -1.1 } else { 0.0 };
         world.step(&Command { base_velocity: [speed, 0.0, 0.0], ..hold() });
@@ -230,15 +230,15 @@ fn an_overfull_bucket_spills() {
     let dropped = states.iter().filter(|s| **s == FruitState::Dropped).count();
     assert!(dropped > 0, "{states:?}");
     let told = world.drain_events().iter().filter(|e| matches!(e, WorldEvent::FruitDropped { .. })).count();
-    assert_eq!(told, dropped, "told and found");
+    assert_eq!(told, dropped, "events and states");
     assert_eq!(*world.status(), Status::Running);
 }
 
-/// What goes into the engine comes out of it again, bit for bit.
+/// The engine returns the motions that it was given, bit for bit.
 #[test]
 fn the_engine_takes_motions_as_they_are() {
     let (p, v, w) = (Vec3::new(0.1, 0.2, 1.3), Vec3::new(-1.0 / 3.0, 0.7, 2.2), Vec3::new(0.3, 5.1, -7.7));
-    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros());
+    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros(), &Spec::paper().sim.loose);
     engine.add_ball(ball(0, p, v, w));
     assert_eq!(engine.motions().collect::<Vec<_>>(), [(0, p, v, w)]);
 }
@@ -263,7 +263,7 @@ fn ball(fruit: usize, p_world: Vec3, v_world: Vec3, w_world: Vec3) -> Ball {
 /// of the impact is that of the approach along the normal with the reduced mass, and restitution gives part of it back.
 #[test]
 fn a_collision_in_the_engine_keeps_momentum() {
-    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros());
+    let mut engine = Engine::new(1.0 / 180.0, &Vec3::zeros(), &Spec::paper().sim.loose);
     engine.add_ball(ball(0, Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0), Vec3::zeros()));
     engine.add_ball(ball(1, Vec3::new(0.1, 0.02, 1.0), Vec3::new(-0.5, 0.0, 0.0), Vec3::zeros()));
     let momenta = |engine: &Engine| {
@@ -280,7 +280,7 @@ fn a_collision_in_the_engine_keeps_momentum() {
         let after = momenta(&engine);
         assert!((after.0 - before.0).norm() < 1e-12, "linear {after:?} {before:?}");
         // Rapier lets them push before they touch, each at its own surface: the arms of friction differ by the gap, up to
-        // the way of an inner step, a quarter of ours.
+        // the motion of an inner step, a quarter of ours.
         let (gap, impulse) = (1.5 / 720.0, 1.3 * 0.08 * 1.5);
         assert!((after.1 - before.1).norm() < gap * impulse, "angular {after:?} {before:?}");
     }
@@ -317,7 +317,7 @@ fn a_fall_has_its_energy() {
         })
         .collect();
     let mass = world.fruit().fruit[0].mass;
-    // Semi-implicit Euler falls h / 2 ahead of the parabola, up to a step of way is not fallen yet, and drag takes below 1 %.
+    // Semi-implicit Euler falls h / 2 ahead of the parabola, up to the motion of a step is not fallen yet, and drag takes below 1 %.
     let (speed, step) = ((2.0 * 9.81 * height).sqrt(), 9.81 / 180.0);
     let within = |energy: f64| {
         let v = (2.0 * energy / mass).sqrt();
@@ -335,7 +335,7 @@ fn a_fall_has_its_energy() {
     assert_eq!(world.fruit_truth()[0].state, FruitState::Dropped);
 }
 
-/// Forty fruit poured into the bucket lie on each other, sleep, ride along, and what does not find room lies elsewhere.
+/// Forty fruit poured into the bucket lie on each other, sleep and move along with it; those without room lie elsewhere.
 #[test]
 fn a_bucket_fills_and_rides() {
     let mut world = world(3);
@@ -368,7 +368,7 @@ fn a_bucket_fills_and_rides() {
     assert_eq!(lost, 0, "lost on a gentle drive");
 }
 
-/// Worlds with a sleeping pile, a fruit in the air and one that rolls go on from their bytes with the same bits, and so do clones.
+/// Worlds with a sleeping pile, a fruit in the air and one that rolls continue from their bytes with the same bits, and so do clones.
 #[test]
 fn snapshots_hold_loose_fruit() {
     let mut run = world(3);
@@ -403,10 +403,10 @@ fn snapshots_hold_loose_fruit() {
     assert_eq!(*run.status(), Status::Running);
 }
 
-/// A landing on another fruit counts as one; an obstacle ball is a fruit.
+/// A landing on an obstacle ball counts as one on another fruit.
 #[test]
 fn obstacles_strike_back() {
-    let mut engine = Engine::new(1.0 / 180.0, &Vec3::new(0.0, 0.0, -9.81));
+    let mut engine = Engine::new(1.0 / 180.0, &Vec3::new(0.0, 0.0, -9.81), &Spec::paper().sim.loose);
     engine.add_ball(ball(0, Vec3::new(0.0, 0.0, 0.2), Vec3::zeros(), Vec3::zeros()));
     let p = Vec3::new(0.0, 0.0, 0.03);
     engine.add_obstacle(Obstacle::ball(9, 0.03, 1.0, &p));

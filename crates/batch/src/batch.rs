@@ -8,12 +8,12 @@ use orchard_geometry::{Vec3, rotation_from_z};
 use orchard_multibody::{Data, JointKind};
 use rayon::prelude::*;
 
-/// Largest twist of a link's frame [rad]: round-off of a trunk's length of turns.
+/// Largest twist of a link's frame \[rad\]: the round-off of the turns along a trunk.
 const TWIST: f64 = 1e-9;
 /// Least cosine between a link and its parent at rest: nearer to -1 the smallest turn between them loses digits in f32.
 const FOLDED: f64 = -0.99;
 
-/// Worlds that make no batch.
+/// Reason why worlds cannot form a batch.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BatchError {
     /// The worlds do not step alike.
@@ -22,12 +22,12 @@ pub enum BatchError {
         /// Index of the world.
         world: usize,
     },
-    /// A world has something that the lanes leave out.
+    /// A world has a feature that the lanes lack.
     #[error("world {world}: {what}")]
     Unsupported {
         /// Index of the world.
         world: usize,
-        /// What.
+        /// Problem found.
         what: &'static str,
     },
     /// The processor lacks the instructions asked for.
@@ -35,7 +35,7 @@ pub enum BatchError {
     Instructions(Isa),
 }
 
-/// Tree worlds that advance together, in f32. A clone goes on with the same bits; there is no save file.
+/// Tree worlds that advance together, in f32. A clone continues with the same bits; there is no save file.
 ///
 /// The result of a world does not depend on the others, on their number or on the number of threads. Worlds of
 /// equal topology, of a chunk, are put into the same tiles; a tile of different ones works too, somewhat slower.
@@ -47,8 +47,8 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Takes over the state and the applied forces of some worlds, with the fastest instructions there are.
-    /// Counts of frames over a limit start anew.
+    /// Builds a batch from the state and the applied forces of some worlds, with the fastest instruction set of the processor.
+    /// Counts of frames over a limit start at 0.
     ///
     /// # Errors
     /// The worlds do not step alike, or one has fed-forward torques or springs at rest at other angles than 0.
@@ -56,7 +56,7 @@ impl Batch {
         Self::with_isa(worlds, Isa::best())
     }
 
-    /// The same with chosen instructions.
+    /// Builds a batch as [`Self::new`] with a chosen instruction set.
     ///
     /// # Errors
     /// As [`Self::new`], or the processor lacks the instructions.
@@ -64,7 +64,7 @@ impl Batch {
         Self::of_chunks(std::iter::once(worlds), isa)
     }
 
-    /// The same of worlds that come in chunks, each packed for itself: of a large batch no more than a chunk has to be in memory in f64.
+    /// Builds a batch from chunks of worlds, each packed by itself: only one chunk need be in memory in f64.
     ///
     /// # Errors
     /// As [`Self::with_isa`].
@@ -93,7 +93,7 @@ impl Batch {
     }
 
     fn add(&mut self, worlds: &[TreeWorld], isa: Isa) {
-        // Like beside like, short trees before long ones.
+        // Equal topologies side by side, small trees before large ones.
         let mut order: Vec<usize> = (0..worlds.len()).collect();
         order.sort_by_cached_key(|&index| {
             let plant = worlds[index].plant();
@@ -116,31 +116,31 @@ impl Batch {
         self.places.len()
     }
 
-    /// Whether there is no world.
+    /// True if there is no world.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
 
-    /// Advances every world by whole frames, tiles in parallel. Gives what happened, by frame and world.
+    /// Advances every world by whole frames, tiles in parallel. Returns the events, by frame and world.
     pub fn step(&mut self, frames: u32) -> Vec<BatchEvent> {
         self.run(frames);
         self.drain_events()
     }
 
-    /// Advances every world by whole frames; what happens stays in the tiles.
+    /// Advances every world by whole frames; the events stay in the tiles.
     pub(crate) fn run(&mut self, frames: u32) {
         self.tiles.par_iter_mut().for_each(|tile| tile.run(frames));
     }
 
-    /// What happened in the frames since the last call, by frame and world.
+    /// Takes the events since the last call, by frame and world.
     pub(crate) fn drain_events(&mut self) -> Vec<BatchEvent> {
         let mut events: Vec<BatchEvent> = self.tiles.iter_mut().flat_map(Tile::drain_events).collect();
         events.sort_unstable();
         events
     }
 
-    /// Whether a world runs. One that is found to be non-finite at the end of a frame is reported by that frame's
-    /// events and stands still from then on: it takes no more inputs, and [`Self::store`] gives what was found.
+    /// State of a world. One that is found to be non-finite at the end of a frame is reported by that frame's
+    /// events and stands still from then on: it takes no more inputs, and [`Self::store`] returns its numbers at that moment.
     pub fn status(&self, world: usize) -> Status {
         let (tile, lane) = self.places[world];
         self.tiles[tile].status(lane)
@@ -153,13 +153,13 @@ impl Batch {
         self.tiles[tile].store(lane, data);
     }
 
-    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed.
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed.
     pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
         let (tile, lane) = self.places[world];
         self.tiles[tile].push(lane, segment, force_world, torque_world);
     }
 
-    /// Sets the external force [N] on a fruit until changed.
+    /// Sets the external force \[N\] on a fruit until changed.
     pub fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3) {
         let (tile, lane) = self.places[world];
         self.tiles[tile].pull(lane, fruit, force_world);
@@ -171,13 +171,13 @@ impl Batch {
         self.tiles[tile].break_joint(lane, segment);
     }
 
-    /// Memory of the numbers that a step goes through [bytes].
+    /// Memory that a step works on \[bytes\].
     pub fn bytes(&self) -> usize {
         self.tiles.iter().map(Tile::bytes).sum()
     }
 }
 
-/// What the lanes rely on.
+/// Checks the assumptions of the lanes about a world.
 fn check(world: &TreeWorld) -> Result<(), &'static str> {
     let (plant, data) = (world.plant(), world.data());
     if data.rest.iter().chain(&data.torque).any(|x| *x != 0.0) {
@@ -192,7 +192,7 @@ fn check(world: &TreeWorld) -> Result<(), &'static str> {
         }
         let frame = body.x_parent_joint.rotation;
         let direction = frame * Vec3::z();
-        // Round-off of a turn, as many units as one is made of; and no further than where the turn is undefined.
+        // Twist up to round-off, and away from the direction where the smallest turn is undefined.
         let untwisted = rotation_from_z(&direction.normalize());
         if frame.angle_to(&untwisted) > TWIST || direction.z < FOLDED {
             return Err("a link's frame is twisted about the link, or the link folds back on its parent");

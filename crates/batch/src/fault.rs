@@ -1,6 +1,6 @@
-//! Worlds of a batch that went wrong.
+//! Faults of a batch's worlds, and their quarantine.
 
-/// What of a world is no longer a finite number, or so large that its square is none in f32.
+/// Part of a world that is no longer a finite number, or whose square overflows f32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub enum Fault {
     /// Angles or rates of a joint: of the first segment, since one joint takes the whole tree along.
@@ -17,16 +17,16 @@ pub enum Fault {
     },
 }
 
-/// When and why a world of a batch was stopped.
+/// Time and reason at which a world of a batch was stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quarantine {
     /// Frame at whose end it was found, from 1.
     pub frame: u32,
-    /// What was found.
+    /// Fault found.
     pub fault: Fault,
 }
 
-/// Whether a world of a batch runs.
+/// State of a world of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// It runs.

@@ -2,7 +2,7 @@
 //!
 //! The law is that of the f64 world (`docs/computation/dynamics.md`, Contact) for one contact at a time: normal impulse
 //! `-h k (gap + t v_n)` with the velocity at the end of the substep, t = h + dissipation time (h while still apart),
-//! and Coulomb friction. A ball meets nothing else, so that its contact is solved in closed form. The tip of a
+//! and Coulomb friction. A ball has no other contact, so that this one is solved in closed form. The tip of a
 //! broken link meets the ground through a damper that the factor takes implicitly.
 
 use orchard_geometry::Vec3;
@@ -10,13 +10,13 @@ use orchard_multibody::StepSettings;
 
 /// Least normal regularisation and the tangential one, as a share of the contact's own inverse inertia: the f64 law's.
 const NEAR_RIGID: f64 = 1e-4;
-/// Speed below which friction on debris acts as a damper [m/s]: what a sticking tip may creep at.
+/// Speed below which friction on debris acts as a damper [m/s]: the creep of a sticking tip.
 const CREEP: f64 = 1e-3;
 
-/// What a contact does at a gap, before its size is known.
+/// Contact at a gap, before its impulse is known.
 #[derive(Debug, Clone, Copy)]
 struct Normal {
-    /// h k t [kg].
+    /// h k t \[kg\].
     admittance: f64,
     /// Velocity at which the impulse vanishes [m/s].
     v_hat: f64,
@@ -25,12 +25,12 @@ struct Normal {
 impl Normal {
     fn new(settings: &StepSettings, stiffness: f64, gap: f64) -> Self {
         let h = settings.h;
-        // Surfaces that are still apart feel only the overlap to come.
+        // Surfaces that are still apart have only the spring of the predicted overlap.
         let time = if gap > 0.0 { h } else { h + settings.contact_dissipation_time };
         Self { admittance: h * stiffness * time, v_hat: -gap / time }
     }
 
-    /// Impulse [N s] on what ends the substep with a vertical velocity; negative where the ground would have to pull.
+    /// Impulse [N s] on a body that ends the substep with a vertical velocity; negative where the ground would have to pull.
     fn impulse(&self, v_z: f64) -> f64 {
         self.admittance * (self.v_hat - v_z)
     }
@@ -53,7 +53,7 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// Loses spin over a substep, and gives the impulse of the ground [N s] on a ball at height `z` that would end the
+    /// Reduces the spin over a substep, and returns the impulse of the ground [N s] on a ball at height `z` that would end the
     /// substep with the velocity `v` and has an inverse mass [1/kg].
     pub fn meet_ground(&mut self, settings: &StepSettings, z: f64, v: Vec3, inverse_mass: f64) -> Vec3 {
         self.w_world /= 1.0 + settings.h * self.spin_loss;
@@ -83,16 +83,16 @@ pub(crate) struct DebrisTip {
     pub friction: f64,
     /// Contact stiffness of the pair [N/m].
     pub stiffness: f64,
-    /// What held it in the last substep, and its vertical velocity before [m/s].
+    /// Ground inertia that held it in the last substep, and its vertical velocity before [m/s].
     held: Option<(Normal, f64)>,
 }
 
-/// A damper at the tip and the impulse that it gives while the tip's velocity stays as it is.
+/// Damper at the tip, and its impulse at the tip's present velocity.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Prop {
-    /// Damper times h, along the ground [kg].
+    /// Damper times h, along the ground \[kg\].
     pub across: f64,
-    /// The same along the normal [kg].
+    /// Inertia that the ground adds along the normal \[kg\].
     pub normal: f64,
     /// Impulse [N s].
     pub impulse: Vec3,
@@ -103,10 +103,9 @@ impl DebrisTip {
         Self { row, radius, friction, stiffness, held: None }
     }
 
-    /// What the ground does over the next substep to a tip at height `z` with the velocity `v`, of which the substep
-    /// before changed the vertical one by `lift`. Before the solve it is not known how much of an impact the limb takes,
-    /// nor whether it will press at all: friction follows the normal impulse of the substep before, and a tip that
-    /// pressed then is held on, since the limb's stiff joints turn a rebound round within the substep.
+    /// Contact of the ground over the next substep with a tip at height `z` with the velocity `v`, of which the substep
+    /// before changed the vertical one by `lift`. The impulse is unknown before the solve: friction follows the normal impulse of the substep before, and a tip that
+    /// pressed then is held for another substep, since the limb's stiff joints turn a rebound round within the substep.
     pub fn meet_ground(&mut self, settings: &StepSettings, z: f64, v: Vec3, lift: f64) -> Prop {
         let pressed_before = self.held.map_or(0.0, |(held, v_z)| held.impulse(v_z + lift).max(0.0));
         let normal = Normal::new(settings, self.stiffness, z - self.radius);
@@ -144,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Substeps on the ground from a velocity: what velocity is left, and the lowest height.
+    /// Runs substeps on the ground from a velocity; returns the remaining velocity and the lowest height.
     fn slide(ball: &mut Ball, mut v: Vec3, substeps: usize) -> (Vec3, f64) {
         let settings = step_settings(&Spec::paper().sim);
         let (mut z, mut lowest) = (RADIUS, RADIUS);
@@ -192,9 +191,9 @@ mod tests {
         let mut tip = DebrisTip::new(0, 0.01, 0.5, STIFFNESS);
         let down = Vec3::new(0.0, 0.0, -1.0);
         assert!(tip.meet_ground(&settings, 0.009, down, 0.0).normal > 0.0);
-        // Stopped by the ground, then turned up by the limb: what follows is not known yet.
+        // Stopped by the ground, then turned up by the limb: it may press again.
         assert!(tip.meet_ground(&settings, 0.009, -down, 1.0).normal > 0.0);
-        // It would have gone on up.
+        // It would have kept rising.
         assert_eq!(tip.meet_ground(&settings, 0.009, -down, 0.0), Prop::default());
     }
 }

@@ -5,8 +5,8 @@ use pulp::Simd;
 
 /// A set of vector instructions.
 ///
-/// A batch gives the same bits again with the same set. Sets differ in nothing but whether they round a product and sum
-/// once ([`Isa::is_fused`]): those that do agree with each other to the bit, and so do those that do not.
+/// A batch gives the same bits again with the same set. Sets differ only in the rounding of a product and sum
+/// ([`Isa::is_fused`]): those that round once agree with each other to the bit, and so do those that round twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Isa {
     /// x86-64 with AVX-512: 16 worlds a vector.
@@ -27,14 +27,14 @@ pub enum Isa {
 }
 
 impl Isa {
-    /// What every processor of the target has.
+    /// Instruction set that every processor of the target has.
     #[cfg(target_arch = "x86_64")]
     pub const BASELINE: Self = Self::Sse2;
-    /// What every processor of the target has.
+    /// Instruction set that every processor of the target has.
     #[cfg(not(target_arch = "x86_64"))]
     pub const BASELINE: Self = Self::Portable;
 
-    /// What this processor has, fastest first.
+    /// Instruction sets of this processor, fastest first.
     pub fn available() -> Vec<Self> {
         let mut available = Vec::new();
         #[cfg(target_arch = "x86_64")]
@@ -54,12 +54,12 @@ impl Isa {
         available
     }
 
-    /// The fastest that this processor has.
+    /// Fastest instruction set of this processor.
     pub fn best() -> Self {
         Self::available()[0]
     }
 
-    /// Whether a product and sum are rounded once.
+    /// True if a product and sum are rounded once.
     pub fn is_fused(self) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]

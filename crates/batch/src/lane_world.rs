@@ -1,4 +1,4 @@
-//! What a world in a lane has of its own: its plant, and the f64 rules of breaking.
+//! The part of a world in a lane that is not in the tile: its plant, and the f64 rules of breaking.
 
 use crate::fault::{Quarantine, Status};
 use crate::ground::{Ball, DebrisTip};
@@ -11,7 +11,7 @@ use orchard_multibody::{Data, forward_kinematics};
 use orchard_treephys::Rupture;
 use std::sync::Arc;
 
-/// What breaking changes of a link.
+/// Properties of a link that breaking changes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Wood {
     /// Drag of translation and of rotation [1/s].
@@ -23,7 +23,7 @@ pub(crate) struct Wood {
 }
 
 impl Wood {
-    /// What the joint's spring and damper, taken at the end of a substep, add to its inertia [kg m^2].
+    /// Inertia that the joint's implicit spring and damper add [kg m^2].
     pub fn armature(&self, h: f64) -> f64 {
         h * (self.damping + h * self.stiffness)
     }
@@ -43,13 +43,13 @@ pub(crate) struct LaneWorld {
     pub wood: Vec<Wood>,
     /// Rows of the joints that broke.
     pub broken_rows: Vec<usize>,
-    /// Fruit off the stem: its index, and the ball that it is.
+    /// Fruit off the stem, by index, as balls.
     pub loose: Vec<(usize, Ball)>,
     /// Tips of the links of broken limbs.
     pub debris: Vec<DebrisTip>,
-    /// The f64 state that the rules of breaking work on; there from the first break.
+    /// The f64 state that the rules of breaking work on; `None` before the first break.
     shadow: Option<Box<Data>>,
-    /// When and why it was stopped, and its numbers then.
+    /// Time and reason at which it was stopped, and its numbers then.
     stopped: Option<(Quarantine, Remains)>,
 }
 
@@ -75,12 +75,12 @@ impl LaneWorld {
         }
     }
 
-    /// Whether it has not been stopped.
+    /// True if it has not been stopped.
     pub fn is_running(&self) -> bool {
         self.stopped.is_none()
     }
 
-    /// Whether it has joints whose dampers follow their rates.
+    /// True if it has joints whose dampers follow their rates.
     pub fn is_braking(&self) -> bool {
         self.is_running() && !self.broken_rows.is_empty()
     }
@@ -106,7 +106,7 @@ impl LaneWorld {
         Some(found.0)
     }
 
-    /// The f64 state, to be brought up to date and given back.
+    /// Takes the f64 state, to be updated and put back.
     pub fn take_shadow(&mut self) -> Box<Data> {
         self.shadow.take().unwrap_or_else(|| Box::new(Data::new(&self.plant.model)))
     }
@@ -124,7 +124,7 @@ impl LaneWorld {
         self.broken_rows.extend(self.walk.links.iter().position(|link| *link == segment));
     }
 
-    /// From now on a fruit is loose, with the angular velocity that it has.
+    /// Marks a fruit as loose, with its angular velocity.
     pub fn let_loose(&mut self, fruit: usize, w_world: Vec3) {
         let Plant { spec, model, fruit: set, .. } = &*self.plant;
         let ball = Ball {
@@ -138,7 +138,7 @@ impl LaneWorld {
         self.loose.push((fruit, ball));
     }
 
-    /// Takes up the links that have become debris.
+    /// Adds the tips of links that have become debris.
     pub fn list_debris(&mut self) {
         let Plant { spec, model, tree, .. } = &*self.plant;
         let friction = (spec.wood.friction.si() * spec.sim.ground_friction.si()).sqrt();
@@ -167,7 +167,7 @@ impl LaneWorld {
         }
     }
 
-    /// Whether so many frames over the direct pull, or over the stem tension, take a fruit off.
+    /// True if these numbers of frames over the direct pull, or over the stem tension, detach a fruit.
     pub fn is_detached_after(&self, pull_frames: u32, tension_frames: u32) -> bool {
         let spec = &self.plant.spec.fruit;
         pull_frames >= spec.pull_frames.get() || tension_frames >= spec.tension_frames.get()

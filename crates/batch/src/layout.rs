@@ -1,4 +1,4 @@
-//! Where the numbers of a tile stand in memory: `[row][field][lane]`.
+//! Memory layout of a tile's numbers: `[row][field][lane]`.
 
 /// Numbers of a link, h the substep. Constants of a world first (those after `LINEAR_DRAG` change with breaking), then
 /// the state.
@@ -8,7 +8,7 @@ pub(crate) mod link {
     pub const DIRECTION: usize = 0;
     /// 1 / (1 + z of that).
     pub const FOLD: usize = 3;
-    /// From the joint to the tip, where all children sit [m].
+    /// From the joint to the tip, where all children sit \[m\].
     pub const LENGTH: usize = 4;
     /// h times the mass [kg s].
     pub const H_MASS: usize = 5;
@@ -20,17 +20,17 @@ pub(crate) mod link {
     pub const LINEAR_DRAG: usize = 8;
     /// Drag of rotation [1/s].
     pub const ANGULAR_DRAG: usize = 9;
-    /// Half the mass, drag included [kg]: it stands at either end of the link.
+    /// Half the mass, drag included \[kg\], placed at each end of the link.
     pub const HALF_MASS: usize = 10;
-    /// What the two halves leave over of the inertia across, drag included [kg m^2].
+    /// Rest of the inertia across that the two half masses leave, drag included [kg m^2].
     pub const ACROSS: usize = 11;
-    /// What they leave over of the inertia about the axis, less `ACROSS`, by the length squared [kg].
+    /// Rest of the inertia about the axis, less `ACROSS`, over the length squared \[kg\].
     pub const ALONG: usize = 12;
     /// h (d + h k) of the joint [kg m^2].
     pub const ARMATURE: usize = 13;
     /// h k of the joint [N m s].
     pub const H_STIFFNESS: usize = 14;
-    /// Joint angles [rad] (2).
+    /// Joint angles \[rad\] (2).
     pub const Q: usize = 15;
     /// Joint rates [rad/s] (2).
     pub const V: usize = 17;
@@ -38,7 +38,7 @@ pub(crate) mod link {
     pub const FIELDS: usize = 19;
 }
 
-/// What the passes over the links leave for each other.
+/// Intermediate numbers of a link between the passes.
 pub(crate) mod work {
     /// First and second joint axis (3 each).
     pub const AXES: usize = 0;
@@ -52,7 +52,7 @@ pub(crate) mod work {
     pub const Y: usize = 21;
     /// Inverse diagonal of L (2).
     pub const SCALE: usize = 23;
-    /// What a change of the second axis takes off the first.
+    /// Share of a change of the second axis that is taken off the first.
     pub const SHARE: usize = 25;
     /// Fields.
     pub const FIELDS: usize = 26;
@@ -60,27 +60,27 @@ pub(crate) mod work {
 
 /// Numbers of a fruit, h the substep. Constants first, then what detachment changes, then the state.
 pub(crate) mod fruit {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub const MASS: usize = 0;
     /// h times the weight [N s]; 0 on a padding row.
     pub const H_WEIGHT: usize = 1;
-    /// Where the stem is fixed, in the link's frame [m] (3).
+    /// Anchor of the stem in the link's frame \[m\] (3).
     pub const ANCHOR: usize = 2;
-    /// Height of the hang point above the anchor [m].
+    /// Height of the hang point above the anchor \[m\].
     pub const DROP: usize = 5;
     /// h times the largest reaction on the anchor [N s].
     pub const H_CAP: usize = 6;
     /// h k of the stem [N s/m]; 0 off the stem.
     pub const H_STIFFNESS: usize = 7;
-    /// What the stem adds to the fruit's inertia, h (c + h k) [kg]; 0 off the stem.
+    /// Inertia that the stem adds to the fruit, h (c + h k) \[kg\]; 0 off the stem.
     pub const KAPPA: usize = 8;
     /// h times the upward force that takes the weight off the anchor [N s]; 0 off the stem.
     pub const H_BIAS: usize = 9;
     /// Coefficient of air drag [N s^2/m^2]; 0 on the stem.
     pub const AIR_DRAG: usize = 10;
-    /// Applied force [N] (3).
+    /// Applied force \[N\] (3).
     pub const FORCE: usize = 11;
-    /// Position [m] (3).
+    /// Position \[m\] (3).
     pub const P: usize = 14;
     /// Velocity [m/s] (3).
     pub const V: usize = 17;
@@ -88,23 +88,23 @@ pub(crate) mod fruit {
     pub const FIELDS: usize = 20;
 }
 
-/// What the passes leave for each other at a fruit.
+/// Intermediate numbers of a fruit between the passes.
 pub(crate) mod fruit_work {
-    /// Mass that the fruit adds to its link at the anchor [kg].
+    /// Mass that the fruit adds to its link at the anchor \[kg\].
     pub const ADDED_MASS: usize = 0;
     /// 1 / (mass + h drag + kappa) [1/kg].
     pub const INVERSE_MASS: usize = 1;
-    /// From the link's tip to the anchor [m] (3).
+    /// From the link's tip to the anchor \[m\] (3).
     pub const R_TIP: usize = 2;
     /// Impulse on the fruit with the anchor's velocity unchanged [N s] (3).
     pub const IMPULSE: usize = 5;
-    /// Stretch of the stem spring [m] (3).
+    /// Stretch of the stem spring \[m\] (3).
     pub const STRETCH: usize = 8;
     /// Fields.
     pub const FIELDS: usize = 11;
 }
 
-/// What a stem bears; infinite off the stem.
+/// Limits of a stem; infinite off the stem.
 pub(crate) mod limit {
     /// Square of the stretch that detaches [m^2].
     pub const STRETCH: usize = 0;
@@ -114,7 +114,7 @@ pub(crate) mod limit {
     pub const FIELDS: usize = 2;
 }
 
-/// What a link passes on to its children: everything at the link's tip.
+/// Motion that a link passes to its children, at the link's tip.
 pub(crate) mod tip {
     /// Axes of the link (9).
     pub const AXES: usize = 0;
@@ -142,7 +142,7 @@ pub(crate) mod change {
     pub const FIELDS: usize = 6;
 }
 
-/// What children pass on to their parent, at its tip.
+/// Inertia and wrench that children pass to their parent, at its tip.
 pub(crate) mod load {
     /// Angular block: xx, xy, xz, yy, yz, zz (6).
     pub const ANGULAR: usize = 0;
@@ -160,23 +160,23 @@ pub(crate) mod load {
 
 /// Motion of a link's tip, kept only in tiles with debris.
 pub(crate) mod tip_motion {
-    /// Height [m].
+    /// Height \[m\].
     pub const Z: usize = 0;
     /// Velocity [m/s] (3).
     pub const V: usize = 1;
-    /// What the latest substep changed of the vertical velocity, before the link turned [m/s].
+    /// Change of the vertical velocity in the latest substep, before the link turned [m/s].
     pub const LIFT: usize = 4;
     /// Fields.
     pub const FIELDS: usize = 5;
 }
 
-/// What the ground does to a link's tip, kept only in tiles with debris.
+/// Contact of a link's tip with the ground, kept only in tiles with debris.
 pub(crate) mod prop {
-    /// Damper along the ground, times h [kg].
+    /// Damper along the ground, times h \[kg\].
     pub const ACROSS: usize = 0;
-    /// Damper along the normal, times h [kg].
+    /// Damper along the normal, times h \[kg\].
     pub const NORMAL: usize = 1;
-    /// Impulse while the tip's velocity stays as it is [N s] (3).
+    /// Impulse at the tip's present velocity [N s] (3).
     pub const IMPULSE: usize = 2;
     /// Fields.
     pub const FIELDS: usize = 5;

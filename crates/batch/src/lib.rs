@@ -1,10 +1,10 @@
-//! Many trees with their fruit at once.
+//! Steps many trees with their fruit at once.
 //!
 //! [`TreeWorld`] is one tree with its fruit in f64, by `orchard_multibody`: the reference. [`Batch`] advances many
 //! of them in f32, as many in a vector as the processor's registers hold ([`Isa`]), with the same equations,
 //! substeps, ruptures and detachments. Trees may differ in dimensions and in topology. There is no robot;
-//! loose fruit and broken limbs meet the ground, nothing else touches anything. [`Stepper`] is what all batches can do. Memory layout and the order of the
-//! passes are told in `docs/computation/batch.md`.
+//! loose fruit and broken limbs touch the ground; there are no other contacts. [`Stepper`] is the interface of all batches. Memory layout and the order of the
+//! passes: `docs/computation/batch.md`.
 //!
 //! ```
 //! use orchard_batch::{Batch, TreeWorld};
@@ -40,3 +40,8 @@ pub use reference::ReferenceBatch;
 pub use stepper::{Stepper, StepperError};
 pub use tile::BatchEvent;
 pub use tree_world::{Plant, TreeEvent, TreeWorld, TreeWorldError};
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,4 +1,4 @@
-//! Worlds one by one in f64 as a batch: what the other batches are held against, under any linear solver.
+//! Worlds one by one in f64 as a batch, with any linear solver: the reference of the other batches.
 
 use crate::fault::{Fault, Quarantine, Status};
 use crate::stepper::{Stepper, StepperError};
@@ -8,7 +8,7 @@ use orchard_geometry::Vec3;
 use orchard_multibody::{Data, Solver};
 use rayon::prelude::*;
 
-/// Tree worlds that advance together in f64, in parallel, each for itself. A clone goes on with the same bits.
+/// Tree worlds that advance together in f64, in parallel, each by itself. A clone continues with the same bits.
 #[derive(Debug, Clone)]
 pub struct ReferenceBatch {
     worlds: Vec<(TreeWorld, Status)>,
@@ -18,7 +18,7 @@ pub struct ReferenceBatch {
 }
 
 impl ReferenceBatch {
-    /// Takes over some worlds, to be advanced with a linear solver.
+    /// Builds a batch of some worlds, advanced with a linear solver.
     pub fn new(worlds: impl IntoIterator<Item = TreeWorld>, solver: Solver) -> Self {
         let worlds = worlds.into_iter().map(|world| (world, Status::Running)).collect();
         Self { worlds, solver, frame: 0, events: Vec::new() }
@@ -50,7 +50,7 @@ fn step_world(world: &mut TreeWorld, status: &mut Status, solver: Solver, frame:
     events
 }
 
-/// What of a world is no longer finite.
+/// First part of a world that is no longer finite, if any.
 fn fault(world: &TreeWorld) -> Option<Fault> {
     let (plant, data) = (world.plant(), world.data());
     if data.is_finite() {

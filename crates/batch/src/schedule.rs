@@ -1,7 +1,7 @@
-//! In which order a tile visits the links of its worlds.
+//! Order in which a tile visits the links of its worlds.
 //!
-//! Row k of a tile holds the k-th link of each world's own walk; shorter worlds are padded. A link leaves what its
-//! children need in a slot and they take it from there; on the way in the slot collects what they bring. Slots are
+//! Row k of a tile holds the k-th link of each world's own walk; shorter worlds are padded. A link writes the motion
+//! that its children need to a slot; in the leaf-to-root pass the slot collects their inertia and wrench. Slots are
 //! few, so that they stay in the nearest cache. Where all worlds of a row have the same parent row, whole vectors
 //! move. Elsewhere a row has several sources, each for some lanes; the arithmetic of a world is the same.
 
@@ -11,7 +11,7 @@ pub(crate) const NO_SLOT: usize = usize::MAX;
 /// Slot of the world frame.
 pub(crate) const WORLD_SLOT: usize = 0;
 
-/// Walk through one world. It depends on nothing but that world.
+/// Order of the links of one world. It depends on that world alone.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Walk {
     /// Link of each row.
@@ -22,7 +22,7 @@ pub(crate) struct Walk {
 
 impl Walk {
     /// Two depth-first walks that take turns, in two sub-trees where possible: a row rarely waits for the
-    /// numbers of the row before it, so that the processor works on both at once.
+    /// numbers of the row before it, so that the processor overlaps the two.
     pub fn in_turns(parent: &[Option<usize>]) -> Self {
         let mut children = vec![Vec::new(); parent.len()];
         let mut open: [Vec<usize>; 2] = [Vec::new(), Vec::new()];
@@ -37,7 +37,7 @@ impl Walk {
         for turn in (0..2).cycle() {
             let (own, other) = (turn, 1 - turn);
             if open[own].is_empty() && open[other].len() > 1 {
-                // The largest sub-tree that waits, more or less.
+                // Roughly the largest sub-tree that waits.
                 let link = open[other].remove(0);
                 open[own].push(link);
             }
@@ -52,12 +52,12 @@ impl Walk {
     }
 }
 
-/// Where some lanes of a row have their parent.
+/// Parents of some lanes of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Source {
     /// Slot of the parent.
     pub slot: usize,
-    /// On the way in, nothing has been brought to the slot before.
+    /// True if this row is the first to write to the slot in the leaf-to-root pass.
     pub is_first: bool,
 }
 
@@ -93,7 +93,7 @@ impl Schedule {
         let Some(longest) = longest else {
             return Self { rows: Vec::new(), slots: 1, sources: Vec::new(), lanes_of_source: Vec::new() };
         };
-        // Padding has no inertia, so it may hang anywhere: where most others do.
+        // Padding has no inertia, so any parent will do: that of most other lanes.
         let parent = |row: usize, lane: usize| {
             let walk = walks.get(lane).unwrap_or(&walks[0]);
             *walk.parent.get(row).unwrap_or(&longest.parent[row])

@@ -1,4 +1,4 @@
-//! What every batch can do, whatever does the arithmetic.
+//! [`Stepper`]: the interface of every batch, on any backend.
 
 use crate::batch::Batch;
 use crate::fault::Status;
@@ -6,10 +6,10 @@ use crate::tile::BatchEvent;
 use orchard_geometry::Vec3;
 use orchard_multibody::Data;
 
-/// A batch that cannot do what it is asked for.
+/// Error of a batch.
 #[derive(Debug, thiserror::Error)]
 pub enum StepperError {
-    /// More links are pushed than there is room for.
+    /// More links are pushed than the buffers hold.
     #[error("world {world} has no room for a force on another link")]
     NoRoom {
         /// Index of the world.
@@ -33,16 +33,16 @@ pub trait Stepper: Send {
     /// Number of worlds.
     fn len(&self) -> usize;
 
-    /// Whether there is no world.
+    /// True if there is no world.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Memory of the numbers that a step goes through [bytes], where the backend knows it.
+    /// Memory that a step works on \[bytes\]; `None` if the backend does not know it.
     fn bytes(&self) -> Option<usize>;
 
-    /// Asks for whole frames of every world. A frame begins when all worlds have ended the one before. It may return before
-    /// they are done; whoever reads waits.
+    /// Advances every world by whole frames. A frame begins when all worlds have ended the one before. It may return before
+    /// they are done; methods that read wait.
     fn advance(&mut self, frames: u32);
 
     /// Waits until all frames are done.
@@ -51,13 +51,13 @@ pub trait Stepper: Send {
     /// The backend failed.
     fn wait(&mut self) -> Result<(), StepperError>;
 
-    /// What has happened since the last call, by frame and world.
+    /// Takes the events since the last call, by frame and world.
     ///
     /// # Errors
     /// The backend failed.
     fn events(&mut self) -> Result<Vec<BatchEvent>, StepperError>;
 
-    /// Whether a world runs.
+    /// State of a world.
     ///
     /// # Errors
     /// The backend failed.
@@ -69,7 +69,7 @@ pub trait Stepper: Send {
     /// The backend failed.
     fn store(&mut self, world: usize, data: &mut Data) -> Result<(), StepperError>;
 
-    /// Sets the external force [N] at, and torque [N m] about, a segment's centre of mass until changed.
+    /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed.
     ///
     /// # Errors
     /// The world has no room for it.
@@ -81,7 +81,7 @@ pub trait Stepper: Send {
         torque_world: Vec3,
     ) -> Result<(), StepperError>;
 
-    /// Sets the external force [N] on a fruit until changed.
+    /// Sets the external force \[N\] on a fruit until changed.
     fn pull(&mut self, world: usize, fruit: usize, force_world: Vec3);
 }
 

@@ -1,4 +1,4 @@
-//! As many worlds as a vector has lanes, their numbers side by side.
+//! A tile: one world a lane of a vector, their numbers side by side.
 
 mod breaking;
 mod load;
@@ -15,14 +15,14 @@ use crate::schedule::{Schedule, Walk};
 use crate::tree_world::{TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 
-/// What happened, where and when.
+/// Event of a world of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BatchEvent {
     /// Frame, from 1.
     pub frame: u32,
     /// Index of the world.
     pub world: usize,
-    /// What happened.
+    /// The event.
     pub event: TreeEvent,
 }
 
@@ -37,12 +37,12 @@ pub(crate) struct Tile {
     /// Frames in a row that a stem was over either limit, by row of fruit and lane.
     stretch_frames: Vec<u32>,
     pull_frames: Vec<u32>,
-    /// Whether any of these counts is above 0.
+    /// True if any of these counts is above 0.
     is_counting: bool,
     worlds: Vec<LaneWorld>,
     /// External force and torque about the centre of mass, by link.
     pushes: Vec<Push>,
-    /// Whether an input has changed since the last outward pass.
+    /// True if an input has changed since the last outward pass.
     is_stale: bool,
     step: Step,
     substeps: u32,
@@ -109,12 +109,12 @@ impl Tile {
         &mut self.numbers.stem_limits.as_mut_slice()[(fruit_row * limit::FIELDS + field) * self.lanes + lane]
     }
 
-    /// Whether a lane's world runs.
+    /// State of a lane's world.
     pub fn status(&self, lane: usize) -> Status {
         self.worlds[lane].status()
     }
 
-    /// Sets the external force [N] and torque [N m] on a link, at and about its centre of mass.
+    /// Sets the external force \[N\] and torque [N m] on a link, at and about its centre of mass.
     pub fn push(&mut self, lane: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
         if !self.worlds[lane].is_running() {
             return;
@@ -127,7 +127,7 @@ impl Tile {
         self.is_stale = true;
     }
 
-    /// Sets the external force on a fruit [N].
+    /// Sets the external force on a fruit \[N\].
     pub fn pull(&mut self, lane: usize, fruit_index: usize, force_world: Vec3) {
         if !self.worlds[lane].is_running() {
             return;
@@ -210,7 +210,7 @@ impl Tile {
         &mut self.numbers.links.as_mut_slice()[(row * link::FIELDS + field) * self.lanes + lane]
     }
 
-    /// Likewise.
+    /// A fruit's number of a lane's world, quarantined or not.
     fn fruit(&self, row: usize, field: usize, lane: usize) -> f32 {
         let at = row * fruit::FIELDS + field;
         match self.worlds[lane].remains() {

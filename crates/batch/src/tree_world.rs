@@ -1,7 +1,7 @@
-//! One tree with its fruit and nothing else, in f64: what a batch is made of and held against.
+//! One tree with its fruit and nothing else, in f64: batches are built from it and compared with it.
 
 use crate::fault::Fault;
-use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, RestRule, Touch, place};
+use orchard_fruit::{Fruit, FruitGroups, FruitLives, FruitSet, LooseEvent, RestRule, Touch, place};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
     Collider, Data, Groups, Model, ModelBuilder, ModelError, Owner, Solver, StaticsError, StepReport,
@@ -12,7 +12,7 @@ use orchard_treegen::{Skeleton, TreegenError, grow};
 use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 use std::sync::Arc;
 
-/// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
+/// Largest joint move \[rad\] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
 
 /// A tree world that cannot be built.
@@ -21,11 +21,11 @@ pub enum TreeWorldError {
     /// The tree does not grow.
     #[error("the tree does not grow: {0}")]
     Growth(#[from] TreegenError),
-    /// Bumps, which a batch does not know.
+    /// Bumpy ground, which a batch does not support.
     #[error("terrain.enabled = true: trees without a robot stand on level ground")]
     Terrain,
-    /// The parts make no valid model.
-    #[error("the tree makes no valid model: {0}")]
+    /// The parts form no valid model.
+    #[error("the tree forms no valid model: {0}")]
     Model(#[from] ModelError),
     /// The loaded tree finds no rest.
     #[error("the tree finds no static equilibrium: {0}")]
@@ -35,20 +35,20 @@ pub enum TreeWorldError {
 /// The constant part of a tree world.
 #[derive(Debug, Clone)]
 pub struct Plant {
-    /// Rules and materials.
+    /// Spec: rules and materials.
     pub spec: Arc<Spec>,
     /// The model: the tree's links and the fruit as point bodies. Fruit off its stem and
-    /// broken limbs meet the ground, nothing else touches anything.
+    /// broken limbs touch the ground; there are no other contacts.
     pub model: Model,
     /// The tree's links.
     pub tree: TreeBody,
     /// The fruit that grew.
     pub fruit: FruitSet,
-    /// Numbers of a substep.
+    /// Settings of a substep.
     pub settings: StepSettings,
 }
 
-/// Something that happened in a frame.
+/// Event of a tree world in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TreeEvent {
     /// The joint at a segment's base broke.
@@ -61,21 +61,21 @@ pub enum TreeEvent {
         /// Index of the fruit.
         fruit: usize,
     },
-    /// The world is no longer finite and stands still from now on. Only a batch looks for it.
+    /// The world is no longer finite and stands still from now on. Only a batch tests for it.
     Quarantined {
-        /// What was found.
+        /// Fault found.
         fault: Fault,
     },
 }
 
-/// One tree with its fruit in f64. A clone goes on with the same bits; there is no save file.
+/// One tree with its fruit in f64. A clone continues with the same bits; there is no save file.
 #[derive(Debug, Clone)]
 pub struct TreeWorld {
     plant: Arc<Plant>,
     data: Data,
     rupture: Rupture,
     stems: FruitLives,
-    /// What touches each fruit: nothing.
+    /// Contacts of each fruit: none.
     untouched: Vec<Touch>,
     report: StepReport,
 }
@@ -91,10 +91,10 @@ impl TreeWorld {
         Self::new(spec, &skeleton, fruit)
     }
 
-    /// A given tree with given fruit, in static equilibrium.
+    /// Builds the world of a given tree with given fruit, in static equilibrium.
     ///
     /// # Errors
-    /// The ground is to be bumpy, the parts make no valid model, or the tree finds no rest.
+    /// The spec has bumpy ground, the parts form no valid model, or the tree finds no rest.
     pub fn new(spec: Arc<Spec>, skeleton: &Skeleton, fruit: Vec<Fruit>) -> Result<Self, TreeWorldError> {
         const APART: Groups = Groups::NONE;
         const GROUND: Groups = Groups { member: 1, filter: 2 };
@@ -133,7 +133,7 @@ impl TreeWorld {
         self.step_by(self.plant.settings.solver)
     }
 
-    /// The same with a linear solver of one's own choice.
+    /// Advances one frame with a chosen linear solver.
     pub fn step_by(&mut self, solver: Solver) -> Vec<TreeEvent> {
         let Plant { spec, model, tree, fruit, settings } = &*self.plant;
         let settings = &StepSettings { solver, ..*settings };
@@ -150,8 +150,8 @@ impl TreeWorld {
                 Vec3::zeros()
             });
         let detached = fruit_events.into_iter().filter_map(|event| match event {
-            FruitEvent::Detached { fruit, .. } => Some(TreeEvent::Detached { fruit }),
-            FruitEvent::Deposited { .. } | FruitEvent::Dropped { .. } | FruitEvent::Struck(_) => None,
+            LooseEvent::Detached { fruit, .. } => Some(TreeEvent::Detached { fruit }),
+            LooseEvent::Deposited { .. } | LooseEvent::Dropped { .. } | LooseEvent::Struck(_) => None,
         });
         snapped.into_iter().map(|segment| TreeEvent::Snapped { segment }).chain(detached).collect()
     }
@@ -174,12 +174,12 @@ impl TreeWorld {
         &self.data
     }
 
-    /// The multibody state, to kick or to pull.
+    /// The multibody state, to change.
     pub fn data_mut(&mut self) -> &mut Data {
         &mut self.data
     }
 
-    /// What is broken.
+    /// Broken joints and sub-trees.
     pub fn rupture(&self) -> &Rupture {
         &self.rupture
     }

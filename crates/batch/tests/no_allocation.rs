@@ -1,4 +1,4 @@
-//! The hot loop allocates nothing.
+//! The hot loop does not allocate.
 #![allow(unsafe_code)] // a global allocator that counts
 
 #[path = "lanes/common.rs"]
@@ -14,7 +14,7 @@ static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
 struct Counting;
 
-// SAFETY: every call goes on to the system's allocator unchanged.
+// SAFETY: every call is forwarded to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
@@ -40,7 +40,7 @@ fn orchard() -> (Batch, usize) {
     let mut batch = Batch::new(&worlds).unwrap();
     (5..).zip(broken).for_each(|(index, segment)| batch.break_branch(index, segment));
     let mut settled = 0;
-    // Until nothing has happened for a second.
+    // Until a second has passed without an event.
     while settled < 60 {
         settled = if batch.step(1).is_empty() { settled + 1 } else { 0 };
     }
@@ -52,7 +52,7 @@ fn orchard() -> (Batch, usize) {
     (batch, fallen)
 }
 
-/// Frames without an event allocate nothing once the threads are there; the one test of this binary, so that nothing else
+/// Frames without an event do not allocate once the threads have started; the one test of this binary, so that nothing else
 /// counts.
 #[test]
 fn frames_without_events_allocate_nothing() {

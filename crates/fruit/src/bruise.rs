@@ -1,9 +1,9 @@
-//! What a fruit has suffered: blows and squeezes.
+//! Impacts and squeezes of a fruit.
 
 use orchard_spec::fruit::FruitSpec;
 use serde::{Deserialize, Serialize};
 
-/// What a fruit struck, or what struck it.
+/// Body that a fruit collided with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Partner {
     /// The ground.
@@ -22,19 +22,19 @@ pub enum Partner {
     Fruit(usize),
 }
 
-/// The worst that a fruit has met so far.
+/// Hardest impact and squeeze of a fruit so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bruise {
-    /// Energy of its hardest impact [J].
+    /// Energy of its hardest impact \[J\].
     pub peak_impact_energy: f64,
-    /// What that impact was with.
+    /// Body that it collided with in that impact.
     pub peak_partner: Option<Partner>,
-    /// Largest normal force with which one finger pressed on it [N], mean over a substep.
+    /// Largest normal force with which one finger pressed on it \[N\], mean over a substep.
     pub peak_squeeze_force: f64,
 }
 
 impl Bruise {
-    /// Whether its hardest impact was over the bruise threshold.
+    /// True if the hardest impact exceeds the bruise threshold.
     pub fn is_bruised(&self, spec: &FruitSpec) -> bool {
         self.peak_impact_energy > spec.bruise_energy.si()
     }
@@ -51,7 +51,7 @@ impl Bruise {
     }
 }
 
-/// Kinetic energy of an approach along the contact normal [J]: `m v_n^2 / 2` with the mass m of the fruit, or the
+/// Kinetic energy of an approach along the contact normal \[J\]: `m v_n^2 / 2` with the mass m of the fruit, or the
 /// reduced mass `m_1 m_2 / (m_1 + m_2)` of two fruit (Johnson 1985, section 11.1: all that deforms the two bodies). The robot
 /// counts as immovable. `approach` is their closing speed [m/s]; parting bodies have none.
 pub fn impact_energy(mass: f64, other_mass: Option<f64>, approach: f64) -> f64 {

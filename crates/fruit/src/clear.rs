@@ -1,10 +1,10 @@
-//! Where a fruit would hang clear of wood and ground.
+//! Test whether a fruit would hang clear of wood and ground.
 
 use crate::Fruit;
 use orchard_geometry::Vec3;
 use orchard_treegen::Skeleton;
 
-/// The wood of a tree, its headings worked out once: a tree asks for every site.
+/// The wood of a tree, with headings computed once for the tests of all sites.
 pub(crate) struct Wood(Vec<Stick>);
 
 struct Stick {
@@ -14,7 +14,7 @@ struct Stick {
     radius: f64,
 }
 
-/// Part by which the far-off test is widened: many times its rounding.
+/// Relative margin of the distance test, many times its rounding.
 const MARGIN: f64 = 1e-6;
 
 impl Wood {
@@ -28,7 +28,7 @@ impl Wood {
         Self(skeleton.segments.iter().map(stick).collect())
     }
 
-    /// Whether a fruit hangs at least its diameter above the ground and outside all wood.
+    /// True if a fruit hangs at least its diameter above the ground and outside all wood.
     pub fn leaves_clear(&self, fruit: &Fruit) -> bool {
         fruit.p_hang_world.z >= 2.0 * fruit.radius && self.0.iter().all(|stick| stick.is_clear_of(fruit))
     }
@@ -38,7 +38,7 @@ impl Stick {
     fn is_clear_of(&self, fruit: &Fruit) -> bool {
         let reach = fruit.radius + self.radius;
         let p_fruit = fruit.p_hang_world - self.p_base_world;
-        // Most wood is far off.
+        // Most wood is far away.
         let far = (reach + self.length) * (1.0 + MARGIN);
         if p_fruit.norm_squared() > far * far {
             return true;

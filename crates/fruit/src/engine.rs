@@ -1,42 +1,33 @@
 //! Loose fruit in a rigid-body engine (rapier), for one frame at a time.
 //!
-//! An engine is made anew at the start of every frame from the positions, velocities and spins of the fruit, always in the
-//! same order, and forgotten at its end. So nothing that the engine keeps to itself (pairs, islands, first guesses of
-//! impulses) lasts beyond a frame, and a snapshot needs none of it. Between the frames a fruit is three vectors: a
-//! ball looks the same however it is turned.
+//! A new engine is built at the start of every frame from the positions, velocities and spins of the fruit, always in the
+//! same order, and dropped at its end. So the engine's own state (pairs, islands, first guesses of
+//! impulses) does not outlive a frame, and a snapshot needs none of it. Between frames a fruit is three vectors: position,
+//! velocity and spin; the orientation of a ball does not matter.
 
 use crate::bruise::{Partner, impact_energy};
 use crate::obstacle::{Obstacle, engine_pose, vec3, vector};
 use orchard_geometry::{Pose, Vec3, inverse_transform, transform};
+use orchard_spec::sim::LooseSpec;
 use rapier3d_f64::prelude::*;
 use std::fmt;
-
-/// Speed with which overlaps are undone at most [m/s]: slow, so that an overlap left by the hand gives no kick.
-const RECOVERY_SPEED: f64 = 0.5;
-/// Stiffness of contacts as a frequency [Hz]. Piles sag with its square; the step resolves a quarter of its inner rate of 720 Hz.
-const CONTACT_FREQUENCY: f64 = 180.0;
-/// Damping ratio of contacts: overcritical, so that an overlap comes apart without a bounce of its own.
-const CONTACT_DAMPING: f64 = 5.0;
-
-/// Sweeps over the contacts in each inner step: a frame starts without a guess of the impulses in a pile.
-const SWEEPS: usize = 4;
 
 /// A loose fruit at the start of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
     /// Index of the fruit.
     pub fruit: usize,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Centre [m], world.
+    /// Centre \[m\], world.
     pub p_world: Vec3,
     /// Velocity [m/s], world.
     pub v_world: Vec3,
     /// Spin [rad/s], world.
     pub w_world: Vec3,
-    /// External force [N], world.
+    /// External force \[N\], world.
     pub force_world: Vec3,
     /// Air drag [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub quadratic_drag: f64,
@@ -53,18 +44,18 @@ pub struct Ball {
 pub struct Impact {
     /// Index of the fruit.
     pub fruit: usize,
-    /// What it was with.
+    /// Body that it collided with.
     pub partner: Partner,
-    /// Energy of the approach [J].
+    /// Energy of the approach \[J\].
     pub energy: f64,
 }
 
 /// A contact that pressed in the last step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pressing {
-    /// The fruit, what it touched, and the energy of their approach before the step.
+    /// The fruit, its partner, and the energy of their approach before the step.
     pub impact: Impact,
-    /// Height of the fruit's centre before the step [m].
+    /// Height of the fruit's centre before the step \[m\].
     pub z_world: f64,
 }
 
@@ -83,17 +74,17 @@ impl fmt::Debug for Engine {
 }
 
 impl Engine {
-    /// An empty engine with substeps of `h` [s] under gravity [m/s^2].
-    pub fn new(h: f64, gravity_world: &Vec3) -> Self {
-        let contacts = SpringCoefficients::new(CONTACT_FREQUENCY, CONTACT_DAMPING);
+    /// An empty engine with substeps of `h` \[s\] under gravity [m/s^2].
+    pub fn new(h: f64, gravity_world: &Vec3, spec: &LooseSpec) -> Self {
+        let contacts = SpringCoefficients::new(spec.contact_frequency.si(), spec.contact_damping_ratio.si());
         let integration_parameters = IntegrationParameters {
             dt: h,
             contact_softness: contacts,
             static_contact_softness: contacts,
-            normalized_max_corrective_velocity: RECOVERY_SPEED,
-            num_internal_pgs_iterations: SWEEPS,
+            normalized_max_corrective_velocity: spec.recovery_speed.si(),
+            num_internal_pgs_iterations: spec.sweeps.get() as usize,
             friction_model: FrictionModel::Coulomb,
-            // Both are thrifty where thousands of contacts last long, and inexact.
+            // Both save time in large, long-lasting piles, and are inexact.
             contact_clustering: false,
             contact_recycling: false,
             ..IntegrationParameters::default()
@@ -103,7 +94,7 @@ impl Engine {
         Self { world, balls: Vec::new(), obstacles: Vec::new(), pressing: Vec::new() }
     }
 
-    /// Takes a fruit in, with its momentum as it is.
+    /// Adds a fruit, with its momentum unchanged.
     pub fn add_ball(&mut self, ball: Ball) {
         let body = RigidBodyBuilder::dynamic()
             .translation(vector(&ball.p_world))
@@ -122,7 +113,7 @@ impl Engine {
         self.balls.push((ball, handle));
     }
 
-    /// Puts an obstacle in; gives its number.
+    /// Adds an obstacle; returns its number.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) -> usize {
         let number = self.obstacles.len();
         let collider = ColliderBuilder::new(obstacle.shape.clone())
@@ -143,7 +134,7 @@ impl Engine {
         number
     }
 
-    /// Steps by a substep, in which moving obstacle `k` goes to the pose `x_world(k)`.
+    /// Steps by a substep, in which moving obstacle `k` moves to the pose `x_world(k)`.
     pub fn step(&mut self, x_world: impl Fn(usize) -> Pose) {
         for (k, (obstacle, body, next)) in self.obstacles.iter_mut().enumerate() {
             if let Some(body) = body.and_then(|handle| self.world.bodies.get_mut(handle)) {
@@ -155,7 +146,7 @@ impl Engine {
         for (ball, handle) in &mut self.balls {
             let Some(body) = self.world.bodies.get_mut(*handle) else { continue };
             (ball.p_world, ball.v_world) = (vec3(body.translation()), vec3(body.linvel()));
-            // F = -c |v| v, the speed as it was.
+            // F = -c |v| v, with the speed at the start of the substep.
             body.set_linear_damping(ball.quadratic_drag * ball.v_world.norm() / ball.mass);
             body.reset_forces(false);
             if ball.force_world != Vec3::zeros() {
@@ -166,7 +157,7 @@ impl Engine {
         self.note_contacts();
     }
 
-    /// Motion of each fruit now: index, position, velocity, spin.
+    /// Present motion of each fruit: index, position, velocity, spin.
     pub fn motions(&self) -> impl Iterator<Item = (usize, Vec3, Vec3, Vec3)> {
         self.balls.iter().filter_map(|(ball, handle)| {
             let body = self.world.bodies.get(*handle)?;

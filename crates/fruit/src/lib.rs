@@ -1,12 +1,13 @@
 //! Apples: placement, stems, detachment and loose fruit.
 //!
 //! [`place`] chooses spurs and sizes; [`FruitSet`] puts the fruit into a multibody model as point
-//! bodies on tethers; [`FruitLives`] follows every fruit from its stem to the bucket or the ground; [`Engine`] moves
+//! bodies on tethers; [`FruitLives`] follows every fruit from its stem to the bucket or the ground, by the rules in [`life`]; [`Engine`] moves
 //! what is free of stem and hand.
 
 mod bruise;
 mod clear;
 mod engine;
+pub mod life;
 mod lives;
 mod obstacle;
 mod place;
@@ -15,8 +16,16 @@ mod set;
 
 pub use bruise::{Bruise, Partner, impact_energy};
 pub use engine::{Ball, Engine, Impact, Pressing};
-pub use lives::{FruitEvent, FruitLives, Phase, RestRule, Resting, Touch};
+pub use life::{
+    FruitState, Island, LooseEvent, Phase, RestRule, Resting, Support, Touch, WakeRule, is_gripped,
+};
+pub use lives::FruitLives;
 pub use obstacle::{Obstacle, Shapes};
 pub use place::{Fruit, place};
 pub use rehang::rehang;
 pub use set::{FruitGroups, FruitSet};
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

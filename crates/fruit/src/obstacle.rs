@@ -1,4 +1,4 @@
-//! What loose fruit runs into, as shapes of the rigid-body engine.
+//! Obstacles of loose fruit, as shapes of the rigid-body engine.
 
 use crate::bruise::Partner;
 use orchard_geometry::{Aabb, HeightField, Pose, Shape, Vec3};
@@ -7,7 +7,7 @@ use rapier3d_f64::prelude::{SharedShape, TriMeshFlags};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Something that loose fruit meets and cannot move.
+/// Body that loose fruit collides with and cannot move.
 #[derive(Clone)]
 pub struct Obstacle {
     pub(crate) shape: SharedShape,
@@ -18,7 +18,7 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
-    /// A ball that goes where [`crate::Engine::step`] is told: a fruit at rest or in the hand.
+    /// A ball whose pose is given to [`crate::Engine::step`]: a fruit at rest or in the hand.
     pub fn ball(fruit: usize, radius: f64, friction: f64, p_world: &Vec3) -> Self {
         Self {
             shape: SharedShape::ball(radius),
@@ -46,7 +46,7 @@ impl Shapes {
         Self(shapes.map(shared).collect())
     }
 
-    /// Collider `index` as an obstacle at a pose; `moves` says whether it goes on from there. `None` for terrain: see
+    /// Collider `index` as an obstacle at a pose; `moves`: it moves in the frame. `None` for terrain: see
     /// [`Shapes::terrain`].
     pub fn obstacle(
         &self,

@@ -1,4 +1,4 @@
-//! Which spurs carry fruit, and what each fruit is.
+//! Placement of fruit on spurs, and the draw of their properties.
 
 use crate::clear::Wood;
 use orchard_geometry::Vec3;
@@ -6,27 +6,27 @@ use orchard_spec::fruit::FruitSpec;
 use orchard_spec::{Purpose, Stream};
 use orchard_treegen::{FruitSite, Skeleton};
 
-/// One apple as it grew.
+/// One apple on the unloaded tree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fruit {
-    /// Segment that carries it.
+    /// Segment that bears it.
     pub segment: usize,
-    /// Where the stem is attached, segment frame [m].
+    /// Anchor of the stem in the segment's frame \[m\].
     pub p_segment: Vec3,
-    /// Centre of the hang point on the unloaded tree [m], world.
+    /// Centre of the hang point on the unloaded tree \[m\], world.
     pub p_hang_world: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Direct pull that takes it off, f_detach [N].
+    /// Direct pull that detaches it, f_detach \[N\].
     pub detach_force: f64,
 }
 
-/// Chooses the spurs that carry fruit and draws each fruit's size, mass and stem strength.
+/// Chooses the spurs that bear fruit and draws each fruit's size, mass and stem strength.
 ///
 /// The sites are visited in random order, as often as needed, each accepted with the placement probability
-/// times (base + outer * outerness), until the tree carries `spec.count` fruit or no free site is left.
+/// times (base + outer * outerness), until the tree bears `spec.count` fruit or no free site is left.
 /// A site is free if its fruit would hang clear of wood, ground and every fruit already placed.
 pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Vec<Fruit> {
     let mut sizes = Stream::new(seed, world, Purpose::FruitSize);
@@ -86,12 +86,12 @@ pub fn place(spec: &FruitSpec, skeleton: &Skeleton, seed: u64, world: u32) -> Ve
     placed
 }
 
-/// Centre of a fruit that hangs straight down from its stem's anchor [m], world.
+/// Centre of a fruit that hangs straight down from its stem's anchor \[m\], world.
 pub(crate) fn hang_point(spec: &FruitSpec, p_anchor_world: &Vec3, radius: f64) -> Vec3 {
     p_anchor_world - Vec3::new(0.0, 0.0, spec.stem_length.si() + radius)
 }
 
-/// Whether a fruit would hang nearer to one of the others than the spacing allows.
+/// True if a fruit would hang nearer to one of the others than the spacing allows.
 pub(crate) fn crowded(others: &[Fruit], fruit: &Fruit, spacing: f64) -> bool {
     others.iter().any(|other| {
         (other.p_hang_world - fruit.p_hang_world).norm() < spacing * (other.radius + fruit.radius)

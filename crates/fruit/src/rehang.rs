@@ -1,4 +1,4 @@
-//! Fruit that stay on their wood when it changes its form.
+//! Transfer of fruit to another form of their tree.
 
 use crate::Fruit;
 use crate::clear::Wood;
@@ -6,9 +6,9 @@ use crate::place::{crowded, hang_point};
 use orchard_spec::fruit::FruitSpec;
 use orchard_treegen::{Skeleton, map_point};
 
-/// Takes fruit over from one form of a tree to another with the same segments: each stays on its segment, as far along it in
-/// proportion. Radius and mass are as given. The fruit are visited in `order`, and as with [`crate::place`] one that would
-/// not hang clear of wood, ground and those before it does not set, until there are `count`.
+/// Transfers fruit from one form of a tree to another with the same segments: each stays on its segment, at the same fraction of its
+/// length. Radius and mass are kept. The fruit are visited in `order` until there are `count`; as with [`crate::place`], one that would
+/// not hang clear of wood, ground and those before it is left out.
 pub fn rehang(
     spec: &FruitSpec,
     fruit: &[Fruit],

@@ -19,10 +19,10 @@ pub struct FruitGroups {
     pub passed: Groups,
 }
 
-/// The fruit of one tree: what grew, and its point bodies and colliders. Arrays are per fruit.
+/// The fruit of one tree with their point bodies and colliders. Arrays are per fruit.
 #[derive(Debug, Clone)]
 pub struct FruitSet {
-    /// What grew.
+    /// The fruit as they grew.
     pub fruit: Vec<Fruit>,
     /// Point bodies.
     pub points: Vec<PointId>,
@@ -94,7 +94,7 @@ impl FruitSet {
         self.fruit.len()
     }
 
-    /// Whether the tree bears no fruit.
+    /// True if the tree bears no fruit.
     pub fn is_empty(&self) -> bool {
         self.fruit.is_empty()
     }
@@ -104,7 +104,7 @@ impl FruitSet {
         self.quadratic_drag[fruit]
     }
 
-    /// The ball of a fruit for the rigid-body engine, as it moves now.
+    /// The ball of a fruit for the rigid-body engine, with its present motion.
     pub fn ball(&self, data: &Data, fruit: usize) -> Ball {
         let (point, grown) = (self.points[fruit].index(), &self.fruit[fruit]);
         Ball {
@@ -122,7 +122,7 @@ impl FruitSet {
         }
     }
 
-    /// Hangs every fruit on its stem, without drag (the wood's drag surrogate and the stem damp it there).
+    /// Hangs every fruit on its stem, without air drag (the wood's drag surrogate and the stem damp it there).
     pub fn reset(&self, data: &mut Data) {
         for i in 0..self.len() {
             let point = self.points[i].index();
@@ -133,9 +133,9 @@ impl FruitSet {
         }
     }
 
-    /// Lets a broken limb feel its fruit in full: the paper's rules take their weight off live wood, and cap their
-    /// reaction so that a yank cannot snap more of it. On a limb that hangs free, a capped and so one-way
-    /// reaction would go on shaking it.
+    /// Applies the full load of their fruit to broken limbs. The paper's rules compensate the weight on live wood, and cap the
+    /// reaction so that a yank cannot snap more of it; a capped, and so one-way, reaction would keep shaking a limb that hangs
+    /// free.
     pub fn weigh_on(&self, data: &mut Data, is_debris: impl Fn(usize) -> bool) {
         for (fruit, point) in self.fruit.iter().zip(&self.points) {
             if is_debris(fruit.segment) {
@@ -145,7 +145,7 @@ impl FruitSet {
         }
     }
 
-    /// Takes a fruit off its stem: one flag, no model edit. Position and momentum stay.
+    /// Takes a fruit off its stem: one flag, no model edit. Position and momentum do not change.
     pub(crate) fn detach(&self, data: &mut Data, i: usize) {
         let point = self.points[i].index();
         data.tethered[point] = false;
@@ -153,13 +153,13 @@ impl FruitSet {
         data.groups[self.colliders[i].index()] = self.groups.loose;
     }
 
-    /// Hands a fruit over to the rigid-body engine: the model carries it along from here on.
+    /// Hands a fruit over to the rigid-body engine: to the model it is then a point with a given motion.
     pub(crate) fn pass_to_engine(&self, data: &mut Data, i: usize) {
         data.point_carried[self.points[i].index()] = true;
         data.groups[self.colliders[i].index()] = self.groups.passed;
     }
 
-    /// Takes a fruit back into the coupled solve, with the motion that it has.
+    /// Takes a fruit back into the coupled solve, with its present motion.
     pub(crate) fn take_back(&self, data: &mut Data, i: usize) {
         data.point_carried[self.points[i].index()] = false;
         data.groups[self.colliders[i].index()] = self.groups.loose;

@@ -25,7 +25,7 @@ fn fruit_hangs_where_it_may() {
             }
         }
     }
-    // The nominal load must be the rule, or the fruit sweep would compare other loads than it says.
+    // Most trees must bear the nominal load, or the fruit sweep would compare other loads than it states.
     assert!(full >= 36, "only {full} of 40 trees carry their 40 fruit");
 }
 

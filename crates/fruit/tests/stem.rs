@@ -1,6 +1,6 @@
-//! Stems: the load on the branch, both paths of detachment, and what falls.
+//! Stems: the load on the branch, both paths of detachment, and falling fruit.
 
-use orchard_fruit::{Fruit, FruitEvent, FruitGroups, FruitLives, FruitSet, Phase, RestRule, Touch};
+use orchard_fruit::{Fruit, FruitGroups, FruitLives, FruitSet, LooseEvent, Phase, RestRule, Touch};
 use orchard_geometry::{Pose, Vec3, rotation_from_z};
 use orchard_multibody::{Data, Groups, Model, ModelBuilder, StepReport, StepSettings, equilibrium, step};
 use orchard_spec::Spec;
@@ -74,7 +74,7 @@ impl Spur {
         Self { spec, model, data, tree, fruit, state, settings }
     }
 
-    fn frame(&mut self) -> Vec<FruitEvent> {
+    fn frame(&mut self) -> Vec<LooseEvent> {
         let identity = Pose::identity();
         for _ in 0..self.spec.sim.substeps.get() {
             step(&self.model, &mut self.data, &self.settings, &mut StepReport::default());

@@ -17,7 +17,7 @@ const UNIT_TOLERANCE: f64 = 1e-9;
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
-    /// A link names a parent that does not stand before it.
+    /// The parent of a link does not come before it.
     #[error("body {body}: parent {parent} does not come before it")]
     Parent {
         /// The link.
@@ -30,9 +30,9 @@ pub enum ModelError {
     Value {
         /// Kind of part: body, point, coupling or collider.
         what: &'static str,
-        /// Its index.
+        /// Index of the part.
         index: usize,
-        /// What is wrong.
+        /// Problem found.
         problem: &'static str,
     },
     /// A part names a link, point body or degree of freedom that does not exist.
@@ -40,14 +40,14 @@ pub enum ModelError {
     Reference {
         /// Kind of part: point, coupling or collider.
         what: &'static str,
-        /// Its index.
+        /// Index of the part.
         index: usize,
         /// Kind of part that it names.
         target: &'static str,
         /// The id that it names.
         id: usize,
     },
-    /// A joint moves nothing that has inertia, at the zero pose.
+    /// A joint has a degree of freedom without inertia, at the zero pose.
     #[error("body {body}: its joint has a degree of freedom without inertia")]
     Singular {
         /// The link.
@@ -188,7 +188,7 @@ fn is_non_negative(x: f64) -> bool {
     x.is_finite() && x >= 0.0
 }
 
-/// Whether a length is 1 to round-off; NaN is not.
+/// True if a length is 1 to round-off; NaN is not.
 fn is_unit(length: f64) -> bool {
     (length - 1.0).abs() < UNIT_TOLERANCE
 }

@@ -4,12 +4,12 @@ use orchard_geometry::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::aba::{Change, Factor, Impulse};
-use crate::carry::Carry;
 use crate::contact::ContactScratch;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Groups, JointKind, Model, PointId};
 use crate::solver::LinearScratch;
 use crate::spatial::Twist;
+use crate::velocity_products::VelocityProducts;
 
 /// State, the inputs of the next step, and scratch of one world. A step from a clone gives the same bits;
 /// [`Data::state`] keeps only what that needs.
@@ -22,13 +22,13 @@ pub struct Data {
     pub q: Vec<f64>,
     /// Joint velocities [rad/s, m/s].
     pub v: Vec<f64>,
-    /// Positions of the point bodies [m], world.
+    /// Positions of the point bodies \[m\], world.
     pub point_p_world: Vec<Vec3>,
     /// Velocities of the point bodies [m/s], world.
     pub point_v_world: Vec<Vec3>,
     /// Angular velocities of the point bodies [rad/s], world; zero while tethered.
     pub point_w_world: Vec<Vec3>,
-    /// Whether each point body still hangs on its tether. Without effect where the model gives none.
+    /// True for point bodies on their tethers. Without effect on point bodies that have none in the model.
     pub tethered: Vec<bool>,
 
     // Inputs of the next step; they keep their values until changed.
@@ -36,7 +36,7 @@ pub struct Data {
     pub stiffness: Vec<f64>,
     /// Damping of each degree of freedom [N m s/rad, N s/m].
     pub damping: Vec<f64>,
-    /// Where each spring is at rest [rad, m]. Ignored on free joints.
+    /// Rest coordinate of each spring [rad, m]. Ignored on free joints.
     pub rest: Vec<f64>,
     /// Torque or force fed forward on each degree of freedom [N m, N].
     pub torque: Vec<f64>,
@@ -44,31 +44,31 @@ pub struct Data {
     pub linear_drag: Vec<f64>,
     /// Drag of each link in rotation [1/s]: the torque `-angular_drag * I_com * omega`.
     pub angular_drag: Vec<f64>,
-    /// External force on each link [N], at its centre of mass, world axes.
+    /// External force on each link \[N\], at its centre of mass, world axes.
     pub body_force_world: Vec<Vec3>,
     /// External torque on each link [N m], about its centre of mass, world axes.
     pub body_torque_world: Vec<Vec3>,
-    /// External force on each point body [N], world.
+    /// External force on each point body \[N\], world.
     pub point_force_world: Vec<Vec3>,
     /// Quadratic drag of each point body [N s^2/m^2]: the force `-coefficient * |v| v`.
     pub point_quadratic_drag: Vec<f64>,
     /// Loss of each point body's spin [1/s]: the torque `-spin_damping * spin_inertia * omega`.
     pub point_spin_damping: Vec<f64>,
-    /// Constant force on the anchor of each point body while it is tethered [N], world.
+    /// Constant force on the anchor of each point body while it is tethered \[N\], world.
     pub anchor_bias_world: Vec<Vec3>,
-    /// Largest net reaction of each point body on its anchor [N]. Infinite: no cap.
+    /// Largest net reaction of each point body on its anchor \[N\]. Infinite: no cap.
     pub reaction_cap: Vec<f64>,
-    /// Point bodies that something outside the model carries: they keep the velocity they are given, whatever
+    /// Point bodies moved from outside the model: they keep the velocity they are given, whatever
     /// pushes them.
     pub point_carried: Vec<bool>,
     /// Collision groups of each collider.
     pub groups: Vec<Groups>,
 
     // Derived and scratch.
-    /// Whether each tether's reaction was capped in the last step.
+    /// True for tethers whose reaction was capped in the last step.
     pub(crate) capped: Vec<bool>,
     pub(crate) kinematics: Kinematics,
-    pub(crate) carry: Carry,
+    pub(crate) velocity_products: VelocityProducts,
     pub(crate) factor: Factor,
     pub(crate) impulse: Impulse,
     pub(crate) change: Change,
@@ -120,7 +120,7 @@ impl Data {
             groups: model.colliders.iter().map(|collider| collider.groups).collect(),
             capped: vec![false; points],
             kinematics: Kinematics::new(model),
-            carry: Carry::new(model),
+            velocity_products: VelocityProducts::new(model),
             factor: Factor::new(model),
             impulse: Impulse::new(model),
             change: Change::new(model),
@@ -153,7 +153,7 @@ impl Data {
         link.velocity.linear_at(&(p_world - link.origin()))
     }
 
-    /// Centre of mass of a link [m].
+    /// Centre of mass of a link \[m\].
     pub fn com_p_world(&self, id: BodyId) -> Vec3 {
         let link = &self.kinematics.links[id.index()];
         link.origin() + link.r_com
@@ -164,7 +164,7 @@ impl Data {
         self.kinematics.axes[dof]
     }
 
-    /// Where the tether of a point body is fixed to the wood [m]; `None` without a tether in the model.
+    /// Anchor of a point body's tether \[m\], world; `None` without a tether in the model.
     pub fn anchor_p_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
         let tether = model.point(id).tether.as_ref()?;
         Some(orchard_geometry::transform(self.x_world_body(tether.body), &tether.p_body))
@@ -176,13 +176,13 @@ impl Data {
         Some(self.point_velocity_world(tether.body, &self.anchor_p_world(model, id)?))
     }
 
-    /// Where the point body hangs with its spring at rest [m].
+    /// Rest position of a tethered point body \[m\], world.
     pub fn hang_p_world(&self, model: &Model, id: PointId) -> Option<Vec3> {
         let tether = model.point(id).tether.as_ref()?;
         Some(self.anchor_p_world(model, id)? + tether.offset_world)
     }
 
-    /// Elastic force of its tether on a point body [N]; zero while untethered.
+    /// Elastic force of its tether on a point body \[N\]; zero while untethered.
     pub fn tether_spring_force(&self, model: &Model, id: PointId) -> Vec3 {
         match (&model.point(id).tether, self.hang_p_world(model, id)) {
             (Some(tether), Some(hang)) if self.tethered[id.index()] => {
@@ -192,12 +192,12 @@ impl Data {
         }
     }
 
-    /// Whether a point body takes part in rotation: off its tether, with a finite inertia.
+    /// True if a point body takes part in rotation: off its tether, with a finite inertia.
     pub(crate) fn spins(&self, model: &Model, point: usize) -> bool {
         !self.tethered[point] && !self.point_carried[point] && model.points[point].spin_inertia.is_finite()
     }
 
-    /// Whether every coordinate and velocity is a finite number.
+    /// True if every coordinate and velocity is a finite number.
     pub fn is_finite(&self) -> bool {
         let vectors = [&self.point_p_world, &self.point_v_world, &self.point_w_world];
         self.q.iter().chain(&self.v).all(|x| x.is_finite())
@@ -213,7 +213,7 @@ impl Data {
         motion.points.extend(points.map(|((p, v), w)| [*p, *v, *w]));
     }
 
-    /// Goes back to saved positions and velocities; inputs stay as they are.
+    /// Restores saved positions and velocities; inputs do not change.
     pub fn restore_motion(&mut self, motion: &Motion) {
         self.q.clone_from(&motion.q);
         self.v.clone_from(&motion.v);
@@ -235,7 +235,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Whether this is the motion of a world of this model.
+    /// True if this is the motion of a world of this model.
     pub fn fits(&self, model: &Model) -> bool {
         self.q.len() == model.nq() && self.v.len() == model.nv() && self.points.len() == model.points.len()
     }

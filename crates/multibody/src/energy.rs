@@ -5,7 +5,7 @@ use orchard_geometry::Vec3;
 use crate::data::Data;
 use crate::model::{JointKind, Model, PointId};
 
-/// Energy by kind [J].
+/// Energy by kind \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
     /// Of links and point bodies.
@@ -21,7 +21,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// The sum [J].
+    /// The sum \[J\].
     pub fn total(&self) -> f64 {
         self.kinetic + self.gravitational + self.joint_springs + self.tethers + self.anchor_bias
     }

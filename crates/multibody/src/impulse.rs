@@ -26,9 +26,9 @@ fn point_impulse(model: &Model, data: &Data, index: usize, h: f64, gravity: &Vec
     (gravity * model.points[index].mass + data.point_force_world[index] - v * drag) * h
 }
 
-/// Decides which tethers pass their reaction cap in this step.
+/// Marks the tethers whose reaction exceeds its cap in this step.
 ///
-/// The reaction is predicted with the anchor going on at its velocity and the point body free to respond:
+/// The reaction is predicted with the anchor at its present velocity and the point body free to respond:
 /// in static equilibrium it is exact.
 pub(crate) fn cap_tethers(model: &Model, data: &mut Data, h: f64, gravity: &Vec3) {
     for (index, point) in model.points.iter().enumerate() {
@@ -41,7 +41,7 @@ pub(crate) fn cap_tethers(model: &Model, data: &mut Data, h: f64, gravity: &Vec3
     }
 }
 
-/// Predicted force of a point body and its bias on the anchor [N].
+/// Predicted force of a point body and its bias on the anchor \[N\].
 fn predicted_reaction(
     model: &Model,
     data: &Data,
@@ -81,7 +81,7 @@ fn link_impulse<S: Real>(links: &[usize], model: &Model, data: &Data, h: f64, gr
 }
 
 /// Fills `Data::impulse` with the impulses over `h` of all forces at the last kinematics, springs where they
-/// will be after `lead`: h is the right-hand side of the linearly implicit step, 0 gives the forces as they are.
+/// will be after `lead`: h is the right-hand side of the linearly implicit step, 0 gives the present forces.
 pub(crate) fn assemble(model: &Model, data: &mut Data, h: f64, lead: f64, gravity: &Vec3) {
     let mut impulse = std::mem::take(&mut data.impulse);
     for slot in &model.schedule {

@@ -11,16 +11,16 @@ use crate::schedule::Slot;
 use crate::spatial::Twist;
 use crate::symmetric::Symmetric3;
 
-/// What a state implies for one link. World axes, at the link's origin.
+/// Kinematics of one link in a state. World axes, at the link's origin.
 #[derive(Debug, Clone)]
 pub(crate) struct Link {
     /// Pose of the link.
     pub x_world_body: Pose,
     /// Axes of the link: the columns of its rotation matrix.
     pub turn: [Vec3; 3],
-    /// From the parent's origin (the world's for a root) to this origin [m].
+    /// From the parent's origin (the world's for a root) to this origin \[m\].
     pub r_parent: Vec3,
-    /// From the origin to the centre of mass [m].
+    /// From the origin to the centre of mass \[m\].
     pub r_com: Vec3,
     /// Inertia about the centre of mass [kg m^2].
     pub i_com: Symmetric3,
@@ -98,7 +98,7 @@ struct JointMotion<S: Real> {
 
 /// Brings poses, axes, velocities and bias accelerations up to `Data::q` and `Data::v`.
 ///
-/// Returns at once if they are so already. Afterwards the accessors of [`Data`] that name kinematics hold.
+/// Does nothing if they are already. Afterwards the accessors of [`Data`] that name kinematics hold.
 pub fn forward_kinematics(model: &Model, data: &mut Data) {
     let kinematics = &mut data.kinematics;
     if are_same(&kinematics.q, &data.q) && are_same(&kinematics.v, &data.v) {
@@ -131,7 +131,7 @@ pub fn forward_kinematics(model: &Model, data: &mut Data) {
     }
 }
 
-/// Whether two states are the same bits. No early end: the loop is one of vectors.
+/// True if two states have the same bits. The loop has no early exit, so that it vectorises.
 fn are_same(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).fold(0, |differing, (a, b)| differing | (a.to_bits() ^ b.to_bits())) == 0
 }

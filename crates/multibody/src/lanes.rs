@@ -1,6 +1,6 @@
-//! One f64 or two side by side: what the kernels over links compute with.
+//! Numbers of the kernels over links: one f64, or two side by side.
 //!
-//! Two links of which neither holds the other do not depend on each other, and a processor computes on two f64
+//! Two links, neither an ancestor of the other, do not depend on each other, and a processor computes on two f64
 //! as fast as on one. Lanes never mix and nothing is contracted, so that the bits are those of one number at a
 //! time, on every processor.
 
@@ -11,7 +11,7 @@ use num_traits::{One, Zero};
 use orchard_geometry::{Vec3, math};
 use wide::f64x2;
 
-/// A number of the kernels: `LANES` values that are computed with alike.
+/// A number of the kernels: `LANES` values with the same operations.
 pub(crate) trait Real:
     Packed<Lane = f64>
     + Scalar
@@ -24,7 +24,7 @@ pub(crate) trait Real:
     + ClosedDivAssign
     + Neg<Output = Self>
 {
-    /// The same value in every lane.
+    /// A value repeated in every lane.
     fn splat(value: f64) -> Self;
 
     /// The inverse in the lanes where it is above `floor`, 0 in the others.
@@ -131,25 +131,25 @@ impl One for Pair {
     }
 }
 
-/// Numbers and what is made of them: the kernels hold one thing for each lane.
+/// Types made of numbers: the kernels hold one item for each lane.
 pub(crate) trait Packed: Copy + Default {
-    /// What a lane holds.
+    /// Value of a lane.
     type Lane: Copy;
 
-    /// From the thing of each lane.
+    /// Packs the item of each lane.
     fn pack(of: impl Fn(usize) -> Self::Lane) -> Self;
 
-    /// The thing of a lane.
+    /// Returns the item of a lane.
     fn lane(&self, lane: usize) -> Self::Lane;
 }
 
-/// Something of the link in each lane, looked up once; one link fills both.
+/// Looks up an item of the link in each lane; a single link fills both.
 #[inline(always)]
 pub(crate) fn each<T>(links: &[usize], of: impl Fn(usize) -> T) -> [T; 2] {
     [of(links[0]), of(links[links.len() - 1])]
 }
 
-/// The first N of some things that stand in a row, for each lane.
+/// The first N consecutive items, for each lane.
 #[inline(always)]
 pub(crate) fn pack_rows<P: Packed, const N: usize>(rows: [&[P::Lane]; 2]) -> [P; N] {
     let rows = [&rows[0][..N], &rows[1][..N]];

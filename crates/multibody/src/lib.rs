@@ -40,7 +40,6 @@
 
 pub mod aba;
 pub mod builder;
-mod carry;
 pub mod contact;
 pub mod data;
 pub mod energy;
@@ -60,6 +59,7 @@ pub mod statics;
 pub mod step;
 mod symmetric;
 mod vectors;
+mod velocity_products;
 
 pub use builder::{ModelBuilder, ModelError};
 pub use contact::{ContactPath, ContactReport, Gap, GapFinder};
@@ -77,3 +77,8 @@ pub use spatial::{Twist, Wrench};
 pub use state::{State, StateError};
 pub use statics::{StaticsError, equilibrium};
 pub use step::{Integrator, StepReport, StepSettings, step};
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

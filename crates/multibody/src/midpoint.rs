@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-13;
 /// Most corrections; each gains a power of h, and the first one already makes the step second order.
 const MAX_CORRECTIONS: usize = 12;
 
-/// The part of the state that a step moves, at its start.
+/// The part of the state that a step changes, at its start.
 struct Start {
     q: Vec<f64>,
     v: Vec<f64>,
@@ -52,7 +52,7 @@ impl Start {
     }
 }
 
-/// Advances velocities and positions; kinematics are those of the start before, and stale after.
+/// Advances velocities and positions; kinematics are those of the start, and stale afterwards.
 pub(crate) fn advance_by_midpoint(
     model: &Model,
     data: &mut Data,
@@ -86,7 +86,7 @@ pub(crate) fn advance_by_midpoint(
     data.change.body = link_twists(model, data, &data.change.dof);
     contact::solve_contacts(model, data, settings, report);
 
-    // Positions move with the mean velocity, v_m where nothing touches.
+    // Positions move with the mean velocity, v_m without contacts.
     add_change(data);
     let end = (data.v.clone(), data.point_v_world.clone());
     for (v, old) in data.v.iter_mut().zip(&start.v) {
@@ -119,7 +119,7 @@ fn correction(model: &Model, data: &mut Data, start: &Start, settings: &StepSett
     solve_free(model, data, settings.solver)
 }
 
-/// Whether `Data::change` is more than round-off of the velocities.
+/// True if `Data::change` exceeds the round-off of the velocities.
 fn moves(data: &Data) -> bool {
     let dofs = data.v.iter().zip(&data.change.dof).map(|(v, dv)| (v.abs(), dv.abs()));
     let points = data.point_v_world.iter().zip(&data.change.point).map(|(v, dv)| (v.amax(), dv.amax()));

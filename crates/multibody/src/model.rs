@@ -36,20 +36,20 @@ id!(
     ColliderId
 );
 
-/// What a joint lets its body do. Axes are in the joint frame, which is the body frame at q = 0.
+/// Freedom of a joint. Axes are in the joint frame, which is the body frame at q = 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum JointKind {
-    /// Nothing.
+    /// No freedom.
     Weld,
-    /// Rotation about an axis. q: [rad].
+    /// Rotation about an axis. q: \[rad\].
     Hinge(Unit<Vec3>),
-    /// Translation along an axis. q: [m].
+    /// Translation along an axis. q: \[m\].
     Slide(Unit<Vec3>),
     /// Rotation about x, then about the turned y: a bending joint. q: [rad, rad].
     Universal,
     /// x, y, then yaw about z. q: [m, m, rad].
     Planar,
-    /// Free in space. q: position [m] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
+    /// Free in space. q: position \[m\] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
     /// origin [m/s] (3) and angular velocity [rad/s] (3), both relative to the parent and in the axes of
     /// the joint frame (world axes where the parent is the world and the placement does not turn).
     Free,
@@ -93,9 +93,9 @@ impl JointKind {
 /// Mass, centre of mass and rotational inertia of a link, in its body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SpatialInertia {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Centre of mass [m], body frame.
+    /// Centre of mass \[m\], body frame.
     pub p_com: Vec3,
     /// Inertia about the centre of mass [kg m^2], body axes.
     pub i_com: Mat3,
@@ -121,11 +121,11 @@ pub struct Body {
 /// same linear solve (the point is eliminated as a leaf). Untethered it is a free mass, with no model edit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointBody {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
     /// Rotational inertia about any axis through its centre [kg m^2]; infinite for a point that never spins.
     pub spin_inertia: f64,
-    /// Its tether, if it can have one.
+    /// Tether; `None` if it never has one.
     pub tether: Option<Tether>,
 }
 
@@ -134,18 +134,18 @@ pub struct PointBody {
 pub struct Tether {
     /// Link that carries the anchor.
     pub body: BodyId,
-    /// Anchor in the link's body frame [m].
+    /// Anchor in the link's body frame \[m\].
     pub p_body: Vec3,
-    /// Hang point minus anchor, in world axes [m].
+    /// Hang point minus anchor, in world axes \[m\].
     pub offset_world: Vec3,
     /// Stiffness [N/m].
     pub stiffness: f64,
     /// Damping [N s/m].
     pub damping: f64,
-    /// Constant force added on the anchor while tethered [N], world, at reset (the paper takes the fruit's weight
+    /// Constant force added on the anchor while tethered \[N\], world, at reset (the paper takes the fruit's weight
     /// off); `Data::anchor_bias_world` may change it.
     pub anchor_bias_world: Vec3,
-    /// Largest net reaction on the anchor [N], at reset; the excess is carried by nothing. Infinite: no cap.
+    /// Largest net reaction on the anchor \[N\], at reset; the excess is dropped. Infinite: no cap.
     /// `Data::reaction_cap` may change it.
     pub reaction_cap: f64,
 }
@@ -165,7 +165,7 @@ pub struct Coupling {
     pub damping: f64,
 }
 
-/// What a collider is fixed to.
+/// Owner of a collider: it moves with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {
     /// The world.
@@ -186,10 +186,10 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Touches nothing.
+    /// Groups of a collider that touches no other.
     pub const NONE: Groups = Groups { member: 0, filter: 0 };
 
-    /// Whether two colliders may touch.
+    /// True if two colliders may touch.
     pub fn may_touch(self, other: Groups) -> bool {
         self.filter & other.member != 0 && other.filter & self.member != 0
     }
@@ -198,7 +198,7 @@ impl Groups {
 /// A collision shape. Its groups may change at run time in `Data::groups`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Collider {
-    /// What it moves with.
+    /// Body that it moves with.
     pub owner: Owner,
     /// Shape.
     pub shape: Shape,
@@ -212,7 +212,7 @@ pub struct Collider {
     pub stiffness: f64,
 }
 
-/// The constant part of a world. Made by [`crate::ModelBuilder`]; bodies stand parents first.
+/// The constant part of a world. Built by [`crate::ModelBuilder`]; parents come before their children.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     pub(crate) bodies: Vec<Body>,
@@ -223,7 +223,7 @@ pub struct Model {
     pub(crate) q_start: Vec<usize>,
     /// First degree of freedom of each body's joint, and nv at the end.
     pub(crate) v_start: Vec<usize>,
-    /// Whether a force can move the body: some joint between it and the world has a degree of freedom.
+    /// True if a force can move the body: some joint between it and the world has a degree of freedom.
     pub(crate) movable: Vec<bool>,
     /// Coordinates with a spring, in runs.
     pub(crate) runs: Vec<Run>,
@@ -282,22 +282,22 @@ impl Model {
         (0..self.bodies.len() as u32).map(BodyId)
     }
 
-    /// Where the joint of the link with an index stands in v.
+    /// Range of the joint of the link with an index in v.
     pub(crate) fn dof_range(&self, index: usize) -> Range<usize> {
         self.v_start[index]..self.v_start[index + 1]
     }
 
-    /// Where the joint of a link stands in v.
+    /// Range of a link's joint in v.
     pub fn dofs(&self, id: BodyId) -> Range<usize> {
         self.dof_range(id.index())
     }
 
-    /// Where the joint of a link stands in q.
+    /// Range of a link's joint in q.
     pub fn qs(&self, id: BodyId) -> Range<usize> {
         self.q_start[id.index()]..self.q_start[id.index() + 1]
     }
 
-    /// Whether some joint between a link and the world can move.
+    /// True if some joint between a link and the world can move.
     pub fn is_movable(&self, id: BodyId) -> bool {
         self.movable[id.index()]
     }

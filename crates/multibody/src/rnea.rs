@@ -39,7 +39,7 @@ pub fn inertia_product(model: &Model, data: &Data, x: &[f64]) -> Vec<f64> {
     project_to_joints(model, data, &mut wrenches)
 }
 
-/// What the entries of `x` in the joints give each link at its origin: `J x`.
+/// Twists of the links at their origins by joint entries `x`: `J x`.
 pub(crate) fn link_twists(model: &Model, data: &Data, x: &[f64]) -> Vec<Twist> {
     let links = &data.kinematics.links;
     let mut twists: Vec<Twist> = Vec::with_capacity(links.len());

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::model::{Body, JointKind};
 
-/// Links that a recursion visits at once.
+/// Links that a recursion visits together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Slot {
     /// One link, any joint.
@@ -14,7 +14,7 @@ pub(crate) enum Slot {
 }
 
 impl Slot {
-    /// Its links.
+    /// Links of the slot.
     pub fn links(&self) -> &[usize] {
         match self {
             Slot::One(links) => links,
@@ -60,12 +60,12 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Where it stands in q.
+    /// Range of the run in q.
     pub fn qs(&self) -> Range<usize> {
         self.q_start..self.q_start + self.len
     }
 
-    /// Where it stands in v.
+    /// Range of the run in v.
     pub fn dofs(&self) -> Range<usize> {
         self.v_start..self.v_start + self.len
     }

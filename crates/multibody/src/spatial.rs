@@ -24,7 +24,7 @@ impl Twist {
 
 #[expect(private_bounds, reason = "the numbers of the kernels stay inside")]
 impl<S: Real> Twist<S> {
-    /// The same motion seen at the point `r` away from the origin.
+    /// Returns the twist of this motion at the point `r` away from the origin.
     #[inline(always)]
     pub fn shifted(&self, r: &Vector3<S>) -> Self {
         Twist { angular: self.angular, linear: self.linear_at(r) }
@@ -81,7 +81,7 @@ impl<S: Real> Wrench<S> {
         Wrench { torque: r.cross(&force), force }
     }
 
-    /// The same action about an origin from which the old one is `r` away.
+    /// Returns this wrench about an origin from which the old one is `r` away.
     #[inline(always)]
     pub fn shifted(&self, r: &Vector3<S>) -> Self {
         Wrench { torque: self.torque + r.cross(&self.force), force: self.force }
@@ -166,21 +166,21 @@ impl<S: Real> ArticulatedInertia<S> {
         ArticulatedInertia { angular, coupling, linear: Symmetric3::diagonal(mass) }
     }
 
-    /// The wrench that a unit rotation about an axis takes.
+    /// The wrench of a unit rotation about an axis.
     #[inline(always)]
     pub fn of_rotation(&self, axis: &Vector3<S>) -> Wrench<S> {
         let [x, y, z] = &self.coupling;
         Wrench { torque: self.angular * *axis, force: Vector3::new(x.dot(axis), y.dot(axis), z.dot(axis)) }
     }
 
-    /// The wrench that a unit translation along an axis takes.
+    /// The wrench of a unit translation along an axis.
     #[inline(always)]
     pub fn of_translation(&self, axis: &Vector3<S>) -> Wrench<S> {
         let [x, y, z] = &self.coupling;
         Wrench { torque: x * axis.x + y * axis.y + z * axis.z, force: self.linear * *axis }
     }
 
-    /// Subtracts `u g^T`, which the caller knows to be symmetric (or to become so in a sum).
+    /// Subtracts `u g^T`, which must be symmetric (or become so in a sum).
     #[inline(always)]
     pub fn subtract_outer(&mut self, u: &Wrench<S>, g: &Wrench<S>) {
         self.angular.subtract_outer(&u.torque, &g.torque);
@@ -190,7 +190,7 @@ impl<S: Real> ArticulatedInertia<S> {
         self.linear.subtract_outer(&u.force, &g.force);
     }
 
-    /// The same inertia about an origin from which the old one is `r` away:
+    /// Returns this inertia about an origin from which the old one is `r` away:
     /// `J + [r] H^T - H' [r]`, `H' = H + [r] M`, `M`.
     #[inline(always)]
     pub fn shifted(&self, r: &Vector3<S>) -> Self {

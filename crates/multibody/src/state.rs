@@ -1,4 +1,4 @@
-//! What the next step depends on, apart from the model: to be kept, written to a file and gone back to.
+//! State of a world apart from its model: all that the next step depends on, to save and to restore.
 
 use orchard_geometry::Vec3;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub struct StateError {
 macro_rules! state_of_data {
     ($($field:ident: $entry:ty,)*) => {
         /// State and inputs of [`Data`], with the first guess of the next contact solve, which reaches the last
-        /// bits of its result. Scratch is left out: a step makes it anew.
+        /// bits of its result. Scratch is left out: a step computes it.
         ///
         /// It serialises; a binary format keeps the bits of every number.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,12 +36,12 @@ macro_rules! state_of_data {
         impl Data {
             /// Copies out all that the next step depends on.
             pub fn state(&self) -> State {
-                // No `..`: whoever adds a field to `Data` decides here whether the future depends on it.
+                // No `..`: a new field of `Data` must be sorted here into state or scratch.
                 let Data {
                     $($field,)*
                     contact,
                     capped: _,
-                    carry: _,
+                    velocity_products: _,
                     kinematics: _,
                     factor: _,
                     impulse: _,
@@ -52,7 +52,7 @@ macro_rules! state_of_data {
                 State { $($field: $field.clone(),)* warm_start: contact.warm_start() }
             }
 
-            /// Whether a state has the arrays of this model.
+            /// Checks that a state has the arrays of this model.
             ///
             /// # Errors
             /// The first array with another length.

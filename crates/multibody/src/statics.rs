@@ -13,9 +13,9 @@ use crate::model::{JointKind, Model};
 use crate::solver::Solver;
 use crate::step::{advance, free_change};
 
-/// Longest step [s]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
+/// Longest step \[s\]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
 const LONGEST_STEP: f64 = 1e3;
-/// First step after an overshoot [s]: a pendulum of a metre.
+/// First step after an overshoot \[s\]: a pendulum of a metre.
 const FIRST_CUT: f64 = 0.3;
 /// A step is cut by this when it turns back on the one before, and lengthened by the square root of the
 /// inverse when it does not.
@@ -27,10 +27,10 @@ const LARGEST_MOVE: f64 = 0.3;
 /// Iterations before the search is given up.
 const MAX_ITERATIONS: usize = 2000;
 
-/// Why no equilibrium was found.
+/// Failure to find an equilibrium.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StaticsError {
-    /// The iteration ran out, or the state ran away (a buckling tree).
+    /// The iterations ran out, or the state diverged (a buckling tree).
     #[error("no equilibrium after {iterations} iterations: the last one still moved by {step:e}")]
     NotConverged {
         /// Iterations made.
@@ -42,7 +42,7 @@ pub enum StaticsError {
 
 /// Moves the sprung joints and the tethered point bodies to static equilibrium under gravity and the inputs,
 /// at rest; the other degrees of freedom are held, and contacts are left out. Converged when no coordinate
-/// moves by more than `tolerance` [rad or m] in an iteration. Gives the number of iterations.
+/// moves by more than `tolerance` [rad or m] in an iteration. Returns the number of iterations.
 ///
 /// # Errors
 /// [`StaticsError::NotConverged`]; the state is then the last iterate.

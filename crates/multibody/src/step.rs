@@ -9,9 +9,9 @@ use crate::data::Data;
 use crate::kinematics::{forward_kinematics, rotation_by};
 use crate::model::{JointKind, Model};
 use crate::solver::{self, LinearSolve, Solver};
-use crate::{carry, impulse, midpoint};
+use crate::{impulse, midpoint, velocity_products};
 
-/// How a substep goes from forces to velocities and positions.
+/// Time integration scheme of a substep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
     /// One linear solve, first order, damps like implicit Euler: the scheme of every benchmark figure.
@@ -25,37 +25,37 @@ pub enum Integrator {
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {
-    /// Length of the substep [s].
+    /// Length of the substep \[s\].
     pub h: f64,
     /// Gravity [m/s^2], world.
     pub gravity: Vec3,
-    /// Contact dissipation time [s].
+    /// Contact dissipation time \[s\].
     pub contact_dissipation_time: f64,
-    /// Gap below which a pair of colliders becomes a contact candidate [m]; at least `h` times the fastest
+    /// Gap below which a pair of colliders becomes a contact candidate \[m\]; at least `h` times the fastest
     /// approach keeps bodies from sinking in before they are seen.
     pub contact_margin: f64,
     /// The scheme.
     pub integrator: Integrator,
-    /// How the linear systems are solved.
+    /// Linear solver.
     pub solver: Solver,
-    /// How the contact impulses are solved for.
+    /// Algorithm that finds the contact impulses.
     pub contact_path: ContactPath,
 }
 
-/// What a substep did. Reuse it: its buffers are kept.
+/// Report of a substep. Reuse it: its buffers are kept.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// Contacts that were candidates of the step; the force of an open one is zero.
     pub contacts: Vec<ContactReport>,
     /// The linear solve without contacts; under [`Integrator::ImplicitMidpoint`] all of its solves together.
     pub free: LinearSolve,
-    /// Newton iterations of the contact solve; 0 where nothing touches.
+    /// Newton iterations of the contact solve; 0 without contacts.
     pub newton_iterations: usize,
     /// Conjugate-gradient iterations of all these Newton iterations; 0 on the direct path.
     pub cg_iterations: usize,
     /// Residual of the contact solve relative to its impulses.
     pub residual: f64,
-    /// Whether the contact solve met its tolerance.
+    /// True if the contact solve met its tolerance.
     pub converged: bool,
     /// The linear solve that applies the contact impulses.
     pub response: LinearSolve,
@@ -100,11 +100,11 @@ pub(crate) fn free_change(
     gravity: &Vec3,
     solver: Solver,
 ) -> LinearSolve {
-    carry::look_back(model, data, h);
+    velocity_products::look_back(model, data, h);
     impulse::cap_tethers(model, data, h, gravity);
     solver::factor(solver, model, data, h);
     impulse::assemble(model, data, h, h, gravity);
-    carry::exchange(model, data, h);
+    velocity_products::exchange(model, data, h);
     solve_free(model, data, solver)
 }
 

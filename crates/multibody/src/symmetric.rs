@@ -96,7 +96,7 @@ impl<S: Real> Symmetric3<S> {
         self.zz += by;
     }
 
-    /// Subtracts `a b^T`, which the caller knows to be symmetric (or to become so in a sum).
+    /// Subtracts `a b^T`, which must be symmetric (or become so in a sum).
     #[inline(always)]
     pub fn subtract_outer(&mut self, a: &Vector3<S>, b: &Vector3<S>) {
         self.xx -= a.x * b.x;

@@ -12,7 +12,7 @@ fn a_step_equals_the_dense_solve() {
     for seed in 0..12 {
         let model = random_tree(seed, 5 + 2 * seed as usize);
         let mut data = random_data(&model, 100 + seed);
-        // No link turns by the tenth of a radian from which momentum is carried (`spin.rs`).
+        // No link turns by the tenth of a radian from which velocity products are replaced (`spin.rs`).
         let h = [0.001, 1.0 / 180.0, 0.02][seed as usize % 3];
         let (matrix, rhs) = dense_system(&model, &data, h, &GRAVITY);
         let expected = matrix.cholesky().expect("positive definite").solve(&rhs);

@@ -1,4 +1,4 @@
-//! Bad models give errors; indices are what the documentation says.
+//! Bad models give errors; indices are as documented.
 
 mod common;
 

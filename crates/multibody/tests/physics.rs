@@ -367,7 +367,7 @@ fn the_same_step_gives_the_same_bits() {
     let data = random_data(&model, 6);
     let first = run_once(&data);
     assert_eq!(first, run_once(&data));
-    // A snapshot in the middle goes on like the original; so does a world rebuilt from its state and inputs.
+    // A world restored in the middle continues like the original; so does a world rebuilt from its state and inputs.
     let mut fresh = random_data(&model, 6);
     run(&model, &mut fresh, H, GRAVITY, 7);
     fresh.clone_from(&data);

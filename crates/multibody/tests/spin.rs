@@ -107,7 +107,7 @@ fn free_chains_do_not_run_away() {
     }
 }
 
-/// A free body spins on: carried momentum keeps its rotational energy to 1 % a second at a quarter of a radian a substep, and its
+/// A free body keeps spinning: its rotational energy is kept to 1 % a second at a quarter of a radian a substep, and its
 /// linear momentum to round-off.
 #[test]
 fn a_fast_free_body_keeps_its_motion() {

@@ -1,29 +1,29 @@
-//! Back-projection: a depth image as points in the camera frame.
+//! Point cloud: back-projection of a depth image to points in the camera frame.
 
 use crate::PerceptionError;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 
-/// What a pixel offers to the detector.
+/// State of a pixel for the detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pixel {
     /// A point within the working range.
     Usable,
-    /// A point out of the working range.
+    /// A point outside the working range.
     OutOfRange,
-    /// To be ignored: robot or ground.
+    /// Robot or ground, to be ignored.
     Masked,
     /// No measurement.
     Empty,
 }
 
-/// A depth image whose pixels can be asked for their points.
+/// A depth image with the points of its pixels.
 #[derive(Debug, Clone)]
 pub(crate) struct Cloud {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Measured depth row by row [m]; zero where nothing was measured.
+    /// Measured depth, row by row [m]; zero without a measurement.
     z: Vec<f64>,
-    /// Depth of usable pixels; zero elsewhere.
+    /// Depth of usable pixels [m]; zero elsewhere.
     usable_z: Vec<f64>,
     pixels: Vec<Pixel>,
     /// Slopes x/z of the columns and y/z of the rows.
@@ -82,38 +82,38 @@ impl Cloud {
         Ok(Self { width, height, z, usable_z, pixels, slope_x, slope_y, focal, intrinsics })
     }
 
-    /// Number of pixels.
+    /// Returns the number of pixels.
     pub(crate) fn len(&self) -> usize {
         self.pixels.len()
     }
 
-    /// Column and row of a pixel.
+    /// Returns column and row of a pixel.
     pub(crate) fn uv(&self, i: usize) -> (usize, usize) {
         (i % self.width, i / self.width)
     }
 
-    /// Measured depth of a pixel [m]; zero where nothing was measured.
+    /// Returns the measured depth of a pixel [m]; zero without a measurement.
     pub(crate) fn z(&self, i: usize) -> f64 {
         self.z[i]
     }
 
-    /// What a pixel offers.
+    /// Returns the state of a pixel.
     pub(crate) fn pixel(&self, i: usize) -> Pixel {
         self.pixels[i]
     }
 
-    /// Direction of a pixel's ray, scaled to z = 1.
+    /// Returns the direction of a pixel's ray in the camera frame, scaled to z = 1.
     pub(crate) fn ray(&self, u: usize, v: usize) -> Vec3 {
         Vec3::new(self.slope_x[u], self.slope_y[v], 1.0)
     }
 
-    /// The point of a pixel in the camera frame [m]; zero where nothing was measured.
+    /// Returns the point of a pixel in the camera frame [m]; zero without a measurement.
     pub(crate) fn point(&self, i: usize) -> Vec3 {
         let (u, v) = self.uv(i);
         self.ray(u, v) * self.z[i]
     }
 
-    /// The pixels right, left, below and above, where the image has them.
+    /// Returns the pixels right, left, below and above; `None` beyond the image's edge.
     pub(crate) fn neighbours(&self, i: usize) -> [Option<usize>; 4] {
         let (u, v) = self.uv(i);
         [
@@ -124,7 +124,7 @@ impl Cloud {
         ]
     }
 
-    /// The rectangle of a centre (u, v) and half-sizes, clipped to the image.
+    /// Returns the rectangle with a centre (u, v) and half-sizes [px], clipped to the image.
     pub(crate) fn rectangle(&self, center: (f64, f64), half: (f64, f64)) -> Rectangle {
         // A float-to-integer cast saturates, so that far or non-finite centres give an empty rectangle.
         let span = |c: f64, h: f64, n: usize| {
@@ -147,13 +147,13 @@ impl Cloud {
         }
     }
 
-    /// Calls `f` with index and point of the usable pixels whose rays meet a ball, row by row; returns how many pixels there
-    /// are.
+    /// Calls `f` with index and point of the usable pixels whose rays meet a ball, row by row. Returns the number of all pixels whose
+    /// rays meet the ball.
     pub(crate) fn usable_in_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, Vec3)) -> usize {
-        let mut looks = 0;
+        let mut pixels = 0;
         self.rows_of_ball(c, radius, |v, (u0, u1)| {
             let (row, y) = (v * self.width, self.slope_y[v]);
-            looks += u1 - u0;
+            pixels += u1 - u0;
             let zs = &self.usable_z[row + u0..row + u1];
             for (u, (&z, &x)) in (u0..u1).zip(zs.iter().zip(&self.slope_x[u0..u1])) {
                 if z > 0.0 {
@@ -161,10 +161,10 @@ impl Cloud {
                 }
             }
         });
-        looks
+        pixels
     }
 
-    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth [m] at which they do first.
+    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth [m] of the first crossing.
     pub(crate) fn disc_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, f64)) {
         self.rows_of_ball(c, radius, |v, (u0, u1)| {
             for i in v * self.width + u0..v * self.width + u1 {
@@ -175,7 +175,7 @@ impl Cloud {
         });
     }
 
-    /// Depth [m] at which a pixel's ray first meets a ball.
+    /// Returns the depth [m] at which a pixel's ray first meets a ball; `None` if it misses the ball.
     pub(crate) fn z_of_ball(&self, i: usize, c: &Vec3, radius: f64) -> Option<f64> {
         let (u, v) = self.uv(i);
         let ray = self.ray(u, v);
@@ -184,11 +184,11 @@ impl Cloud {
         (discriminant >= 0.0).then(|| (along - discriminant.sqrt()) / square)
     }
 
-    /// Calls `f` with the rows that a ball covers and the columns, the end excluded, that it covers in each. A ball that
-    /// reaches behind the camera covers none.
+    /// Calls `f` with each row that a ball covers and the columns that it covers there, the end excluded. A ball that reaches behind the
+    /// camera covers none.
     ///
-    /// The ray (x, y, 1) meets the ball of centre c and radius R where ((x, y, 1).c)^2 >= |(x, y, 1)|^2 (|c|^2 - R^2): between
-    /// two x in each row, and between two y where the same is asked in the plane x = 0 of the ball's shadow along x.
+    /// The ray (x, y, 1) meets the ball of centre c and radius R where ((x, y, 1).c)^2 >= |(x, y, 1)|^2 (|c|^2 - R^2): between two x in
+    /// each row. The rows are those between two y: the same condition in the plane x = 0 for the ball's projection along x.
     fn rows_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, (usize, usize))) {
         let k = &self.intrinsics;
         let beyond = c.z * c.z - radius * radius;

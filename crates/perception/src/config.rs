@@ -1,38 +1,40 @@
-//! The detector's thresholds.
+//! Config of detector, masks and tracker.
 
-use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse};
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 use serde::{Deserialize, Serialize};
 
 /// The preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/perception.toml");
+/// The preset `paper-single` as TOML text.
+pub const PAPER_SINGLE_TOML: &str = include_str!("../configs/paper-single/perception.toml");
 /// The preset `d435i` as TOML text.
 pub const D435I_TOML: &str = include_str!("../configs/d435i/perception.toml");
 
-/// Every threshold of detector, masks and tracker; read from `perception.toml`.
+/// Every threshold of detector, masks and tracker, as read from `perception.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectorConfig {
-    /// Which pixels count and how they are joined.
+    /// Segmentation into depth-continuous patches.
     pub segmentation: Segmentation,
-    /// How a sphere is found in a patch.
+    /// Sphere search within a patch.
     pub fit: Fit,
-    /// What a sphere must satisfy.
+    /// Conditions that a sphere must satisfy.
     pub gates: Gates,
     /// Robot and ground masks.
     pub mask: Mask,
-    /// Persistence over images.
+    /// Tracking over several images.
     pub tracking: Tracking,
 }
 
-/// Depth-continuous patches.
+/// Segmentation into depth-continuous patches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segmentation {
-    /// Working range of the detector, depth.
+    /// Working range of the detector, in depth.
     pub range: Span,
     /// Largest depth step between neighbouring pixels of one patch.
     pub depth_jump: Quantity,
-    /// Fewest pixels of a patch and of a detection.
+    /// Least number of pixels of a patch and of a detection.
     pub min_pixels: Count,
 }
 
@@ -40,47 +42,47 @@ pub struct Segmentation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fit {
-    /// Whether spheres are also searched within patches (fruit that touches leaves, wood or other fruit) and
-    /// outliers trimmed. Off: one sphere a patch through all its pixels.
+    /// Searches for spheres within patches too (fruit that touches leaves, wood or other fruit) and trims outliers. If false, fits one
+    /// sphere to all pixels of each patch, as the paper does.
     pub refine: bool,
     /// Half-width of the window of a local fit over the disc of the smallest radius that the gate allows.
     pub window: Quantity,
-    /// Distance between the pixels from which local fits start.
+    /// Spacing of the pixels from which local fits start.
     pub stride: Count,
     /// Distance from the sphere within which a pixel belongs to it: about three sigma of the depth noise.
     pub band: Quantity,
-    /// The band at a depth of one metre, where it grows with depth squared as a stereo camera's noise does; the wider of
-    /// the two bands counts.
+    /// Band at a depth of one metre that grows with depth squared, as the noise of a stereo camera does; the wider of the two bands
+    /// counts.
     pub noise: Quantity,
     /// First, wider band of a fit, as a multiple of its RMS; it is halved every round.
     pub trim: Quantity,
-    /// Most rounds of collecting pixels and fitting again.
+    /// Largest number of rounds of collecting pixels and fitting again.
     pub rounds: Count,
-    /// Most pixels that the search looks at, counted again whenever it does, over those of the image: an end for images
-    /// made to have none.
+    /// Largest number of pixel accesses of the search, divided by the number of pixels of the image. It bounds the time of an image that
+    /// was made to take long.
     pub effort: Count,
 }
 
-/// Gates. Each has a switch, so that an ablation can take it out.
+/// Gates. Each has a switch for ablations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gates {
-    /// Radius of an apple.
+    /// Radius of the sphere.
     pub radius: IntervalGate,
     /// Largest RMS of the radial residual.
     pub residual: LimitGate,
-    /// The surface must bulge towards the camera.
+    /// Least mean cosine between the outward normal and the direction to the camera.
     pub convexity: LimitGate,
-    /// Part of the silhouette border at which depth must jump or end.
+    /// Least share of the silhouette's border at which depth jumps or ends.
     pub isolation: LimitGate,
-    /// Pixels over those that the sphere's disc covers, pi (R f / z)^2.
+    /// Number of pixels divided by that of the sphere's disc, pi (R f / z)^2.
     pub pixel_ratio: IntervalGate,
     /// Largest ratio of the footprint's second moments (elongation squared).
     pub elongation: LimitGate,
-    /// A cylinder may not fit this much better than the sphere.
+    /// Largest RMS of the sphere divided by that of the best cylinder.
     pub cylinder: LimitGate,
-    /// No gate of its own: what lies at least this much before the sphere hides it. Elongation then counts hidden pixels of
-    /// the disc as footprint, isolation leaves them out of the border where depth does not jump.
+    /// Not a gate of its own: pixels at least this far in front of the sphere hide it. Elongation counts hidden pixels of the disc as
+    /// footprint, and isolation leaves them out of the border where depth does not jump.
     pub hidden: LimitGate,
 }
 
@@ -88,9 +90,9 @@ pub struct Gates {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LimitGate {
-    /// Whether the gate is applied.
+    /// True if the gate is applied.
     pub on: bool,
-    /// Its limit.
+    /// Limit of the gate.
     pub limit: Quantity,
 }
 
@@ -98,7 +100,7 @@ pub struct LimitGate {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IntervalGate {
-    /// Whether the gate is applied.
+    /// True if the gate is applied.
     pub on: bool,
     /// The allowed interval.
     pub limit: Span,
@@ -108,21 +110,21 @@ pub struct IntervalGate {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mask {
-    /// By how much the robot's shapes are grown.
+    /// Margin by which the robot's shapes are grown.
     pub robot_margin: Quantity,
-    /// Height over the ground below which a pixel is ground.
+    /// Height above the ground below which a pixel counts as ground.
     pub ground_margin: Quantity,
 }
 
-/// The tracker.
+/// Tracker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tracking {
-    /// Largest distance between a track and a sighting of it.
+    /// Largest distance between a track and a sighting that belongs to it.
     pub merge_distance: Quantity,
-    /// Sightings that confirm a track.
+    /// Number of sightings that confirm a track.
     pub hits: Count,
-    /// Sightings over which the position is averaged.
+    /// Number of sightings over which position and radius are averaged.
     pub memory: Count,
     /// Time after which an unconfirmed track that is not seen again is dropped.
     pub tentative_life: Quantity,
@@ -131,42 +133,43 @@ pub struct Tracking {
 }
 
 impl LimitGate {
-    /// The limit in SI units; `None` where the gate is off.
+    /// Returns the limit in SI units; `None` if the gate is off.
     pub fn si(&self) -> Option<f64> {
         self.on.then(|| self.limit.si())
     }
 }
 
 impl IntervalGate {
-    /// The interval in SI units; `None` where the gate is off.
+    /// Returns the interval in SI units; `None` if the gate is off.
     pub fn si(&self) -> Option<(f64, f64)> {
         self.on.then(|| self.limit.si())
     }
 }
 
 impl DetectorConfig {
-    /// Reads a config from TOML text; `file` names it in errors. With `base = "NAME"` it holds only what differs from
-    /// that preset.
+    /// Reads a config from TOML text; `file` names the config in errors. With `base = "NAME"` the text holds only what differs from that
+    /// preset.
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range.
+    /// The text is not TOML, there is no such base, a field is missing or unknown, or a value lies outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_table(file, with_base(file, text)?)
+        from_table(file, with_base(file, parse(file, text)?, &preset_text)?)
     }
 
-    /// The presets that come with the crate: their names and files.
-    pub const FILES: &[(&str, &str)] = &[("paper", PAPER_TOML), ("d435i", D435I_TOML)];
+    /// Presets that come with the crate: names and TOML texts.
+    pub const FILES: &[(&str, &str)] =
+        &[("paper", PAPER_TOML), ("paper-single", PAPER_SINGLE_TOML), ("d435i", D435I_TOML)];
 
-    /// A preset that comes with the crate.
+    /// Returns a preset that comes with the crate.
     ///
     /// # Errors
-    /// There is none of that name.
+    /// There is no preset of that name; the message lists all names.
     pub fn named(name: &str) -> Result<Self, String> {
         let text = preset_text(name)?;
         Self::from_toml(&format!("{name}/perception.toml"), text).map_err(|e| e.to_string())
     }
 
-    /// The preset `paper`: for a camera without errors.
+    /// Returns the preset `paper`, for a camera without errors.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
@@ -174,32 +177,21 @@ impl DetectorConfig {
         Self::named("paper").unwrap_or_else(|e| unreachable!("embedded preset: {e}"))
     }
 
-    /// The preset `d435i`: for the errors of an Intel RealSense D435i at 848 x 480.
+    /// Returns the preset `paper-single`: the paper's own detector, one sphere fitted to each whole patch, for a camera without errors.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn paper_single() -> Self {
+        Self::named("paper-single").unwrap_or_else(|e| unreachable!("embedded preset: {e}"))
+    }
+
+    /// Returns the preset `d435i`, for the errors of an Intel RealSense D435i at 848 x 480.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
     pub fn d435i() -> Self {
         Self::named("d435i").unwrap_or_else(|e| unreachable!("embedded preset: {e}"))
     }
-}
-
-/// The field by which a config names the preset that it changes.
-const BASE: &str = "base";
-
-/// The whole table of a config: the entries of its sections take the place of those of its base.
-fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
-    let mut table = parse(file, text)?;
-    let Some(base) = table.remove(BASE) else { return Ok(table) };
-    let bad = |problem: String| ConfigError { file: file.to_owned(), field: BASE.to_owned(), problem };
-    let name = base.as_str().ok_or_else(|| bad("the name of a detector is text".into()))?;
-    let mut whole = with_base(name, preset_text(name).map_err(bad)?)?;
-    for (key, said) in table {
-        match (whole.get_mut(&key), said) {
-            (Some(toml::Value::Table(section)), toml::Value::Table(entries)) => section.extend(entries),
-            (_, said) => drop(whole.insert(key, said)),
-        }
-    }
-    Ok(whole)
 }
 
 fn preset_text(name: &str) -> Result<&'static str, String> {
@@ -223,19 +215,24 @@ mod tests {
             );
         }
         assert_ne!(DetectorConfig::paper(), DetectorConfig::d435i());
-        assert!(DetectorConfig::named("d415").unwrap_err().contains("paper, d435i"));
+        assert!(DetectorConfig::named("d415").unwrap_err().contains("paper, paper-single, d435i"));
+        let single = DetectorConfig::paper_single();
+        assert!(!single.fit.refine && !single.gates.hidden.on);
+        let mut paper = DetectorConfig::paper();
+        (paper.fit.refine, paper.gates.hidden.on) = (false, false);
+        assert_eq!(single, paper, "nothing else differs");
         let other = DetectorConfig::from_toml("x.toml", "base = \"paper\"\n[fit]\nrefine = false\n").unwrap();
         assert_eq!(other.gates, DetectorConfig::paper().gates);
         assert!(!other.fit.refine && other.fit.band == DetectorConfig::paper().fit.band);
-        for (text, told) in [
-            ("base = 3", "base: the name of a detector is text"),
+        for (text, message) in [
+            ("base = 3", "base: the name of a base is text"),
             ("base = \"d415\"", "base: no detector 'd415'"),
             ("base = \"paper\"\n[fitt]\nrefine = true", "unknown field `fitt`"),
             ("base = \"paper\"\n[fit]\nband = 3", "fit.band"),
             ("base = \"paper\"\nfit = 3", "fit"),
         ] {
             let e = DetectorConfig::from_toml("x.toml", text).unwrap_err().to_string();
-            assert!(e.contains(told), "{e}");
+            assert!(e.contains(message), "{e}");
         }
         let text = PAPER_TOML.replacen("depth_jump = { value = 15.0", "depth_jump = { value = -1.0", 1);
         let e = DetectorConfig::from_toml("x.toml", &text).unwrap_err().to_string();

@@ -1,21 +1,21 @@
-//! The best cylinder through points, for the comparison with the sphere.
+//! Least-squares fit of a cylinder, for the comparison with the sphere.
 
 use crate::sphere::root_mean_square;
 use nalgebra::{Matrix3x6, Matrix6, Vector6};
 use orchard_geometry::{Vec3, math};
 
-/// Directions of the coarse search, spread over half the sphere (about 20 degrees apart).
+/// Number of directions of the coarse search, spread over half the sphere (about 20 degrees apart).
 const DIRECTIONS: usize = 48;
-/// First step of the fine search [rad]: the spacing of the coarse directions.
+/// First step of the fine search, the spacing of the coarse directions [rad].
 const FIRST_STEP: f64 = 0.3;
-/// Halvings of the fine search: to FIRST_STEP / 64, 0.3 degrees.
+/// Number of halvings of the fine search's step: down to FIRST_STEP / 64, 0.3 degrees.
 const HALVINGS: usize = 6;
-/// Points whose second moments have a smaller determinant, relative to their trace squared, are a line.
+/// Least determinant of the second moments relative to their trace squared; below it the points are a line.
 const LINE: f64 = 1e-12;
 
-/// Least RMS radial residual [m] of a cylinder of free axis and radius through the points; infinite if none
-/// can be fitted. For each axis direction the circle across it is linear least squares, as for the sphere; the
-/// direction is searched coarse to fine.
+/// Returns the least RMS radial residual [m] of a cylinder of free axis and radius through the points; infinity if none can be fitted.
+/// For each axis direction the circle across it is a linear least-squares fit, as for the sphere; the direction is searched coarse to
+/// fine.
 pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
     let mean = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let moments = Moments::new(points.iter().map(|p| p - mean));
@@ -44,7 +44,7 @@ pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
     }))
 }
 
-/// Point `i` of `n` of a Fibonacci lattice over the half sphere z > 0.
+/// Returns point `i` of `n` of a Fibonacci lattice over the half sphere z > 0.
 fn half_sphere_direction(i: usize, n: usize) -> Vec3 {
     let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let z = (i as f64 + 0.5) / n as f64;
@@ -53,23 +53,23 @@ fn half_sphere_direction(i: usize, n: usize) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// Two unit vectors across a unit vector.
+/// Returns two unit vectors that are perpendicular to a unit vector and to each other.
 fn across(axis: &Vec3) -> (Vec3, Vec3) {
     let reference = if axis.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let e1 = axis.cross(&reference).normalize();
     (e1, axis.cross(&e1))
 }
 
-/// A circle across an axis; its centre relative to the points' mean.
+/// A circle across an axis; the centre is relative to the mean of the points.
 struct Circle {
     center: Vec3,
     radius: f64,
-    /// Root mean square of the residuals to first order.
+    /// Root mean square of the residuals to first order [m].
     rms: f64,
 }
 
-/// Sums over points q about their mean of the products k = (xx, yy, zz, xy, xz, yz), from which the circle across any axis
-/// follows without the points. The squared distance from the axis a through the mean is |q|^2 - (q.a)^2 = w.k with
+/// Sums over points q about their mean of the products k = (xx, yy, zz, xy, xz, yz); the circle across any axis follows from these sums
+/// alone. The squared distance from the axis a through the mean is |q|^2 - (q.a)^2 = w.k with
 /// w = (1 - ax^2, 1 - ay^2, 1 - az^2, -2 ax ay, -2 ax az, -2 ay az).
 struct Moments {
     count: f64,
@@ -92,7 +92,7 @@ impl Moments {
         Self { count, k: k_sum, q_k, k_k }
     }
 
-    /// The least-squares circle of the points seen along an axis; `None` where they are a line.
+    /// Returns the least-squares circle of the points projected along an axis; `None` if they are a line.
     fn circle(&self, axis: &Vec3) -> Option<Circle> {
         let (e1, e2) = across(axis);
         let k = &self.k;

@@ -1,4 +1,4 @@
-//! Depth image to detections.
+//! Detection of fruit in a depth image.
 
 use crate::cloud::Cloud;
 use crate::gates::{Gate, Limits};
@@ -9,7 +9,7 @@ use crate::sphere::Sphere;
 use crate::{DetectorConfig, PerceptionError};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 
-/// One sphere that passed every gate.
+/// A sphere that passed every gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
     /// Centre in the camera frame [m].
@@ -18,27 +18,27 @@ pub struct Detection {
     pub radius: f64,
     /// Root mean square of the radial residual [m].
     pub rms: f64,
-    /// Pixels that support it.
+    /// Number of support pixels: those that lie on the sphere.
     pub pixels: u32,
-    /// Projected centre (u, v) [px].
+    /// Centre (u, v) in the image [px].
     pub center_px: (f64, f64),
 }
 
-/// A sphere that was considered, and the first gate that refused it.
+/// A sphere that was considered, with the first gate that refused it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// What would have been reported.
+    /// The detection as it would be reported.
     pub detection: Detection,
-    /// `None`: it passed.
+    /// Gate that refused the sphere; `None` if it passed all gates.
     pub refused_by: Option<Gate>,
 }
 
-/// Finds fruit in a depth image. `mask` is true where a pixel must be ignored (robot, ground).
+/// Finds fruit in a depth image [m]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
 ///
-/// Pixels that are not a positive finite number, or outside the working range, count as no measurement.
+/// A pixel that is not a positive finite number, or lies outside the working range, counts as no measurement.
 ///
 /// # Errors
-/// Empty image, sizes that disagree, intrinsics that are not those of a pinhole.
+/// The image is empty, sizes disagree, or the intrinsics are not those of a pinhole camera.
 pub fn detect(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
@@ -49,10 +49,10 @@ pub fn detect(
     Ok(candidates.into_iter().filter(|c| c.refused_by.is_none()).map(|c| c.detection).collect())
 }
 
-/// Every sphere that [`detect`] considers, with the gate that refused it: for ablations and tests.
+/// Returns every sphere that [`detect`] considers, with the gate that refused it, for ablations and tests.
 ///
 /// # Errors
-/// As [`detect`].
+/// Those of [`detect`].
 pub fn candidates(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
@@ -81,9 +81,9 @@ pub fn candidates(
     Ok(without_duplicates(&cloud, out))
 }
 
-/// Of accepted spheres whose centres lie within one radius, keeps the one with the most pixels.
+/// Keeps the sphere with the most pixels of accepted spheres whose centres lie within one radius of each other.
 fn without_duplicates(cloud: &Cloud, mut hypotheses: Vec<(Hypothesis, Option<Gate>)>) -> Vec<Candidate> {
-    // Stable: equal sizes stay in image order.
+    // The sort is stable: equal sizes stay in image order.
     hypotheses.sort_by_key(|(h, _)| std::cmp::Reverse(h.support.len()));
     let mut out: Vec<Candidate> = Vec::new();
     for (h, refused_by) in hypotheses {

@@ -1,6 +1,6 @@
-//! What can be wrong with an input.
+//! Errors of the detector.
 
-/// An input that no detection can be made from.
+/// An input that the detector cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PerceptionError {
     /// The image has no pixel.
@@ -16,9 +16,9 @@ pub enum PerceptionError {
     SizeMismatch {
         /// The input that disagrees with the depth image.
         what: &'static str,
-        /// Its columns.
+        /// Columns of that input.
         width: usize,
-        /// Its rows.
+        /// Rows of that input.
         height: usize,
         /// Columns of the depth image.
         depth_width: usize,
@@ -34,9 +34,9 @@ pub enum PerceptionError {
         fx: f64,
         /// Vertical focal length [px].
         fy: f64,
-        /// Column of the axis [px].
+        /// Column of the optical axis [px].
         cx: f64,
-        /// Row of the axis [px].
+        /// Row of the optical axis [px].
         cy: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! What a candidate sphere must satisfy.
+//! Gates: the conditions that a candidate sphere must satisfy.
 
 use crate::cloud::{Cloud, Pixel};
 use crate::config::DetectorConfig;
@@ -12,24 +12,24 @@ use orchard_geometry::Vec3;
 pub enum Gate {
     /// Too few pixels.
     MinPixels,
-    /// Radius.
+    /// The radius is not that of an apple.
     Radius,
-    /// Pixel count against that of the sphere's disc.
+    /// The pixel count does not agree with that of the sphere's disc.
     PixelRatio,
-    /// RMS of the fit.
+    /// The RMS residual of the fit is too large.
     Residual,
-    /// Bulges away from the camera.
+    /// The surface bulges away from the camera.
     Convexity,
-    /// Footprint too long.
+    /// The footprint is too long.
     Elongation,
-    /// The surface goes on beyond the silhouette.
+    /// The surface continues beyond the silhouette.
     Isolation,
     /// A cylinder fits better.
     Cylinder,
 }
 
 impl Gate {
-    /// Its name in config files.
+    /// Name of the gate in config files.
     pub fn name(self) -> &'static str {
         match self {
             Gate::MinPixels => "min_pixels",
@@ -50,7 +50,7 @@ impl std::fmt::Display for Gate {
     }
 }
 
-/// The gates' limits in SI units; `None` where a gate is off.
+/// Limits of the gates in SI units; `None` where a gate is off.
 #[derive(Debug, Clone)]
 pub(crate) struct Limits {
     pub(crate) min_pixels: usize,
@@ -82,8 +82,8 @@ impl Limits {
         }
     }
 
-    /// The first gate that refuses a sphere supported by some pixels, cheap gates first. `marks` is one byte a pixel, all
-    /// false, and is left so.
+    /// Returns the first gate that refuses a sphere with the given support pixels; cheap gates come first. `marks` is scratch memory, one
+    /// entry per pixel, all false before and after the call.
     pub(crate) fn refusal(
         &self,
         cloud: &Cloud,
@@ -91,7 +91,7 @@ impl Limits {
         support: &[usize],
         marks: &mut [bool],
     ) -> Option<Gate> {
-        // Not a number lies in no interval, so it is refused.
+        // NaN lies in no interval, so it is refused.
         let outside = |limit: (f64, f64), value: f64| !(limit.0..=limit.1).contains(&value);
         if support.len() < self.min_pixels {
             return Some(Gate::MinPixels);
@@ -128,8 +128,8 @@ impl Limits {
     }
 }
 
-/// Mean cosine between the sphere's outward normal and the direction to the camera: 2/3 for the visible half
-/// of a ball, negative for a bowl.
+/// Returns the mean cosine between the sphere's outward normal and the direction to the camera: 2/3 for the visible half of a ball,
+/// negative for a bowl.
 fn convexity(sphere: &Sphere, points: &[Vec3]) -> f64 {
     let cosine = |p: &Vec3| {
         let n = p - sphere.center;
@@ -138,19 +138,19 @@ fn convexity(sphere: &Sphere, points: &[Vec3]) -> f64 {
     points.iter().map(cosine).sum::<f64>() / points.len() as f64
 }
 
-/// Pixels over those of the disc that the sphere covers, pi (R f / z)^2.
+/// Returns the pixel count divided by that of the sphere's disc, pi (R f / z)^2.
 fn pixel_ratio(cloud: &Cloud, sphere: &Sphere, pixels: usize) -> f64 {
     let radius_px = sphere.radius * cloud.focal / sphere.center.z;
     pixels as f64 / (std::f64::consts::PI * radius_px * radius_px)
 }
 
-/// Least variance of a support across its length [px^2], between that of two rows of pixels, 1/4, and of three, 2/3. Two rows
-/// across a cylinder are equal circles, which lie on a sphere exactly: nothing can tell the two apart.
+/// Least variance of a support across its length [px^2], between that of two rows of pixels, 1/4, and that of three, 2/3. Two rows across
+/// a cylinder are equal circles, which lie exactly on a sphere, so that a cylinder cannot be told from a sphere.
 const TWO_ROWS: f64 = 0.4;
 
-/// Ratio of the footprint's principal second moments: the square of its elongation, 1 for a disc. Pixels of the sphere's disc
-/// that something at least `hides` [m] nearer covers belong to the footprint, as there may be more of the sphere behind.
-/// Infinite where the support itself is too narrow to show a sphere.
+/// Returns the ratio of the footprint's principal second moments: the square of the elongation, 1 for a disc. Pixels of the sphere's disc
+/// whose measured depth is at least `hides` [m] in front of the sphere are hidden pixels and count as footprint. Returns infinity if the
+/// support is too narrow to show a sphere.
 fn elongation(cloud: &Cloud, sphere: &Sphere, support: &[usize], hides: Option<f64>) -> f64 {
     let mut footprint = Footprint::about(cloud.uv(support[support.len() / 2]));
     support.iter().for_each(|&i| footprint.add(cloud.uv(i)));
@@ -168,7 +168,7 @@ fn elongation(cloud: &Cloud, sphere: &Sphere, support: &[usize], hides: Option<f
     along / across
 }
 
-/// Second moments of a set of pixels: whole numbers about a pixel near its middle, so exact.
+/// Second moments of a set of pixels, exact: integer sums relative to a pixel near the middle.
 struct Footprint {
     origin: (usize, usize),
     sums: [i64; 6],
@@ -185,7 +185,7 @@ impl Footprint {
         self.sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
     }
 
-    /// Largest and least variance over all directions [px^2].
+    /// Returns the largest and the least variance over all directions [px^2].
     fn variances(&self) -> (f64, f64) {
         let [n, su, sv, suu, suv, svv] = self.sums.map(|x| x as f64);
         let (a, b, c) = (suu - su * su / n, suv - su * sv / n, svv - sv * sv / n);
@@ -194,15 +194,15 @@ impl Footprint {
     }
 }
 
-/// Whether a measurement lies at least `hides` nearer than the sphere.
+/// True if a measured depth is at least `hides` in front of the sphere, all in [m].
 fn is_in_front(z: f64, z_sphere: f64, hides: f64) -> bool {
     z > 0.0 && z <= z_sphere - hides
 }
 
-/// Part of the support's border at which the surface ends: the next pixel measures nothing or differs in
-/// depth by more than `jump`, to the front or to the back. What says nothing is left out: the image's edge, and without such a jump
-/// a masked pixel (whether the surface goes on under a finger or into the ground cannot be told) and what lies at least
-/// `hides` [m] before the sphere.
+/// Returns the share of the support's border at which the surface ends: the next pixel has no measurement or differs in depth by more
+/// than `jump`, to the front or to the back. Border without evidence is left out: the image's edge and, where depth does not jump,
+/// masked pixels (the surface may continue under a finger or into the ground) and hidden pixels, at least `hides` [m] in front of the
+/// sphere.
 fn isolation(
     cloud: &Cloud,
     sphere: &Sphere,

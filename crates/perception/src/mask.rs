@@ -1,9 +1,9 @@
-//! Pixels that belong to the robot or to the ground, from kinematics.
+//! Masks of the pixels that belong to the robot or to the ground, from kinematics.
 
 use crate::cloud::Rectangle;
 use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Pose, Shape, Vec3, transform};
 
-/// True where the measured point lies inside one of the shapes grown by `margin` [m]. A shape comes with its
+/// Returns the robot mask: true where the measured point lies inside one of the shapes grown by `margin` [m]. Each shape comes with its
 /// pose in the camera frame.
 pub fn self_mask(
     depth: &DepthImage,
@@ -13,14 +13,14 @@ pub fn self_mask(
 ) -> Image<bool> {
     let mut mask = Image::filled(depth.width(), depth.height(), false);
     for (shape, x_camera_shape) in shapes {
-        // Half a micrometre is far above what rounding takes from a box.
+        // Half a micrometre is far above the rounding error of a box.
         let bounds = shape.aabb(x_camera_shape).grown(margin + 5e-7);
         let x_shape_camera = x_camera_shape.inverse();
         let Rectangle { u, v } = shadow(&bounds, intrinsics, depth);
         for v in v.0..v.1 {
             for u in u.0..u.1 {
                 let z = f64::from(depth[(u, v)]);
-                // Not a number lies in no interval.
+                // NaN lies in no interval.
                 if z > 0.0 && z.is_finite() && (bounds.min.z..=bounds.max.z).contains(&z) && !mask[(u, v)] {
                     let p_camera = intrinsics.back_project(u as f64, v as f64, z);
                     mask[(u, v)] = shape.signed_distance(&transform(&x_shape_camera, &p_camera)) <= margin;
@@ -31,7 +31,7 @@ pub fn self_mask(
     mask
 }
 
-/// The pixels whose rays can meet a box in the camera frame, the whole image if it reaches behind the camera.
+/// Returns the pixels whose rays can meet a box in the camera frame; the whole image if the box reaches behind the camera.
 fn shadow(bounds: &Aabb, k: &Intrinsics, depth: &DepthImage) -> Rectangle {
     let Aabb { min, max } = bounds;
     let (width, height) = (depth.width(), depth.height());
@@ -55,8 +55,8 @@ fn shadow(bounds: &Aabb, k: &Intrinsics, depth: &DepthImage) -> Rectangle {
     }
 }
 
-/// True where the measured point lies lower than `margin` [m] over flat ground. `up_camera` is the unit
-/// vertical in the camera frame, `camera_height` [m] the camera's height over the ground.
+/// Returns the ground mask: true where the measured point lies at most `margin` [m] above flat ground. `up_camera` is the unit vector
+/// upwards in the camera frame, `camera_height` the camera's height above the ground [m].
 pub fn ground_mask(
     depth: &DepthImage,
     intrinsics: &Intrinsics,
@@ -80,7 +80,7 @@ pub fn ground_mask(
     mask
 }
 
-/// Adds the pixels of `other` to `mask`; images of different size share their common top-left part.
+/// Adds the masked pixels of `other` to `mask`; of images of different size the common top-left part counts.
 pub fn add(mask: &mut Image<bool>, other: &Image<bool>) {
     if mask.width() == other.width() {
         mask.pixels_mut().iter_mut().zip(other.pixels()).for_each(|(mask, other)| *mask |= other);
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!(both, mask);
     }
 
-    /// The bounds spare work and nothing else: the mask is that of a test of every pixel.
+    /// The mask equals that of a test of every pixel: the bounding boxes only save work.
     #[test]
     fn bounds_lose_no_pixel() {
         let k = Intrinsics { width: 40, height: 30, fx: 22.0, fy: 25.0, cx: 18.7, cy: 15.2 };
@@ -146,7 +146,7 @@ mod tests {
                 for u in 0..40 {
                     let p_camera = k.back_project(u as f64, v as f64, f64::from(depth[(u, v)]));
                     let distance = shape.signed_distance(&transform(&pose.inverse(), &p_camera));
-                    // Within rounding of the margin either answer is right.
+                    // Within rounding of the margin both answers are right.
                     if (distance - 0.015).abs() > 1e-12 {
                         assert_eq!(mask[(u, v)], distance <= 0.015, "{shape:?} {u} {v}");
                     }

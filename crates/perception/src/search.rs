@@ -1,4 +1,4 @@
-//! Spheres within patches: fruit that touches leaves, twigs or other fruit.
+//! Search for spheres within patches: fruit that touches leaves, twigs or other fruit.
 
 use crate::cloud::{Cloud, Rectangle};
 use crate::config::DetectorConfig;
@@ -6,11 +6,11 @@ use crate::noise::Noise;
 use crate::sphere::{Moments, Sphere};
 use std::cell::Cell;
 
-/// Most pixels from the middle of a local fit's window to its edge that are looked at; in wider windows they are taken
-/// evenly spaced. Seventeen a side are plenty for the four numbers of a sphere.
+/// Largest number of pixels that a local fit takes from the middle of its window to the edge; in wider windows they are evenly spaced.
+/// Seventeen pixels a side are plenty for the four unknowns of a sphere.
 const WINDOW_STEPS: usize = 8;
 
-/// The search in one image; lengths in SI units.
+/// Sphere search in one image; lengths in SI units.
 #[derive(Debug)]
 pub(crate) struct Search<'a> {
     cloud: &'a Cloud,
@@ -20,21 +20,21 @@ pub(crate) struct Search<'a> {
     stride: usize,
     /// Radius of the smallest apple.
     smallest: f64,
-    /// The radius gate, where it is on.
+    /// Interval of the radius gate; `None` if the gate is off.
     radius: Option<(f64, f64)>,
     noise: Noise,
-    /// Pixels that may still be looked at.
+    /// Number of pixel accesses left.
     effort: Cell<usize>,
 }
 
-/// A sphere and the pixels that it explains, row by row.
+/// A sphere and its support: the pixels that lie on it, row by row.
 #[derive(Debug, Clone)]
 pub(crate) struct Hypothesis {
     pub(crate) sphere: Sphere,
     pub(crate) support: Vec<usize>,
 }
 
-/// A first sphere, through some points.
+/// First fit of a sphere, through the points of a window.
 struct Start {
     moments: Moments,
     sphere: Sphere,
@@ -57,8 +57,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The spheres about the usable pixels of a grid, row by row. A pixel that a sphere explains starts no other. The search
-    /// ends when its effort is spent.
+    /// Passes to `judge` the spheres found from the usable pixels of a grid, row by row. A pixel that supports a sphere starts no other
+    /// fit. The search ends when its effort is spent.
     pub(crate) fn run(&self, mut judge: impl FnMut(Hypothesis)) {
         let mut explained = vec![false; self.cloud.len()];
         let image = Rectangle { u: (0, self.cloud.width), v: (0, self.cloud.height) };
@@ -73,7 +73,7 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// The sphere through the surroundings of one pixel, if it could be a fruit.
+    /// Fits a sphere to the window about one pixel; `None` if the sphere cannot be a fruit.
     fn local(&self, seed: usize, p_seed: &orchard_geometry::Vec3) -> Option<Start> {
         let z = p_seed.z;
         let half = (self.window * self.smallest * self.cloud.focal / z).round().max(1.0);
@@ -94,8 +94,8 @@ impl<'a> Search<'a> {
         plausible.then_some(Start { moments, sphere, rms })
     }
 
-    /// Looks for all pixels on the sphere, fits again, and narrows the band, until it is the noise band and
-    /// the support is stable. Occluders may cut the support into several pieces.
+    /// Collects all pixels on the sphere, fits again and narrows the band, until the band is the noise band and the support is stable.
+    /// Occluders may cut the support into several pieces.
     fn refined(&self, start: Start) -> Option<Hypothesis> {
         let Start { mut moments, mut sphere, rms } = start;
         let narrowest = |sphere: &Sphere| self.noise.band(sphere.center.z);
@@ -103,7 +103,7 @@ impl<'a> Search<'a> {
         for _ in 0..self.rounds {
             let mut next = Moments::about(moments.origin());
             self.on_sphere(&sphere, band, |_, p| next.add(&p));
-            // The same sums are those of the same points.
+            // Equal sums mean equal points.
             let settled = band <= narrowest(&sphere) && next == moments;
             if settled {
                 break;
@@ -120,22 +120,22 @@ impl<'a> Search<'a> {
         (sphere.center.z > 0.0).then_some(Hypothesis { sphere, support })
     }
 
-    /// Half to twice the allowed interval: a first fit from few pixels is rough.
+    /// True if the radius lies between half the lower and twice the upper limit: a first fit from few pixels is rough.
     fn radius_plausible(&self, sphere: &Sphere) -> bool {
         self.radius.is_none_or(|(low, high)| (0.5 * low..=2.0 * high).contains(&sphere.radius))
     }
 
-    /// Usable pixels within `band` of the sphere, row by row.
+    /// Calls `f` with index and point of the usable pixels within `band` [m] of the sphere, row by row.
     fn on_sphere(&self, sphere: &Sphere, band: f64, mut f: impl FnMut(usize, orchard_geometry::Vec3)) {
         let (least, most) = ((sphere.radius - band).max(0.0), sphere.radius + band);
         let (least, most) = (least * least, most * most);
-        let looks = self.cloud.usable_in_ball(&sphere.center, sphere.radius + band, |i, p| {
+        let accesses = self.cloud.usable_in_ball(&sphere.center, sphere.radius + band, |i, p| {
             let square = (p - sphere.center).norm_squared();
             if square >= least && square <= most {
                 f(i, p);
             }
         });
-        self.spend(looks);
+        self.spend(accesses);
     }
 
     fn spend(&self, pixels: usize) {

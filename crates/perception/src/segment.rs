@@ -1,9 +1,9 @@
-//! Depth-continuous patches.
+//! Segmentation of a depth image into depth-continuous patches.
 
 use crate::cloud::{Cloud, Pixel};
 
-/// 4-connected sets of usable pixels whose neighbours differ in depth by at most `jump` [m] at their depth, with at least
-/// `min_pixels`; each in the order in which a flood fill from its first pixel meets them.
+/// Returns the 4-connected sets of at least `min_pixels` usable pixels whose neighbours differ in depth by at most `jump` [m], which
+/// takes the depth [m]. The pixels of a patch are in the order of a flood fill from the first one.
 pub(crate) fn patches(cloud: &Cloud, jump: impl Fn(f64) -> f64, min_pixels: usize) -> Vec<Vec<usize>> {
     let mut seen = vec![false; cloud.len()];
     let mut out = Vec::new();

@@ -1,8 +1,8 @@
-//! The linear least-squares sphere.
+//! Linear least-squares fit of a sphere.
 
 use orchard_geometry::{Mat3, Vec3};
 
-/// A sphere in the frame of its points.
+/// A sphere, in the frame of the points that it is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
     /// Centre [m].
@@ -11,16 +11,16 @@ pub struct Sphere {
     pub radius: f64,
 }
 
-/// Points whose scatter matrix has a smaller determinant, relative to that of a ball of the same extent, lie
-/// in a plane as far as f32 depth can tell (its relative step is 6e-8, squared and with a wide margin).
+/// Least determinant of the points' scatter matrix relative to that of a ball of the same extent. Below it the points lie in a plane
+/// within the resolution of f32 depth (relative step 6e-8, squared, with a wide margin).
 const FLAT: f64 = 1e-11;
 
 impl Sphere {
-    /// Fewest points that determine a sphere.
+    /// Least number of points that determine a sphere.
     pub const MIN_POINTS: usize = 4;
 
-    /// Least-squares solution of 2 p.c + b = |p|^2 with b = R^2 - |c|^2 (paper, eq. "spherefit").
-    /// `None` for fewer than four points or points in a plane.
+    /// Fits a sphere by least squares on 2 p.c + b = |p|^2 with b = R^2 - |c|^2 (paper, eq. "spherefit"). Returns `None` for fewer
+    /// than four points and for points in a plane.
     pub fn fit(mut points: impl Iterator<Item = Vec3>) -> Option<Self> {
         let first = points.next()?;
         let mut moments = Moments::about(first);
@@ -29,19 +29,19 @@ impl Sphere {
         moments.sphere().map(|(sphere, _)| sphere)
     }
 
-    /// Signed distance of a point from the surface [m].
+    /// Returns the signed distance of a point from the surface [m], negative inside.
     pub fn residual(&self, p: &Vec3) -> f64 {
         (p - self.center).norm() - self.radius
     }
 
-    /// Root mean square of the residuals [m]; zero for no points.
+    /// Returns the root mean square of the residuals [m]; zero for no points.
     pub fn rms(&self, points: impl Iterator<Item = Vec3>) -> f64 {
         root_mean_square(points.map(|p| self.residual(&p)))
     }
 }
 
-/// Sums over points q = p - origin from which their sphere follows, whatever their number. The origin should lie among
-/// the points, so that nothing cancels.
+/// Sums over points q = p - origin from which the fitted sphere follows. The origin should lie among the points, so that no digits
+/// cancel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moments {
     origin: Vec3,
@@ -78,11 +78,11 @@ impl Moments {
         self.fourth += square * square;
     }
 
-    /// The least-squares sphere and the root mean square of its residuals to first order [m].
+    /// Returns the least-squares sphere and the root mean square of its residuals to first order [m].
     ///
     /// In coordinates q' = q - m about the centroid the normal equations decouple: b is the mean of |q'|^2, and
-    /// 2 (sum q' q'^T) c = sum q' |q'|^2. What is left of the squares, sum |q'|^4 - 2 c . sum q' |q'|^2 - n b^2, is the sum
-    /// of ((d - R) (d + R))^2, about 4 R^2 (d - R)^2, over the distances d from the centre.
+    /// 2 (sum q' q'^T) c = sum q' |q'|^2. The residual sum of squares, sum |q'|^4 - 2 c . sum q' |q'|^2 - n b^2, is the sum of
+    /// ((d - R) (d + R))^2, about 4 R^2 (d - R)^2, over the distances d from the centre.
     pub(crate) fn sphere(&self) -> Option<(Sphere, f64)> {
         if self.count < Sphere::MIN_POINTS {
             return None;

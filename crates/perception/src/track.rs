@@ -1,9 +1,9 @@
-//! Temporal persistence: one sighting is a hypothesis, several are a fruit.
+//! Tracker: merges detections of several images into tracks of fruit.
 
 use crate::DetectorConfig;
 use orchard_geometry::Vec3;
 
-/// A detection brought into a fixed frame.
+/// A detection in a fixed frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sighting {
     /// Centre in the fixed (odom) frame [m].
@@ -12,20 +12,20 @@ pub struct Sighting {
     pub radius: f64,
 }
 
-/// A fruit hypothesis.
+/// A fruit that has been seen in one or more images.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
-    /// Number that never changes and is never used again.
+    /// Number of the track; it never changes and is never used again.
     pub id: u32,
-    /// Centre in the fixed frame, averaged over its sightings [m].
+    /// Centre in the fixed (odom) frame, averaged over the sightings [m].
     pub p_odom: Vec3,
-    /// Radius, averaged [m].
+    /// Radius, averaged over the sightings [m].
     pub radius: f64,
-    /// Images that showed it.
+    /// Number of images that showed the fruit.
     pub hits: u32,
     /// Time of the last sighting [s].
     pub last_seen: f64,
-    /// Whether it has had enough hits to act on.
+    /// True once the track has enough hits to act on.
     pub confirmed: bool,
 }
 
@@ -48,7 +48,7 @@ struct TrackerLimits {
 }
 
 impl Tracker {
-    /// A tracker without tracks.
+    /// Makes a tracker without tracks.
     pub fn new(config: &DetectorConfig) -> Self {
         let c = &config.tracking;
         let config = TrackerLimits {
@@ -61,11 +61,11 @@ impl Tracker {
         Self { config, tracks: Vec::new(), next_id: 0 }
     }
 
-    /// Takes the sightings of one image at a time [s]. Pairs are made nearest first, one to one. A sighting that is no place is
-    /// passed over.
+    /// Adds the sightings of one image, taken at `time` [s]. Sightings are matched to tracks one to one, nearest pairs first. Sightings
+    /// that are not finite are ignored.
     pub fn update(&mut self, time: f64, sightings: &[Sighting]) {
-        let is_a_place = |s: &Sighting| s.p_odom.iter().all(|x| x.is_finite()) && s.radius.is_finite();
-        let sightings: Vec<Sighting> = sightings.iter().copied().filter(is_a_place).collect();
+        let is_finite = |s: &Sighting| s.p_odom.iter().all(|x| x.is_finite()) && s.radius.is_finite();
+        let sightings: Vec<Sighting> = sightings.iter().copied().filter(is_finite).collect();
         let mut pairs = Vec::new();
         for (t, track) in self.tracks.iter().enumerate() {
             for (s, sighting) in sightings.iter().enumerate() {
@@ -103,24 +103,24 @@ impl Tracker {
         });
     }
 
-    /// All tracks, oldest first.
+    /// Returns all tracks, oldest first.
     pub fn tracks(&self) -> &[Track] {
         &self.tracks
     }
 
-    /// Tracks with enough hits to act on, oldest first.
+    /// Returns the tracks with enough hits to act on, oldest first.
     pub fn confirmed(&self) -> impl Iterator<Item = &Track> {
         self.tracks.iter().filter(|t| t.confirmed)
     }
 
-    /// Forgets one track, as when its fruit has been picked or shown to be absent.
+    /// Drops one track, as when its fruit has been picked or is gone.
     pub fn forget(&mut self, id: u32) {
         self.tracks.retain(|t| t.id != id);
     }
 }
 
 impl Track {
-    /// Running mean that forgets: over the first `memory` hits a plain mean, then exponential with that weight.
+    /// Updates the running mean: a plain mean over the first `memory` hits, then an exponential mean of weight 1 / `memory`.
     fn absorb(&mut self, sighting: &Sighting, time: f64, limits: &TrackerLimits) {
         self.hits = self.hits.saturating_add(1);
         let weight = 1.0 / f64::from(self.hits.min(limits.memory.max(1)));
@@ -212,7 +212,7 @@ mod tests {
         tracker.update(0.2, &[sighting(0.001), sighting(0.002)]);
         let hits: Vec<u32> = tracker.tracks().iter().map(|t| t.hits).collect();
         assert_eq!(hits, [2, 1]);
-        // It is a track of its own, which fades where nothing confirms it.
+        // The second sighting is a track of its own, which is dropped if nothing confirms it.
         for i in 0..20 {
             tracker.update(0.4 + 0.2 * f64::from(i), &[sighting(0.0)]);
         }
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sighting_that_is_no_place_is_passed_over() {
+    fn a_sighting_that_is_not_finite_is_ignored() {
         let mut tracker = Tracker::new(&DetectorConfig::paper());
         for x in [f64::NAN, f64::INFINITY] {
             tracker.update(0.0, &[sighting(x), Sighting { p_odom: Vec3::zeros(), radius: x }]);

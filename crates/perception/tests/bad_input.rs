@@ -1,4 +1,4 @@
-//! Images that no camera should deliver: an error or no detection, never a panic, never a number that is none.
+//! Images that no camera should deliver give an error or no detection, never a panic and never a number that is not finite.
 
 use orchard_geometry::{DepthImage, Image, Intrinsics};
 use orchard_perception::{DetectorConfig, PerceptionError, detect, mask};
@@ -38,7 +38,7 @@ fn images_without_a_measurement_hold_no_fruit() {
     }
 }
 
-/// Images that are hard on the search, of the size of a real camera: none takes more looks than the config allows.
+/// Hard images of the size of a real camera's: none takes more pixel accesses than the config allows.
 #[test]
 fn large_images_without_fruit_end() {
     let mut config = DetectorConfig::paper();

@@ -1,4 +1,4 @@
-//! Each gate refuses the surface that it is for, and nothing else does: with the gate off it is accepted.
+//! Each gate refuses the surface that it is made for; with that gate off the surface is accepted.
 
 mod common;
 
@@ -6,7 +6,7 @@ use common::*;
 use orchard_geometry::Vec3;
 use orchard_perception::{DetectorConfig, Gate};
 
-/// Asserts that a gate alone stands between the surfaces and a detection.
+/// Asserts that a gate alone prevents a detection of the surfaces.
 fn only_this_gate_refuses(
     gate: Gate,
     surfaces: &[Surface],
@@ -69,7 +69,7 @@ fn elongation() {
     });
 }
 
-/// Not a gate: a leaf in front of half of the fruit leaves a crescent, which elongation refuses unless what hides counts.
+/// Not a gate: a leaf in front of half of the fruit leaves a crescent, which elongation refuses unless hidden pixels count.
 #[test]
 fn what_hides_a_fruit_counts_for_it() {
     let config = DetectorConfig::paper();
@@ -81,13 +81,13 @@ fn what_hides_a_fruit_counts_for_it() {
     off.gates.hidden.on = false;
     assert!(considered(&surfaces, &off).iter().any(|c| c.refused_by == Some(Gate::Elongation)));
     assert!(found(&surfaces, &off).is_empty());
-    // Behind the strip there is nothing: what is not hidden must be seen.
+    // Nothing is behind the strip: pixels that are not hidden must show the fruit.
     let strip = part(ball_of(), |p| p.y.abs() < 0.008);
     let behind = plane(Vec3::new(0.0, 0.0, 0.7), Vec3::z());
     assert!(found(&[&strip, &behind], &config).is_empty());
 }
 
-/// Two rows of pixels across a limb are equal circles, which lie on a sphere exactly. Hidden pixels must not make a fruit of them.
+/// Two rows of pixels across a limb are equal circles, which lie exactly on a sphere. Hidden pixels must not turn them into a fruit.
 #[test]
 fn a_limb_seen_through_a_slot_is_no_fruit() {
     let k = camera();
@@ -116,15 +116,15 @@ fn isolation() {
     });
 }
 
-/// Two flaps 12 mm before a ball leave a strip of it in view: too near for a jump in depth, far enough to hide. Along them the
-/// ball's border says nothing.
+/// Two flaps 12 mm in front of a ball leave a strip of it in view: too near for a jump in depth, far enough to hide. Along the flaps the ball's
+/// border is left out.
 #[test]
 fn what_hides_a_fruit_is_no_border() {
     let strip = 0.012;
     let flap = part(ball(Vec3::new(0.0, 0.0, 0.5), 0.035 + 0.012), move |p| p.y.abs() > strip);
     let mut config = DetectorConfig::paper();
     config.gates.elongation.on = false;
-    // The flaps are larger than what is asked for.
+    // The flaps cover more than the required share.
     let gate = &mut config.gates.radius.limit;
     *gate = gate.with_ends(20.0, 40.0).unwrap();
     assert_eq!(found(&[&ball_of(), &flap], &config).len(), 1);

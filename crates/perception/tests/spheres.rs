@@ -1,4 +1,4 @@
-//! Balls are found where they are, alone, touching other things, and cut by twigs.
+//! Balls are found at their positions: alone, touching other objects, and cut by twigs.
 
 mod common;
 
@@ -12,8 +12,8 @@ fn assert_ball(d: &Detection, center: &Vec3, radius: f64, tolerance: f64) {
     assert!(error <= tolerance, "{error:e}: {d:?}");
 }
 
-/// With exact points the linear fit is exact; what is left is the rounding of f32 depth, 3e-8 m at 0.5 m,
-/// times the ratio of the ball's radius to the relief of its visible cap (a few).
+/// With exact points the linear fit is exact except for the rounding of f32 depth, 3e-8 m at 0.5 m, times the ratio of the ball's radius to
+/// the relief of its visible cap (a few).
 #[test]
 fn an_exact_ball_is_recovered_to_a_micrometre() {
     for config in [one_fit_a_patch(), DetectorConfig::paper()] {

@@ -1,24 +1,24 @@
-//! Driving to where a fruit can be grasped from.
+//! Driving to the stand-off from which a fruit can be grasped.
 
 use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
+use crate::picker_core::{PickerCore, STILL};
 use crate::record::FailureReason;
-use crate::rig::{Rig, STILL};
 use crate::robot_state::RobotState;
 
-/// A frame's drive to a stand-off.
+/// Result of one frame of driving to a stand-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Drive {
-    /// Velocity in the base frame.
+    /// Velocity in the base frame [m/s, m/s, rad/s].
     pub velocity: [f64; 3],
-    /// Whether the base is there and stands.
+    /// True if the base is at the stand-off and stands still.
     pub stands: bool,
 }
 
-impl Rig {
-    /// Drives on to a stand-off; without sight the base waits.
+impl PickerCore {
+    /// Drives towards a stand-off; without sight the base waits.
     ///
     /// # Errors
-    /// It takes too long, or something holds the base.
+    /// The drive takes too long, or something holds the base.
     pub fn drive_to(
         &self,
         goal: &BaseGoal,
@@ -32,7 +32,7 @@ impl Rig {
         if blind {
             return Ok(Drive { velocity: STILL, stands: false });
         }
-        let (tree, c) = (self.eyes.belief.p_odom(), &self.config.drive);
+        let (tree, c) = (self.perception.belief.p_odom(), &self.config.drive);
         let align = &self.config.align;
         let tolerance = Tolerance::new(&align.position_tolerance, &align.angle_tolerance);
         let (velocity, arrived) = drive(robot, goal, &tree, c, tolerance);

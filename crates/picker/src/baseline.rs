@@ -1,7 +1,7 @@
-//! The paper's harvest cycle as a state machine (its Algorithm 1): scan, align, reach, grasp, pull, deposit.
+//! State machine of the paper's harvest cycle (Algorithm 1 of the paper): scan, align, reach, grasp, pull, deposit.
 //!
-//! One file a group of states in `baseline/`: `approach.rs` (align, reach), `grasp.rs` (grasp, pull), `deposit.rs`
-//! (deposit, retreat); scanning is shared (`scan.rs`). The table of states is in `docs/computation/robot.md`.
+//! The states are in `baseline/`: `approach.rs` (align, reach), `grasp.rs` (grasp, pull), `deposit.rs` (deposit, retreat), `push.rs` (push);
+//! `scan.rs` (scan) is shared with the expert. `docs/computation/robot.md` has the table of states.
 
 mod approach;
 mod deposit;
@@ -15,22 +15,23 @@ use crate::baseline::grasp::{Grasp, Pull};
 use crate::baseline::push::Push;
 use crate::config::PickerConfig;
 use crate::machine::{self, Machine, Phase as _};
+use crate::picker_core::{Attempt, PickerCore};
 use crate::record::{Record, State};
-use crate::rig::{Attempt, Rig};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
 use orchard_geometry::Vec3;
 use orchard_perception::DetectorConfig;
 use orchard_robot::{Command, Observation, RobotModel};
 
-/// The baseline picker: geometric perception, damped-least-squares arm, dead-reckoned grasp.
+/// The baseline picker: geometric perception, arm by damped least squares, dead-reckoned grasp. Its config makes it controller
+/// `baseline` or controller `paper`.
 #[derive(Debug, Clone)]
 pub struct BaselinePicker {
-    pub(crate) rig: Rig,
+    pub(crate) core: PickerCore,
     phase: Phase,
 }
 
-/// What the picker is doing, with what the state remembers.
+/// State of the state machine, with the memory of that state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Phase {
     Scan(Scan),
@@ -57,30 +58,30 @@ impl machine::Phase for Phase {
     }
 }
 
-/// What a state wants next.
+/// Result of one frame of a state.
 pub(crate) type Next = machine::Next<Phase>;
 
 impl BaselinePicker {
-    /// A picker for one robot.
+    /// Makes a picker for one robot, in its state at the start of an episode.
     pub fn new(robot: &RobotModel, detector: DetectorConfig, config: PickerConfig) -> Self {
         let phase = Phase::Scan(Scan::at_start());
-        Self { rig: Rig::new(robot, detector, config, phase.state()), phase }
+        Self { core: PickerCore::new(robot, detector, config, phase.state()), phase }
     }
 
-    /// What the picker is doing.
+    /// Present state.
     pub fn state(&self) -> State {
         self.phase.state()
     }
 
-    /// Where it believes the tree's axis to be, odom.
+    /// Believed position of the tree's axis, odom [m].
     pub fn believed_tree_odom(&self) -> Vec3 {
-        self.rig.eyes.belief.p_odom()
+        self.core.perception.belief.p_odom()
     }
 
     fn scan(&mut self, mut scan: Scan, robot: &RobotState) -> Next {
-        let (velocity, choice) = self.rig.look_around(&mut scan, robot);
+        let (velocity, choice) = self.core.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };
-        self.rig.commit(robot, choice.track, choice.target, choice.plan);
+        self.core.commit(robot, choice.track, choice.target, choice.plan);
         Next::Enter(Phase::Align(Align::towards(choice.goal)))
     }
 }
@@ -88,8 +89,8 @@ impl BaselinePicker {
 impl Machine for BaselinePicker {
     type Phase = Phase;
 
-    fn rig(&mut self) -> &mut Rig {
-        &mut self.rig
+    fn core(&mut self) -> &mut PickerCore {
+        &mut self.core
     }
 
     fn phase(&mut self) -> &mut Phase {
@@ -120,6 +121,6 @@ impl Controller for BaselinePicker {
     }
 
     fn record(&self) -> &Record {
-        self.rig.record()
+        self.core.record()
     }
 }

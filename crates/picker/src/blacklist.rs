@@ -1,4 +1,4 @@
-//! Places where an attempt failed, left alone for a while.
+//! Blacklist: positions of failed attempts, which are not tried again for a while.
 
 use crate::config::BlacklistConfig;
 use crate::record::FailureReason;
@@ -10,7 +10,7 @@ struct Entry {
     until: f64,
 }
 
-/// Failed targets.
+/// Positions of failed targets.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Blacklist {
     config: BlacklistConfig,
@@ -22,7 +22,7 @@ impl Blacklist {
         Self { config: config.clone(), entries: Vec::new() }
     }
 
-    /// Adds a place; what will not be different next time stays longer.
+    /// Adds a position; a failure that would repeat stays longer on the list.
     pub fn add(&mut self, p_odom: Vec3, reason: FailureReason, time: f64) {
         use FailureReason as R;
         let duration = match reason {
@@ -41,7 +41,7 @@ impl Blacklist {
         self.entries.push(Entry { p_odom, until: time + duration.si() });
     }
 
-    /// Whether a place is to be left alone.
+    /// True if a position is on the list at a time [s].
     pub fn contains(&self, p_odom: &Vec3, time: f64) -> bool {
         let radius = self.config.radius.si();
         self.entries.iter().any(|e| e.until > time && (e.p_odom - p_odom).norm() <= radius)

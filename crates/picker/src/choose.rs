@@ -1,13 +1,13 @@
-//! Which fruit, and from where: places of the base and approaches compared by cost.
+//! Choice of the target fruit, the place of the base and the approach, by cost.
 
 use crate::drive::{BaseGoal, bearing_of};
+use crate::picker_core::PickerCore;
 use crate::plan::{GraspPlan, Search, Target};
-use crate::rig::Rig;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, inverse_transform, math};
 use orchard_perception::Track;
 
-/// A target with the place and the posture for it.
+/// A target with the place of the base and the grasp plan for it.
 #[derive(Debug, Clone)]
 pub(crate) struct Choice {
     pub track: u32,
@@ -17,14 +17,14 @@ pub(crate) struct Choice {
     cost: f64,
 }
 
-impl Rig {
-    /// The cheapest of the nearest eligible tracks.
+impl PickerCore {
+    /// Returns the choice of least cost among the nearest eligible tracks.
     pub fn choose(&self, robot: &RobotState) -> Option<Choice> {
-        if let Some(errand) = &self.errand {
-            return self.place_for(&errand.track(robot.time), robot);
+        if let Some(task) = &self.task {
+            return self.place_for(&task.track(robot.time), robot);
         }
         let mut tracks: Vec<(f64, Track)> = self
-            .eyes
+            .perception
             .tracker
             .confirmed()
             .filter(|t| self.is_eligible(t, robot))
@@ -45,29 +45,29 @@ impl Rig {
         self.config.align.standoffs.first().map_or(0.0, |s| s.si())
     }
 
-    /// A place before the track, its bearing turned from straight outwards.
+    /// Place of the base in front of a track, its bearing turned from straight outwards by `turn` [rad].
     fn outward_goal(&self, track: &Track, turn: f64, standoff: f64) -> BaseGoal {
-        let push = self.errand.as_ref().and_then(|errand| errand.push.as_ref());
+        let push = self.task.as_ref().and_then(|task| task.push.as_ref());
         let bearing = match push {
             Some(push) => push.heading_odom + std::f64::consts::PI,
-            None => bearing_of(&track.p_odom, &self.eyes.belief.p_odom()),
+            None => bearing_of(&track.p_odom, &self.perception.belief.p_odom()),
         };
         BaseGoal::facing(&track.p_odom, bearing + turn, standoff)
     }
 
-    /// Metres of driving, the way round the tree included.
+    /// Length of the drive, around the tree [m].
     fn drive_cost(&self, robot: &RobotState, goal: &BaseGoal) -> f64 {
-        let tree = self.eyes.belief.p_odom();
+        let tree = self.perception.belief.p_odom();
         let p_goal = Vec3::new(goal.x, goal.y, 0.0);
         let swing = math::wrap_angle(bearing_of(&p_goal, &tree) - bearing_of(&robot.p_odom(), &tree)).abs();
         (p_goal - robot.p_odom()).norm() + swing * self.config.drive.orbit_radius.si()
     }
 
-    /// The best place from which the arm can grasp a track: the best stand-off straight outwards, then the best
-    /// bearing for it. What the arm reaches depends on distance and height alone.
+    /// Returns the best place from which the arm can grasp a track: the best stand-off straight outwards, then the best bearing for it.
+    /// The arm's reach depends on distance and height alone.
     fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
         let align = &self.config.align;
-        let points: Vec<Vec3> = self.eyes.points().copied().collect();
+        let points: Vec<Vec3> = self.perception.points().copied().collect();
         let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
         let outwards = align.standoffs.iter().filter_map(|s| {
             let choice = self.choice_at(track, robot, self.outward_goal(track, 0.0, s.si()), &points)?;
@@ -80,7 +80,7 @@ impl Rig {
         turned.chain(std::iter::once(straight)).min_by(cheaper)
     }
 
-    /// The best grasp of a track from one place of the base.
+    /// Returns the best grasp of a track from one place of the base.
     fn choice_at(
         &self,
         track: &Track,
@@ -88,7 +88,7 @@ impl Rig {
         goal: BaseGoal,
         points: &[Vec3],
     ) -> Option<Choice> {
-        let tree = self.eyes.belief.p_odom();
+        let tree = self.perception.belief.p_odom();
         if (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm() < self.config.drive.trunk_clearance.si() {
             return None;
         }
@@ -111,7 +111,7 @@ impl Rig {
         Some(Choice { track: track.id, target, goal, plan, cost })
     }
 
-    /// Points where chassis and arm would stand.
+    /// True if a point lies in the volume of chassis and arm.
     fn is_crowding(&self, p_base: &Vec3) -> bool {
         let c = &self.config.align;
         p_base.x.abs() <= c.body_half_x.si()

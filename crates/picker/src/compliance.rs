@@ -1,18 +1,17 @@
-//! A way to a point that gives way: slower against resistance, aside from forces from the side, around where nothing moves.
+//! Compliant push to a point: slows against resistance, yields to sideways forces, and tries detours where it makes no progress.
 //!
-//! With R the force of the hand along the way and S the part across it (both smoothed, less what the arm's torques read before
-//! the push), the hand goes on at `v (R_yield - R) / (R_yield - R_free)`, at most v and no faster back than a share of v, and
-//! aside at `-S / drag`. Where it makes no progress it goes back and tries the next way around: over, left, right, under. What leads
-//! off the line fades out before its end.
+//! With R the force of the hand along the push and S the force across it (both smoothed, less the reading before the push), the hand moves
+//! along at `v (R_yield - R) / (R_yield - R_free)`, at most v and backwards at most a share of v, and sideways at `-S / drag`. Without
+//! progress it goes back and tries the next detour: over, left, right, under. Sideways displacements fade out before the end.
 
 use crate::goal::ComplianceConfig;
 use orchard_geometry::Vec3;
 
-/// Progress on a compliant way.
+/// State of a compliant push.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Compliance {
     rules: ComplianceConfig,
-    /// Unit vector along the way, base frame.
+    /// Unit vector along the push, base frame.
     direction: Vec3,
     length: f64,
     speed: f64,
@@ -21,22 +20,22 @@ pub(crate) struct Compliance {
     /// Smoothed force that the hand exerts [N].
     force: Vec3,
     travelled: f64,
-    /// Off the line by forces from the side [m].
+    /// Displacement by sideways forces [m].
     aside: Vec3,
-    /// Farthest of this way, and the time since it grew.
+    /// Farthest distance of the present detour [m], and the time since it grew [s].
     best: f64,
     idle: f64,
-    /// Going back to here.
+    /// Distance to which the hand goes back [m]; `None` while it goes on.
     back_to: Option<f64>,
-    /// Which way around is being tried; 0 is straight.
-    way: usize,
+    /// Number of the present detour; 0 is straight.
+    detour: usize,
 }
 
-/// Ways around: none, over, left, right, under.
-const WAYS: usize = 5;
+/// Number of detours: none, over, left, right, under.
+const DETOURS: usize = 5;
 
 impl Compliance {
-    /// At the beginning of a way of a length [m] at a speed [m/s]; `bias` is the force that the arm's torques tell of nothing.
+    /// Makes the state at the start of a push of a length [m] at a speed [m/s]; `bias` is the force reading without contact [N].
     pub fn new(rules: ComplianceConfig, direction: Vec3, length: f64, speed: f64, bias: Vec3) -> Self {
         Self {
             rules,
@@ -50,39 +49,39 @@ impl Compliance {
             best: 0.0,
             idle: 0.0,
             back_to: None,
-            way: 0,
+            detour: 0,
         }
     }
 
-    /// Where the hand should be, from the start of the way.
+    /// Displacement of the hand from the start of the push, base frame [m].
     pub fn offset(&self) -> Vec3 {
         let left = self.length - self.travelled;
         let fade = (left / self.rules.retry.si().max(f64::EPSILON)).clamp(0.0, 1.0);
-        // A parabola: nothing at both ends, the whole detour halfway.
+        // A parabola: zero at both ends, the whole detour halfway.
         let bulge = 4.0 * self.travelled * left / (self.length * self.length);
         let around = self.sideways() * (self.rules.detour.si() * bulge);
         self.direction * self.travelled + around + self.aside * fade
     }
 
-    /// Unit vector of the present way around.
+    /// Unit vector of the present detour.
     fn sideways(&self) -> Vec3 {
         let up = Vec3::z() - self.direction * self.direction.z;
         let up = up.try_normalize(f64::EPSILON.sqrt()).unwrap_or(Vec3::x());
         let left = up.cross(&self.direction);
-        [Vec3::zeros(), up, left, -left, -up][self.way % WAYS]
+        [Vec3::zeros(), up, left, -left, -up][self.detour % DETOURS]
     }
 
-    /// Whether the end of the way is reached.
+    /// True if the end of the push is reached.
     pub fn is_over(&self) -> bool {
         self.travelled >= self.length
     }
 
-    /// Goes back to try the next way around.
+    /// Goes back to try the next detour.
     pub fn turn_back(&mut self) {
         self.back_to.get_or_insert((self.travelled - self.rules.retry.si()).max(0.0));
     }
 
-    /// Moves on by `dt` [s] under the force that the hand exerts [N, base frame].
+    /// Advances by `dt` [s] under the force that the hand exerts, base frame [N].
     pub fn advance(&mut self, force: &Vec3, dt: f64) {
         let c = &self.rules;
         self.force += (force - self.bias - self.force) * c.force_weight.si();
@@ -93,7 +92,7 @@ impl Compliance {
             self.travelled = (self.travelled - self.speed * dt).max(goal);
             if self.travelled <= goal {
                 self.back_to = None;
-                self.way += 1;
+                self.detour += 1;
                 (self.best, self.idle) = (goal, 0.0);
             }
             return;
@@ -117,35 +116,35 @@ mod tests {
 
     const DT: f64 = 1.0 / 60.0;
 
-    fn way() -> Compliance {
+    fn push() -> Compliance {
         let rules = GoalConfig::paper().compliance;
         Compliance::new(rules, Vec3::x(), 0.4, 0.2, Vec3::new(1.0, 2.0, 3.0))
     }
 
     #[test]
     fn without_resistance_it_goes_straight_at_full_speed() {
-        let mut way = way();
+        let mut push = push();
         let nothing = Vec3::new(1.0, 2.0, 3.0);
         for k in 1..=120 {
-            way.advance(&nothing, DT);
+            push.advance(&nothing, DT);
             let expected = Vec3::x() * (0.2 * DT * f64::from(k)).min(0.4);
-            assert!((way.offset() - expected).norm() < 1e-12, "{k}");
+            assert!((push.offset() - expected).norm() < 1e-12, "{k}");
         }
-        assert!(way.is_over());
+        assert!(push.is_over());
     }
 
-    /// A spring in the way: the hand comes to stand where the spring's force is the yielding one, and no deeper.
+    /// Against a spring the hand stops where the spring's force equals the yield force.
     #[test]
     fn against_a_spring_it_stands_at_the_yielding_force() {
-        let mut way = way();
+        let mut push = push();
         let stiffness = 400.0;
-        let yields = way.rules.yields.si();
+        let yields = push.rules.yields.si();
         let mut deepest: f64 = 0.0;
-        // Until its patience is over.
-        while way.back_to.is_none() {
-            let force = Vec3::x() * stiffness * (way.travelled - 0.1).max(0.0) + way.bias;
-            way.advance(&force, DT);
-            deepest = deepest.max(way.travelled - 0.1);
+        // Until its patience ends.
+        while push.back_to.is_none() {
+            let force = Vec3::x() * stiffness * (push.travelled - 0.1).max(0.0) + push.bias;
+            push.advance(&force, DT);
+            deepest = deepest.max(push.travelled - 0.1);
         }
         // The smoothed force lags the spring by about 5 frames of ever slower motion.
         assert!(deepest * stiffness < 1.1 * yields && deepest * stiffness > 0.7 * yields, "{deepest}");
@@ -153,32 +152,32 @@ mod tests {
 
     #[test]
     fn a_wall_is_tried_on_every_side_in_turn() {
-        let mut way = way();
-        let mut ways = vec![];
+        let mut push = push();
+        let mut detours = vec![];
         for _ in 0..60 * 60 {
-            let wall = if way.travelled > 0.2 { 100.0 } else { 0.0 };
-            way.advance(&(Vec3::x() * wall + way.bias), DT);
-            if !ways.contains(&way.way) {
-                ways.push(way.way);
+            let wall = if push.travelled > 0.2 { 100.0 } else { 0.0 };
+            push.advance(&(Vec3::x() * wall + push.bias), DT);
+            if !detours.contains(&push.detour) {
+                detours.push(push.detour);
             }
-            let off = way.offset() - Vec3::x() * way.travelled;
-            assert!(off.norm() <= way.rules.detour.si() + 1e-12 && off.x.abs() < 1e-12);
+            let off = push.offset() - Vec3::x() * push.travelled;
+            assert!(off.norm() <= push.rules.detour.si() + 1e-12 && off.x.abs() < 1e-12);
         }
-        assert!(ways.len() > WAYS, "{ways:?}");
+        assert!(detours.len() > DETOURS, "{detours:?}");
     }
 
     #[test]
     fn it_gives_way_to_the_side_and_comes_back_to_the_line() {
-        let mut way = way();
+        let mut push = push();
         // Something presses the hand to the left: the hand exerts a force to the right.
         for _ in 0..60 {
-            way.advance(&(way.bias - Vec3::y() * 4.0), DT);
+            push.advance(&(push.bias - Vec3::y() * 4.0), DT);
         }
-        assert!(way.aside.y > 0.03 && way.aside.y <= 0.04, "{}", way.aside);
+        assert!(push.aside.y > 0.03 && push.aside.y <= 0.04, "{}", push.aside);
         for _ in 0..120 {
-            way.advance(&way.bias.clone(), DT);
+            push.advance(&push.bias.clone(), DT);
         }
-        assert!(way.is_over());
-        assert!((way.offset() - Vec3::x() * 0.4).norm() < 1e-12);
+        assert!(push.is_over());
+        assert!((push.offset() - Vec3::x() * 0.4).norm() < 1e-12);
     }
 }

@@ -1,9 +1,11 @@
-//! The baseline picker's config.
+//! Config of the baseline picker, which runs controllers `baseline` and `paper`.
 
-use orchard_quantity::{ConfigError, Count, Quantity, Span, from_toml};
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 
-/// The preset `paper` as TOML text.
-pub const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
+/// The config of controller `baseline` as TOML text.
+pub const BASELINE_TOML: &str = include_str!("../configs/baseline/picker.toml");
+/// The config of controller `paper` as TOML text; its base is `baseline`.
+const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
 
 macro_rules! section {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty,)* }) => {
@@ -16,9 +18,9 @@ macro_rules! section {
 pub(crate) use section;
 
 section! {
-    /// Everything that the baseline picker can be told.
+    /// Config of the baseline picker.
     PickerConfig {
-        /// Reading the sensors.
+        /// Reading of the sensors.
         sensors: SensorsConfig,
         /// Tree-centre belief.
         belief: BeliefConfig,
@@ -28,9 +30,9 @@ section! {
         scan: ScanConfig,
         /// Driving.
         drive: DriveConfig,
-        /// Where to stand.
+        /// Choice of the stand-off.
         align: AlignConfig,
-        /// From where to grasp.
+        /// Choice of the approach.
         approach: ApproachConfig,
         /// The second look.
         reach: ReachConfig,
@@ -44,7 +46,7 @@ section! {
         deposit: DepositConfig,
         /// Longest durations.
         timeout: TimeoutConfig,
-        /// How long failed targets are left alone.
+        /// Blacklist of failed targets.
         blacklist: BlacklistConfig,
     }
 }
@@ -52,21 +54,21 @@ section! {
 section! {
     /// Reading the sensors.
     SensorsConfig {
-        /// A gap between observations longer than this is not integrated over.
+        /// Longest gap between observations that is integrated over.
         longest_step: Quantity,
-        /// States of the robot are remembered for so long, to place images that come late.
+        /// Time for which states of the robot are kept, to place images that come late.
         memory: Quantity,
     }
 }
 
 section! {
-    /// Where the tree is believed to stand.
+    /// Belief of the tree's position.
     BeliefConfig {
-        /// How far straight ahead of the start the tree is first believed to stand.
+        /// Distance straight ahead of the start at which the tree is first believed to be.
         start_distance: Quantity,
         /// Weight of the start belief, in images.
         prior_images: Count,
-        /// Points farther from the belief than this are not of the tree.
+        /// Largest distance of the tree's points from the believed axis.
         canopy_radius: Quantity,
     }
 }
@@ -74,14 +76,16 @@ section! {
 section! {
     /// Memory of seen points.
     CloudConfig {
-        /// Images kept.
+        /// Number of images kept. 0: none, and nothing is judged by clearance.
         images: Count,
-        /// Every so many pixels are kept, along rows and columns.
+        /// Spacing of the pixels kept, along rows and columns.
         stride: Count,
         /// Farthest depth kept.
         range: Quantity,
-        /// An image with a smaller share of valid pixels is blind.
+        /// Share of valid pixels below which an image counts as blind.
         blind_fraction: Quantity,
+        /// Drops the tracks of fruit whose place the camera sees through.
+        forget_vanished: bool,
     }
 }
 
@@ -90,11 +94,11 @@ section! {
     PostureConfig {
         /// TCP ahead of the base's centre.
         x: Quantity,
-        /// TCP over the ground.
+        /// TCP above the ground.
         z: Quantity,
-        /// Rise of the hand's axis.
+        /// Pitch of the hand's axis, upwards.
         pitch: Quantity,
-        /// Turn of the hand's axis to the left.
+        /// Yaw of the hand's axis, to the left.
         yaw: Quantity,
     }
 }
@@ -112,8 +116,10 @@ section! {
         orbit_step: Quantity,
         /// Time in each posture.
         dwell: Quantity,
-        /// Heights over the ground of fruit that is tried.
+        /// Heights above the ground of fruit that is tried.
         height: Span,
+        /// Share of an image's pixels that must show the canopy; with fewer the base turns to the believed tree. 0: it never does.
+        canopy_share_min: Quantity,
         /// Arm speed without sight, as a share of the normal one.
         blind_speed_scale: Quantity,
         /// Postures, in turn. The first is also the one for driving.
@@ -134,19 +140,19 @@ section! {
         orbit_radius: Quantity,
         /// Share of the orbit radius from which the base goes around; nearer it backs out first.
         orbit_share: Quantity,
-        /// Bearing differences up to this are driven straight.
+        /// Largest difference of bearing that is driven straight.
         orbit_angle: Quantity,
-        /// Nearest that the base's centre comes to the tree's.
+        /// Least distance between the base's centre and the tree's.
         trunk_clearance: Quantity,
-        /// A base told to go faster than this must move.
+        /// Commanded speed above which the base must move.
         stall_command: Quantity,
-        /// A base that must move and is slower than this is held by something.
+        /// Speed below which a base that must move counts as held.
         stall_speed: Quantity,
     }
 }
 
 section! {
-    /// Where to stand.
+    /// Choice of the stand-off.
     AlignConfig {
         /// Distances of the base from the target, best first.
         standoffs: Vec<Quantity>,
@@ -156,11 +162,11 @@ section! {
         angle_tolerance: Quantity,
         /// Bearings of the base about the target, from straight outwards.
         bearings: Vec<Quantity>,
-        /// Targets that are planned for before one is chosen.
+        /// Number of nearest targets that are planned for before one is chosen.
         candidates: Count,
-        /// Points in the way that equal one metre of driving.
+        /// Cost of one metre of driving, in points in the path.
         drive_cost: Quantity,
-        /// Points in the way that equal one point where the robot would stand.
+        /// Cost of a point where the robot would stand, in points in the path.
         crowd_cost: Quantity,
         /// Room of chassis and arm: half-length.
         body_half_x: Quantity,
@@ -172,42 +178,41 @@ section! {
 }
 
 section! {
-    /// From where to grasp.
+    /// Choice of the approach.
     ApproachConfig {
         /// Distance of the pre-grasp from the fruit.
         pregrasp: Quantity,
         /// Distance of the second look's TCP from the fruit.
         look: Quantity,
-        /// How far the TCP goes beyond the fruit's centre.
+        /// Distance of the TCP beyond the fruit's centre at the grasp.
         overshoot: Quantity,
         /// Longest step between the postures that are checked along the straight approach.
         line_step: Quantity,
-        /// Rises of the approach direction, best first.
+        /// Elevations of the approach direction, best first.
         elevations: Vec<Quantity>,
-        /// Turns of the approach direction from the line base-fruit, best first.
+        /// Azimuths of the approach direction from the line base-fruit, best first.
         azimuths: Vec<Quantity>,
         /// Swept volume: half-extent along the hand's x.
         sweep_half_x: Quantity,
         /// Swept volume: half-extent along the hand's y.
         sweep_half_y: Quantity,
-        /// Swept volume: its end beyond the TCP.
+        /// Swept volume: end beyond the TCP.
         sweep_tip: Quantity,
-        /// Swept volume: its length back along the approach.
+        /// Swept volume: length back along the approach.
         sweep_length: Quantity,
-        /// Points this close to the fruit's surface are the fruit's.
+        /// Distance from the fruit's surface within which points belong to the fruit.
         fruit_margin: Quantity,
-        /// The hand's length, back from the TCP.
+        /// Length of the hand, back from the TCP.
         hand_length: Quantity,
-        /// The arm must be able to go on beyond the grasp by this much when a place for the base is chosen: the base stops
-        /// only about there.
+        /// Distance beyond the grasp that the arm must be able to reach from a place of the base, which stops there only roughly.
         reach_margin: Quantity,
-        /// Points between the second look's camera and the fruit, in points in the way.
+        /// Cost of a point between the second look's camera and the fruit, in points in the path.
         hiding_cost: Quantity,
-        /// Points in the way that equal one radian of turning.
+        /// Cost of one radian of turning from the preferred direction, in points in the path.
         turn_cost: Quantity,
-        /// Points in the way that equal one radian of the joint that moves farthest.
+        /// Cost of one radian of the joint that moves farthest, in points in the path.
         posture_cost: Quantity,
-        /// Directions within reach that are compared, least in the way first.
+        /// Number of directions within reach that are compared, least cost first.
         candidates: Count,
     }
 }
@@ -215,13 +220,13 @@ section! {
 section! {
     /// The second look.
     ReachConfig {
-        /// Images with the fruit that are averaged.
+        /// Number of images with the fruit that are averaged. 0: no second look.
         look_images: Count,
-        /// Images after which the look ends.
+        /// Number of images after which the look ends.
         look_images_max: Count,
-        /// A target seen in this many images before is tried even if the second look does not show it.
+        /// Number of earlier sightings from which a target is tried even if the second look does not show it.
         trusted_hits: Count,
-        /// A detection this close to the estimate is the target.
+        /// Largest distance of a detection from the estimate that is taken for the target.
         match_distance: Quantity,
     }
 }
@@ -241,7 +246,7 @@ section! {
         line_acceleration: Quantity,
         /// Slowest motion at the end of a straight line, as a share of its speed.
         line_creep: Quantity,
-        /// A larger joint step between neighbouring points of a line means another branch of postures.
+        /// Largest joint step between neighbouring points of a line; a larger one means another branch of postures.
         branch_jump: Quantity,
         /// Joint error at which a motion counts as ended.
         arrived: Quantity,
@@ -259,15 +264,15 @@ section! {
         opening: Quantity,
         /// Largest force of each finger drive.
         force: Quantity,
-        /// A hand stopped this close to its goal closes all the same.
+        /// Distance from its goal at which a stopped hand closes all the same.
         close_near: Quantity,
-        /// Least width between the fingers that is a fruit.
+        /// Least width between the fingers that counts as a fruit.
         fruit_width_min: Quantity,
         /// Time between closing and pulling.
         settle: Quantity,
         /// Longest closing time.
         close_time: Quantity,
-        /// A gap between the fingers that changes by less than this a frame is steady.
+        /// Largest change per frame of a steady gap between the fingers.
         steady_width: Quantity,
         /// Time for which the gap must be steady.
         steady_time: Quantity,
@@ -281,9 +286,9 @@ section! {
         distance: Quantity,
         /// Weight of a frame's force in the running mean of the pull.
         tension_weight: Quantity,
-        /// Pull that shows that the stem is taut.
+        /// Pull above which the stem counts as taut.
         tension_high: Quantity,
-        /// Pull below which a stem that was taut has given way.
+        /// Pull below which a stem that was taut counts as broken.
         tension_low: Quantity,
         /// Least withdrawal before the fruit is carried off.
         clear_distance: Quantity,
@@ -295,9 +300,9 @@ section! {
 section! {
     /// Letting go.
     DepositConfig {
-        /// TCP over the ground when it arrives over the bucket.
+        /// Height of the TCP above the ground when it arrives over the bucket.
         above: Quantity,
-        /// TCP over the ground when it lets go.
+        /// Height of the TCP above the ground when it lets go.
         release: Quantity,
         /// Largest distance from the bucket's axis.
         centred: Quantity,
@@ -311,50 +316,104 @@ section! {
 section! {
     /// Longest durations.
     TimeoutConfig {
-        /// Of reaching.
+        /// Reaching.
         reach: Quantity,
-        /// Of grasping.
+        /// Grasping.
         grasp: Quantity,
-        /// Of pulling.
+        /// Pulling.
         pull: Quantity,
-        /// Of carrying.
+        /// Carrying.
         transport: Quantity,
-        /// Of aligning.
+        /// Aligning.
         align: Quantity,
-        /// Of no progress.
+        /// No progress.
         stall: Quantity,
     }
 }
 
 section! {
-    /// How long failed targets are left alone.
+    /// Blacklist of failed targets.
     BlacklistConfig {
-        /// After failures that may pass.
+        /// Duration after failures that may not repeat.
         short: Quantity,
-        /// After failures that will not.
+        /// Duration after failures that would repeat.
         long: Quantity,
-        /// Detections this close to a failed target are the same.
+        /// Distance from a failed target within which detections count as the same fruit.
         radius: Quantity,
     }
 }
 
 impl PickerConfig {
-    /// Reads a config from TOML text; `file` names it in errors.
+    /// The configs that come with the crate: names of their controllers and TOML texts.
+    pub const FILES: &[(&str, &str)] = &[("baseline", BASELINE_TOML), ("paper", PAPER_TOML)];
+
+    /// Reads a config from TOML text; `file` names it in errors. With `base = "NAME"` the text holds only what differs from
+    /// that config.
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range.
+    /// Not TOML, no such base, a field missing or unknown, a value outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_toml(file, text)
+        from_table(file, with_base(file, parse(file, text)?, &text_of)?)
     }
 
-    /// The preset `paper`.
+    /// The config of a controller by its name.
+    ///
+    /// # Errors
+    /// There is none of that name; the message lists all names.
+    pub fn named(name: &str) -> Result<Self, String> {
+        let text = text_of(name)?;
+        Self::from_toml(&format!("{name}/picker.toml"), text).map_err(|e| e.to_string())
+    }
+
+    /// The config of controller `baseline`.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.
-    pub fn paper() -> Self {
-        match Self::from_toml("paper/picker.toml", PAPER_TOML) {
-            Ok(config) => config,
-            Err(e) => unreachable!("embedded preset: {e}"),
-        }
+    pub fn baseline() -> Self {
+        Self::named("baseline").unwrap_or_else(|e| unreachable!("embedded config: {e}"))
+    }
+
+    /// The config of controller `paper`.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub(crate) fn of_paper_controller() -> Self {
+        Self::named("paper").unwrap_or_else(|e| unreachable!("embedded config: {e}"))
+    }
+}
+
+/// TOML text of a config by the name of its controller.
+pub(crate) fn text_of(name: &str) -> Result<&'static str, String> {
+    let found = PickerConfig::FILES.iter().find(|(known, _)| *known == name);
+    found.map(|(_, text)| *text).ok_or_else(|| {
+        let names: Vec<&str> = PickerConfig::FILES.iter().map(|(known, _)| *known).collect();
+        format!("no picker config '{name}'; the configs are: {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_config_holds_what_differs_from_its_base() {
+        let baseline = PickerConfig::baseline();
+        assert_eq!(PickerConfig::from_toml("x.toml", "base = \"baseline\"").unwrap(), baseline);
+        let text = "base = \"baseline\"\n[pull]\n\
+                    distance = { value = 0.4, range = [0.0, 1.0], unit = \"m\", source = \"picker\" }";
+        let mut longer = PickerConfig::from_toml("x.toml", text).unwrap();
+        assert_eq!(longer.pull.distance.si(), 0.4);
+        longer.pull.distance = baseline.pull.distance.clone();
+        assert_eq!(longer, baseline);
+    }
+
+    #[test]
+    fn unknown_names_list_all() {
+        let e = PickerConfig::named("lemon").unwrap_err();
+        assert_eq!(e, "no picker config 'lemon'; the configs are: baseline, paper");
+        let e = PickerConfig::from_toml("x.toml", "base = \"lemon\"").unwrap_err().to_string();
+        assert_eq!(e, "x.toml: base: no picker config 'lemon'; the configs are: baseline, paper");
+        let e = PickerConfig::from_toml("x.toml", "base = \"paper\"\n[pul]\nx = 3").unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: pul: unknown field `pul`"), "{e}");
     }
 }

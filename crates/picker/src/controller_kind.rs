@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
-use crate::{Controller, GOAL_TOML, Goal, Kind, PAPER_TOML};
+use crate::{Controller, GOAL_TOML, Goal, Kind, BASELINE_TOML};
 
 /// A kind of controller: makes controllers, one an episode.
 pub trait ControllerKind: Debug + Send + Sync {
@@ -84,10 +84,14 @@ impl ControllerKind for Kind {
     }
 
     fn configs(&self) -> Vec<(String, String)> {
-        let own = (format!("{}/picker.toml", (*self).name()), self.toml().to_owned());
-        // The push of the component tasks is the baseline's under every name.
-        let push = [("picker.toml", PAPER_TOML), ("goal.toml", GOAL_TOML)];
-        std::iter::once(own).chain(push.map(|(name, text)| (name.to_owned(), text.to_owned()))).collect()
+        let own = match self {
+            Kind::Baseline => None,
+            Kind::Paper => Some(("paper/picker.toml", crate::config::PAPER_TOML)),
+            Kind::Expert => Some(("expert/picker.toml", crate::EXPERT_TOML)),
+        };
+        // The others are based on the baseline's config, and the push of the component tasks is the baseline's under every name.
+        let shared = [("picker.toml", BASELINE_TOML), ("goal.toml", GOAL_TOML)];
+        shared.into_iter().chain(own).map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
     }
 
     fn controller(&self, robot: &RobotModel, detector: &DetectorConfig) -> Box<dyn Controller> {

@@ -1,4 +1,4 @@
-//! Driving the base to a pose beside the tree without running into it.
+//! Driving of the base to a pose beside the tree, around the trunk.
 
 use crate::config::DriveConfig;
 use crate::robot_state::RobotState;
@@ -15,20 +15,20 @@ pub(crate) struct BaseGoal {
 }
 
 impl BaseGoal {
-    /// Beside `centre` at a distance and bearing (of the base as seen from `centre`), facing it.
+    /// Makes the pose that faces `centre` from a distance [m] and bearing [rad] of the base as seen from `centre`.
     pub fn facing(centre: &Vec3, bearing: f64, distance: f64) -> Self {
         let (sin, cos) = math::sin_cos(bearing);
         let yaw = math::wrap_angle(bearing + std::f64::consts::PI);
         Self { x: centre.x + distance * cos, y: centre.y + distance * sin, yaw }
     }
 
-    /// As a pose of the odom frame, at a height.
+    /// Returns the pose in the odom frame at a height [m].
     pub fn pose(&self, height: f64) -> Pose {
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), self.yaw);
         Pose::from_parts(Vec3::new(self.x, self.y, height).into(), turn)
     }
 
-    /// Distance of the base from it [m].
+    /// Distance of the base from the goal [m].
     pub fn distance(&self, robot: &RobotState) -> f64 {
         orchard_geometry::math::hypot(self.x - robot.base_pose[0], self.y - robot.base_pose[1])
     }
@@ -38,12 +38,12 @@ impl BaseGoal {
     }
 }
 
-/// Bearing of `p` as seen from `centre`.
+/// Bearing of `p` as seen from `centre` [rad].
 pub(crate) fn bearing_of(p: &Vec3, centre: &Vec3) -> f64 {
     math::atan2(p.y - centre.y, p.x - centre.x)
 }
 
-/// When a goal counts as reached.
+/// Tolerance within which a goal counts as reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tolerance {
     position: f64,
@@ -56,10 +56,10 @@ impl Tolerance {
     }
 }
 
-/// Velocity in the base frame towards a goal, and whether the goal is reached.
+/// Returns the velocity towards a goal in the base frame [m/s, m/s, rad/s], and true if the goal is reached.
 ///
-/// Where the goal's bearing about the tree is near the present one the base drives straight; else it first
-/// backs out to the orbit radius and follows that circle.
+/// If the goal's bearing about the tree is near the present one the base drives straight; else it first backs out to the orbit radius and
+/// follows that circle.
 pub(crate) fn drive(
     robot: &RobotState,
     goal: &BaseGoal,
@@ -108,14 +108,14 @@ pub(crate) fn drive(
     ([forward, left, turn], false)
 }
 
-/// Notices a base that is told to move and does not.
+/// Detects a base that is commanded to move and does not.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct StallWatch {
     since: f64,
 }
 
 impl StallWatch {
-    /// Whether the base has been held for `patience` [s].
+    /// True once the base has been held for `patience` [s].
     pub fn is_stalled(
         &mut self,
         robot: &RobotState,

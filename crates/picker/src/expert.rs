@@ -1,7 +1,7 @@
-//! The expert: the baseline's cycle without its pauses, with more senses.
+//! State machine of the expert: the baseline's cycle without its pauses, with more sensing.
 //!
-//! One file a group of states in `expert/` (`machine.rs` runs them): `approach.rs` (align, reach), `grasp.rs`, `pull.rs`, `place.rs` (deposit),
-//! `retreat.rs`; scanning is shared (`scan.rs`). The states are described in `docs/computation/robot.md`.
+//! The states are in `expert/` (`machine.rs` runs them): `approach.rs` (align, reach), `grasp.rs`, `pull.rs`, `place.rs` (deposit),
+//! `retreat.rs`; `scan.rs` is shared with the baseline. `docs/computation/robot.md` describes them.
 
 mod approach;
 mod config;
@@ -14,7 +14,6 @@ mod slots;
 pub use config::{EXPERT_TOML, ExpertConfig};
 
 use crate::Controller;
-use crate::errand::Errand;
 use crate::expert::approach::{Align, Reach};
 use crate::expert::grasp::Grasp;
 use crate::expert::place::Deposit;
@@ -23,17 +22,19 @@ use crate::expert::retreat::Retreat;
 use crate::expert::slots::Slots;
 use crate::machine::{self, Machine, Phase as _};
 use crate::motion::{Pace, WayPoint};
+use crate::picker_core::{Attempt, PickerCore};
 use crate::record::{Record, State};
-use crate::rig::{Attempt, Rig};
 use crate::robot_state::RobotState;
 use crate::scan::Scan;
+use crate::task::AssignedTask;
 use orchard_perception::DetectorConfig;
 use orchard_robot::{Command, JointVector, Observation, RobotModel};
 
-/// The expert picker: looks while it moves, corrects the hand on its way, feels wood, stem and fruit, places.
+/// The expert picker: looks while it moves, corrects the hand as it approaches, senses contact by the arm's torques, and fills the bucket in
+/// layers.
 #[derive(Debug, Clone)]
 pub struct ExpertPicker {
-    rig: Rig,
+    core: PickerCore,
     config: ExpertConfig,
     slots: Slots,
     phase: Phase,
@@ -41,7 +42,7 @@ pub struct ExpertPicker {
     touch: f64,
 }
 
-/// What the picker is doing, with what the state remembers.
+/// State of the state machine, with the memory of that state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Phase {
     Scan(Scan),
@@ -53,19 +54,19 @@ pub(crate) enum Phase {
     Retreat(Retreat),
 }
 
-/// How the hand moves among branches.
+/// Caution of the hand's motion among branches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Care {
-    /// Where nothing has been met.
-    Usual,
-    /// Back from what was met, and on a further try.
-    Much,
+pub(crate) enum Caution {
+    /// Full speed: no contact so far.
+    Normal,
+    /// Reduced speed: back from a contact, and on further tries.
+    High,
 }
 
-impl Care {
-    /// For a target at which so many tries came to nothing.
+impl Caution {
+    /// Caution for a target after a number of failed tries.
     fn after(failed: u32) -> Self {
-        if failed == 0 { Care::Usual } else { Care::Much }
+        if failed == 0 { Caution::Normal } else { Caution::High }
     }
 }
 
@@ -83,31 +84,31 @@ impl machine::Phase for Phase {
     }
 }
 
-/// What a state wants next.
+/// Result of one frame of a state.
 pub(crate) type Next = machine::Next<Phase>;
 
 impl ExpertPicker {
-    /// A picker for one robot.
+    /// Makes a picker for one robot, in its state at the start of an episode.
     pub fn new(robot: &RobotModel, detector: DetectorConfig, config: ExpertConfig) -> Self {
         let phase = Phase::Scan(Scan::at_start());
-        let rig = Rig::new(robot, detector, config.shared.clone(), phase.state());
-        let slots = Slots::new(&rig.arm, &robot.bucket(), &rig.postures.carry(), &config.place);
-        Self { rig, slots, config, phase, touch: 0.0 }
+        let core = PickerCore::new(robot, detector, config.shared.clone(), phase.state());
+        let slots = Slots::new(&core.arm, &robot.bucket(), &core.postures.carry(), &config.place);
+        Self { core, slots, config, phase, touch: 0.0 }
     }
 
-    /// A picker that does one thing in place of a harvest.
-    pub(crate) fn on_errand(
+    /// Makes a picker for an assigned task.
+    pub(crate) fn with_task(
         robot: &RobotModel,
         detector: DetectorConfig,
         config: ExpertConfig,
-        errand: Errand,
+        task: AssignedTask,
     ) -> Self {
         let mut picker = Self::new(robot, detector, config);
-        picker.rig.errand = Some(errand);
+        picker.core.task = Some(task);
         picker
     }
 
-    /// What the picker is doing.
+    /// Present state.
     pub fn state(&self) -> State {
         self.phase.state()
     }
@@ -116,7 +117,7 @@ impl ExpertPicker {
     fn swing_through(&mut self, way_points: impl IntoIterator<Item = WayPoint>) {
         let pace =
             Pace { speed: self.config.swift.speed.si(), acceleration: self.config.swift.acceleration.si() };
-        self.rig.motion.go_through(way_points, pace);
+        self.core.motion.go_through(way_points, pace);
     }
 
     /// Starts the arm to a posture.
@@ -124,50 +125,49 @@ impl ExpertPicker {
         self.swing_through([WayPoint { q, blend: 0.0 }]);
     }
 
-    /// Starts the arm to a posture among branches: slower, so that it stops soon where it meets one. What the hand feels
-    /// counts from here.
-    fn swing_among(&mut self, q: JointVector, care: Care) {
+    /// Starts the arm to a posture among branches: slower, so that it stops soon after a contact. Resets the smoothed force on the hand.
+    fn swing_among(&mut self, q: JointVector, caution: Caution) {
         self.touch = 0.0;
-        let speed = self.config.unfold.speed.si() * self.share_of_speed(care);
+        let speed = self.config.unfold.speed.si() * self.speed_share(caution);
         let pace = Pace { speed, acceleration: self.config.swift.acceleration.si() };
-        self.rig.motion.go_through([WayPoint { q, blend: 0.0 }], pace);
+        self.core.motion.go_through([WayPoint { q, blend: 0.0 }], pace);
     }
 
-    /// Share of its speeds with which the hand moves among branches.
-    fn share_of_speed(&self, care: Care) -> f64 {
-        match care {
-            Care::Usual => 1.0,
-            Care::Much => self.config.homing.careful.si(),
+    /// Share of its speeds at which the hand moves among branches.
+    fn speed_share(&self, caution: Caution) -> f64 {
+        match caution {
+            Caution::Normal => 1.0,
+            Caution::High => self.config.homing.careful.si(),
         }
     }
 
-    /// Whether something presses on the empty hand.
+    /// True if something presses on the empty hand.
     fn is_pressed(&self) -> bool {
         self.touch > self.config.feel.touch_max.si()
     }
 
-    /// Whether the fingers still hold what they closed on: held off its middle a fruit may turn and the gap shrink.
+    /// True if the fingers still hold the fruit; a fruit held off its middle may turn, and the gap may shrink.
     fn still_holds(&self, robot: &RobotState) -> bool {
         robot.width >= self.config.feel.held_width_min.si()
     }
 
-    /// The carrying posture, passed in the open.
+    /// Way-point at the carrying posture, passed outside the canopy.
     fn by_carry(&self) -> WayPoint {
-        WayPoint { q: self.rig.postures.carry(), blend: self.config.swift.blend.si() }
+        WayPoint { q: self.core.postures.carry(), blend: self.config.swift.blend.si() }
     }
 
-    /// Whether there has been no sight for long. With the hand in the bucket the camera is too near to all that it sees.
+    /// True if images have had no sight for long. With the hand in the bucket the camera is too close to everything in view.
     fn is_blind(&self, robot: &RobotState) -> bool {
-        let eyes = &self.rig.eyes;
-        eyes.blind && robot.time - eyes.last_sight > self.config.feel.blind_time.si()
+        let perception = &self.core.perception;
+        perception.blind && robot.time - perception.last_sight > self.config.feel.blind_time.si()
     }
 
-    /// The next target, if one is known; else looks around from here.
+    /// Starts an attempt at the next known target; without one, scans from the present place.
     fn next_target(&mut self, robot: &RobotState) -> Next {
-        let choice = if self.is_blind(robot) { None } else { self.rig.choose(robot) };
+        let choice = if self.is_blind(robot) { None } else { self.core.choose(robot) };
         match choice {
             Some(choice) => {
-                self.rig.commit(robot, choice.track, choice.target, choice.plan);
+                self.core.commit(robot, choice.track, choice.target, choice.plan);
                 Next::Enter(Phase::Align(Align::towards(choice.goal)))
             }
             None => Next::Enter(Phase::Scan(Scan::here())),
@@ -175,9 +175,9 @@ impl ExpertPicker {
     }
 
     fn scan(&mut self, mut scan: Scan, robot: &RobotState) -> Next {
-        let (velocity, choice) = self.rig.look_around(&mut scan, robot);
+        let (velocity, choice) = self.core.look_around(&mut scan, robot);
         let Some(choice) = choice else { return Next::Stay(Phase::Scan(scan), velocity) };
-        self.rig.commit(robot, choice.track, choice.target, choice.plan);
+        self.core.commit(robot, choice.track, choice.target, choice.plan);
         Next::Enter(Phase::Align(Align::towards(choice.goal)))
     }
 }
@@ -185,8 +185,8 @@ impl ExpertPicker {
 impl Machine for ExpertPicker {
     type Phase = Phase;
 
-    fn rig(&mut self) -> &mut Rig {
-        &mut self.rig
+    fn core(&mut self) -> &mut PickerCore {
+        &mut self.core
     }
 
     fn phase(&mut self) -> &mut Phase {
@@ -194,7 +194,7 @@ impl Machine for ExpertPicker {
     }
 
     fn take_in(&mut self, robot: &RobotState) {
-        let force = self.rig.tcp_force(robot).norm();
+        let force = self.core.tcp_force(robot).norm();
         if force.is_finite() {
             self.touch += (force - self.touch) * self.config.feel.touch_weight.si();
         }
@@ -213,7 +213,7 @@ impl Machine for ExpertPicker {
     }
 
     fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Phase {
-        self.rig.yield_arm(robot);
+        self.core.yield_arm(robot);
         Phase::Retreat(Retreat::after_failure(state, attempt, robot))
     }
 }
@@ -224,6 +224,6 @@ impl Controller for ExpertPicker {
     }
 
     fn record(&self) -> &Record {
-        self.rig.record()
+        self.core.record()
     }
 }

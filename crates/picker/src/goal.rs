@@ -1,40 +1,40 @@
-//! Component tasks: a controller is told a place and what to do there.
+//! Component tasks: a controller is given a fruit to hold or a point to reach.
 
 mod config;
 
 pub use config::{ComplianceConfig, GoalConfig, PushConfig};
 
-use crate::errand::{Errand, Shove};
 use crate::plan::Target;
-use crate::{BaselinePicker, Controller, ExpertConfig, ExpertPicker, Kind, PickerConfig};
+use crate::task::{AssignedTask, PushTask};
+use crate::{BaselinePicker, Controller, ExpertConfig, ExpertPicker, Kind};
 use orchard_geometry::Vec3;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
-/// The preset `paper` of what component tasks need, as TOML text.
+/// Config of the component tasks' controllers as TOML text.
 pub const GOAL_TOML: &str = include_str!("../configs/paper/goal.toml");
 
-/// What a component task asks of a controller.
+/// Goal of a component task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// Hold the fruit that is said to be here between the fingers.
+    /// Hold the fruit at a position between the fingers.
     Grasp {
-        /// Its centre as a perception module would tell it [m, odom].
+        /// Centre of the fruit, with the error of a detector, odom [m].
         p_odom: Vec3,
-        /// Its radius, likewise [m].
+        /// Radius of the fruit, with the error of a detector [m].
         radius: f64,
     },
-    /// Bring the point between the finger pads here, from a side, and stay.
+    /// Bring the point between the finger pads to a position from a given side and hold it there.
     Reach {
-        /// The place [m, odom].
+        /// Position, odom [m].
         p_odom: Vec3,
-        /// Level direction from where the base is to stand to the place, from the x axis of odom [rad].
+        /// Horizontal direction from the base's stand-off to the position, from the x axis of odom [rad].
         heading_odom: f64,
     },
 }
 
-/// Makes the controller of a component task. A place is pushed to by the baseline's machine under either name: `expert` takes the
-/// clearest direction that it sees, slows, gives way and goes around by the force at the hand.
+/// Makes the controller of a component task. Every controller pushes to a point with the baseline's state machine; `expert` takes the
+/// direction with the fewest seen points, slows and yields by the force at the hand, and tries detours.
 pub(crate) fn controller(
     kind: Kind,
     goal: &Goal,
@@ -42,20 +42,18 @@ pub(crate) fn controller(
     detector: DetectorConfig,
 ) -> Box<dyn Controller> {
     let goals = GoalConfig::paper();
-    match (kind, *goal) {
-        (Kind::Expert, Goal::Grasp { p_odom, radius }) => {
-            let errand = Errand { target: Target { p: p_odom, radius }, push: None };
-            Box::new(ExpertPicker::on_errand(robot, detector, ExpertConfig::preset(), errand))
-        }
-        (Kind::Baseline, Goal::Grasp { p_odom, radius }) => {
-            let errand = Errand { target: Target { p: p_odom, radius }, push: None };
-            Box::new(BaselinePicker::on_errand(robot, detector, PickerConfig::paper(), errand))
-        }
-        (_, Goal::Reach { p_odom, heading_odom }) => {
+    let task = match *goal {
+        Goal::Grasp { p_odom, radius } => AssignedTask { target: Target { p: p_odom, radius }, push: None },
+        Goal::Reach { p_odom, heading_odom } => {
             let compliance = (kind == Kind::Expert).then_some(goals.compliance);
-            let push = Shove { heading_odom, rules: goals.push, compliance };
-            let errand = Errand { target: Target { p: p_odom, radius: 0.0 }, push: Some(push) };
-            Box::new(BaselinePicker::on_errand(robot, detector, PickerConfig::paper(), errand))
+            let push = PushTask { heading_odom, rules: goals.push, compliance };
+            AssignedTask { target: Target { p: p_odom, radius: 0.0 }, push: Some(push) }
         }
+    };
+    match (kind, goal) {
+        (Kind::Expert, Goal::Grasp { .. }) => {
+            Box::new(ExpertPicker::with_task(robot, detector, ExpertConfig::preset(), task))
+        }
+        _ => Box::new(BaselinePicker::with_task(robot, detector, kind.picker_config(), task)),
     }
 }

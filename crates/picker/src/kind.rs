@@ -1,51 +1,94 @@
 //! The controllers of this crate, by name.
 
-use crate::{
-    BaselinePicker, Controller, EXPERT_TOML, ExpertConfig, ExpertPicker, Goal, PAPER_TOML, PickerConfig,
-};
+use crate::{BASELINE_TOML, BaselinePicker, Controller, ExpertConfig, ExpertPicker, Goal, PickerConfig};
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
 /// A controller that can be asked for by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kind {
-    /// The paper's harvest cycle.
+    /// The reference controller: the paper's harvest cycle, with a second look and a choice of approach by clearance.
     #[default]
     Baseline,
-    /// The best of this crate.
+    /// The paper's harvest cycle without our additions.
+    Paper,
+    /// The best controller of this crate.
     Expert,
 }
 
 impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Baseline, Self::Expert];
+    /// All controllers.
+    pub const ALL: [Self; 3] = [Self::Baseline, Self::Paper, Self::Expert];
 
-    /// Its name, as results and command lines give it.
+    /// Name of the controller in results and on command lines.
     pub fn name(self) -> &'static str {
         match self {
             Self::Baseline => "baseline",
+            Self::Paper => "paper",
             Self::Expert => "expert",
         }
     }
 
-    /// Its config as TOML text.
+    /// The controller of a name.
+    ///
+    /// # Errors
+    /// There is none of that name; the message lists all names.
+    pub fn named(name: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("no controller '{name}'; the controllers are: {names}")
+        })
+    }
+
+    /// Everything that determines the controller's config: the TOML text of its base, if it has one, then its own.
     pub fn toml(self) -> &'static str {
         match self {
-            Self::Baseline => PAPER_TOML,
-            Self::Expert => EXPERT_TOML,
+            Self::Baseline => BASELINE_TOML,
+            Self::Paper => concat!(
+                include_str!("../configs/baseline/picker.toml"),
+                include_str!("../configs/paper/picker.toml")
+            ),
+            Self::Expert => concat!(
+                include_str!("../configs/baseline/picker.toml"),
+                include_str!("../configs/expert/picker.toml")
+            ),
         }
     }
 
-    /// One at the start of an episode.
+    /// Makes the controller for a harvest, in its state at the start of an episode.
     pub fn controller(self, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
         match self {
-            Self::Baseline => Box::new(BaselinePicker::new(robot, detector, PickerConfig::paper())),
+            Self::Baseline | Self::Paper => {
+                Box::new(BaselinePicker::new(robot, detector, self.picker_config()))
+            }
             Self::Expert => Box::new(ExpertPicker::new(robot, detector, ExpertConfig::preset())),
         }
     }
 
-    /// One at the start of a component task.
+    /// Makes the controller for a component task, in its state at the start of an episode.
     pub fn with_goal(self, goal: &Goal, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
         crate::goal::controller(self, goal, robot, detector)
+    }
+
+    /// Config of the state machine that the baseline, the paper's controller and every push to a point share.
+    pub(crate) fn picker_config(self) -> PickerConfig {
+        match self {
+            Self::Paper => PickerConfig::of_paper_controller(),
+            Self::Baseline | Self::Expert => PickerConfig::baseline(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_controller_has_a_name_and_unknown_names_list_all() {
+        for kind in Kind::ALL {
+            assert_eq!(Kind::named(kind.name()), Ok(kind));
+        }
+        let e = Kind::named("lemon").unwrap_err();
+        assert_eq!(e, "no controller 'lemon'; the controllers are: baseline, paper, expert");
     }
 }

@@ -1,9 +1,10 @@
 //! Harvest controllers: observations in, commands out.
 //!
-//! A [`Controller`] sees an [`orchard_robot::Observation`] a frame and answers with a command. It keeps a
-//! [`Record`] of what it believed and did, which a benchmark reads and scores against the truth.
-//! [`BaselinePicker`] is the paper's harvest cycle on geometric perception, the reference that others must beat; [`ExpertPicker`] is the best that this crate has;
-//! [`Kind`] names the controllers of this crate.
+//! A [`Controller`] takes an [`orchard_robot::Observation`] each frame and returns a command. It keeps a [`Record`] of its beliefs and actions,
+//! which a benchmark scores against the truth. [`BaselinePicker`] runs the paper's harvest cycle on geometric perception: as controller
+//! `baseline`, the reference that others must beat, and, with another config, as controller `paper`. [`ExpertPicker`] is the best
+//! controller of this crate. [`Kind`] lists all controllers by name.
+#![allow(rustdoc::broken_intra_doc_links, reason = "units are in square brackets, as in [m]")]
 
 mod align;
 mod baseline;
@@ -13,22 +14,22 @@ mod compliance;
 mod config;
 mod controller_kind;
 mod drive;
-mod errand;
 mod expert;
-mod eyes;
 mod goal;
 mod kind;
 mod machine;
 mod motion;
+mod perception;
+mod picker_core;
 mod plan;
 mod postures;
 mod record;
-mod rig;
 mod robot_state;
 mod scan;
+mod task;
 
 pub use baseline::BaselinePicker;
-pub use config::{PAPER_TOML, PickerConfig};
+pub use config::{BASELINE_TOML, PickerConfig};
 pub use controller_kind::{ControllerKind, CustomKind, custom};
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use goal::{ComplianceConfig, GOAL_TOML, Goal, GoalConfig, PushConfig};
@@ -39,10 +40,10 @@ use orchard_robot::{Command, Observation};
 
 /// A harvest controller.
 pub trait Controller: Send {
-    /// The command for this control frame.
+    /// Returns the command for this control frame.
     fn act(&mut self, observation: &Observation) -> Command;
 
-    /// What it has done so far.
+    /// Returns the record of the episode so far.
     fn record(&self) -> &Record;
 }
 

@@ -1,53 +1,53 @@
-//! The state machine that the controllers of this crate are: a rig and a phase, one step a frame.
+//! State machine of the controllers of this crate: a core and a phase, one step each frame.
 
+use crate::picker_core::{Attempt, PickerCore, STILL};
 use crate::record::{AttemptEnd, FailureReason, State};
-use crate::rig::{Attempt, Rig, STILL};
 use crate::robot_state::RobotState;
 use orchard_robot::{Command, Observation};
 
-/// What a controller is doing, with what the state remembers.
+/// State of a controller, with the memory of that state.
 pub(crate) trait Phase: Clone {
-    /// Its name in the record.
+    /// Name of the state in the record.
     fn state(&self) -> State;
 }
 
-/// What a state wants next.
+/// Result of one frame of a state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Next<P> {
-    /// Stay in this state, base velocity as given.
+    /// Stay in this state, with a base velocity [m/s, m/s, rad/s].
     Stay(P, [f64; 3]),
-    /// Go over to another state.
+    /// Enter another state.
     Enter(P),
     /// Give the target up.
     Fail(FailureReason),
 }
 
-/// A controller whose states are phases.
+/// A controller as a state machine.
 pub(crate) trait Machine {
     type Phase: Phase;
 
-    fn rig(&mut self) -> &mut Rig;
+    fn core(&mut self) -> &mut PickerCore;
 
     fn phase(&mut self) -> &mut Self::Phase;
 
-    /// One frame of a phase.
+    /// Runs one frame of a phase.
     fn run(&mut self, phase: Self::Phase, robot: &RobotState) -> Next<Self::Phase>;
 
-    /// The phase that follows a failure in a state.
+    /// Returns the phase that follows a failure in a state.
     fn after_failure(&mut self, state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Self::Phase;
 
-    /// Takes in what the sensors say, before the phase runs.
+    /// Updates the controller from the sensors before the phase runs.
     fn take_in(&mut self, _robot: &RobotState) {}
 
-    /// One frame: from what is observed to a command.
+    /// Runs one frame: returns the command for an observation.
     fn act(&mut self, observation: &Observation) -> Command {
-        let Some(robot) = self.rig().sense(observation) else { return self.rig().hold() };
+        let Some(robot) = self.core().sense(observation) else { return self.core().hold() };
         self.take_in(&robot);
         let base_velocity = self.step(&robot);
-        self.rig().command(base_velocity)
+        self.core().command(base_velocity)
     }
 
-    /// Runs the present phase; the base's velocity.
+    /// Runs the present phase and returns the base's velocity [m/s, m/s, rad/s].
     fn step(&mut self, robot: &RobotState) -> [f64; 3] {
         let phase = self.phase().clone();
         let state = phase.state();
@@ -58,11 +58,11 @@ pub(crate) trait Machine {
             }
             Next::Enter(phase) => phase,
             Next::Fail(reason) => {
-                let attempt = self.rig().conclude(robot, AttemptEnd::Failed(reason));
+                let attempt = self.core().conclude(robot, AttemptEnd::Failed(reason));
                 self.after_failure(state, attempt.as_ref(), robot)
             }
         };
-        self.rig().enter(phase.state(), robot);
+        self.core().enter(phase.state(), robot);
         *self.phase() = phase;
         STILL
     }

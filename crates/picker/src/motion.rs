@@ -1,4 +1,4 @@
-//! Smooth arm motions: joint-space moves and straight lines of the hand.
+//! Smooth arm motions: joint-space motions and straight lines of the hand.
 
 mod homing;
 mod path;
@@ -12,10 +12,10 @@ use orchard_robot::{ArmKinematics, IkTarget, JointVector, Obstacle};
 pub use crate::motion::homing::HomingConfig;
 pub(crate) use crate::motion::path::Pace;
 
-/// A cubic in time from rest to rest: all joints start and stop together.
+/// Joint motion that is a cubic in time from rest to rest: all joints start and stop together.
 ///
 /// With q(u) = a + (b - a)(3 u^2 - 2 u^3), u = t/T, the largest speed is 1.5 |b - a|/T and the largest
-/// acceleration 6 |b - a|/T^2; T is the shortest that keeps both limits.
+/// acceleration 6 |b - a|/T^2; T is the shortest time that keeps both limits.
 #[derive(Debug, Clone, PartialEq)]
 struct JointMove {
     from: JointVector,
@@ -24,7 +24,7 @@ struct JointMove {
     time: f64,
 }
 
-/// A straight line of the TCP with fixed orientation, base frame, from rest to rest.
+/// Straight line of the TCP with fixed orientation, base frame, from rest to rest.
 #[derive(Debug, Clone, PartialEq)]
 struct Line {
     from: Pose,
@@ -40,11 +40,11 @@ struct Line {
     speed: f64,
 }
 
-/// A posture to pass, and how near counts as passed.
+/// A posture to pass, with the distance at which it counts as passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WayPoint {
     pub q: JointVector,
-    /// The next one is aimed at once all joints are this near [rad].
+    /// Joint distance at which the arm turns to the next way-point [rad].
     pub blend: f64,
 }
 
@@ -55,11 +55,11 @@ enum Course {
     Line(Line),
     Path(Path),
     Homing(Box<Homing>),
-    /// The line left the arm's reach.
+    /// The motion has ended because no posture continued it.
     Lost,
 }
 
-/// The arm's commanded posture and where it is going.
+/// Commanded posture of the arm and its motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ArmMotion {
     q: JointVector,
@@ -71,22 +71,22 @@ impl ArmMotion {
         Self { q, course: Course::Rest }
     }
 
-    /// The commanded posture.
+    /// Commanded posture [rad].
     pub fn q(&self) -> &JointVector {
         &self.q
     }
 
-    /// Whether the commanded posture has stopped changing.
+    /// True if the commanded posture no longer changes.
     pub fn is_over(&self) -> bool {
         matches!(self.course, Course::Rest | Course::Lost)
     }
 
-    /// Whether the last line ended because no posture continued it.
+    /// True if the last motion ended because no posture continued it.
     pub fn is_lost(&self) -> bool {
         self.course == Course::Lost
     }
 
-    /// Goal of the present joint motion, or the posture at rest.
+    /// Goal of the present joint motion, else the commanded posture [rad].
     pub fn goal(&self) -> &JointVector {
         match &self.course {
             Course::Joints(joints) => &joints.to,
@@ -95,7 +95,7 @@ impl ArmMotion {
         }
     }
 
-    /// Distance along the present line [m].
+    /// Distance travelled along the present line [m]; `None` in other motions.
     pub fn travelled(&self) -> Option<f64> {
         match &self.course {
             Course::Line(line) => Some(line.travelled),
@@ -103,18 +103,18 @@ impl ArmMotion {
         }
     }
 
-    /// Stops where it is.
+    /// Stops the commanded posture where it is.
     pub fn stop(&mut self) {
         self.course = Course::Rest;
     }
 
-    /// Is at a posture from now on; neighbouring frames must be near each other.
+    /// Sets the commanded posture; postures of successive frames must be near each other.
     pub fn place(&mut self, q: JointVector) {
         self.q = q;
         self.course = Course::Rest;
     }
 
-    /// Starts a joint motion; `scale` slows it down.
+    /// Starts a joint motion at a share `scale` of the speed.
     pub fn go(&mut self, to: JointVector, config: &ArmConfig, scale: f64) {
         let farthest = (to - self.q).amax();
         if farthest == 0.0 {
@@ -163,13 +163,12 @@ impl ArmMotion {
         }
     }
 
-    /// Starts through way-points, the last of which is the goal; goes over from another path without a stop.
+    /// Starts a motion through way-points, the last of which is the goal; it takes over the velocity of a present path.
     pub fn go_through(&mut self, way_points: impl IntoIterator<Item = WayPoint>, pace: Pace) {
         self.course = Course::Path(Path::new(way_points, self.path_velocity(), pace));
     }
 
-    /// Starts the hand towards a pose of the TCP (base frame) along its approach axis, or corrects where it is going and what
-    /// is in the way.
+    /// Starts the hand towards a pose of the TCP (base frame) along its approach axis, or corrects goal and obstacles of that motion.
     pub fn home_in(
         &mut self,
         arm: &ArmKinematics,
@@ -185,7 +184,7 @@ impl ArmMotion {
         }
     }
 
-    /// Joint velocities on the present path; none elsewhere.
+    /// Joint velocities on the present path [rad/s]; zero in other motions.
     fn path_velocity(&self) -> JointVector {
         match &self.course {
             Course::Path(path) => path.velocity(),
@@ -193,14 +192,14 @@ impl ArmMotion {
         }
     }
 
-    /// The hand homes in at a share of its speeds from now on.
+    /// Sets the share of its speeds at which the hand homes in.
     pub fn set_homing_pace(&mut self, pace: f64) {
         if let Course::Homing(homing) = &mut self.course {
             homing.set_pace(pace);
         }
     }
 
-    /// Moves the commanded posture on by `dt` [s].
+    /// Advances the commanded posture by `dt` [s].
     pub fn advance(&mut self, arm: &ArmKinematics, dt: f64) {
         match &mut self.course {
             Course::Rest | Course::Lost => {}
@@ -231,7 +230,7 @@ impl ArmMotion {
                 let left = line.length - line.travelled;
                 let braking = (2.0 * line.acceleration * left.max(0.0)).sqrt();
                 line.speed = (line.speed + line.acceleration * dt).min(line.speed_max).min(braking);
-                // The braking law alone would creep up to the end for ever.
+                // By the braking law alone the hand would never reach the end.
                 let step = (line.speed * dt).max(line.speed_max * dt * line.creep).min(left);
                 line.travelled += step;
                 let over = line.travelled >= line.length;
@@ -251,8 +250,8 @@ impl ArmMotion {
     }
 }
 
-/// Largest speed from which a distance is enough to stop, where speed falls by `a dt` a frame: the frames' way
-/// `v dt + (v - a dt) dt + ..` is `distance`, to an eighth of `a dt^2`.
+/// Returns the largest speed from which a body stops within `distance` if its speed falls by `a dt` each frame: the sum
+/// `v dt + (v - a dt) dt + ..` is `distance`, to within an eighth of `a dt^2`.
 fn stopping_speed(a: f64, distance: f64, dt: f64) -> f64 {
     let step = a * dt;
     if step <= 0.0 {

@@ -1,27 +1,27 @@
-//! From where to grasp a fruit: approach directions that the arm can follow, judged by what is in the way of the hand and
-//! of the camera's second look, and by how far the arm turns.
+//! Grasp planning: approach directions that the arm can follow, compared by the seen points in the path of the hand and in the line of
+//! sight of the second look, and by the turn of the arm.
 
 use crate::config::PickerConfig;
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3, inverse_transform, math, transform};
 use orchard_robot::{ArmKinematics, IkTarget, JointVector};
 
-/// A fruit, in some frame.
+/// A target fruit; the context gives the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Target {
     pub p: Vec3,
     pub radius: f64,
 }
 
-/// A way to grasp: orientation of the hand and the posture in which its straight approach begins, base frame.
+/// Plan of a grasp: orientation of the hand and the posture in which its straight approach begins, base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GraspPlan {
     /// Orientation of the TCP.
     pub rotation: Rotation,
     /// Posture of the second look.
     pub q_look: JointVector,
-    /// Points in the way of the hand.
+    /// Number of points in the path of the hand.
     pub met: usize,
-    /// Points in the way of hand and sight, and turning, in points.
+    /// Cost of points in the path and in the line of sight, and of turning, in points.
     pub cost: f64,
 }
 
@@ -32,7 +32,7 @@ impl GraspPlan {
     }
 }
 
-/// Orientation of a hand that looks along a direction with the camera's side up: x in the vertical plane.
+/// Returns the orientation of a hand that points along a direction with the camera's side up: x in the vertical plane.
 pub(crate) fn hand_rotation(pitch: f64, yaw: f64) -> Rotation {
     let ((sp, cp), (sy, cy)) = (math::sin_cos(pitch), math::sin_cos(yaw));
     let z = Vec3::new(cp * cy, cp * sy, sp);
@@ -41,18 +41,18 @@ pub(crate) fn hand_rotation(pitch: f64, yaw: f64) -> Rotation {
     Rotation::from_rotation_matrix(&r)
 }
 
-/// TCP pose at a distance before the fruit (negative: beyond its centre).
+/// Returns the TCP pose at a distance in front of the fruit's centre [m] (negative: beyond it).
 fn before(target: &Target, rotation: &Rotation, distance: f64) -> Pose {
     Pose::from_parts((target.p - rotation * Vec3::z() * distance).into(), *rotation)
 }
 
-/// Distance that the TCP travels from the second look to the grasp.
+/// Distance that the TCP travels from the second look to the grasp [m].
 pub(crate) fn advance_length(config: &PickerConfig) -> f64 {
     config.approach.look.si() + config.approach.overshoot.si()
 }
 
-/// Posture of the second look for a given orientation, if the arm can go straight on from there to the grasp, and farther
-/// by a margin [m].
+/// Returns the posture of the second look for a given orientation, if the arm can go straight on from there to the grasp and farther by a
+/// margin [m].
 pub(crate) fn look_posture(
     arm: &ArmKinematics,
     target: &Target,
@@ -63,14 +63,14 @@ pub(crate) fn look_posture(
 ) -> Option<JointVector> {
     let (look, pregrasp) = (config.approach.look.si(), config.approach.pregrasp.si());
     let at = |distance: f64| IkTarget::Pose(before(target, rotation, distance));
-    // The middle of the line decides; from there postures are continued both ways.
+    // The posture at the pre-grasp is solved first; from there postures are continued in both directions.
     let starts = [*q_start, arm.home()];
     let q_pregrasp = starts.iter().find_map(|q| arm.solve_near(&at(pregrasp), q).ok())?;
     follow(arm, q_pregrasp, pregrasp, -config.approach.overshoot.si() - reach_margin, at, config)?;
     follow(arm, q_pregrasp, pregrasp, look, at, config)
 }
 
-/// Continues a posture along the approach, from one distance before the fruit to another.
+/// Continues a posture along the approach, from one distance in front of the fruit to another [m].
 fn follow(
     arm: &ArmKinematics,
     mut q: JointVector,
@@ -90,34 +90,34 @@ fn follow(
     Some(q)
 }
 
-/// A search for ways to grasp, base frame.
+/// Search for approaches to a target, base frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Search<'a> {
     pub arm: &'a ArmKinematics,
     pub config: &'a PickerConfig,
     pub target: &'a Target,
-    /// What the camera saw.
+    /// Points that the camera saw.
     pub points: &'a [Vec3],
-    /// Where the arm starts from.
+    /// Posture from which the arm starts.
     pub q_start: &'a JointVector,
-    /// The arm must reach so much farther than the grasp [m].
+    /// Distance beyond the grasp that the arm must be able to reach [m].
     pub reach_margin: f64,
 }
 
 impl Search<'_> {
-    /// The cheapest approach.
+    /// Returns the approach of least cost.
     pub fn best(&self) -> Option<GraspPlan> {
-        self.ways(|_| true).into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+        self.approaches(|_| true).into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// Approaches that the arm can follow among the directions (base frame) that are allowed, those with least in the way.
-    pub fn ways(&self, is_allowed: impl Fn(&Vec3) -> bool) -> Vec<GraspPlan> {
+    /// Returns the approaches of least cost that the arm can follow, among the allowed directions (base frame).
+    pub fn approaches(&self, is_allowed: impl Fn(&Vec3) -> bool) -> Vec<GraspPlan> {
         let Self { arm, config, target, .. } = *self;
         let c = &config.approach;
         let shoulder = arm.shoulder();
         let straight = math::atan2(target.p.y - shoulder.y, target.p.x - shoulder.x);
         let near = self.points_near(c.sweep_length.si() + c.sweep_half_y.si());
-        let mut ways = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
+        let mut approaches = Vec::with_capacity(c.elevations.len() * c.azimuths.len());
         for elevation in &c.elevations {
             for azimuth in &c.azimuths {
                 let rotation = hand_rotation(elevation.si(), straight + azimuth.si());
@@ -128,11 +128,11 @@ impl Search<'_> {
                 let turn = (elevation.si() - first).abs() + azimuth.si().abs();
                 let [met, hiding] = self.in_the_way(&near, &rotation);
                 let cost = met as f64 + c.hiding_cost.si() * hiding as f64 + c.turn_cost.si() * turn;
-                ways.push((cost, met, rotation));
+                approaches.push((cost, met, rotation));
             }
         }
-        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let reachable = ways.into_iter().filter_map(|(cost, met, rotation)| {
+        approaches.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let reachable = approaches.into_iter().filter_map(|(cost, met, rotation)| {
             let q_look = look_posture(arm, target, &rotation, self.q_start, self.reach_margin, config)?;
             let cost = cost + c.posture_cost.si() * (q_look - self.q_start).amax();
             Some(GraspPlan { rotation, q_look, met, cost })
@@ -140,7 +140,7 @@ impl Search<'_> {
         reachable.take(c.candidates.get() as usize).collect()
     }
 
-    /// Points near the fruit that are not its own.
+    /// Points near the fruit that do not belong to it.
     fn points_near(&self, farthest: f64) -> Vec<Vec3> {
         let own = self.target.radius + self.config.approach.fruit_margin.si();
         let is_near = |p: &&Vec3| {
@@ -150,7 +150,7 @@ impl Search<'_> {
         self.points.iter().filter(is_near).copied().collect()
     }
 
-    /// Points in the way of the hand, and of the camera's second look.
+    /// Numbers of points in the path of the hand and in the line of sight of the second look.
     fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> [usize; 2] {
         let (target, c) = (self.target, &self.config.approach);
         let x_grasp = before(target, rotation, -c.overshoot.si());
@@ -162,7 +162,7 @@ impl Search<'_> {
     }
 }
 
-/// Whether a point lies within the cone from the camera about the fruit, before the fruit.
+/// True if a point lies in the cone from the camera to the fruit, in front of the fruit.
 fn is_before(p: &Vec3, p_camera: &Vec3, target: &Target) -> bool {
     let sight = target.p - p_camera;
     let share = (p - p_camera).dot(&sight) / sight.norm_squared();
@@ -170,8 +170,8 @@ fn is_before(p: &Vec3, p_camera: &Vec3, target: &Target) -> bool {
     share > 0.0 && share < 1.0 && aside < target.radius * share
 }
 
-/// Points (base frame) that the hand would meet while the joints go in proportion from one posture to another; each
-/// counts once.
+/// Counts the points (base frame) that the hand would meet while the joints move in proportion from one posture to another; each counts
+/// once.
 pub(crate) fn swept(
     arm: &ArmKinematics,
     points: &[Vec3],
@@ -186,13 +186,13 @@ pub(crate) fn swept(
     points.iter().filter(is_met).count()
 }
 
-/// Whether a point of the TCP's frame lies where hand and fingers are.
+/// True if a point of the TCP's frame lies in the volume of hand and fingers.
 fn in_hand(p_tcp: &Vec3, config: &PickerConfig) -> bool {
     let c = &config.approach;
     in_sweep(p_tcp, config) && p_tcp.z >= -c.hand_length.si()
 }
 
-/// Whether a point of the TCP's frame lies in the volume that hand and fingers sweep on the straight approach.
+/// True if a point of the TCP's frame lies in the volume that hand and fingers sweep on the straight approach.
 pub(crate) fn in_sweep(p_tcp: &Vec3, config: &PickerConfig) -> bool {
     let c = &config.approach;
     p_tcp.x.abs() <= c.sweep_half_x.si()
@@ -218,8 +218,8 @@ mod tests {
         Search { arm, config, target: &TARGET, points, q_start, reach_margin: 0.0 }
     }
 
-    /// Points before the second look's camera, but beside the hand's path, turn the choice to a direction from which the
-    /// fruit is seen; at no cost they do not.
+    /// Points in the line of sight of the second look, but beside the hand's path, change the choice to a direction from which the fruit is
+    /// seen; at cost 0 they do not.
     #[test]
     fn what_hides_the_fruit_turns_the_approach() {
         let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
@@ -240,7 +240,7 @@ mod tests {
         assert_eq!(careless.direction(), free.direction());
     }
 
-    /// Of a row of points those count that the hand passes, each once; those beside and behind it do not.
+    /// Points on the path of the hand count, each once; points beside and behind it do not.
     #[test]
     fn a_swing_meets_what_lies_in_its_way() {
         let (robot, expert) = (RobotModel::paper(), ExpertConfig::preset());
@@ -259,7 +259,7 @@ mod tests {
         let behind = Vec3::new(0.0, 0.0, -config.approach.hand_length.si() - 0.05);
         let passed = [beyond, behind].map(|offset| at(0.5, offset));
         assert_eq!(swept(arm, &passed, [&from, &to], config), 0);
-        // The joint turns about the vertical: what is higher than the hand is thick stays clear.
+        // The joint turns about the vertical: a point above the hand's thickness stays clear.
         let above = met[0] + Vec3::z() * (config.approach.sweep_half_y.si() + 0.1);
         assert_eq!(swept(arm, &[above], [&from, &to], config), 0);
     }

@@ -1,4 +1,4 @@
-//! Postures that the cycle returns to, found once.
+//! Fixed postures of the harvest cycle, computed once.
 
 use crate::config::{PickerConfig, PostureConfig};
 use crate::plan::hand_rotation;
@@ -6,12 +6,12 @@ use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{ArmKinematics, Bucket, IkTarget, JointVector};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Fixed postures of the arm.
+/// Fixed postures of the arm [rad].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Postures {
-    /// Looking around; the first is also the one for driving and carrying.
+    /// Postures for looking around; the first is also the one for driving and carrying.
     pub survey: Vec<JointVector>,
-    /// Over the bucket, and lowered to let go; `None` if the arm does not reach there.
+    /// Postures above the bucket and lowered to let go; `None` if the arm does not reach there.
     pub bucket: Option<[JointVector; 2]>,
     /// The bucket's axis, base frame.
     pub p_bucket: Vec3,
@@ -33,21 +33,21 @@ impl Postures {
         Self { survey, bucket: bucket_postures, p_bucket: bucket.p_base }
     }
 
-    /// The posture for driving and carrying.
+    /// Posture for driving and carrying.
     pub fn carry(&self) -> JointVector {
         self.survey[0]
     }
 }
 
-/// Turns of the hand about the vertical that are tried over the bucket's axis.
+/// Turns of the hand about the vertical that are tried above the bucket's axis [rad].
 const TURNS: [f64; 8] =
     [0.0, FRAC_PI_4, FRAC_PI_2, 3.0 * FRAC_PI_4, PI, 5.0 * FRAC_PI_4, 3.0 * FRAC_PI_2, 7.0 * FRAC_PI_4];
 
-/// Turns with the fingers moving across the base: the hand's width fits between the walls wherever it is along it.
+/// Turns with the fingers moving across the base [rad]: the hand's width then fits between the walls at any place along the bucket.
 pub(crate) const ACROSS: [f64; 2] = [0.0, PI];
 
-/// Hand down at a place (base frame, height ignored), over it and lowered: of the given turns of the hand and both
-/// ways round, the postures nearest to `carry`.
+/// Returns the postures with the hand pointing down above a place (base frame, height ignored) and lowered to it: of the given turns of the
+/// hand and both senses of rotation, those nearest to `carry`.
 pub(crate) fn hand_down(
     arm: &ArmKinematics,
     place: &Vec3,
@@ -64,9 +64,9 @@ pub(crate) fn hand_down(
             start[0] = side;
             let Ok(q_above) = arm.solve_near(&at(above), &start) else { continue };
             let Ok(q_low) = arm.solve_near(&at(low), &q_above) else { continue };
-            let way = (q_above - carry).amax();
-            if best.is_none_or(|(shortest, _)| way < shortest) {
-                best = Some((way, [q_above, q_low]));
+            let turn = (q_above - carry).amax();
+            if best.is_none_or(|(shortest, _)| turn < shortest) {
+                best = Some((turn, [q_above, q_low]));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What a controller believed and did, for a benchmark to score.
+//! Record of a controller's beliefs and actions, for a benchmark to score.
 
 use orchard_geometry::Vec3;
 use orchard_perception::Sighting;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Number of an attempt, from 0 in the order of starting.
 pub type AttemptId = u32;
 
-/// What the picker is doing.
+/// State of a picker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
@@ -27,23 +27,23 @@ pub enum State {
     Retreat,
 }
 
-/// Why an attempt failed, as the controller believes it.
+/// Reason for which an attempt failed, as the controller believes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FailureReason {
-    /// No stand-off from which the arm reaches the target.
+    /// There is no stand-off from which the arm reaches the target.
     Unreachable,
     /// The arm stopped short of the pre-grasp posture.
     ReachStalled,
     /// The second look saw no fruit, or the fingers closed on nothing.
     NoFruitAtDetection,
-    /// No posture for the last stretch.
+    /// There is no posture for the last stretch.
     GraspUnreachable,
     /// The hand stopped short of the fruit.
     GraspStalled,
-    /// The stem held until the pull's end.
+    /// The stem held until the end of the pull.
     StemTooStrong,
-    /// The fruit left the hand before it was over the bucket.
+    /// The fruit left the hand before it was above the bucket.
     Slipped,
     /// The arm pushed the fruit off its stem.
     KnockedOffByArm,
@@ -57,17 +57,17 @@ pub enum FailureReason {
     RunEnded,
 }
 
-/// How an attempt ended, as the controller believes it.
+/// End of an attempt, as the controller believes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttemptEnd {
-    /// The fruit was let go over the bucket.
+    /// The fruit was let go above the bucket.
     Deposited,
     /// The attempt failed.
     Failed(FailureReason),
 }
 
-/// Something that happened, with the observation's time [s].
+/// An event, with the observation's time [s].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// A target was committed.
@@ -81,7 +81,7 @@ pub enum Event {
         /// Estimated radius [m].
         radius: f64,
     },
-    /// The fingers hold something that the controller takes for the fruit.
+    /// The fingers hold the fruit, as the controller believes.
     Grasped {
         /// Time [s].
         time: f64,
@@ -90,22 +90,22 @@ pub enum Event {
         /// Width between the fingers [m].
         width: f64,
     },
-    /// The controller takes the stem as given way.
+    /// The stem has broken, as the controller believes.
     StemGaveWay {
         /// Time [s].
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// Largest pull along the withdrawal that the arm's torques told [N].
+        /// Largest pull along the withdrawal, from the arm's torques [N].
         pull: f64,
     },
-    /// The hand goes back from what it pressed on.
+    /// The hand goes back from an obstacle that it pressed on.
     Yielded {
         /// Time [s].
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// Force that the arm's torques told [N].
+        /// Force on the obstacle, from the arm's torques [N].
         force: f64,
     },
     /// The controller's state changed.
@@ -121,7 +121,7 @@ pub enum Event {
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// How it ended.
+        /// End of the attempt.
         end: AttemptEnd,
     },
 }
@@ -135,11 +135,11 @@ pub struct ImageReport {
     pub detections: Vec<Sighting>,
 }
 
-/// What a controller believed and did.
+/// Record of a controller's beliefs and actions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Record {
     /// Events in the order of time.
     pub events: Vec<Event>,
-    /// One report an image.
+    /// One report for each image.
     pub images: Vec<ImageReport>,
 }

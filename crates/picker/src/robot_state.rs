@@ -1,15 +1,15 @@
-//! The robot as its sensors tell it, in the frames that the picker thinks in.
+//! State of the robot from its sensors, in the frames of the picker.
 
 use crate::config::SensorsConfig;
 use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{JointVector, Observation};
 use std::collections::VecDeque;
 
-/// Pose and joints at one control frame.
+/// Pose and joint state at one control frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RobotState {
     pub time: f64,
-    /// Since the last frame [s].
+    /// Time since the last frame [s].
     pub dt: f64,
     pub q: JointVector,
     pub v: JointVector,
@@ -31,7 +31,7 @@ pub(crate) struct RobotState {
 }
 
 impl RobotState {
-    /// `None` if a sensor reads what is no number.
+    /// Reads an observation. Returns `None` if a reading is not finite.
     pub fn read(observation: &Observation, last_time: Option<f64>, config: &SensorsConfig) -> Option<Self> {
         let o = observation;
         let all = [o.time, o.base_height];
@@ -66,41 +66,41 @@ impl RobotState {
         })
     }
 
-    /// Where the base stands, odom.
+    /// Position of the base on the ground, odom [m].
     pub fn p_odom(&self) -> Vec3 {
         Vec3::new(self.base_pose[0], self.base_pose[1], 0.0)
     }
 }
 
-/// The states of the last moments: images come late.
+/// States of the last moments, to place images that come late.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
     states: VecDeque<RobotState>,
-    /// How far it reaches back [s].
+    /// Time that the memory reaches back [s].
     span: f64,
-    /// Farthest from a state for which it may stand [s].
+    /// Largest time between an image and the state used for it [s].
     gap: f64,
 }
 
 impl Memory {
-    /// Nothing yet.
+    /// Makes an empty memory.
     pub fn new(config: &SensorsConfig) -> Self {
         Self { states: VecDeque::new(), span: config.memory.si(), gap: config.longest_step.si() }
     }
 
-    /// Adds the newest state and drops those that are too old, or newer than the newest.
+    /// Adds the newest state and drops states that are too old or have a later time.
     pub fn keep(&mut self, now: &RobotState) {
         let span = now.time - self.span..now.time;
         self.states.retain(|state| span.contains(&state.time));
         self.states.push_back(now.clone());
     }
 
-    /// The newest state.
+    /// Newest state.
     pub fn last(&self) -> Option<&RobotState> {
         self.states.back()
     }
 
-    /// The state at a moment: the nearest in time, the newest of two. `None` if there was none at that time.
+    /// State nearest to a time [s], the newest of two; `None` if there is none near that time.
     pub fn at(&self, time: f64) -> Option<&RobotState> {
         let off = |state: &RobotState| (state.time - time).abs();
         let nearest = self.states.iter().rev().min_by(|a, b| off(a).total_cmp(&off(b)))?;
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_memory_holds_the_last_moments() {
-        let config = PickerConfig::paper().sensors;
+        let config = PickerConfig::baseline().sensors;
         let (span, gap) = (config.memory.si(), config.longest_step.si());
         let mut memory = Memory::new(&config);
         assert_eq!(memory.at(0.0), None);

@@ -1,8 +1,8 @@
-//! Looking for fruit: survey postures, then further bearings around the believed tree.
+//! Scan: looks for fruit from survey postures, then from further bearings around the believed tree.
 
 use crate::choose::Choice;
 use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of, drive};
-use crate::rig::{Rig, STILL};
+use crate::picker_core::{PickerCore, STILL};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, math};
 
@@ -18,45 +18,48 @@ pub(crate) struct Scan {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
-    /// Where the last attempt ended.
+    /// At the place where the last attempt ended.
     Here,
-    /// At a bearing from the tree; `None` is the present one.
+    /// To be driven to: a view at a bearing from the tree [rad]; `None` is the present bearing.
     View(Option<f64>),
-    /// On the way to a view.
+    /// Driving to a view.
     Going(BaseGoal),
     /// At a view.
     There(BaseGoal),
 }
 
 impl Scan {
-    /// At the start of the episode the tree is too far to see fruit.
+    /// Makes the memory for the start of an episode, where the tree is too far away to see fruit.
     pub fn at_start() -> Self {
         Self { place: Place::View(None), posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 
-    /// After an attempt, from where it ended.
+    /// Makes the memory for a scan from the present place, after an attempt.
     pub fn here() -> Self {
         Self { place: Place::Here, posture: 0, dwelled: 0.0, stall: StallWatch::default() }
     }
 }
 
-impl Rig {
-    /// One frame of looking around: the base's velocity, and a target once one is found.
+impl PickerCore {
+    /// Runs one frame of looking around. Returns the base's velocity [m/s, m/s, rad/s] and, once found, a choice of target.
     pub fn look_around(&mut self, scan: &mut Scan, robot: &RobotState) -> ([f64; 3], Option<Choice>) {
         let c = self.config.scan.clone();
         let posture = self.postures.survey[scan.posture];
         if self.motion.is_over() && *self.motion.goal() != posture {
-            let scale = if self.eyes.blind { c.blind_speed_scale.si() } else { 1.0 };
+            let scale = if self.perception.blind { c.blind_speed_scale.si() } else { 1.0 };
             self.motion.go(posture, &self.config.arm, scale);
         }
-        let tree = self.eyes.belief.p_odom();
+        let tree = self.perception.belief.p_odom();
+        if let Some(turn_speed) = self.turn_to_belief(robot, &tree) {
+            return ([0.0, 0.0, turn_speed], None);
+        }
         if let Place::View(bearing) = scan.place {
             let bearing = bearing.unwrap_or_else(|| bearing_of(&robot.p_odom(), &tree));
             scan.place = Place::Going(BaseGoal::facing(&tree, bearing, c.standoff.si()));
         }
         let mut velocity = STILL;
         // Without sight nothing moves but the arm.
-        if let (Place::Going(goal), false) = (scan.place, self.eyes.blind) {
+        if let (Place::Going(goal), false) = (scan.place, self.perception.blind) {
             let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
             let (towards, arrived) = drive(robot, &goal, &tree, &self.config.drive, tolerance);
             velocity = towards;
@@ -65,7 +68,7 @@ impl Rig {
                 velocity = STILL;
             }
         }
-        let arrived = self.eyes.blind || !matches!(scan.place, Place::Going(_));
+        let arrived = self.perception.blind || !matches!(scan.place, Place::Going(_));
         if !(arrived && (self.arm_arrived(robot) || self.arm_stalled())) {
             return (velocity, None);
         }
@@ -73,11 +76,24 @@ impl Rig {
         if scan.dwelled < c.dwell.si() || !self.fresh_image {
             return (velocity, None);
         }
-        let choice = if self.eyes.blind { None } else { self.choose(robot) };
+        let choice = if self.perception.blind { None } else { self.choose(robot) };
         if choice.is_none() {
             self.look_elsewhere(scan);
         }
         (velocity, choice)
+    }
+
+    /// Turn rate [rad/s] towards the believed tree while the canopy is out of view; `None` if the canopy is in view, the base
+    /// faces the believed tree, or the config has no such rule.
+    fn turn_to_belief(&self, robot: &RobotState, p_tree_odom: &Vec3) -> Option<f64> {
+        let c = &self.config.scan;
+        if self.perception.canopy_share? >= c.canopy_share_min.si() {
+            return None;
+        }
+        let left = math::wrap_angle(bearing_of(p_tree_odom, &robot.p_odom()) - robot.base_pose[2]);
+        let drive = &self.config.drive;
+        let limit = drive.turn_speed.si();
+        (left.abs() > c.angle_tolerance.si()).then(|| (left * drive.gain.si()).clamp(-limit, limit))
     }
 
     fn look_elsewhere(&self, scan: &mut Scan) {
@@ -90,7 +106,7 @@ impl Rig {
         scan.place = match scan.place {
             Place::There(goal) => {
                 let p_goal = Vec3::new(goal.x, goal.y, 0.0);
-                let bearing = bearing_of(&p_goal, &self.eyes.belief.p_odom());
+                let bearing = bearing_of(&p_goal, &self.perception.belief.p_odom());
                 Place::View(Some(math::wrap_angle(bearing + self.config.scan.orbit_step.si())))
             }
             Place::Here => Place::View(None),

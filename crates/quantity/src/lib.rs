@@ -12,10 +12,12 @@
 //! [`Quantity::si`] and [`Span::si`] give SI numbers, so that millimetres or degrees never reach the physics.
 //! `source` is a key of `docs/references.bib`; `cargo xtask tidy` checks that it resolves.
 
+mod base;
 mod overlay;
 mod parse;
 mod unit;
 
+pub use base::with_base;
 pub use overlay::overlay;
 pub use parse::{ConfigError, from_table, from_toml, parse};
 pub use unit::Unit;

@@ -1,4 +1,4 @@
-//! The arm alone, in the base frame: what a controller may know without a world.
+//! Kinematics and statics of the arm in the base frame, for controllers: needs no world.
 
 use crate::RobotError;
 use crate::articulation::{Articulation, Limit};
@@ -32,7 +32,7 @@ pub struct ArmKinematics {
     pub(crate) qp: QpParameters,
 }
 
-/// What is fixed to the last link of the arm, in that link's frame.
+/// Poses of hand, TCP and camera in the frame of the arm's last link, to which they are fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WristMounts {
     pub x_wrist_hand: Pose,
@@ -57,7 +57,7 @@ enum Mount {
 }
 
 impl MountedShape {
-    /// Arm joints before it.
+    /// Number of arm joints between the base and the shape.
     pub fn rank(&self) -> usize {
         match self.mount {
             Mount::Base => 0,
@@ -66,7 +66,7 @@ impl MountedShape {
         }
     }
 
-    /// Its pose in the base frame, given those of the arm's links and the openings of the fingers [m].
+    /// Returns the pose of the shape in the base frame, given the poses of the arm's links and the openings of the fingers [m].
     pub fn placed(&self, links: &[Pose; ARM_DOF], finger_q: &[f64; 2]) -> Pose {
         let x_base_mount = match &self.mount {
             Mount::Base => Pose::identity(),
@@ -154,14 +154,14 @@ impl ArmKinematics {
         self.home
     }
 
-    /// Where the first joint's axis meets the arm, base frame [m].
+    /// Position of the first joint's frame, base frame [m].
     pub fn shoulder(&self) -> Vec3 {
         self.chain.hinges[0].x_parent_joint.translation.vector
     }
 
-    /// Force that the hand exerts on what it touches at the TCP [N], base axes, from the arm's torques: the
-    /// wrench of least squares that explains what they exceed the torque by that gravity and an acceleration `a` [rad/s2] of the
-    /// joints ask for. Velocity products and the base's acceleration are left out.
+    /// Force that the hand exerts on its surroundings at the TCP [N], base axes. It is the force part of the least-squares wrench that
+    /// explains the measured torques [N m] less those for gravity [m/s2] and for the joint accelerations `a` [rad/s2]. Velocity
+    /// products and the base's acceleration are left out.
     pub fn tcp_force(&self, q: &JointVector, a: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
         let jacobian = self.jacobian(q);
         let excess = torque - self.gravity_torque(q, gravity) - self.inertial_torque(q, a);
@@ -187,7 +187,7 @@ impl ArmKinematics {
         self.finger_force
     }
 
-    /// Positions brought into the joint limits.
+    /// Joint positions, clamped to the joint limits.
     pub fn clamped(&self, q: &JointVector) -> JointVector {
         JointVector::from_fn(|i, _| q[i].clamp(self.limits[i].lower, self.limits[i].upper))
     }
@@ -227,17 +227,17 @@ impl ArmKinematics {
         self.tcp_and_jacobian(q).1
     }
 
-    /// Joint torques that hold the arm still under `gravity` [m/s2], base axes.
+    /// Joint torques [N m] that hold the arm still under `gravity` [m/s2], base axes.
     pub fn gravity_torque(&self, q: &JointVector, gravity: &Vec3) -> JointVector {
         self.chain.gravity_torque(q, gravity)
     }
 
-    /// Joint torques that accelerate the resting arm by `a` [rad/s2].
+    /// Joint torques [N m] that accelerate the arm from rest by `a` [rad/s2].
     pub fn inertial_torque(&self, q: &JointVector, a: &JointVector) -> JointVector {
         self.chain.inertial_torque(q, a)
     }
 
-    /// Inertia that each joint moves with all others locked [kg m^2].
+    /// Inertia that each joint moves with all other joints locked [kg m^2].
     pub fn reflected_inertia(&self, q: &JointVector) -> JointVector {
         self.chain.reflected_inertia(q)
     }
@@ -250,8 +250,8 @@ impl ArmKinematics {
     }
 }
 
-/// Optical frame in the hand frame: the image's upper side points along the offset from the approach axis,
-/// the optical axis is turned back towards that axis by the toe-in.
+/// Pose of the optical frame in the hand frame: the image's upper side points along the offset from the approach axis, and the optical axis
+/// is turned back towards that axis by the toe-in.
 fn camera_mount(mount: &CameraMount) -> Pose {
     let p = Vec3::new(mount.x.si(), mount.y.si(), mount.z.si());
     let up = Vec3::new(p.x, p.y, 0.0).try_normalize(1e-9).unwrap_or(Vec3::x());

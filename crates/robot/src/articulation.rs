@@ -1,7 +1,7 @@
-//! URDF text to a tree of moving links.
+//! Reader of URDF text into a tree of moving links.
 //!
-//! Links that fixed joints hold together become one link; their inertias are added, their shapes and frames
-//! kept. Cylinders become capsules of the same overall length (spheres where they are shorter than wide).
+//! Links joined by fixed joints become one moving link: their inertias are added, their shapes and frames kept. Cylinders
+//! become capsules of the same overall length (spheres where they are shorter than wide).
 
 use crate::RobotError;
 use crate::plausible::{EFFORT_MAX, INERTIA_MAX, LENGTH_MAX, MASS_MAX, POSITION_MAX, SPEED_MAX, within};
@@ -23,7 +23,7 @@ pub struct Limit {
     pub effort: f64,
 }
 
-/// A joint that follows another: q = multiplier * q of the leader.
+/// Coupling of a joint to another: q = multiplier * q of the leader.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mimic {
     /// Link of the leading joint.
@@ -35,7 +35,7 @@ pub struct Mimic {
 /// A collision shape of a link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkShape {
-    /// Name of the URDF link that it belongs to.
+    /// Name of the URDF link that the shape belongs to.
     pub part: String,
     /// Shape.
     pub shape: Shape,
@@ -43,20 +43,20 @@ pub struct LinkShape {
     pub x_link_shape: Pose,
 }
 
-/// A link that moves, with the joint that holds it.
+/// A moving link with the joint that carries it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// Name of the URDF link at the joint.
     pub name: String,
     /// Name of the joint.
     pub joint_name: String,
-    /// Moving link that carries it; `None` is the ground.
+    /// Moving link that carries this one; `None` is the ground.
     pub parent: Option<usize>,
     /// The joint.
     pub joint: JointKind,
     /// Pose of the joint frame in the parent's frame.
     pub x_parent_joint: Pose,
-    /// Inertia of everything welded together.
+    /// Inertia of all URDF links that this moving link joins.
     pub inertia: SpatialInertia,
     /// Collision shapes.
     pub shapes: Vec<LinkShape>,
@@ -71,7 +71,7 @@ pub struct Link {
 pub struct Frame {
     /// Name of the URDF link.
     pub name: String,
-    /// Moving link that carries it; `None` is the ground.
+    /// Moving link that carries this one; `None` is the ground.
     pub link: Option<usize>,
     /// Pose in the frame of that link.
     pub x_link_frame: Pose,
@@ -89,11 +89,11 @@ pub struct Articulation {
 }
 
 impl Articulation {
-    /// Reads URDF text. Fixed, revolute, continuous, prismatic, planar (normal z) and floating joints.
+    /// Reads URDF text. Joints may be fixed, revolute, continuous, prismatic, planar (normal z) or floating.
     ///
     /// # Errors
-    /// Not URDF; links or joints missing, double, cyclic or unconnected; unsupported joint or shape; no limits
-    /// where a joint needs them; no mass where a joint needs it; numbers that no robot has.
+    /// The text is not URDF; links or joints are missing, double, cyclic or unconnected; a joint type or shape is not supported;
+    /// a joint lacks limits or mass that it needs; a number is not finite or implausibly large.
     pub fn from_urdf(text: &str) -> Result<Self, RobotError> {
         Self::of(&parsed(text)?)
     }
@@ -107,7 +107,7 @@ impl Articulation {
         self.frames.iter().find(|f| f.name == name)
     }
 
-    /// The moving link held by a joint.
+    /// Index of the moving link that a joint carries.
     pub fn link_of_joint(&self, joint: &str) -> Option<usize> {
         self.links.iter().position(|l| l.joint_name == joint)
     }
@@ -130,7 +130,7 @@ fn one_line(error: &urdf_rs::UrdfError) -> String {
     text.replace('\n', " ")
 }
 
-/// Work in progress on one file.
+/// Builder of an [`Articulation`] from one file.
 struct Builder<'a> {
     robot: &'a urdf_rs::Robot,
     /// Joints by parent link, in file order.
@@ -142,10 +142,10 @@ struct Builder<'a> {
     frames: Vec<Frame>,
 }
 
-/// Where a URDF link sits.
+/// Place of a URDF link in the tree of moving links.
 #[derive(Debug, Clone, Copy)]
 struct Place {
-    /// Moving link that carries it; `None` is the ground.
+    /// Moving link that carries this one; `None` is the ground.
     on: Option<usize>,
     /// Pose in the frame of that link.
     x: Pose,
@@ -218,7 +218,7 @@ impl<'a> Builder<'a> {
         Ok(Articulation { name: self.robot.name.clone(), links: self.links, frames: self.frames })
     }
 
-    /// Whether the root or anything that fixed joints hold to it has shapes.
+    /// True if the root, or a link fixed to it, has shapes.
     fn ground_has_shapes(&self) -> bool {
         let mut open = vec![self.root];
         while let Some(link) = open.pop() {
@@ -233,7 +233,7 @@ impl<'a> Builder<'a> {
 
     /// Adds all URDF links, depth first and in file order, starting with the root on moving link `ground`.
     ///
-    /// A stack of its own: a file may hold chains longer than the call stack is deep.
+    /// It keeps its own stack: a file may hold chains longer than the call stack is deep.
     fn walk(&mut self, ground: Option<usize>) -> Result<(), RobotError> {
         let root = Place { on: ground, x: Pose::identity(), reach: 0.0 };
         self.add_link(self.root, &root)?;
@@ -251,7 +251,7 @@ impl<'a> Builder<'a> {
         self.children[link].iter().rev().map(|&j| (j, place)).collect()
     }
 
-    /// Where the child of a joint sits; a joint that moves begins a moving link.
+    /// Place of the child of a joint; a joint that moves begins a moving link.
     fn cross(&mut self, j: usize, parent: &Place) -> Result<Place, RobotError> {
         let joint = &self.robot.joints[j];
         let name = format!("joint `{}`", joint.name);
@@ -363,7 +363,7 @@ fn kind_of(joint: &urdf_rs::Joint) -> Result<JointKind, RobotError> {
     }
 }
 
-/// `urdf_rs` reads an absent `limit` element as zeros.
+/// Limits of a joint; `urdf_rs` reads an absent `limit` element as zeros.
 fn limit_of(joint: &urdf_rs::Joint) -> Result<Option<Limit>, RobotError> {
     let l = &joint.limit;
     let error = |problem| Err(RobotError::Limit { joint: joint.name.clone(), problem });
@@ -444,7 +444,7 @@ fn inertia_of(link: &urdf_rs::Link, x: &Pose) -> Result<SpatialInertia, RobotErr
     Ok(moved(&at_com, &(x * pose_of(&place, &inertial.origin)?)))
 }
 
-/// An inertia known in frame b, in frame a.
+/// Transforms an inertia from frame b to frame a.
 pub(crate) fn moved(inertia: &SpatialInertia, x_a_b: &Pose) -> SpatialInertia {
     let r = x_a_b.rotation.to_rotation_matrix().into_inner();
     SpatialInertia {
@@ -459,7 +459,7 @@ pub(crate) fn point_inertia(mass: f64, p: &Vec3) -> Mat3 {
     (Mat3::identity() * p.norm_squared() - p * p.transpose()) * mass
 }
 
-/// Two bodies welded together, in one frame.
+/// Inertia of two bodies welded together; all inertias in one frame.
 pub(crate) fn combined(a: &SpatialInertia, b: &SpatialInertia) -> SpatialInertia {
     let mass = a.mass + b.mass;
     if mass == 0.0 {
@@ -473,7 +473,7 @@ pub(crate) fn combined(a: &SpatialInertia, b: &SpatialInertia) -> SpatialInertia
     SpatialInertia { mass, p_com, i_com }
 }
 
-/// The outermost links must have something for their joint to accelerate.
+/// Checks that an outermost link has mass and inertia for its joint to accelerate.
 fn check_inertia(link: &Link, is_leaf: bool) -> Result<(), RobotError> {
     let error = |problem| Err(RobotError::Inertia { link: link.name.clone(), problem });
     if !is_leaf || link.joint == JointKind::Weld {

@@ -1,12 +1,12 @@
-//! How fast a joint may go so that it can still stop in time.
+//! Largest speed of a joint from which it can still stop in time.
 
-/// Largest speed for the coming step of length `dt` [s] from which a joint that brakes with `deceleration` stops within
-/// `way`; units of `way`, per second.
+/// Returns the largest speed for the coming step of length `dt` [s] from which a joint that brakes with `deceleration` stops within the
+/// distance `way`; units of `way` per second.
 ///
 /// Moving at v, then at v - a dt, v - 2 a dt ..., covers `(n + 1) v dt - a dt^2 n (n + 1) / 2` with n = floor(v / (a dt)):
-/// a line between its values `a dt^2 n (n + 1) / 2` at v = n a dt. Solved for v. After that step the rest of the
-/// way gives a speed that is lower by no more than `a dt`, so the bound never asks for more than the deceleration.
-/// A negative way has been passed: it is gone back in one step.
+/// a line between the values `a dt^2 n (n + 1) / 2` at v = n a dt, which is solved for v. After that step the remaining distance gives a
+/// speed that is lower by no more than `a dt`, so the bound never needs more than the deceleration. A negative distance has been passed:
+/// the joint goes back in one step.
 pub(crate) fn stopping_speed(way: f64, deceleration: f64, dt: f64) -> f64 {
     if way <= 0.0 {
         return way / dt;
@@ -16,9 +16,9 @@ pub(crate) fn stopping_speed(way: f64, deceleration: f64, dt: f64) -> f64 {
     (way + 0.5 * quantum * steps * (steps + 1.0)) / ((steps + 1.0) * dt)
 }
 
-/// The velocities that a joint may have in the coming step: within its speed limit, within the reach of its
-/// acceleration from `v`, and slow enough to stop before the ends of its range. Where these contradict each other
-/// (a state that broke them before) the acceleration counts: the joint brakes as hard as it may.
+/// Returns the range of velocities that a joint may have in the coming step: within its speed limit, within the reach of its acceleration
+/// from `v`, and slow enough to stop before the ends of its range. If these contradict each other, because the state broke them before,
+/// the acceleration counts: the joint brakes as hard as it may.
 pub(crate) fn velocity_range(q: f64, v: f64, limit: &crate::Limit, acceleration: f64, dt: f64) -> (f64, f64) {
     let highest = stopping_speed(limit.upper - q, acceleration, dt).min(limit.velocity);
     let lowest = -stopping_speed(q - limit.lower, acceleration, dt).min(limit.velocity);
@@ -31,7 +31,7 @@ pub(crate) fn velocity_range(q: f64, v: f64, limit: &crate::Limit, acceleration:
 mod tests {
     use super::*;
 
-    /// Braking from the bound ends on the mark: never past it, and with no more than the deceleration.
+    /// Braking from the bound ends at the goal, never past it, and needs no more than the deceleration.
     #[test]
     fn braking_from_the_bound_ends_on_the_mark() {
         let (a, dt) = (10.0, 1.0 / 60.0);

@@ -12,7 +12,7 @@ use orchard_multibody::SpatialInertia;
 /// Positions of the arm's joints [rad].
 pub type JointVector = nalgebra::SVector<f64, ARM_DOF>;
 
-/// Angular rows first, linear rows second, in the axes of the chain's root frame.
+/// Jacobian of the arm: angular rows first, linear rows second, in the axes of the chain's root frame.
 pub type Jacobian = SMatrix<f64, 6, ARM_DOF>;
 
 /// One hinge and the link that it carries.
@@ -27,7 +27,7 @@ pub(crate) struct Hinge {
 }
 
 impl Hinge {
-    /// Adds something rigid that sits on the link at a pose.
+    /// Adds the inertia of a rigid body that is fixed to the link at a pose.
     pub fn carry(&mut self, load: &SpatialInertia, x_link_load: &Pose) {
         self.inertia = combined(&self.inertia, &moved(load, x_link_load));
     }
@@ -67,7 +67,7 @@ impl Chain {
         jacobian
     }
 
-    /// Joint torques that hold the arm still against gravity (a vector in the root frame, [m/s2]).
+    /// Joint torques [N m] that hold the arm still against gravity (a vector in the root frame, [m/s2]).
     pub fn gravity_torque(&self, q: &JointVector, gravity: &Vec3) -> JointVector {
         let links = self.link_poses(q);
         let mut torque = JointVector::zeros();
@@ -82,7 +82,7 @@ impl Chain {
         torque
     }
 
-    /// Joint torques that accelerate the links by `a` [rad/s2] from rest: M(q) a, the sum of `J_v^T m J_v a + J_w^T I J_w a` over the
+    /// Joint torques [N m] that accelerate the arm from rest by `a` [rad/s2]: M(q) a, the sum of `J_v^T m J_v a + J_w^T I J_w a` over the
     /// links (Lynch and Park, Modern Robotics, eq. 8.57).
     pub fn inertial_torque(&self, q: &JointVector, a: &JointVector) -> JointVector {
         let links = self.link_poses(q);
@@ -103,11 +103,11 @@ impl Chain {
         torque
     }
 
-    /// Inertia that each joint would move were all others locked [kg m^2]: the diagonal of the mass matrix.
+    /// Inertia that each joint moves with all other joints locked [kg m^2]: the diagonal of the mass matrix.
     pub fn reflected_inertia(&self, q: &JointVector) -> JointVector {
         let links = self.link_poses(q);
         let mut reflected = JointVector::zeros();
-        // Second moment about the root's origin, first moment and mass of everything further out.
+        // Second moment about the root's origin, first moment and mass of all links further out.
         let (mut mass, mut moment, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
         for i in (0..ARM_DOF).rev() {
             let inertia = &self.hinges[i].inertia;

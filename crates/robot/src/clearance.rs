@@ -1,8 +1,7 @@
-//! Distances between links of the robot, and between its links and places, with their gradients.
+//! Distances between links of the robot, and between links and obstacles, with their gradients.
 //!
-//! Links are counted by the joints before them: 0 is the base with the bucket, 7 the wrist with hand and fingers (wide
-//! open). A pair of links is watched unless it shares a joint or its shapes are no obstacle to each other anywhere:
-//! see [`watched_pairs`].
+//! Links are numbered by the arm joints before them: 0 is the base with the bucket, 7 the wrist with hand and fingers (wide open). A pair of
+//! links is watched unless it shares a joint or [`watched_pairs`] leaves it out.
 
 use crate::arm::{ArmKinematics, MountedShape};
 use crate::chain::JointVector;
@@ -10,36 +9,36 @@ use crate::io::ARM_DOF;
 use orchard_geometry::{Pose, Shape, Vec3, transform};
 use orchard_multibody::{Gap, GapFinder};
 
-/// Links that the arm's joints part: the base and one after each joint.
+/// Number of links: the base and one after each arm joint.
 pub(crate) const RANKS: usize = ARM_DOF + 1;
 
-/// Postures from which [`watched_pairs`] judges.
+/// Number of postures that [`watched_pairs`] samples.
 const SAMPLES: u32 = 256;
 
-/// Which pairs of links are watched: `pairs[a][b]`, symmetric.
+/// Matrix of the watched pairs of links: `pairs[a][b]` is true if links a and b must not touch; symmetric.
 pub(crate) type Pairs = [[bool; RANKS]; RANKS];
 
-/// Two links of the robot that come closest to each other.
+/// The two links of the robot that are closest to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelfDistance {
     /// Distance of their shapes [m]; negative while they overlap.
     pub distance: f64,
     /// The links, by the number of arm joints before them: 0 is the base, 7 the wrist.
     pub links: [usize; 2],
-    /// Change of the distance with the joint positions [m/rad].
+    /// Gradient of the distance by the joint positions [m/rad].
     pub gradient: JointVector,
 }
 
-/// A distance that must not fall under its bound.
+/// A distance with its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Nearness {
-    /// What is left [m].
+    /// Distance [m].
     pub distance: f64,
-    /// Its change with the joint positions [m/rad].
+    /// Gradient of the distance by the joint positions [m/rad].
     pub gradient: JointVector,
 }
 
-/// A shape in the base frame with a ball about it.
+/// A shape in the base frame with its bounding ball.
 struct Placed<'a> {
     rank: usize,
     shape: &'a Shape,
@@ -60,7 +59,7 @@ impl Placed<'_> {
     }
 }
 
-/// Centre and radius of a ball about a shape, in the shape's frame.
+/// Centre and radius of a bounding ball of a shape, in the shape's frame.
 fn ball_about(shape: &Shape) -> (Vec3, f64) {
     match shape {
         Shape::Sphere { radius } => (Vec3::zeros(), *radius),
@@ -82,7 +81,7 @@ pub(crate) struct Posture<'a> {
 }
 
 impl<'a> Posture<'a> {
-    /// Fingers wide open; `held` is a ball at the TCP: what the hand carries.
+    /// Places the robot's shapes with the fingers wide open; `held` is the radius of a ball at the TCP that the hand carries [m].
     pub fn new(arm: &'a ArmKinematics, q: &JointVector, held: Option<&'a Shape>) -> Self {
         Self::with_fingers(arm, q, &[arm.finger_stroke(); 2], held)
     }
@@ -108,7 +107,7 @@ impl<'a> Posture<'a> {
         }
     }
 
-    /// Change of a gap with the joints between the links: those before both move the pair as one.
+    /// Gradient of a distance by the joints between the two links; joints before both move the pair as one.
     fn gradient(&self, gap: &Gap, rank_a: usize, rank_b: usize) -> JointVector {
         let mut gradient = JointVector::zeros();
         let (low, high, sign) = if rank_a < rank_b { (rank_a, rank_b, -1.0) } else { (rank_b, rank_a, 1.0) };
@@ -119,7 +118,7 @@ impl<'a> Posture<'a> {
         gradient
     }
 
-    /// All watched pairs of links nearer than `within` [m], the nearest shapes of each.
+    /// All watched pairs of links nearer than `within` [m], with the nearest shapes of each.
     pub fn near_itself(&mut self, pairs: &Pairs, within: f64) -> Vec<SelfDistance> {
         let mut nearest: [[Option<Gap>; RANKS]; RANKS] = [[None; RANKS]; RANKS];
         for (i, a) in self.placed.iter().enumerate() {
@@ -150,7 +149,7 @@ impl<'a> Posture<'a> {
         found
     }
 
-    /// Distances under `within` [m] of the arm's shapes to a ball about a point of the base frame.
+    /// Distances below `within` [m] of the arm's links to a ball about a point of the base frame.
     pub fn near_ball(&mut self, p_base: &Vec3, radius: f64, within: f64, out: &mut Vec<Nearness>) {
         let ball = Shape::Sphere { radius };
         let ball = Placed::of(0, &ball, Pose::from_parts((*p_base).into(), Default::default()));
@@ -168,16 +167,16 @@ impl<'a> Posture<'a> {
     }
 }
 
-/// Share of the sampled postures in which links with one link between them may overlap and still count as parted.
+/// Share of the sampled postures in which two links with one link between them may overlap and still be watched.
 const OFTEN: f64 = 0.1;
 
-/// The pairs of links that must not touch, by the geometry of the shapes.
+/// Finds the pairs of links that must not touch, from the geometry of the shapes.
 ///
 /// Links that share a joint touch there by construction. Of the others a pair is left out
 /// - if its shapes overlap in the home posture: a robot cannot start in collision with itself;
 /// - if they overlap in all of 256 postures spread over the joint ranges;
-/// - if one link lies between them and they overlap in more than a tenth of these postures: the limits of the joints
-///   between keep such links apart, and the shapes are simply fuller than the links.
+/// - if one link lies between them and they overlap in more than a tenth of these postures: the joint limits keep such links apart, and the
+///   shapes are larger than the links.
 pub(crate) fn watched_pairs(arm: &ArmKinematics) -> Pairs {
     let mut pairs = [[false; RANKS]; RANKS];
     for (a, row) in pairs.iter_mut().enumerate() {
@@ -208,20 +207,20 @@ pub(crate) fn watched_pairs(arm: &ArmKinematics) -> Pairs {
 }
 
 impl ArmKinematics {
-    /// The two links that are closest to each other, of those that share no joint and do not always overlap; fingers
-    /// count as wide open. Infinite, of links 0 and 0, for a robot without such shapes or a posture that is not finite.
+    /// Returns the two watched links that are closest to each other, with the fingers wide open. The distance is infinite, and the links
+    /// are 0 and 0, for a robot without watched shapes and for a posture that is not finite.
     pub fn self_distance(&self, q: &JointVector) -> SelfDistance {
         self.self_distance_with(q, &[self.finger_stroke(); 2])
     }
 
-    /// As [`ArmKinematics::self_distance`], with the fingers opened by `finger_q` [m].
+    /// Returns the same as [`ArmKinematics::self_distance`], with the fingers opened by `finger_q` [m].
     pub fn self_distance_with(&self, q: &JointVector, finger_q: &[f64; 2]) -> SelfDistance {
         let none = SelfDistance { distance: f64::INFINITY, links: [0, 0], gradient: JointVector::zeros() };
         if q.iter().chain(finger_q).any(|x| !x.is_finite()) {
             return none;
         }
         let mut posture = Posture::with_fingers(self, q, finger_q, None);
-        // Most postures have something near; what is far costs most.
+        // Most postures have a near pair, and distances of far pairs cost most.
         for within in [self.qp.influence, f64::INFINITY] {
             let near = posture.near_itself(&self.pairs, within);
             let closer =
@@ -233,7 +232,7 @@ impl ArmKinematics {
         none
     }
 
-    /// Whether two links, by the number of arm joints before them, are kept from touching each other.
+    /// True if two links, numbered by the arm joints before them, are kept from touching each other.
     pub fn watches(&self, a: usize, b: usize) -> bool {
         a < RANKS && b < RANKS && self.pairs[a][b]
     }

@@ -1,4 +1,4 @@
-//! The robot's config: which joint of the URDF does what, servo gains, camera mount.
+//! Config of a robot: roles of the URDF's joints and links, servo gains, camera mount.
 
 use crate::io::ARM_DOF;
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 /// The preset `paper` as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/robot.toml");
 
-/// Ridgeback with FR3 arm, hand and bucket as URDF text.
+/// URDF text of the robot of preset `paper`: a Ridgeback with FR3 arm, hand and bucket.
 pub const PAPER_URDF: &str = include_str!("../assets/robots/ridgeback_fr3.urdf");
 
-/// Everything about a robot that its URDF does not say.
+/// Properties of a robot that its URDF does not hold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
     /// Names in the URDF.
     pub parts: Parts,
-    /// Where and how the episode begins.
+    /// Posture at the start of an episode.
     pub start: Start,
     /// Velocity actuators of the base.
     pub base: BaseDrive,
@@ -26,7 +26,7 @@ pub struct RobotConfig {
     pub arm: ArmDrive,
     /// Servos of the fingers.
     pub finger: FingerDrive,
-    /// What its surfaces do in contact.
+    /// Contact properties of the surfaces.
     pub surface: Surface,
     /// Wrist camera mount.
     pub camera: CameraMount,
@@ -54,7 +54,7 @@ pub struct Parts {
     pub hand_link: String,
     /// Link at the point between the finger pads.
     pub tcp_link: String,
-    /// Link of the bucket, walls and floor as boxes.
+    /// Link of the bucket; the walls and the floor are boxes.
     pub bucket_link: String,
 }
 
@@ -84,9 +84,9 @@ pub struct BaseDrive {
     pub speed_max: Quantity,
     /// Largest turn rate.
     pub turn_speed_max: Quantity,
-    /// Ramp of the commanded velocity.
+    /// Largest change of the commanded velocity per second.
     pub acceleration_max: Quantity,
-    /// Ramp of the commanded turn rate.
+    /// Largest change of the commanded turn rate per second.
     pub turn_acceleration_max: Quantity,
 }
 
@@ -100,7 +100,7 @@ pub struct Gains {
     pub damping: Quantity,
 }
 
-/// Position servos of the arm. Speed and effort limits stand in the URDF, which has no field for acceleration.
+/// Position servos of the arm. The URDF holds speed and effort limits; it has no field for acceleration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmDrive {
@@ -126,7 +126,7 @@ pub struct FingerDrive {
     pub speed_max: Quantity,
     /// Stiffness of the mechanism that keeps the fingers symmetric.
     pub coupling_stiffness: Quantity,
-    /// Damping of that mechanism.
+    /// Damping of the mechanism that keeps the fingers symmetric.
     pub coupling_damping: Quantity,
 }
 
@@ -161,9 +161,9 @@ pub struct CameraMount {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IkConfig {
-    /// Steps of one attempt.
+    /// Largest number of iterations of one attempt.
     pub iterations: Count,
-    /// Attempts from further start postures.
+    /// Number of attempts from further start postures.
     pub restarts: Count,
     /// Largest damping factor, in units of the Jacobian (metres and radians weighed alike).
     pub damping: Quantity,
@@ -173,7 +173,7 @@ pub struct IkConfig {
     pub position_tolerance: Quantity,
     /// Accepted orientation error.
     pub angle_tolerance: Quantity,
-    /// Share of the way home that the free motion goes in one iteration.
+    /// Step towards the home posture in the null space, per iteration and per unit of error.
     pub home_gain: Quantity,
 }
 
@@ -181,31 +181,31 @@ pub struct IkConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct QpConfig {
-    /// Square of the lever by which an error of turning counts against one of position.
+    /// Weight of a rotation error against a position error: the square of a lever [m^2].
     pub angle_weight: Quantity,
     /// Weight of the joint velocities against the tracking error.
     pub damping: Quantity,
-    /// Rate at which the posture goes to the preferred one where the task leaves it free.
+    /// Rate at which the null-space motion goes to the preferred posture.
     pub posture_gain: Quantity,
-    /// Distance at which a constraint on it begins.
+    /// Distance below which a constraint is added.
     pub influence: Quantity,
-    /// Largest share of a distance that may be used up in a second.
+    /// Largest closing speed of two links, per distance above the least one.
     pub approach_rate: Quantity,
-    /// Distance that links keep from each other.
+    /// Least distance between links.
     pub self_clearance: Quantity,
-    /// Cost of closing in on another link faster than allowed, where it cannot be helped.
+    /// Cost of closing in on another link faster than allowed, where the limits leave no choice.
     pub self_penalty: Quantity,
-    /// Most constraints of links against obstacles; the nearest are taken.
+    /// Largest number of constraints of links against obstacles; the nearest are taken.
     pub canopy_rows: Count,
-    /// Most iterations of the interior-point method.
+    /// Largest number of iterations of the interior-point method.
     pub iterations: Count,
 }
 
 impl RobotConfig {
-    /// Reads a config from TOML text; `file` names it in errors.
+    /// Reads a config from TOML text; `file` names the config in errors.
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range.
+    /// The text is not TOML, a field is missing or unknown, or a value lies outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         from_toml(file, text)
     }

@@ -1,9 +1,9 @@
-//! What can be wrong with a robot description.
+//! Errors of a robot description.
 
-/// A robot that cannot be built.
+/// Reason for which a robot cannot be built.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RobotError {
-    /// Not XML, or not URDF.
+    /// The text is not XML or not URDF.
     #[error("URDF cannot be read: {0}")]
     Parse(String),
     /// Two links or two joints share a name.
@@ -17,7 +17,7 @@ pub enum RobotError {
     /// A joint or the config names a link that does not exist.
     #[error("{by}: there is no link `{link}`")]
     MissingLink {
-        /// Who names it.
+        /// Joint or config field that names it.
         by: String,
         /// The link.
         link: String,
@@ -25,9 +25,9 @@ pub enum RobotError {
     /// The config names a joint that does not exist or has no freedom of the needed kind.
     #[error("{by}: there is no {kind} joint `{joint}`")]
     MissingJoint {
-        /// Who names it.
+        /// Joint or config field that names it.
         by: String,
-        /// What kind of joint is needed.
+        /// Kind of joint that is needed.
         kind: &'static str,
         /// The joint.
         joint: String,
@@ -35,7 +35,7 @@ pub enum RobotError {
     /// A link has two parents.
     #[error("link `{0}` has two parent joints")]
     TwoParents(String),
-    /// No link without a parent, or links that hang on themselves.
+    /// There is no link without a parent, or links form a cycle.
     #[error("the joints form a cycle through link `{0}`")]
     Cyclic(String),
     /// More than one link without a parent.
@@ -49,17 +49,17 @@ pub enum RobotError {
     JointType {
         /// The joint.
         joint: String,
-        /// Its type.
+        /// Type of the joint.
         kind: String,
     },
-    /// An axis that is no direction, or that the joint type cannot have.
+    /// An axis has no direction or does not suit the joint type.
     #[error("joint `{joint}`: axis {axis:?} {problem}")]
     Axis {
         /// The joint.
         joint: String,
         /// The axis, as text.
         axis: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: &'static str,
     },
     /// A revolute or prismatic joint without limits.
@@ -67,15 +67,15 @@ pub enum RobotError {
     Limit {
         /// The joint.
         joint: String,
-        /// What is wrong with them.
+        /// The problem.
         problem: &'static str,
     },
-    /// A moving part without mass or with an inertia that no body has.
+    /// A moving part has no mass or an impossible inertia.
     #[error("link `{link}`: {problem}")]
     Inertia {
         /// The link.
         link: String,
-        /// What is wrong.
+        /// The problem.
         problem: &'static str,
     },
     /// A collision shape that is not supported.
@@ -86,20 +86,20 @@ pub enum RobotError {
         /// The geometry.
         kind: &'static str,
     },
-    /// A number that no robot has.
+    /// A number is implausibly large.
     #[error("{place}: {number} is larger than the allowed {limit}")]
     TooLarge {
-        /// Where.
+        /// Place of the number in the description.
         place: String,
         /// The number, as text.
         number: String,
         /// The bound on its magnitude, as text.
         limit: String,
     },
-    /// A number that is not finite.
+    /// A number is not finite.
     #[error("{place}: a number is not finite")]
     NotFinite {
-        /// Where.
+        /// Place of the number in the description.
         place: String,
     },
 }

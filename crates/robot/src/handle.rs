@@ -1,4 +1,4 @@
-//! Where a robot's parts are in a world's model.
+//! Indices of a robot's parts in a world's model.
 
 use crate::io::ARM_DOF;
 use orchard_geometry::{Pose, Vec3};
@@ -15,14 +15,14 @@ pub struct PartGroups {
     pub finger: Groups,
     /// Bucket.
     pub bucket: Groups,
-    /// The lowest of eight neighbouring group bits by which the robot's links meet each other, one for the base and one
-    /// for each link of the arm; `None` lets them pass through each other.
+    /// Lowest of eight neighbouring group bits for contacts between the robot's own links, one for the base and one for each link of the
+    /// arm; `None` switches these contacts off.
     pub self_contact: Option<u32>,
 }
 
 impl PartGroups {
-    /// Groups of a collider of part `groups` on the link after `rank` arm joints, of which `watches` says which others it
-    /// must not pass through.
+    /// Groups of a collider of part `groups` on the link after `rank` arm joints; `watches` lists the links that it must not pass
+    /// through.
     pub(crate) fn on_link(&self, groups: Groups, rank: usize, watches: impl Fn(usize) -> bool) -> Groups {
         let Some(lowest) = self.self_contact else { return groups };
         let bit = |rank: usize| 1_u32.checked_shl(lowest + rank as u32).unwrap_or(0);
@@ -34,7 +34,7 @@ impl PartGroups {
     }
 }
 
-/// The robot's colliders by part.
+/// Colliders of the robot by part.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RobotColliders {
     /// Chassis.
@@ -57,15 +57,15 @@ pub struct Bucket {
 }
 
 impl Bucket {
-    /// Whether a point of the base frame lies in the bucket.
+    /// True if a point of the base frame lies in the bucket.
     pub fn contains(&self, p_base: &Vec3) -> bool {
         let d = (p_base - self.p_base).abs();
         (0..3).all(|k| d[k] <= self.half[k])
     }
 }
 
-/// Where a robot's parts are in a world's model. The joint of a body stands at `model.qs(body)` in q and at
-/// `model.dofs(body)` in v.
+/// Bodies, colliders and frames of a robot in a world's model. The joint of a body is at `model.qs(body)` in q and at `model.dofs(body)` in
+/// v.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotHandle {
     /// Bodies in the order of the articulation's links.

@@ -2,8 +2,8 @@
 //!
 //! One step is `dq = J^T (J J^T + mu I)^-1 e` plus a motion towards the home posture in the null space, with
 //! mu = |e|^2 / 2 + damping^2 (`sugihara2011`, eq. 19). A joint that would leave its limits stops
-//! there and the step is solved again without it. Restarts begin at points of an additive recurrence over the
-//! joint ranges, so that the same call gives the same answer.
+//! there and the step is solved again without it. Restarts begin at points of an additive recurrence over the joint ranges, so that equal
+//! calls give equal answers.
 
 use crate::arm::{ArmKinematics, JointVector};
 use crate::chain::Jacobian;
@@ -12,7 +12,7 @@ use crate::io::ARM_DOF;
 use nalgebra::{Matrix6, Vector6};
 use orchard_geometry::{Mat3, Pose, Vec3, math};
 
-/// Where the point between the fingers should be, in the base frame.
+/// Target of the point between the finger pads (TCP), in the base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IkTarget {
     /// A full pose of the TCP.
@@ -26,10 +26,10 @@ pub enum IkTarget {
     },
 }
 
-/// No posture was found.
+/// Reason for which no posture was found.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum IkFailure {
-    /// The target or the start is not a number.
+    /// The target or the start is not finite.
     #[error("inverse kinematics: the target or the start posture is not finite")]
     NotFinite,
     /// The best posture found misses the target.
@@ -42,7 +42,7 @@ pub enum IkFailure {
     },
 }
 
-/// The config in SI units.
+/// Config in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct IkParameters {
     pub iterations: u32,
@@ -71,7 +71,7 @@ impl IkParameters {
 /// Below this sine two directions count as parallel.
 const PARALLEL: f64 = 1e-9;
 
-/// Angular part first; the Jacobian's rows are projected to what the target constrains.
+/// Error of a posture, angular part first, and the Jacobian's rows projected onto the constrained directions.
 pub(crate) struct Residual {
     pub error: Vector6<f64>,
     pub jacobian: Jacobian,
@@ -94,11 +94,11 @@ fn turn_between(a: &Vec3, b: &Vec3) -> Vec3 {
 }
 
 impl ArmKinematics {
-    /// A posture that meets the target within the configured tolerances and the joint limits: from `q_start`,
-    /// else from the home posture and the configured number of restarts.
+    /// Finds a posture that meets the target within the configured tolerances and the joint limits, from `q_start`, else from the home
+    /// posture and the configured number of restarts.
     ///
     /// # Errors
-    /// Nothing found, or an input that is not finite.
+    /// No posture was found, or an input is not finite.
     pub fn solve(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
         self.with_restarts(q_start, |start| self.solve_near(target, start))
     }
@@ -126,15 +126,15 @@ impl ArmKinematics {
         Err(IkFailure::Unreachable { position: best.0, angle: best.1 })
     }
 
-    /// Whether what is left is within the tolerances.
+    /// True if a residual is within the tolerances.
     pub(crate) fn meets(&self, residual: &Residual) -> bool {
         residual.position <= self.ik.position_tolerance && residual.angle <= self.ik.angle_tolerance
     }
 
-    /// As [`ArmKinematics::solve`], without restarts: the posture connects to `q_start` continuously.
+    /// Solves as [`ArmKinematics::solve`] does, without restarts: the posture connects to `q_start` continuously.
     ///
     /// # Errors
-    /// Nothing found, or an input that is not finite.
+    /// No posture was found, or an input is not finite.
     pub fn solve_near(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
         if !target.is_finite() || q_start.iter().any(|x| !x.is_finite()) {
             return Err(IkFailure::NotFinite);
@@ -159,7 +159,7 @@ impl ArmKinematics {
             }
             IkTarget::Axis { p_base, z_base } => {
                 let z = x.rotation * Vec3::z();
-                // Turning about the approach axis is free: no error along it, no row for it.
+                // The roll about the approach axis is free: it has no error and no row.
                 let constrained = Mat3::identity() - z * z.transpose();
                 let angular = constrained * jacobian.fixed_view::<3, ARM_DOF>(0, 0);
                 jacobian.fixed_view_mut::<3, ARM_DOF>(0, 0).copy_from(&angular);
@@ -176,7 +176,7 @@ impl ArmKinematics {
     fn step(&self, q: &JointVector, residual: Residual) -> JointVector {
         let Residual { error, mut jacobian, .. } = residual;
         let mu = 0.5 * error.norm_squared() + self.ik.damping * self.ik.damping;
-        // The pull towards home fades with the error, so that it does not hold the solution off its target.
+        // The motion towards home fades with the error, so that the solution meets its target.
         let mut homeward = (self.home - q) * (self.ik.home_gain * error.norm().min(1.0));
         let mut stopped = [false; ARM_DOF];
         loop {

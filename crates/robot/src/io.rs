@@ -1,8 +1,8 @@
-//! What a controller sees and what it may do. Nothing here can carry a pose or a label of the world.
+//! Observations and commands of a controller. Neither can carry a pose or a label of the world.
 
 use orchard_geometry::{DepthImage, Intrinsics};
 
-/// Arm joints.
+/// Number of arm joints.
 pub const ARM_DOF: usize = 7;
 
 /// Joint sensors, wheel odometry and the depth camera at one control frame.
@@ -22,24 +22,24 @@ pub struct Observation {
     pub finger_force: [f64; 2],
     /// Base pose in the odom frame: x [m], y [m], yaw [rad].
     pub base_pose: [f64; 3],
-    /// Base height over its rest on flat ground [m].
+    /// Height of the base above its rest on flat ground [m].
     pub base_height: f64,
     /// Base velocity in the odom frame [m/s, m/s, rad/s].
     pub base_velocity: [f64; 3],
-    /// A depth image, on the frames in which the camera delivers one.
+    /// Depth image [m], in frames in which the camera delivers one.
     pub depth: Option<DepthImage>,
-    /// The moment that the image shows, as `time`; without an image it says nothing.
+    /// Time at which the image was taken, on the clock of `time` [s]; meaningless without an image.
     pub depth_time: f64,
     /// Intrinsics of the depth image.
     pub intrinsics: Intrinsics,
 }
 
-/// What a controller asks of the robot until its next command.
+/// Command of a controller, valid until its next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// Arm joint targets [rad]: where the set points are to be at the end of the frame.
+    /// Arm joint targets: positions of the set points at the end of the frame [rad].
     pub arm_q: [f64; ARM_DOF],
-    /// Velocities with which the set points are to pass there [rad/s]; 0 to come to rest.
+    /// Velocities of the set points at the end of the frame [rad/s]; 0 to come to rest.
     pub arm_v: [f64; ARM_DOF],
     /// Base velocity in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     pub base_velocity: [f64; 3],

@@ -1,9 +1,10 @@
-//! Mobile manipulators from URDF: servos, kinematics, observations and commands.
+//! Mobile manipulators read from URDF: kinematics, servos, observations and commands.
 //!
 //! [`Articulation`] reads any URDF tree; [`RobotModel`] adds the parts that a harvester needs (base, height,
 //! arm, fingers, bucket, wrist camera) and puts them into a world's model. [`Servos`] turns a [`Command`] into
-//! implicit springs, dampers and torques each substep; [`observe`] reads the sensors. [`ArmKinematics`] is the
-//! arm alone, for controllers: it knows nothing of a world. Equations: `docs/computation/robot.md`.
+//! implicit springs, dampers and torques each substep; [`observe`] reads the sensors. [`ArmKinematics`] is the arm alone, for controllers; it
+//! needs no world. Equations: `docs/computation/robot.md`.
+#![allow(rustdoc::broken_intra_doc_links, reason = "units are in square brackets, as in [m]")]
 
 mod arm;
 mod articulation;

@@ -1,4 +1,4 @@
-//! A harvester: an articulation whose parts are known, placed into a world's model.
+//! Robot model: an articulation with the roles of its parts, to be placed in a world's model.
 
 use crate::RobotError;
 use crate::arm::ArmKinematics;
@@ -29,7 +29,7 @@ impl RobotModel {
     /// Reads a robot from URDF text and a config that names its parts.
     ///
     /// # Errors
-    /// What [`Articulation::from_urdf`] refuses, and parts that the config names but the file does not have.
+    /// [`Articulation::from_urdf`] refuses the text, or the file lacks a part that the config names.
     pub fn from_urdf(text: &str, config: &RobotConfig) -> Result<Self, RobotError> {
         let articulation = Articulation::from_urdf(text)?;
         let roles = Roles::find(&articulation, &config.parts)?;
@@ -49,7 +49,7 @@ impl RobotModel {
         }
     }
 
-    /// The URDF text that it was read from.
+    /// URDF text that the robot was read from.
     pub fn urdf(&self) -> &str {
         &self.urdf
     }
@@ -64,7 +64,7 @@ impl RobotModel {
         &self.config
     }
 
-    /// The arm alone.
+    /// Kinematics of the arm.
     pub fn kinematics(&self) -> &ArmKinematics {
         &self.kinematics
     }
@@ -74,7 +74,7 @@ impl RobotModel {
         self.roles.bucket
     }
 
-    /// Box about the chassis in the base frame; a point at its origin if the robot has no chassis shapes.
+    /// Bounding box of the chassis in the base frame; a point at the origin if the robot has no chassis shapes.
     pub fn chassis(&self) -> Aabb {
         let roles = &self.roles;
         let x_base_link = roles.x_link_base.inverse();
@@ -93,7 +93,7 @@ impl RobotModel {
         outline(standing.map(|s| (&s.shape, x_base_link * s.x_link_shape)))
     }
 
-    /// Time by which the height servo is behind a set point that moves evenly [s].
+    /// Lag of the height servo behind a set point that moves evenly [s].
     pub fn height_lag(&self) -> f64 {
         self.config.height.damping.si() / self.config.height.stiffness.si()
     }
@@ -103,7 +103,7 @@ impl RobotModel {
         self.whole.mass
     }
 
-    /// Mass that the height servo carries [kg]: everything beyond its joint.
+    /// Mass that the height servo carries: all links beyond its joint [kg].
     pub(crate) fn carried_mass(&self) -> f64 {
         let links = &self.articulation.links;
         let mut carried = vec![false; links.len()];
@@ -123,7 +123,7 @@ impl RobotModel {
         self.whole.i_com.m33 + self.whole.mass * (c.x * c.x + c.y * c.y)
     }
 
-    /// The command that holds the start posture.
+    /// Command that holds the start posture.
     pub fn start_command(&self) -> Command {
         Command {
             arm_q: self.kinematics.home().into(),
@@ -239,7 +239,7 @@ impl RobotModel {
     }
 }
 
-/// Everything that moves with the base, start posture, in the odom frame.
+/// Inertia of all links that move with the base, in the start posture and the odom frame.
 fn whole_inertia(articulation: &Articulation, roles: &Roles, config: &RobotConfig) -> SpatialInertia {
     let mut whole =
         SpatialInertia { mass: 0.0, p_com: Vec3::zeros(), i_com: orchard_geometry::Mat3::zeros() };

@@ -1,12 +1,12 @@
-//! Proprioception: what the robot's own sensors read after a step.
+//! Proprioception: readings of the robot's own sensors after a step.
 
 use crate::handle::RobotHandle;
 use crate::io::Observation;
 use orchard_geometry::Intrinsics;
 use orchard_multibody::{BodyId, Data, Model};
 
-/// Reads joints, drives and odometry; `depth` is left for the camera to fill. Efforts are those that the last
-/// step exerted: its springs and dampers act with the state at its end.
+/// Reads joints, drives and odometry; the camera fills `depth`. Efforts are those of the last step, whose springs and dampers act with the
+/// state at its end.
 pub fn observe(
     model: &Model,
     data: &Data,

@@ -2,11 +2,11 @@
 
 use orchard_geometry::{Pose, Shape, Vec3, math, transform};
 
-/// Corners of the polygon about a circle: it lies outside by 1 / cos(pi / 16) - 1 = 2 % of the radius at most.
+/// Number of corners of the polygon about a circle; it lies outside by at most 1 / cos(pi / 16) - 1 = 2 % of the radius.
 const CIRCLE_CORNERS: usize = 16;
 
-/// Counterclockwise corners of the smallest convex polygon about what placed shapes cover, seen from above [m]; empty
-/// without shapes. Round edges are polygons about them.
+/// Returns the counterclockwise corners of the smallest convex polygon that contains placed shapes, seen from above [m]; empty without
+/// shapes. Round edges are replaced by polygons about them.
 pub(crate) fn outline<'a>(shapes: impl Iterator<Item = (&'a Shape, Pose)>) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for (shape, x) in shapes {

@@ -1,7 +1,7 @@
-//! Bounds on the numbers of a robot description.
+//! Plausibility bounds on the numbers of a robot description.
 //!
-//! A file may hold any number that double precision can; collision queries fail on sizes of 1e12 m. These bounds are
-//! far beyond any robot, and keep products of a few such numbers far from overflow and cancellation.
+//! A file may hold any double-precision number, and collision queries fail on sizes of 1e12 m. These bounds are far beyond any robot and keep
+//! products of a few such numbers far from overflow and cancellation.
 
 use crate::RobotError;
 

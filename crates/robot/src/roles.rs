@@ -1,4 +1,4 @@
-//! Which joint of an articulation does what.
+//! Roles of an articulation's joints and links: base, arm, fingers, hand, bucket.
 
 use crate::RobotError;
 use crate::articulation::{Articulation, Limit};
@@ -9,7 +9,7 @@ use nalgebra::Unit;
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::JointKind;
 
-/// Links of an articulation by their part in a harvester.
+/// Links of an articulation by their role in a harvester.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Roles {
     pub planar: usize,

@@ -1,15 +1,14 @@
-//! Servos: commands to implicit springs, dampers and torques of a world's model, once a substep.
+//! Servos: turn commands into implicit springs, dampers and torques of a world's model, once a substep.
 //!
 //! A servo with position gain k, velocity gain d and feed-forward f exerts `k (target - q') - d v' + f` with the
-//! state (q', v') at the end of the substep: the step takes k and d implicitly. Where that would pass the
-//! effort limit, the servo exerts the limit itself, with no gains. The effort to come is predicted from the
-//! inertia J that the joint moves, `(k (target - q - h v) - d v) / (1 + h (d + h k) / J)`, so that a stiff
-//! servo does not flip between the two. The base's velocity drives exert `d / (1 + h d / M) (set - v)`, cut off
-//! at their bound: the same damping, in a form that no collision can push over the bound.
+//! state (q', v') at the end of the substep: the step takes k and d implicitly. Where that would exceed the effort limit, the servo exerts
+//! the limit with no gains. The effort is predicted from the inertia J that the joint moves,
+//! `(k (target - q - h v) - d v) / (1 + h (d + h k) / J)`, so that a stiff servo does not flip between the two. The velocity drives of the
+//! base exert `d / (1 + h d / M) (set - v)`, cut off at their bound: the same damping in a form that no collision can push over the bound.
 //!
-//! The arm's set points obey the joints' speed and acceleration limits. A command says where they are to be at the end of its
-//! frame, and how fast; on the way they go at that speed and make up what they are off as fast as they can brake it away
-//! ([`crate::braking`]). So they follow a smooth command without lag, and come to rest at one of speed 0.
+//! The arm's set points obey the joints' speed and acceleration limits. A command gives their positions at the end of the frame and their
+//! velocities there. Meanwhile they move at those velocities, plus the largest speed from which their offset can be braked away
+//! ([`crate::braking`]). So they follow a smooth command without lag and come to rest at a command of velocity 0.
 
 use crate::braking::{stopping_speed, velocity_range};
 use crate::handle::RobotHandle;
@@ -20,17 +19,17 @@ use orchard_geometry::{Vec3, math};
 use orchard_multibody::{Data, Model};
 use serde::{Deserialize, Serialize};
 
-/// Drives of one robot. Holds the set points, which move no faster than the hardware allows.
+/// Servos of one robot. They hold the set points, which move no faster than the hardware allows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servos {
     robot: Parameters,
     set: SetPoints,
 }
 
-/// Where the drives of a robot are heading: all of [`Servos`] that a step changes.
+/// Set points of a robot's servos: the part of [`Servos`] that a step changes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SetPoints {
-    /// Forward, left, yaw rate, in the base frame.
+    /// Velocity of the base in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     base_velocity: [f64; 3],
     arm_target: [f64; ARM_DOF],
     arm_rate: [f64; ARM_DOF],
@@ -68,7 +67,7 @@ struct Gains {
     damping: f64,
 }
 
-/// What the step takes for one degree of freedom.
+/// Drive of one degree of freedom in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Input {
     stiffness: f64,
@@ -82,7 +81,7 @@ impl Gains {
         Self { stiffness: gains.stiffness.si(), damping: gains.damping.si() }
     }
 
-    /// The law of this module for one joint at (q, v) that moves `inertia`.
+    /// Applies the law of this module to one joint at (q, v) that moves `inertia`.
     fn input(&self, joint: &Joint, target: f64, feed_forward: f64, limit: f64, h: f64) -> Input {
         let Gains { stiffness, damping } = *self;
         let demand = stiffness * (target - joint.q - h * joint.v) - damping * joint.v;
@@ -112,11 +111,11 @@ fn toward(from: f64, to: f64, step: f64) -> f64 {
     from + (to - from).clamp(-step, step)
 }
 
-/// Round-off of a torque that is at its limit.
+/// Relative round-off of a torque that is at its limit.
 const EFFORT_SLACK: f64 = 1e-9;
 
 impl Servos {
-    /// Servos that hold the start posture.
+    /// Makes servos that hold the start posture.
     pub fn new(robot: &RobotModel) -> Self {
         let c = robot.config();
         let start = robot.start_command();
@@ -166,14 +165,14 @@ impl Servos {
         (self.set.arm_target, self.set.arm_rate)
     }
 
-    /// Goes back to earlier set points.
+    /// Restores earlier set points.
     pub fn restore(&mut self, set: &SetPoints) {
         self.set = *set;
     }
 
-    /// Sets the inputs of the next substep of length `h` [s], after which `remaining` [s] are left of the command's frame. `height` is the set point of the chassis height
-    /// over its rest on flat ground [m], `gravity` [m/s2] points down with its z. What is not finite in a
-    /// command brings the set point to rest.
+    /// Sets the inputs of the next substep of length `h` [s], after which `remaining` [s] are left of the command's frame. `height` is the
+    /// set point of the chassis height above its rest on flat ground [m]; `gravity` is a vector along z [m/s2]. A value of a command that
+    /// is not finite brings its set point to rest.
     #[allow(
         clippy::too_many_arguments,
         reason = "a world's model, state and robot, and one substep's inputs"
@@ -199,9 +198,9 @@ impl Servos {
         self.drive_fingers(model, data, handle, command, h);
     }
 
-    /// Holds the arm's effort limits against what the prediction could not know: contact. Call after a substep:
-    /// a servo that exerted more than its limit at the substep's end gets the limit as a constant torque, and
-    /// the result says that the substep is to be repeated from its start.
+    /// Enforces the arm's effort limits after contact, which the prediction cannot know. Call it after a substep: a servo that exerted more
+    /// than its limit at the substep's end gets the limit as a constant torque, and the result is true if the substep must be repeated
+    /// from its start.
     pub fn cap_overshoot(&self, model: &Model, data: &mut Data, handle: &RobotHandle) -> bool {
         let mut capped = false;
         for (body, limit) in handle.arm.into_iter().zip(self.robot.kinematics.limits()) {
@@ -239,10 +238,10 @@ impl Servos {
         let (dof, yaw) = (model.dofs(handle.planar).start, data.q[model.qs(handle.planar).start + 2]);
         let (sin, cos) = math::sin_cos(yaw);
         let [forward, left, yaw_rate] = self.set.base_velocity;
-        // The planar joint's x and y are axes of odom; the set point is in the base's.
+        // The planar joint's x and y are along axes of odom; the set point is in the base frame.
         let set = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
         let now = Vector2::new(data.v[dof], data.v[dof + 1]);
-        // Applied as a constant over the substep, so that a collision within it meets no more than the bound.
+        // The force is constant over the substep, so that a collision within it meets no more than the bound.
         let force = (set - now) * (base.damping / (1.0 + h * base.damping / self.robot.mass));
         let force = force.cap_magnitude(base.effort_max);
         let factor = turn.damping / (1.0 + h * turn.damping / self.robot.yaw_inertia);
@@ -275,12 +274,12 @@ impl Servos {
             let limit = arm.limits()[i];
             let target = &mut self.set.arm_target[i];
             let rate = &mut self.set.arm_rate[i];
-            // Nonsense is no reason to stop dead: the set point brakes.
+            // A command that is not finite does not stop the set point at once: it brakes.
             let wanted = if command.arm_q[i].is_finite() { command.arm_q[i] } else { *target };
             let passing = if command.arm_v[i].is_finite() { command.arm_v[i] } else { 0.0 };
             let passing = passing.clamp(-limit.velocity, limit.velocity);
             let wanted = (wanted - passing * remaining).clamp(limit.lower, limit.upper);
-            // Off the course that passes at this speed.
+            // Offset from the motion that passes the target at this speed.
             let off = wanted - passing * h - *target;
             let acceleration = self.robot.arm_acceleration;
             let (slowest, fastest) = velocity_range(*target, *rate, &limit, acceleration, h);
@@ -314,7 +313,7 @@ impl Servos {
             if command.finger_q.is_finite() {
                 let wanted = command.finger_q.clamp(lower, upper);
                 let next = toward(self.set.finger_target[i], wanted, self.robot.finger_speed * h);
-                // Against an object the set point waits where it exerts the limit, so that opening is prompt.
+                // Against an object the set point stops where it exerts the limit, so that opening is prompt.
                 let reach = limit / gains.stiffness;
                 self.set.finger_target[i] = next.max(q - reach).min(q + reach).clamp(lower, upper);
             }

@@ -7,7 +7,7 @@ use orchard_robot::{
 };
 
 const DT: f64 = 1.0 / 60.0;
-/// Cost of a constraint that is as good as hard: errors of the TCP are of the order of 1 (m/s)^2.
+/// Penalty of a practically hard constraint: errors of the TCP are of the order of 1 (m/s)^2.
 const DEAR: f64 = 10.0;
 /// Published acceleration of the joints [rad/s2].
 const ACCELERATION: f64 = 10.0;
@@ -28,7 +28,7 @@ fn approach(arm: &ArmKinematics, target: IkTarget) -> QpGoal {
     QpGoal { task, posture: arm.home(), held: None }
 }
 
-/// Takes a step and checks what holds for every step.
+/// Takes a step and checks the invariants of every step.
 fn checked(arm: &ArmKinematics, state: &mut QpState, goal: &QpGoal, obstacles: &[Obstacle]) -> QpStatus {
     let step = arm.velocity_step(state, goal, obstacles, DT);
     for i in 0..ARM_DOF {
@@ -113,7 +113,7 @@ fn it_reaches_a_pose_and_rests_there() {
         checked(arm, &mut state, &goal, &[]);
     }
     let off = (arm.tcp(&state.q).translation.vector - x.translation.vector).norm();
-    // The arm may still go towards its preferred posture, but the TCP stands.
+    // The arm may still go towards its preferred posture, but the TCP stands still.
     let twist = arm.jacobian(&state.q) * state.v;
     assert!(off < 1e-4 && twist.norm() < 1e-3 && state.v.amax() < 0.02, "{off} m, {twist}");
 }
@@ -180,7 +180,7 @@ fn the_arm_does_not_run_into_itself_or_the_robot() {
     }
 }
 
-/// Lowered onto the deck beside the bucket, what the hand holds stops over it with the clearance between links.
+/// An object in the hand, lowered onto the deck beside the bucket, stops above the deck with the clearance between links.
 #[test]
 fn what_the_hand_holds_is_kept_off_the_robot() {
     let robot = RobotModel::paper();
@@ -211,7 +211,7 @@ fn obstacles_are_kept_clear_of_and_never_make_it_fail() {
     let x = arm.tcp(&arm.home());
     let ahead = x * Pose::translation(0.0, 0.0, 0.3);
     let goal = approach(arm, IkTarget::Pose(ahead));
-    // In the way of the hand.
+    // In the path of the hand.
     let blocked = (x * Pose::translation(0.0, 0.0, 0.15)).translation.vector;
     let wall: Vec<Obstacle> = (0..9)
         .map(|k| {
@@ -232,7 +232,7 @@ fn obstacles_are_kept_clear_of_and_never_make_it_fail() {
         assert_ne!(checked(arm, &mut state, &goal, &wall), QpStatus::Braking);
         assert!(nearest(&state.q) > 0.04, "{}", nearest(&state.q));
     }
-    // Buried in leaves on all sides: nothing can be kept, and the step still goes on.
+    // Among leaves on all sides no clearance can be kept, and the step still succeeds.
     let buried: Vec<Obstacle> = (0..40)
         .map(|k| {
             let at = arm.tcp(&posture(arm, k)).translation.vector;

@@ -72,7 +72,7 @@ impl Bench {
             let mut before = orchard_multibody::Motion::default();
             self.data.save_motion(&mut before);
             step(&self.model, &mut self.data, &settings, &mut report);
-            // As a world does: servos that contact pushed over their limits get them, and the substep is repeated.
+            // As a world does: servos that contact pushed over their limits exert the limit, and the substep is repeated.
             while self.servos.cap_overshoot(&self.model, &mut self.data, &self.handle) {
                 self.data.restore_motion(&before);
                 step(&self.model, &mut self.data, &settings, &mut report);
@@ -99,7 +99,7 @@ fn arm_kinematics_and_gravity_torque_agree_with_the_world_model() {
         for i in 0..ARM_DOF {
             data.q[model.qs(handle.arm[i]).start] = q[i];
         }
-        // Somewhere else on the ground, turned.
+        // At another place on the ground, turned.
         data.q[model.qs(handle.planar)].copy_from_slice(&[0.3, -0.4, 0.7]);
         forward_kinematics(&model, &mut data);
         let x_world_base = handle.x_world_base(&data);
@@ -257,7 +257,7 @@ fn fingers_hold_with_the_commanded_force() {
         let o = observe(&model, &data, &handle, 0.0, Intrinsics::from_vertical_fov(8, 6, 1.0));
         assert!((o.finger_q[0] - o.finger_q[1]).abs() < 2e-3, "{:?}", o.finger_q);
         if opening == 0.0 {
-            // The drives give the limit; radius less what 70 N press into 5e4 N/m.
+            // The drives exert the limit; radius less the depth to which 70 N press into 5e4 N/m.
             assert!((o.finger_force[0] + force).abs() < 0.02 * force, "{:?}", o.finger_force);
             assert!((o.finger_q[0] - 0.03).abs() < 3e-3, "{:?}", o.finger_q);
         } else {
@@ -266,7 +266,7 @@ fn fingers_hold_with_the_commanded_force() {
     }
 }
 
-/// Set points: the published speeds and accelerations, whatever is commanded and however often it changes.
+/// Set points keep the published speeds and accelerations for any commands, however often they change.
 #[test]
 fn set_points_obey_the_published_speeds_and_accelerations() {
     let mut bench = bench(None);
@@ -304,8 +304,8 @@ fn set_points_obey_the_published_speeds_and_accelerations() {
     }
 }
 
-/// A smooth command is followed without lag: where a step begins at speed v and ends at v + a h, the set point that goes at
-/// v + a h all the while is a h^2 / 2 off at most, and makes it up in the next.
+/// A smooth command is followed without lag: in a step from speed v to v + a h, the set point, which moves at v + a h all the while, is at
+/// most a h^2 / 2 off, and makes up for it in the next step.
 #[test]
 fn a_smooth_command_is_followed_without_lag() {
     let mut bench = bench(None);
@@ -329,7 +329,7 @@ fn a_smooth_command_is_followed_without_lag() {
     }
 }
 
-/// A commanded step ends on its mark without passing it, in the time of the fastest motion: d = v^2 / a + v (T - 2 v / a).
+/// A commanded step ends at its goal without overshoot, in the time of the fastest motion: d = v^2 / a + v (T - 2 v / a).
 #[test]
 fn a_commanded_step_takes_the_shortest_time_that_the_limits_allow() {
     let mut bench = bench(None);
@@ -352,7 +352,7 @@ fn a_commanded_step_takes_the_shortest_time_that_the_limits_allow() {
     assert!((arrived - fastest).abs() <= 3.0 * SUBSTEP, "{arrived} against {fastest}");
 }
 
-/// Pushed against something that cannot move, the base stands and its wheels exert the bound for as long as it lasts.
+/// Against a fixed obstacle the base stands still and its wheels exert the bound.
 #[test]
 fn the_base_stalls_at_its_effort_limit() {
     let mut bench = bench(Some((Vec3::new(1.0, 0.0, 0.1), Vec3::new(0.1, 2.0, 0.1))));
@@ -367,7 +367,7 @@ fn the_base_stalls_at_its_effort_limit() {
         assert!(effort(2).abs() <= 350.0 * (1.0 + 1e-12));
     });
     let after = bench.observe().base_pose;
-    // No more than the contact's damping lets creep in a second.
+    // No more than the contact's damping lets the base creep in a second.
     let moved = (0..3).map(|k| (after[k] - before[k]).abs()).fold(0.0, f64::max);
     assert!(moved < 2e-3, "{moved}");
 }
@@ -398,7 +398,7 @@ fn the_arm_holds_any_posture_without_drift() {
 /// The lowest of the robot's group bits in these tests.
 const LINKS: u32 = 16;
 
-/// Told to go through the bucket's wall, the deck and its own mount, the arm stops at their surfaces.
+/// Commanded through the bucket's wall, the deck and its own mount, the arm stops at their surfaces.
 #[test]
 fn the_arm_does_not_pass_through_the_robot() {
     let mut paths = Vec::new();
@@ -435,7 +435,7 @@ fn the_arm_does_not_pass_through_the_robot() {
             -1e3 * last
         );
         assert!(last > -2e-3, "{what}: {last}");
-        // Contacts are seen from 5 mm on: what closes in by more in a substep sinks in for that substep.
+        // Contacts are detected from 5 mm on: a link that closes in by more in a substep sinks in for that substep.
         assert!(deepest > -2e-3 - (farthest - 0.005).max(0.0), "{what}: {deepest}, {farthest} in a substep");
         assert!(strongest > 0.99, "{what}: {strongest}");
         assert!(bench.data.q.iter().all(|x| x.is_finite()));

@@ -1,4 +1,4 @@
-//! URDF files with numbers and shapes of tree that no robot has.
+//! URDF files with implausible numbers and trees.
 
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{
@@ -9,7 +9,7 @@ use orchard_robot::{Articulation, PAPER_URDF, PartGroups, RobotConfig, RobotErro
 use std::fmt::Write as _;
 use std::ops::Range;
 
-/// Where the numbers in the attribute values of XML text stand.
+/// Positions of the numbers in the attribute values of XML text.
 fn numbers(text: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     for (start, value) in text.split('"').scan(0, |at, piece| {

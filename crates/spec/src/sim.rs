@@ -27,6 +27,24 @@ pub struct SimSpec {
     pub sleep_time: Quantity,
     /// Half-width of the box about the trunk base outside which a position counts as diverged.
     pub plausible_extent: Quantity,
+    /// Contact of loose fruit.
+    pub loose: LooseSpec,
+}
+
+/// Contact of loose fruit in the rigid-body engine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LooseSpec {
+    /// Contact stiffness, given as the natural frequency of a contact.
+    pub contact_frequency: Quantity,
+    /// Damping ratio of a contact.
+    pub contact_damping_ratio: Quantity,
+    /// Highest speed at which an overlap is undone.
+    pub recovery_speed: Quantity,
+    /// Sweeps over the contacts in each inner step; every frame starts without a first guess of the impulses.
+    pub sweeps: Count,
+    /// Gap below which two resting fruit count as touching: a few times the sag of a contact in a pile.
+    pub touching_gap: Quantity,
 }
 
 impl SimSpec {

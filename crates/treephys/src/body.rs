@@ -1,4 +1,4 @@
-//! Skeleton -> links.
+//! Conversion of a skeleton to links of a multibody model.
 
 use crate::{section, stiffness};
 use orchard_geometry::{Pose, Shape, Vec3};
@@ -96,7 +96,7 @@ impl TreeBody {
         self.bodies.len()
     }
 
-    /// Whether the tree has no segment.
+    /// True if the tree has no segment.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }
@@ -115,7 +115,7 @@ impl TreeBody {
         }
     }
 
-    /// Bending angle |theta| of a segment's joint [rad].
+    /// Bending angle |theta| of a segment's joint \[rad\].
     pub fn bending_angle(&self, model: &Model, data: &Data, segment: usize) -> f64 {
         let dofs = model.qs(self.bodies[segment]);
         data.q[dofs].iter().map(|q| q * q).sum::<f64>().sqrt()

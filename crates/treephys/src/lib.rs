@@ -2,7 +2,7 @@
 //!
 //! [`TreeBody`] turns a [`Skeleton`](orchard_treegen::Skeleton) into links of a multibody model: every
 //! segment a capsule link, every joint a bending spring-damper whose stiffness follows beam theory.
-//! [`Rupture`] watches the bending moments, breaks joints in place and lets the sub-tree fall. [`rails`] tame
+//! [`Rupture`] tests the bending moments, breaks joints in place and lets the sub-tree fall. [`rails`] limit
 //! forces that a hand or a test applies.
 
 mod body;
@@ -15,3 +15,8 @@ mod stiffness;
 pub use body::{TreeBody, TreeGroups};
 pub use rupture::{Break, Rupture};
 pub use settings::step_settings;
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,8 +1,8 @@
-//! Three rails on forces that a hand, a brush or a test applies to a link.
+//! Three limits (rails) on forces that a hand, a brush or a test applies to a link.
 //!
 //! They keep a gram-scale twig from being flung when the wood that held it breaks. The solver does not need
-//! them to stay finite and no benchmark world uses them. None acts on a link that stands still and goes on
-//! standing, so that a branch bent until it snaps feels the whole force:
+//! them to stay finite and no benchmark world uses them. None acts on a link that stays
+//! at rest, so that a branch bent until it snaps feels the whole force:
 //!
 //! 1. power fade: the part of a force along the velocity fades out between `fade_speed` and `speed_limit`;
 //! 2. speed brake: above the limit, the force `-brake * mass * (|v| - limit)` along v;

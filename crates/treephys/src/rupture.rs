@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Break {
     /// Segment whose base joint broke.
     pub segment: usize,
-    /// Time since it broke [s].
+    /// Time since it broke \[s\].
     pub age: f64,
     /// Friction moment at the break before the ramp [N m].
     pub friction: f64,
@@ -43,7 +43,7 @@ impl Rupture {
         }
     }
 
-    /// Whether this is the state of a tree with as many segments.
+    /// True if this is the state of a tree with as many segments.
     pub fn fits(&self, tree: &TreeBody) -> bool {
         let Self { frames_over, debris, breaks, peak_ratio: _ } = self;
         frames_over.len() == tree.len()
@@ -56,7 +56,7 @@ impl Rupture {
         &self.breaks
     }
 
-    /// Whether a segment belongs to a broken sub-tree.
+    /// True if a segment belongs to a broken sub-tree.
     pub fn is_debris(&self, segment: usize) -> bool {
         self.debris[segment]
     }
@@ -66,12 +66,12 @@ impl Rupture {
         self.peak_ratio
     }
 
-    /// Takes applied forces off broken sub-trees, and sets the dampers of broken joints for the next substep: the residual damper, and Coulomb friction of the
+    /// Removes applied forces from broken sub-trees, and sets the dampers of broken joints for the next substep: the residual damper, and Coulomb friction of the
     /// ramped moment tau as the secant damper tau / omega, which the step takes implicitly, so that it
     /// dissipates at any rate and on any axis, however little inertia that axis has. omega is the rate expected at the end of
     /// the substep, by extrapolation, and at least `friction_regularisation`. A brake that grows with the fourth
     /// power of the rate keeps whipping twigs about the configured limit, against the joint before them; a falling
-    /// limb does not feel it. That the step stays bounded at any rate is its own doing (decision 10).
+    /// limb does not feel it. The step stays bounded at any rate without it (decision 10).
     pub fn begin_substep(
         &mut self,
         tree: &TreeBody,
@@ -116,7 +116,7 @@ impl Rupture {
     ) -> Vec<usize> {
         let mut broken = Vec::new();
         for i in 0..tree.len() {
-            // The root's joint stands for the soil's grip on the trunk: it bends, but there is nothing to break.
+            // The root's joint models the soil's grip on the trunk: it bends and cannot break.
             if self.debris[i] || tree.parent[i].is_none() {
                 continue;
             }
@@ -131,8 +131,8 @@ impl Rupture {
         broken
     }
 
-    /// Breaks a joint in place: spring and damper go, the sub-tree becomes debris with less drag. What hangs on
-    /// the sub-tree counts towards its gravity moment and inertia.
+    /// Breaks a joint in place: spring and damper go, the sub-tree becomes debris with less drag. Its fruit
+    /// count towards its gravity moment and inertia.
     pub fn break_joint(
         &mut self,
         tree: &TreeBody,

@@ -1,4 +1,4 @@
-//! Laws of the joints' stiffness.
+//! Stiffness laws of the joints.
 
 use crate::section;
 use orchard_geometry::math;

@@ -10,7 +10,7 @@ use orchard_treephys::section;
 
 /// With k = E I / l at each of n joints, the root's included, a tip load P on a uniform cantilever of length L
 /// deflects its tip by P L^3 / (3 E I) (1 + 3 / (2 n) + 1 / (2 n^2)). The load is small: 1e-4 rad at the tip, so
-/// that the geometric error is of order 1e-8; 0.1 % is the tolerance.
+/// that the geometric error is of order 1e-8; the tolerance is 0.1 %.
 #[test]
 fn paper_law_has_the_chain_bias() {
     let (total, radius) = (1.0, 0.01);

@@ -1,4 +1,4 @@
-//! Rupture and the fall of what broke off.
+//! Rupture and the fall of broken limbs.
 
 mod fixture;
 

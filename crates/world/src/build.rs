@@ -1,4 +1,4 @@
-//! Spec, robot and seed -> the constant part of a world.
+//! Builds the constant part of a world from spec, robot and seed.
 
 use crate::ground::Ground;
 use crate::groups;
@@ -19,11 +19,11 @@ pub enum WorldError {
     /// The tree does not grow.
     #[error("the tree does not grow: {0}")]
     Growth(#[from] TreegenError),
-    /// The ground cannot be made.
+    /// The ground cannot be built.
     #[error(transparent)]
     Terrain(#[from] TerrainError),
-    /// The parts make no valid model.
-    #[error("the world makes no valid model: {0}")]
+    /// The parts form no valid model.
+    #[error("the parts of the world form no valid model: {0}")]
     Model(#[from] ModelError),
     /// The loaded tree finds no rest.
     #[error("the tree finds no static equilibrium: {0}")]
@@ -128,7 +128,7 @@ pub(crate) fn build(
     })
 }
 
-/// Where the robot's base starts; heights are left to the ground.
+/// Start pose of the robot's base; the ground sets its height.
 fn start_pose(spec: &Spec, stream: &mut Stream) -> Pose {
     let bearing = scenery::start_bearing(spec.scenery.as_ref(), stream);
     let distance = stream.within(spec.episode.start.distance.si());

@@ -1,4 +1,4 @@
-//! What a world's wrist camera took, and the truth behind it.
+//! Images of a world's wrist camera, with their ground truth.
 
 use crate::World;
 use crate::identity::Start;
@@ -15,13 +15,13 @@ use std::collections::VecDeque;
 pub struct CameraTruth {
     /// Frame of the world in which it was taken.
     pub frame: u32,
-    /// What was measured, and depth, labels and instances as they were.
+    /// Measured depth, and true depth, labels and instances.
     pub capture: Capture,
     /// The scene that it shows.
     pub scene: Scene,
     /// Pose of the optical frame.
     pub x_world_camera: Pose,
-    /// What it shows of each fruit, by fruit index.
+    /// Visible part of each fruit, by fruit index.
     pub fruit: Vec<FruitView>,
 }
 
@@ -34,7 +34,7 @@ impl CameraTruth {
     }
 }
 
-/// When the camera takes images and how late it delivers them, in frames.
+/// Period and latency of the camera, in frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Shutter {
     period: u32,
@@ -55,7 +55,7 @@ impl Shutter {
     }
 }
 
-/// When a depth image was taken, and where everything was then: enough to draw it.
+/// Frame and motion of a depth image: enough to draw it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Shot {
     pub frame: u32,
@@ -68,7 +68,7 @@ pub(crate) struct Shot {
 pub(crate) struct Flight(VecDeque<Shot>);
 
 impl Flight {
-    /// A frame ends: drops what was delivered before it, and takes an image if one is due. A camera without latency
+    /// Ends a frame: drops the images delivered before it, and takes an image if one is due. A camera without latency
     /// has none in flight.
     pub fn end_frame(&mut self, shutter: Shutter, frame: u32, data: &Data) {
         let due = |shot: &Shot| shot.frame.saturating_add(shutter.latency);
@@ -77,7 +77,7 @@ impl Flight {
             old = self.0.pop_front();
         }
         if shutter.latency > 0 && frame.is_multiple_of(shutter.period) {
-            // An old one's room is used again.
+            // Reuses the memory of an old one.
             let mut shot = old.unwrap_or_default();
             shot.frame = frame;
             data.save_motion(&mut shot.motion);
@@ -102,7 +102,7 @@ impl Flight {
 }
 
 impl World {
-    /// The image that the camera delivers now, if it does.
+    /// The image that the camera delivers now, if any.
     pub(crate) fn delivered(&mut self) -> Option<CameraTruth> {
         let State { data, shot, flight, frame, .. } = &mut self.state;
         let taken = self.shutter.taken(*frame)?;

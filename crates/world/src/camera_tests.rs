@@ -36,7 +36,7 @@ fn observe_until(world: &mut World, last: u32) -> Vec<Observation> {
 const LAST: u32 = 40;
 
 /// The image that comes at a frame is, bit for bit, the one that a camera without latency delivers at the frame in which it
-/// was taken, and says so.
+/// was taken, with that frame's time.
 #[test]
 fn images_come_late_and_say_when_they_were_taken() {
     for rate in [6.0, 20.0, 60.0] {
@@ -57,7 +57,7 @@ fn images_come_late_and_say_when_they_were_taken() {
                 if let Some(taken) = taken {
                     assert_eq!(observation.depth_time, taken as f64 * frame);
                 }
-                // What is felt is not late.
+                // Proprioception has no latency.
                 assert_eq!((observation.time, observation.arm_q), (prompt[now].time, prompt[now].arm_q));
             }
             let truth = world.camera_truth().unwrap();
@@ -68,7 +68,7 @@ fn images_come_late_and_say_when_they_were_taken() {
     }
 }
 
-/// An image is taken whether or not anyone looks at that moment, and is there until its frame is over.
+/// An image is taken whether or not an observation is read in that frame, and is available until its frame is over.
 #[test]
 fn images_need_no_observer_when_they_are_taken() {
     let prompt = observe_until(&mut world(0.0, 6.0), 10);

@@ -1,4 +1,4 @@
-//! The outside of a save file: magic, format version, length, checksum. All numbers are little-endian.
+//! The envelope of a save file: magic, format version, length, checksum. All numbers are little-endian.
 //!
 //! | bytes | content |
 //! |---|---|
@@ -14,8 +14,8 @@ use sha2::{Digest, Sha256};
 /// First bytes of a file. The odd first one and the line ending show a file that went through a text filter.
 const MAGIC: [u8; 8] = *b"\x8ftree\r\n\0";
 
-/// Version of the format that this code writes, and the only one that it reads: whatever changes a field of a
-/// snapshot, or its meaning, raises it.
+/// Version of the format that this code writes, and the only one that it reads: a change of a snapshot's
+/// fields, or of their meaning, raises it.
 pub const FORMAT_VERSION: u32 = 4;
 
 const HEADER: usize = MAGIC.len() + size_of::<u32>() + size_of::<u64>();
@@ -33,7 +33,7 @@ pub(crate) fn seal(body: &[u8]) -> Vec<u8> {
     file
 }
 
-/// Checks a file and gives its body.
+/// Checks a file and returns its body.
 pub(crate) fn open(file: &[u8]) -> Result<&[u8], SnapshotError> {
     let magic_there = file.len().min(MAGIC.len());
     if file.is_empty() || file[..magic_there] != MAGIC[..magic_there] {

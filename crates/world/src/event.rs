@@ -1,9 +1,9 @@
-//! What happens in a world, told with the frame in which it did.
+//! Events of a world, each with its frame: the one event vocabulary from the world to the records of a benchmark.
 
-use orchard_fruit::{FruitEvent, Impact, Partner};
+use orchard_fruit::{Impact, LooseEvent, Partner};
 use serde::{Deserialize, Serialize};
 
-/// Something a benchmark counts.
+/// Event that a benchmark counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum WorldEvent {
     /// Both fingers press on a fruit for the first time since both last let go.
@@ -19,19 +19,19 @@ pub enum WorldEvent {
         fruit: usize,
         /// Frame.
         frame: u32,
-        /// Stem tension [N].
+        /// Stem tension \[N\].
         tension: f64,
     },
-    /// A fruit came to rest in the bucket. If it leaves the bucket later, nothing is told until it meets the ground
-    /// ([`WorldEvent::FruitDropped`]) or comes to rest in the bucket again (this event once more).
+    /// A fruit came to rest in the bucket. If it leaves the bucket later, the next event is its touch of the ground
+    /// ([`WorldEvent::FruitDropped`]) or its rest in the bucket (this event again).
     FruitDeposited {
         /// Fruit index.
         fruit: usize,
         /// Frame.
         frame: u32,
-        /// How far it fell from where the fingers (or its stem) let go to the first thing that it landed on [m].
+        /// Height that it fell from where the fingers (or its stem) released it to its first contact \[m\].
         drop_height: f64,
-        /// Energy of the hardest impact since then [J].
+        /// Energy of the hardest impact since then \[J\].
         impact_energy: f64,
     },
     /// The hardest impact of a fruit in this frame, where its energy is over `fruit.impact_floor`.
@@ -40,9 +40,9 @@ pub enum WorldEvent {
         fruit: usize,
         /// Frame.
         frame: u32,
-        /// Energy of the approach [J].
+        /// Energy of the approach \[J\].
         energy: f64,
-        /// What it was with.
+        /// Body that it collided with.
         partner: Partner,
     },
     /// A loose fruit touched the ground for the first time since it left its stem, or since it last lay in the bucket.
@@ -64,22 +64,22 @@ pub enum WorldEvent {
 }
 
 impl WorldEvent {
-    /// What befell a fruit in a frame.
-    pub(crate) fn of_fruit(event: FruitEvent, frame: u32) -> Self {
+    /// Adds the frame to an event of a fruit.
+    pub(crate) fn of_fruit(event: LooseEvent, frame: u32) -> Self {
         match event {
-            FruitEvent::Detached { fruit, tension } => Self::FruitDetached { fruit, frame, tension },
-            FruitEvent::Deposited { fruit, drop_height, impact_energy } => {
+            LooseEvent::Detached { fruit, tension } => Self::FruitDetached { fruit, frame, tension },
+            LooseEvent::Deposited { fruit, drop_height, impact_energy } => {
                 Self::FruitDeposited { fruit, frame, drop_height, impact_energy }
             }
-            FruitEvent::Struck(Impact { fruit, partner, energy }) => {
+            LooseEvent::Struck(Impact { fruit, partner, energy }) => {
                 Self::FruitImpact { fruit, frame, energy, partner }
             }
-            FruitEvent::Dropped { fruit, speed } => Self::FruitDropped { fruit, frame, speed },
+            LooseEvent::Dropped { fruit, speed } => Self::FruitDropped { fruit, frame, speed },
         }
     }
 }
 
-/// Whether a world can go on.
+/// State of a world: running or quarantined.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Status {
     /// It runs.
@@ -89,7 +89,7 @@ pub enum Status {
     Quarantined {
         /// Frame.
         frame: u32,
-        /// What was found.
+        /// Fault found.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! What a world stands on: a plane, or bumps that the chassis is carried over.
+//! Ground of a world: a plane, or bumps that the chassis rides over.
 
 use crate::terrain::{TerrainError, height_field};
 use orchard_geometry::{Aabb, Footprint, HeightField, Pose, Shape, Vec3};
@@ -6,7 +6,7 @@ use orchard_robot::RobotModel;
 use orchard_spec::Spec;
 use std::sync::Arc;
 
-/// How far ahead the chassis looks, in lags of its height servo: at the top of a bump that is climbed evenly, the servo
+/// Look-ahead of the chassis, in lags of its height servo: at the top of a bump that is climbed evenly, the servo
 /// with its two time constants is then short by less than 5 ms of climb.
 const LAGS_AHEAD: f64 = 2.0;
 
@@ -17,7 +17,7 @@ pub(crate) struct Ground {
     field: Option<Arc<HeightField>>,
     /// Chassis in the base frame.
     chassis: Aabb,
-    /// How far ahead the chassis looks [s].
+    /// Look-ahead of the chassis \[s\].
     look_ahead: f64,
 }
 
@@ -35,7 +35,7 @@ impl Ground {
         })
     }
 
-    /// As a collider or a thing to see, in the world frame.
+    /// Shape of the ground in the world frame, for contact and for the camera.
     pub fn shape(&self) -> Shape {
         self.field.clone().map_or(Shape::HalfSpace, Shape::HeightField)
     }
@@ -44,13 +44,13 @@ impl Ground {
         self.field.as_deref()
     }
 
-    /// Height at which the ground carries the chassis of a base that stands at a place and heading [m]: that of the
+    /// Ride height of the chassis of a base at a place and heading \[m\]: the height of the
     /// highest ground under it, so that no bump comes through its flat underside.
     pub fn ride_height(&self, x_world_base: &Pose) -> f64 {
         self.ride_height_ahead(x_world_base, &Vec3::zeros(), 0.0)
     }
 
-    /// The same for a base that moves (velocity of its origin [m/s], turn rate [rad/s]): the highest ground that the
+    /// Ride height \[m\] of a base that moves (velocity of its origin [m/s], turn rate [rad/s]): the highest ground that the
     /// chassis is over or will soon be over, since the height servo lags.
     pub fn ride_height_ahead(&self, x_world_base: &Pose, v_world: &Vec3, turn_rate: f64) -> f64 {
         let Some(field) = &self.field else { return 0.0 };

@@ -1,10 +1,10 @@
-//! Who may touch whom: the paper's group filter.
+//! Collision groups: the paper's filter of pairs that may touch.
 //!
 //! The robot touches wood, fruit and ground, and its links each other where they share no joint; tree and fruit never touch each
 //! other; a broken sub-tree meets the ground only; loose fruit in the coupled solve meets the ground, the robot, other such fruit,
-//! and fruit that the rigid-body engine moves or that is at rest (which this model carries along: the engine knows what that
-//! meets). The posts and wires of a row,
-//! which the paper has not, meet what the ground meets, and the chassis.
+//! and fruit that the rigid-body engine moves or that is at rest (the engine computes the contacts
+//! of those). The posts and wires of a row,
+//! which the paper lacks, meet all that the ground meets, and the chassis.
 
 use orchard_multibody::Groups;
 
@@ -34,7 +34,7 @@ pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT 
 pub const PASSED_GROUPS: Groups = Groups { member: PASSED, filter: LOOSE };
 /// Arm and fingers.
 pub const ROBOT_GROUPS: Groups = Groups { member: ROBOT, filter: GROUND | WOOD | HANGING | LOOSE | SCENERY };
-/// Chassis and bucket: carried over the ground by the height servo, so they do not touch it.
+/// Chassis and bucket: the height servo holds them over the ground, so they do not touch it.
 pub const BASE_GROUPS: Groups = Groups { member: ROBOT, filter: WOOD | HANGING | LOOSE | SCENERY };
 /// Posts and wires.
 pub const SCENERY_GROUPS: Groups = Groups { member: SCENERY, filter: DEBRIS | LOOSE | ROBOT };

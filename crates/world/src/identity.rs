@@ -1,4 +1,4 @@
-//! Which world a snapshot belongs to, told by content: it does not depend on the code that built the world.
+//! Identity of the world that a snapshot belongs to, by hashes of its content.
 
 use crate::build::Parts;
 use orchard_geometry::HeightField;
@@ -9,17 +9,17 @@ use sha2::{Digest, Sha256};
 
 type Hash = [u8; 32];
 
-/// What a world was built from, and what came of it.
+/// Hashes of a world's inputs and of the model built from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Identity {
     spec: Hash,
     robot: Hash,
     pub start: Start,
-    /// What moves, and the ground: other code may grow another tree from the same seed. The repeat too, where it is not 0.
+    /// Bodies and ground: other code may grow another tree from the same seed. Includes the repeat if it is not 0.
     model: Hash,
 }
 
-/// What a world's random numbers were drawn for.
+/// Key of a world's random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Start {
     pub seed: u64,
@@ -27,7 +27,7 @@ pub(crate) struct Start {
     pub episode: u32,
 }
 
-/// In what a snapshot's world differs from the one that was to be restored.
+/// Difference between a snapshot's world and the world to be restored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Difference {
     /// Other config.
@@ -60,7 +60,7 @@ pub enum Difference {
         /// Of this world.
         here: u32,
     },
-    /// The same in everything, but this version of the code builds something else from it.
+    /// Equal inputs, from which this version of the code builds other bodies.
     #[error(
         "it was saved with another start pose of the robot, or by another version of the code, which built other bodies from this config and seed"
     )]

@@ -1,9 +1,9 @@
 //! One simulated orchard world: tree, fruit, leaves, posts and wires, ground, robot and camera.
 //!
 //! [`World::new`] is a function of (spec, robot, seed, world index) alone. A frame is
-//! observation -> command -> [`World::step`] -> [`WorldEvent`]s; nothing that a controller receives holds a
-//! pose or a label of the world. [`truth`] is what a benchmark may ask. A [`Snapshot`] keeps a world at one moment,
-//! in memory or as bytes, to go on from there with the same bits.
+//! observation -> command -> [`World::step`] -> [`WorldEvent`]s; a controller receives no
+//! pose and no label of the world. [`truth`] is the ground truth for benchmarks. A [`Snapshot`] keeps a world at one moment,
+//! in memory or as bytes, to continue from there with the same bits.
 
 mod build;
 mod camera;
@@ -34,3 +34,8 @@ pub use load::WoodLoad;
 pub use planting::{Appearance, Planting, tree_scene};
 pub use snapshot::{Snapshot, SnapshotError};
 pub use world::World;
+
+/// Compiles and runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

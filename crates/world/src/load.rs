@@ -1,15 +1,15 @@
-//! What the robot does to the wood: impulses and forces of its contacts, and how near to rupture the joints come.
+//! Loads of the robot on the wood: impulses and forces of its contacts, and moment ratios of the joints.
 //!
 //! With f the force of a contact point between robot and live wood, normal and friction together, over a substep h, and
 //! r_j = |M_j| / M_max,j the ratio of a joint's bending moment, |M| = Kp |theta|, to its rupture moment:
 //!
 //! - contact impulse `J = sum over substeps of h sum |f|` [N s];
-//! - peak contact force `max over substeps of sum |f|` [N];
+//! - peak contact force `max over substeps of sum |f|` \[N\];
 //! - peak moment ratio `max over frames and joints of r_j`, the start's included;
-//! - excess `e(t) = max over joints of max(0, r_j(t) - r_j(0))`, and its integral `sum over frames of e dt` [s].
+//! - excess `e(t) = max over joints of max(0, r_j(t) - r_j(0))`, and its integral `sum over frames of e dt` \[s\].
 //!
-//! The moment is the one that rupture is judged by ([`orchard_treephys::Rupture`]), once a frame. The root's joint, which
-//! cannot break, and broken sub-trees are left out: what they carried at the break stays in the peaks. The excess is taken
+//! The moment is that of the rupture test ([`orchard_treephys::Rupture`]), once a frame. The root's joint, which
+//! cannot break, and broken sub-trees are left out: their load at the break stays in the peaks. The excess is taken
 //! joint by joint, so that a load on a branch that gravity spares counts although another joint bears more. Wood that swings
 //! freely or was relieved of its fruit has an excess too where it bends further than at rest.
 
@@ -24,9 +24,9 @@ use serde::{Deserialize, Serialize};
 pub struct WoodLoad {
     /// Impulse of all contacts of the robot with live wood [N s].
     pub contact_impulse: f64,
-    /// The same of the latest frame [N s].
+    /// Impulse of the latest frame [N s].
     pub frame_impulse: f64,
-    /// Largest sum of the contact forces of a substep [N].
+    /// Largest sum of the contact forces of a substep \[N\].
     pub peak_contact_force: f64,
     /// Largest bending moment over rupture moment of any joint.
     pub peak_ratio: f64,
@@ -34,9 +34,9 @@ pub struct WoodLoad {
     pub peak_segment: Option<usize>,
     /// Largest excess of the ratio over its value at the start, now.
     pub excess: f64,
-    /// Its largest value so far.
+    /// Largest excess so far.
     pub peak_excess: f64,
-    /// Its integral over time [s].
+    /// Integral of the excess over time \[s\].
     pub excess_integral: f64,
 }
 
@@ -54,7 +54,7 @@ impl WoodLoad {
         self.frame_impulse = 0.0;
     }
 
-    /// Adds the contacts of a substep of length `h` [s].
+    /// Adds the contacts of a substep of length `h` \[s\].
     pub(crate) fn add_substep(&mut self, parts: &[Part], report: &StepReport, h: f64) {
         let mut force = 0.0;
         for contact in &report.contacts {
@@ -68,7 +68,7 @@ impl WoodLoad {
         self.peak_contact_force = self.peak_contact_force.max(force);
     }
 
-    /// Takes the bending of a frame of length `frame` [s]; `start` is the state at the start of the episode.
+    /// Adds the bending of a frame of length `frame` \[s\]; `start` is the state at the start of the episode.
     pub(crate) fn end_frame(
         &mut self,
         tree: &TreeBody,
@@ -82,7 +82,7 @@ impl WoodLoad {
         for segment in joints(tree).filter(|&segment| !rupture.is_debris(segment)) {
             let ratio = moment_ratio(tree, model, data, segment);
             self.keep_peak(segment, ratio);
-            // Most joints carry less than the worst one's excess: their start need not be looked up.
+            // Most joints bear less than the largest excess so far; their start value is not needed.
             if ratio > self.excess {
                 let excess = ratio - moment_ratio(tree, model, start, segment);
                 self.excess = self.excess.max(excess);
@@ -99,14 +99,14 @@ impl WoodLoad {
         }
     }
 
-    /// Whether its segment is one of a tree of so many.
+    /// True if its segment is below the number of segments.
     pub(crate) fn fits(&self, segments: usize) -> bool {
         self.peak_segment.is_none_or(|segment| segment < segments)
     }
 }
 
 impl World {
-    /// What the robot has done to the wood since the start of the episode.
+    /// Loads of the robot on the wood since the start of the episode.
     pub fn wood_load(&self) -> &WoodLoad {
         &self.state.load
     }

@@ -5,7 +5,7 @@ use orchard_spec::Spec;
 use orchard_treegen::{Segment, Skeleton};
 use std::sync::Arc;
 
-/// A straight upright shoot of two segments, low enough to meet nothing of the robot but its flat front. The joint
+/// A straight upright shoot of two segments, low enough to touch the robot's flat front only. The joint
 /// between them can break.
 const LOWER: f64 = 0.1;
 const UPPER: f64 = 0.4;
@@ -15,7 +15,7 @@ fn shoot() -> World {
     grown_from(&Pose::identity(), RADIUS)
 }
 
-/// The same shoot with its root at a pose, along its z.
+/// The shoot with its root at a pose, along its z.
 fn grown_from(x_world_root: &Pose, radius: f64) -> World {
     let segment = |parent, along, length| Segment {
         parent,
@@ -38,7 +38,7 @@ fn hold(world: &World) -> Command {
     world.robot().start_command()
 }
 
-/// A frame with a force on the tip [N].
+/// A frame with a force on the tip \[N\].
 fn push_at_tip(world: &mut World, force: &Vec3) {
     let body = world.tree().bodies[1];
     // A force at the tip is one at the centre of mass and its moment about that.
@@ -49,7 +49,7 @@ fn push_at_tip(world: &mut World, force: &Vec3) {
     world.step(&command);
 }
 
-/// Height of the chassis' deck in the world [m].
+/// Height of the chassis' deck in the world \[m\].
 fn deck_height(world: &World) -> f64 {
     let chassis = world.model().collider(world.handle().colliders.base[0]);
     let x_world_base = world.handle().x_world_base(world.data());

@@ -1,27 +1,26 @@
-//! Loose fruit: who moves it, what wakes it, what it strikes.
+//! Loose fruit in a world: hand-over to the rigid-body engine, sleep and waking, impacts.
 //!
-//! Off its stem a fruit is in the coupled solve of the model as long as the hand is at it, then in the rigid-body engine
-//! of the `fruit` crate, then asleep. The engine lives for one frame: [`Loose`] is no part of a world's state.
+//! Off its stem a fruit is moved by the coupled solve of the model while the hand is at it, then by the rigid-body engine
+//! of the `fruit` crate, until it sleeps; [`orchard_fruit::life`] has the rules. The engine lasts one frame: [`Loose`] is no
+//! part of a world's state.
 
 use crate::build::Parts;
 use crate::state::State;
 use crate::touch::{FruitTouch, Part};
 use orchard_fruit::{
-    Engine, FruitLives, Obstacle, Partner, Phase, Pressing, RestRule, Resting, Shapes, Touch, impact_energy,
+    Engine, FruitLives, Island, Obstacle, Partner, Phase, Pressing, RestRule, Resting, Shapes, Support,
+    Touch, WakeRule, impact_energy,
 };
 use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
 use orchard_multibody::{BodyId, Collider, Data, Model, Owner, Twist};
 use orchard_robot::RobotHandle;
 use orchard_spec::Spec;
 
-/// Gap below which two fruit at rest count as touching [m]: some times the sag of a contact in a pile.
-const TOUCHING: f64 = 1e-3;
-
 /// Scratch of a frame.
 #[derive(Debug, Default)]
 pub(crate) struct Loose {
     engine: Option<Engine>,
-    /// What moves each obstacle of the engine.
+    /// Mover of each obstacle of the engine.
     movers: Vec<Mover>,
     /// Velocities of the robot's links, in the order of the handle, and of the fruit before the substep.
     links_before: Vec<(Twist, Vec3)>,
@@ -40,7 +39,7 @@ impl Clone for Loose {
     }
 }
 
-/// What moves an obstacle of the engine.
+/// Thing that an obstacle of the engine moves with.
 #[derive(Debug, Clone, Copy)]
 enum Mover {
     Still,
@@ -61,7 +60,7 @@ fn x_world_shape(parts: &Parts, data: &Data, collider: usize) -> Pose {
     }
 }
 
-/// A ball about every collider, in the frame of its owner: centre and radius [m]. Infinite about the ground.
+/// A ball about every collider, in the frame of its owner: centre and radius \[m\]. Infinite about the ground.
 pub(crate) fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
     let ball = |collider: &Collider| {
         let Aabb { min, max } = collider.shape.aabb(&collider.x_owner_shape);
@@ -75,7 +74,7 @@ pub(crate) fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
     model.colliders().iter().map(ball).collect()
 }
 
-/// Whether the surface of a robot's collider is nearer to a point than `reach` [m].
+/// True if the surface of a robot's collider is nearer to a point than `reach` \[m\].
 fn is_near(parts: &Parts, data: &Data, collider: usize, p_world: &Vec3, reach: f64) -> bool {
     let Some(body) = owner_body(parts, collider) else { return false };
     let (centre, radius) = &parts.bounds[collider];
@@ -96,7 +95,7 @@ fn owner_body(parts: &Parts, collider: usize) -> Option<BodyId> {
     }
 }
 
-/// What a part is to a fruit that meets it; none to wood, which loose fruit does not meet.
+/// Collision partner of a fruit that a part is; `None` for wood, which loose fruit does not meet.
 fn partner(part: Part) -> Option<Partner> {
     match part {
         Part::Ground => Some(Partner::Ground),
@@ -120,7 +119,7 @@ fn base_velocity(data: &Data, handle: &RobotHandle, p_world: &Vec3) -> Vec3 {
 }
 
 impl State {
-    /// Before the first substep of a frame: wakes what is about to be moved, and fills an engine with what is free.
+    /// Begins a frame: wakes fruit that are about to be moved, and fills an engine with the free ones.
     pub(crate) fn begin_loose(&mut self, spec: &Spec, parts: &Parts) {
         self.loose.engine = None;
         self.loose.last.clear();
@@ -138,8 +137,13 @@ impl State {
     /// touches such a one.
     fn wake(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
         let State { data, fruit: lives, .. } = self;
-        let (set, speed) = (&parts.fruit, spec.sim.sleep_speed.si());
-        let fall = 0.5 * spec.sim.gravity.si() * frame_time * frame_time;
+        let set = &parts.fruit;
+        let rule = WakeRule {
+            speed: spec.sim.sleep_speed.si(),
+            touching_gap: spec.sim.loose.touching_gap.si(),
+            frame_time,
+            fall: 0.5 * spec.sim.gravity.si() * frame_time * frame_time,
+        };
         let p_world = |data: &Data, i: usize| data.point_p_world[set.points[i].index()];
         let v_world = |data: &Data, i: usize| data.point_v_world[set.points[i].index()];
         let mut woken = Vec::new();
@@ -149,12 +153,9 @@ impl State {
             let on_base = matches!(resting, Resting::Base(_));
             let v_base = base_velocity(data, &parts.handle, &p);
             let v_carrier = if on_base { v_base } else { Vec3::zeros() };
-            // How far from it something with a velocity may be to touch it in this frame; none where that is slow.
-            let reach = |v: &Vec3| {
-                let closing = (v - v_carrier).norm();
-                (closing > speed).then_some(radius + TOUCHING + closing * frame_time + fall)
-            };
-            let shaken = on_base && v_base.norm() > speed;
+            // Distance within which something that moves with a velocity wakes it.
+            let reach = |v: &Vec3| rule.reach(radius, (v - v_carrier).norm());
+            let shaken = on_base && rule.is_shaken(v_base.norm());
             let by_fruit = || {
                 (0..set.len()).filter(|&k| is_awake(lives.phase(k))).any(|k| {
                     let distance = (p_world(data, k) - p).norm() - set.fruit[k].radius;
@@ -179,29 +180,29 @@ impl State {
             lives.wake(i);
             let p = p_world(data, i);
             woken.extend((0..set.len()).filter(|&k| {
-                let reach = set.fruit[i].radius + set.fruit[k].radius + TOUCHING;
-                matches!(lives.phase(k), Phase::Asleep(_)) && (p_world(data, k) - p).norm() < reach
+                matches!(lives.phase(k), Phase::Asleep(_))
+                    && rule.touches(set.fruit[i].radius, set.fruit[k].radius, (p_world(data, k) - p).norm())
             }));
         }
     }
 
-    /// A new engine with the free fruit and all that it can meet within this frame.
+    /// Builds an engine with the free fruit and all bodies that they can reach within this frame.
     fn fill_engine(&mut self, spec: &Spec, parts: &Parts, frame_time: f64) {
         let State { data, fruit: lives, loose, .. } = self;
         let (set, model) = (&parts.fruit, &parts.model);
-        let mut engine = Engine::new(parts.settings.h, &parts.settings.gravity);
+        let mut engine = Engine::new(parts.settings.h, &parts.settings.gravity, &spec.sim.loose);
         let fall = spec.sim.gravity.si() * frame_time;
         let margin = spec.sim.contact_margin.si();
         let mut reaches: Vec<(Vec3, f64)> = Vec::new();
         for i in (0..set.len()).filter(|&i| lives.phase(i) == Phase::Free) {
             let mut ball = set.ball(data, i);
             if let Some(field) = parts.ground.field() {
-                // Terrain has no inside for the engine: what was pressed through it comes up again.
+                // The engine's terrain is a surface without inside: a fruit that was pressed through it is lifted back.
                 let depth = field.signed_distance(&ball.p_world).min(0.0);
                 ball.p_world.z -= depth;
             }
-            let way = (ball.v_world.norm() + fall) * frame_time;
-            reaches.push((ball.p_world, ball.radius + way + margin));
+            let travel = (ball.v_world.norm() + fall) * frame_time;
+            reaches.push((ball.p_world, ball.radius + travel + margin));
             engine.add_ball(ball);
         }
         loose.movers.clear();
@@ -260,7 +261,7 @@ impl State {
         loose.engine = Some(engine);
     }
 
-    /// Before a substep of the model: keeps the velocities with which things approach each other.
+    /// Stores the velocities before a substep of the model, for the energies of impacts.
     pub(crate) fn keep_velocities(&mut self, parts: &Parts) {
         let State { data, loose, .. } = self;
         loose.links_before.clear();
@@ -271,7 +272,7 @@ impl State {
         loose.fruit_before.extend(parts.fruit.points.iter().map(|p| data.point_v_world[p.index()]));
     }
 
-    /// After a substep of the model: moves free fruit, and notes what pressed on any fruit.
+    /// Moves free fruit after a substep of the model, and notes the contacts of every fruit.
     pub(crate) fn step_loose(&mut self, parts: &Parts) {
         let State { data, fruit: lives, loose, touched, .. } = self;
         loose.last.clear();
@@ -306,7 +307,7 @@ impl State {
         }
     }
 
-    /// At the end of a frame: what the rules of each fruit have to know.
+    /// Collects the contacts of each fruit at the end of a frame, for its rules.
     pub(crate) fn end_touches(&mut self, spec: &Spec, parts: &Parts, x_world_base: &Pose) {
         let State { data, fruit: lives, touches, touched, .. } = self;
         for (i, FruitTouch { ground, fingers, hand }) in touches.iter().copied().enumerate() {
@@ -325,7 +326,7 @@ impl State {
         }
     }
 
-    /// After the rules: lets islands of quiet fruit sleep, and forgets the engine.
+    /// Puts islands of quiet fruit to sleep after the rules, and drops the engine.
     pub(crate) fn end_loose(&mut self, spec: &Spec, parts: &Parts, rest: RestRule, x_world_base: &Pose) {
         self.touched.fill(Touch::default());
         if self.loose.engine.take().is_none() {
@@ -364,23 +365,27 @@ impl State {
                 Phase::Asleep(_) => true,
                 Phase::Hanging | Phase::InHand => false,
             });
-            let base_drives = || {
-                let v = |i| base_velocity(data, &parts.handle, &p_world(i)).norm();
-                on_base && members().any(|i| v(i) > speed)
-            };
-            if !still || touches(&[Partner::Arm, Partner::Hand]) || base_drives() {
-                continue;
+            let base_drives = members().any(|i| {
+                let v = base_velocity(data, &parts.handle, &p_world(i)).norm();
+                v > speed
+            });
+            let support = Island {
+                is_still: still,
+                touches_arm: touches(&[Partner::Arm, Partner::Hand]),
+                is_on_base: on_base,
+                is_on_ground: touches(&[Partner::Ground, Partner::Scenery]),
+                base_drives,
             }
-            let on_ground = touches(&[Partner::Ground, Partner::Scenery]);
+            .support();
+            let Some(support) = support else { continue };
             for i in (0..set.len()).filter(|&i| island[i] == first) {
                 if lives.phase(i) == Phase::Free {
                     let p = p_world(i);
                     lives.sleep(
                         i,
-                        if on_base && !on_ground {
-                            Resting::Base(inverse_transform(x_world_base, &p))
-                        } else {
-                            Resting::Ground(p)
+                        match support {
+                            Support::Base => Resting::Base(inverse_transform(x_world_base, &p)),
+                            Support::Ground => Resting::Ground(p),
                         },
                     );
                     let point = set.points[i].index();
@@ -392,7 +397,7 @@ impl State {
     }
 }
 
-/// Whether both fingers, or one of them and the hand, are near enough to a fruit to hold it.
+/// True if both fingers, or one of them and the hand, are near enough to a fruit to hold it.
 fn is_graspable(spec: &Spec, parts: &Parts, data: &Data, fruit: usize, p_world: &Vec3) -> bool {
     let reach = parts.fruit.fruit[fruit].radius + spec.fruit.grasp_range.si();
     let near = |wanted: &dyn Fn(Part) -> bool| {
@@ -437,7 +442,7 @@ fn note_model_contacts(
         for (one, other) in [(a, b), (b, a)] {
             let (Part::Fruit(i), Some(partner)) = (one, partner(other)) else { continue };
             if lives.phase(i) == Phase::Free {
-                // The engine has its own account of it.
+                // The engine reports its contacts.
                 continue;
             }
             let other_mass = if let Part::Fruit(k) = other { Some(set.fruit[k].mass) } else { None };

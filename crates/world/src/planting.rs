@@ -1,4 +1,4 @@
-//! What stands in a world before anything moves: its own constants, its tree, its fruit and its colours.
+//! A planting: the constants, tree, fruit and colours of one world, drawn before anything moves.
 
 mod appearance;
 mod variation;
@@ -17,25 +17,25 @@ use variation::{Crop, Variation, draw_habit};
 /// A tree with its fruit, the constants that hold for it, and its colours: a function of (spec, seed, world, episode) alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planting {
-    /// The spec with this world's own wood and foliage. What no dial acts on is the spec's.
+    /// The spec with this world's own wood and foliage. Fields that no dial acts on are the spec's.
     pub spec: Arc<Spec>,
     /// The tree.
     pub skeleton: Skeleton,
-    /// Its fruit.
+    /// Fruit.
     pub fruit: Vec<Fruit>,
-    /// Its colours.
+    /// Colours.
     pub appearance: Appearance,
 }
 
 impl Planting {
-    /// Draws the planting of a world's index and seed, as `spec.randomisation` says. The episode counts in modes that
-    /// sample anew at a reset.
+    /// Draws the planting of a world's index and seed, by `spec.randomisation`. The episode matters in modes that
+    /// draw again at a reset.
     ///
     /// # Errors
     /// The tree does not grow, or does not clear the ground in its drawn form.
     pub fn draw(spec: &Arc<Spec>, seed: u64, world: u32, episode: u32) -> Result<Self, TreegenError> {
         let mode = spec.randomisation.mode;
-        // The world whose tree this one's is made of.
+        // The world whose tree is the base of this one's.
         let source = mode.base_world(world);
         if mode == Mode::Homogeneous {
             return Ok(Self::of_tree(spec.clone(), grow(spec, seed, source)?, seed, source));
@@ -61,7 +61,7 @@ impl Planting {
         Ok(Self { spec, skeleton: reshaped.unwrap_or(base), fruit, appearance: variation.appearance })
     }
 
-    /// A tree that is taken as it is, with fruit placed for a world's index and seed.
+    /// Builds the planting of a given tree, with fruit placed for a world's index and seed.
     pub fn of_tree(spec: Arc<Spec>, mut skeleton: Skeleton, seed: u64, world: u32) -> Self {
         let struts = scenery::struts(spec.scenery.as_ref());
         scenery::clear_fruit_sites(&mut skeleton, &struts, &spec);
@@ -70,7 +70,7 @@ impl Planting {
     }
 }
 
-/// What people see of a planting as it grew, unloaded: wood, leaves, fruit and stems in their colours, posts and wires; no ground.
+/// Picture scene of a planting as it grew, unloaded: wood, leaves, fruit and stems in their colours, posts and wires; no ground.
 pub fn tree_scene(planting: &Planting) -> Scene {
     let Planting { skeleton, fruit, appearance, .. } = planting;
     let mut scene = Scene::default();

@@ -20,7 +20,7 @@ fn draw(spec: &Arc<Spec>, world: u32, episode: u32) -> Planting {
     Planting::draw(spec, SEED, world, episode).unwrap()
 }
 
-/// All that the axes draw, for a tree of 150 segments and 40 fruit.
+/// Draws of all axes, for a tree of 150 segments and 40 fruit.
 struct Drawn {
     variation: Variation,
     crop: Crop,
@@ -37,7 +37,7 @@ fn variation(spec: &Spec, world: u32, episode: u32) -> Drawn {
     }
 }
 
-/// Debug text tells every bit of an f64 apart, the sign of zero included.
+/// Debug text distinguishes every bit of an f64, the sign of zero included.
 fn bits(of: &impl std::fmt::Debug) -> String {
     format!("{of:?}")
 }
@@ -62,7 +62,7 @@ fn strength_zero_is_the_base_bit_for_bit() {
     }
 }
 
-/// What one axis has drawn.
+/// Draws of one axis.
 fn of_axis(drawn: &Drawn, axis: Axis) -> String {
     let Drawn { variation: v, crop, habit } = drawn;
     let appearance = &v.appearance;
@@ -99,7 +99,7 @@ fn entangled(axis: Axis) -> Vec<Axis> {
     }
 }
 
-/// Each dial moves its own axis, and no other by a bit; at zero its axis is the base's exactly, whatever the others do.
+/// Each dial moves its own axis, and no other by a bit; at zero its axis is the base's exactly, whatever the other dials are.
 #[test]
 fn every_dial_moves_its_axis_and_no_other() {
     let mode = Mode::DistinctTopology;
@@ -219,8 +219,8 @@ fn modes_share_what_they_say() {
     assert_ne!(topology(&draw(&free, 0, 0)), topology(&draw(&free, 1, 0)));
 }
 
-/// Fruit hang clear of the wood that bears them, as placed fruit do. With all of them asked for, few do not find room;
-/// with the drawn part asked for, there are as many unless fewer find room.
+/// Fruit hang clear of the wood that bears them, as placed fruit do. With all of them requested, few find no room;
+/// with the drawn part requested, their number is exact unless fewer find room.
 #[test]
 fn fruit_hang_clear_of_reshaped_wood() {
     let spec = spec(Mode::DistinctTopology, |axis| f64::from(u8::from(axis != Axis::FruitVisible)));

@@ -1,50 +1,47 @@
-//! Which fruit the robot can reach: the paper's sphere rule, and inverse kinematics.
+//! Reachability of fruit: the paper's sphere rule, and inverse kinematics.
 
 use crate::World;
 use crate::scenery::same_alley;
 use orchard_geometry::{Pose, Rotation, Shape, Vec3, inverse_transform, math};
 use orchard_robot::IkTarget;
+use orchard_spec::episode::ReachGridSpec;
 use std::f64::consts::TAU;
-
-/// Bearings tried around a fruit.
-const BEARINGS: u32 = 36;
-/// Stand-offs tried between the nearest and the farthest admissible one, both included.
-const STAND_OFFS: u32 = 4;
-/// Slopes of the approach tried by inverse kinematics, from below to above the horizontal [rad].
-const SLOPES: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
 
 impl World {
     /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
-    /// the arm's reach sphere from an admissible stand-off. A stand-off is a place of the base on the ground
-    /// that faces the fruit, keeps the shoulder at an admissible horizontal distance from it, and keeps the
-    /// chassis off the trunk; in a row of trees it lies in the alley in which the robot starts.
+    /// the arm's reach sphere from an admissible stand-off. A stand-off is a pose of the base on the ground
+    /// that faces the fruit, with the shoulder at an admissible horizontal distance from it and the
+    /// chassis clear of the trunk; in a row of trees it lies in the alley in which the robot starts.
     pub fn reachable(&self) -> Vec<bool> {
         self.start_p_world().iter().map(|p| self.reaches(p)).collect()
     }
 
-    /// Whether a point lies within the arm's reach as [`Self::reachable`] says of fruit.
+    /// True if a point is reachable by the rule of [`Self::reachable`].
     pub fn reaches(&self, p_world: &Vec3) -> bool {
         let reach = self.spec().episode.reach_radius.si();
         self.stand_offs(p_world).any(|s| s.distance <= reach)
     }
 
-    /// Whether inverse kinematics confirms a point as [`Self::reachable_by_ik`] says of fruit.
+    /// True if a point is reachable by the rule of [`Self::reachable_by_ik`].
     pub fn reaches_by_ik(&self, p_world: &Vec3) -> bool {
         let reach = self.spec().episode.reach_radius.si();
         let kinematics = self.robot().kinematics();
         // Nearest stand-off of each bearing is enough: farther ones reach less.
-        self.stand_offs(p_world).filter(|s| s.distance <= reach).take(STAND_OFFS as usize).any(|s| {
-            let p_base = inverse_transform(&s.x_world_base, p_world);
-            SLOPES.iter().any(|&slope| {
-                let (sin, cos) = math::sin_cos(slope);
-                let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
-                kinematics.solve(&target, &kinematics.home()).is_ok()
+        self.stand_offs(p_world)
+            .filter(|s| s.distance <= reach)
+            .take(self.spec().episode.reach_grid.stand_offs.get() as usize)
+            .any(|s| {
+                let p_base = inverse_transform(&s.x_world_base, p_world);
+                slopes(&self.spec().episode.reach_grid).any(|slope| {
+                    let (sin, cos) = math::sin_cos(slope);
+                    let target = IkTarget::Axis { p_base, z_base: Vec3::new(cos, 0.0, sin) };
+                    kinematics.solve(&target, &kinematics.home()).is_ok()
+                })
             })
-        })
     }
 
-    /// How many fruit inverse kinematics confirms: from some stand-off the arm brings its fingers to the fruit
-    /// along an axis that leads away from the robot. Branches and leaves in the way are not looked at.
+    /// Number of fruit that inverse kinematics confirms: from some stand-off the arm brings its fingers to the fruit
+    /// along an axis that leads away from the robot. Branches and leaves are not treated as obstacles.
     pub fn reachable_by_ik(&self) -> u32 {
         self.start_p_world().iter().filter(|p| self.reaches_by_ik(p)).count() as u32
     }
@@ -59,9 +56,11 @@ impl World {
         let p_base_shoulder = self.p_base_shoulder();
         let (near, far) = self.spec().episode.stand_off.si();
         let trunk_radius = self.skeleton().segments[0].radius;
-        (0..BEARINGS * STAND_OFFS).filter_map(move |k| {
-            let heading = TAU * f64::from(k / STAND_OFFS) / f64::from(BEARINGS);
-            let share = f64::from(k % STAND_OFFS) / f64::from(STAND_OFFS - 1);
+        let grid = &self.spec().episode.reach_grid;
+        let (bearings, stand_offs) = (grid.bearings.get(), grid.stand_offs.get());
+        (0..bearings * stand_offs).filter_map(move |k| {
+            let heading = TAU * f64::from(k / stand_offs) / f64::from(bearings);
+            let share = f64::from(k % stand_offs) / f64::from((stand_offs - 1).max(1));
             let stand_off = near + (far - near) * share;
             let (sin, cos) = math::sin_cos(heading);
             let ahead = Vec3::new(cos, sin, 0.0);
@@ -80,7 +79,7 @@ impl World {
         })
     }
 
-    /// Whether the chassis at a place of the base keeps off the trunk, which stands at the world's origin.
+    /// True if the chassis at a place of the base keeps off the trunk, which stands at the world's origin.
     fn clears_trunk(&self, x_world_base: &Pose, trunk_radius: f64) -> bool {
         self.chassis().iter().all(|(shape, x_base_shape)| {
             let x_world_shape = x_world_base * x_base_shape;
@@ -104,9 +103,16 @@ impl World {
     }
 }
 
+/// Slopes of the approach \[rad\], positive upwards: the horizontal first, then outwards to both sides.
+fn slopes(grid: &ReachGridSpec) -> impl Iterator<Item = f64> + use<> {
+    let step = grid.slope_step.si();
+    let pair = move |k: u32| [f64::from(k) * step, -f64::from(k) * step];
+    std::iter::once(0.0).chain((1..=grid.slopes.get()).flat_map(pair))
+}
+
 /// A place of the base before a fruit.
 struct StandOff {
     x_world_base: Pose,
-    /// From the shoulder to the fruit [m].
+    /// From the shoulder to the fruit \[m\].
     distance: f64,
 }

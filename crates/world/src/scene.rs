@@ -1,4 +1,4 @@
-//! What the camera can see of a world's present state.
+//! Visible scene of a world's present state.
 
 use crate::World;
 use crate::scenery::{self, Strut};
@@ -45,7 +45,7 @@ impl World {
         build(&visible, data, &self.parts.fruit.points)
     }
 
-    /// The scene as people expect it: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
+    /// The scene for people: in the tree's own colours, with spurs and stems, which are thinner than a pixel of the depth
     /// camera, and with a plain round the modelled part of bumpy ground.
     pub fn picture_scene(&self) -> Scene {
         let mut scene = self.scene();
@@ -104,7 +104,7 @@ fn build(visible: &Visible<'_>, data: &Data, fruit_points: &[PointId]) -> Scene 
     scene
 }
 
-/// Draws level ground at a height [m].
+/// Draws level ground at a height \[m\].
 fn push_plain(scene: &mut Scene, height: f64) {
     let pose = Pose::translation(0.0, 0.0, height);
     scene.push(Geometry::Shape(Shape::HalfSpace), pose, Label::Ground, NO_INSTANCE);
@@ -139,7 +139,7 @@ pub(crate) fn wood_shapes(skeleton: &Skeleton) -> Vec<Shape> {
 }
 
 /// Draws the wood that is too fine to be a segment: spurs, and the stub that bears a fruit off the bark, where no spur does.
-/// `radius` [m] is that of spurs; fruit are given by segment and anchor in its frame [m].
+/// `radius` \[m\] is that of spurs; fruit are given by segment and anchor in its frame \[m\].
 pub(crate) fn push_fine_wood<'a>(
     scene: &mut Scene,
     radius: f64,

@@ -34,7 +34,7 @@ impl Strut {
         Pose::from_parts(self.p_base_world.into(), rotation_from_z(&along.normalize()))
     }
 
-    /// Distance from its surface to a point, negative inside [m].
+    /// Distance from its surface to a point, negative inside \[m\].
     pub fn distance(&self, p_world: &Vec3) -> f64 {
         let along = self.p_tip_world - self.p_base_world;
         let share = (p_world - self.p_base_world).dot(&along) / along.norm_squared();
@@ -84,7 +84,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Point of the plane over the row's middle at a height [m].
+    /// Point of the plane over the row's middle at a height \[m\].
     fn at_height(&self, z: f64) -> Vec3 {
         Vec3::z() * self.fork_height + self.up * ((z - self.fork_height) / self.up.z)
     }
@@ -134,12 +134,12 @@ pub(crate) fn clear_fruit_sites(skeleton: &mut Skeleton, struts: &[Strut], spec:
     });
 }
 
-/// Whether a fruit about a point is farther than `margin` [m] from every post and wire.
+/// True if a fruit about a point is farther than `margin` \[m\] from every post and wire.
 pub(crate) fn is_clear(struts: &[Strut], p_world: &Vec3, radius: f64, margin: f64) -> bool {
     struts.iter().all(|strut| strut.distance(p_world) > radius + margin)
 }
 
-/// Bearing of the robot's start, seen from the trunk [rad]: anywhere about a tree that stands alone, in either alley
+/// Bearing of the robot's start, seen from the trunk \[rad\]: any bearing around a tree that stands alone, in either alley
 /// of a row.
 pub(crate) fn start_bearing(spec: Option<&ScenerySpec>, stream: &mut Stream) -> f64 {
     let bearing = stream.uniform(0.0, TAU);
@@ -164,7 +164,7 @@ pub(crate) fn items(struts: &[Strut]) -> impl Iterator<Item = Item> {
     })
 }
 
-/// Whether a place of the robot's base lies in an alley that it can reach from its start without crossing the row.
+/// True if a place of the robot's base lies in an alley that it can reach from its start without crossing the row.
 pub(crate) fn same_alley(struts: &[Strut], x_world_start: &Pose, x_world_base: &Pose) -> bool {
     struts.is_empty() || x_world_start.translation.y * x_world_base.translation.y > 0.0
 }

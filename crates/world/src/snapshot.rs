@@ -52,7 +52,7 @@ pub enum SnapshotError {
     #[error("the snapshot is damaged: its checksum is wrong")]
     Damaged,
     /// Whole, but not what a snapshot holds.
-    #[error("the snapshot does not read: {0}")]
+    #[error("the snapshot cannot be decoded: {0}")]
     Unreadable(postcard::Error),
     /// A snapshot of something else.
     #[error("the snapshot belongs to another world: {0}")]
@@ -65,12 +65,12 @@ pub enum SnapshotError {
     Content(&'static str),
 }
 
-/// A world at one moment: all that its future depends on. Tree, model and robot are not in it; whoever restores
+/// A world at one moment: all that its future depends on. Tree, model and robot are not in it; the caller who restores
 /// it builds the same world first.
 ///
-/// [`World::restore`] goes back to it, and the same commands then give the same bits as if nothing had
-/// happened. So does a restored copy of [`Snapshot::to_bytes`] in another process or on another machine. The
-/// checksum tells damage, not forgery.
+/// [`World::restore`] restores it, and the same commands then give the same bits as without the
+/// interruption. So does a restored copy of [`Snapshot::to_bytes`] in another process or on another machine. The
+/// checksum detects damage, not forgery.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     content: Content,
@@ -90,7 +90,7 @@ struct Content {
     events: Vec<WorldEvent>,
     gripped: Vec<bool>,
     report: StepReport,
-    /// What the latest depth image was drawn from.
+    /// Motion that the latest depth image was drawn from.
     shot: Option<Shot>,
     flight: Flight,
     load: WoodLoad,
@@ -125,7 +125,7 @@ impl Snapshot {
 impl World {
     /// Takes a snapshot.
     pub fn snapshot(&self) -> Snapshot {
-        // No `..`: whoever adds a field decides here whether the future depends on it.
+        // No `..`: a new field must be sorted here into state or scratch.
         let State {
             data,
             rupture,
@@ -163,7 +163,7 @@ impl World {
         Snapshot { content, image: image.clone() }
     }
 
-    /// Whether [`World::restore`] would take a snapshot.
+    /// Checks that [`World::restore`] would take a snapshot.
     ///
     /// # Errors
     /// It belongs to another world, or its content does not fit this one.
@@ -199,7 +199,7 @@ impl World {
         }
     }
 
-    /// Goes back to a snapshot, of this world or of one built from the same spec, robot, seed and index.
+    /// Restores a snapshot of this world or of one built from the same spec, robot, seed and index.
     ///
     /// # Errors
     /// As [`World::check`]; then nothing has changed.

@@ -32,7 +32,7 @@ fn refusal(content: Content) -> Option<SnapshotError> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
-    /// Content that the checksum vouches for and no world ever wrote is read and restored, or refused; it never
+    /// Content with a valid checksum that no world wrote is restored or refused; it never
     /// panics.
     #[test]
     fn content_that_no_world_wrote_does_not_panic(

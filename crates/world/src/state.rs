@@ -1,4 +1,4 @@
-//! What a frame changes, and how.
+//! The changing part of a world, and the step of a frame.
 
 use crate::build::Parts;
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
@@ -6,7 +6,7 @@ use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
 use crate::loose::Loose;
 use crate::touch::{FruitTouch, fruit_touches};
-use orchard_fruit::{FruitLives, RestRule, Touch};
+use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model, Motion, StepReport, step};
 use orchard_robot::{Command, RobotHandle, RobotModel, Servos};
@@ -14,7 +14,7 @@ use orchard_spec::Spec;
 use orchard_treephys::Rupture;
 use std::sync::Arc;
 
-/// Everything that a frame changes.
+/// State of a world: everything that a frame changes.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     pub data: Data,
@@ -25,21 +25,21 @@ pub(crate) struct State {
     pub status: Status,
     pub events: Vec<WorldEvent>,
     pub gripped: Vec<bool>,
-    /// Who presses on each fruit, by the report.
+    /// Contacts of each fruit, from the step report.
     pub touches: Vec<FruitTouch>,
-    /// The same for the rules of the fruit; scratch of the end of a frame.
+    /// Contacts of each fruit as its rules need them; scratch of the end of a frame.
     pub touched: Vec<Touch>,
     pub report: StepReport,
     /// Scratch of loose fruit.
     pub loose: Loose,
-    /// Where the latest substep began.
+    /// Motion at the start of the latest substep.
     pub before: Motion,
     pub image: Option<Arc<CameraTruth>>,
-    /// What the image was drawn from.
+    /// Motion that the image was drawn from.
     pub shot: Option<Shot>,
-    /// What the next images will be drawn from.
+    /// Motions that the next images will be drawn from.
     pub flight: Flight,
-    /// What the robot has done to the wood.
+    /// Loads of the robot on the wood.
     pub load: WoodLoad,
 }
 
@@ -87,7 +87,7 @@ impl State {
         self.end_frame(spec, parts);
     }
 
-    /// `remaining`: what is left of the frame after it [s].
+    /// `remaining`: what is left of the frame after it \[s\].
     fn substep(&mut self, spec: &Spec, parts: &Parts, command: &Command, remaining: f64) {
         let Parts { model, handle, settings, .. } = parts;
         let (h, gravity) = (settings.h, &settings.gravity);
@@ -100,7 +100,7 @@ impl State {
         self.data.save_motion(&mut self.before);
         self.keep_velocities(parts);
         step(model, &mut self.data, settings, &mut self.report);
-        // Each repeat caps at least one more joint.
+        // Each repetition caps at least one more joint.
         while self.servos.cap_overshoot(model, &mut self.data, handle) {
             self.data.restore_motion(&self.before);
             step(model, &mut self.data, settings, &mut self.report);
@@ -142,18 +142,18 @@ impl State {
         self.events.extend(events.into_iter().map(|event| WorldEvent::of_fruit(event, frame)));
     }
 
-    /// Tells whom both fingers have taken, and forgets whom both let go.
+    /// Emits `FruitGripped` when both fingers begin to touch a fruit; clears the mark when no finger touches it.
     fn note_grips(&mut self) {
         for (i, t) in self.touches.iter().enumerate() {
-            let gripped = t.fingers[0] && t.fingers[1];
+            let gripped = is_gripped(self.gripped[i], t.fingers);
             if gripped && !self.gripped[i] {
                 self.events.push(WorldEvent::FruitGripped { fruit: i, frame: self.frame });
             }
-            self.gripped[i] = gripped || (self.gripped[i] && self.touched[i].finger);
+            self.gripped[i] = gripped;
         }
     }
 
-    /// What, if anything, is non-finite or out of the plausible box.
+    /// Returns a description of the first part that is non-finite or outside the plausible box, if any.
     pub fn implausible(&self, model: &Model, extent: f64) -> Option<String> {
         let data = &self.data;
         let state = data.q.iter().chain(&data.v);

@@ -12,7 +12,7 @@ use orchard_spec::{Purpose, Stream};
 /// Most nodes of a world's ground: some 40 MB.
 const NODES_MAX: f64 = 4e6;
 
-/// Ground that cannot be made.
+/// Ground that cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TerrainError {
     /// The finest lattice does not fit the grid.
@@ -37,9 +37,9 @@ pub enum TerrainError {
     Size {
         /// Nodes.
         nodes: f64,
-        /// Radius of the box that a world may fill [m].
+        /// Radius of the box that a world may fill \[m\].
         extent: f64,
-        /// Distance of nodes [m].
+        /// Distance of nodes \[m\].
         spacing: f64,
     },
     /// No height field.
@@ -47,7 +47,7 @@ pub enum TerrainError {
     Field(#[from] HeightFieldError),
 }
 
-/// The ground of one world of one seed, at least `extent` [m] to all sides of the trunk.
+/// The ground of one world of one seed, at least `extent` \[m\] to all sides of the trunk.
 ///
 /// # Errors
 /// [`TerrainError`], for specs whose parts do not fit together.
@@ -83,7 +83,7 @@ pub fn height_field(
     Ok(HeightField::new(count, count, [spacing; 2], heights)?)
 }
 
-/// Heights of one period [m], row by row, the trunk on the first node.
+/// Heights of one period \[m\], row by row, the trunk on the first node.
 fn tile(spec: &TerrainSpec, draws: &mut Stream) -> Vec<f64> {
     let cells = spec.grid_cells.get() as usize;
     let mut heights = vec![0.0; cells * cells];
@@ -109,7 +109,7 @@ fn tile(spec: &TerrainSpec, draws: &mut Stream) -> Vec<f64> {
     heights
 }
 
-/// Share of its height that a node at a distance from a trunk [m] has. The disc is a cell's diagonal wider for nodes, so
+/// Share of its height that a node at a distance from a trunk \[m\] has. The disc is a cell's diagonal wider for nodes, so
 /// that every triangle that reaches into it lies flat.
 fn rise(spec: &TerrainSpec, distance: f64) -> f64 {
     let beyond = distance - spec.flat_radius.si() - std::f64::consts::SQRT_2 * spec.spacing();

@@ -11,7 +11,7 @@ fn field(spec: &TerrainSpec, seed: u64) -> HeightField {
     height_field(spec, EXTENT, seed, 0).unwrap()
 }
 
-/// Places all over the ground that are no nodes.
+/// Points all over the ground that are no nodes.
 fn places(seed: u64) -> impl Iterator<Item = [f64; 2]> {
     let mut draws = Stream::new(seed, 0, Purpose::Test);
     (0..2000).map(move |_| [0, 1].map(|_| draws.uniform(-EXTENT, EXTENT)))

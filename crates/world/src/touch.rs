@@ -1,9 +1,9 @@
-//! Who touches whom, read from the contacts of a substep.
+//! Touches between parts of a world, from the contacts of a substep.
 
 use orchard_multibody::{ColliderId, Model, Owner, StepReport};
 use orchard_robot::RobotHandle;
 
-/// What a collider is part of.
+/// Part of the world that a collider belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Part {
     Ground,
@@ -13,13 +13,13 @@ pub(crate) enum Part {
     Scenery,
     Chassis,
     Bucket,
-    /// Arm up to the hand, and whatever else the robot has.
+    /// Arm up to the hand, and all other parts of the robot.
     Arm,
     Hand,
 }
 
 impl Part {
-    /// Whether it is one of the robot's.
+    /// True if it is part of the robot.
     pub fn is_robot(self) -> bool {
         matches!(self, Part::Chassis | Part::Bucket | Part::Arm | Part::Hand | Part::Finger(_))
     }
@@ -64,7 +64,7 @@ pub(crate) fn parts(
     parts
 }
 
-/// What presses on one fruit.
+/// Parts that press on one fruit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct FruitTouch {
     pub ground: bool,

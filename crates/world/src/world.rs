@@ -16,21 +16,21 @@ use orchard_treegen::Skeleton;
 use orchard_treephys::{Rupture, TreeBody};
 use std::sync::Arc;
 
-/// Largest joint move [rad] of the last statics iteration: a few units in the last place of a bent joint.
+/// Largest joint move \[rad\] of the last statics iteration: a few units in the last place of a bent joint.
 const EQUILIBRIUM_TOLERANCE: f64 = 1e-14;
 
-/// One orchard world. A clone goes on with the same bits; [`World::snapshot`] is smaller and can be written down.
+/// One orchard world. A clone continues with the same bits; [`World::snapshot`] is smaller and can be saved.
 #[derive(Debug, Clone)]
 pub struct World {
-    /// What was asked for.
+    /// Spec as given.
     config: Arc<Spec>,
-    /// The same with this world's own constants.
+    /// Spec with this world's own constants.
     spec: Arc<Spec>,
     robot: Arc<RobotModel>,
     pub(crate) appearance: Appearance,
-    /// Whether the tree grew from the seed.
+    /// True if the tree grew from the seed.
     grown: bool,
-    /// Which of its start poses the robot has.
+    /// Number of the robot's start pose.
     repeat: u32,
     pub(crate) parts: Arc<Parts>,
     pub(crate) identity: Identity,
@@ -49,7 +49,7 @@ impl World {
         Self::of_episode(spec, robot, seed, world, 0)
     }
 
-    /// Builds the world as it is in some episode: the first is 0, the next ones are those of [`Self::resampled`].
+    /// Builds the world of an episode: the first is 0, the next ones are those of [`Self::resampled`].
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -82,8 +82,8 @@ impl World {
         Ok(Self { grown: true, ..Self::around(spec, robot, planting, start, repeat)? })
     }
 
-    /// Builds a world around a tree that was not grown from the seed: a digitised one, say. It is taken as it is, whatever the
-    /// randomisation says. Seed and index draw all else: fruit, stems, the robot's start, of which every repeat has another.
+    /// Builds a world around a tree that was not grown from the seed: for example a digitised one. The
+    /// randomisation does not change it. Seed and index draw all else: fruit, stems, the robot's start, of which every repeat has another.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -133,7 +133,7 @@ impl World {
         })
     }
 
-    /// This world in its next episode, where the randomisation samples anew at every reset; else none, and
+    /// Builds this world's next episode if the randomisation draws again at every reset; else returns `None`, and
     /// [`Self::reset`] begins the next episode.
     ///
     /// # Errors
@@ -178,7 +178,7 @@ impl World {
         }
     }
 
-    /// What the robot senses now; with a depth image on the frames in which the camera delivers one. It shows the moment
+    /// Returns the robot's observation, with a depth image on the frames in which the camera delivers one. It shows the moment
     /// [`Observation::depth_time`], the camera's latency ago.
     pub fn observe(&mut self) -> Observation {
         let frame = self.spec.sim.frame();
@@ -213,12 +213,12 @@ impl World {
         self.identity.start.world
     }
 
-    /// Number of the episode, from 0, in modes of randomisation that sample anew at every reset; else 0.
+    /// Number of the episode, from 0, in modes of randomisation that draw again at every reset; else 0.
     pub fn episode(&self) -> u32 {
         self.identity.start.episode
     }
 
-    /// Whether it runs.
+    /// State of the world: running or quarantined.
     pub fn status(&self) -> &Status {
         &self.state.status
     }
@@ -248,7 +248,7 @@ impl World {
         &self.state.data
     }
 
-    /// The multibody state, for tests that push.
+    /// The multibody state, for tests that apply forces.
     pub fn data_mut(&mut self) -> &mut Data {
         &mut self.state.data
     }
@@ -258,7 +258,7 @@ impl World {
         &self.parts.tree
     }
 
-    /// What is broken.
+    /// Broken joints and sub-trees.
     pub fn rupture(&self) -> &Rupture {
         &self.state.rupture
     }
@@ -273,7 +273,7 @@ impl World {
         &self.state.fruit
     }
 
-    /// Where the robot's parts are in the model.
+    /// Handles of the robot's parts in the model.
     pub fn handle(&self) -> &RobotHandle {
         &self.parts.handle
     }
@@ -293,7 +293,7 @@ impl World {
         self.state.image.as_deref()
     }
 
-    /// Whether both fingers press on a fruit.
+    /// True if both fingers press on a fruit.
     pub fn is_held(&self, fruit: usize) -> bool {
         self.state.touches[fruit].fingers == [true, true]
     }

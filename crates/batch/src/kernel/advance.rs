@@ -1,4 +1,4 @@
-//! Velocity changes and the new state, root to tips.
+//! Velocity changes and the new state, root to leaf.
 
 use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, axpy, cross_add, dot, load3, store3};
@@ -67,7 +67,7 @@ impl<S: Instructions> Moved<S> {
     }
 }
 
-/// The new state of a fruit, its stem's end having moved with the link.
+/// The new state of a fruit after its anchor has moved with the link.
 #[inline(always)]
 fn fruit_advance<S: Instructions>(
     simd: S,

@@ -1,5 +1,5 @@
-//! What the passes ask of a set of vector instructions: those that pulp finds at run time, and what every processor of
-//! a target has (SSE2 on x86-64), which pulp leaves out and `wide` has.
+//! Interface of the passes to a set of vector instructions: those that pulp finds at run time, and the set that every processor of
+//! a target has (SSE2 on x86-64), which pulp lacks and `wide` has.
 
 use pulp::{Simd, bytemuck};
 use wide::{f32x4, u32x4};
@@ -8,17 +8,17 @@ use wide::{f32x4, u32x4};
 pub(crate) trait Instructions: Copy {
     /// A vector of f32.
     type Vector: Copy + bytemuck::Pod;
-    /// The same in bits.
+    /// Such a vector as bits.
     type Bits: Copy + bytemuck::Pod;
     /// Some of the worlds.
     type Worlds: Copy;
 
     /// Worlds a vector.
     const LANES: usize;
-    /// Whether a product and sum are rounded once.
+    /// True if a product and sum are rounded once.
     const IS_FUSED: bool;
 
-    /// The same number in every world.
+    /// Repeats a number in every world.
     fn splat(self, number: f32) -> Self::Vector;
     /// a + b.
     fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
@@ -45,7 +45,7 @@ pub(crate) trait Instructions: Copy {
     fn bits(self, a: Self::Vector) -> Self::Bits;
     /// The vector of some bits.
     fn vector(self, a: Self::Bits) -> Self::Vector;
-    /// The same bits in every world.
+    /// Repeats bits in every world.
     fn splat_bits(self, bits: u32) -> Self::Bits;
     /// a & b.
     fn and(self, a: Self::Bits, b: Self::Bits) -> Self::Bits;
@@ -60,7 +60,7 @@ pub(crate) trait Instructions: Copy {
     fn worlds(self, a: Self::Bits) -> Self::Worlds;
     /// The worlds in which a > b.
     fn above(self, a: Self::Vector, b: Self::Vector) -> Self::Worlds;
-    /// Whether there is any world.
+    /// True if it holds in any world.
     fn any(self, worlds: Self::Worlds) -> bool;
     /// `a` in some worlds, elsewhere `b`.
     fn select(self, worlds: Self::Worlds, a: Self::Vector, b: Self::Vector) -> Self::Vector;
@@ -72,7 +72,7 @@ impl<S: Simd> Instructions for S {
     type Worlds = S::m32s;
 
     const LANES: usize = S::F32_LANES;
-    // AVX2, AVX-512 and NEON; nothing else of pulp's is run.
+    // AVX2, AVX-512 and NEON; no other set of pulp's is run.
     const IS_FUSED: bool = true;
 
     #[inline(always)]
@@ -166,7 +166,7 @@ impl<S: Simd> Instructions for S {
     }
 }
 
-/// Four worlds a vector with what every processor of the target has: SSE2 on x86-64. Never fused, so that the same
+/// Four worlds a vector with the set that every processor of the target has: SSE2 on x86-64. Never fused, so that the same
 /// bits come out on every target.
 #[derive(Clone, Copy)]
 pub(crate) struct Baseline;

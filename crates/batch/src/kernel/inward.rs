@@ -1,4 +1,4 @@
-//! Elimination of the joints, tips to root.
+//! Elimination of the joints, leaf to root.
 
 use super::View;
 use super::instructions::Instructions;
@@ -47,7 +47,7 @@ pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>) {
     }
 }
 
-/// Brings what is delivered to the slots of the row's parents.
+/// Adds the delivered inertia and wrench to the slots of the row's parents.
 #[inline(always)]
 fn scatter<S: Instructions>(
     simd: S,
@@ -66,7 +66,7 @@ fn scatter<S: Instructions>(
                 *to = Lane::load(simd, *from).only(*mask).value;
             }
         } else {
-            // The sign of a zero reaches no state: sums that a state is made of start from +0.
+            // The sign of a zero reaches no state: the sums of a state start from +0.
             for (from, to) in brought {
                 *to = (Lane::load(simd, *to) + Lane::load(simd, *from).only(*mask)).value;
             }
@@ -100,7 +100,7 @@ fn add_point_mass<S: Instructions>(
     }
 }
 
-/// Adds what the ground does to the tip.
+/// Adds the ground's contact with the tip.
 #[inline(always)]
 fn prop_up<S: Instructions>(simd: S, load: &mut [S::Vector; load::FIELDS], prop: &[S::Vector; prop::FIELDS]) {
     for (to, from) in [
@@ -165,7 +165,7 @@ fn deliver<S: Instructions, const ADD: bool>(
     *to = if ADD { value.beside(*to) + value } else { value }.value;
 }
 
-/// What a link bears at its tip and half its own mass there, moved to its origin, with what the two halves leave over:
+/// Inertia at a link's tip with half its own mass there, moved to its origin, with the rest that the two halves leave:
 /// M, H' = H + [d] M, J' = J + [d] H^T - H' [d].
 struct Borne<S: Instructions> {
     m: [Lane<S>; 6],
@@ -212,7 +212,7 @@ impl<S: Instructions> Borne<S> {
         Self { m, coupling, angular }
     }
 
-    /// The same of a link that bears nothing: the products with zeros left out, so that no bit changes.
+    /// [`Self::new`] for a link without children and fruit: products with zeros are left out, which changes no bit.
     #[inline(always)]
     fn nothing(simd: S, d: Lane3<S>, half_mass: Lane<S>, across: Lane<S>, along: Lane3<S>) -> Self {
         let zero = Lane::splat(simd, 0.0);
@@ -233,7 +233,7 @@ impl<S: Instructions> Borne<S> {
     }
 }
 
-/// [`by_columns`] of the coupling of a link that bears nothing, rounded likewise.
+/// [`by_columns`] of the coupling of a link without children and fruit, rounded likewise.
 #[inline(always)]
 fn alone_by_columns<S: Instructions>(dm: Lane3<S>, a: Lane3<S>) -> Lane3<S> {
     [
@@ -243,9 +243,9 @@ fn alone_by_columns<S: Instructions>(dm: Lane3<S>, a: Lane3<S>) -> Lane3<S> {
     ]
 }
 
-/// Eliminates a joint: leaves the factor in `work` and what the parent bears in `to`, or adds it there.
+/// Eliminates a joint: writes the factor to `work`, and writes or adds the inertia and wrench on the parent to `to`.
 ///
-/// `ALONE` if the link bears nothing; `from` is not read then. Entries of the matrix are used as soon as they are known, so
+/// `ALONE` if the link has neither children nor fruit; `from` is not read then. Entries of the matrix are used as soon as they are known, so
 /// that few have to wait in memory.
 #[inline(always)]
 fn eliminate<S: Instructions, const ADD: bool, const ALONE: bool>(
@@ -275,7 +275,7 @@ fn eliminate<S: Instructions, const ADD: bool, const ALONE: bool>(
         (by_columns(&coupling, a_1), by_columns(&coupling, a_2))
     };
     let (u_1n, u_2n) = (symmetric(&angular, a_1), symmetric(&angular, a_2));
-    // The other half stands at the origin.
+    // The other half mass is at the origin.
     let linear = [m[0] + half_mass, m[1], m[2], m[3] + half_mass, m[4], m[5] + half_mass];
 
     // Pivot S^T U = L L^T, L = [[1 / s_1, 0], [share / s_1, 1 / s_2]].
@@ -314,7 +314,7 @@ fn eliminate<S: Instructions, const ADD: bool, const ALONE: bool>(
     work[work::SCALE + 1] = s_2.value;
     work[work::SHARE] = share.value;
 
-    // What the parent bears.
+    // Inertia and wrench on the parent.
     for i in 0..3 {
         let (torque, force) = (load::TORQUE + i, load::FORCE + i);
         deliver::<S, ADD>(&mut to[torque], n[i], (g_1n[i], y_1), (g_2n[i], y_2));

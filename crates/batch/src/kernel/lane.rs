@@ -39,7 +39,7 @@ impl<S: Instructions> Neg for Lane<S> {
 }
 
 impl<S: Instructions> Lane<S> {
-    /// The same number in every world.
+    /// Repeats a number in every world.
     #[inline(always)]
     pub fn splat(simd: S, number: f32) -> Self {
         Self { simd, value: simd.splat(number) }
@@ -88,7 +88,7 @@ impl<S: Instructions> Lane<S> {
         self.simd.above(self.value, limit.value)
     }
 
-    /// Whether `self` is above `limit` in any world.
+    /// True if `self` is above `limit` in any world.
     #[inline(always)]
     pub fn any_above(self, limit: Self) -> bool {
         self.simd.any(self.above(limit))
@@ -123,7 +123,7 @@ impl<S: Instructions> Lane<S> {
     /// by pi/2 in three parts, then minimax polynomials on [-pi/4, pi/4].
     #[inline(always)]
     pub fn sin_cos(self) -> (Self, Self) {
-        /// 1.5 * 2^23: a sum with it is rounded to a whole number, which stands in its low bits.
+        /// 1.5 * 2^23: a sum with it is rounded to a whole number, which is in its low bits.
         const ROUNDING: f32 = 12_582_912.0;
         /// pi/2 in three parts; the first two have few enough bits that a multiple of them is exact.
         const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];

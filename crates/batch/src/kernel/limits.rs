@@ -1,16 +1,16 @@
-//! What the tests at the end of a frame look for.
+//! The tests at the end of a frame.
 
 use super::instructions::Instructions;
 use super::lane::{Lane, dot, load3};
 use super::{Found, View};
 use crate::layout::{fruit, fruit_work, limit, link};
 
-/// What there is in any world of the tile.
+/// Findings in any world of the tile.
 #[inline(always)]
 pub(super) fn find<S: Instructions>(simd: S, view: &View<S>) -> Found {
     let zero = Lane::splat(simd, 0.0);
     let mut largest = zero;
-    // A square that is no finite number, times 0, is none either, and stays none in the sum.
+    // A square that is not finite, times 0, is NaN and makes the sum NaN.
     let mut poison = [zero; 2];
     for (link, limit) in view.links.iter().zip(view.bend_limits) {
         let number = |field: usize| Lane::load(simd, link[field]);

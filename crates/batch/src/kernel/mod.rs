@@ -1,6 +1,6 @@
 //! The step of one tile in vectors of f32: the passes of `docs/computation/dynamics.md` over all its worlds.
 //!
-//! [`inward`] is the elimination from the tips to the root, [`advance`] the way back with the new velocities,
+//! [`inward`] is the elimination from leaf to root, [`advance`] the root-to-leaf sweep with the new velocities,
 //! [`outward`] kinematics and right-hand side of the new state. The equations are those of
 //! `orchard_multibody`, for universal joints, links that are symmetric about their own axis, and fruit on stems.
 
@@ -20,13 +20,13 @@ use pulp::{Simd, WithSimd, bytemuck};
 /// Numbers of a substep.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
-    /// Length [s].
+    /// Length \[s\].
     pub h: f32,
     /// Magnitude of gravity along -z [m/s^2].
     pub gravity: f32,
 }
 
-/// Which part of a substep to do.
+/// Part of a substep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Phase {
     /// Kinematics and right-hand side of the present state.
@@ -37,12 +37,12 @@ pub(crate) enum Phase {
     Advance,
 }
 
-/// What the tests at the end of a frame found in any world.
+/// Findings of the tests at the end of a frame, in any world.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Found {
     /// A joint or stem over its limit.
     pub over_limit: bool,
-    /// A state that is no finite number, or whose square is none.
+    /// A state that is not finite, or whose square is not.
     pub non_finite: bool,
 }
 
@@ -54,15 +54,15 @@ pub(crate) struct Numbers {
     pub work: Aligned,
     pub fruit: Aligned,
     pub fruit_work: Aligned,
-    /// Square of the joint angle that ruptures, by row; infinite where nothing can break.
+    /// Square of the joint angle that ruptures, by row; infinite where the joint cannot break.
     pub bend_limits: Aligned,
-    /// What stems bear, by row of fruit.
+    /// Limits of the stems, by row of fruit.
     pub stem_limits: Aligned,
     /// By slot; more slots are for rows without children, and scratch.
     pub tips: Aligned,
-    /// Likewise.
+    /// By slot, like `tips`.
     pub changes: Aligned,
-    /// By slot; more slots are always zero, scratch of the row, and what it delivers.
+    /// By slot; more slots are always zero, scratch of the row, and its result.
     pub loads: Aligned,
     /// Lanes of each source of the schedule, as bits.
     pub masks: Aligned,
@@ -102,7 +102,7 @@ impl Numbers {
         }
     }
 
-    /// From now on the ground is told how tips move, and may prop them up.
+    /// Allocates the motion of the tips and the ground's contact with them, from now on computed.
     pub fn expect_debris(&mut self, lanes: usize) {
         let rows = self.schedule.rows.len();
         if self.props.as_slice().is_empty() {
@@ -148,7 +148,7 @@ impl WithSimd for Work<'_> {
 }
 
 impl Work<'_> {
-    /// Does it. Phases other than the test find nothing.
+    /// Runs the phase. Phases other than the test have no findings.
     #[inline(always)]
     pub fn with<S: Instructions>(self, simd: S) -> Found {
         let mut view = View::new(self.numbers);
@@ -211,7 +211,7 @@ fn rows<S: Instructions, const N: usize>(numbers: &mut [f32]) -> &mut [[S::Vecto
     vectors.as_chunks_mut().0
 }
 
-/// Puts what a row's parents have left in their slots together, each for its lanes.
+/// Gathers the slots of a row's parents, each for its lanes.
 #[inline(always)]
 fn gather<S: Instructions, const N: usize>(
     simd: S,
@@ -233,7 +233,7 @@ fn gather<S: Instructions, const N: usize>(
     }
 }
 
-/// The first `K` sources together, field by field, so that nothing half put together goes to memory.
+/// The first `K` sources together, field by field, so that no partial sum goes through memory.
 #[inline(always)]
 fn merge<S: Instructions, const N: usize, const K: usize>(
     simd: S,

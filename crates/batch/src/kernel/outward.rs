@@ -1,4 +1,4 @@
-//! Kinematics and right-hand side, root to tips.
+//! Kinematics and right-hand side, root to leaf.
 
 use super::instructions::Instructions;
 use super::lane::{
@@ -54,7 +54,7 @@ struct Here<S: Instructions> {
     p: Lane3<S>,
     b_w: Lane3<S>,
     b_v: Lane3<S>,
-    /// What takes position, velocity and linear bias to the tip.
+    /// Differences of position, velocity and linear bias between origin and tip.
     d: Lane3<S>,
     v_d: Lane3<S>,
     b_d: Lane3<S>,
@@ -153,7 +153,7 @@ fn fruit_outward<S: Instructions>(
     let mut impulse = axpy(h, applied, [-pull[0], -pull[1], -pull[2]]);
     impulse[2] = impulse[2] - number(fruit::H_WEIGHT);
 
-    // What the anchor feels; above the cap its size is the cap's and the fruit adds no mass.
+    // Reaction on the anchor; above the cap it has the size of the cap and the fruit adds no mass.
     let mut reaction = axpy(share, impulse, pull);
     reaction[2] = reaction[2] + number(fruit::H_BIAS);
     let size = dot(reaction, reaction).sqrt();

@@ -1,4 +1,4 @@
-//! What breaks, what comes off, and the ground that it meets: the rare parts of a step, lane by lane.
+//! Breaking, detachment and contact with the ground: the rare parts of a step, lane by lane.
 
 use super::{BatchEvent, Tile};
 use crate::ground::Prop;
@@ -8,7 +8,7 @@ use crate::tree_world::TreeEvent;
 use orchard_geometry::Vec3;
 
 impl Tile {
-    /// What the ground does over the next substep to loose fruit and to debris.
+    /// Adds the impulses of the ground on loose fruit and debris over the next substep.
     pub(super) fn meet_ground(&mut self) {
         let lanes = self.lanes;
         let Numbers { fruit, fruit_work, tip_motion, props, .. } = &mut self.numbers;
@@ -110,7 +110,7 @@ impl Tile {
         self.worlds[lane].list_debris();
     }
 
-    /// Takes the fruit off whose stem was pulled too hard for long enough.
+    /// Detaches the fruit whose stem was over a limit for long enough.
     pub(super) fn detach(&mut self) {
         let lanes = self.lanes;
         let mut hits = Vec::new();

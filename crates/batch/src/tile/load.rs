@@ -1,4 +1,4 @@
-//! A world's numbers into the lane that it has, and out of it.
+//! Copies a world's numbers into its lane, and out of it.
 
 use super::{Push, Tile};
 use crate::lane_world::Wood;
@@ -8,13 +8,13 @@ use crate::tree_world::TreeWorld;
 use orchard_geometry::Vec3;
 use orchard_multibody::Data;
 
-/// Constant of a padding link: anything that keeps its pivot away from zero.
+/// Armature of a padding link: any value that keeps its pivot away from zero.
 const PADDING_ARMATURE: f32 = 1.0;
-/// Mass of a padding fruit: anything but zero.
+/// Mass of a padding fruit: any value but zero.
 const PADDING_MASS: f32 = 1.0;
 
 impl Tile {
-    /// Gives a lane of zeros links and fruit that have no effect and never move.
+    /// Fills an empty lane with links and fruit that have no effect and never move.
     pub(super) fn pad(&mut self, lane: usize) {
         for row in 0..self.numbers.schedule.rows.len() {
             *self.link_mut(row, link::DIRECTION + 2, lane) = 1.0;
@@ -29,12 +29,12 @@ impl Tile {
         }
     }
 
-    /// A number of the world frame, on which the trunks stand.
+    /// A number of the world frame, the parent of the trunks.
     fn world_frame_mut(&mut self, field: usize, lane: usize) -> &mut f32 {
         &mut self.numbers.tips.as_mut_slice()[(WORLD_SLOT * tip::FIELDS + field) * self.lanes + lane]
     }
 
-    /// Constants and state of a world.
+    /// Loads constants and state of a world into a lane.
     pub(super) fn load_lane(&mut self, lane: usize, world: &TreeWorld) {
         let plant = world.plant().clone();
         let (model, data, tree) = (&plant.model, world.data(), &plant.tree);
@@ -116,7 +116,7 @@ impl Tile {
         }
     }
 
-    /// What breaking changes: springs, dampers, drag, whether wood feels its fruit, and which joints can still break.
+    /// Loads what breaking changes: springs, dampers, drag, the fruit's load on the wood, and the joints that can still break.
     pub(super) fn load_wood(&mut self, lane: usize, data: &Data) {
         let plant = self.worlds[lane].plant.clone();
         for row in 0..self.worlds[lane].walk.links.len() {

@@ -15,7 +15,7 @@ pub(crate) struct Remains {
 }
 
 impl Tile {
-    /// Takes worlds out whose state is no longer finite.
+    /// Takes worlds whose state is no longer finite out of their lanes.
     pub(super) fn quarantine(&mut self) {
         for lane in 0..self.worlds.len() {
             if self.worlds[lane].is_running()
@@ -26,9 +26,9 @@ impl Tile {
         }
     }
 
-    /// What of a world is no longer finite.
+    /// First part of a world that is no longer finite, if any.
     fn fault(&self, lane: usize) -> Option<Fault> {
-        // As the vectors judge it: by the square.
+        // By the square, as the vectors test it.
         let is_bad = |x: f32| !(x * x).is_finite();
         let world = &self.worlds[lane];
         let links = world.walk.links.iter().enumerate();
@@ -44,7 +44,7 @@ impl Tile {
             .or_else(|| world.bad_spin().map(|fruit| Fault::Fruit { fruit }))
     }
 
-    /// Keeps a lane's state as it is and makes the lane one without a world.
+    /// Copies a lane's state out and empties the lane.
     fn take_out(&mut self, lane: usize, fault: Fault) {
         let lanes = self.lanes;
         let column =
@@ -86,8 +86,8 @@ mod tests {
     use orchard_spec::Spec;
     use std::sync::Arc;
 
-    /// The tile of a world that went wrong is again as quick as one with an empty lane: no test at the end of a frame finds
-    /// anything, no angle needs reduction, and no number of the lane is other than finite.
+    /// After a quarantine the tile is as fast as one with an empty lane: the tests at the end of a frame have no
+    /// finding, no angle needs reduction, and all numbers of the lane are finite.
     #[test]
     fn nothing_of_a_world_in_quarantine_is_left_in_the_vectors() {
         let spec = Arc::new(Spec::paper());
@@ -96,7 +96,7 @@ mod tests {
         for isa in Isa::available() {
             let members: Vec<_> = worlds.iter().enumerate().collect();
             let mut tile = Tile::new(isa, &members);
-            // With limbs on the way to the ground, so that there are props as well.
+            // With limbs in their fall, so that there are props as well.
             (0..worlds.len()).for_each(|lane| tile.break_joint(lane, worlds[lane].plant().tree.len() / 2));
             tile.run(10);
             tile.push(1, 4, Vec3::new(1e30, 0.0, 0.0), Vec3::zeros());

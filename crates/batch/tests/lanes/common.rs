@@ -72,14 +72,14 @@ pub fn state(batch: &Batch, worlds: &[TreeWorld], world: usize) -> Data {
     data
 }
 
-/// All that a state holds, as bits.
+/// Bits of a state.
 pub fn bits(data: &Data) -> Vec<u64> {
     let points = data.point_p_world.iter().chain(&data.point_v_world).flat_map(|v| v.iter());
     let wood = data.q.iter().chain(&data.v).chain(&data.stiffness).chain(&data.damping);
     wood.chain(points).map(|x| x.to_bits()).collect()
 }
 
-/// Where the segments' ends are [m].
+/// Ends of the segments [m], world.
 pub fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
     let plant = world.plant();
     let tip = |id| {

@@ -1,4 +1,4 @@
-//! What comes off lands on the ground and stays there, in lanes as in f64.
+//! Fruit and limbs that come off land on the ground and stay there, in lanes as in f64.
 
 use crate::common::{drop_fruit, grown, state, tip_over, tips};
 use orchard_batch::{Batch, Isa, TreeWorld};
@@ -35,7 +35,7 @@ fn a_fruit_falls_a_metre_lands_at_4_43_and_stays() {
     }
 }
 
-/// How a world fell.
+/// Course of a fall.
 struct Fall {
     /// Lowest end of a link ever [m].
     lowest: f64,
@@ -64,7 +64,7 @@ impl Fall {
 
 /// Broken just above the root and kicked, whole trees topple on their own branches. The law of contact is another
 /// one than in f64 and an impact is sensitive, so that the two are held to the same figures, not the same paths: what
-/// lies on the ground lies still, nothing sinks in deeper than in f64 by more than a branch's radius, no energy appears,
+/// lies on the ground lies still, no branch sinks in deeper than in f64 by more than a branch's radius, no energy appears,
 /// and the heaps keep the same energy within some per cent of the fall's. No order of a method gives these limits: they
 /// are about five and eight times what was seen (1 % of the fall's energy, 6e-3 rad/s), to notice when that changes.
 #[test]

@@ -2,7 +2,7 @@
 //! workspace compares all batches with the f64 worlds.
 //!
 //! The binary needs no files: it can be carried to another processor, where
-//! `lanes --nocapture` says which sets ran.
+//! `lanes --nocapture` prints the sets that ran.
 
 mod common;
 mod ground;

@@ -1,4 +1,4 @@
-//! A world that turns non-finite is reported and stands still; its neighbours do not notice.
+//! A world that turns non-finite is reported and stands still; its neighbours keep their bits.
 
 use crate::common::{bits, drop_fruit, grown, kick, siblings, state, tip_over};
 use orchard_batch::{Batch, BatchEvent, Fault, Isa, Quarantine, Status, TreeEvent, TreeWorld};
@@ -46,7 +46,7 @@ fn ill(world: usize) -> Option<Ill> {
     ILLS.into_iter().find(|(index, _)| *index == world).map(|(_, ill)| ill)
 }
 
-/// Worlds in which much goes on, before any is made ill.
+/// Worlds with breaks, loose fruit and debris, before any is corrupted.
 fn orchard() -> Vec<TreeWorld> {
     let mut worlds = siblings(9);
     worlds.extend(grown(4));

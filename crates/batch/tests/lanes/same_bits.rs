@@ -1,4 +1,4 @@
-//! A world's result depends on nothing but itself.
+//! A world's result does not depend on its batch neighbours.
 
 use crate::common::{bits, drop_fruit, grown, kick, siblings, state, tip_over, tips};
 use orchard_batch::{Batch, Isa, TreeWorld};
@@ -79,13 +79,13 @@ fn fallen_worlds_lie_on_the_ground() {
 }
 
 #[test]
-fn alone_or_in_any_company() {
+fn alone_or_beside_any_neighbours() {
     for course in Course::all() {
         let worlds = &course.worlds;
         for isa in Isa::available() {
             let (_, together) = course.run(worlds, isa);
-            let (_, other_company) = course.run(&worlds[3..], isa);
-            assert_eq!(other_company, together[3..], "{isa:?}");
+            let (_, other_neighbours) = course.run(&worlds[3..], isa);
+            assert_eq!(other_neighbours, together[3..], "{isa:?}");
             for (index, expected) in together.iter().enumerate() {
                 let (_, alone) = course.run(&worlds[index..=index], isa);
                 assert_eq!(&alone[0], expected, "{isa:?}, world {index}");
@@ -115,12 +115,12 @@ fn packed_at_once_or_in_chunks() {
 }
 
 /// SHA-256 over what all courses end in, for sets that round a product and sum once and for those that do so twice. A change of
-/// physics, growth or config changes them, as it does the hashes of the f64 states; whoever makes one on purpose
+/// physics, growth or config changes them, as it does the hashes of the f64 states; after an intended change, one
 /// takes the new ones from this test's message.
 const FUSED: &str = "3bed69950957ef5c0bda8a63c5da59e7580ae0b660f777c23a9ac343a59debbf";
 const UNFUSED: &str = "78495cea5ec348e4e087a6c51f1e17216d58e4f8bb19d68b57da23b4085cdb9f";
 
-/// How a product and sum are rounded is all that differs between instruction sets, on whatever processor.
+/// Instruction sets differ in the rounding of a product and sum alone, on every processor.
 #[test]
 fn sets_that_round_alike_agree_on_every_processor() {
     let courses = Course::all();

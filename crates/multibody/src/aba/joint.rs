@@ -1,4 +1,4 @@
-//! What the articulated-body algorithm does at one joint, compiled for each number of degrees of freedom.
+//! The articulated-body algorithm at one joint, compiled for each number of degrees of freedom.
 
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ fn project<S: Real, const T: usize>(k: usize, axis: &Vector3<S>, wrench: &Wrench
     if k < T { axis.dot(&wrench.force) } else { axis.dot(&wrench.torque) }
 }
 
-/// What is kept of an eliminated joint.
+/// Factor of an eliminated joint.
 pub(super) struct JointFactor<S: Real, const N: usize> {
     /// G = U D^-1.
     pub g: [Wrench<S>; N],

@@ -50,7 +50,7 @@ impl Impulse {
         }
     }
 
-    /// Whether nothing acts on a link and the degrees of freedom of its joint.
+    /// True if nothing acts on a link and the degrees of freedom of its joint.
     #[inline]
     fn is_zero(&self, link: usize, dofs: std::ops::Range<usize>) -> bool {
         self.body[link] == Wrench::ZERO && self.dof[dofs].iter().all(|impulse| *impulse == 0.0)
@@ -80,12 +80,12 @@ impl Change {
 pub(crate) struct PointFactor {
     /// 1 / (m + h d + kappa) with the linearised air drag d [1/kg].
     pub inverse_mass: f64,
-    /// What the tether adds to the point's inertia: kappa = h (c + h k) [kg]; 0 untethered.
+    /// Inertia that the tether adds to the point: kappa = h (c + h k) \[kg\]; 0 untethered.
     pub kappa: f64,
     /// Part of an impulse on the point that reaches its anchor, `kappa * inverse_mass`; 0 untethered or
     /// while the tether's reaction is capped.
     pub share: f64,
-    /// From the origin of the anchor's link to the anchor [m].
+    /// From the origin of the anchor's link to the anchor \[m\].
     pub r_anchor: Vec3,
 }
 
@@ -94,14 +94,14 @@ pub(crate) struct PointFactor {
 pub(crate) struct Factor {
     /// First degree of freedom that has neither inertia nor armature, as its link.
     pub singular: Option<BodyId>,
-    /// What hangs on each link, as articulated inertia at its origin: point bodies and eliminated children.
+    /// Articulated inertia of each link's point bodies and eliminated children, at the link's origin.
     /// Zero between calls.
     inertia: Vec<ArticulatedInertia>,
     /// Wrench that a unit impulse on each degree of freedom sends to the parent: G = U D^-1.
     pub g: Vec<Wrench>,
     /// D^-1 of each joint, row after row.
     pub d_inverse: Vec<f64>,
-    /// Where each joint's D^-1 begins.
+    /// Index of each joint's first entry in `d_inverse`.
     pub d_start: Vec<usize>,
     pub points: Vec<PointFactor>,
 }
@@ -234,7 +234,7 @@ pub(crate) fn solve_with(
         }
     }
     for slot in model.schedule.iter().rev() {
-        // Where nothing pushes from here on outwards, nothing is passed on: most links of a contact's solve.
+        // Most links of a contact's solve: no impulse on the sub-tree, none to pass on.
         if slot.links().iter().all(|&link| impulse.is_zero(link, model.dof_range(link))) {
             slot.links().iter().for_each(|&link| change.dof[model.dof_range(link)].fill(0.0));
         } else {

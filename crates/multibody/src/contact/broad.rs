@@ -1,4 +1,4 @@
-//! Broad phase: which pairs of colliders may touch in this step.
+//! Broad phase: finds the pairs of colliders that may touch in this step.
 
 use orchard_geometry::{Aabb, Pose, Vec3, transform};
 
@@ -52,7 +52,7 @@ pub(super) struct BroadPhase {
     /// The groups that the clusters were made for.
     groups: Vec<Groups>,
     clusters: Vec<Cluster>,
-    /// What each collider stays inside of; `None` without end.
+    /// Box around each collider; `None` for unbounded shapes.
     spheres: Vec<Option<Sphere>>,
     /// Poses of the colliders that were placed in this search.
     poses: Vec<Pose>,
@@ -135,7 +135,7 @@ impl BroadPhase {
         pairs.sort_unstable();
     }
 
-    /// Sorts the colliders by their groups; those that may touch nothing are left out.
+    /// Sorts the colliders by their groups; those that may touch no other are left out.
     fn cluster(&mut self, model: &Model, data: &Data) {
         self.groups.clone_from(&data.groups);
         self.poses.resize(model.colliders.len(), Pose::identity());
@@ -157,7 +157,7 @@ impl BroadPhase {
     }
 }
 
-/// Whether a contact of two colliders could change a velocity: different owners, and one of them movable.
+/// True if a contact of two colliders could change a velocity: different owners, and one of them movable.
 fn can_respond(model: &Model, a: ColliderId, b: ColliderId) -> bool {
     let (owner_a, owner_b) = (model.collider(a).owner, model.collider(b).owner);
     let is_movable = |owner| match owner {

@@ -1,4 +1,4 @@
-//! What the shapes with corners have in common: a core of vertices, edges and faces, and a radius about it.
+//! Solids with corners: a core of vertices, edges and faces, and a radius about it.
 
 use std::sync::LazyLock;
 
@@ -6,7 +6,7 @@ use nalgebra::vector;
 use orchard_geometry::hull::{HullEdge, HullFace};
 use orchard_geometry::{ConvexHull, Pose, Shape, Vec3, transform};
 
-/// The cube with half-extents 1, whose faces and edges every box shares.
+/// The cube with half-extents 1; every box has its faces and edges.
 static CUBE: LazyLock<ConvexHull> = LazyLock::new(|| {
     let sign = |index: usize, bit: usize| if index >> bit & 1 == 0 { -1.0 } else { 1.0 };
     let corners: [Vec3; 8] = std::array::from_fn(|i| vector![sign(i, 0), sign(i, 1), sign(i, 2)]);
@@ -21,7 +21,7 @@ const AXIS: [HullEdge; 1] = [HullEdge { vertices: [0, 1], faces: [0, 0] }];
 pub(super) struct Plane {
     /// Outward unit normal.
     pub normal: Vec3,
-    /// `normal . p` of its points [m].
+    /// `normal . p` of its points \[m\].
     pub offset: f64,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Core<'s> {
     pub vertices: &'s [Vec3],
     /// Planes of the faces; none for spheres and capsules.
     pub planes: &'s [Plane],
-    /// All points within this distance of the core belong to the shape [m].
+    /// All points within this distance of the core belong to the shape \[m\].
     pub radius: f64,
     hull: Option<&'s ConvexHull>,
 }
@@ -76,7 +76,7 @@ impl CoreBuffers {
         Some(Core { vertices: &self.vertices, planes: &self.planes, radius, hull })
     }
 
-    /// A hull stretched along its axes by factors that leave its normals as they are; `offset` of the stretched faces.
+    /// A hull stretched along its axes by factors that keep its normals; `offset` of the stretched faces.
     fn place_hull(
         &mut self,
         hull: &ConvexHull,
@@ -103,7 +103,7 @@ impl Core<'_> {
         }
     }
 
-    /// Whether it has faces.
+    /// True if the core has faces.
     pub fn is_solid(&self) -> bool {
         self.hull.is_some()
     }
@@ -118,7 +118,7 @@ impl Core<'_> {
         edge.faces.map(|index| self.planes[index as usize].normal)
     }
 
-    /// Vertices about a face of a solid, counter-clockwise from outside; all vertices of what has no faces.
+    /// Vertices about a face of a solid, counter-clockwise from outside; all vertices of a core without faces.
     pub fn boundary(&self, face: usize) -> impl Iterator<Item = Vec3> + Clone + '_ {
         let around = self.hull.map(|hull| hull.boundary(&hull.faces()[face]));
         let count = around.map_or(self.vertices.len(), <[u32]>::len);
@@ -132,7 +132,7 @@ impl Core<'_> {
             .map(move |k| edges.get(k).map_or([self.vertices[0]; 2], |edge| self.ends(edge)))
     }
 
-    /// Whether a point of a face's plane lies within its boundary.
+    /// True if a point of a face's plane lies within its boundary.
     pub fn is_on_face(&self, face: usize, p: &Vec3) -> bool {
         let normal = self.planes[face].normal;
         let around = self.boundary(face);
@@ -142,7 +142,7 @@ impl Core<'_> {
             .all(|(from, to)| normal.cross(&(to - from)).dot(&(p - from)) >= 0.0)
     }
 
-    /// The face that looks most along a direction, and the cosine between; `None` without faces.
+    /// The face whose normal is closest to a direction, and the cosine between; `None` without faces.
     pub fn face_along(&self, direction: &Vec3) -> Option<(usize, f64)> {
         let cosines = self.planes.iter().map(|plane| plane.normal.dot(direction)).enumerate();
         cosines.reduce(|best, other| if other.1 > best.1 { other } else { best })

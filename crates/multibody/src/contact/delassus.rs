@@ -1,8 +1,8 @@
 //! The direct path: the unknown is the impulses p, on the assembled Delassus matrix `W = J A^-1 J^T`.
 //!
 //! `u = A^-1 J^T p`, and a direction solves `(I + G W) dp = r`, `r = gamma - p`, as
-//! `dp = r - L (I + L^T W L)^-1 L^T W r`, which needs only a dense Cholesky factor as large as the rows that
-//! carry load; open contacts drop out.
+//! `dp = r - L (I + L^T W L)^-1 L^T W r`, which needs only a dense Cholesky factor as large as the rows under
+//! load; open contacts drop out.
 
 use orchard_geometry::{Mat3, Vec3};
 
@@ -17,7 +17,7 @@ pub(super) struct Delassus {
     count: usize,
     /// W, block row after block row, where a known row or column crosses.
     blocks: Vec<Mat3>,
-    /// Blocks whose row and column of W are there.
+    /// Blocks whose row and column of W are computed.
     is_known: Vec<bool>,
     p: Vec<Vec3>,
     residual: Vec<Vec3>,
@@ -32,7 +32,7 @@ pub(super) struct Delassus {
 }
 
 impl Delassus {
-    /// Forgets the matrix.
+    /// Clears the matrix.
     pub fn clear(&mut self, count: usize) {
         self.count = count;
         self.blocks.resize(count * count, Mat3::zeros());
@@ -40,8 +40,8 @@ impl Delassus {
         self.is_known.resize(count, false);
     }
 
-    /// Multiplies the paths out for the column and row of a block, unless they are there. Blocks that never carry
-    /// load need none.
+    /// Multiplies the paths out for the column and row of a block, unless they are computed. Blocks that are never
+    /// under load need none.
     fn know(&mut self, paths: &Paths, column: usize) {
         if std::mem::replace(&mut self.is_known[column], true) {
             return;
@@ -75,7 +75,7 @@ impl Delassus {
             self.know(paths, k);
         }
         let size = self.active.len();
-        // What an earlier matrix left above the diagonal is not read.
+        // Entries above the diagonal are stale and are not read.
         self.matrix.resize(size * size, 0.0);
         self.rhs.clear();
         for &(k, column) in &self.active {

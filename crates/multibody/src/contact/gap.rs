@@ -1,14 +1,14 @@
-//! The distance of two placed shapes, for those who plan.
+//! The distance of two placed shapes, for planners.
 
 use orchard_geometry::{Pose, Shape, Vec3};
 
 use super::narrow::{NarrowScratch, touches};
 use super::touch::Touch;
 
-/// The closest place of two surfaces.
+/// The closest points of two surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// Distance [m]; negative while the shapes overlap.
+    /// Distance \[m\]; negative while the shapes overlap.
     pub distance: f64,
     /// Halfway between the closest points.
     pub p_world: Vec3,
@@ -16,7 +16,7 @@ pub struct Gap {
     pub n_world: Vec3,
 }
 
-/// Distances by the narrow phase of the contacts, with its memory.
+/// Finds distances by the narrow phase of the contacts; keeps its buffers.
 #[derive(Debug, Clone, Default)]
 pub struct GapFinder {
     scratch: NarrowScratch,
@@ -24,7 +24,7 @@ pub struct GapFinder {
 }
 
 impl GapFinder {
-    /// The closest place of two placed shapes nearer than `within` [m]; `None` where there is none.
+    /// Returns the closest points of two placed shapes; `None` if they are not nearer than `within` \[m\].
     pub fn find(&mut self, a: (&Shape, &Pose), b: (&Shape, &Pose), within: f64) -> Option<Gap> {
         self.touches.clear();
         touches(a, b, within, &mut self.scratch, &mut self.touches);

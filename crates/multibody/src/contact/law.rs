@@ -38,7 +38,7 @@ pub(super) enum Law {
     },
 }
 
-/// What a law says at a velocity.
+/// Impulse of a contact law at a velocity, with its derivative.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Response {
     /// Impulse [N s].

@@ -3,7 +3,7 @@
 //!
 //! In the coordinates `e = C^-1 L^T u` of [`super::paths`] that preconditioner is the identity: A becomes I, and
 //! `A + J^T G J` becomes `I + Y G Y^T`, which is applied path by path and never assembled. Unlike impulses, velocity
-//! changes have no null space: more rows than degrees of freedom are welcome.
+//! changes have no null space: more rows than degrees of freedom do no harm.
 
 use orchard_geometry::Vec3;
 

@@ -2,7 +2,7 @@
 //! Compliant Contact" (2022), on the articulated-body factor.
 //!
 //! `broad` finds pairs of colliders, `narrow` their contact points (`core`, `polytope`: solids with corners; `terrain`:
-//! height fields), `rows` writes the problem, `law` is the contact law, `paths` how impulses at contacts pass
+//! height fields), `rows` writes the problem, `law` is the contact law, `paths` propagates impulses at contacts
 //! through the factor. `newton` solves for the impulses, with the linear algebra of `matrix_free`, of `delassus`
 //! where rows are few, or of `assembled` as a cross-check.
 
@@ -22,7 +22,7 @@ mod paths;
 mod polytope;
 mod root;
 mod rows;
-mod stems;
+mod shared;
 mod terrain;
 mod touch;
 
@@ -49,7 +49,7 @@ use touch::Touch;
 /// measured to cost the same (`docs/computation/dynamics.md`, "Which path").
 pub const DIRECT_ROWS: usize = 450;
 
-/// How the contact impulses are solved for. The solution is the same.
+/// Algorithm that finds the contact impulses. Each gives the same solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactPath {
     /// Under [`Solver::Aba`] the faster of the two by the number of rows, see [`DIRECT_ROWS`]; matrix-free
@@ -74,13 +74,13 @@ pub struct ContactReport {
     pub a: ColliderId,
     /// Second collider.
     pub b: ColliderId,
-    /// Where they touch [m], halfway between the surfaces.
+    /// Contact point \[m\], world, halfway between the surfaces.
     pub p_world: Vec3,
     /// Unit normal from b to a.
     pub n_world: Vec3,
-    /// Distance of the surfaces at the start of the step [m]; negative while they overlap.
+    /// Distance of the surfaces at the start of the step \[m\]; negative while they overlap.
     pub gap: f64,
-    /// Mean force on a over the step [N]; b feels the opposite.
+    /// Mean force on a over the step \[N\]; b feels the opposite.
     pub force_world: Vec3,
 }
 
@@ -103,7 +103,7 @@ pub(crate) struct ContactScratch {
     newton: Newton,
 }
 
-/// Where the next contact solve starts from: all that outlives a step in [`ContactScratch`].
+/// First guess of the next contact solve: the only part of [`ContactScratch`] that outlives a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WarmStart {
     contacts: Vec<ContactReport>,
@@ -130,7 +130,7 @@ fn contact_frame(normal: &Vec3) -> Mat3 {
     Mat3::from_columns(&[first, normal.cross(&first), *normal])
 }
 
-/// Adds what contacts and couplings change to the free velocity change in `Data::change`.
+/// Adds the velocity change by contacts and couplings to the free one in `Data::change`.
 pub(crate) fn solve_contacts(
     model: &Model,
     data: &mut Data,

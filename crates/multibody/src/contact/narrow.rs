@@ -7,7 +7,7 @@ use super::polytope::{self, Clipper};
 use super::terrain;
 use super::touch::{SAME_POINT, Touch, closest_points_of_segments};
 
-/// Distance under which two surfaces' directions are taken from the shapes, not from their closest points [m].
+/// Distance below which the normal is taken from the shapes, not from their closest points \[m\].
 const COINCIDENT: f64 = 1e-9;
 
 /// Most contact points of a pair: the corners of a box.

@@ -12,7 +12,7 @@ use super::narrow::{NarrowScratch, touches};
 use super::touch::Touch;
 
 const MARGIN: f64 = 0.02;
-/// How much too far parry's GJK may stop [m]: its bound on the distance stalls before its tolerance is met (2e-6 seen). The
+/// Tolerance on parry's GJK distance \[m\]: its bound on the distance stalls before its own tolerance is met (2e-6 seen). The
 /// distance that it gives is that of two points of the shapes, and so never too small.
 const STALL: f64 = 1e-5;
 
@@ -280,7 +280,7 @@ fn seams_of_a_plane_do_not_show() {
     }
 }
 
-/// Whatever has sunk into terrain is pushed up, at whatever depth.
+/// A body that has sunk into terrain is pushed up, at any depth.
 #[test]
 fn what_is_under_terrain_is_pushed_up() {
     let mut rng = stream(36);
@@ -298,7 +298,7 @@ fn what_is_under_terrain_is_pushed_up() {
     }
 }
 
-/// How far a shape reaches along a direction, by parry's support map [m].
+/// Extent of a shape along a direction, by parry's support map \[m\].
 fn reach(shape: &parry::SharedShape, pose: &DPose3, along: &Vec3) -> f64 {
     let along = DVec3::new(along.x, along.y, along.z);
     shape.as_support_map().unwrap().support_point(pose, along).dot(along)

@@ -1,9 +1,9 @@
 //! Newton's method with a line search on the contact problem, over any representation of its unknown.
 //!
 //! The step's velocity change u beyond the free one minimises the convex cost
-//! `E = 1/2 u^T A u + sum l(v_free + J u)`, `dl/dv = -gamma`. Where E is least, `A u = J^T gamma`. What differs
-//! between [`Unknown`]s is which numbers stand for u and how the direction
-//! `(A + J^T G J) du = J^T gamma - A u`, `G = -d gamma/dv = L L^T`, is solved for.
+//! `E = 1/2 u^T A u + sum l(v_free + J u)`, `dl/dv = -gamma`. At the minimum, `A u = J^T gamma`. An
+//! [`Unknown`] chooses the numbers that represent u and the solver of the direction
+//! `(A + J^T G J) du = J^T gamma - A u`, `G = -d gamma/dv = L L^T`.
 
 use orchard_geometry::Vec3;
 
@@ -19,7 +19,7 @@ const SLOPE_SHARE: f64 = 0.1;
 /// Evaluations of one line search.
 const MAX_EVALUATIONS: usize = 30;
 
-/// How a solve ended.
+/// Outcome of a solve.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Outcome {
     pub iterations: usize,
@@ -29,7 +29,7 @@ pub(super) struct Outcome {
     pub converged: bool,
 }
 
-/// A Newton direction du with what the line search needs of it.
+/// A Newton direction du, with the products that the line search needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Direction {
     /// `du^T A u`.
@@ -42,7 +42,7 @@ pub(super) struct Direction {
 
 /// A representation of the velocity change u.
 pub(super) trait Unknown {
-    /// Sets u to what the blocks' guessed impulses do; writes `J u`.
+    /// Sets u to the velocity change by the blocks' guessed impulses; writes `J u`.
     fn start(&mut self, blocks: &[Block], change: &mut [Vec3]);
 
     /// Size of `J^T gamma - A u` relative to the larger of its parts, in a norm that weighs it by inverse inertia.

@@ -1,12 +1,12 @@
-//! How unit impulses at contacts pass through the articulated-body factor, path by path.
+//! Propagation of unit impulses at contacts through the articulated-body factor, path by path.
 //!
 //! With `A^-1 = L^-T D^-1 L^-1` and `D^-1 = C C^T`, an impulse at a contact only passes through the joints
 //! between its links and the world: its column of `Y = C^T L^-1 J^T` is as sparse as that path. Then
-//! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity. A stretch that
-//! all paths of a tree share counts as six coordinates ([`super::stems`]).
+//! `J A^-1 J^T = Y^T Y`: in the coordinates `e = C^-1 L^T du` of a velocity change, A is the identity. The part
+//! that all paths of a tree share is reduced to six coordinates ([`super::shared`]).
 
-mod carrier;
-mod stem;
+mod propagated;
+mod shared;
 
 use std::ops::Range;
 
@@ -14,17 +14,17 @@ use orchard_geometry::{Mat3, Vec3};
 
 use super::root::lower_root;
 use super::rows::{Block, Load};
-use super::stems::Stems;
+use super::shared::SharedPathFinder;
 use crate::data::Data;
 use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
-use carrier::Carrier;
-use stem::Stem;
+use propagated::Propagated;
+use shared::SharedPath;
 
-/// A joint, point body, spin or stem that a path passes.
+/// A joint, point body, spin or shared path on a path.
 #[derive(Debug, Clone)]
 struct Node {
-    /// Link (a stem: its upper end), or number of links + point body, or number of both + spin.
+    /// Link (of a shared path: its upper end), or number of links + point body, or number of both + spin.
     key: usize,
     width: usize,
 }
@@ -32,17 +32,17 @@ struct Node {
 /// A piece of a path whose coordinates follow each other.
 #[derive(Debug, Clone)]
 struct Run {
-    /// Its coordinates; paths that share a joint share them.
+    /// Coordinates of the piece; paths that share a joint share them.
     coordinates: Range<usize>,
-    /// Its first entry in `y`.
+    /// First entry of the piece in `y`.
     start: usize,
 }
 
 /// Y of all blocks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Paths {
-    finder: Stems,
-    stems: Vec<Stem>,
+    finder: SharedPathFinder,
+    shared: Vec<SharedPath>,
     /// Nodes of each block.
     blocks: Vec<Range<usize>>,
     nodes: Vec<Node>,
@@ -66,7 +66,7 @@ impl Paths {
         self.clear(model, data);
         let mut finder = std::mem::take(&mut self.finder);
         for link in finder.find(model, data, blocks) {
-            self.add_stem(model, data, link);
+            self.add_shared(model, data, link);
         }
         self.finder = finder;
         for block in blocks {
@@ -77,7 +77,7 @@ impl Paths {
 
     /// Forgets all blocks.
     fn clear(&mut self, model: &Model, data: &Data) {
-        self.stems.clear();
+        self.shared.clear();
         self.blocks.clear();
         self.nodes.clear();
         self.y.clear();
@@ -170,26 +170,26 @@ impl Paths {
     /// Adds a block of three rows, with its load on each side.
     fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
         let first = self.nodes.len();
-        let mut carriers = [Carrier { body: None, wrenches: [Wrench::ZERO; 3] }; 2];
-        for (carrier, load) in carriers.iter_mut().zip(loads) {
+        let mut sides = [Propagated { body: None, wrenches: [Wrench::ZERO; 3] }; 2];
+        for (side, load) in sides.iter_mut().zip(loads) {
             match load {
                 Load::None => {}
                 Load::Body { body, wrenches } => {
-                    *carrier = Carrier { body: Some(*body), wrenches: *wrenches }
+                    *side = Propagated { body: Some(*body), wrenches: *wrenches }
                 }
-                Load::Dof { body, .. } => carrier.body = Some(*body),
+                Load::Dof { body, .. } => side.body = Some(*body),
                 Load::Point { point, impulses, r } => {
                     if data.spins(model, *point) {
                         self.pass_spin(model, *point, impulses, r);
                     }
-                    *carrier = self.pass_point(model, data, *point, impulses);
+                    *side = self.pass_point(model, data, *point, impulses);
                 }
             }
         }
         // Parents have smaller indices, so the larger of two links is never above the other.
-        while let Some(body) = carriers[0].body.max(carriers[1].body) {
-            let [one, other] = &mut carriers;
-            let carrier = if one.body == Some(body) {
+        while let Some(body) = sides[0].body.max(sides[1].body) {
+            let [one, other] = &mut sides;
+            let side = if one.body == Some(body) {
                 if other.body == Some(body) {
                     one.merge(other);
                 }
@@ -197,10 +197,10 @@ impl Paths {
             } else {
                 other
             };
-            let wrenches = &mut carrier.wrenches;
-            if let Some(stem) = self.stems.iter().position(|stem| stem.link == body) {
-                self.pass_stem(stem, wrenches);
-                carrier.body = None;
+            let wrenches = &mut side.wrenches;
+            if let Some(shared) = self.shared.iter().position(|shared| shared.link == body) {
+                self.pass_shared(shared, wrenches);
+                side.body = None;
                 continue;
             }
             match model.bodies[body].joint {
@@ -212,7 +212,7 @@ impl Paths {
                 JointKind::Free => self.pass_joint::<3, 6>(model, data, body, wrenches, loads),
             }
             let parent = model.bodies[body].parent;
-            carrier.body = parent.map(|parent| parent.index());
+            side.body = parent.map(|parent| parent.index());
             if parent.is_some() {
                 let r = &data.kinematics.links[body].r_parent;
                 for wrench in wrenches {
@@ -230,7 +230,7 @@ impl Paths {
     }
 
     /// Eliminates a point body; what it passes to its anchor comes back.
-    fn pass_point(&mut self, model: &Model, data: &Data, point: usize, impulses: &Mat3) -> Carrier {
+    fn pass_point(&mut self, model: &Model, data: &Data, point: usize, impulses: &Mat3) -> Propagated {
         let factor = &data.factor.points[point];
         self.touch(model.bodies.len() + point, 3);
         let root = factor.inverse_mass.sqrt();
@@ -239,9 +239,9 @@ impl Paths {
             Some(tether) if factor.share != 0.0 => {
                 let wrenches = [0, 1, 2]
                     .map(|k| Wrench::of_force_at(impulses.column(k) * factor.share, &factor.r_anchor));
-                Carrier { body: Some(tether.body.index()), wrenches }
+                Propagated { body: Some(tether.body.index()), wrenches }
             }
-            _ => Carrier { body: None, wrenches: [Wrench::ZERO; 3] },
+            _ => Propagated { body: None, wrenches: [Wrench::ZERO; 3] },
         }
     }
 

@@ -9,17 +9,17 @@ use orchard_geometry::Vec3;
 use super::core::{Core, Plane};
 use super::touch::{SAME_POINT, Touch, closest_points_of_segments};
 
-/// Sine between two edges under which they have no common normal worth the name.
+/// Sine between two edges below which their common normal is undefined.
 const PARALLEL: f64 = 1e-6;
-/// An edge pair must part two solids by this much better than a face does, or the face is taken [m]: the normal
+/// An edge pair must part two solids by this much better than a face does, or the face is taken \[m\]: the normal
 /// of a body at rest on a face must not follow its round-off.
 const FACE_FIRST: f64 = 1e-7;
-/// Distance of the cores from which on their closest points have a sound direction [m].
+/// Distance of the cores from which on their closest points have a sound direction \[m\].
 const APART: f64 = 1e-6;
 /// Cosine between the direction and a face's normal under which the face is not clipped.
 const STEEP: f64 = 0.05;
 
-/// Where and along what two cores are parted best.
+/// Direction and features that separate two cores best.
 struct Parting {
     /// Unit direction from b to a.
     n_world: Vec3,
@@ -116,13 +116,13 @@ fn part_by_axes(a: &Core, b: &Core, limit: f64) -> Option<Parting> {
     best.gap.is_finite().then_some(best)
 }
 
-/// Whether the normals of an edge lie on both sides of the plane across a direction; always for an axis, whose
+/// True if the normals of an edge lie on both sides of the plane across a direction; always for an axis, whose
 /// normals fill a circle.
 fn is_crossed(arc: Option<[Vec3; 2]>, direction: &Vec3) -> bool {
     arc.is_none_or(|[f, g]| f.dot(direction) * g.dot(direction) < 0.0)
 }
 
-/// Closest points of cores that are apart, where they are farther than `parting` tells: the nearest of all pairs of
+/// Closest points of cores that are apart, where they are farther than `parting`: the nearest of all pairs of
 /// vertex and face, and of two edges. Those that its direction shows to be farther are passed over.
 ///
 /// Exact; parry's GJK stops up to 1e-6 m too far out, and its direction is then off by far more.
@@ -172,7 +172,7 @@ fn part_by_distance(a: &Core, b: &Core, parting: &Parting) -> Option<Parting> {
     })
 }
 
-/// Distances that differ by less are one [m]: the axis is then that of a face or edge pair, free of round-off.
+/// Distances that differ by less are one \[m\]: the axis is then that of a face or edge pair, free of round-off.
 const SAME_DISTANCE: f64 = 1e-9;
 
 /// Clips the faces of both cores along the parting direction against each other.

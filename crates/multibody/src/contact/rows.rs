@@ -37,7 +37,7 @@ pub(crate) struct Block {
     pub loads: [Load; 2],
 }
 
-/// What the first guess comes from: contacts of the last step, sorted by pair, and impulses of couplings.
+/// Source of the first guess: contacts of the last step, sorted by pair, and impulses of couplings.
 pub(super) struct Guess<'a> {
     pub contacts: &'a [ContactReport],
     pub couplings: &'a [Vec3],

@@ -14,10 +14,10 @@ use super::touch::{SAME_POINT, Touch};
 
 /// Cosine by which a direction may leave the normals of a corner or edge: round-off.
 const ROUND_OFF: f64 = 1e-9;
-/// Sine by which a corner of the surface may stand lower under a face than its neighbour and keep its contact: a body on
+/// Sine by which a corner of the surface may lie lower under a face than its neighbour and keep its contact: a body on
 /// a ridge or plateau must not lose one end of it whenever it tilts.
 const LEVEL: f64 = 0.05;
-/// Sine between two edges under which they have no common normal; distance [m] under which points have none.
+/// Sine between two edges under which they have no common normal; distance \[m\] under which points have none.
 const PARALLEL: f64 = 1e-9;
 
 /// Appends the contact points (normals from the field to the body, in the world) whose gap is under `margin`.
@@ -138,7 +138,7 @@ fn from_below(p: &Vec3, field: &HeightField, cells: Cells, radius: f64, out: &mu
     out.push(Touch::from_b(nearest, n, -depth - radius));
     for triangle in field.triangles(cells) {
         let (foot, part) = closest_on_triangle(p, &triangle);
-        // The faces of a hollow stand above each other's planes, those of a hill below.
+        // The faces of a hollow lie above each other's planes, those of a hill below.
         if part == TrianglePart::Face && n.dot(&(foot - nearest)) > SAME_POINT {
             out.push(Touch::from_b(foot, normal_of(&triangle), -(foot - p).norm() - radius));
         }
@@ -150,7 +150,7 @@ fn square_to(direction: &Vec3, v: Vec3) -> Vec3 {
     v - direction * (v.dot(direction) / direction.norm_squared())
 }
 
-/// Whether a direction is among the normals of a corner of the surface: up, and no neighbour above the plane across.
+/// True if a direction is among the normals of a corner of the surface: up, and no neighbour above the plane across.
 fn is_normal_at(node: Node, n: &Vec3, tolerance: f64, field: &HeightField) -> bool {
     let Some(p) = field.node(node) else { return false };
     n.z >= 0.0
@@ -184,7 +184,7 @@ fn on_node(node: Node, body: &Core, field: &HeightField, margin: f64, out: &mut 
     if let Some((gap, n)) = best
         && (outside == 0 || (outside == 1 && gap == highest))
     {
-        // It stands before this face, or inside.
+        // It is in front of this face, or inside.
         out.push(Touch::from_b(p, n, gap));
     } else if outside > 0 || !body.is_solid() {
         beside_edges(&p, node, body, field, margin, out);
@@ -265,7 +265,7 @@ struct Ridge {
     inward: [Option<Vec3>; 2],
 }
 
-/// Where a line of the body passes over or under a ridge.
+/// Crossing of a line of the body over or under a ridge.
 struct Crossing {
     p_ridge: Vec3,
     p_body: Vec3,
@@ -275,7 +275,7 @@ struct Crossing {
 }
 
 impl Ridge {
-    /// Whether the surface bends down from it, or ends there.
+    /// True if the surface bends down from the ridge, or ends there.
     fn is_convex(&self) -> bool {
         let [Some(left), Some(right)] = self.inward else { return true };
         let normal = self.along.cross(&left);
@@ -325,7 +325,7 @@ impl Ridge {
 }
 
 impl Crossing {
-    /// Whether an overlap is one, not that of lines which pass far from each other.
+    /// True if an overlap is real, not one of lines that pass far from each other.
     fn is_real(&self, body: &Core, field: &HeightField) -> bool {
         self.gap >= 0.0
             || (is_under(&self.p_body, field)

@@ -1,8 +1,8 @@
-//! Where two surfaces are near each other.
+//! Points at which two surfaces are near each other.
 
 use orchard_geometry::Vec3;
 
-/// Contact points of a pair nearer than this are one [m].
+/// Contact points of a pair nearer than this are one \[m\].
 pub(super) const SAME_POINT: f64 = 1e-6;
 
 /// Two surfaces near each other.

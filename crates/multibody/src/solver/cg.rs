@@ -44,7 +44,7 @@ impl ConjugateGradients {
         &self.x
     }
 
-    /// Solves with a factor of A instead. Without one, where A is not positive definite, nothing moves.
+    /// Solves with a factor of A instead. Without one (A is not positive definite) the change is zero.
     #[cfg(feature = "cholesky")]
     pub fn solve_with_factor(&mut self, factor: Option<&super::cholesky::SparseFactor>) -> LinearSolve {
         let Some(factor) = factor else {
@@ -105,7 +105,7 @@ impl ConjugateGradients {
             let before = residual;
             residual = scaled_norm(r, &system.inverse_diagonal) / size;
             let converged = residual <= TOLERANCE;
-            // A state that is not finite has no residual to go by.
+            // A state that is not finite has no residual.
             let is_stuck = !residual.is_finite() || residual > RESTART_GAIN * before;
             if converged || iterations >= most || is_stuck {
                 return LinearSolve { iterations, residual, converged };

@@ -1,7 +1,7 @@
 //! The assembled system matrix and its sparse Cholesky factor.
 //!
 //! A joint couples only with its ancestors, a tethered point body only with its anchor's. Eliminated from the leaves
-//! to the root, the factor has the pattern of the matrix: nothing fills in.
+//! to the root, the factor has the pattern of the matrix, without fill-in.
 
 use std::sync::Arc;
 
@@ -79,8 +79,8 @@ impl SparseFactor {
     }
 }
 
-/// Entries of the system matrix: a unit change of each unknown takes a wrench, which every joint from there to the root
-/// feels along its axes (composite rigid bodies, Featherstone 2008, section 6.2).
+/// Entries of the system matrix: the wrench of a unit change of each unknown, projected on the axes of every joint from there to
+/// the root (composite rigid bodies, Featherstone 2008, section 6.2).
 pub(crate) fn entries(model: &Model, kinematics: &Kinematics, system: &System) -> Vec<Entry> {
     let mut composites = Vec::new();
     system.composite_inertias(model, kinematics, &mut composites);
@@ -118,7 +118,7 @@ pub(crate) fn entries(model: &Model, kinematics: &Kinematics, system: &System) -
     entries
 }
 
-/// Gives the component of a wrench at a link's origin along each degree of freedom from there to the root.
+/// Visits the component of a wrench at a link's origin along each degree of freedom from there to the root.
 pub(crate) fn for_ancestors(
     model: &Model,
     kinematics: &Kinematics,

@@ -14,7 +14,7 @@ impl Impulse {
         self.point.resize(model.points.len(), Vec3::zeros());
     }
 
-    /// Takes the entries of a vector, and nothing on the links.
+    /// Takes the entries of a vector, without wrenches on the links.
     pub(super) fn set_entries(&mut self, entries: &[f64]) {
         let (of_dof, of_point) = entries.split_at(self.dof.len());
         self.dof.copy_from_slice(of_dof);

@@ -1,7 +1,7 @@
 //! The linear solvers of a step, behind one enum: same system, same solution.
 //!
 //! The unknowns are the velocity changes of the joints, then of the point bodies; A is the matrix of
-//! [`crate::aba`]. A capped tether's point stands in A without its anchor, whatever the solver.
+//! [`crate::aba`]. Every solver leaves the anchor of a capped tether out of its point's row of A.
 
 mod cg;
 #[cfg(feature = "cholesky")]
@@ -18,18 +18,18 @@ use crate::model::Model;
 use cg::ConjugateGradients;
 use system::System;
 
-/// How `A dv = impulse` is solved.
+/// Solver of `A dv = impulse`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Solver {
     /// The articulated-body algorithm: exact, O(n).
     #[default]
     Aba,
-    /// Conjugate gradients on the product A x, which is one outward and one inward sweep: no matrix.
+    /// Conjugate gradients on the product A x, one root-to-leaf and one leaf-to-root sweep: no matrix.
     Cg {
-        /// What the residual is multiplied by.
+        /// Preconditioner of the residual.
         preconditioner: Preconditioner,
     },
-    /// A sparse Cholesky factor (faer) of the assembled matrix, leaves first so that nothing fills in; contacts by
+    /// A sparse Cholesky factor (faer) of the assembled matrix, leaves first, without fill-in; contacts by
     /// Newton on the assembled `A + J^T G J`. A cross-check: it allocates at each solve and no result uses it.
     #[cfg(feature = "cholesky")]
     Cholesky,
@@ -47,7 +47,7 @@ pub enum Preconditioner {
     ArticulatedBody,
 }
 
-/// How a linear solve ended.
+/// Outcome of a linear solve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LinearSolve {
     /// Iterations; 0 of a direct solver.
@@ -55,12 +55,12 @@ pub struct LinearSolve {
     /// `|b - A x| / |b|` of the true residual, each entry scaled by 1 / sqrt(A_ii), so that its square is an energy;
     /// 0 of a direct solver, which does not measure it.
     pub residual: f64,
-    /// Whether the tolerance was met.
+    /// True if the tolerance was met.
     pub converged: bool,
 }
 
 impl Default for LinearSolve {
-    /// Nothing to solve.
+    /// Outcome of a system without unknowns.
     fn default() -> LinearSolve {
         LinearSolve { iterations: 0, residual: 0.0, converged: true }
     }
@@ -77,7 +77,7 @@ impl LinearSolve {
     }
 }
 
-/// What solvers other than the articulated-body algorithm keep between factor and solves.
+/// Factors and scratch of the solvers other than the articulated-body algorithm.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LinearScratch {
     pub system: System,
@@ -89,7 +89,7 @@ pub(crate) struct LinearScratch {
 }
 
 /// Prepares solves for the substep `h` at the last kinematics: the articulated-body factor, which contacts take as
-/// well, and what the solver needs beside it.
+/// well, and the factor or matrix of the solver itself.
 pub(crate) fn factor(solver: Solver, model: &Model, data: &mut Data, h: f64) {
     aba::factor(model, data, h);
     if solver == Solver::Aba {
@@ -104,7 +104,7 @@ pub(crate) fn factor(solver: Solver, model: &Model, data: &mut Data, h: f64) {
     data.linear = linear;
 }
 
-/// Solves `A change = impulse` with the last [`factor`]. The impulse is used as scratch: afterwards it is spoilt.
+/// Solves `A change = impulse` with the last [`factor`]. The impulse is used as scratch and overwritten.
 pub(crate) fn solve(
     solver: Solver,
     model: &Model,

@@ -1,4 +1,4 @@
-//! The system matrix A as a product: rigid links, springs and tethers, nothing factored.
+//! The system matrix A as a product: rigid links, springs and tethers, without a factor.
 
 use orchard_geometry::Vec3;
 
@@ -20,11 +20,11 @@ pub(crate) struct LinkRow {
 #[derive(Debug, Clone)]
 pub(crate) struct PointRow {
     pub mass: f64,
-    /// What the tether adds [kg], 0 untethered.
+    /// Inertia that the tether adds \[kg\], 0 untethered.
     pub kappa: f64,
     /// The link that feels the tether, and the anchor from its origin.
     pub anchor: Option<(usize, Vec3)>,
-    /// Whether nothing moves it: its row is left out.
+    /// True if nothing moves it; its row is then left out.
     pub is_carried: bool,
 }
 
@@ -159,7 +159,7 @@ impl System {
         }
     }
 
-    /// An impulse as a vector of the unknowns. The body impulses are spoilt.
+    /// An impulse as a vector of the unknowns. The body impulses are overwritten.
     pub fn gather(&self, model: &Model, kinematics: &Kinematics, impulse: &mut Impulse, out: &mut [f64]) {
         let (of_dof, of_point) = out.split_at_mut(self.armature.len());
         inward(model, kinematics, &mut impulse.body, of_dof);
@@ -186,7 +186,7 @@ impl System {
     }
 }
 
-/// What the entries of `x` in the joints give each link at its origin: `J x`.
+/// Twists of the links at their origins by joint entries `x`: `J x`.
 fn outward(model: &Model, kinematics: &Kinematics, x: &[f64], twists: &mut [Twist]) {
     for (index, body) in model.bodies.iter().enumerate() {
         let parent = body.parent.map_or(Twist::ZERO, |parent| twists[parent.index()]);
@@ -203,7 +203,7 @@ fn outward(model: &Model, kinematics: &Kinematics, x: &[f64], twists: &mut [Twis
     }
 }
 
-/// What wrenches on the links give along each degree of freedom: `J^T P`. The wrenches become those of sub-trees.
+/// Impulses along the degrees of freedom by wrenches on the links: `J^T P`. The wrenches become those of sub-trees.
 fn inward(model: &Model, kinematics: &Kinematics, wrenches: &mut [Wrench], out: &mut [f64]) {
     for (index, body) in model.bodies.iter().enumerate().rev() {
         let wrench = wrenches[index];

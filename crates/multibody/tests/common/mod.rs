@@ -241,7 +241,7 @@ fn linear_rows(jacobian: &Matrix6xX<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(3, jacobian.ncols(), |row, column| jacobian[(3 + row, column)])
 }
 
-/// Settings without contact worth mentioning.
+/// Settings for worlds with hardly any contact.
 pub fn settings(h: f64, gravity: Vec3) -> StepSettings {
     StepSettings {
         h,

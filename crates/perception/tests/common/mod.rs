@@ -9,7 +9,7 @@ pub fn camera() -> Intrinsics {
     Intrinsics::from_vertical_fov(192, 144, 75_f64.to_radians())
 }
 
-/// A surface: depth along the ray t (x, y, 1), if it is met.
+/// A surface: the depth t at which the ray t (x, y, 1) meets it, if it does.
 pub type Surface<'a> = &'a dyn Fn(&Vec3) -> Option<f64>;
 
 /// The image of the nearest of some surfaces.
@@ -69,7 +69,7 @@ pub fn considered(surfaces: &[Surface], config: &DetectorConfig) -> Vec<Candidat
     candidates(&image(&k, surfaces), &k, None, config).unwrap()
 }
 
-/// The paper's literal pipeline: one fit a patch.
+/// The paper's pipeline, one fit per patch, with our rule for hidden pixels.
 pub fn one_fit_a_patch() -> DetectorConfig {
     let mut config = DetectorConfig::paper();
     config.fit.refine = false;

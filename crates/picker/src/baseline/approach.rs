@@ -1,13 +1,13 @@
-//! Align: drive to the stand-off. Reach: bring the hand before the fruit and look again.
+//! Align: drive to the stand-off. Reach: bring the hand in front of the fruit and look again.
 
 use crate::align::Drive;
 use crate::baseline::grasp::Grasp;
 use crate::baseline::push::Push;
 use crate::baseline::{BaselinePicker, Next, Phase};
 use crate::drive::{BaseGoal, StallWatch};
+use crate::picker_core::STILL;
 use crate::plan::{Search, Target};
 use crate::record::FailureReason;
-use crate::rig::STILL;
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
@@ -27,9 +27,9 @@ impl Align {
 /// Memory of the reach state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reach {
-    /// Images taken before the fruit.
+    /// Number of images taken from the look posture.
     images: u32,
-    /// Those that showed it, and the sums of its centre (odom) and radius.
+    /// Number of those that showed the fruit, and the sums of its centre (odom) and radius [m].
     hits: u32,
     sum: Vec3,
     radius_sum: f64,
@@ -43,54 +43,57 @@ impl Reach {
 
 impl BaselinePicker {
     pub(crate) fn align(&mut self, mut align: Align, robot: &RobotState) -> Next {
-        let carry = self.rig.postures.carry();
-        if self.rig.motion.is_over() && *self.rig.motion.q() != carry {
-            self.rig.motion.go(carry, &self.rig.config.arm, 1.0);
+        let carry = self.core.postures.carry();
+        if self.core.motion.is_over() && *self.core.motion.q() != carry {
+            self.core.motion.go(carry, &self.core.config.arm, 1.0);
         }
-        let blind = self.rig.eyes.blind;
-        let Drive { velocity, stands } = match self.rig.drive_to(&align.goal, &mut align.stall, blind, robot)
+        let blind = self.core.perception.blind;
+        let Drive { velocity, stands } = match self.core.drive_to(&align.goal, &mut align.stall, blind, robot)
         {
             Ok(drive) => drive,
             Err(reason) => return Next::Fail(reason),
         };
-        if !(stands && (self.rig.arm_arrived(robot) || self.rig.arm_stalled())) {
+        if !(stands && (self.core.arm_arrived(robot) || self.core.arm_stalled())) {
             return Next::Stay(Phase::Align(align), velocity);
         }
-        self.rig.update_from_track();
-        let (Some(target), points) = (self.rig.target_base(robot), self.rig.points_base(robot)) else {
+        self.core.update_from_track();
+        let (Some(target), points) = (self.core.target_base(robot), self.core.points_base(robot)) else {
             return Next::Fail(FailureReason::Unreachable);
         };
-        let search = Search { q_start: &carry, ..self.rig.search(&target, &points) };
+        let search = Search { q_start: &carry, ..self.core.search(&target, &points) };
         let Some(plan) = search.best() else {
             return Next::Fail(FailureReason::Unreachable);
         };
-        self.rig.motion.go(plan.q_look, &self.rig.config.arm, 1.0);
-        if let Some(attempt) = &mut self.rig.attempt {
+        self.core.motion.go(plan.q_look, &self.core.config.arm, 1.0);
+        if let Some(attempt) = &mut self.core.attempt {
             attempt.plan = plan;
         }
-        if self.rig.errand.as_ref().is_some_and(|errand| errand.push.is_some()) {
+        if self.core.task.as_ref().is_some_and(|task| task.push.is_some()) {
             return Next::Enter(Phase::Push(Push::Entering));
         }
         Next::Enter(Phase::Reach(Reach::new()))
     }
 
     pub(crate) fn reach(&mut self, mut reach: Reach, robot: &RobotState) -> Next {
-        if self.rig.arm_stalled() {
+        if self.core.arm_stalled() {
             return Next::Fail(FailureReason::ReachStalled);
         }
-        if self.rig.elapsed(robot) > self.rig.config.timeout.reach.si() {
+        if self.core.elapsed(robot) > self.core.config.timeout.reach.si() {
             return Next::Fail(FailureReason::ReachStalled);
         }
-        if !self.rig.arm_arrived(robot) || !self.rig.fresh_image {
+        if self.core.config.reach.look_images.get() == 0 && self.core.arm_arrived(robot) {
+            return self.start_grasp(robot);
+        }
+        if !self.core.arm_arrived(robot) || !self.core.fresh_image {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
         self.look(&mut reach);
-        let c = &self.rig.config.reach;
+        let c = &self.core.config.reach;
         let enough = reach.hits >= c.look_images.get();
         if !enough && reach.images < c.look_images_max.get() {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
-        let Some(attempt) = &mut self.rig.attempt else {
+        let Some(attempt) = &mut self.core.attempt else {
             return Next::Fail(FailureReason::NoFruitAtDetection);
         };
         if reach.hits > 0 {
@@ -104,16 +107,16 @@ impl BaselinePicker {
 
     fn look(&self, reach: &mut Reach) {
         reach.images += 1;
-        let Some(attempt) = &self.rig.attempt else { return };
+        let Some(attempt) = &self.core.attempt else { return };
         let nearest = self
-            .rig
-            .eyes
+            .core
+            .perception
             .sightings
             .iter()
             .map(|s| ((s.p_odom - attempt.target.p).norm(), s))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((distance, sighting)) = nearest
-            && distance <= self.rig.match_distance()
+            && distance <= self.core.match_distance()
         {
             reach.hits += 1;
             reach.sum += sighting.p_odom;
@@ -121,18 +124,18 @@ impl BaselinePicker {
         }
     }
 
-    /// Corrects the hand for what the second look showed: the same direction if it still works, else another.
+    /// Plans the straight advance to the updated target: in the same direction if the arm can follow it, else in another.
     fn start_grasp(&mut self, robot: &RobotState) -> Next {
-        let Some(target) = self.rig.target_base(robot) else {
+        let Some(target) = self.core.target_base(robot) else {
             return Next::Fail(FailureReason::GraspUnreachable);
         };
-        let points = self.rig.points_base(robot);
-        let same = self.rig.corrected_plan(robot, self.rig.motion.q());
-        let Some(chosen) = same.or_else(|| self.rig.search(&target, &points).best()) else {
+        let points = self.core.points_base(robot);
+        let same = self.core.corrected_plan(robot, self.core.motion.q());
+        let Some(chosen) = same.or_else(|| self.core.search(&target, &points).best()) else {
             return Next::Fail(FailureReason::GraspUnreachable);
         };
-        self.rig.motion.go(chosen.q_look, &self.rig.config.arm, 1.0);
-        if let Some(attempt) = &mut self.rig.attempt {
+        self.core.motion.go(chosen.q_look, &self.core.config.arm, 1.0);
+        if let Some(attempt) = &mut self.core.attempt {
             attempt.plan = chosen;
         }
         Next::Enter(Phase::Grasp(Grasp::Aiming))

@@ -1,13 +1,13 @@
-//! Align: drive to the stand-off, the arm unfolding on the last stretch. Reach: look at the fruit from near by. Where the
-//! hand meets wood on its way there it goes back and comes another way.
+//! Align: drive to the stand-off, with the arm unfolding on the last stretch. Reach: look at the fruit from near by. If the hand meets wood
+//! it goes back and approaches from another direction.
 
 use crate::align::Drive;
 use crate::drive::{BaseGoal, StallWatch};
 use crate::expert::grasp::Grasp;
-use crate::expert::{Care, ExpertPicker, Next, Phase};
+use crate::expert::{Caution, ExpertPicker, Next, Phase};
+use crate::picker_core::STILL;
 use crate::plan::{GraspPlan, Target, swept};
 use crate::record::FailureReason;
-use crate::rig::STILL;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Intrinsics, Vec3, inverse_transform, math};
 
@@ -25,12 +25,12 @@ impl Align {
     }
 }
 
-/// What has been seen of the target from near by.
+/// Views of the target from near by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Views {
-    /// Images that should show the target.
+    /// Number of images that should show the target.
     images: u32,
-    /// Those that did, and the sums of its centre (odom) and radius.
+    /// Number of images that showed it, and the sums of its centre (odom) and radius [m].
     hits: u32,
     sum: Vec3,
     radius_sum: f64,
@@ -41,7 +41,7 @@ impl Views {
         Self { images: 0, hits: 0, sum: Vec3::zeros(), radius_sum: 0.0 }
     }
 
-    /// The mean of all sightings.
+    /// Mean of all sightings.
     fn target(&self) -> Option<Target> {
         let hits = f64::from(self.hits);
         (self.hits > 0).then(|| Target { p: self.sum / hits, radius: self.radius_sum / hits })
@@ -52,9 +52,9 @@ impl Views {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reach {
     views: Views,
-    /// Tries at this target that came to nothing.
+    /// Number of failed tries at this target.
     failed: u32,
-    /// On the way back from wood.
+    /// True while the hand goes back from wood.
     recoiling: bool,
 }
 
@@ -70,15 +70,15 @@ impl Reach {
 
 impl ExpertPicker {
     pub(crate) fn align(&mut self, mut align: Align, robot: &RobotState) -> Next {
-        let carry = self.rig.postures.carry();
-        if self.rig.motion.is_over() && !align.unfolding && *self.rig.motion.q() != carry {
+        let carry = self.core.postures.carry();
+        if self.core.motion.is_over() && !align.unfolding && *self.core.motion.q() != carry {
             self.swing_to(carry);
         }
         if align.unfolding && self.is_pressed() {
             return self.recoil(0, robot);
         }
         let blind = self.is_blind(robot);
-        let Drive { velocity, stands } = match self.rig.drive_to(&align.goal, &mut align.stall, blind, robot)
+        let Drive { velocity, stands } = match self.core.drive_to(&align.goal, &mut align.stall, blind, robot)
         {
             Ok(drive) => drive,
             Err(reason) => return Next::Fail(reason),
@@ -86,9 +86,9 @@ impl ExpertPicker {
         if blind {
             return Next::Stay(Phase::Align(align), STILL);
         }
-        let folded = (self.rig.motion.q() - carry).amax() <= self.config.unfold.folded.si();
+        let folded = (self.core.motion.q() - carry).amax() <= self.config.unfold.folded.si();
         if !align.unfolding && folded && align.goal.distance(robot) <= self.config.unfold.base_left.si() {
-            self.rig.update_from_track();
+            self.core.update_from_track();
             self.unfold(&align.goal, robot);
             align.unfolding = true;
         }
@@ -101,115 +101,120 @@ impl ExpertPicker {
         Next::Enter(Phase::Reach(Reach::new(0)))
     }
 
-    /// Plans the approach anew for the place where the base is going to stand, with what has been seen since the
-    /// commitment, and starts the arm towards its beginning.
+    /// Plans the approach again for the place where the base will stand, with the images since the commitment, and starts the arm towards
+    /// the look posture.
     fn unfold(&mut self, goal: &BaseGoal, robot: &RobotState) {
         let there = goal.pose(robot.x_odom_base.translation.z);
-        let Some(attempt) = &mut self.rig.attempt else { return };
+        let Some(attempt) = &mut self.core.attempt else { return };
         let target =
             Target { p: inverse_transform(&there, &attempt.target.p), radius: attempt.target.radius };
-        let points: Vec<Vec3> = self.rig.eyes.points().map(|p| inverse_transform(&there, p)).collect();
-        let plan = self.clearest_way(&target, &points, |_| true);
-        if let (Some(plan), Some(attempt)) = (plan, &mut self.rig.attempt) {
+        let points: Vec<Vec3> = self.core.perception.points().map(|p| inverse_transform(&there, p)).collect();
+        let plan = self.clearest_approach(&target, &points, |_| true);
+        if let (Some(plan), Some(attempt)) = (plan, &mut self.core.attempt) {
             attempt.plan = plan;
         }
-        let Some(attempt) = &self.rig.attempt else { return };
+        let Some(attempt) = &self.core.attempt else { return };
         let q_look = attempt.plan.q_look;
-        self.swing_among(q_look, Care::Usual);
+        self.swing_among(q_look, Caution::Normal);
     }
 
-    /// Of the approaches that are allowed (directions in the base frame) the one with least in the way, also of the hand's
-    /// swing to where it looks.
-    fn clearest_way(
+    /// Returns the approach of least cost among the allowed directions (base frame), including the points that the hand would meet on its
+    /// swing to the look posture.
+    fn clearest_approach(
         &self,
         target: &Target,
         points: &[Vec3],
         is_allowed: impl Fn(&Vec3) -> bool,
     ) -> Option<GraspPlan> {
-        let search = self.rig.search(target, points);
+        let search = self.core.search(target, points);
         let swing_cost = self.config.unfold.swing_cost.si();
-        let mut ways = search.ways(is_allowed);
-        for way in &mut ways {
-            let met = swept(search.arm, points, [search.q_start, &way.q_look], search.config);
-            way.cost += swing_cost * met as f64;
+        let mut approaches = search.approaches(is_allowed);
+        for approach in &mut approaches {
+            let met = swept(search.arm, points, [search.q_start, &approach.q_look], search.config);
+            approach.cost += swing_cost * met as f64;
         }
-        ways.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+        approaches.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// Corrects the posture of the second look for where base and fruit really are: the same direction if it still
-    /// works, else another.
+    /// Corrects the look posture for the actual positions of base and fruit: in the same direction if the arm can follow it, else in
+    /// another.
     fn adjust(&mut self, robot: &RobotState) -> bool {
-        let near = self.rig.attempt.as_ref().map_or(*self.rig.motion.q(), |a| a.plan.q_look);
-        match self.rig.corrected_plan(robot, &near) {
-            Some(plan) => self.look_from(plan, Care::Usual),
-            None => self.turn_elsewhere(robot, Care::Usual, |_| true),
+        let near = self.core.attempt.as_ref().map_or(*self.core.motion.q(), |a| a.plan.q_look);
+        match self.core.corrected_plan(robot, &near) {
+            Some(plan) => self.look_from(plan, Caution::Normal),
+            None => self.turn_elsewhere(robot, Caution::Normal, |_| true),
         }
     }
 
-    /// Goes over to another approach among those allowed.
-    fn turn_elsewhere(&mut self, robot: &RobotState, care: Care, is_allowed: impl Fn(&Vec3) -> bool) -> bool {
-        let Some(target) = self.rig.target_base(robot) else { return false };
-        let points = self.rig.points_base(robot);
-        self.clearest_way(&target, &points, is_allowed).is_some_and(|plan| self.look_from(plan, care))
+    /// Changes to the best approach among the allowed directions.
+    fn turn_elsewhere(
+        &mut self,
+        robot: &RobotState,
+        caution: Caution,
+        is_allowed: impl Fn(&Vec3) -> bool,
+    ) -> bool {
+        let Some(target) = self.core.target_base(robot) else { return false };
+        let points = self.core.points_base(robot);
+        self.clearest_approach(&target, &points, is_allowed).is_some_and(|plan| self.look_from(plan, caution))
     }
 
-    /// Goes over to another approach than the one in which wood stopped the hand or leaves hid the fruit.
+    /// Changes to another direction than the one in which wood stopped the hand or leaves hid the fruit.
     pub(crate) fn turn_away(&mut self, robot: &RobotState) -> bool {
-        let Some(refused) = self.rig.attempt.as_ref().map(|a| a.plan.direction()) else { return false };
+        let Some(refused) = self.core.attempt.as_ref().map(|a| a.plan.direction()) else { return false };
         let least = math::cos(self.config.homing.other_angle.si());
-        self.turn_elsewhere(robot, Care::Much, |direction| direction.dot(&refused) <= least)
+        self.turn_elsewhere(robot, Caution::High, |direction| direction.dot(&refused) <= least)
     }
 
-    /// Starts the arm to where an approach begins.
-    fn look_from(&mut self, plan: GraspPlan, care: Care) -> bool {
-        let Some(attempt) = &mut self.rig.attempt else { return false };
+    /// Starts the arm to the look posture of a plan.
+    fn look_from(&mut self, plan: GraspPlan, caution: Caution) -> bool {
+        let Some(attempt) = &mut self.core.attempt else { return false };
         let q_look = plan.q_look;
         attempt.plan = plan;
-        self.swing_among(q_look, care);
+        self.swing_among(q_look, caution);
         true
     }
 
-    /// Back to the carrying posture from wood that the hand has met, to come another way if a try is left.
+    /// Goes back to the carrying posture after the hand has met wood, to approach from another direction if a try is left.
     fn recoil(&mut self, failed: u32, robot: &RobotState) -> Next {
-        self.rig.note_yielding(robot, self.touch);
+        self.core.note_yielding(robot, self.touch);
         let failed = failed + 1;
         if failed >= self.config.homing.tries.get() {
             return Next::Fail(FailureReason::Blocked);
         }
-        self.rig.yield_arm(robot);
-        self.swing_among(self.rig.postures.carry(), Care::Much);
+        self.core.yield_arm(robot);
+        self.swing_among(self.core.postures.carry(), Caution::High);
         Next::Enter(Phase::Reach(Reach::recoiling(failed)))
     }
 
     pub(crate) fn reach(&mut self, mut reach: Reach, robot: &RobotState) -> Next {
-        if self.rig.arm_stalled() || self.rig.elapsed(robot) > self.rig.config.timeout.reach.si() {
+        if self.core.arm_stalled() || self.core.elapsed(robot) > self.core.config.timeout.reach.si() {
             return Next::Fail(FailureReason::ReachStalled);
         }
         if reach.recoiling {
-            if !self.rig.motion.is_over() {
+            if !self.core.motion.is_over() {
                 return Next::Stay(Phase::Reach(reach), STILL);
             }
             if !self.turn_away(robot) {
                 return Next::Fail(FailureReason::Blocked);
             }
             reach.recoiling = false;
-            self.rig.restart_clock(robot);
+            self.core.restart_clock(robot);
         } else if self.is_pressed() {
             return self.recoil(reach.failed, robot);
         }
         self.view(&mut reach.views);
-        let Some(attempt) = &self.rig.attempt else {
+        let Some(attempt) = &self.core.attempt else {
             return Next::Fail(FailureReason::NoFruitAtDetection);
         };
-        let left = (self.rig.motion.q() - attempt.plan.q_look).amax();
-        let c = &self.rig.config.reach;
+        let left = (self.core.motion.q() - attempt.plan.q_look).amax();
+        let c = &self.core.config.reach;
         let enough = reach.views.hits >= c.look_images.get();
         let ended = reach.views.images >= c.look_images_max.get();
         if left > self.config.unfold.near.si() || !(enough || ended) {
             return Next::Stay(Phase::Reach(reach), STILL);
         }
         if reach.views.hits == 0 && attempt.hits < c.trusted_hits.get() {
-            // Leaves may hide it from here.
+            // Leaves may hide the fruit from here.
             let failed = reach.failed + 1;
             if failed < self.config.homing.tries.get() && self.turn_away(robot) {
                 return Next::Enter(Phase::Reach(Reach::new(failed)));
@@ -219,20 +224,21 @@ impl ExpertPicker {
         self.home_in(reach.views, reach.failed, robot)
     }
 
-    /// Takes the frame's image as a view of the target from near by; whether it showed the target.
+    /// Counts the frame's image as a view of the target if it was taken from near by. Returns true if it showed the target.
     pub(crate) fn view(&mut self, views: &mut Views) -> bool {
-        let farthest = self.rig.match_distance();
-        let (Some((then, camera)), Some(attempt)) = (&self.rig.imaged, &mut self.rig.attempt) else {
+        let farthest = self.core.match_distance();
+        let (Some((then, camera)), Some(attempt)) = (&self.core.imaged, &mut self.core.attempt) else {
             return false;
         };
-        let x_odom_camera = then.x_odom_base * self.rig.arm.camera(&then.q);
+        let x_odom_camera = then.x_odom_base * self.core.arm.camera(&then.q);
         let p_camera = inverse_transform(&x_odom_camera, &attempt.target.p);
         if p_camera.norm() > self.config.unfold.range.si() || !shows(camera, &p_camera) {
             return false;
         }
         views.images += 1;
         let off = |p: &Vec3| (p - attempt.target.p).norm();
-        let nearest = self.rig.eyes.sightings.iter().min_by(|a, b| off(&a.p_odom).total_cmp(&off(&b.p_odom)));
+        let nearest =
+            self.core.perception.sightings.iter().min_by(|a, b| off(&a.p_odom).total_cmp(&off(&b.p_odom)));
         let Some(sighting) = nearest.filter(|s| off(&s.p_odom) <= farthest) else {
             return false;
         };
@@ -245,7 +251,7 @@ impl ExpertPicker {
         true
     }
 
-    /// Starts the hand towards the fruit, out of the motion that it is in.
+    /// Starts the hand towards the fruit from its present motion.
     fn home_in(&mut self, views: Views, failed: u32, robot: &RobotState) -> Next {
         match self.steer(robot) {
             Some(()) => Next::Enter(Phase::Grasp(Grasp::homing(views, failed))),
@@ -254,7 +260,7 @@ impl ExpertPicker {
     }
 }
 
-/// Whether a point of the camera's frame is in the image.
+/// True if a point of the camera's frame is in the image.
 fn shows(camera: &Intrinsics, p_camera: &Vec3) -> bool {
     let (width, height) = (camera.width as f64, camera.height as f64);
     camera.project(p_camera).is_some_and(|(u, v)| u >= 0.0 && v >= 0.0 && u < width && v < height)

@@ -1,26 +1,26 @@
-//! The expert picker's config: the shared part in the baseline's form, then its own.
+//! Config of the expert picker: the part that it shares with the baseline, then its own.
 
-use crate::config::{PickerConfig, section};
+use crate::config::{PickerConfig, section, text_of};
 use crate::motion::HomingConfig;
-use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use orchard_quantity::{ConfigError, Count, Quantity, from_table, parse, with_base};
 
-/// The preset `expert` as TOML text.
+/// Config of controller `expert` as TOML text; table `shared` has the base `baseline`.
 pub const EXPERT_TOML: &str = include_str!("../../configs/expert/picker.toml");
 
 section! {
-    /// Everything that the expert picker can be told.
+    /// Config of the expert picker.
     ExpertConfig {
-        /// What it shares with the baseline.
+        /// Config shared with the baseline.
         shared: PickerConfig,
         /// Motions outside the canopy.
         swift: SwiftConfig,
-        /// Unfolding the arm before the fruit.
+        /// Unfolding of the arm in front of the fruit.
         unfold: UnfoldConfig,
-        /// The hand's way onto the fruit.
+        /// Homing of the hand onto the fruit.
         homing: HomingConfig,
-        /// What the fingers and the wrist must feel.
+        /// Contact sensing by fingers and arm.
         feel: FeelConfig,
-        /// Out of the canopy with the fruit.
+        /// Leaving the canopy with the fruit.
         leave: LeaveConfig,
         /// Placing in the bucket.
         place: PlaceConfig,
@@ -34,69 +34,69 @@ section! {
         speed: Quantity,
         /// Largest joint acceleration.
         acceleration: Quantity,
-        /// A way-point is passed once all joints are this near.
+        /// Joint distance at which a way-point counts as passed.
         blend: Quantity,
     }
 }
 
 section! {
-    /// Unfolding the arm before the fruit.
+    /// Unfolding of the arm in front of the fruit.
     UnfoldConfig {
         /// Distance of the base from its stand-off at which the arm unfolds.
         base_left: Quantity,
-        /// The arm counts as folded once all joints are this near to the carrying posture.
+        /// Joint distance from the carrying posture at which the arm counts as folded.
         folded: Quantity,
-        /// An image counts for the second look if the camera was this near to the target.
+        /// Distance of the camera from the target up to which an image counts as a second look.
         range: Quantity,
-        /// The hand homes in once all joints are this near to the posture of the second look.
+        /// Joint distance from the look posture at which the hand begins to home in.
         near: Quantity,
         /// Largest joint speed among branches.
         speed: Quantity,
-        /// A point in the way of the hand's swing to the second look, in points in the way of the approach.
+        /// Cost of a point that the hand meets on its swing to the look posture, in points in the path of the approach.
         swing_cost: Quantity,
     }
 }
 
 section! {
-    /// What the fingers and the wrist must feel.
+    /// Contact sensing by fingers and arm.
     FeelConfig {
-        /// Least force of the finger drives that is a squeeze, as a share of what they are told.
+        /// Least force of the finger drives that counts as a squeeze, as a share of the commanded force.
         squeeze: Quantity,
         /// Time that the gap must be steady.
         steady_time: Quantity,
-        /// A withdrawal longer than this with the stem taut bends wood.
-        wood_way: Quantity,
-        /// A drop of the pull below this share of its peak while the fruit is still tied is wood that gives.
+        /// Length of a withdrawal beyond which a taut stem means that wood bends.
+        wood_distance: Quantity,
+        /// Share of the peak pull below which a pull that does not end means that wood yields.
         wood_share: Quantity,
-        /// Time for which it must last.
+        /// Time for which the lower pull must last.
         wood_time: Quantity,
-        /// Least weight on the hand that is a fruit.
+        /// Least weight on the hand that counts as a fruit.
         weight_min: Quantity,
         /// Time after the end of a pull until the pull is judged.
         settle_time: Quantity,
-        /// A smaller gap between the fingers holds no fruit any longer.
+        /// Least gap between the fingers that still holds a fruit.
         held_width_min: Quantity,
-        /// Weight of a frame in the running mean of the force on the empty hand.
+        /// Weight of a frame in the running mean of the force on the hand.
         touch_weight: Quantity,
-        /// A larger one on the way to the second look is wood.
+        /// Largest force on the hand outside a pull; a larger one is wood.
         touch_max: Quantity,
-        /// Images without sight are borne for so long.
+        /// Time without sight after which the picker stands still.
         blind_time: Quantity,
     }
 }
 
 section! {
-    /// Out of the canopy with the fruit.
+    /// Leaving the canopy with the fruit.
     LeaveConfig {
-        /// The hand withdraws straight by this much before the arm swings.
-        way: Quantity,
+        /// Distance of the straight withdrawal before the arm swings.
+        distance: Quantity,
         /// Speed of the withdrawal.
         speed: Quantity,
         /// Acceleration with which an empty hand withdraws.
         acceleration: Quantity,
-        /// The base backs out by this much meanwhile.
-        base_way: Quantity,
-        /// At this speed.
+        /// Distance that the base backs out meanwhile.
+        base_distance: Quantity,
+        /// Speed of the base meanwhile.
         base_speed: Quantity,
     }
 }
@@ -104,41 +104,50 @@ section! {
 section! {
     /// Placing in the bucket.
     PlaceConfig {
-        /// TCP over the ground over the rim.
+        /// Height of the TCP above the ground over the rim.
         above: Quantity,
-        /// TCP over the ground where the first layer is let go.
+        /// Height of the TCP above the ground where the first layer is let go.
         release: Quantity,
-        /// Force down at which the fruit counts as landed.
+        /// Downward force at which the fruit counts as landed.
         touch: Quantity,
-        /// Each further layer is let go this much higher.
+        /// Height of a layer: each further layer is let go this much higher.
         layer: Quantity,
         /// Places of a layer along the bucket, from its axis.
         along: Vec<Quantity>,
         /// Places of a layer across the bucket, from its axis.
         across: Vec<Quantity>,
-        /// Most layers.
+        /// Largest number of layers.
         layers: Count,
         /// Joint error at which the fingers may open.
         arrived: Quantity,
-        /// Each finger opens by this much.
+        /// Opening of each finger.
         opening: Quantity,
-        /// The posture over the rim is passed once all joints are this near.
+        /// Joint distance at which the posture over the rim counts as passed.
         blend: Quantity,
         /// Time for the fruit to leave the fingers.
         open_time: Quantity,
     }
 }
 
+/// The table of what the expert shares with the baseline.
+const SHARED: &str = "shared";
+
 impl ExpertConfig {
-    /// Reads a config from TOML text; `file` names it in errors.
+    /// Reads a config from TOML text; `file` names it in errors. With `base = "NAME"` table `shared` holds only what differs
+    /// from that config of [`PickerConfig::FILES`].
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range.
+    /// Not TOML, no such base, a field missing or unknown, a value outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_toml(file, text)
+        let mut table = parse(file, text)?;
+        if let Some(toml::Value::Table(shared)) = table.get_mut(SHARED) {
+            *shared = with_base(file, std::mem::take(shared), &text_of)
+                .map_err(|e| ConfigError { field: format!("{SHARED}.{}", e.field), ..e })?;
+        }
+        from_table(file, table)
     }
 
-    /// The preset `expert`.
+    /// Returns the config that comes with the crate.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.

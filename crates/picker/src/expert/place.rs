@@ -1,10 +1,10 @@
-//! Deposit: out of the canopy, round over the bucket, down until close over floor or pile, and let go.
+//! Deposit: bring the fruit out of the canopy and above the bucket, lower it onto the floor or the pile, and let go.
 
 use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::motion::WayPoint;
+use crate::picker_core::{Fingers, STILL};
 use crate::record::{AttemptEnd, FailureReason};
-use crate::rig::{Fingers, STILL};
 use crate::robot_state::RobotState;
 use orchard_geometry::math;
 use orchard_robot::JointVector;
@@ -12,7 +12,7 @@ use orchard_robot::JointVector;
 /// Memory of the deposit state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deposit {
-    /// Where the base stood when the stem gave way.
+    /// Position of the base when the stem broke, odom [m].
     base_start: [f64; 2],
     /// Withdrawal of the hand so far [m].
     withdrawn: f64,
@@ -23,11 +23,11 @@ pub(crate) struct Deposit {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
-    /// Straight out of the canopy.
+    /// Moving straight out of the canopy.
     Leaving,
-    /// Over the bucket and down.
+    /// Swinging above the bucket and lowering.
     Swinging,
-    /// Fingers opening since a time.
+    /// Fingers opening since a time [s].
     Opening { since: f64 },
 }
 
@@ -46,7 +46,7 @@ impl ExpertPicker {
     pub(crate) fn deposit(&mut self, mut deposit: Deposit, robot: &RobotState) -> Next {
         let backed = deposit.backed(robot);
         let leave = &self.config.leave;
-        let backing = backed < leave.base_way.si() && !self.is_blind(robot);
+        let backing = backed < leave.base_distance.si() && !self.is_blind(robot);
         let velocity = if backing { [-leave.base_speed.si(), 0.0, 0.0] } else { STILL };
         if let Stage::Opening { since } = deposit.stage {
             if robot.time - since < self.config.place.open_time.si() {
@@ -60,52 +60,52 @@ impl ExpertPicker {
         let Some([above, low]) = self.slots.next() else {
             return Next::Fail(FailureReason::MissedBucket);
         };
-        if self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {
+        if self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
             return Next::Fail(FailureReason::MissedBucket);
         }
-        let weight = self.rig.config.pull.tension_weight.si();
-        deposit.press -= (self.rig.tcp_force(robot).z + deposit.press) * weight;
+        let weight = self.core.config.pull.tension_weight.si();
+        deposit.press -= (self.core.tcp_force(robot).z + deposit.press) * weight;
         if deposit.stage == Stage::Swinging && self.landed(&deposit, [&above, &low], robot) {
-            // What it lies on is not to be pressed any longer.
-            self.rig.yield_arm(robot);
+            // Stops the hand from pressing on the pile.
+            self.core.yield_arm(robot);
             return self.let_go(deposit, velocity, robot);
         }
-        if self.rig.arm_stalled() {
+        if self.core.arm_stalled() {
             return Next::Fail(FailureReason::Blocked);
         }
         if deposit.stage == Stage::Leaving {
-            deposit.withdrawn = self.rig.motion.travelled().unwrap_or(deposit.withdrawn);
-            if self.rig.motion.is_over() || deposit.withdrawn + backed >= leave.way.si() {
+            deposit.withdrawn = self.core.motion.travelled().unwrap_or(deposit.withdrawn);
+            if self.core.motion.is_over() || deposit.withdrawn + backed >= leave.distance.si() {
                 let over = WayPoint { q: above, blend: self.config.place.blend.si() };
-                self.rig.motion.stop();
+                self.core.motion.stop();
                 self.swing_through([self.by_carry(), over, WayPoint { q: low, blend: 0.0 }]);
                 deposit.stage = Stage::Swinging;
             }
-        } else if self.rig.motion.is_over() && (robot.q - low).amax() <= self.config.place.arrived.si() {
+        } else if self.core.motion.is_over() && (robot.q - low).amax() <= self.config.place.arrived.si() {
             return self.let_go(deposit, velocity, robot);
         }
         Next::Stay(Phase::Deposit(deposit), velocity)
     }
 
-    /// Whether the fruit has come down on floor or pile: in the lower half of the way from over its place down to it, where the
-    /// arm only brakes, something holds the hand up.
+    /// True if the fruit has landed on floor or pile: in the lower half of the descent, where the arm only brakes, something holds the hand
+    /// up.
     fn landed(&self, deposit: &Deposit, [above, low]: [&JointVector; 2], robot: &RobotState) -> bool {
-        let height = |q: &JointVector| self.rig.arm.tcp(q).translation.vector.z;
+        let height = |q: &JointVector| self.core.arm.tcp(q).translation.vector.z;
         let in_bucket = height(&robot.q) < 0.5 * (height(above) + height(low));
-        in_bucket && (deposit.press > self.config.place.touch.si() || self.rig.arm_stalled())
+        in_bucket && (deposit.press > self.config.place.touch.si() || self.core.arm_stalled())
     }
 
     fn let_go(&mut self, mut deposit: Deposit, base_velocity: [f64; 3], robot: &RobotState) -> Next {
         let opening = self.config.place.opening.si();
-        self.rig.fingers = Fingers { opening, force: self.rig.config.grasp.force.si() };
+        self.core.fingers = Fingers { opening, force: self.core.config.grasp.force.si() };
         deposit.stage = Stage::Opening { since: robot.time };
         Next::Stay(Phase::Deposit(deposit), base_velocity)
     }
 
-    /// The fruit is in the bucket: up and on to the next one.
+    /// Ends the attempt: the fruit is in the bucket, and the arm rises.
     fn deposited(&mut self, robot: &RobotState) -> Next {
-        self.rig.conclude(robot, AttemptEnd::Deposited);
-        self.rig.open_fingers();
+        self.core.conclude(robot, AttemptEnd::Deposited);
+        self.core.open_fingers();
         self.leave_bucket(robot);
         self.slots.fill();
         Next::Enter(Phase::Retreat(Retreat::from_bucket(robot)))
@@ -113,10 +113,10 @@ impl ExpertPicker {
 
     /// Starts the arm to the carrying posture, over the bucket's rim first if the hand is over the bucket.
     pub(crate) fn leave_bucket(&mut self, robot: &RobotState) {
-        let in_bucket = self.slots.covers(&self.rig.arm.tcp(&robot.q).translation.vector);
+        let in_bucket = self.slots.covers(&self.core.arm.tcp(&robot.q).translation.vector);
         let over = self.slots.next().map(|[above, _]| above).filter(|_| in_bucket);
         let up = over.map(|q| WayPoint { q, blend: self.config.place.blend.si() });
-        let carry = self.rig.postures.carry();
+        let carry = self.core.postures.carry();
         self.swing_through(up.into_iter().chain([WayPoint { q: carry, blend: 0.0 }]));
     }
 }

@@ -1,10 +1,10 @@
-//! Pull: withdraw until the stem gives way, or until it is the wood that yields.
+//! Pull: withdraw until the stem breaks, or until wood yields.
 
 use crate::expert::grasp::Grasp;
 use crate::expert::place::Deposit;
 use crate::expert::{ExpertPicker, Next, Phase};
+use crate::picker_core::STILL;
 use crate::record::FailureReason;
-use crate::rig::STILL;
 use crate::robot_state::RobotState;
 
 /// Memory of the pull state.
@@ -16,11 +16,11 @@ pub(crate) struct Pull {
     travelled: f64,
     /// Smoothed weight on the hand [N].
     weight: f64,
-    /// Time for which the pull has been lower than its peak, but not slack [s].
+    /// Time for which the pull has been well below its peak, but not slack [s].
     sagging: f64,
-    /// Time since the hand had gone its way [s]: the smoothed pull lags behind a stem that gave way at its end.
+    /// Time since the withdrawal ended [s]; the smoothed pull lags behind a stem that breaks at the end.
     settled: f64,
-    /// Tries at this target that came to nothing.
+    /// Number of failed tries at this target.
     failed: u32,
 }
 
@@ -35,36 +35,36 @@ impl ExpertPicker {
         if !self.still_holds(robot) {
             return self.lose(pull, robot);
         }
-        let Some(direction) = self.rig.attempt.as_ref().map(|a| a.plan.direction()) else {
+        let Some(direction) = self.core.attempt.as_ref().map(|a| a.plan.direction()) else {
             return Next::Fail(FailureReason::Slipped);
         };
-        let (c, feel) = (&self.rig.config.pull, &self.config.feel);
-        let force = self.rig.tcp_force(robot);
+        let (c, feel) = (&self.core.config.pull, &self.config.feel);
+        let force = self.core.tcp_force(robot);
         let weight = c.tension_weight.si();
         pull.tension += (-force.dot(&direction) - pull.tension) * weight;
         pull.weight += (force.z - pull.weight) * weight;
         pull.peak = pull.peak.max(pull.tension);
-        pull.travelled = self.rig.motion.travelled().unwrap_or(pull.travelled);
+        pull.travelled = self.core.motion.travelled().unwrap_or(pull.travelled);
         let slack = pull.tension < c.tension_low.si();
         let was_taut = pull.peak > c.tension_high.si();
         let sags = was_taut && !slack && pull.tension < feel.wood_share.si() * pull.peak;
         pull.sagging = if sags { pull.sagging + robot.dt } else { 0.0 };
-        let ended = self.rig.motion.is_over() && (self.rig.arm_arrived(robot) || self.rig.arm_stalled())
-            || self.rig.elapsed(robot) > self.rig.config.timeout.pull.si();
-        // Without a stem that was taut only the weight tells fruit from a leaf or nothing.
+        let ended = self.core.motion.is_over() && (self.core.arm_arrived(robot) || self.core.arm_stalled())
+            || self.core.elapsed(robot) > self.core.config.timeout.pull.si();
+        // If the stem was never taut, only the weight tells a fruit from a leaf or nothing.
         if slack && (was_taut || (ended && pull.weight >= feel.weight_min.si())) {
-            self.rig.note_release_of_stem(robot, pull.peak);
-            self.rig.motion.set_line_speed(self.config.leave.speed.si());
+            self.core.note_release_of_stem(robot, pull.peak);
+            self.core.motion.set_line_speed(self.config.leave.speed.si());
             return Next::Enter(Phase::Deposit(Deposit::leaving(robot, pull.travelled)));
         }
         if ended && slack {
             return self.lose(pull, robot);
         }
-        // The hand travels on and the stem stays taut, or the pull falls back and does not end: wood yields.
-        let wood_yields = pull.travelled > feel.wood_way.si() || pull.sagging > feel.wood_time.si();
+        // Wood yields if the hand travels far with the stem taut, or if the pull falls and does not end.
+        let wood_yields = pull.travelled > feel.wood_distance.si() || pull.sagging > feel.wood_time.si();
         if ended || (wood_yields && !slack) {
-            if self.rig.motion.travelled().is_some() {
-                self.rig.motion.stop();
+            if self.core.motion.travelled().is_some() {
+                self.core.motion.stop();
             }
             pull.settled += robot.dt;
             if pull.settled > feel.settle_time.si() {
@@ -74,14 +74,14 @@ impl ExpertPicker {
         Next::Stay(Phase::Pull(pull), STILL)
     }
 
-    /// The fruit left the fingers, still on its stem: once more, if a try is left.
+    /// Tries again, if a try is left, after the fruit has slipped from the fingers while still on its stem.
     fn lose(&mut self, pull: Pull, robot: &RobotState) -> Next {
         let failed = pull.failed + 1;
         if failed >= self.config.homing.tries.get() {
             return Next::Fail(FailureReason::Slipped);
         }
-        self.rig.motion.stop();
-        self.rig.open_fingers();
+        self.core.motion.stop();
+        self.core.open_fingers();
         Next::Enter(Phase::Grasp(Grasp::lost(robot, failed)))
     }
 }

@@ -1,33 +1,33 @@
-//! Retreat: the empty hand out of the canopy, the way it came.
+//! Retreat: bring the empty hand out of the canopy, back along the approach.
 
-use crate::expert::{Care, ExpertPicker, Next, Phase};
+use crate::expert::{Caution, ExpertPicker, Next, Phase};
+use crate::picker_core::{Attempt, STILL};
 use crate::record::State;
-use crate::rig::{Attempt, STILL};
 use crate::robot_state::RobotState;
 use orchard_geometry::Vec3;
 
 /// Memory of the retreat state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Retreat {
-    /// Time at which the fingers were told to open.
+    /// Time at which the fingers were commanded to open [s].
     since: f64,
     stage: Stage,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
-    /// Wait for the fingers, then go back along a direction of the base frame.
+    /// Waiting for the fingers, then going back along a direction of the base frame.
     Opening(Vec3),
-    /// Going back.
+    /// Going back along the approach.
     Back,
-    /// Over the bucket, if the hand is in it.
+    /// Rising above the bucket, if the hand is in it.
     Up,
-    /// To the carrying posture.
+    /// Moving to the carrying posture.
     Home,
 }
 
 impl Retreat {
-    /// After a failure in a state: back along the approach where the hand is among branches.
+    /// Starts the retreat after a failure in a state: back along the approach if the hand is among branches.
     pub fn after_failure(state: State, attempt: Option<&Attempt>, robot: &RobotState) -> Self {
         let stage = match (state, attempt) {
             (State::Grasp | State::Pull, Some(attempt)) => Stage::Opening(-attempt.plan.direction()),
@@ -39,7 +39,7 @@ impl Retreat {
 }
 
 impl Retreat {
-    /// From the bucket; the arm is on its way to the carrying posture.
+    /// Starts the retreat from the bucket; the arm already moves to the carrying posture.
     pub fn from_bucket(robot: &RobotState) -> Self {
         Self { since: robot.time, stage: Stage::Home }
     }
@@ -47,28 +47,28 @@ impl Retreat {
 
 impl ExpertPicker {
     pub(crate) fn retreat(&mut self, mut retreat: Retreat, robot: &RobotState) -> Next {
-        self.rig.open_fingers();
+        self.core.open_fingers();
         match retreat.stage {
             Stage::Opening(direction) => {
-                let open = self.rig.fingers_are_open(robot);
+                let open = self.core.fingers_are_open(robot);
                 if open || robot.time - retreat.since >= self.config.place.open_time.si() {
                     self.withdraw(direction, robot);
                     retreat.stage = Stage::Back;
                 }
             }
-            Stage::Back if self.rig.motion.is_over() => retreat.stage = Stage::Home,
+            Stage::Back if self.core.motion.is_over() => retreat.stage = Stage::Home,
             Stage::Back => {}
             Stage::Up => {
                 self.leave_bucket(robot);
                 retreat.stage = Stage::Home;
             }
             Stage::Home => {
-                let carry = self.rig.postures.carry();
-                if *self.rig.motion.goal() != carry {
-                    self.swing_among(carry, Care::Much);
+                let carry = self.core.postures.carry();
+                if *self.core.motion.goal() != carry {
+                    self.swing_among(carry, Caution::High);
                 }
                 let near = (robot.q - carry).amax() <= self.config.swift.blend.si();
-                if near || self.rig.elapsed(robot) > self.rig.config.timeout.transport.si() {
+                if near || self.core.elapsed(robot) > self.core.config.timeout.transport.si() {
                     return self.next_target(robot);
                 }
             }

@@ -1,11 +1,11 @@
-//! Places in the bucket, filled in turn.
+//! Places for fruit in the bucket, filled in turn.
 
 use crate::expert::config::PlaceConfig;
 use crate::postures::{ACROSS, hand_down};
 use orchard_geometry::Vec3;
 use orchard_robot::{ArmKinematics, Bucket, JointVector};
 
-/// Postures over each place and lowered to it, layer upon layer, and how many have been used.
+/// Postures above each place and lowered to it, layer upon layer, and the number of filled places.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Slots {
     bucket: Bucket,
@@ -29,19 +29,19 @@ impl Slots {
         Self { bucket: *bucket, postures, filled: 0 }
     }
 
-    /// Whether a point of the base frame lies over or in the bucket.
+    /// True if a point of the base frame lies above or in the bucket.
     pub fn covers(&self, p_base: &Vec3) -> bool {
         let off = (p_base - self.bucket.p_base).abs();
         off.x < self.bucket.half.x && off.y < self.bucket.half.y
     }
 
-    /// Over the next free place and down in it; once all are full the top layer's are used again. `None` where the
-    /// arm reaches no place.
+    /// Returns the postures above the next free place and lowered to it; once all are filled, the last one again. `None` if the arm reaches
+    /// no place.
     pub fn next(&self) -> Option<[JointVector; 2]> {
         self.postures.get(self.filled).or(self.postures.last()).copied()
     }
 
-    /// A fruit has been let go.
+    /// Counts a place as filled.
     pub fn fill(&mut self) {
         self.filled += 1;
     }
@@ -68,7 +68,7 @@ mod tests {
         for (i, x) in x_low.iter().enumerate() {
             let p = x.translation.vector;
             let height = c.release.si() + c.layer.si() * (i / in_layer) as f64;
-            // What the inverse kinematics leaves.
+            // Tolerance of the inverse kinematics.
             assert!((p.z - height).abs() < 1e-3);
             let off = (p - bucket.p_base).abs();
             assert!(off.x < bucket.half.x && off.y < bucket.half.y);

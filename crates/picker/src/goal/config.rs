@@ -1,16 +1,16 @@
-//! The config of component tasks.
+//! Config of the controllers of component tasks.
 
 use super::GOAL_TOML;
 use orchard_quantity::{ConfigError, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
-/// What the controllers of component tasks add to the picker's config.
+/// Config that the controllers of component tasks use beside the picker's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalConfig {
     /// A push to a point.
     pub push: PushConfig,
-    /// What makes it compliant.
+    /// Compliance of a push.
     pub compliance: ComplianceConfig,
 }
 
@@ -18,13 +18,13 @@ pub struct GoalConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PushConfig {
-    /// Distance before the point at which the straight way begins.
+    /// Length of the straight stretch that ends at the point.
     pub length: Quantity,
     /// Speed of the hand.
     pub speed: Quantity,
     /// Opening of each finger.
     pub opening: Quantity,
-    /// Farthest that the base stands off the named side, as seen from the place.
+    /// Largest angle between the base's bearing and the given side, as seen from the point.
     pub side: Quantity,
     /// Longest duration.
     pub timeout: Quantity,
@@ -40,30 +40,30 @@ pub struct ComplianceConfig {
     pub force_weight: Quantity,
     /// Resistance from which the hand slows.
     pub free: Quantity,
-    /// Resistance from which it goes back.
+    /// Resistance from which the hand goes back.
     #[serde(rename = "yield")]
     pub yields: Quantity,
-    /// Speed of going back per speed of the push.
+    /// Largest speed backwards, as a share of the push's speed.
     pub back: Quantity,
-    /// Force from the side per speed at which the hand gives way.
+    /// Sideways force per sideways speed of the hand.
     pub drag: Quantity,
-    /// Farthest that this leads off the line.
+    /// Largest sideways displacement by such forces.
     pub aside: Quantity,
-    /// Time without progress after which another way is tried.
+    /// Time without progress after which the next detour is tried.
     pub patience: Quantity,
-    /// How far the hand goes back before that.
+    /// Distance that the hand goes back before the next detour.
     pub retry: Quantity,
-    /// How far off the line another way goes.
+    /// Largest distance of a detour from the straight line.
     pub detour: Quantity,
-    /// Less way than this is no progress.
+    /// Least distance that counts as progress.
     pub progress: Quantity,
 }
 
 impl GoalConfig {
-    /// Reads a config from TOML text; `file` names it in errors.
+    /// Reads a config from TOML text; `file` names the config in errors.
     ///
     /// # Errors
-    /// Not TOML, a field missing or unknown, a value outside its range, no room between the two resistances.
+    /// The text is not TOML, a field is missing or unknown, a value lies outside its range, or `yield` is not above `free`.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let config: Self = from_toml(file, text)?;
         let c = &config.compliance;
@@ -77,7 +77,7 @@ impl GoalConfig {
         })
     }
 
-    /// The preset `paper`.
+    /// Returns the config that comes with the crate.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.

@@ -1,7 +1,7 @@
-//! The hand's way onto a fruit: sideways first, then straight along the approach; the goal may be corrected on the way.
+//! Homing: motion of the hand onto a fruit, sideways first, then straight along the approach; the goal may be corrected meanwhile.
 //!
 //! Each frame's joint velocities are a quadratic program ([`ArmKinematics::velocity_step`]): they follow the hand's wanted
-//! velocity within the joints' limits, the links clear of each other and of what was seen in the way.
+//! velocity within the joints' limits, with the links clear of each other and of seen obstacles.
 
 use crate::config::section;
 use crate::motion::stopping_speed;
@@ -10,57 +10,56 @@ use orchard_geometry::{Pose, Vec3};
 use orchard_quantity::{Count, Quantity};
 use orchard_robot::{ArmKinematics, JointVector, Obstacle, QpGoal, QpState, QpStatus, QpTask};
 
-/// Distance from the goal at which the hand is there [m], and its turn from the goal's orientation [rad]: a fiftieth of the fruit's
-/// radius at the fingertips' lever.
+/// Distance [m] and angle [rad] from the goal at which the hand has arrived: a fiftieth of the fruit's radius at the fingertips' lever.
 const ARRIVED: f64 = 1e-3;
 const TURNED: f64 = 0.02;
 
 section! {
-    /// The hand's way onto the fruit.
+    /// Homing of the hand onto the fruit.
     HomingConfig {
         /// Largest speed along the approach.
         speed: Quantity,
         /// Largest speed across it.
         lateral_speed: Quantity,
-        /// Error across the approach that holds the hand up no longer.
+        /// Error across the approach below which the hand advances at full speed.
         lateral_tolerance: Quantity,
         /// Largest acceleration.
         acceleration: Quantity,
-        /// The last stretch, straight along the approach.
+        /// Length of the last stretch, straight along the approach.
         straight: Quantity,
-        /// Rate at which the hand's orientation is corrected.
+        /// Gain of the correction of the hand's orientation.
         turn_gain: Quantity,
-        /// The links keep this far from points seen in the way, outside the hand's straight path.
+        /// Distance of the links from seen points outside the hand's straight path.
         clearance: Quantity,
-        /// Cost of coming nearer, in squares of a lag of the hand behind its speed.
+        /// Penalty for coming nearer: lag of the hand behind its speed at which a point yields.
         clearance_cost: Quantity,
-        /// Points in cubes of this size count once.
+        /// Edge of the cubes in which points count once.
         clearance_grid: Quantity,
-        /// Points this near to the hand or the fruit count.
+        /// Distance from the hand or the fruit within which points count.
         clearance_range: Quantity,
-        /// Time without progress after which the way is lost.
+        /// Time without progress after which the motion ends.
         patience: Quantity,
-        /// A push against the hand over this ends the advance; the hand slows down in proportion before.
+        /// Push against the hand that ends the advance; the hand slows down in proportion to the push.
         push_max: Quantity,
         /// Weight of a frame's push in the running mean.
         push_weight: Quantity,
-        /// So many points in its way halve the hand's speed.
+        /// Number of points in the hand's path that halves its speed.
         crowd: Quantity,
-        /// Share of the speeds among branches on a further try, and back from what was met.
+        /// Share of the speeds among branches after a contact and on further tries.
         careful: Quantity,
-        /// Slowest advance against a push, as a share of the speeds.
+        /// Least speed against a push, as a share of the speeds.
         pace_min: Quantity,
-        /// Another direction is turned from one that wood blocks by at least this.
+        /// Least angle between a blocked direction and the next one.
         other_angle: Quantity,
-        /// Tries at one target.
+        /// Number of tries at one target.
         tries: Count,
     }
 }
 
-/// Share of the wanted motion that is progress.
+/// Least share of the wanted motion that counts as progress.
 const FOLLOWED: f64 = 0.25;
 
-/// On the way to a pose of the TCP, base frame.
+/// State of a motion to a pose of the TCP, base frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Homing {
     x_goal: Pose,
@@ -69,7 +68,7 @@ pub(super) struct Homing {
     /// Velocity of the TCP [m/s], and of the joints [rad/s].
     v_tcp: Vec3,
     v: JointVector,
-    /// Share of the speeds at which the hand goes on.
+    /// Share of the speeds.
     pace: f64,
     /// Time without progress [s].
     idle: f64,
@@ -77,7 +76,7 @@ pub(super) struct Homing {
 }
 
 impl Homing {
-    /// Out of a motion of the joints at velocities `v` [rad/s].
+    /// Starts at a posture `q` [rad] with joint velocities `v` [rad/s].
     pub fn new(
         x_goal: Pose,
         obstacles: Vec<Obstacle>,
@@ -111,7 +110,7 @@ impl Homing {
         self.over
     }
 
-    /// The posture after `dt` [s]; `None` where none leads on.
+    /// Returns the posture after `dt` [s]; `None` if the motion cannot go on.
     pub fn step(&mut self, arm: &ArmKinematics, q: &JointVector, dt: f64) -> Option<JointVector> {
         if dt <= 0.0 {
             return Some(*q);
@@ -129,7 +128,7 @@ impl Homing {
         }
         let p_next = arm.tcp(&step.q_next).translation.vector;
         self.v = step.v;
-        // What the arm did not follow is not owed.
+        // Motion that the arm could not follow is not made up for later.
         self.v_tcp = (p_next - x.translation.vector) / dt;
         let left_next = self.x_goal.translation.vector - p_next;
         let is_there = left_next.norm() <= ARRIVED;
@@ -139,7 +138,7 @@ impl Homing {
         (self.idle <= self.config.patience.si()).then_some(step.q_next)
     }
 
-    /// Velocity of the TCP with which the hand goes on, `left` before its goal.
+    /// Wanted velocity of the TCP [m/s] at a displacement `left` from the goal [m].
     fn wanted(&self, left: &Vec3, dt: f64) -> Vec3 {
         let c = &self.config;
         let acceleration = c.acceleration.si();
@@ -151,7 +150,7 @@ impl Homing {
         let sideways = (c.lateral_speed.si() * self.pace).min(stop(off));
         let mut forward = (c.speed.si() * self.pace).min(stop(along.abs())) * along.signum();
         if off > c.lateral_tolerance.si() {
-            // What is left before the straight stretch lasts as long as the way sideways.
+            // The rest before the straight stretch takes as long as the sideways motion.
             let time = off / (c.lateral_speed.si() * self.pace);
             forward = forward.min((along - c.straight.si()).max(0.0) / time);
         }

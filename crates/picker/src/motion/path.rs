@@ -4,7 +4,7 @@ use crate::motion::{WayPoint, stopping_speed};
 use orchard_robot::JointVector;
 use std::collections::VecDeque;
 
-/// How fast the joints may be.
+/// Speed and acceleration limits of the joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pace {
     /// Largest speed of a joint [rad/s].
@@ -13,8 +13,8 @@ pub(crate) struct Pace {
     pub acceleration: f64,
 }
 
-/// On the way through postures. All joints run in proportion to what each has left, so that they stop together;
-/// after a way-point each turns to the next with its largest acceleration.
+/// State of a motion through way-points. All joints move in proportion to their remaining distances, so that they stop together; after a
+/// way-point each turns to the next one with its largest acceleration.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Path {
     ahead: VecDeque<WayPoint>,
@@ -37,7 +37,7 @@ impl Path {
         self.v
     }
 
-    /// Whether the posture is the goal.
+    /// True if the posture is the goal.
     pub fn is_over(&self, q: &JointVector) -> bool {
         self.goal().is_none_or(|goal| goal == q)
     }

@@ -1,11 +1,11 @@
-//! Whatever the sensors say, commands are finite and within what the robot can do.
+//! Commands are finite and within the robot's limits for any sensor readings.
 
 use crate::fake::FakeWorld;
 use orchard_geometry::Image;
 use orchard_picker::Kind;
 use proptest::prelude::*;
 
-/// A sensor reading: mostly sensible, sometimes nonsense.
+/// A sensor reading: mostly plausible, sometimes not finite or huge.
 fn reading() -> impl Strategy<Value = f64> {
     prop_oneof![60 => -3.0..3.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => -1e9..1e9]
 }

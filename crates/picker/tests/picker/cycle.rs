@@ -1,4 +1,4 @@
-//! The harvest cycle in a made-up orchard.
+//! The harvest cycle in a simple test orchard.
 
 use crate::fake::{FakeWorld, Fate, Sight, Wood};
 use orchard_geometry::{Pose, Shape, Vec3, inverse_transform, transform};
@@ -21,7 +21,8 @@ fn ends(record: &Record) -> Vec<AttemptEnd> {
 
 fn shared_config(kind: Kind) -> PickerConfig {
     match kind {
-        Kind::Baseline => PickerConfig::paper(),
+        Kind::Baseline => PickerConfig::baseline(),
+        Kind::Paper => PickerConfig::named("paper").expect("a config of this crate"),
         Kind::Expert => ExpertConfig::preset().shared,
     }
 }
@@ -38,7 +39,7 @@ fn every_fruit_in_reach_ends_in_the_bucket() {
         world.run(&mut picker, 75.0, |_, _| {});
         assert_eq!(world.count(Fate::Deposited), FRUIT.len(), "{:?}", picker.record().events);
         assert_eq!(ends(picker.record()), [AttemptEnd::Deposited; FRUIT.len()]);
-        // The states of the first attempt stand in the paper's order.
+        // The states of the first attempt are in the paper's order.
         let states: Vec<State> = picker
             .record()
             .events
@@ -89,7 +90,7 @@ fn a_blind_picker_stands_still_and_moves_the_arm_slowly() {
     }
 }
 
-/// Images that come late are placed by the robot's state at the moment that they show, however the arm moved since.
+/// Images that come late are placed by the robot's state at the time at which they were taken, however the arm has moved since.
 #[test]
 fn late_images_are_placed_where_they_were_taken() {
     for kind in Kind::ALL {
@@ -108,7 +109,7 @@ fn late_images_are_placed_where_they_were_taken() {
             let images = record.images.iter().filter(|image| Some(image.time) < grasped);
             let seen: Vec<Vec3> = images.flat_map(|image| &image.detections).map(|d| d.p_odom).collect();
             assert!(seen.len() > 10);
-            // What rounding to f32 leaves of exact depth. The arm moves up to 0.014 rad a frame meanwhile, a centimetre at the fruit.
+            // Tolerance: rounding of exact depth to f32. The arm moves up to 0.014 rad a frame meanwhile, a centimetre at the fruit.
             let worst = seen.iter().map(|p| (p - p_hang).norm()).fold(0.0, f64::max);
             assert!(worst < 1e-6, "{latency} frames late: {worst}");
         }
@@ -140,8 +141,8 @@ fn a_stem_of_infinite_strength_is_given_up_and_left_alone() {
     }
 }
 
-/// Wood that no image shows stops the expert's hand wherever it comes from: at the look posture it folds, on the straight way it goes
-/// back; after its tries the fruit is left alone.
+/// Wood that no image shows stops the expert's hand from any direction: at the look posture the arm folds, on the straight approach the hand
+/// goes back; after its tries the fruit is blacklisted.
 #[test]
 fn the_expert_yields_to_wood_that_it_feels() {
     let expert = ExpertConfig::preset();
@@ -156,7 +157,7 @@ fn the_expert_yields_to_wood_that_it_feels() {
         assert_eq!((world.count(Fate::Hanging), starts(record)), (1, 1), "{:?}", record.events);
         let blocked = [FailureReason::GraspStalled, FailureReason::Blocked].map(AttemptEnd::Failed);
         assert!(ends(record).iter().all(|end| blocked.contains(end)), "{:?}", ends(record));
-        // It homed in twice; or was met while the arm unfolded, and it folded to come once more.
+        // It homed in twice; or it met the wood while the arm unfolded, and folded to try once more.
         let came =
             record.events.iter().filter(|e| matches!(e, Event::StateChanged { state: s, .. } if *s == state));
         assert!(came.count() >= times, "{:?}", record.events);
@@ -177,7 +178,7 @@ fn fruit_that_vanishes_is_not_grasped_twice() {
         let mut picker = world.picker(kind);
         world.run(&mut picker, 40.0, |_, _| {});
         assert!(starts(picker.record()) <= 1);
-        // It may have been taken already, or be taken unseen; what the picker believes is what happened.
+        // The fruit may have been picked before it vanished, or be picked unseen; the picker's belief must match the outcome.
         let deposited = ends(picker.record()).iter().filter(|e| **e == AttemptEnd::Deposited).count();
         assert_eq!(deposited, world.count(Fate::Deposited));
     }
@@ -212,7 +213,7 @@ fn the_base_keeps_clear_of_the_trunk() {
     }
 }
 
-/// Points that span a shape: with its radius about them they cover it, but for the faces of boxes and hulls.
+/// Points that span a shape: balls of its radius about them cover the shape, except for the faces of boxes and hulls.
 fn span(shape: &Shape, x: &Pose) -> (Vec<Vec3>, f64) {
     let at = |p: Vec3| transform(x, &p);
     match *shape {

@@ -1,5 +1,5 @@
-//! A made-up orchard for the picker: a kinematic robot that follows commands within its speed limits, balls on
-//! springs about a trunk, an exact depth camera. No dynamics, no contact but between fingers and fruit.
+//! A simple test orchard for the picker: a kinematic robot that follows commands within its speed limits, balls on springs about a trunk, an
+//! exact depth camera. It has no dynamics, and contact only between fingers and fruit.
 
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Rotation, Vec3, inverse_transform, transform};
 use orchard_perception::DetectorConfig;
@@ -29,7 +29,7 @@ pub struct Fruit {
     pub fate: Fate,
 }
 
-/// What the camera does.
+/// Images of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sight {
     Clear,
@@ -39,19 +39,19 @@ pub enum Sight {
     FruitVanishesAfter(f64),
 }
 
-/// A ball that no image shows and that gives way like a spring to the point between the fingers.
+/// A ball that no image shows and that pushes the point between the fingers back like a spring.
 #[derive(Debug, Clone)]
 pub struct Wood {
     pub p: Vec3,
     pub radius: f64,
-    /// [N/m]
+    /// Stiffness [N/m].
     pub stiffness: f64,
-    /// Deepest that the hand was in it [m].
+    /// Largest depth of the hand in the ball [m].
     pub deepest: f64,
 }
 
 impl Wood {
-    /// Force that the hand exerts on it.
+    /// Force that the hand exerts on the ball [N].
     fn force(&mut self, p_tcp: &Vec3) -> Vec3 {
         let inwards = self.p - p_tcp;
         let depth = (self.radius - inwards.norm()).max(0.0);
@@ -65,7 +65,7 @@ pub struct FakeWorld {
     pub robot: RobotModel,
     pub fruit: Vec<Fruit>,
     pub sight: Sight,
-    /// Frames from the moment that an image shows to its delivery.
+    /// Frames between the taking and the delivery of an image.
     pub latency: u32,
     in_flight: VecDeque<(f64, DepthImage)>,
     /// Stem force at which a fruit comes off [N].
@@ -269,7 +269,7 @@ impl FakeWorld {
         let fallen = Vec3::new(p_base.x, p_base.y, self.bucket.p_base.z);
         let inside = self.bucket.contains(&fallen);
         fruit.fate = if inside { Fate::Deposited } else { Fate::Dropped };
-        // It lies where the camera does not mistake it for a hanging one.
+        // The fruit is put where the camera cannot see it.
         fruit.p = transform(&Pose::identity(), &Vec3::new(0.0, 0.0, -10.0));
     }
 

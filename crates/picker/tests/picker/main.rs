@@ -1,4 +1,4 @@
-//! The controllers in a made-up orchard.
+//! The controllers in a simple test orchard.
 
 mod commands;
 mod cycle;

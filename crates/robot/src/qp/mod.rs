@@ -1,5 +1,5 @@
-//! Inverse kinematics as a quadratic program at control rate: joint velocities that follow a twist of the TCP within the
-//! joint limits and clear of what the arm must not touch.
+//! Inverse kinematics as a quadratic program at control rate: joint velocities that follow a twist of the TCP within the joint limits and
+//! clear of links and obstacles.
 //!
 //! One step minimises `(|J v - t|_W^2 + lambda |v - v_n|^2)/2 + sum_k rho_k s_k` over the joint velocities v and the
 //! slacks s >= 0 (`kanoun2011priority`, without its priorities). t is the wanted twist, v_n the motion towards the preferred
@@ -7,12 +7,12 @@
 //!
 //! - position, speed and acceleration of each joint, as one range of velocities that is never empty (`braking.rs`);
 //! - `g . v >= -gamma (d - d_min)` for each watched pair of links at distance d with gradient g
-//!   (`faverjon1987local`); if these cannot be met within the accelerations, the step is solved again with slacks of
-//!   their own, dearer than all others;
+//!   (`faverjon1987local`); if these cannot be met within the accelerations, the step is solved again with slacks of their own, which cost
+//!   more than all others;
 //! - the same with a slack for each pair of a link and an obstacle.
 //!
-//! A step that is not solved brakes every joint with the greatest acceleration. All steps are computed afresh, so equal
-//! arguments give equal bits whatever came before.
+//! A step that is not solved brakes every joint with the greatest acceleration. No state is kept between steps, so equal arguments give
+//! equal bits.
 
 mod pose;
 mod problem;
@@ -28,7 +28,7 @@ use nalgebra::{Matrix6, SMatrix, Vector6};
 use orchard_geometry::{Shape, Vec3};
 use problem::{Problem, Row};
 
-/// Where the arm's set points are and how fast they move.
+/// Positions and velocities of the arm's set points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QpState {
     /// Joint positions [rad].
@@ -38,20 +38,20 @@ pub struct QpState {
 }
 
 impl QpState {
-    /// At rest.
+    /// Makes a state at rest.
     pub fn resting(q: JointVector) -> Self {
         Self { q, v: JointVector::zeros() }
     }
 }
 
-/// What the TCP should do.
+/// Task of the TCP.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum QpTask {
     /// Move with a twist: angular velocity [rad/s], then linear velocity [m/s], base axes, at the TCP.
     Twist(Vector6<f64>),
     /// Approach a target: error times gain, at no more than the speeds.
     Approach {
-        /// Where the TCP should be.
+        /// Target of the TCP.
         target: IkTarget,
         /// Rate at which the error decays [1/s].
         gain: f64,
@@ -62,26 +62,26 @@ pub enum QpTask {
     },
 }
 
-/// What a step is to bring nearer.
+/// Goal of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QpGoal {
     /// Motion of the TCP.
     pub task: QpTask,
-    /// Posture that is preferred where the task leaves a choice.
+    /// Preferred posture [rad], for the null space of the task.
     pub posture: JointVector,
     /// Radius of a ball that the hand holds at the TCP [m].
     pub held: Option<f64>,
 }
 
-/// A place that the arm, the hand and what it holds should keep clear of.
+/// A point that the arm, the hand and its load should keep clear of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacle {
-    /// Where, base frame [m].
+    /// Position, base frame [m].
     pub p_base: Vec3,
     /// Distance to keep [m].
     pub clearance: f64,
-    /// Price of coming nearer than that [m/s]: it gives way where the TCP would lag by more in its direction. Twigs may be
-    /// cheap, a trunk dear; dearer than a tenth of the links' own price counts as that.
+    /// Penalty for coming nearer than that [m/s]: the obstacle yields where the TCP would lag by more in its direction. Twigs may have a
+    /// small penalty, a trunk a large one; it is capped at a tenth of the penalty between links.
     pub penalty: f64,
 }
 
@@ -92,18 +92,18 @@ impl Obstacle {
     }
 }
 
-/// How a step came about.
+/// Outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QpStatus {
     /// All constraints hold; only joint limits were active, if any.
     Free,
     /// All constraints hold; distances were active.
     Constrained,
-    /// The links could not keep their distances from each other within the accelerations: they do what they can.
+    /// The links could not keep their distances from each other within the accelerations; the constraints were relaxed.
     Relaxed,
-    /// Not solved, or a goal that is not finite: every joint brakes.
+    /// The step was not solved, or the goal is not finite: every joint brakes.
     Braking,
-    /// The state is not finite: it is returned as it is, at rest.
+    /// The state is not finite: it is returned unchanged, at rest.
     NotFinite,
 }
 
@@ -114,9 +114,9 @@ pub struct QpStep {
     pub v: JointVector,
     /// Joint positions at its end [rad], within their limits.
     pub q_next: JointVector,
-    /// Largest rate by which a constraint on a distance was given up [m/s].
+    /// Largest slack of a constraint on a distance [m/s].
     pub slack: f64,
-    /// How it came about.
+    /// Outcome.
     pub status: QpStatus,
 }
 
@@ -167,8 +167,8 @@ impl QpGoal {
 }
 
 impl ArmKinematics {
-    /// One control step of length `dt` [s]: the joint velocities that serve the goal best within the limits and clear of
-    /// the obstacles. See the module for what is minimised. Obstacles that are not finite are passed over.
+    /// Computes one control step of length `dt` [s]: the joint velocities that serve the goal best within the limits and clear of the
+    /// obstacles. The module's docs give the objective. Obstacles that are not finite are ignored.
     pub fn velocity_step(&self, state: &QpState, goal: &QpGoal, obstacles: &[Obstacle], dt: f64) -> QpStep {
         let QpState { q, v } = state;
         if q.iter().chain(v.iter()).any(|x| !x.is_finite()) || !(dt.is_finite() && dt > 0.0) {
@@ -207,7 +207,7 @@ impl ArmKinematics {
         }
     }
 
-    /// The twist that a task asks for and the rows of the Jacobian that produce it.
+    /// Returns the wanted twist of a task and the rows of the Jacobian that produce it.
     fn twist(&self, q: &JointVector, task: &QpTask) -> (Vector6<f64>, Jacobian) {
         match task {
             QpTask::Twist(twist) => (*twist, self.jacobian(q)),
@@ -223,7 +223,7 @@ impl ArmKinematics {
         }
     }
 
-    /// The objective without constraints.
+    /// Returns the program with the tracking objective and no constraints.
     fn tracking(
         &self,
         q: &JointVector,
@@ -261,7 +261,7 @@ impl ArmKinematics {
             let penalty = obstacle.penalty.min(0.1 * c.self_penalty);
             near.extend(found.drain(..).map(|nearness| (nearness, penalty)));
         }
-        // Stable: equals stay in the caller's order.
+        // The sort is stable: equal distances stay in the caller's order.
         near.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
         near.truncate(c.canopy_rows);
         rows.extend(near.iter().map(|(near, penalty)| Row {
@@ -272,7 +272,7 @@ impl ArmKinematics {
     }
 }
 
-/// What is left of a joint motion when the part that moves the TCP is taken away.
+/// Projects a joint motion onto the null space of the task: removes the part that moves the TCP.
 fn null_space_part(jacobian: &Jacobian, motion: &JointVector, damping: f64) -> JointVector {
     let gram = jacobian * jacobian.transpose() + Matrix6::identity() * damping;
     match gram.cholesky() {

@@ -1,4 +1,4 @@
-//! A posture for a target by quadratic programs: joint limits and self-collision as constraints of every step.
+//! Inverse kinematics for a pose by quadratic programs, with joint limits and self-collision as constraints of every step.
 
 use super::problem::{Problem, Row};
 use crate::arm::ArmKinematics;
@@ -8,26 +8,26 @@ use crate::ik::{IkFailure, IkTarget, Residual};
 use crate::io::ARM_DOF;
 use nalgebra::SMatrix;
 
-/// A joint step under which a search has ended, well or not [rad].
+/// Largest joint step at which a search counts as converged [rad].
 const STALLED: f64 = 1e-7;
 
 impl ArmKinematics {
-    /// A posture that meets the target within the tolerances of [`ArmKinematics::solve`], the joint limits and the
-    /// clearance between links: from `q_start`, else from the home posture and the same further postures as there.
+    /// Finds a posture that meets the target within the tolerances of [`ArmKinematics::solve`], the joint limits and the clearance between
+    /// links, from `q_start`, else from the home posture and the same restarts as there.
     ///
     /// A step minimises `|J dq - e|^2 + mu |dq - dq_n|^2` with the damping mu and the homeward motion dq_n of damped least
     /// squares, subject to `|dq|` under the largest step, the joint ranges and `d + g . dq >= d_min`.
     ///
     /// # Errors
-    /// Nothing found, or an input that is not finite.
+    /// No posture was found, or an input is not finite.
     pub fn solve_qp(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
         self.with_restarts(q_start, |start| self.solve_qp_near(target, start))
     }
 
-    /// As [`ArmKinematics::solve_qp`], without restarts.
+    /// Solves as [`ArmKinematics::solve_qp`] does, without restarts.
     ///
     /// # Errors
-    /// Nothing found, or an input that is not finite.
+    /// No posture was found, or an input is not finite.
     pub fn solve_qp_near(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
         if !target.is_finite() || q_start.iter().any(|x| !x.is_finite()) {
             return Err(IkFailure::NotFinite);

@@ -6,7 +6,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
-/// `gradient . v >= least`, or, with a penalty, `gradient . v + s >= least` at the cost `penalty s`.
+/// Constraint `gradient . v >= least`; with a penalty, `gradient . v + s >= least` at the cost `penalty s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row {
     pub gradient: JointVector,
@@ -14,7 +14,7 @@ pub(super) struct Row {
     pub penalty: Option<f64>,
 }
 
-/// Minimise `v . H v / 2 - g . v + sum penalty s` within the bounds and rows.
+/// Quadratic program: minimise `v . H v / 2 - g . v + sum penalty s` within the bounds and rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Problem {
     hessian: SMatrix<f64, ARM_DOF, ARM_DOF>,
@@ -24,29 +24,29 @@ pub(super) struct Problem {
     pub rows: Vec<Row>,
 }
 
-/// A minimum.
+/// Solution of a quadratic program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Solution {
     pub v: JointVector,
     /// Largest slack.
     pub slack: f64,
-    /// Whether no row was active.
+    /// True if no row was active.
     pub is_free: bool,
 }
 
-/// Half the width that a range of velocities keeps for an interior-point method [rad/s]; the result is cut to the range.
+/// Least half-width of a range of velocities for the interior-point method [rad/s]; the result is cut to the true range.
 const INTERIOR: f64 = 1e-6;
 
-/// Accuracy of the interior-point method: on speeds of about 1 m/s, far under what servos follow.
+/// Accuracy of the interior-point method at speeds of about 1 m/s, far below the resolution of the servos.
 const TOLERANCE: f64 = 1e-7;
 
 /// Curvature of the penalty on a slack, which keeps the minimum unique.
 const SLACK_CURVATURE: f64 = 1e-3;
 
-/// Changes of the set of active bounds before the search gives up.
+/// Largest number of changes of the active set before the search gives up.
 const SWITCHES: usize = 24;
 
-/// Share of the largest gradient by which a multiplier must have the wrong sign to count [1].
+/// Least magnitude of a multiplier of the wrong sign that counts, as a share of the largest gradient [1].
 const WRONG_SIGN: f64 = 1e-12;
 
 impl Problem {
@@ -55,11 +55,10 @@ impl Problem {
         Self { hessian, gradient, lower: -unbounded, upper: unbounded, rows: Vec::new() }
     }
 
-    /// The minimum; `None` if there is none or it is not found.
+    /// Solves the program; `None` if it has no solution or none is found.
     ///
-    /// The minimum over the bounds alone is the minimum of the whole if it meets the rows; that is most steps. Otherwise
-    /// the interior-point method takes the rows that were broken, and more until none is: rows that the minimum over the
-    /// others meets do not change it.
+    /// In most steps the minimum over the bounds alone meets all rows and is the solution. Otherwise the interior-point method takes the
+    /// broken rows, and adds rows until none is broken: rows that the solution meets do not change it.
     pub fn solve(&self, iterations: u32) -> Option<Solution> {
         let mut taken = vec![false; self.rows.len()];
         let mut found = match self.within_bounds() {
@@ -81,7 +80,7 @@ impl Problem {
         }
     }
 
-    /// The minimum over the bounds by an active-set search, the Karush-Kuhn-Tucker conditions checked at the end.
+    /// Minimises over the bounds by an active-set search and checks the Karush-Kuhn-Tucker conditions at the end.
     fn within_bounds(&self) -> Option<JointVector> {
         let mut fixed: [Option<f64>; ARM_DOF] = [None; ARM_DOF];
         for _ in 0..SWITCHES {
@@ -99,7 +98,7 @@ impl Problem {
                 fixed[i] = Some(if v[i] > self.upper[i] { self.upper[i] } else { self.lower[i] });
                 continue;
             }
-            // The pull on a bound: it must point outwards.
+            // The multiplier of an active bound must point outwards.
             let pull = self.gradient - self.hessian * v;
             let tolerance = WRONG_SIGN * self.gradient.amax();
             let inward = |i: usize| match fixed[i] {
@@ -121,7 +120,7 @@ impl Problem {
         None
     }
 
-    /// The minimum with some velocities given.
+    /// Minimises with some velocities fixed.
     fn with_fixed(&self, fixed: &[Option<f64>; ARM_DOF]) -> Option<JointVector> {
         let mut matrix = self.hessian;
         let mut right = self.gradient;

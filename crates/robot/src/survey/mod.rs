@@ -1,5 +1,4 @@
-//! What a URDF file holds, whatever robot it describes: joints, limits, masses, inertias, and what is missing for a
-//! harvester.
+//! Survey of a URDF file of any robot: joints, limits, masses, inertias, and the parts that a harvester still needs.
 
 mod prescan;
 mod roles;
@@ -16,7 +15,7 @@ use orchard_multibody::JointKind;
 use serde::Serialize;
 use urdf_rs::{Geometry, JointType};
 
-/// A URDF file by its figures. Serialised, a number that is not limited is `null`.
+/// Survey of a URDF file. An infinite number is serialised as `null`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
     /// The robot's name.
@@ -25,31 +24,31 @@ pub struct Survey {
     pub joints: Vec<JointFacts>,
     /// Links in the order of the file.
     pub links: Vec<LinkFacts>,
-    /// Joints that move.
+    /// Number of joints that move.
     pub moving_joints: usize,
-    /// Mass of everything that moves [kg].
+    /// Mass of all moving links [kg].
     pub mass: f64,
-    /// Files that the robot's shapes are in.
+    /// Mesh files of the robot's shapes.
     pub meshes: Vec<MeshUse>,
     /// Convex outline on the ground at q = 0, counterclockwise [m]: of the config's base and bucket in the base frame, else of
     /// the first link with shapes in the root frame. Meshes are left out.
     pub footprint: Vec<[f64; 2]>,
     /// The parts that a harvester needs.
     pub roles: Vec<RoleFacts>,
-    /// Why this project cannot use the robot as it is; `None` if it can.
+    /// Reason for which this project cannot use the robot as it is; `None` if it can.
     pub obstacle: Option<String>,
 }
 
 /// A joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointFacts {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its type in URDF.
+    /// Type in URDF.
     pub kind: String,
-    /// Link that holds it.
+    /// Parent link.
     pub parent: String,
-    /// Link that it holds.
+    /// Child link.
     pub child: String,
     /// Axis, for joints that have one.
     pub axis: Option<[f64; 3]>,
@@ -61,24 +60,24 @@ pub struct JointFacts {
     pub velocity: Option<f64>,
     /// Largest torque or force [N m or N].
     pub effort: Option<f64>,
-    /// Joint that it follows.
+    /// Name of the joint that this one mimics.
     pub mimic: Option<String>,
 }
 
 /// A link.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LinkFacts {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Mass [kg].
     pub mass: f64,
-    /// What its inertia is like.
+    /// Verdict on the inertia.
     pub inertia: InertiaFacts,
     /// Number of collision shapes, meshes included.
     pub collision_shapes: usize,
 }
 
-/// Whether a body could have an inertia.
+/// Verdict on a body's inertia.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum InertiaFacts {
@@ -88,12 +87,12 @@ pub enum InertiaFacts {
     Possible,
     /// A principal moment is not positive.
     NotPositive {
-        /// The smallest [kg m^2].
+        /// Smallest principal moment [kg m^2].
         smallest: f64,
     },
     /// A principal moment is larger than the sum of the others.
     Unbalanced {
-        /// How many times as large.
+        /// Ratio of that moment to the sum of the others.
         ratio: f64,
     },
 }
@@ -105,18 +104,18 @@ pub struct MeshUse {
     pub link: String,
     /// File name as it stands in the URDF.
     pub file: String,
-    /// Whether it is for collisions; else for show.
+    /// True for a collision mesh, false for a visual one.
     pub is_collision: bool,
 }
 
-/// Share by which principal moments may break the triangle inequality: what six printed digits lose.
+/// Share by which principal moments may break the triangle inequality: the rounding of six printed digits.
 const ROUNDING: f64 = 1e-5;
 
 impl Survey {
     /// Reads any URDF text. Collision meshes are listed and otherwise left out; `config` names the parts of a harvester.
     ///
     /// # Errors
-    /// What [`Articulation::from_urdf`] refuses, apart from meshes; limits without velocity; a moving link without mass.
+    /// [`Articulation::from_urdf`] refuses the text for a reason other than meshes, limits lack a velocity, or a moving link has no mass.
     pub fn read(text: &str, config: &RobotConfig) -> Result<Self, RobotError> {
         prescan::prescan(text)?;
         let mut robot = parsed(text)?;

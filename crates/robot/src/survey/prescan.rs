@@ -1,4 +1,4 @@
-//! What the URDF reader would report without the name of the joint.
+//! Checks before the URDF reader, whose errors lack the name of the joint.
 
 use crate::RobotError;
 use quick_xml::Reader;
@@ -7,13 +7,13 @@ use quick_xml::events::{BytesStart, Event};
 /// The joint types of URDF.
 const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
 
-/// Refuses, by the name of the joint, types that URDF does not have and limits that lack what URDF requires. What is no
-/// XML is left to the reader.
+/// Refuses joint types that URDF does not have and limits that lack required attributes; the error names the joint. Text that is not XML is
+/// left to the reader.
 pub(super) fn prescan(text: &str) -> Result<(), RobotError> {
     let mut reader = Reader::from_str(text);
-    // The joint that is open, and whether its limits have been seen.
+    // Name and type of the open joint, and true once its limits have been seen.
     let mut joint: Option<(String, String, bool)> = None;
-    // Elements around it: joints of transmissions are others.
+    // Number of open elements: joints of transmissions are nested deeper.
     let mut depth = 0;
     loop {
         let (element, is_empty) = match reader.read_event() {

@@ -1,4 +1,4 @@
-//! Which of the parts that a harvester needs a robot has.
+//! Parts that a harvester needs, and whether a robot has them.
 
 use crate::articulation::Articulation;
 use crate::config::Parts;
@@ -11,17 +11,17 @@ use serde::Serialize;
 pub struct RoleFacts {
     /// The part, by its key in the config.
     pub role: &'static str,
-    /// What it must be.
+    /// Kind of joint or link that the part must be.
     pub needs: &'static str,
     /// The name that the config looks for.
     pub wanted: String,
-    /// Whether the file has it.
+    /// True if the file has the part.
     pub is_there: bool,
-    /// Links or joints of the file that could be it.
+    /// Links or joints of the file that could be the part.
     pub candidates: Vec<String>,
 }
 
-/// All parts of the config, in its order.
+/// All parts of the config, in the config's order.
 pub(super) fn roles(robot: &Articulation, parts: &Parts) -> Vec<RoleFacts> {
     let joint = |name: &str| robot.link_of_joint(name).map(|l| &robot.links[l]);
     let joints_of = |fits: &dyn Fn(&JointKind) -> bool| {
@@ -114,7 +114,7 @@ fn longest_row(robot: &Articulation) -> Vec<String> {
     row
 }
 
-/// URDF links without shapes or children that moving links carry: the frames that files put at tools.
+/// URDF links without shapes that moving links carry and whose names suggest a tool.
 fn leaves(robot: &Articulation) -> Vec<String> {
     let is_bare = |name: &str| robot.links.iter().flat_map(|l| &l.shapes).all(|s| s.part != name);
     let is_tool =

@@ -14,7 +14,7 @@ pub struct Appearance {
 }
 
 impl Appearance {
-    /// Colours the tree of a scene: segments, leaves and fruit. Stems, and whatever else has no number, keep the palette's.
+    /// Colours the tree of a scene: segments, leaves and fruit. Stems and other items without a number keep the palette's.
     pub fn paint(&self, scene: &mut Scene) {
         for item in scene.items.iter_mut().filter(|item| item.instance != NO_INSTANCE) {
             item.tint = match item.label {

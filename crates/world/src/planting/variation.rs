@@ -1,4 +1,4 @@
-//! What the axes of the randomisation have drawn for one tree.
+//! Draws of the randomisation axes for one tree.
 
 use super::Appearance;
 use orchard_camera::Tint;
@@ -10,7 +10,7 @@ use orchard_treegen::{Habit, LeafSite};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// What holds for a tree whatever its wood: one draw of each axis, strengths applied.
+/// Draws that hold for the whole tree: one of each axis, strengths applied.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Variation {
     pub wood_density: f64,
@@ -34,7 +34,7 @@ impl Variation {
         }
     }
 
-    /// The spec with this tree's wood and foliage dial; the same one where nothing differs.
+    /// The spec with this tree's wood and foliage dial; the given spec if they are unchanged.
     pub fn constants(&self, spec: &Arc<Spec>) -> Arc<Spec> {
         let factors = [self.wood_density, self.youngs_modulus, self.rupture_stress, self.leaf_density];
         if factors.iter().all(|&f| f == 1.0) {
@@ -61,15 +61,15 @@ impl Variation {
     }
 }
 
-/// What becomes of a base tree's fruit.
+/// Changes to a base tree's fruit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Crop {
     pub size: f64,
     pub mass: f64,
-    /// The order in which the base tree's fruit are asked whether they hang clear: no strength changes it, so that a weaker
+    /// Order in which the base tree's fruit are tested for clearance: no strength changes it, so that a weaker
     /// dial shows what a stronger one shows, and more.
     pub order: Vec<usize>,
-    /// How many of them there are to be.
+    /// Number of fruit to keep.
     pub count: usize,
 }
 

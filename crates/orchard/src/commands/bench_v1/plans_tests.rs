@@ -94,7 +94,7 @@ fn options_of_tasks_that_are_not_run() {
     assert!(refused(&["--tasks", "detect", "--controller", "expert"]).starts_with("--controller is for"));
     assert_eq!(
         refused(&["--controller", "nobody"]),
-        "--controller: no controller 'nobody'; the controllers are: baseline, expert"
+        "--controller: no controller 'nobody'; the controllers are: baseline, paper, expert"
     );
 }
 

@@ -137,7 +137,7 @@ fn a_controller_that_the_program_lacks_is_refused() {
         other => panic!("{other:?}"),
     };
     let e = refused(&args);
-    assert!(e.contains("no controller 'greeter'; the controllers are: baseline, expert"), "{e}");
+    assert!(e.contains("no controller 'greeter'; the controllers are: baseline, paper, expert"), "{e}");
     assert!(e.contains("docs/leaderboard.md tells how"), "{e}");
     // One that it knows is held against this build's versions.
     let summary = folder.path().join("summary.json");

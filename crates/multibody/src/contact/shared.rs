@@ -1,35 +1,35 @@
-//! Stems: the part of a tree between its root and the link where the paths of its contacts part.
+//! Shared paths: the part of a tree between its root and the link where the paths of its contacts part.
 //!
-//! Whatever acts above reaches the upper end of a stem as one wrench P, and the joints of the stem answer with
+//! All impulses beyond it reach the upper end of a shared path as one wrench P, and its joints answer with
 //! `P^T Lambda P`, Lambda the inverse inertia of that link (the operational-space inertia of Khatib 1987). Six
-//! coordinates `C^T P`, `Lambda = C C^T`, therefore stand for all those of the stem.
+//! coordinates `C^T P`, `Lambda = C C^T`, therefore stand for all those of the shared path.
 
 use super::rows::{Block, Load};
 use crate::data::Data;
 use crate::model::Model;
 
-/// Loads from which a stem pays: following it costs as much as two of them.
+/// Least number of loads for which the reduction pays: it costs as much as following two of them.
 const LEAST_LOADS: usize = 3;
-/// Coordinates of a stem once it is summed up.
+/// Coordinates of a reduced path.
 pub(super) const WIDTH: usize = 6;
 
-/// Where the paths of one tree part.
+/// Link where the paths of one tree part.
 #[derive(Debug, Clone, Copy)]
 struct Fork {
     link: usize,
     loads: usize,
-    /// Whether a load acts on the root's own joint, so that no link is below all of them.
+    /// True if a load acts on the root's own joint, so that no link is below all of them.
     is_at_root: bool,
 }
 
 /// Finds the links up to which the paths of their tree are followed once for all blocks.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Stems {
+pub(super) struct SharedPathFinder {
     forks: Vec<Fork>,
 }
 
-impl Stems {
-    /// Upper ends of the stems that pay, one for each tree at most.
+impl SharedPathFinder {
+    /// Returns the upper ends of the shared paths worth reducing, at most one a tree.
     pub fn find(&mut self, model: &Model, data: &Data, blocks: &[Block]) -> impl Iterator<Item = usize> {
         self.forks.clear();
         for load in blocks.iter().flat_map(|block| &block.loads) {
@@ -77,7 +77,7 @@ fn parent(model: &Model, link: usize) -> Option<usize> {
     model.bodies[link].parent.map(|parent| parent.index())
 }
 
-/// Last link that the paths of two links to the root share. Parents have smaller indices.
+/// Returns the last link that the paths of two links to the root share. Parents have smaller indices.
 fn common_ancestor(model: &Model, mut a: usize, mut b: usize) -> Option<usize> {
     while a != b {
         (a, b) = (parent(model, a.max(b))?, a.min(b));

@@ -1,4 +1,4 @@
-//! From depth images to fruit tracks, a point memory and a belief of where the tree stands.
+//! Perception of the picker: depth images to fruit tracks, a point memory and a belief of the tree's position.
 
 use crate::config::{BeliefConfig, CloudConfig, PickerConfig};
 use crate::record::ImageReport;
@@ -8,9 +8,9 @@ use orchard_perception::{DetectorConfig, Sighting, Tracker, detect, mask};
 use orchard_robot::ArmKinematics;
 use std::collections::VecDeque;
 
-/// Everything that the picker has seen.
+/// Detector, tracker, point memory and tree belief of a picker.
 #[derive(Debug, Clone)]
-pub(crate) struct Eyes {
+pub(crate) struct Perception {
     detector: DetectorConfig,
     config: CloudConfig,
     /// Half-extents of the deck, base frame.
@@ -20,21 +20,24 @@ pub(crate) struct Eyes {
     clouds: VecDeque<Vec<Vec3>>,
     /// Fruit of the last image, odom.
     pub sightings: Vec<Sighting>,
-    /// Images taken.
+    /// Number of images taken.
     pub images: u32,
-    /// Whether the last image had too few valid pixels to act on.
+    /// True if the last image had too few valid pixels to act on.
     pub blind: bool,
+    /// Share of the last image's pixels that show the canopy: neither robot nor ground, and near the believed tree. `None` before the
+    /// first image.
+    pub canopy_share: Option<f64>,
     /// Time of the last image that was not blind [s].
     pub last_sight: f64,
 }
 
-/// Where the tree's axis is believed to be, odom.
+/// Belief of the position of the tree's axis, odom.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Belief {
     config: BeliefConfig,
     /// The start belief: straight ahead at the protocol's start distance.
     p_start: Vec3,
-    /// Sum of the canopy's centres seen.
+    /// Sum of the observed centres of the canopy.
     sum: Vec3,
     images: u32,
 }
@@ -45,7 +48,7 @@ impl Belief {
         Self { config: config.clone(), p_start, sum: Vec3::zeros(), images: 0 }
     }
 
-    /// Mean of the start belief, which counts as some images, and the canopy's centres seen.
+    /// Mean of the start belief, which weighs as much as some images, and the observed centres of the canopy [m].
     pub fn p_odom(&self) -> Vec3 {
         let prior = f64::from(self.config.prior_images.get());
         (self.p_start * prior + self.sum) / (prior + f64::from(self.images))
@@ -66,8 +69,8 @@ impl Belief {
     }
 }
 
-impl Eyes {
-    /// Nothing seen yet. `deck`: half-extents of the robot's deck, base frame.
+impl Perception {
+    /// Makes the perception before the first image. `deck`: half-extents of the robot's deck, base frame [m].
     pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3) -> Self {
         Self {
             tracker: Tracker::new(&detector),
@@ -79,11 +82,12 @@ impl Eyes {
             sightings: Vec::new(),
             images: 0,
             blind: true,
+            canopy_share: None,
             last_sight: f64::NEG_INFINITY,
         }
     }
 
-    /// Takes an image; what it showed goes into the report. `robot` is the robot's state at the moment that the image shows.
+    /// Processes a depth image and returns a report of its detections. `robot` is the robot's state when the image was taken.
     pub fn see(
         &mut self,
         depth: &DepthImage,
@@ -108,27 +112,29 @@ impl Eyes {
         let ground = mask::ground_mask(depth, intrinsics, &up_camera, height, margins.ground_margin.si());
         mask::add(&mut ignored, &ground);
 
-        // A detector that refuses the image sees nothing in it.
+        // An image that the detector refuses has no detections.
         let detections = detect(depth, intrinsics, Some(&ignored), &self.detector).unwrap_or_default();
         self.sightings = detections
             .iter()
             .map(|d| Sighting { p_odom: transform(&x_odom_camera, &d.p_camera), radius: d.radius })
             .collect();
-        let on_the_tree: Vec<Sighting> =
+        let not_on_deck: Vec<Sighting> =
             self.sightings.iter().filter(|s| !self.over_deck(&s.p_odom, robot)).copied().collect();
-        self.tracker.update(robot.time, &on_the_tree);
-        self.forget_vanished(depth, intrinsics, &x_odom_camera);
+        self.tracker.update(robot.time, &not_on_deck);
+        if self.config.forget_vanished {
+            self.forget_vanished(depth, intrinsics, &x_odom_camera);
+        }
         self.remember(depth, intrinsics, &ignored, &x_odom_camera);
         ImageReport { time: robot.time, detections: self.sightings.clone() }
     }
 
-    /// Whether a point of the odom frame lies over the robot's deck, where only picked fruit can be.
+    /// True if a point of the odom frame lies above the robot's deck, where only picked fruit can be.
     fn over_deck(&self, p_odom: &Vec3, robot: &RobotState) -> bool {
         let p = inverse_transform(&robot.x_odom_base, p_odom);
         p.x.abs() <= self.deck.x && p.y.abs() <= self.deck.y
     }
 
-    /// Forgets the tracks whose place the camera looks right through: the fruit has gone or its branch moved.
+    /// Drops the tracks whose position the camera sees through: the fruit is gone or its branch has moved.
     fn forget_vanished(&mut self, depth: &DepthImage, intrinsics: &Intrinsics, x_odom_camera: &Pose) {
         let gone: Vec<u32> = self
             .tracker
@@ -154,9 +160,11 @@ impl Eyes {
     ) {
         let stride = self.config.stride.get().max(1) as usize;
         let (mut near, mut canopy) = (Vec::new(), Vec::new());
+        let mut pixels = 0_u32;
         for v in (0..depth.height()).step_by(stride) {
             for u in (0..depth.width()).step_by(stride) {
                 let z = f64::from(depth[(u, v)]);
+                pixels += 1;
                 if !z.is_finite() || z <= 0.0 || ignored[(u, v)] {
                     continue;
                 }
@@ -170,19 +178,20 @@ impl Eyes {
             }
         }
         self.belief.see(&canopy);
+        self.canopy_share = Some(canopy.len() as f64 / f64::from(pixels.max(1)));
         self.clouds.push_back(near);
         while self.clouds.len() > self.config.images.get() as usize {
             self.clouds.pop_front();
         }
     }
 
-    /// Points of the last images, odom.
+    /// Points of the last images, odom [m].
     pub fn points(&self) -> impl Iterator<Item = &Vec3> {
         self.clouds.iter().flatten()
     }
 }
 
-/// Whether all pixels about the centre of a ball at `p_camera` measure something well behind it.
+/// True if all pixels about the centre of a ball at `p_camera` measure a depth behind the ball.
 fn seen_through(depth: &DepthImage, intrinsics: &Intrinsics, p_camera: &Vec3, radius: f64) -> bool {
     let Some((u, v)) = intrinsics.project(p_camera) else { return false };
     let (u, v) = (u.round(), v.round());
@@ -195,8 +204,8 @@ fn seen_through(depth: &DepthImage, intrinsics: &Intrinsics, p_camera: &Vec3, ra
     (u - 1..=u + 1).all(|u| (v - 1..=v + 1).all(|v| f64::from(depth[(u, v)]) > behind))
 }
 
-/// The robot's shapes that can be in the image, camera frame: those in front of it whose bounding ball reaches
-/// into the cone about the image's corners.
+/// Returns the robot's shapes that can be in the image, in the camera frame: those in front of the camera whose bounding ball reaches into
+/// the cone about the image's corners.
 fn visible_shapes(
     arm: &ArmKinematics,
     robot: &RobotState,
@@ -228,7 +237,7 @@ mod tests {
 
     #[test]
     fn the_belief_starts_at_the_protocols_distance_and_follows_what_is_seen() {
-        let config = PickerConfig::paper().belief;
+        let config = PickerConfig::baseline().belief;
         let mut belief = Belief::new(&config);
         let start = Vec3::new(config.start_distance.si(), 0.0, 0.0);
         assert_eq!(belief.p_odom(), start);

@@ -1,4 +1,4 @@
-//! The camera in whole worlds: depth and labels beside parry's ray caster, and what images promise of fruit.
+//! The camera in whole worlds: depth and labels compared with parry's ray caster, and the visibility of fruit.
 
 #[path = "../crates/camera/tests/common/ray_cast.rs"]
 mod ray_cast;
@@ -21,9 +21,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Agreement asked of depths [m].
+/// Largest difference of depths [m].
 const TOLERANCE: f64 = 1e-5;
-/// Views of a scene, and random rays of each: 10,000 a scene.
+/// Number of views of a scene, and of random rays of each view: 10,000 rays a scene.
 const VIEWS: usize = 25;
 const RAYS: usize = 400;
 
@@ -45,7 +45,7 @@ fn with_foliage(density: f64) -> Spec {
     spec
 }
 
-/// A camera anywhere about a world.
+/// A random camera in a world.
 struct View {
     k: Intrinsics,
     x_world_camera: Pose,
@@ -55,8 +55,8 @@ struct View {
 }
 
 impl View {
-    /// The wrist's own pose first; then most views look at tree or robot, the others anywhere, some from under the ground. Pixels are
-    /// not square, the axis is off the middle, fields of view are narrow and wide.
+    /// The first view has the wrist camera's own pose. Most others look at tree or robot, some in any direction, some from below the ground.
+    /// Pixels are not square, the optical axis is off the middle, fields of view are narrow and wide.
     fn random(world: &World, scene: &Scene, number: usize, draws: &mut Stream) -> Self {
         let (width, height) = (draws.integer(40, 120) as usize, draws.integer(30, 90) as usize);
         let mut focal = |count: usize| 0.5 * count as f64 / math::tan(0.5 * draws.uniform(0.2, 2.2));
@@ -117,18 +117,18 @@ fn distance(item: &Item, p_world: &Vec3) -> f64 {
     }
 }
 
-/// What the rays of a scene met.
+/// Counts over the rays of a scene.
 #[derive(Debug, Default)]
 struct Tally {
     labels: BTreeMap<Label, usize>,
-    /// Rays whose two nearest surfaces are closer together than the tolerance, and show the other one: of two in one plane the
-    /// image shows the earlier item. From below, ground and underside of the robot's base are such a pair.
+    /// Rays whose two nearest surfaces are closer together than the tolerance and that show the other one: of two surfaces in one plane the
+    /// image shows the earlier item. From below, the ground and the underside of the robot's base are such a pair.
     ties: usize,
-    /// Rays that pass a silhouette so closely that the two round to different sides of it.
+    /// Rays that pass a silhouette so closely that image and ray caster round to different sides of it.
     grazing: usize,
 }
 
-/// One ray: depth as cast, to the tolerance, and the label and instance of the item that was hit.
+/// Compares one ray: depth to the tolerance, and label and instance of the item that was hit.
 fn compare(scene: &Scene, caster: &RayCaster, view: &View, (u, v): (usize, usize), tally: &mut Tally) {
     let (k, x) = (&view.k, &view.x_world_camera);
     let seen = (view.frame.label[(u, v)], view.frame.instance[(u, v)]);
@@ -142,7 +142,7 @@ fn compare(scene: &Scene, caster: &RayCaster, view: &View, (u, v): (usize, usize
             if names(&scene.items[item]) {
                 return;
             }
-            // Two surfaces at one depth: the one that shows must be there as well.
+            // Two surfaces at one depth: the ray must hit the one that the image shows as well.
             let (p, d) = (x.translation.vector, x.rotation * k.ray(u as f64, v as f64));
             let shown = scene.items.iter().position(names).expect("what shows is in the scene");
             tally.ties += 1;
@@ -161,7 +161,7 @@ fn compare(scene: &Scene, caster: &RayCaster, view: &View, (u, v): (usize, usize
     }
 }
 
-/// Depth, label and instance of every pixel: all or nothing, and the surface of the item that they name goes through the point.
+/// Checks depth, label and instance of every pixel: all are set or none, and the surface of the labelled item goes through the point.
 fn check_pixels(scene: &Scene, view: &View) {
     let items: BTreeMap<(Label, u32), &Item> =
         scene.items.iter().map(|item| ((item.label, item.instance), item)).collect();
@@ -175,17 +175,17 @@ fn check_pixels(scene: &Scene, view: &View) {
         }
         let item = items[&(label[at], instance[at])];
         assert!(view.is_valid(z), "{at:?}: {z}");
-        // Only the ground is not counted.
+        // Only the ground has no instance number.
         assert_eq!(instance[at] == NO_INSTANCE, label[at] == Label::Ground, "{at:?}");
         let ray = view.k.ray(at.0 as f64, at.1 as f64);
         let gap = distance(item, &transform(&view.x_world_camera, &(ray * z)));
-        // The depth is rounded to f32, and all else in f64.
+        // Only the depth is rounded to f32; all else is f64.
         let rounding = 0.5 * f64::from(f32::EPSILON) * z * ray.norm() + 1e-10;
         assert!(gap <= rounding, "{at:?}: {:?} lies {gap:e} m off", item.label);
     }
 }
 
-/// 10,000 random rays of a scene, and all pixels of its views.
+/// Checks 10,000 random rays of a scene, and all pixels of its views.
 fn check(name: &str, world: &World, expected: &[Label]) {
     let scene = world.scene();
     let caster = RayCaster::new(&scene);
@@ -204,24 +204,24 @@ fn check(name: &str, world: &World, expected: &[Label]) {
     for label in expected {
         assert!(tally.labels.get(label).is_some_and(|&rays| rays >= 10), "{name}: {label:?} in {tally:?}");
     }
-    // Each of them is explained; more than one ray in a thousand would still be suspicious.
+    // Each grazing ray is explained; more than one in a thousand would still be suspicious.
     assert!(1000 * tally.grazing <= VIEWS * RAYS, "{name}: {tally:?}");
 }
 
 const TREE: [Label; 5] = [Label::Fruit, Label::Leaf, Label::Wood, Label::Robot, Label::Ground];
 
 #[test]
-fn a_nominal_world_is_seen_as_cast() {
+fn images_of_a_nominal_world_match_the_ray_caster() {
     check("nominal", &world(Spec::paper(), 20250704), &TREE);
 }
 
 #[test]
-fn dense_foliage_is_seen_as_cast() {
+fn images_of_dense_foliage_match_the_ray_caster() {
     check("foliage 1.5", &world(with_foliage(1.5), 20250705), &TREE);
 }
 
 #[test]
-fn terrain_is_seen_as_cast() {
+fn images_of_terrain_match_the_ray_caster() {
     let spec = Spec::paper();
     let spec = Spec { terrain: spec.terrain.with_amplitude(0.2).unwrap(), ..spec };
     let world = world(spec, 20250706);
@@ -230,19 +230,19 @@ fn terrain_is_seen_as_cast() {
 }
 
 #[test]
-fn posts_and_wires_are_seen_as_cast() {
+fn images_of_posts_and_wires_match_the_ray_caster() {
     let world = world(Spec::preset(Preset::VTrellis), 20250704);
     check("v-trellis", &world, &[&TREE[..], &[Label::Scenery]].concat());
 }
 
 #[test]
-fn a_calibrated_world_is_seen_as_cast() {
+fn images_of_a_calibrated_world_match_the_ray_caster() {
     check("calibrated", &world(Spec::preset(Preset::Calibrated), 20250704), &TREE);
 }
 
-/// What an image tells of each fruit, counted pixel by pixel: in the image, and along the rays that meet the fruit alone.
+/// The visibility of each fruit equals a count pixel by pixel: in the image, and along the rays that meet the fruit alone.
 #[test]
-fn fruit_views_are_what_pixels_show() {
+fn fruit_views_match_a_count_of_pixels() {
     let world = world(Spec::paper(), 20250704);
     let scene = world.scene();
     let caster = RayCaster::new(&scene);
@@ -284,7 +284,7 @@ fn fruit_views_are_what_pixels_show() {
     assert!(partly >= 20 && hidden >= 5, "{partly} {hidden}");
 }
 
-/// Whether most pixels on a sphere (camera frame) show the robot.
+/// True if most pixels on a sphere (camera frame) show the robot.
 fn is_robot(frame: &Frame, k: &Intrinsics, p_camera: &Vec3, radius: f64) -> bool {
     /// A few times the detector's band [m].
     const NEAR: f64 = 5e-3;
@@ -298,15 +298,15 @@ fn is_robot(frame: &Frame, k: &Intrinsics, p_camera: &Vec3, radius: f64) -> bool
     robot > other
 }
 
-/// The hand is always in view: the picker's mask from kinematics keeps it out for as long as the robot moves.
+/// The hand is always in view; the picker's mask from kinematics prevents detections on it while the robot moves.
 #[test]
-fn the_robot_is_no_fruit_to_itself() {
+fn the_picker_never_detects_fruit_on_the_robot() {
     const FRAMES: u32 = 20 * 60;
     let robot = Arc::new(RobotModel::paper());
     let mut seen = 0;
     for tree in 0..2 {
         let mut world = World::new(Arc::new(Spec::paper()), robot.clone(), 20250704, tree).unwrap();
-        let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::paper());
+        let mut picker = BaselinePicker::new(&robot, DetectorConfig::paper(), PickerConfig::baseline());
         for _ in 0..FRAMES {
             let observation = world.observe();
             let command = picker.act(&observation);
@@ -326,7 +326,7 @@ fn the_robot_is_no_fruit_to_itself() {
     assert!(seen > 100, "{seen} detections");
 }
 
-/// Seen from all sides the arm's round links are fruit to a detector without a mask, and none with it.
+/// From all sides, the detector takes the arm's round links for fruit without a mask, and never with it.
 #[test]
 fn the_mask_hides_the_links() {
     let (world, detector) = (world(Spec::paper(), 20250704), DetectorConfig::paper());

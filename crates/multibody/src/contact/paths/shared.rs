@@ -1,27 +1,27 @@
-//! Stems of paths: six coordinates in place of those of many joints.
+//! The shared part of several contact paths, reduced to the six spatial coordinates of its last link.
 
 use orchard_geometry::Vec3;
 
 use super::super::root::lower_root;
 use super::super::rows::Load;
-use super::super::stems::WIDTH;
+use super::super::shared::WIDTH;
 use super::Paths;
 use crate::data::Data;
 use crate::model::Model;
 use crate::spatial::Wrench;
 
-/// A stretch of links that is followed once for all blocks.
+/// Part of a path that all blocks of a tree share; it is followed once.
 #[derive(Debug, Clone)]
-pub(super) struct Stem {
-    /// Its upper end.
+pub(super) struct SharedPath {
+    /// Last link: the upper end of the path.
     pub link: usize,
     /// C of the inverse inertia there, torques before forces.
     root: [f64; WIDTH * WIDTH],
 }
 
 impl Paths {
-    /// Sums up the way from a link to the root: unit wrenches there pass it as a block would.
-    pub(super) fn add_stem(&mut self, model: &Model, data: &Data, link: usize) {
+    /// Reduces the path from a link to the root: six unit wrenches at the link are propagated as a block would be.
+    pub(super) fn add_shared(&mut self, model: &Model, data: &Data, link: usize) {
         let units = [Vec3::x(), Vec3::y(), Vec3::z()];
         let torques = units.map(|torque| Wrench { torque, ..Wrench::ZERO });
         let forces = units.map(|force| Wrench { force, ..Wrench::ZERO });
@@ -43,17 +43,17 @@ impl Paths {
         }
         self.y.clear();
         self.blocks.clear();
-        self.stems.push(Stem { link, root });
+        self.shared.push(SharedPath { link, root });
     }
 
-    /// Ends a path at a stem: `C^T P`.
-    pub(super) fn pass_stem(&mut self, stem: usize, wrenches: &[Wrench; 3]) {
-        self.touch(self.stems[stem].link, WIDTH);
+    /// Ends a path at the upper end of a shared path: `C^T P`.
+    pub(super) fn pass_shared(&mut self, shared: usize, wrenches: &[Wrench; 3]) {
+        self.touch(self.shared[shared].link, WIDTH);
         let [a, b, c] = wrenches;
         let part = |k: usize| Vec3::new(a.torque[k], b.torque[k], c.torque[k]);
         let pull = |k: usize| Vec3::new(a.force[k], b.force[k], c.force[k]);
         let p = [part(0), part(1), part(2), pull(0), pull(1), pull(2)];
-        let root = &self.stems[stem].root;
+        let root = &self.shared[shared].root;
         for column in 0..WIDTH {
             let below = p.iter().enumerate().skip(column);
             self.y.push(below.fold(Vec3::zeros(), |sum, (row, p)| sum + p * root[row * WIDTH + column]));

@@ -1,4 +1,4 @@
-//! Errands: a named fruit to hold, or a point to push the hand to, in place of a harvest.
+//! Assigned tasks: a given fruit to hold, or a point to push the hand to, in place of a harvest.
 
 use crate::config::PickerConfig;
 use crate::goal::{ComplianceConfig, PushConfig};
@@ -6,39 +6,39 @@ use crate::plan::Target;
 use orchard_perception::Track;
 use orchard_quantity::Quantity;
 
-/// What a picker is sent for in place of a harvest.
+/// Task of a picker in place of a harvest.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Errand {
-    /// Where, odom.
+pub(crate) struct AssignedTask {
+    /// Fruit or point, odom.
     pub target: Target,
-    /// How to push the hand there; `None` for a fruit, which is grasped.
-    pub push: Option<Shove>,
+    /// Push of the hand to the point; `None` for a fruit, which is grasped.
+    pub push: Option<PushTask>,
 }
 
-/// How to push the hand to a place.
+/// Push of the hand to a point.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Shove {
-    /// Level direction from the base to the place, from the x axis of odom [rad].
+pub(crate) struct PushTask {
+    /// Horizontal direction from the base to the point, from the x axis of odom [rad].
     pub heading_odom: f64,
     pub rules: PushConfig,
-    /// How to give way; `None` for a level way straight on.
+    /// Config of a compliant push; `None` for a push straight ahead.
     pub compliance: Option<ComplianceConfig>,
 }
 
-/// Number of the track that stands for the target: the tracker counts from 0 and never comes so far.
+/// Number of the track that represents the target; the tracker counts from 0 and never reaches it.
 const TRACK: u32 = u32::MAX;
 
-impl Errand {
-    /// The target as if it had been seen.
+impl AssignedTask {
+    /// Returns a track at the target, as if the fruit had been seen.
     pub fn track(&self, time: f64) -> Track {
         let Target { p, radius } = self.target;
         Track { id: TRACK, p_odom: p, radius, hits: u32::MAX, last_seen: time, confirmed: true }
     }
 
-    /// A picker's config as the errand needs it.
-    pub fn shaped(&self, mut config: PickerConfig) -> PickerConfig {
+    /// Returns a picker's config with the changes that the task needs.
+    pub fn adapted(&self, mut config: PickerConfig) -> PickerConfig {
         let Some(push) = &self.push else { return config };
-        // The same plan as for a fruit, with a longer straight way that ends at the point.
+        // Same plan as for a fruit, with a longer straight stretch that ends at the point.
         let approach = &mut config.approach;
         approach.look = push.rules.length.clone();
         let level_first = approach.elevations.first().and_then(level);
@@ -46,7 +46,7 @@ impl Errand {
         let side = push.rules.side.si();
         config.align.bearings.retain(|bearing| bearing.si().abs() <= side);
         if push.compliance.is_none() {
-            // As near to level and straight ahead as the arm can, whatever is seen in the way.
+            // As nearly horizontal and straight ahead as the arm can; points in the path do not count.
             approach.azimuths.retain(|azimuth| azimuth.si() == 0.0);
             config.align.bearings.retain(|bearing| bearing.si() == 0.0);
             for half in [&mut approach.sweep_half_x, &mut approach.sweep_half_y] {
@@ -63,7 +63,7 @@ impl Errand {
     }
 }
 
-/// The same quantity at 0, where its range allows that.
+/// Returns the quantity with value 0, if its range allows it.
 fn level(quantity: &Quantity) -> Option<Quantity> {
     quantity.with_value(0.0).ok()
 }

@@ -1,9 +1,9 @@
-//! Velocity products of fast links: momentum carried from the last pose instead of an acceleration.
+//! Velocity products of fast links, computed from the change of momentum since the last pose.
 //!
-//! The step takes the velocity products `c(q, v)` at its start, explicitly. Where a link turns by much in a substep,
+//! The step takes the velocity products `c(q, v)` at its start, explicitly. Where a link turns far in a substep,
 //! that adds energy without end (`docs/computation/dynamics.md`, "Fast turns"). There `h c` is replaced by
 //!
-//! `Jᵀ(q) [momentum(J(q) v) - momentum(carried J(q - h v) v)]`,
+//! `Jᵀ(q) [momentum(J(q) v) - momentum(J(q - h v) v)]`,
 //!
 //! the backward difference of the Jacobian along the motion in place of its derivative. The step then projects the
 //! velocities that all links had at the last pose on those that the joints allow at this one, which cannot add energy.
@@ -17,63 +17,67 @@ use crate::model::Model;
 use crate::spatial::{Twist, Wrench};
 use crate::step::move_joints;
 
-/// Turn of a link within a substep [rad] up to which velocity products are explicit.
+/// Turn of a link within a substep \[rad\] up to which velocity products are explicit.
 const SLOW_TURN: f64 = 0.1;
-/// Turn of a link within a substep [rad] from which momentum is carried.
+/// Turn of a link within a substep \[rad\] from which the change of momentum replaces them.
 const FAST_TURN: f64 = 0.2;
 
 /// Scratch: velocities of the links at the last pose.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Carry {
-    /// Share of carried momentum, 0 to 1; at 0 nothing else here is valid.
+pub(crate) struct VelocityProducts {
+    /// Share of the velocity products that is replaced, 0 to 1; at 0 the other fields are invalid.
     share: f64,
     q: Vec<f64>,
     /// Velocity of each link's centre of mass, world axes, and its angular velocity, the link's axes.
     links: Vec<Twist>,
 }
 
-impl Carry {
-    pub fn new(model: &Model) -> Carry {
-        Carry { share: 0.0, q: vec![0.0; model.nq()], links: vec![Twist::ZERO; model.bodies.len()] }
+impl VelocityProducts {
+    pub fn new(model: &Model) -> VelocityProducts {
+        VelocityProducts {
+            share: 0.0,
+            q: vec![0.0; model.nq()],
+            links: vec![Twist::ZERO; model.bodies.len()],
+        }
     }
 }
 
-/// Decides how far velocity products are carried in a substep of length `h`, and looks back at the last pose if they
-/// are. Kinematics are valid before and after.
+/// Sets the share of the velocity products to replace in a substep of length `h`, and, if it is not 0, computes the velocities
+/// at the last pose. Kinematics are valid before and after.
 pub(crate) fn look_back(model: &Model, data: &mut Data, h: f64) {
     let fastest = data.kinematics.links.iter().map(|link| link.velocity.angular.norm_squared());
     let turn = h * fastest.fold(0.0_f64, f64::max).sqrt();
-    data.carry.share = ((turn - SLOW_TURN) / (FAST_TURN - SLOW_TURN)).clamp(0.0, 1.0);
-    if data.carry.share == 0.0 {
+    data.velocity_products.share = ((turn - SLOW_TURN) / (FAST_TURN - SLOW_TURN)).clamp(0.0, 1.0);
+    if data.velocity_products.share == 0.0 {
         return;
     }
-    let mut carry = std::mem::take(&mut data.carry);
-    carry.q.copy_from_slice(&data.q);
+    let mut last = std::mem::take(&mut data.velocity_products);
+    last.q.copy_from_slice(&data.q);
     move_joints(model, data, -h);
     forward_kinematics(model, data);
-    for (carried, link) in carry.links.iter_mut().zip(&data.kinematics.links) {
-        carried.angular = in_link(link, &link.velocity.angular);
-        carried.linear = link.velocity.linear_at(&link.r_com);
+    for (before, link) in last.links.iter_mut().zip(&data.kinematics.links) {
+        before.angular = in_link(link, &link.velocity.angular);
+        before.linear = link.velocity.linear_at(&link.r_com);
     }
-    data.q.copy_from_slice(&carry.q);
+    data.q.copy_from_slice(&last.q);
     forward_kinematics(model, data);
-    data.carry = carry;
+    data.velocity_products = last;
 }
 
-/// Exchanges the share of the velocity products in `Data::impulse` that is carried.
+/// Replaces that share of the velocity products in `Data::impulse`.
 pub(crate) fn exchange(model: &Model, data: &mut Data, h: f64) {
-    let share = data.carry.share;
+    let share = data.velocity_products.share;
     if share == 0.0 {
         return;
     }
-    let links = data.kinematics.links.iter().zip(&data.carry.links).zip(&model.bodies);
-    for (impulse, ((link, carried), body)) in data.impulse.body.iter_mut().zip(links) {
+    let links = data.kinematics.links.iter().zip(&data.velocity_products.links).zip(&model.bodies);
+    for (impulse, ((link, before), body)) in data.impulse.body.iter_mut().zip(links) {
         let (omega, r) = (&link.velocity.angular, &link.r_com);
         let bias = &link.bias_acceleration;
         let a_com = bias.linear_at(r) + omega.cross(&omega.cross(r));
         let explicit_torque = link.i_com * bias.angular + omega.cross(&(link.i_com * *omega));
-        let lost = link.velocity.linear_at(r) - carried.linear;
-        let turned = link.turned(&torque_free(&body.inertia.i_com, &carried.angular, h));
+        let lost = link.velocity.linear_at(r) - before.linear;
+        let turned = link.turned(&torque_free(&body.inertia.i_com, &before.angular, h));
         let force = (a_com * h - lost) * body.inertia.mass;
         let torque = explicit_torque * h - link.i_com * (*omega - turned);
         *impulse += Wrench { torque: torque + r.cross(&force), force }.scaled(share);
