@@ -5,7 +5,7 @@ use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, wi
 /// The config of controller `baseline` as TOML text.
 pub const BASELINE_TOML: &str = include_str!("../configs/baseline/picker.toml");
 /// The config of controller `paper` as TOML text; its base is `baseline`.
-const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
+pub(crate) const PAPER_TOML: &str = include_str!("../configs/paper/picker.toml");
 
 macro_rules! section {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty,)* }) => {

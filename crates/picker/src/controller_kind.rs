@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
 
-use crate::{Controller, GOAL_TOML, Goal, Kind, BASELINE_TOML};
+use crate::{BASELINE_TOML, Controller, GOAL_TOML, Goal, Kind};
 
 /// A kind of controller: makes controllers, one an episode.
 pub trait ControllerKind: Debug + Send + Sync {
