@@ -1,6 +1,6 @@
 //! The camera in whole worlds: depth and labels compared with parry's ray caster, and the visibility of fruit.
 
-#[path = "../crates/camera/tests/common/ray_cast.rs"]
+#[path = "../crates/camera/tests/suite/common/ray_cast.rs"]
 mod ray_cast;
 
 use orchard_camera::picture::look_at;

@@ -4,7 +4,7 @@
 //! end. `baseline` on preset `paper` keeps these motions whatever later work adds, so its lines never change; those of `expert`
 //! change only with a new version of `expert`. After such a change, write the file anew,
 //!
-//! `cargo test -p orchard-tests --test episodes -- --ignored write`
+//! `cargo test -p orchard-tests --test suite episodes::write -- --ignored`
 //!
 //! and say so in `CHANGELOG.md` under "Results".
 

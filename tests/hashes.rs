@@ -3,7 +3,7 @@
 //! `state_hashes.txt` holds them. A change of physics, growth, robot or config changes them; whoever makes one on
 //! purpose writes the file anew,
 //!
-//! `cargo test -p orchard-tests --test hashes -- --ignored write`
+//! `cargo test -p orchard-tests --test suite hashes::write -- --ignored`
 //!
 //! and says so in `CHANGELOG.md` under "Results". The file is compiled in: the test's binary can be copied to another
 //! machine of the same instruction set and run there.
@@ -128,7 +128,7 @@ fn states_after_ten_seconds_have_the_committed_hashes() {
         differ.is_empty() && computed.lines().count() == COMMITTED.lines().count(),
         "These scenes end in another state than the one committed in tests/state_hashes.txt:\n  {}\n\
          After a change of physics, growth, robot or config that is meant to change results: write the file anew with\n  \
-         cargo test -p orchard-tests --test hashes -- --ignored write\n\
+         cargo test -p orchard-tests --test suite hashes::write -- --ignored\n\
          and say so in CHANGELOG.md under \"Results\". Otherwise this machine or compiler computes other bits than \
          the one that wrote the file, which it must not.",
         differ.join("\n  ")

@@ -3,7 +3,7 @@
 //! `skeleton_hashes.txt` holds them under a version. A change of grammar, pipe model, clearance, leaves or config changes
 //! them; whoever makes one on purpose raises the version, writes the file anew,
 //!
-//! `cargo test -p orchard-tests --test skeletons -- --ignored write`
+//! `cargo test -p orchard-tests --test suite skeletons::write -- --ignored`
 //!
 //! and says so in `CHANGELOG.md` under "Results".
 
@@ -44,7 +44,7 @@ fn trees_have_the_committed_hashes() {
         differ.is_empty() && computed.lines().count() == COMMITTED.lines().count(),
         "These trees are not the ones of tests/skeleton_hashes.txt:\n  {}\n\
          After a change that is meant to change trees: raise VERSION, write the file anew with\n  \
-         cargo test -p orchard-tests --test skeletons -- --ignored write\n\
+         cargo test -p orchard-tests --test suite skeletons::write -- --ignored\n\
          and say so in CHANGELOG.md under \"Results\".",
         differ.join("\n  ")
     );

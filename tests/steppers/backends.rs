@@ -76,7 +76,7 @@ pub fn backends() -> Vec<Backend> {
     all.extend(Isa::available().into_iter().map(|isa| {
         Backend::new(format!("lanes, {isa:?}"), LANES, move |worlds| Batch::with_isa(worlds, isa).unwrap())
     }));
-    if let Some(gpu) = crate::testing::device() {
+    if let Some(gpu) = super::testing::device() {
         let solvers = [
             ("device", DEVICE, orchard_gpu::Solver::Aba),
             ("device, conjugate gradients", DEVICE_ITERATED, orchard_gpu::Solver::ConjugateGradients),

@@ -1,7 +1,7 @@
 //! Joints that break and fruit that come off.
 
-use crate::backends::backends;
-use crate::worlds::{Errors, grown, kick, pull, push, state, tips};
+use super::backends::backends;
+use super::worlds::{Errors, grown, kick, pull, push, state, tips};
 use orchard_batch::{BatchEvent, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 

@@ -1,7 +1,7 @@
 //! A pull on every tree for half a second, and half a second after its release: nothing breaks.
 
-use crate::backends::{PUSHES, backends};
-use crate::worlds::{Errors, grown, kick, push, siblings, state};
+use super::backends::{PUSHES, backends};
+use super::worlds::{Errors, grown, kick, push, siblings, state};
 use orchard_batch::{Status, TreeWorld};
 use orchard_geometry::Vec3;
 

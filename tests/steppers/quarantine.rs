@@ -1,7 +1,7 @@
 //! Worlds with a number that is not finite.
 
-use crate::backends::backends;
-use crate::worlds::{grown, kick, state};
+use super::backends::backends;
+use super::worlds::{grown, kick, state};
 use orchard_batch::{BatchEvent, Fault, Quarantine, Status, TreeEvent, TreeWorld};
 use orchard_multibody::Data;
 

@@ -1,12 +1,12 @@
 //! Resets, which only batches on a graphics device have: a reset world is compared with an f64 world from its start.
 
-use crate::testing;
-use crate::worlds::{Errors, grown, kick, pull, push, state};
+use super::testing;
+use super::worlds::{Errors, grown, kick, pull, push, state};
 use orchard_batch::{Status, Stepper};
 use orchard_geometry::Vec3;
 use orchard_gpu::{Gpu, GpuBatch, Options};
 
-/// Bounds of `validate gpu` on angle and tip, and the floor of rates in f32 ([`crate::backends`]).
+/// Bounds of `validate gpu` on angle and tip, and the floor of rates in f32 ([`super::backends`]).
 const ANGLE: f64 = 5e-5;
 const RATE: f64 = 1e-4;
 const TIP: f64 = 1e-5;

@@ -1,6 +1,6 @@
 //! Trees for the suite, and their errors.
 
-use crate::backends::Tolerance;
+use super::backends::Tolerance;
 use orchard_batch::{Stepper, TreeWorld};
 use orchard_fruit::place;
 use orchard_geometry::{Vec3, transform};

@@ -3,7 +3,7 @@
 //! A floating articulation: `dp/dt = sum F`, `dL/dt = sum r x F`; wood with a clamped base:
 //! `T + V = const` without damping, `d(T + V)/dt = F v - D v^2` with a load and damping.
 
-use crate::fixture::{GRAVITY, Wood, bare_wood, branch};
+use super::fixture::{GRAVITY, Wood, bare_wood, branch};
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
 use orchard_multibody::{
     Body, BodyId, Data, Integrator, JointKind, Model, ModelBuilder, SpatialInertia, forward_kinematics, step,

@@ -4,7 +4,7 @@
 //!
 //! Loads are so small that the geometric error, of second order in the slope, is below 1e-6.
 
-use crate::fixture::{GRAVITY, Wood, bare_wood, branch};
+use super::fixture::{GRAVITY, Wood, bare_wood, branch};
 use orchard_geometry::{Vec3, math};
 use orchard_spec::wood::JointLaw;
 

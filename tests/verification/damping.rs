@@ -2,8 +2,8 @@
 //!
 //! `zeta = c_d omega / 2`, logarithmic decrement `delta = 2 pi zeta / sqrt(1 - zeta^2)`.
 
-use crate::fixture::{Wood, bare_wood};
-use crate::frequencies::{beam_frequency, bend_into, modal_coordinate};
+use super::fixture::{Wood, bare_wood};
+use super::frequencies::{beam_frequency, bend_into, modal_coordinate};
 use orchard_geometry::math;
 use orchard_multibody::Integrator;
 use orchard_spec::wood::JointLaw;

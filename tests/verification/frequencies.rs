@@ -4,7 +4,7 @@
 //!
 //! `phi_k(x) = cosh bx - cos bx - s (sinh bx - sin bx)`, `s = (cosh b + cos b) / (sinh b + sin b)` on 0..1.
 
-use crate::fixture::{Wood, bare_wood};
+use super::fixture::{Wood, bare_wood};
 use orchard_geometry::math;
 use orchard_multibody::{Integrator, forward_kinematics};
 use orchard_spec::wood::JointLaw;

@@ -1,14 +1,14 @@
 //! Order of the schemes in time, on a branch with a lateral that swings widely under gravity, drag and damping:
 //! the error of the state at a fixed time falls with h^1 and h^2.
 
-use crate::fixture::{GRAVITY, Wood};
+use super::fixture::{GRAVITY, Wood};
 use orchard_geometry::{Vec3, math, rotation_from_z};
 use orchard_multibody::Integrator;
 use orchard_spec::Spec;
 use orchard_treegen::{Segment, Skeleton};
 
 fn forked() -> Skeleton {
-    let mut skeleton = crate::fixture::branch(Vec3::z(), &[(0.3, 0.01), (0.3, 0.008), (0.3, 0.006)]);
+    let mut skeleton = super::fixture::branch(Vec3::z(), &[(0.3, 0.01), (0.3, 0.008), (0.3, 0.006)]);
     let heading = Vec3::new(0.6, 0.48, 0.64);
     for k in 0..3 {
         skeleton.segments.push(Segment {

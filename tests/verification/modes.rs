@@ -1,6 +1,6 @@
 //! The paper's other models of a tree: welded joints, and stiffness by branch level.
 
-use crate::fixture::{GRAVITY, Wood};
+use super::fixture::{GRAVITY, Wood};
 use orchard_geometry::{Vec3, math};
 use orchard_robot::RobotModel;
 use orchard_spec::Spec;

@@ -1,7 +1,7 @@
 //! The paper's own regression cases on grown trees.
 
-use crate::fixture::{GRAVITY, Wood};
-use crate::ledger::{Ledger, ROUND_OFF};
+use super::fixture::{GRAVITY, Wood};
+use super::ledger::{Ledger, ROUND_OFF};
 use orchard_geometry::Vec3;
 use orchard_robot::RobotModel;
 use orchard_spec::{Spec, wood::WoodSpec};

@@ -1,6 +1,6 @@
 //! The robot driven into trees, and parked under one that falls apart.
 
-use crate::ledger::{Ledger, ROUND_OFF};
+use super::ledger::{Ledger, ROUND_OFF};
 use orchard_geometry::Vec3;
 use orchard_multibody::{ContactReport, Owner};
 use orchard_robot::{PAPER_URDF, RobotConfig, RobotModel};

@@ -1,7 +1,7 @@
 //! Trees in pieces, flung: broken joints at rates that no limb falls with.
 
-use crate::fixture::{GRAVITY, Wood};
-use crate::ledger::Ledger;
+use super::fixture::{GRAVITY, Wood};
+use super::ledger::Ledger;
 use orchard_geometry::Vec3;
 use orchard_multibody::{energy, forward_kinematics};
 use orchard_robot::RobotModel;

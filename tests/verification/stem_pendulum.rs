@@ -2,8 +2,8 @@
 //!
 //! `f = sqrt(g L / (L^2 + 2/5 r^2)) / 2 pi`, L from the hinges to the centre: 1.86 Hz for r = 37.5 mm on 25 mm.
 
-use crate::fixture::GRAVITY;
-use crate::frequencies::rising_zeros;
+use super::fixture::GRAVITY;
+use super::frequencies::rising_zeros;
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Vec3};
 use orchard_multibody::{

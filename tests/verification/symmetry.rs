@@ -1,6 +1,6 @@
 //! A turned or mirrored tree under turned or mirrored loads gives the turned or mirrored answer.
 
-use crate::fixture::{GRAVITY, Wood};
+use super::fixture::{GRAVITY, Wood};
 use orchard_geometry::{Rotation, Vec3};
 use orchard_spec::Spec;
 use orchard_treegen::{Skeleton, grow};

@@ -1,6 +1,6 @@
 //! The mass ratio of 10^4 to 1: a base of 130 kg against a twig of grams.
 
-use crate::fixture::branch;
+use super::fixture::branch;
 use orchard_geometry::{Pose, Shape, Vec3, math};
 use orchard_multibody::{
     Body, BodyId, Collider, Data, Groups, JointKind, ModelBuilder, Owner, SpatialInertia, StepReport, step,

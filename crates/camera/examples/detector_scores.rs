@@ -1,8 +1,8 @@
 //! Prints precision and recall of the detector on hand-made orchard scenes, and the number of candidates by gate.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/suite/common/mod.rs"]
 mod common;
-#[path = "../tests/common/score.rs"]
+#[path = "../tests/suite/common/score.rs"]
 mod score;
 
 use orchard_geometry::Intrinsics;

@@ -1,6 +1,6 @@
 //! Prints the times of one nominal depth image and of the detector on it, on this machine.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/suite/common/mod.rs"]
 mod common;
 
 use orchard_camera::{Frame, picture::look_at, render};

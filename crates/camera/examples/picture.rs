@@ -1,8 +1,8 @@
 //! Writes a picture of a hand-made scene and a depth image of it: `picture STEM`.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/suite/common/mod.rs"]
 mod common;
-#[path = "../tests/common/score.rs"]
+#[path = "../tests/suite/common/score.rs"]
 mod score;
 
 use orchard_camera::picture::{PictureStyle, depth_picture_enlarged, look_at, picture};

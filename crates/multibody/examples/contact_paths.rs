@@ -2,7 +2,7 @@
 //! taken by each path from the same state. Prints the table of `docs/computation/dynamics.md`. Arguments: links of the
 //! tree (151) and substeps (330).
 
-#[path = "../tests/common/canopy.rs"]
+#[path = "../tests/suite/common/canopy.rs"]
 mod canopy;
 
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Contact against closed forms.
 
-mod common;
+use super::common;
 
 use common::touching::*;
 use common::*;

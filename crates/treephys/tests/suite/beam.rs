@@ -1,6 +1,6 @@
 //! The paper's joint law against Euler-Bernoulli.
 
-mod fixture;
+use super::fixture;
 
 use fixture::{Wood, chain, empty};
 use orchard_geometry::Vec3;

@@ -1,6 +1,6 @@
 //! Fast turns: velocity products add no energy, however far a link turns in a substep.
 
-mod common;
+use super::common;
 
 use common::*;
 use orchard_geometry::{Mat3, Pose, Vec3};

@@ -1,8 +1,7 @@
 //! Compares the renderer with an independent ray caster: every ray against every item, through parry.
 
-mod common;
-#[path = "common/ray_cast.rs"]
-mod ray_cast;
+use super::common;
+use super::ray_cast;
 
 use common::direction;
 use orchard_camera::{

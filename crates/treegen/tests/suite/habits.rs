@@ -1,7 +1,7 @@
 //! Reshaped trees keep the invariants of grown trees, except the height.
 
 #[allow(dead_code, reason = "other suites use the rest")]
-mod common;
+use super::common;
 
 use common::sound::{ROUNDING, assert_sound_wood};
 use orchard_geometry::{Vec3, transform};

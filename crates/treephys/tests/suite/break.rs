@@ -1,6 +1,6 @@
 //! Rupture and the fall of broken limbs.
 
-mod fixture;
+use super::fixture;
 
 use fixture::{GRAVITY, Wood, chain, empty};
 use orchard_geometry::{Vec3, math};

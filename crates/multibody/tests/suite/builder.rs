@@ -1,6 +1,6 @@
 //! Bad models give errors; indices are as documented.
 
-mod common;
+use super::common;
 
 use common::*;
 use nalgebra::Unit;

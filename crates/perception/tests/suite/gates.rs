@@ -1,6 +1,6 @@
 //! Each gate refuses the surface that it is made for; with that gate off the surface is accepted.
 
-mod common;
+use super::common;
 
 use common::*;
 use orchard_geometry::Vec3;

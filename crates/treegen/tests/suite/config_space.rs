@@ -1,6 +1,6 @@
 //! The ternary tree, and trees all over the config's space: sound, or an error in words; never a panic.
 
-mod common;
+use super::common;
 
 use common::{central_leader, paper_with, sound::assert_sound};
 use orchard_spec::Spec;

@@ -1,6 +1,6 @@
 //! The O(n) solve against a dense Cholesky solve, and the algorithms against each other.
 
-mod common;
+use super::common;
 
 use common::*;
 use nalgebra::DVector;

@@ -1,6 +1,6 @@
 //! Invariants of default trees, over 300 seeds.
 
-mod common;
+use super::common;
 
 use common::sound::{ROUNDING, assert_sound};
 use common::{central_leader, paper_with};

@@ -1,6 +1,6 @@
 //! Balls are found at their positions: alone, touching other objects, and cut by twigs.
 
-mod common;
+use super::common;
 
 use common::*;
 use orchard_geometry::Vec3;

@@ -1,6 +1,6 @@
 //! Contact and coupling impulses against the dense system: what the solver predicts is what the world does.
 
-mod common;
+use super::common;
 
 use common::*;
 use nalgebra::{DMatrix, DVector};

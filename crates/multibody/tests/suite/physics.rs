@@ -1,6 +1,6 @@
 //! Motion against closed forms and conservation laws.
 
-mod common;
+use super::common;
 
 use common::*;
 use nalgebra::Translation3;

@@ -1,6 +1,6 @@
 //! Tests depth images, visibility counts and pictures.
 
-mod common;
+use super::common;
 
 use orchard_camera::picture::{PictureStyle, look_at, picture};
 use orchard_camera::{Frame, Geometry, Label, NO_INSTANCE, Scene, fruit_views, render};

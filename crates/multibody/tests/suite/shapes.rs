@@ -1,6 +1,6 @@
 //! Hulls and terrain: rest, rolling and driving against closed forms.
 
-mod common;
+use super::common;
 
 use std::sync::Arc;
 

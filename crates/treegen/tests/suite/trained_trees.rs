@@ -1,7 +1,6 @@
 //! Trained systems over 300 seeds: sound trees of bounded size in the form that their descriptions state.
 
-#[path = "common/sound.rs"]
-mod sound;
+use super::sound;
 
 use orchard_geometry::math;
 use orchard_spec::tree::{Grammar, UprightsSpec, VTrellisSpec};

@@ -1,8 +1,7 @@
 //! All solvers and both contact paths give the same step.
 
-#[path = "common/canopy.rs"]
-mod canopy;
-mod common;
+use super::canopy;
+use super::common;
 
 use common::*;
 use orchard_geometry::{Mat3, Pose, Shape, Vec3, math};

@@ -1,8 +1,7 @@
 //! Tests the detector on rendered orchard scenes. It receives only the depth image; the truth scores it.
 
-mod common;
-#[path = "common/score.rs"]
-mod score;
+use super::common;
+use super::score;
 
 use orchard_camera::{Frame, ImageKey, Sensor};
 use orchard_geometry::Intrinsics;

@@ -1,7 +1,6 @@
 //! Trees of annual shoots are sound over ten thousand seeds and over their config's space, and like the measured trees.
 
-#[path = "common/sound.rs"]
-mod sound;
+use super::sound;
 
 use orchard_spec::tree::Grammar;
 use orchard_spec::{Preset, Spec};

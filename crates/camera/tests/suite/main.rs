@@ -1,0 +1,11 @@
+//! Tests of `orchard-camera` from outside, in one binary: a folder or file a subject.
+
+mod brute_force;
+mod common;
+mod detector;
+mod images;
+mod light;
+#[path = "common/ray_cast.rs"]
+mod ray_cast;
+#[path = "common/score.rs"]
+mod score;

@@ -1,0 +1,4 @@
+//! Tests of `orchard-exchange` from outside, in one binary: a folder or file a subject.
+
+mod mjcf;
+mod round_trips;

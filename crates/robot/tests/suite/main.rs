@@ -1,0 +1,7 @@
+//! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
+
+mod kinematics;
+mod qp;
+mod servos;
+mod urdf;
+mod urdf_bounds;

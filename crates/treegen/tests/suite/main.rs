@@ -1,0 +1,10 @@
+//! Tests of `orchard-treegen` from outside, in one binary: a folder or file a subject.
+
+mod annual_shoots;
+mod common;
+mod config_space;
+mod grown_trees;
+mod habits;
+#[path = "common/sound.rs"]
+mod sound;
+mod trained_trees;

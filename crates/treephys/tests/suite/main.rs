@@ -1,0 +1,6 @@
+//! Tests of `orchard-treephys` from outside, in one binary: a folder or file a subject.
+
+mod beam;
+#[path = "break.rs"]
+mod breaking;
+mod fixture;
