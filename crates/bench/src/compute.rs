@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::episode::SCHEMA_VERSION;
 use crate::store::{Store, StoreError};
+use crate::version::SCHEMA_VERSION;
 
 /// The machine that a result was computed on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

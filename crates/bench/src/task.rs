@@ -9,9 +9,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::check::PlanError;
 use crate::compute::{Compute, RecordCost, TaskCost};
 use crate::holdings::OtherPlan;
-use crate::plan::PlanError;
 use crate::record::Record;
 use crate::shard::Shard;
 use crate::store::{Store, StoreError, Stored};

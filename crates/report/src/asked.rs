@@ -1,9 +1,9 @@
 //! What is asked of a controller over the tuning seeds, and whether a result keeps it.
 
-use orchard_bench::matrix::EXHAUSTION;
-use orchard_bench::plan::ConditionParams;
-use orchard_bench::protocol::{Asked, Protocol};
-use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_tasks::harvest::matrix::EXHAUSTION;
+use orchard_tasks::harvest::plan::ConditionParams;
+use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
+use orchard_tasks::protocol::{Asked, Protocol};
 
 use crate::results::conditions;
 

@@ -11,7 +11,7 @@ pub(crate) use attempts::{attempts_of, ranked, seconds_in, states_of};
 pub use detect::detection;
 pub(crate) use sweep::dial;
 
-use orchard_bench::protocol::Protocol;
+use orchard_tasks::protocol::Protocol;
 
 use crate::figure::{Figure, FigureError};
 use crate::published::PaperFigures;

@@ -1,7 +1,7 @@
 //! The page: one file with all that it shows, nothing to load, nothing to run.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use orchard_bench::protocol::Protocol;
+use orchard_tasks::protocol::Protocol;
 
 use crate::figures::Figures;
 use crate::pictures::Pictures;

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use orchard_bench::compute::{Compute, TaskCost};
-use orchard_bench::scaling::{AxisRow, Omitted, PublishedScaling, PublishedSolver, Row, Scaling};
+use orchard_scaling::{AxisRow, Omitted, PublishedScaling, PublishedSolver, Row, Scaling};
 
 use super::{Section, missing, side_by_side};
 use crate::figures::Figures;
