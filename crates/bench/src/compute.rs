@@ -1,4 +1,4 @@
-//! What a clock or the machine can change: `compute.json`.
+//! The cost of runs, `compute.json`: everything that depends on a clock or on the machine.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ impl Machine {
     }
 }
 
-/// Largest resident memory of this process so far [MiB], where the system tells.
+/// Largest resident memory of this process so far [MiB], where the system reports it.
 pub fn peak_memory_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -109,7 +109,7 @@ impl Compute {
     /// Its file under the result folder.
     pub const FILE: &'static str = "compute.json";
 
-    /// Notes a task's cost in a folder, beside those of other tasks.
+    /// Writes a task's cost into a folder, beside those of other tasks.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,4 +1,4 @@
-//! Records that are there already: nothing is computed.
+//! Gathers stored records without computing any.
 
 use crate::record::Record;
 use crate::store::{Store, StoreError, Stored};
@@ -11,9 +11,9 @@ pub struct Missing {
     pub folder: &'static str,
     /// The first one's file.
     pub first: String,
-    /// What was found in its place.
+    /// Problem with its file.
     pub problem: String,
-    /// How many are missing.
+    /// Number of missing records.
     pub missing: usize,
     /// Records asked for.
     pub total: usize,

@@ -1,4 +1,4 @@
-//! What a result folder holds already: records of the plan that is to be run, or another plan's.
+//! Check of a result folder before a run: its records must be of the plan that is to be run.
 //!
 //! Two plans in one folder would write over each other's summary, so the second is refused. A record belongs to a plan if
 //! the plan asks for all that it is a function of; a larger plan takes over a smaller one's records. Which code wrote it does

@@ -22,7 +22,7 @@ pub struct StoreError {
     source: io::Error,
 }
 
-/// A result folder that is this process's alone.
+/// Lock of a result folder: no other process writes into it.
 #[derive(Debug)]
 pub struct Lock {
     _file: fs::File,
@@ -43,13 +43,13 @@ pub enum LockError {
 const HALF_WRITTEN: &str = ".writing-";
 
 impl StoreError {
-    /// What befell a file.
+    /// Error of a file.
     pub fn new(path: &Path, source: io::Error) -> Self {
         Self { path: path.display().to_string(), source }
     }
 }
 
-/// What was found where a record's file belongs.
+/// State of a record's file.
 #[derive(Debug)]
 pub enum Stored<R> {
     /// No file.

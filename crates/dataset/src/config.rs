@@ -1,4 +1,4 @@
-//! What a data set is like unless told otherwise.
+//! Settings of a data set and their defaults.
 
 use orchard_camera::picture::{PictureStyle, ShadowMaps, sun_direction};
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};

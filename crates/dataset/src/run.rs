@@ -17,7 +17,7 @@ use crate::record::{FileRecord, FruitTruth, PoseRecord, TreeRecord, sha256};
 use crate::tables::{self, CLASSES, Class};
 use crate::tree::draw;
 
-/// Hears how a run goes on, from several threads.
+/// Progress of a run; its methods are called from several threads.
 pub trait Progress: Sync {
     /// Some views are there: drawn now, or kept from an earlier run.
     fn views(&self, count: u64, kept: bool) {
@@ -25,7 +25,7 @@ pub trait Progress: Sync {
     }
 }
 
-/// Hears nothing.
+/// Ignores everything.
 pub struct Silent;
 
 impl Progress for Silent {}

@@ -1,7 +1,7 @@
 //! The leaderboard: submissions are results of a controller with a budget of damage; they are verified and ranked.
 //!
 //! A result is taken if it is the whole official matrix of this very build, if its summary is what its records give, and if a
-//! sample of its episodes, run again, has the same bytes. `docs/leaderboard.md` tells how to submit.
+//! sample of its episodes, run again, has the same bytes. `docs/leaderboard.md` describes how to submit.
 
 mod board;
 #[cfg(test)]

@@ -26,7 +26,7 @@ use crate::difference::{Difference, first_difference};
 use crate::refusal::Refusal;
 use crate::sample::drawn;
 
-/// The file that a result is told by.
+/// File that identifies a result.
 const SUMMARY: &str = "summary.json";
 
 /// What a summary says that it is of.

@@ -1,4 +1,4 @@
-//! What each kind of randomisation costs, alone: settled worlds that differ in nothing else, beside as many identical ones.
+//! Cost of each kind of randomisation, alone: settled worlds that differ in nothing else, beside as many identical ones.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

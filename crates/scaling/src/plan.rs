@@ -1,4 +1,4 @@
-//! What a scaling run consists of.
+//! Plans of the scaling task.
 
 use std::sync::Arc;
 

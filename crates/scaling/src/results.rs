@@ -45,7 +45,7 @@ pub struct Scaling {
     pub frames: u32,
     /// Wall time of the run, worlds built and all [s].
     pub wall_s: f64,
-    /// Largest resident memory of the process so far [MiB], where the system tells.
+    /// Largest resident memory of the process so far [MiB], where the system reports it.
     pub peak_memory_mib: Option<f64>,
     /// Solvers of the backend that this build lacks.
     pub left_out: Vec<SolverName>,

@@ -1,7 +1,7 @@
 //! Statistics of results: intervals, paired tests, effect sizes, corrections, variance components.
 //!
 //! Everything here is a function of its arguments: elementary functions come from `orchard_geometry::math`, random numbers from
-//! seeded streams, so p-values and intervals are the same bits on every platform. What a sample does not define is told with its
+//! seeded streams, so p-values and intervals are the same bits on every platform. A figure that a sample does not define comes with its
 //! reason ([`Undefined`]) and is never a NaN. `cargo xtask check-statistics` holds all of it against scipy.
 
 pub mod bootstrap;

@@ -1,4 +1,4 @@
-//! `plan.json`: what was asked of each task of a folder. Results are a function of it, the configs and the code.
+//! `plan.json`: the plan of each task of a folder. Results are a function of it, the configs and the code.
 
 use std::collections::BTreeMap;
 use std::fs;

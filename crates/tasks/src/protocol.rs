@@ -38,7 +38,7 @@ pub struct Protocol {
     pub sweeps: Sweeps,
     /// The condition `exhaustion`.
     pub exhaustion: ExhaustionRules,
-    /// What counts as what.
+    /// Thresholds of an episode.
     pub rules: Rules,
     /// The detection task.
     pub detect: DetectRules,
@@ -58,18 +58,18 @@ pub struct Protocol {
     pub paired: PairedRules,
     /// Figures of the paper's nominal baseline, by metric name.
     pub published: BTreeMap<String, Published>,
-    /// What is asked of each controller over the tuning seeds, by controller, condition and metric name.
-    pub asked: BTreeMap<String, BTreeMap<String, BTreeMap<String, Asked>>>,
+    /// Requirements on each controller over the tuning seeds, by controller, condition and metric name.
+    pub asked: BTreeMap<String, BTreeMap<String, BTreeMap<String, Requirement>>>,
     /// File that it was read from, for errors in the unread sections.
     #[serde(skip)]
     file: String,
 }
 
-/// How much is run.
+/// Profile: the size of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// How many of the tuning seeds, from the first.
+    /// Number of tuning seeds, from the first.
     pub seeds: Count,
     /// Trees a seed.
     pub trees: Count,
@@ -87,11 +87,11 @@ pub struct ExhaustionRules {
     pub horizon: Quantity,
 }
 
-/// What counts as what in an episode.
+/// Thresholds by which an episode is judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rules {
-    /// How long without motion makes an unrecoverable stall.
+    /// Time without motion after which the robot counts as stalled.
     pub stall_time: Quantity,
     /// Longest time that loose fruit may come to rest after the budget is spent.
     pub settle_time: Quantity,
@@ -119,14 +119,14 @@ pub struct Published {
     pub source: String,
 }
 
-/// What is asked of a metric's mean: one of the two bounds.
+/// Requirement on a metric's mean: one of the two bounds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Asked {
-    /// Smallest mean that will do.
+pub struct Requirement {
+    /// Smallest mean that meets it.
     #[serde(default)]
     pub at_least: Option<f64>,
-    /// Largest mean that will do.
+    /// Largest mean that meets it.
     #[serde(default)]
     pub at_most: Option<f64>,
     /// Unit.
@@ -135,15 +135,15 @@ pub struct Asked {
     pub source: String,
 }
 
-impl Asked {
-    /// Whether a mean will do; without anything to measure it will not.
+impl Requirement {
+    /// True if a mean meets the requirement; without a mean it is not met.
     pub fn is_met(&self, mean: Option<f64>) -> bool {
         mean.is_some_and(|mean| {
             self.at_least.is_none_or(|least| mean >= least) && self.at_most.is_none_or(|most| mean <= most)
         })
     }
 
-    /// The bound as text.
+    /// Returns the bound as text.
     pub fn bound(&self) -> String {
         let least = self.at_least.map(|bound| format!(">= {bound}"));
         let most = self.at_most.map(|bound| format!("<= {bound}"));
@@ -241,7 +241,7 @@ impl Protocol {
         (0..self.seed_sets.v1.seeds.get()).map(v1_seed).collect()
     }
 
-    /// The set that seeds belong to, whoever named them.
+    /// Returns the set that seeds belong to.
     pub fn label(&self, seeds: &[u64], trees: u32) -> SeedSetLabel {
         let sets = [
             (SeedSetName::Tuning, self.tuning_seeds.clone(), self.full.trees.get()),
@@ -318,8 +318,12 @@ mod tests {
 
     #[test]
     fn asked_figures_have_one_bound() {
-        let asked =
-            |at_least, at_most| Asked { at_least, at_most, unit: "1".into(), source: "protocol".into() };
+        let asked = |at_least, at_most| Requirement {
+            at_least,
+            at_most,
+            unit: "1".into(),
+            source: "protocol".into(),
+        };
         assert!(asked(Some(0.5), None).is_met(Some(0.5)) && !asked(Some(0.5), None).is_met(Some(0.4)));
         assert!(asked(None, Some(0.5)).is_met(Some(0.5)) && !asked(None, Some(0.5)).is_met(Some(0.6)));
         assert!(!asked(Some(0.5), None).is_met(None));

@@ -11,8 +11,7 @@ mod run;
 mod tests;
 mod trajectory;
 
-pub use read::{FIELDS, TrajectoryError};
 pub use report::{METRICS, Report, TrajectoryLine};
 pub use rules::VerifyRules;
 pub use run::{TreeOutcome, VerifyError, VerifyPlan, record_controller, run};
-pub use trajectory::{Row, Trajectory};
+pub use trajectory::{FIELDS, Row, Trajectory, TrajectoryError};

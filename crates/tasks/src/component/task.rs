@@ -11,7 +11,7 @@ use crate::component::rules::ComponentRules;
 
 /// A component task.
 pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
-    /// What a trial is about.
+    /// Target of a trial.
     type Target: Serialize + DeserializeOwned + Debug + Clone + PartialEq + Send + Sync;
     /// Name on command lines and in results; also the folder of its records.
     const NAME: &'static str;
@@ -21,7 +21,7 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
     /// The targets of a tree, in the order of their trials; a function of seed and world.
     fn targets(world: &World, rules: &ComponentRules, seed: u64) -> Vec<Self::Target>;
 
-    /// What the controller is told.
+    /// Returns the goal that the controller gets.
     fn goal(target: &Self::Target) -> Goal;
 
     /// Longest trial [s].
@@ -30,10 +30,10 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
     /// Frames for which [`Self::is_met`] must hold without a break; at least 1.
     fn hold_frames(rules: &ComponentRules, frame: f64) -> u32;
 
-    /// Whether the world shows what was asked for, now.
+    /// True if the world meets the target now.
     fn is_met(world: &World, target: &Self::Target, rules: &ComponentRules) -> bool;
 
-    /// The fruit that it is no fault to take off.
+    /// Returns the fruit that may come off its stem without fault.
     fn named_fruit(target: &Self::Target) -> Option<u32>;
 
     /// Trials a tree at most.

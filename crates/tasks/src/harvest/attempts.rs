@@ -2,7 +2,7 @@
 //!
 //! An attempt starts when a target is committed, false detections included. It is placed if a fruit comes to
 //! rest in the bucket that both fingers last held during this attempt; the controller's own verdict decides
-//! nothing. What befalls fruit and wood on the way back from an attempt still belongs to it.
+//! nothing. Events of fruit and wood after the end of an attempt belong to it until the next attempt starts.
 
 use crate::harvest::episode::{
     AttemptOutcome, AttemptRecord, AttemptSnap, Belief, FruitMoment, HeldFruit, KnockedOff, SnapEvent,
@@ -37,7 +37,7 @@ pub struct AttemptLog {
     pub max_wrist_force: f64,
 }
 
-/// What befell fruit and wood, and what the controller was at, each list in time order.
+/// Events of fruit and wood, and states of the controller, each list in time order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
     /// Both fingers closed on a fruit.
@@ -96,6 +96,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
         let placed = owned(&history.deposited, id);
         let facts = Facts {
             placed: !placed.is_empty(),
+            target_is_fruit: log.fruit.is_some(),
             target_knocked_off: came_off()
                 .filter(unheld)
                 .any(|e| Some(e.fruit) == log.fruit && e.frame <= end),
@@ -174,7 +175,7 @@ fn distinct<'a>(events: impl Iterator<Item = &'a FruitMoment>) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::harvest::episode::HeldEnd;
-    use crate::harvest::reason::{KNOCKED_OFF_BY_ARM, MISSED_BUCKET, RUN_ENDED, SLIPPED};
+    use crate::harvest::reason::{GRASP_MISSED, KNOCKED_OFF_BY_ARM, MISSED_BUCKET, RUN_ENDED, SLIPPED};
 
     fn judge_all(logs: &[AttemptLog], history: &History) -> Vec<AttemptRecord> {
         judge(logs, history, 0.5, 100)
@@ -294,9 +295,13 @@ mod tests {
         // Held in an earlier attempt or only after its fall, it was still not held when it fell.
         assert_eq!(reason(&[(7, 9), (7, 15)], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
         // Another fruit fell, or the target after the end of the attempt.
-        assert_eq!(reason(&[], &[(8, 14)]), "no_fruit_at_detection");
-        assert_eq!(reason(&[], &[(7, 21)]), "no_fruit_at_detection");
-        assert_eq!(reason(&[(7, 12)], &[(7, 14)]), "no_fruit_at_detection");
+        assert_eq!(reason(&[], &[(8, 14)]), GRASP_MISSED);
+        assert_eq!(reason(&[], &[(7, 21)]), GRASP_MISSED);
+        assert_eq!(reason(&[(7, 12)], &[(7, 14)]), GRASP_MISSED);
+        // A target where no fruit hung.
+        let blank = AttemptLog { fruit: None, ..aimed(Some("no_fruit_at_detection"))[0].clone() };
+        let record = &judge_all(&[blank], &History::default())[0];
+        assert_eq!(record.failure_reason.as_deref(), Some("no_fruit_at_detection"));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
-/// What an episode is a function of. A stored episode is reused only if all of this is equal.
+/// Key of an episode: everything that it is a function of. A stored episode is reused only if all of this is equal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EpisodeKey {
     /// [`orchard_bench::SCHEMA_VERSION`].
@@ -26,7 +26,7 @@ pub struct EpisodeKey {
     pub seed: u64,
     /// World index under the seed.
     pub world: u32,
-    /// Which of the tree's episodes: each has another start pose of the robot.
+    /// Number of the tree's episode: each has another start pose of the robot.
     pub repeat: u32,
     /// Budget [frames].
     pub horizon_frames: u32,
@@ -120,7 +120,7 @@ pub struct AttemptRecord {
     pub cycle_time: Option<f64>,
     /// States that the controller went through.
     pub states: Vec<StateTime>,
-    /// What the controller believed.
+    /// Belief of the controller.
     pub belief: Belief,
     /// Spells in which a fruit was off its stem and between both fingers.
     pub held: Vec<HeldFruit>,
@@ -136,7 +136,7 @@ pub struct AttemptRecord {
     pub max_wrist_force_n: Option<f64>,
 }
 
-/// What the controller believed of an attempt, beside what was true of its target.
+/// Belief of the controller about an attempt, beside the truth about its target.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
     /// Radius of the target [m].
@@ -168,15 +168,15 @@ pub struct Yielding {
     pub force_n: Option<f64>,
 }
 
-/// How the fingers lost a fruit.
+/// End of a spell in which the fingers held a fruit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldEnd {
-    /// It is between them still.
+    /// The fruit is still between the fingers.
     InHand,
-    /// They had been told to open wider than the fruit.
+    /// The command had opened the fingers wider than the fruit.
     LetGo,
-    /// They had not.
+    /// The fruit left the fingers although they were commanded closed.
     Lost,
 }
 

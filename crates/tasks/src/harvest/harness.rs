@@ -34,7 +34,7 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     watch_episode(key, world, controller, protocol, frame, stop, on_frame, &mut Unwatched)
 }
 
-/// [`run_episode`] with somebody who watches.
+/// [`run_episode`] with an observer.
 #[expect(clippy::too_many_arguments, reason = "one more than run_episode, whose callers have no use for it")]
 pub fn watch_episode<W: BenchWorld, C: BenchController>(
     key: EpisodeKey,
@@ -113,7 +113,7 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
     }
 }
 
-/// What is gathered during an episode.
+/// Log of an episode as it runs.
 struct EpisodeLog {
     frame: f64,
     visible_pixels: u32,

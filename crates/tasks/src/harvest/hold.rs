@@ -9,7 +9,7 @@ use crate::harvest::interface::{BenchWorld, FruitTruth};
 ///
 /// Within an attempt a spell goes on through frames in which the contact of a finger flickers; it ends with the last frame in
 /// which both pressed.
-/// Whether the fingers let go or lost the fruit is told by the command of the first frame without.
+/// The command of the first frame without contact decides whether the fingers let go of the fruit or lost it.
 #[derive(Debug, Default)]
 pub(crate) struct HoldWatch {
     /// Fruit off its stem that has not settled.

@@ -1,4 +1,4 @@
-//! What an episode needs of a world and of a controller.
+//! Interfaces of a world and of a controller, as an episode needs them.
 //!
 //! The benchmark sees truth ([`BenchWorld`]); the controller sees [`Observation`]s only and reports what it
 //! believes ([`ControllerEvent`]).
@@ -42,7 +42,7 @@ pub trait BenchWorld {
     fn quarantine(&self) -> Option<String>;
 }
 
-/// What presses on the hand.
+/// Contact forces on the hand.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct HandForces {
     /// The larger of the two fingers' sums of normal forces [N].
@@ -66,11 +66,11 @@ pub struct VisibleFruit {
 pub trait BenchController {
     /// The command for the next frame.
     fn act(&mut self, observation: &Observation) -> Command;
-    /// What the controller noted during the last call of [`BenchController::act`], in order.
+    /// Returns the events that the controller logged during the last call of [`BenchController::act`], in order.
     fn drain_log(&mut self) -> Vec<ControllerEvent>;
 }
 
-/// What a controller notes about itself.
+/// Event in the log of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControllerEvent {
     /// It committed to a target.

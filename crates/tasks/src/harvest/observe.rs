@@ -1,4 +1,4 @@
-//! Watching an episode: who does so is told everything and changes nothing.
+//! Observers of episodes: they see every frame and change nothing.
 
 use orchard_bench::store::StoreError;
 use orchard_robot::io::{Command, Observation};
@@ -7,23 +7,23 @@ use orchard_world::WorldEvent;
 use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
 use crate::harvest::interface::ControllerEvent;
 
-/// Hears what happens in an episode, frame by frame.
+/// Observer of one episode, frame by frame.
 pub trait Observer<W> {
-    /// Frame k is about to be stepped: the world is still as the observation shows it.
+    /// Called before frame k is stepped: the world is as the observation shows it.
     fn before_step(&mut self, world: &W, frame: &FrameInput<'_>) {
         let _ = (world, frame);
     }
 
-    /// It has been: the world is at frame k + 1, and these things happened in it on the way.
+    /// Called after the step, with its events: the world is at frame k + 1.
     fn after_step(&mut self, world: &W, events: &[WorldEvent]) {
         let _ = (world, events);
     }
 }
 
-/// What a frame begins with.
+/// Input of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameInput<'a> {
-    /// What the controller saw; none while the robot stands after its time is over.
+    /// Observation of the controller; none while the robot stands after its time is over.
     pub observation: Option<&'a Observation>,
     /// Events that the controller logged on this observation.
     pub controller_events: &'a [ControllerEvent],
@@ -31,32 +31,32 @@ pub struct FrameInput<'a> {
     pub command: &'a Command,
 }
 
-/// Hears nothing.
+/// Ignores everything.
 #[derive(Debug, Clone, Copy)]
 pub struct Unwatched;
 
 impl<W> Observer<W> for Unwatched {}
 
-/// Watches the episodes of a run and keeps files of its own about them, beside their records.
+/// Makes the observers of a run's episodes and keeps their files, beside the records.
 pub trait Watch<W>: Sync {
-    /// Who watches one episode.
+    /// Observer of one episode.
     type Observer: Observer<W>;
 
-    /// Whether what is kept of an episode is there, whole and of this very episode. Otherwise the episode is run again
-    /// although its record is there.
+    /// True if the files of an episode are there, whole and of this episode. Otherwise the episode is run again although its record is
+    /// there.
     fn is_kept(&self, key: &EpisodeKey) -> bool;
 
-    /// An episode begins.
+    /// Makes the observer of an episode that begins.
     fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer;
 
-    /// It has ended: its files take their names.
+    /// Called when the episode is over: gives its files their final names.
     ///
     /// # Errors
     /// A file cannot be written.
     fn end(&self, observer: Self::Observer, world: &W, record: &EpisodeRecord) -> Result<(), StoreError>;
 }
 
-/// Somebody watches, or nobody does.
+/// An optional observer.
 impl<W, O: Watch<W>> Watch<W> for Option<O> {
     type Observer = Option<O::Observer>;
 

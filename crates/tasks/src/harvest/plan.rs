@@ -1,4 +1,4 @@
-//! What a benchmark run consists of.
+//! Plans of the harvest task.
 
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_bench::{PlanError, check_trees};
@@ -10,7 +10,7 @@ use crate::harvest::matrix::{Dials, MatrixSweep};
 use crate::protocol::Protocol;
 use crate::seeds::SeedSetLabel;
 
-/// How much of the matrix is run.
+/// Extent of a run: the part of the matrix, its seeds and its time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
     /// Profile whose defaults these are.

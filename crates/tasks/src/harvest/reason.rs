@@ -1,4 +1,4 @@
-//! Why an attempt failed: one reason, where the world's facts come before the controller's belief.
+//! Reasons of failed attempts. Facts of the world come before the belief of the controller.
 
 use crate::harvest::episode::{HeldEnd, HeldFruit};
 
@@ -14,14 +14,18 @@ pub const SLIPPED: &str = "slipped";
 pub const KNOCKED_OFF_BY_ARM: &str = "knocked_off_by_arm";
 /// Reason of an attempt whose fruit stayed on its stem in spite of the fingers.
 const STEM_TOO_STRONG: &str = "stem_too_strong";
-/// Reason of an attempt that found no fruit.
+/// Reason of an attempt that did not take the fruit at its target, although one hung there.
+pub const GRASP_MISSED: &str = "grasp_missed";
+/// Reason of an attempt at a target where no fruit hung: a false detection.
 const NO_FRUIT: &str = "no_fruit_at_detection";
 
-/// What the reason depends on.
+/// Facts on which the reason depends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facts<'a> {
     /// A fruit that the attempt held came to rest in the bucket.
     pub placed: bool,
+    /// A fruit hung at the target as the controller committed to it.
+    pub target_is_fruit: bool,
     /// The target came off its stem before the end of the attempt, and had not been held in it.
     pub target_knocked_off: bool,
     /// Spells of fruit off their stems in the hand.
@@ -46,6 +50,8 @@ pub(crate) fn reason<'a>(facts: &Facts<'a>) -> Option<&'a str> {
         // The controller believes what did not happen: the nearest that did. A fruit that came off in the hand was let go.
         Some(Some(SLIPPED | STEM_TOO_STRONG | NO_FRUIT)) if !facts.held.is_empty() => MISSED_BUCKET,
         Some(Some(SLIPPED)) if facts.gripped => STEM_TOO_STRONG,
+        // Truth decides whether there was a fruit, not what the controller saw.
+        Some(Some(SLIPPED | KNOCKED_OFF_BY_ARM | NO_FRUIT)) if facts.target_is_fruit => GRASP_MISSED,
         Some(Some(SLIPPED | KNOCKED_OFF_BY_ARM)) => NO_FRUIT,
         Some(Some(believed)) => believed,
     };
@@ -62,8 +68,15 @@ mod tests {
 
     /// Of an attempt that ended at frame 30.
     fn of(placed: bool, knocked: bool, held: &[HeldFruit], believed: Option<Option<&'static str>>) -> String {
-        let facts =
-            Facts { placed, target_knocked_off: knocked, held, end: 30, gripped: !held.is_empty(), believed };
+        let facts = Facts {
+            placed,
+            target_is_fruit: true,
+            target_knocked_off: knocked,
+            held,
+            end: 30,
+            gripped: !held.is_empty(),
+            believed,
+        };
         reason(&facts).unwrap_or("none").to_owned()
     }
 
@@ -103,16 +116,46 @@ mod tests {
 
     #[test]
     fn a_belief_in_what_did_not_happen_gives_way() {
-        let facts = |gripped, believed| Facts {
+        let facts = |target_is_fruit, gripped, believed| Facts {
             placed: false,
+            target_is_fruit,
             target_knocked_off: false,
             held: &[],
             end: 30,
             gripped,
             believed: Some(Some(believed)),
         };
-        assert_eq!(reason(&facts(true, SLIPPED)), Some("stem_too_strong"));
-        assert_eq!(reason(&facts(false, SLIPPED)), Some("no_fruit_at_detection"));
-        assert_eq!(reason(&facts(false, KNOCKED_OFF_BY_ARM)), Some("no_fruit_at_detection"));
+        assert_eq!(reason(&facts(true, true, SLIPPED)), Some("stem_too_strong"));
+        for believed in [SLIPPED, KNOCKED_OFF_BY_ARM, NO_FRUIT] {
+            assert_eq!(reason(&facts(false, false, believed)), Some("no_fruit_at_detection"));
+            assert_eq!(reason(&facts(true, false, believed)), Some("grasp_missed"));
+        }
+    }
+
+    /// A controller that sees no fruit where one hangs has missed it, whether or not its fingers touched it.
+    #[test]
+    fn a_fruit_at_the_target_is_never_a_false_detection() {
+        let beliefs = [None, Some(None), Some(Some(NO_FRUIT)), Some(Some(SLIPPED)), Some(Some("blocked"))];
+        let lost = held(20, HeldEnd::Lost);
+        for believed in beliefs {
+            for (knocked, held, gripped) in [
+                (false, &[][..], false),
+                (false, &[][..], true),
+                (true, &[][..], false),
+                (false, &lost[..], true),
+            ] {
+                let (target_is_fruit, target_knocked_off) = (true, knocked);
+                let facts = Facts {
+                    placed: false,
+                    target_is_fruit,
+                    target_knocked_off,
+                    held,
+                    end: 30,
+                    gripped,
+                    believed,
+                };
+                assert_ne!(reason(&facts), Some(NO_FRUIT), "{facts:?}");
+            }
+        }
     }
 }

@@ -50,12 +50,12 @@ pub struct Episodes<'a, F, O> {
     pub plan: &'a Plan,
     /// Its worlds.
     pub factory: &'a F,
-    /// Who watches.
+    /// Observers.
     pub watch: &'a O,
 }
 
 impl<'a, F> Episodes<'a, F, KeepNothing> {
-    /// Those of a plan, with nobody watching.
+    /// Makes the task of a plan without observers.
     pub fn unwatched(plan: &'a Plan, factory: &'a F) -> Self {
         Self { plan, factory, watch: &KeepNothing }
     }

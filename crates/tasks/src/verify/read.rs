@@ -3,27 +3,7 @@
 use orchard_robot::RobotModel;
 use serde::Deserialize;
 
-use crate::verify::trajectory::{Row, Trajectory};
-
-/// Columns of a table, in the order in which they are written. SI units; the base's velocity is in the base frame.
-pub const FIELDS: [&str; 13] =
-    ["time", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "vx", "vy", "wz", "finger_q", "finger_force"];
-
-/// A trajectory that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}: line {line}: {problem}")]
-pub struct TrajectoryError {
-    /// The file.
-    pub file: String,
-    /// Line, from 1.
-    pub line: u64,
-    /// What is wrong, with the field.
-    pub problem: String,
-}
-
-pub(super) fn bad(file: &str, line: u64, field: &str, problem: String) -> TrajectoryError {
-    TrajectoryError { file: file.to_owned(), line, problem: format!("{field}: {problem}") }
-}
+use crate::verify::trajectory::{FIELDS, Row, Trajectory, TrajectoryError, bad};
 
 /// A row in JSON.
 #[derive(Deserialize)]

@@ -13,8 +13,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::protocol::Protocol;
-use crate::verify::read::TrajectoryError;
-use crate::verify::trajectory::{Row, Trajectory};
+use crate::verify::trajectory::{Row, Trajectory, TrajectoryError};
 
 /// A trajectory and the trees on which it is run.
 #[derive(Debug, Clone)]
