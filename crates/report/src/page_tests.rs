@@ -83,7 +83,7 @@ fn every_section_is_there() {
     let undefined = select(&html, "[title='no figure: there is nothing to measure']");
     assert!(undefined.iter().all(|cell| cell.text().collect::<String>() == "-") && !undefined.is_empty());
     // What is asked is judged on the whole of the tuning seeds.
-    assert!(text.contains(">met<") && text.contains("Requirement over the tuning seeds"));
+    assert!(text.contains(">met<") && text.contains("Asked over the tuning seeds"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use orchard_batch::Isa;
 use orchard_bench::compute::{Machine, peak_memory_mib};
 use orchard_bench::store::Store;
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
-use orchard_gpu::Gpu;
+use orchard_gpu::{Gpu, GpuError};
 use orchard_spec::randomisation::Mode;
 use rayon::ThreadPool;
 

@@ -32,7 +32,7 @@ impl SeedSetLabel {
     }
 }
 
-/// The named sets; the tuning seeds stand in [`crate::protocol::Protocol::tuning_seeds`].
+/// The named sets; the tuning seeds stand in field `tuning_seeds` of the protocol.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SeedSets {

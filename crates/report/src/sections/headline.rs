@@ -112,7 +112,7 @@ fn asked(harvest: &Summary, protocol: &Protocol) -> Markup {
     html! {
         @if !rows.is_empty() {
             h3 { "What this project asks of the controller" }
-            (table("Requirement over the tuning seeds", &["metric", "condition", "asked", "mean", "verdict"], &rows))
+            (table("Asked over the tuning seeds", &["metric", "condition", "asked", "mean", "verdict"], &rows))
         }
         @if !unjudged.is_empty() {
             p.note {
