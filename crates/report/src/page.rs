@@ -30,7 +30,7 @@ pub fn page(
         canopy::attempts(results, figures),
         canopy::trees(results, figures, paper),
         canopy::damage(results, figures),
-        cost::scaling(results, figures, &protocol.scaling.published),
+        cost::scaling(results, figures),
         cost::compute(results),
         pictures::section(shown),
         definitions::section(),
