@@ -47,7 +47,7 @@ pub fn peak_memory_mib() -> Option<f64> {
 /// Cost of one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordCost {
-    /// Its file.
+    /// File.
     pub file: String,
     /// Wall time [s] of one thread; null where a stored record was reused.
     pub wall_s: Option<f64>,
@@ -106,7 +106,7 @@ pub struct Compute {
 }
 
 impl Compute {
-    /// Its file under the result folder.
+    /// File under the result folder.
     pub const FILE: &'static str = "compute.json";
 
     /// Writes a task's cost into a folder, beside those of other tasks.

@@ -19,7 +19,7 @@ pub struct Missing {
     pub total: usize,
 }
 
-/// Why folders could not be merged.
+/// Error of a merge.
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// Records are missing.

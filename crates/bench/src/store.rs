@@ -39,7 +39,7 @@ pub enum LockError {
     Store(#[from] StoreError),
 }
 
-/// How names of files begin that are not whole yet.
+/// Prefix of the names of half-written files.
 const HALF_WRITTEN: &str = ".writing-";
 
 impl StoreError {

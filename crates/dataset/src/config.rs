@@ -57,7 +57,7 @@ impl DatasetConfig {
         }
     }
 
-    /// How the colour images are drawn.
+    /// Style of the colour images.
     pub fn style(&self) -> PictureStyle {
         let LightDial { sun_azimuth, sun_elevation, sun_strength, overcast } = &self.light;
         PictureStyle {

@@ -47,7 +47,7 @@ pub enum DatasetError {
     Folder {
         /// The folder.
         folder: String,
-        /// Why not.
+        /// Reason.
         problem: String,
     },
     /// The config gives no such tree.
@@ -57,7 +57,7 @@ pub enum DatasetError {
         seed: u64,
         /// World under the seed.
         tree: u32,
-        /// Why not.
+        /// Reason.
         source: WorldError,
     },
     /// More things of a class than a 16-bit image can tell apart.
@@ -69,7 +69,7 @@ pub enum DatasetError {
         tree: u32,
         /// The class.
         class: &'static str,
-        /// Its instance.
+        /// Instance.
         instance: u32,
     },
     /// An image that cannot be encoded.
@@ -92,7 +92,7 @@ pub enum DatasetError {
 }
 
 impl DatasetError {
-    /// Whether the user asked for something impossible.
+    /// True if the user asked for something impossible.
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::NoSeeds { .. }

@@ -131,18 +131,18 @@ impl Plan {
         Ok(Self { recipe, scenario: scenario.clone(), sensor, vantage, style: config.style() })
     }
 
-    /// What the data set is a function of.
+    /// Returns the recipe: everything that the data set is a function of.
     pub fn recipe(&self) -> &Recipe {
         &self.recipe
     }
 
-    /// Its trees: seed and world, in order.
+    /// Trees: seed and world, in order.
     pub fn trees(&self) -> Vec<(u64, u32)> {
         let Recipe { seeds, trees, .. } = self.recipe;
         (seeds.first..seeds.end).flat_map(|seed| (0..trees).map(move |world| (seed, world))).collect()
     }
 
-    /// Whether measured depth differs from true depth: by errors, or where the camera's range ends.
+    /// True if measured depth differs from true depth: by errors, or where the camera's range ends.
     pub(crate) fn needs_true_depth(&self) -> bool {
         !matches!(self.scenario.spec().camera, CameraSpec::Ideal(_))
     }

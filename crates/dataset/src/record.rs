@@ -73,7 +73,7 @@ pub(crate) struct FruitRecord {
 /// What an annotation says beyond the form of COCO.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FruitTruth {
-    /// Its value in the instance image.
+    /// Value in the instance image.
     pub instance: u16,
     pub visible_fraction: f64,
     /// Pixels that it would cover alone in the world, cut by the image's border.

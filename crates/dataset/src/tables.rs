@@ -9,9 +9,9 @@ pub const NO_INSTANCE: u16 = u16::MAX;
 /// A class of the label images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Class {
-    /// Its value in label images.
+    /// Value in label images.
     pub value: u8,
-    /// Its name.
+    /// Name.
     pub name: &'static str,
     /// A colour to draw it in (sRGB).
     pub color: [u8; 3],

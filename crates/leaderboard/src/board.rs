@@ -35,19 +35,19 @@ pub enum BoardError {
     /// Another version, seed set or scene.
     #[error("the board has {what} {found}, not {own}: give another --board")]
     OtherBoard {
-        /// What differs.
+        /// Name of the figure that differs.
         what: &'static str,
         /// The board's.
         found: String,
-        /// What is asked for.
+        /// Figure of the request.
         own: String,
     },
     /// An entry that contradicts itself.
     #[error("entry {name}: {problem}")]
     Entry {
-        /// Its name.
+        /// Name.
         name: String,
-        /// What is wrong.
+        /// Problem.
         problem: String,
     },
     /// The same result is there.

@@ -9,7 +9,7 @@ pub struct Difference {
     pub field: String,
     /// What was found there.
     pub found: String,
-    /// What belongs there.
+    /// Expected content.
     pub expected: String,
 }
 

@@ -12,7 +12,7 @@ use crate::verify::Verified;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// Its name in the protocol; null of one's own figures.
+    /// Name in the protocol; null of one's own figures.
     pub class: Option<String>,
     /// Branches snapped a tree.
     pub snapped: f64,
@@ -41,7 +41,7 @@ impl Budget {
         Ok(Self { class: None, snapped, dropped })
     }
 
-    /// Whether so much damage a tree is within it.
+    /// True if so much damage a tree is within it.
     pub fn admits(&self, snapped: f64, dropped: f64) -> bool {
         snapped <= self.snapped && dropped <= self.dropped
     }
@@ -66,11 +66,11 @@ pub struct Entry {
     pub controller: String,
     /// Budget that was chosen for it.
     pub budget: Budget,
-    /// Whether its damage is within that.
+    /// True if its damage is within that.
     pub within_budget: bool,
     /// Harvest completeness.
     pub completeness: f64,
-    /// Its 95 % interval.
+    /// 95 % interval.
     pub completeness_ci95: [Option<f64>; 2],
     /// Branches snapped a tree.
     pub snapped_per_tree: f64,

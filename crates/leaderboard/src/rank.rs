@@ -9,7 +9,7 @@ pub struct Ranked<'a> {
     pub place: Option<u32>,
     /// The entry.
     pub entry: &'a Entry,
-    /// Whether it stands on the Pareto front.
+    /// True if it stands on the Pareto front.
     pub on_front: bool,
 }
 

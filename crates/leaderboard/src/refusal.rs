@@ -5,7 +5,7 @@ use orchard_bench::store::StoreError;
 
 use crate::difference::Difference;
 
-/// Why a result is not taken; displayed in one line.
+/// Reason why a result is refused; displayed in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
     /// No result folder.
@@ -13,7 +13,7 @@ pub enum Refusal {
     NotAResult {
         /// The file that was looked for.
         file: String,
-        /// What is wrong with it.
+        /// Problem with it.
         problem: String,
     },
     /// Another version than that of this build.
@@ -41,7 +41,7 @@ pub enum Refusal {
     /// Another plan.
     #[error("summary.json: {what} {found}, but the official matrix has {own}")]
     Plan {
-        /// What.
+        /// Name of the figure.
         what: &'static str,
         /// The result's.
         found: String,

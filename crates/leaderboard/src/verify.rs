@@ -53,7 +53,7 @@ pub struct Head {
 /// A result that was verified.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verified {
-    /// Its summary.
+    /// Summary.
     pub summary: Summary,
     /// SHA-256 over the names and bytes of all record files.
     pub records_sha256: String,

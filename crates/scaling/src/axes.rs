@@ -39,7 +39,7 @@ impl AxisKind {
     pub const ALL: [Self; 6] =
         [Self::Mass, Self::Stiffness, Self::Damping, Self::HabitAngles, Self::FruitAndLeaves, Self::Size];
 
-    /// Its name in files and tables.
+    /// Name in files and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mass => "mass",
@@ -66,7 +66,7 @@ impl AxisKind {
     }
 }
 
-/// What one kind costs under a solver.
+/// Cost of one kind of randomisation under a solver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AxisRow {
     /// The kind.
@@ -81,7 +81,7 @@ pub struct AxisRow {
     pub relative: f64,
     /// Smallest and largest of the repeats.
     pub spread: [f64; 2],
-    /// What is particular about it.
+    /// Remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }

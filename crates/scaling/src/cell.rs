@@ -24,13 +24,13 @@ const FRAMES_AWAKE: u32 = 60;
 pub struct Start<'a> {
     /// The worlds.
     pub worlds: Worlds<'a>,
-    /// How they are advanced.
+    /// Solver.
     pub solver: SolverName,
     /// Where, for solvers of a device.
     pub gpu: Option<&'a Gpu>,
 }
 
-/// What something took.
+/// Time of a piece of work.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Spent {
     /// Time elapsed.
@@ -145,7 +145,7 @@ pub fn time(
 }
 
 impl ScalingPlan {
-    /// Whether a repeat has another course after so many. Courses that go on share the time in which everything moves.
+    /// True if a repeat has another course after so many. Courses that go on share the time in which everything moves.
     fn has_course(&self, courses: u32) -> bool {
         let of = |going_on: &GoingOn| going_on.most.saturating_sub(going_on.warm_up) / self.repeats;
         self.going_on.as_ref().is_none_or(|going_on| (courses + 1) * self.frames <= of(going_on))

@@ -28,9 +28,9 @@ pub enum ScalingError {
     /// A world cannot be built.
     #[error("a world of mode {mode:?} cannot be built: {reason}")]
     World {
-        /// Its mode.
+        /// Mode.
         mode: Mode,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// Worlds make no batch.

@@ -17,11 +17,11 @@ use crate::solver::SolverName;
 /// One batch that is timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cell {
-    /// What differs between its worlds.
+    /// Mode: the differences between its worlds.
     pub mode: Mode,
-    /// Its worlds: the first so many of the mode.
+    /// Number of worlds: the first of the mode.
     pub worlds: u32,
-    /// How they are advanced.
+    /// Solver.
     pub solver: SolverName,
 }
 
@@ -45,7 +45,7 @@ pub struct GoingOn {
     pub most: u32,
 }
 
-/// How the kinds of randomisation are timed.
+/// Plan for timing the kinds of randomisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxesPlan {
     /// Worlds of a batch.
@@ -75,11 +75,11 @@ pub struct ScalingPlan {
     pub spec: Arc<Spec>,
     /// Profile.
     pub profile: String,
-    /// What advances the batches.
+    /// Backend that advances the batches.
     pub backend: Backend,
     /// Seed of all trees and kicks.
     pub seed: u64,
-    /// What differs between the worlds of a batch, in order.
+    /// Modes: the differences between the worlds of a batch, in order.
     pub modes: Vec<Mode>,
     /// Numbers of worlds, ascending.
     pub worlds: Vec<u32>,
@@ -89,7 +89,7 @@ pub struct ScalingPlan {
     pub solvers: Vec<SolverName>,
     /// Frames of a course.
     pub frames: u32,
-    /// Whether courses follow each other. Else each begins anew, at the kick.
+    /// True if courses follow each other. Else each begins anew, at the kick.
     pub going_on: Option<GoingOn>,
     /// Largest joint rate of a kick [rad/s].
     pub kick: f64,
@@ -101,7 +101,7 @@ pub struct ScalingPlan {
     pub limits: Option<Limits>,
     /// Kinds of randomisation that are timed one by one.
     pub axes: Option<AxesPlan>,
-    /// What every row says.
+    /// Remark of every row.
     pub note: Option<String>,
     /// Version of protocol and configs.
     pub config_version: String,
@@ -183,7 +183,7 @@ impl ScalingPlan {
         Ok((if is_software { self.for_software(rules) } else { self }, Some(gpu)))
     }
 
-    /// What an adapter in software can do.
+    /// Reduces the plan to what an adapter in software can do.
     pub(crate) fn for_software(mut self, rules: &ScalingRules) -> Self {
         let most = rules.device.software_worlds.get();
         self.worlds.retain(|worlds| *worlds <= most);

@@ -23,7 +23,7 @@ pub struct Scaling {
     pub config_version: String,
     /// Profile.
     pub profile: String,
-    /// What advanced the batches.
+    /// Backend that advanced the batches.
     #[serde(default)]
     pub backend: Backend,
     /// The graphics device, where it is one.
@@ -54,7 +54,7 @@ pub struct Scaling {
     /// Cells that were not timed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub omitted: Vec<Omitted>,
-    /// What each kind of randomisation costs, where that was measured.
+    /// Cost of each kind of randomisation, where it was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<AxisRow>,
 }
@@ -62,13 +62,13 @@ pub struct Scaling {
 /// A graphics device.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Adapter {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Driver, with its version.
     pub driver: String,
     /// Vulkan, Metal or DX12.
     pub api: String,
-    /// Whether it is a program on the CPU.
+    /// True if it is a program on the CPU.
     pub is_software: bool,
 }
 
@@ -84,11 +84,11 @@ impl From<&GpuInfo> for Adapter {
 pub struct Omitted {
     /// Solver.
     pub solver: SolverName,
-    /// What differs between the worlds.
+    /// Mode: the differences between the worlds.
     pub mode: Mode,
     /// Worlds.
     pub worlds: u32,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
@@ -107,7 +107,7 @@ pub enum MemoryBasis {
 pub struct Row {
     /// Solver.
     pub solver: SolverName,
-    /// What differs between the worlds.
+    /// Mode: the differences between the worlds.
     pub mode: Mode,
     /// Worlds.
     pub worlds: u32,
@@ -139,7 +139,7 @@ pub struct Row {
     pub courses: u32,
     /// Worlds that were no longer finite at the end of a course; figures with any are worth nothing.
     pub unfinite: u32,
-    /// What is particular about it.
+    /// Remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }

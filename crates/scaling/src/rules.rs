@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScalingRules {
-    /// What advances the batches, unless a command says otherwise.
+    /// Backend that advances the batches, unless a command names another.
     pub backend: Backend,
     /// Frames of a course, which begins at the kick.
     pub frames: Count,
@@ -18,7 +18,7 @@ pub struct ScalingRules {
     pub kick: Quantity,
     /// Worlds with a plant of their own: those beyond repeat the plants of the first.
     pub kinds: Count,
-    /// What holds on a graphics device.
+    /// Constants of runs on a graphics device.
     pub device: DeviceRules,
     /// The official profile.
     pub full: Effort,
@@ -40,7 +40,7 @@ impl ScalingRules {
     }
 }
 
-/// What holds on a graphics device, whose batch goes on from course to course.
+/// Constants of runs on a graphics device, where a batch goes on from course to course.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceRules {
@@ -72,7 +72,7 @@ pub struct StudyRules {
     pub gpu: Effort,
     /// To see that everything works.
     pub quick: Effort,
-    /// What each kind of randomisation costs.
+    /// Cost of each kind of randomisation.
     pub axes: AxesRules,
 }
 
@@ -153,7 +153,7 @@ impl PublishedScaling {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedRate {
-    /// What differs between worlds.
+    /// Mode: the differences between worlds.
     pub mode: Mode,
     /// Worlds.
     pub worlds: u32,
@@ -171,7 +171,7 @@ pub struct PublishedRate {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedBuild {
-    /// What differs between worlds.
+    /// Mode: the differences between worlds.
     pub mode: Mode,
     /// Worlds.
     pub worlds: u32,

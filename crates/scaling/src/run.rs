@@ -187,7 +187,7 @@ impl<P: ScalingProgress> Run<'_, P> {
         self.omitted.push(omitted);
     }
 
-    /// Why a cell is left out, if it is: judged by the smaller one before it, and by the memory that is free.
+    /// Reason why a cell is left out, if it is: judged by the smaller one before it, and by the memory that is free.
     fn why_not(&self, cell: &Cell, each: Option<f64>) -> Option<String> {
         let limits = self.plan.limits?;
         let before = self.rows.iter().rev().find(|row| (row.mode, row.solver) == (cell.mode, cell.solver));

@@ -3,7 +3,7 @@
 use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
-/// How the worlds of a batch are advanced.
+/// Solver of a batch's worlds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
@@ -29,7 +29,7 @@ impl SolverName {
     pub const ALL: [Self; 6] =
         [Self::Lanes, Self::Aba, Self::Cg, Self::Cholesky, Self::DeviceAba, Self::DeviceCg];
 
-    /// Its name in files and tables.
+    /// Name in files and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lanes => "lanes",
@@ -41,7 +41,7 @@ impl SolverName {
         }
     }
 
-    /// Where it runs.
+    /// Returns its backend.
     pub fn backend(self) -> Backend {
         match self {
             Self::Lanes | Self::Aba | Self::Cg | Self::Cholesky => Backend::Cpu,
@@ -54,12 +54,12 @@ impl SolverName {
         Self::ALL.into_iter().filter(|solver| solver.backend() == backend && solver.is_built()).collect()
     }
 
-    /// Whether this build has it.
+    /// True if this build has it.
     pub fn is_built(self) -> bool {
         self != Self::Cholesky || cfg!(feature = "cholesky")
     }
 
-    /// What it takes to have it.
+    /// Returns the condition under which a build has it.
     pub fn needs(self) -> &'static str {
         match self {
             Self::Cholesky => "it needs the feature `cholesky`",
@@ -67,7 +67,7 @@ impl SolverName {
         }
     }
 
-    /// How many of a batch's worlds are in memory in f64 at once, at most.
+    /// Returns the largest number of a batch's worlds that are in memory in f64 at once.
     pub(crate) fn at_once(self, worlds: u32) -> u32 {
         if self == Self::Lanes { worlds.min(WORLDS_AT_ONCE) } else { worlds }
     }

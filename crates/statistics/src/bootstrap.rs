@@ -76,7 +76,7 @@ impl Resamples {
         &self.design
     }
 
-    /// Every resample in turn: the trees that it consists of, by their index in the design.
+    /// Calls `take` with every resample in turn: its trees, by their index in the design.
     pub fn each(&self, mut take: impl FnMut(&[usize])) {
         let seeds = self.design.seeds();
         if seeds.is_empty() {
@@ -115,7 +115,7 @@ impl Resamples {
         }
     }
 
-    /// The same of any statistic of a list of trees.
+    /// Returns the percentile interval of any statistic of a list of trees.
     ///
     /// # Errors
     /// There is only one tree, or no resample defines the statistic.

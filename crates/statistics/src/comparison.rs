@@ -20,16 +20,16 @@ pub struct Comparison {
     pub equal: u32,
     /// Mean difference, second less first.
     pub mean: Figure,
-    /// Its 95 % bootstrap interval over trees x seeds.
+    /// 95 % bootstrap interval over trees x seeds.
     pub ci95: [Option<f64>; 2],
-    /// Why there is no interval, if so.
+    /// Reason why there is no interval, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_interval: Option<Undefined>,
     /// Wilcoxon signed-rank test; null where it is undefined.
     pub wilcoxon: Option<Wilcoxon>,
     /// Paired permutation test; null where it is undefined.
     pub permutation: Option<Permutation>,
-    /// Why there are no tests, if so.
+    /// Reason why there are no tests, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_test: Option<Undefined>,
     /// Matched-pairs rank-biserial correlation.

@@ -18,7 +18,7 @@ pub struct Component {
     pub raw: Option<f64>,
     /// Degrees of freedom of its mean square.
     pub df: u32,
-    /// Why there is none, if so.
+    /// Reason why there is none, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub undefined: Option<Undefined>,
 }

@@ -45,7 +45,7 @@ impl Design {
         &self.seeds
     }
 
-    /// Whether some tree has more than one value.
+    /// True if some tree has more than one value.
     pub fn has_repeats(&self) -> bool {
         self.trees.iter().any(|values| values.len() > 1)
     }

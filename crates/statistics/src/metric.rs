@@ -29,7 +29,7 @@ pub struct Metric {
     pub ci95: [Option<f64>; 2],
     /// Sum of the denominators: trees, attempts, detections or visible fruit.
     pub n: u64,
-    /// Why the interval is null, if so.
+    /// Reason why the interval is null, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub undefined: Option<Undefined>,
 }

@@ -15,7 +15,7 @@ pub struct Permutation {
     pub statistic: f64,
     /// Two-sided p-value.
     pub p_value: f64,
-    /// How the p-value came about.
+    /// Method of the p-value.
     pub method: Method,
     /// Sign patterns that were looked at.
     pub patterns: u64,

@@ -15,7 +15,7 @@ pub struct BootstrapRules {
     pub seed: Count,
 }
 
-/// How paired tests are computed.
+/// Constants of paired tests.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PairedRules {

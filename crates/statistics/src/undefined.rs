@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Why there is no figure.
+/// Reason why there is no figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Undefined {
@@ -43,7 +43,7 @@ pub enum Undefined {
 pub struct Figure {
     /// The figure.
     pub value: Option<f64>,
-    /// Why it is null, if so.
+    /// Reason why it is null, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub undefined: Option<Undefined>,
 }

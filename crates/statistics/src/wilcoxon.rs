@@ -25,7 +25,7 @@ pub struct Wilcoxon {
     pub statistic: f64,
     /// Two-sided p-value.
     pub p_value: f64,
-    /// How the p-value came about.
+    /// Method of the p-value.
     pub method: Method,
     /// Pairs that differ.
     pub n: usize,

@@ -43,7 +43,7 @@ pub enum TaskPlan {
     Scaling {
         /// Profile.
         profile: String,
-        /// What advances the batches.
+        /// Backend that advances the batches.
         #[serde(default)]
         backend: Backend,
     },
@@ -64,7 +64,7 @@ impl Backend {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Cpu, Self::Gpu];
 
-    /// Its name in files and on the command line.
+    /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -138,7 +138,7 @@ pub struct PlanFileError {
 }
 
 impl PlanFile {
-    /// Its file under the result folder.
+    /// File under the result folder.
     pub const FILE: &'static str = "plan.json";
 
     /// Reads that of a folder.

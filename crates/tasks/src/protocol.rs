@@ -113,7 +113,7 @@ pub struct Rules {
 pub struct Published {
     /// The figure as published.
     pub value: f64,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Key of the source in `docs/references.bib`.
     pub source: String,

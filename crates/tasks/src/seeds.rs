@@ -19,9 +19,9 @@ pub enum SeedSetName {
 /// The set that a result's seeds belong to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SeedSetLabel {
-    /// Its name.
+    /// Name.
     pub name: SeedSetName,
-    /// Whether the result is on all seeds of the set, in its order, with as many trees a seed as the set has.
+    /// True if the result is on all seeds of the set, in its order, with as many trees a seed as the set has.
     pub whole: bool,
 }
 
@@ -52,7 +52,7 @@ pub struct OfficialSet {
     pub repeats: Count,
 }
 
-/// What a seed of the official set is the hash of, its number left out.
+/// Text that is hashed into a seed of the official set, without the seed's number.
 const V1_RULE: &str = "orchardbench/v1/seed/";
 
 /// Bytes of the hash that make a seed: 48 bits, which every reader of JSON keeps.

@@ -19,7 +19,7 @@ pub struct Gentle;
 pub struct PointTarget {
     /// The point [m, world].
     pub p_world: [f64; 3],
-    /// The same, as the controller is told [m, odom].
+    /// Point that the controller gets [m, odom].
     pub p_odom: [f64; 3],
     /// Level direction from the stand-off to the point that it is told, from the x axis of odom [rad].
     pub heading_odom: f64,

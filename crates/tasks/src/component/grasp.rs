@@ -19,9 +19,9 @@ pub struct ReachAndGrasp;
 pub struct FruitTarget {
     /// The fruit.
     pub fruit: u32,
-    /// Its centre at the start [m, world].
+    /// Centre at the start [m, world].
     pub p_world: [f64; 3],
-    /// Its radius [m].
+    /// Radius [m].
     pub radius: f64,
     /// Centre that the controller is told [m, odom].
     pub p_odom_told: [f64; 3],

@@ -25,7 +25,7 @@ pub struct ComponentPlan {
     pub protocol: Protocol,
 }
 
-/// What all trees of a run have in common.
+/// Common part of the keys of a run's trees.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ComponentRun {
     /// [`SCHEMA_VERSION`].
@@ -41,7 +41,7 @@ pub struct ComponentRun {
     pub task: String,
 }
 
-/// What the record of a tree is a function of.
+/// Key of a tree's record: everything that it is a function of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ComponentKey {
     /// The run.
@@ -85,7 +85,7 @@ impl ComponentPlan {
         config_hash(&[("scenario", &self.scenario.hash()), ("protocol", &config_text(&self.protocol))])
     }
 
-    /// What all trees of a task have in common.
+    /// Returns the common part of the keys of a task's trees.
     pub fn run_of(&self, task: &str) -> ComponentRun {
         ComponentRun {
             schema_version: SCHEMA_VERSION,

@@ -12,10 +12,10 @@ use crate::component::task::Component;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct TreeRecord<C: Component> {
-    /// What it is a function of.
+    /// Key: everything that it is a function of.
     #[serde(flatten)]
     pub key: ComponentKey,
-    /// Why the world could not be built, if so.
+    /// Reason why the world could not be built, if so.
     pub never_built: Option<String>,
     /// Trials in the order of their targets.
     pub trials: Vec<TrialRecord<C::Target>>,
@@ -28,7 +28,7 @@ pub struct TreeRecord<C: Component> {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Ended {
-    /// What was asked for was there.
+    /// The target was met.
     Success,
     /// The time was over.
     TimeOver,
@@ -36,7 +36,7 @@ pub enum Ended {
     Stalled,
     /// The world left its plausible state.
     Quarantined {
-        /// What was wrong.
+        /// Problem.
         reason: String,
     },
 }
@@ -44,9 +44,9 @@ pub enum Ended {
 /// One trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrialRecord<T> {
-    /// What it was about.
+    /// Target.
     pub target: T,
-    /// How it ended.
+    /// Outcome of the trial.
     pub ended: Ended,
     /// Simulated time [s].
     pub duration_s: f64,
@@ -73,12 +73,12 @@ pub struct TrialRecord<T> {
 }
 
 impl<T> TrialRecord<T> {
-    /// Whether it met what was asked for.
+    /// True if it met its target.
     pub fn success(&self) -> bool {
         self.ended == Ended::Success
     }
 
-    /// Whether its loads mean anything.
+    /// True if its loads mean anything.
     pub fn sound(&self) -> bool {
         !matches!(self.ended, Ended::Quarantined { .. })
     }

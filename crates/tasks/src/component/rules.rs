@@ -37,7 +37,7 @@ pub struct GentleRules {
     pub targets: Count,
     /// Longest trial.
     pub time: Quantity,
-    /// How near to the point counts as there.
+    /// Tolerance: largest distance to the point that counts as reached.
     pub tolerance: Quantity,
     /// How far the base may stand off the named side, as seen from the point.
     pub side: Quantity,
@@ -51,7 +51,7 @@ pub struct GentleRules {
     pub clearance: Quantity,
     /// Length of the line outwards that must meet wood.
     pub corridor_length: Quantity,
-    /// How near to it wood must be.
+    /// Largest distance of that wood from the line.
     pub corridor_radius: Quantity,
     /// Fewest segments of wood near it.
     pub corridor_segments: Count,

@@ -46,7 +46,7 @@ pub struct TreeLine {
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Why it could not be built, if so.
+    /// Reason why it could not be built, if so.
     pub never_built: Option<String>,
     /// Trials; fewer than asked for where the tree has no more targets.
     pub trials: u32,

@@ -33,7 +33,7 @@ pub struct DetectPlan {
     pub protocol: Protocol,
 }
 
-/// What the record of a tree is a function of.
+/// Key of a tree's record: everything that it is a function of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DetectKey {
     /// [`SCHEMA_VERSION`].
@@ -49,7 +49,7 @@ pub struct DetectKey {
     pub seed: u64,
     /// World index under the seed.
     pub world: u32,
-    /// Whether the gate ablation is run on this tree.
+    /// True if the gate ablation is run on this tree.
     pub ablation: bool,
 }
 

@@ -9,10 +9,10 @@ use crate::zones::{Zone, ZoneFrame};
 /// One tree at every foliage density.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DetectRecord {
-    /// What the record is a function of.
+    /// Key: everything that the record is a function of.
     #[serde(flatten)]
     pub key: DetectKey,
-    /// Why there is nothing to see, if so.
+    /// Reason why there is nothing to see, if so.
     pub quarantined: Option<String>,
     /// Zone frame; null where no fruit is reachable.
     pub zone_frame: Option<ZoneFrame>,
@@ -33,7 +33,7 @@ pub struct HangingFruit {
     pub p_world: [f64; 3],
     /// Radius [m].
     pub radius: f64,
-    /// Its zone; null where there is no zone frame.
+    /// Zone; null where there is no zone frame.
     pub zone: Option<Zone>,
 }
 
@@ -44,7 +44,7 @@ pub struct DensityRecord {
     pub foliage: f64,
     /// Leaves of the tree.
     pub leaves: u32,
-    /// Its images.
+    /// Images.
     pub images: Vec<ImageRecord>,
     /// What the tracker made of all images together, oldest first.
     pub tracks: Vec<TrackRecord>,
@@ -59,7 +59,7 @@ pub struct ImageRecord {
     pub r_world_camera: [f64; 4],
     /// Every fruit that shows a pixel, by index.
     pub fruit: Vec<FruitSeen>,
-    /// What the detector reported.
+    /// Detections.
     pub detections: Vec<DetectionRecord>,
 }
 
@@ -74,9 +74,9 @@ pub struct FruitSeen {
     pub unoccluded_px: u32,
     /// Depth of its centre [m].
     pub depth: f64,
-    /// Whether that depth is in the range of [`crate::detect::FoundRules`].
+    /// True if that depth is in the range of [`crate::detect::FoundRules`].
     pub in_range: bool,
-    /// Whether it ought to be found.
+    /// True if it ought to be found.
     pub ought: bool,
 }
 
@@ -106,11 +106,11 @@ pub struct DetectionRecord {
     pub radius_error: Option<f64>,
     /// What most of its pixels truly show.
     pub on: SitsOn,
-    /// Its zone; null where there is no zone frame.
+    /// Zone; null where there is no zone frame.
     pub zone: Option<Zone>,
 }
 
-/// What a detection sits on.
+/// Object that a detection sits on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SitsOn {
@@ -141,7 +141,7 @@ pub struct TrackRecord {
     pub radius: f64,
     /// Images that showed it.
     pub hits: u32,
-    /// Whether these are enough to act on.
+    /// True if these are enough to act on.
     pub confirmed: bool,
     /// The fruit that it is matched to, one to one among all tracks.
     pub fruit: Option<u32>,

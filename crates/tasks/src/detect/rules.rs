@@ -13,7 +13,7 @@ use crate::vantage::VantageSpec;
 pub struct DetectRules {
     /// Views a tree.
     pub views: Count,
-    /// Where the views are taken from.
+    /// Distribution of the views.
     pub vantage: VantageSpec,
     /// Which fruit ought to be found.
     pub found: FoundRules,
@@ -21,7 +21,7 @@ pub struct DetectRules {
     pub ablation: AblationRules,
     /// The paper's figures of the foliage sweep, by metric.
     pub published: BTreeMap<String, Vec<AtFoliage>>,
-    /// What is asked of the detector over the tuning seeds, by metric: at least, or of an error at most.
+    /// Requirements on the detector over the tuning seeds, by metric: least values, for errors largest values.
     pub asked: BTreeMap<String, Vec<AtFoliage>>,
 }
 
@@ -71,14 +71,14 @@ pub struct AtFoliage {
     pub foliage: f64,
     /// The figure.
     pub value: f64,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
 }
 
 impl DetectRules {
-    /// What is wrong beside the foliage densities of the sweep, as (field, problem).
+    /// Returns a conflict with the foliage densities of the sweep, as (field, problem).
     pub(crate) fn problem(&self, densities: &[f64]) -> Option<(&'static str, String)> {
         let asked = self.ablation.foliage.si();
         (!densities.contains(&asked))

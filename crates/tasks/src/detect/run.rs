@@ -60,7 +60,7 @@ struct Stand {
     x_world_camera: Vec<Pose>,
 }
 
-/// Why a record did not come about.
+/// Reason why there is no record.
 enum Ended {
     Stopped,
     Unseen(String),
@@ -235,7 +235,7 @@ fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Ve
     tracker.tracks().iter().zip(matched).map(record).collect()
 }
 
-/// Whether two trees hold the same solids at the same places, bit for bit.
+/// True if two trees hold the same solids at the same places, bit for bit.
 fn same_but_for_leaves(a: &RestingTree, b: &RestingTree) -> bool {
     let solids = |tree: &'_ RestingTree| -> Vec<_> {
         let solid = |item: &&orchard_camera::Item| !matches!(item.geometry, Geometry::Blade { .. });

@@ -65,7 +65,7 @@ pub struct TreeLine {
     pub world: u32,
     /// Fruit on the tree.
     pub fruit: u32,
-    /// Why it could not be seen, if so.
+    /// Reason why it could not be seen, if so.
     pub quarantined: Option<String>,
 }
 
@@ -105,7 +105,7 @@ pub struct VariantSummary {
 /// A bin of the visible fraction, its upper end excluded but for the last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FractionBin {
-    /// Its ends.
+    /// Ends.
     pub visible_fraction: [f64; 2],
     /// Fruit in range that shows a pixel, summed over images.
     pub fruit: u32,
@@ -144,7 +144,7 @@ pub struct AblationSummary {
 }
 
 impl DetectSummary {
-    /// Its file under the result folder.
+    /// File under the result folder.
     pub const FILE: &'static str = "detect.json";
 
     /// Sums up the trees of a plan, given in the order of [`DetectPlan::keys`].

@@ -11,7 +11,7 @@ pub struct RestingTree {
     pub scene: Scene,
     /// Every fruit, by the instance that the scene gives it.
     pub fruit: Vec<FruitTruth>,
-    /// Whether each fruit counts as reachable, for the zone frame.
+    /// True if each fruit counts as reachable, for the zone frame.
     pub reachable: Vec<bool>,
 }
 

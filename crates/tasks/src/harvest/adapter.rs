@@ -111,7 +111,7 @@ impl<C: Controller> BenchController for Recorded<C> {
     }
 }
 
-/// What a list has gained since it was read; nothing where it has become shorter.
+/// Returns the items that a list has gained since it was read; none if it has become shorter.
 fn since<'a, T>(list: &'a [T], read: &mut usize) -> &'a [T] {
     let new = list.get(*read..).unwrap_or_default();
     *read = list.len();

@@ -12,7 +12,7 @@ use crate::harvest::reason::{Facts, reason};
 use crate::json::finite;
 use crate::zones::Zone;
 
-/// What is known about an attempt before truth is consulted.
+/// Log of an attempt, before it is judged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AttemptLog {
     /// Frame of the commitment.
@@ -27,7 +27,7 @@ pub struct AttemptLog {
     pub states: Vec<(u32, String)>,
     /// Frame of the end and the controller's reason for failure; `None` while it runs.
     pub end: Option<(u32, Option<String>)>,
-    /// What the controller believed, its end left out.
+    /// Belief of the controller, without its end.
     pub belief: Belief,
     /// Largest stem force so far [N].
     pub max_stem_pull: f64,
@@ -62,7 +62,7 @@ impl History {
         self.states.iter().rfind(|(since, _)| *since < frame).map(|(_, state)| state.clone())
     }
 
-    /// Whether the fingers had closed on a fruit between two frames, the first left out.
+    /// True if the fingers had closed on a fruit between two frames, the first left out.
     pub fn was_gripped(&self, fruit: u32, after: u32, until: u32) -> bool {
         self.gripped.iter().any(|g| g.fruit == fruit && g.frame > after && g.frame <= until)
     }

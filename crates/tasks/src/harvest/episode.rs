@@ -44,7 +44,7 @@ pub enum Outcome {
     Stalled,
     /// The world left its plausible state; it counts as zero harvest.
     Quarantined {
-        /// What was wrong.
+        /// Problem.
         reason: String,
     },
 }
@@ -60,7 +60,7 @@ pub struct FruitRecord {
     pub p_world: [f64; 3],
     /// Radius [m].
     pub radius: f64,
-    /// Whether it lay inside the reach sphere at the start.
+    /// True if it lay inside the reach sphere at the start.
     pub reachable: bool,
     /// Zone at the start; null where no fruit is reachable.
     pub zone: Option<Zone>,
@@ -108,7 +108,7 @@ pub struct AttemptRecord {
     pub zone: Option<Zone>,
     /// Outcome by the world's truth.
     pub outcome: AttemptOutcome,
-    /// Why it failed; null when placed.
+    /// Reason why it failed; null when placed.
     pub failure_reason: Option<String>,
     /// Fruit held between both fingers, in the order of their grips.
     pub gripped: Vec<u32>,
@@ -189,7 +189,7 @@ pub struct HeldFruit {
     pub from_frame: u32,
     /// Last frame.
     pub to_frame: u32,
-    /// How it ended.
+    /// End of the spell.
     pub end: HeldEnd,
 }
 
@@ -237,7 +237,7 @@ pub struct DetachEvent {
     pub time: f64,
     /// Tension of the stem as it gave way [N]; null if it was not finite.
     pub tension_n: Option<f64>,
-    /// Whether that is more than takes most apples off by a straight pull (`rules.stem_pull`).
+    /// True if that is more than takes most apples off by a straight pull (`rules.stem_pull`).
     pub stem_pulled: bool,
 }
 
@@ -256,7 +256,7 @@ pub struct DepositEvent {
     pub impact_energy_j: Option<f64>,
     /// Energy of the hardest impact that the fruit took since the start [J]; null where not recorded.
     pub bruise_energy_j: Option<f64>,
-    /// Whether that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
+    /// True if that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
     pub bruised: Option<bool>,
 }
 
@@ -289,10 +289,10 @@ pub struct DetectionTally {
 /// One world's episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeRecord {
-    /// What the episode is a function of.
+    /// Key: everything that the episode is a function of.
     #[serde(flatten)]
     pub key: EpisodeKey,
-    /// How it ended.
+    /// Outcome of the episode.
     pub outcome: Outcome,
     /// Frames stepped.
     pub frames: u32,
@@ -366,7 +366,7 @@ impl AttemptRecord {
 }
 
 impl EpisodeRecord {
-    /// Whether the world was quarantined.
+    /// True if the world was quarantined.
     pub fn quarantined(&self) -> bool {
         matches!(self.outcome, Outcome::Quarantined { .. })
     }

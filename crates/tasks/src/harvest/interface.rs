@@ -21,9 +21,9 @@ pub trait BenchWorld {
     fn visible_fruit(&self) -> Vec<VisibleFruit>;
     /// Pose of the odom frame in the world.
     fn x_world_odom(&self) -> Pose;
-    /// Whether each fruit lies inside the arm's reach sphere from an admissible stand-off, now.
+    /// True if each fruit lies inside the arm's reach sphere from an admissible stand-off, now.
     fn reachable(&self) -> Vec<bool>;
-    /// How many fruit inverse kinematics confirms as reachable, where that is computed.
+    /// Number of fruit that inverse kinematics confirms as reachable, where that is computed.
     fn reachable_ik_count(&self) -> Option<u32> {
         None
     }
@@ -38,7 +38,7 @@ pub trait BenchWorld {
         let _ = fruit;
         None
     }
-    /// Why the world is no longer plausible, if so.
+    /// Reason why the world is no longer plausible, if so.
     fn quarantine(&self) -> Option<String>;
 }
 
@@ -58,7 +58,7 @@ pub use orchard_world::truth::FruitTruth;
 pub struct VisibleFruit {
     /// The fruit.
     pub fruit: u32,
-    /// Its pixels with a valid depth.
+    /// Pixels with a valid depth.
     pub pixels: u32,
 }
 
@@ -102,7 +102,7 @@ pub enum ControllerEvent {
     },
     /// It ended the current attempt.
     AttemptEnded {
-        /// Why it failed; `None` if it believes that the fruit was placed.
+        /// Reason why it failed; `None` if it believes that the fruit was placed.
         failure: Option<String>,
     },
     /// It evaluated the observation's depth image.

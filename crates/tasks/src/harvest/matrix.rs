@@ -34,7 +34,7 @@ impl Sweeps {
         self.foliage.iter().map(Quantity::si).collect()
     }
 
-    /// What is wrong with the values, as (field, problem).
+    /// Returns the first problem of the values, as (field, problem).
     pub(crate) fn problem(&self) -> Option<(&'static str, String)> {
         let fields = ["sweeps.foliage", "sweeps.fruit", "sweeps.terrain"];
         for (field, dial) in fields.into_iter().zip(Dial::ALL) {
@@ -98,7 +98,7 @@ impl Dial {
         format!("{}-{value}", self.name())
     }
 
-    /// Its unit in names of conditions and in results.
+    /// Unit in names of conditions and in results.
     fn unit(self) -> &'static str {
         match self {
             Self::Foliage => "1",
@@ -107,7 +107,7 @@ impl Dial {
         }
     }
 
-    /// Its values in a sweep.
+    /// Values in a sweep.
     fn values(self, sweeps: &Sweeps) -> Vec<f64> {
         match self {
             Self::Foliage => sweeps.densities(),
@@ -116,7 +116,7 @@ impl Dial {
         }
     }
 
-    /// Where worlds have it.
+    /// Returns its value in some worlds.
     fn of(self, dials: &Dials) -> f64 {
         match self {
             Self::Foliage => dials.foliage_density,
@@ -125,7 +125,7 @@ impl Dial {
         }
     }
 
-    /// The same worlds with this one turned.
+    /// Returns the dials with this one set to a value.
     fn turned(self, dials: Dials, value: f64) -> Dials {
         match self {
             Self::Foliage => Dials { foliage_density: value, ..dials },
@@ -135,7 +135,7 @@ impl Dial {
     }
 }
 
-/// Where the worlds of a condition have their dials.
+/// Values of the dials of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Dials {
     /// Fruit that a tree is asked to carry.
@@ -178,20 +178,20 @@ impl Dials {
 /// A condition of the matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatrixCondition {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its worlds.
+    /// Worlds.
     pub dials: Dials,
 }
 
 /// A sweep of the matrix: conditions along one dial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatrixSweep {
-    /// Its name, which is also its dial's.
+    /// Name, which is also its dial's.
     pub name: String,
     /// Unit of the values.
     pub unit: String,
-    /// Its conditions, by ascending value.
+    /// Conditions, by ascending value.
     pub points: Vec<SweepPoint>,
 }
 
@@ -200,7 +200,7 @@ pub struct MatrixSweep {
 pub struct SweepPoint {
     /// The condition.
     pub condition: String,
-    /// Where it has the dial.
+    /// Value of the dial.
     pub value: f64,
 }
 
@@ -292,7 +292,7 @@ impl Matrix {
         self.sweeps.iter().map(cut).filter(|sweep| sweep.points.len() > 1).collect()
     }
 
-    /// Whether a name is DIAL-VALUE with a value of a sweep that the nominal condition has.
+    /// True if a name is DIAL-VALUE with a value of a sweep that the nominal condition has.
     fn names_nominal(&self, name: &str) -> bool {
         Dial::ALL.iter().zip(&self.sweeps).any(|(dial, sweep)| {
             let nominal = |point: &&SweepPoint| point.condition == NOMINAL;

@@ -30,7 +30,7 @@ pub struct Extent {
 /// The parameters of one condition of the benchmark matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConditionParams {
-    /// Its worlds.
+    /// Worlds.
     #[serde(flatten)]
     pub dials: Dials,
     /// Trees a seed.
@@ -44,9 +44,9 @@ pub struct ConditionParams {
 /// One condition of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its parameters.
+    /// Parameters.
     pub params: ConditionParams,
 }
 

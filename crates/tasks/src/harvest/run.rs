@@ -48,7 +48,7 @@ pub fn run<F: WorldFactory>(
 pub struct Episodes<'a, F, O> {
     /// The plan.
     pub plan: &'a Plan,
-    /// Its worlds.
+    /// Worlds.
     pub factory: &'a F,
     /// Observers.
     pub watch: &'a O,

@@ -35,7 +35,7 @@ pub struct Summary {
     pub config_version: String,
     /// Preset of the config.
     pub preset: String,
-    /// What was run.
+    /// Scenario of the run.
     pub scenario: ScenarioLine,
     /// Profile.
     pub profile: String,
@@ -66,7 +66,7 @@ pub struct ScenarioLine {
 /// Results of one condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConditionSummary {
-    /// Its parameters.
+    /// Parameters.
     pub params: ConditionParams,
     /// One line an episode.
     pub episodes: Vec<EpisodeLine>,
@@ -111,7 +111,7 @@ pub struct EpisodeLine {
     pub world: u32,
     /// Which of the tree's episodes.
     pub repeat: u32,
-    /// How it ended.
+    /// Outcome of the episode.
     pub outcome: Outcome,
     /// Simulated time [s].
     pub duration_s: f64,

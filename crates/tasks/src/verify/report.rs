@@ -24,7 +24,7 @@ pub struct Report {
     pub preset: String,
     /// The trajectory.
     pub trajectory: TrajectoryLine,
-    /// What the robot does not do as told.
+    /// Commands that exceed the robot's limits.
     pub warnings: Vec<String>,
     /// Version of protocol and configs.
     pub config_version: String,

@@ -44,14 +44,14 @@ impl VerifyPlan {
     }
 }
 
-/// What a trajectory did to a tree.
+/// Effect of a trajectory on a tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TreeOutcome {
     /// Seed.
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Why the run has no end: the world could not be built or left its plausible state.
+    /// Reason why the run has no end: the world could not be built or left its plausible state.
     pub quarantined: Option<String>,
     /// Simulated time [s].
     pub duration_s: f64,

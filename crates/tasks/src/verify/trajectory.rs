@@ -14,7 +14,7 @@ pub struct TrajectoryError {
     pub file: String,
     /// Line, from 1.
     pub line: u64,
-    /// What is wrong, with the field.
+    /// Problem, with the field.
     pub problem: String,
 }
 
@@ -109,7 +109,7 @@ impl Trajectory {
         &self.rows
     }
 
-    /// What the robot will not do as told, a line a field.
+    /// Returns the commands that exceed the robot's limits, a line a field.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }

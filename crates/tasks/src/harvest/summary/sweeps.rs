@@ -19,7 +19,7 @@ pub struct Sweep {
     pub dial: String,
     /// Unit of its values.
     pub unit: String,
-    /// Its conditions, by ascending value.
+    /// Conditions, by ascending value.
     pub points: Vec<SweepPoint>,
     /// Every other condition beside the nominal one, by every tested metric; empty without the nominal one.
     pub comparisons: Vec<SweepComparison>,

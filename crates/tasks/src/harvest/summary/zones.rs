@@ -20,11 +20,11 @@ pub struct ZoneSummary {
     pub placed: u32,
     /// Placed over attempts; null without attempts.
     pub place_success: Option<f64>,
-    /// Its 95 % bootstrap interval over trees x seeds; null where fewer than two trees say something.
+    /// 95 % bootstrap interval over trees x seeds; null where fewer than two trees say something.
     pub place_success_ci95: [Option<f64>; 2],
     /// Deposited over reachable; null without reachable fruit.
     pub completeness: Option<f64>,
-    /// Its 95 % bootstrap interval.
+    /// 95 % bootstrap interval.
     pub completeness_ci95: [Option<f64>; 2],
 }
 
