@@ -1,18 +1,19 @@
 //! Controls against shortcuts: what a controller places without seeing, and what one places that always reaches for the middle
 //! of the tree's fruit. Start poses vary in distance, bearing and heading, so no fixed plan leads to fruit either.
 
-use orchard_bench::adapter::Recorded;
-use orchard_bench::episode::EpisodeRecord;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::interface::{BenchWorld, FruitTruth, VisibleFruit, WorldEvent};
-use orchard_bench::protocol::Protocol;
-use orchard_bench::{WorldFactory, run_episode};
 use orchard_camera::Label;
 use orchard_geometry::{DepthImage, Pose, Vec3, transform};
 use orchard_picker::{Controller, Kind};
 use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::adapter::Recorded;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::interface::{BenchWorld, FruitTruth, VisibleFruit};
+use orchard_tasks::harvest::{WorldFactory, run_episode};
+use orchard_tasks::protocol::Protocol;
 use orchard_world::World;
+use orchard_world::WorldEvent;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
@@ -120,7 +121,7 @@ fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRe
     let harvest = Harvest::new(Scenario::of(&[("controller", kind.name())]).unwrap()).unwrap();
     let protocol = Protocol::paper();
     let plan = harvest.plan("full", protocol.tuning_seeds.clone(), TREES, SECONDS);
-    let run = |key: orchard_bench::episode::EpisodeKey| {
+    let run = |key: orchard_tasks::harvest::episode::EpisodeKey| {
         let (world, mut controller): (World, Recorded<Box<dyn Controller>>) =
             harvest.build(&key).expect("a tuning seed");
         let mut world = Spoilt { sight: sight(&world), world };

@@ -1,11 +1,11 @@
-//! What a clock or the machine can change: `compute.json`.
+//! The cost of runs, `compute.json`: everything that depends on a clock or on the machine.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::episode::SCHEMA_VERSION;
 use crate::store::{Store, StoreError};
+use crate::version::SCHEMA_VERSION;
 
 /// The machine that a result was computed on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ impl Machine {
     }
 }
 
-/// Largest resident memory of this process so far [MiB], where the system tells.
+/// Largest resident memory of this process so far [MiB], where the system reports it.
 pub fn peak_memory_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -47,7 +47,7 @@ pub fn peak_memory_mib() -> Option<f64> {
 /// Cost of one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordCost {
-    /// Its file.
+    /// File.
     pub file: String,
     /// Wall time [s] of one thread; null where a stored record was reused.
     pub wall_s: Option<f64>,
@@ -106,10 +106,10 @@ pub struct Compute {
 }
 
 impl Compute {
-    /// Its file under the result folder.
+    /// File under the result folder.
     pub const FILE: &'static str = "compute.json";
 
-    /// Notes a task's cost in a folder, beside those of other tasks.
+    /// Writes a task's cost into a folder, beside those of other tasks.
     ///
     /// # Errors
     /// The file cannot be written.

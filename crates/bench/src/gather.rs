@@ -1,4 +1,4 @@
-//! Records that are there already: nothing is computed.
+//! Gathers stored records without computing any.
 
 use crate::record::Record;
 use crate::store::{Store, StoreError, Stored};
@@ -11,15 +11,15 @@ pub struct Missing {
     pub folder: &'static str,
     /// The first one's file.
     pub first: String,
-    /// What was found in its place.
+    /// Problem with its file.
     pub problem: String,
-    /// How many are missing.
+    /// Number of missing records.
     pub missing: usize,
     /// Records asked for.
     pub total: usize,
 }
 
-/// Why folders could not be merged.
+/// Error of a merge.
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// Records are missing.
@@ -81,38 +81,29 @@ fn find<R: Record>(key: &R::Key, stores: &[&Store]) -> Result<R, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::{EpisodeRecord, FruitState};
-    use crate::fake::record;
+    use crate::fake::{Sum, record};
 
     #[test]
     fn parts_make_a_whole_or_tell_what_is_missing() {
         let folders = [0, 1, 2].map(|_| tempfile::tempdir().unwrap());
         let stores = [0, 1, 2].map(|i| Store::open(folders[i].path()).unwrap());
-        let of_world = |world| {
-            let mut record = record(&[(FruitState::OnTree, true)]);
-            record.key.world = world;
-            record
-        };
-        let records = [0, 1, 2].map(of_world);
+        let records = [0, 1, 2].map(record);
         let keys = records.clone().map(|record| record.key);
         stores[0].write_record(&records[0]).unwrap();
         stores[1].write_record(&records[1]).unwrap();
         let from = [&stores[0], &stores[1]];
-        let e = merge::<EpisodeRecord>(&keys, &from, &stores[2]).unwrap_err().to_string();
-        assert_eq!(
-            e,
-            "1 of 3 episodes are missing, episodes/fake-nominal-1-002.json is the first: there is no such file"
-        );
-        assert!(stores[2].files("episodes").is_empty());
+        let e = merge::<Sum>(&keys, &from, &stores[2]).unwrap_err().to_string();
+        assert_eq!(e, "1 of 3 sums are missing, sums/fake-7-002.json is the first: there is no such file");
+        assert!(stores[2].files("sums").is_empty());
 
         stores[1].write_record(&records[2]).unwrap();
-        assert_eq!(merge::<EpisodeRecord>(&keys, &from, &stores[2]).unwrap(), records);
-        assert_eq!(gather::<EpisodeRecord>(&keys, &[&stores[2]]).unwrap(), records);
+        assert_eq!(merge::<Sum>(&keys, &from, &stores[2]).unwrap(), records);
+        assert_eq!(gather::<Sum>(&keys, &[&stores[2]]).unwrap(), records);
 
-        let file = folders[2].path().join("episodes/fake-nominal-1-001.json");
+        let file = folders[2].path().join("sums/fake-7-001.json");
         let text = std::fs::read_to_string(&file).unwrap();
-        std::fs::write(&file, text.replace("\"frames\": 0", "\"frames\":  0")).unwrap();
-        let e = gather::<EpisodeRecord>(&keys, &[&stores[2]]).unwrap_err();
+        std::fs::write(&file, text.replace("\"sum\": 8", "\"sum\":  8")).unwrap();
+        let e = gather::<Sum>(&keys, &[&stores[2]]).unwrap_err();
         assert!(e.problem.ends_with("is damaged or was changed"), "{e}");
     }
 }

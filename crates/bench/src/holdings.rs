@@ -1,4 +1,4 @@
-//! What a result folder holds already: records of the plan that is to be run, or another plan's.
+//! Check of a result folder before a run: its records must be of the plan that is to be run.
 //!
 //! Two plans in one folder would write over each other's summary, so the second is refused. A record belongs to a plan if
 //! the plan asks for all that it is a function of; a larger plan takes over a smaller one's records. Which code wrote it does
@@ -109,70 +109,67 @@ fn listed(values: &[&Value]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::{EpisodeKey, EpisodeRecord};
-    use crate::fake::{plan, record};
-    use crate::plan::Plan;
+    use crate::fake::{Sum, SumKey, keys, record};
 
     /// What a folder that holds one record says to a plan.
-    fn said(held: impl FnOnce(&mut EpisodeKey), asked: &Plan) -> Result<(), String> {
+    fn said(held: impl FnOnce(&mut SumKey), asked: &[SumKey]) -> Result<(), String> {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
-        let mut record = record(&[]);
-        record.key = plan().episodes().swap_remove(0);
+        let mut record = record(0);
         held(&mut record.key);
         store.write_record(&record).unwrap();
         let here = folder.path().display().to_string();
-        let says = store.check_plan::<EpisodeRecord>(&asked.episodes());
+        let says = store.check_plan::<Sum>(asked);
         says.map_err(|e| e.to_string().strip_prefix(&here).unwrap().to_owned())
     }
 
     #[test]
     fn a_plans_own_records_and_part_of_them_are_taken() {
-        assert_eq!(said(|_| (), &plan()), Ok(()));
+        assert_eq!(said(|_| (), &keys()), Ok(()));
         let empty = tempfile::tempdir().unwrap();
         let store = Store::open(empty.path()).unwrap();
-        assert_eq!(store.check_plan::<EpisodeRecord>(&plan().episodes()), Ok(()));
+        assert_eq!(store.check_plan::<Sum>(&keys()), Ok(()));
         // What cannot be read belongs to nobody.
-        fs::create_dir(empty.path().join("episodes")).unwrap();
+        fs::create_dir(empty.path().join("sums")).unwrap();
         for text in ["", "{", "[]", "no"] {
-            fs::write(empty.path().join("episodes/x.json"), text).unwrap();
-            assert_eq!(store.check_plan::<EpisodeRecord>(&plan().episodes()), Ok(()), "{text}");
+            fs::write(empty.path().join("sums/x.json"), text).unwrap();
+            assert_eq!(store.check_plan::<Sum>(&keys()), Ok(()), "{text}");
         }
         // Another object does not.
-        fs::write(empty.path().join("episodes/x.json"), "{}").unwrap();
-        assert!(store.check_plan::<EpisodeRecord>(&plan().episodes()).is_err());
+        fs::write(empty.path().join("sums/x.json"), "{}").unwrap();
+        assert!(store.check_plan::<Sum>(&keys()).is_err());
     }
 
     #[test]
     fn another_plan_is_told_by_what_differs() {
-        let other = said(|key| key.scenario.controller = "gardener".into(), &plan());
+        let other = said(|key| key.controller = "gardener".into(), &keys());
         assert_eq!(
             other.unwrap_err(),
-            " holds results of another plan: episodes/gardener-nominal-7-000.json has controller \"gardener\", not \
+            " holds results of another plan: sums/gardener-7-000.json has controller \"gardener\", not \
              \"fake\"; give another --out, or remove that folder"
         );
-        let seed = said(|key| key.seed = 5, &plan()).unwrap_err();
+        let seed = said(|key| key.seed = 5, &keys()).unwrap_err();
         assert!(seed.contains("has seed 5, not 7 or 8;"), "{seed}");
-        let world = said(|key| key.world = 9, &plan()).unwrap_err();
+        let world = said(|key| key.world = 9, &keys()).unwrap_err();
         assert!(world.contains("has world 9, not one of the 4 from 0 to 3;"), "{world}");
-        let horizon = said(|key| key.horizon_frames += 1, &plan()).unwrap_err();
+        let horizon = said(|key| key.horizon_frames += 1, &keys()).unwrap_err();
         assert!(horizon.contains("has horizon_frames "), "{horizon}");
-        let hash = said(|key| key.config_hash = "0123".into(), &plan()).unwrap_err();
+        let hash = said(|key| key.config_hash = "0123".into(), &keys()).unwrap_err();
         assert!(hash.contains("has config_hash \"0123\", not "), "{hash}");
     }
 
     #[test]
     fn records_of_other_code_count_by_what_was_asked() {
-        let older = |key: &mut EpisodeKey| {
+        let older = |key: &mut SumKey| {
             key.code_version = "0.0.1".into();
             key.config_hash = "0123".into();
         };
-        assert_eq!(said(older, &plan()), Ok(()));
-        let both = |key: &mut EpisodeKey| {
+        assert_eq!(said(older, &keys()), Ok(()));
+        let both = |key: &mut SumKey| {
             older(key);
-            key.scenario.controller = "gardener".into();
+            key.controller = "gardener".into();
         };
-        let line = said(both, &plan()).unwrap_err();
+        let line = said(both, &keys()).unwrap_err();
         assert!(line.contains("has controller \"gardener\", not \"fake\";"), "{line}");
     }
 }

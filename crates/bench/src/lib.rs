@@ -1,60 +1,28 @@
-//! The OrchardBench benchmark: tasks, metrics, zones, statistics and records.
+//! Runs any task of the benchmark: a list of independent pieces of work, each with a record in a file of its own.
 //!
-//! plan -> episodes (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md`
-//! states what each figure means.
+//! A [`Task`] lists the keys of its records and computes each of them. [`run_task`] computes them in parallel into a result folder
+//! ([`store::Store`]), reuses those that are there already, and writes their cost ([`compute`]) and the summary. A [`Shard`] is a part of
+//! a run for one of several machines; [`merge`] puts the parts together. The tasks themselves are in `orchard-tasks` and
+//! `orchard-scaling`.
 
-pub mod adapter;
-mod attempts;
-pub mod component;
+mod check;
 pub mod compute;
-pub mod dataset;
-pub mod detect;
-mod digest;
-pub mod episode;
+pub mod digest;
 #[cfg(test)]
 mod fake;
 mod gather;
 pub mod growing;
-mod harness;
-#[cfg(test)]
-mod harness_tests;
-pub mod harvest;
-mod hold;
 mod holdings;
-pub mod interface;
-pub mod leaderboard;
-mod matching;
-pub mod matrix;
-pub mod metrics;
-pub mod observe;
-pub mod plan;
-pub mod plan_file;
-pub mod protocol;
-mod reason;
 pub mod record;
-mod run;
-#[cfg(test)]
-mod run_tests;
-pub mod scaling;
-pub mod seeds;
 mod shard;
-mod stall;
-pub mod statistics;
 pub mod store;
-pub mod summary;
 pub mod task;
-mod trial;
-pub mod vantage;
-pub mod verify;
-#[cfg(test)]
-mod watch;
-pub mod zones;
+mod version;
 
+pub use check::{PlanError, check_trees};
 pub use gather::{MergeError, Missing, gather, merge};
-pub use harness::{run_episode, watch_episode};
 pub use holdings::OtherPlan;
 pub use record::Record;
-pub use run::{Episodes, RunResult, WorldFactory, run};
 pub use shard::Shard;
-pub use task::{Progress, RunError, Session, Silent, run_task};
-pub use trial::trial;
+pub use task::{Progress, RunError, Session, Silent, Task, run_task};
+pub use version::{CODE_VERSION, SCHEMA_VERSION};

@@ -1,11 +1,11 @@
-//! What is kept of one piece of work.
+//! Records: the result of one piece of work.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What one result file holds.
+/// A record: the content of one result file.
 pub trait Record: Serialize + DeserializeOwned {
-    /// What the record is a function of. A stored record is reused only if all of this is equal.
+    /// Everything that the record is a function of. A stored record is reused only if all of this is equal.
     type Key: PartialEq + Serialize + Sync;
     /// Folder of these records under the result folder.
     const FOLDER: &'static str;
@@ -13,7 +13,7 @@ pub trait Record: Serialize + DeserializeOwned {
     fn key(&self) -> &Self::Key;
     /// Name of the file of a key in [`Self::FOLDER`].
     fn file(key: &Self::Key) -> String;
-    /// The same under the result folder.
+    /// Path of the file of a key under the result folder.
     fn path(key: &Self::Key) -> String {
         format!("{}/{}", Self::FOLDER, Self::file(key))
     }

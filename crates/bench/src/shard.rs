@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Shard {
-    /// Which part, from 1.
+    /// Number of the part, from 1.
     index: u32,
-    /// Of how many.
+    /// Number of parts.
     of: u32,
 }
 
@@ -22,12 +22,12 @@ impl Shard {
     /// All of a run.
     pub const WHOLE: Self = Self { index: 1, of: 1 };
 
-    /// Whether it is all of a run.
+    /// True if it is all of a run.
     pub fn is_whole(self) -> bool {
         self.of == 1
     }
 
-    /// Whether a record belongs to it, by its place in the plan, from 0.
+    /// True if a record belongs to it, by its place in the plan, from 0.
     pub fn holds(self, place: usize) -> bool {
         place % self.of as usize == (self.index - 1) as usize
     }

@@ -22,7 +22,7 @@ pub struct StoreError {
     source: io::Error,
 }
 
-/// A result folder that is this process's alone.
+/// Lock of a result folder: no other process writes into it.
 #[derive(Debug)]
 pub struct Lock {
     _file: fs::File,
@@ -39,17 +39,17 @@ pub enum LockError {
     Store(#[from] StoreError),
 }
 
-/// How names of files begin that are not whole yet.
+/// Prefix of the names of half-written files.
 const HALF_WRITTEN: &str = ".writing-";
 
 impl StoreError {
-    /// What befell a file.
+    /// Error of a file.
     pub fn new(path: &Path, source: io::Error) -> Self {
         Self { path: path.display().to_string(), source }
     }
 }
 
-/// What was found where a record's file belongs.
+/// State of a record's file.
 #[derive(Debug)]
 pub enum Stored<R> {
     /// No file.
@@ -206,8 +206,11 @@ pub(crate) fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile>
     builder.tempfile_in(folder)
 }
 
-/// The bytes of a JSON file.
-pub(crate) fn encode(value: &impl Serialize) -> io::Result<Vec<u8>> {
+/// Returns the bytes of a JSON file: indented, with a final newline.
+///
+/// # Errors
+/// The value has no form as JSON.
+pub fn encode(value: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut bytes = serde_json::to_vec_pretty(value)?;
     bytes.push(b'\n');
     Ok(bytes)
@@ -220,30 +223,29 @@ fn error(path: &Path, source: io::Error) -> StoreError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::{EpisodeKey, EpisodeRecord, FruitState};
-    use crate::fake::record;
+    use crate::fake::{Sum, SumKey, record};
 
-    fn stored(store: &Store, key: &EpisodeKey) -> Stored<EpisodeRecord> {
+    fn stored(store: &Store, key: &SumKey) -> Stored<Sum> {
         store.stored(key)
     }
 
     #[test]
-    fn stored_episodes_are_told_apart() {
+    fn stored_records_are_told_apart() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
-        let record = record(&[(FruitState::OnTree, true)]);
+        let record = record(0);
         assert!(matches!(stored(&store, &record.key), Stored::Missing));
         store.write_record(&record).unwrap();
         match stored(&store, &record.key) {
             Stored::Whole(read) => assert_eq!(*read, record),
             other => panic!("{other:?}"),
         }
-        let other = EpisodeKey { config_hash: "other".into(), ..record.key.clone() };
+        let other = SumKey { config_hash: "other".into(), ..record.key.clone() };
         assert!(matches!(stored(&store, &other), Stored::Other));
 
-        let path = folder.path().join(EpisodeRecord::path(&record.key));
+        let path = folder.path().join(Sum::path(&record.key));
         let text = fs::read_to_string(&path).unwrap();
-        for damaged in [&text[..text.len() / 2], &text.replace("\"frames\": 0", "\"frames\":  0"), ""] {
+        for damaged in [&text[..text.len() / 2], &text.replace("\"sum\": 7", "\"sum\":  7"), ""] {
             fs::write(&path, damaged).unwrap();
             assert!(matches!(stored(&store, &record.key), Stored::Damaged), "{damaged}");
         }

@@ -9,20 +9,20 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::check::PlanError;
 use crate::compute::{Compute, RecordCost, TaskCost};
 use crate::holdings::OtherPlan;
-use crate::plan::PlanError;
 use crate::record::Record;
 use crate::shard::Shard;
 use crate::store::{Store, StoreError, Stored};
 
 /// A task.
 pub trait Task: Sync {
-    /// Its records.
+    /// Record of one piece of work.
     type Record: Record + Send;
-    /// What all of them sum up to.
+    /// Summary of all records.
     type Summary: Serialize;
-    /// Its name on command lines and in results.
+    /// Name on command lines and in results.
     const NAME: &'static str;
     /// The summary's file under the result folder. Until the end of a run the folder holds none, rather than an old one.
     const SUMMARY: &'static str;
@@ -31,7 +31,7 @@ pub trait Task: Sync {
     /// # Errors
     /// A plan that cannot be run.
     fn check(&self) -> Result<(), PlanError>;
-    /// What is to be computed, in the order of the results.
+    /// Keys of all records, in the order of the results.
     fn keys(&self) -> Vec<<Self::Record as Record>::Key>;
     /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
     ///
@@ -49,28 +49,28 @@ pub trait Task: Sync {
     fn frame(&self) -> f64;
     /// Sums up all records, given in the order of [`Task::keys`].
     fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
-    /// Whether the files that the task keeps beside a record are there; else the record is computed again.
+    /// True if the files that the task keeps beside a record are there; else the record is computed again.
     fn is_kept(&self, record: &Self::Record) -> bool {
         let _ = record;
         true
     }
 }
 
-/// Hears how a run goes on, from several threads.
+/// Progress of a run; its methods are called from several threads.
 pub trait Progress<R>: Sync {
-    /// A step was computed: a frame of some world, an image.
+    /// Called after each step: a frame of some world, an image.
     fn step(&self) {}
-    /// A record is there: computed now, or reused.
+    /// Called with each record, computed now or reused.
     fn record(&self, record: &R, reused: bool) {
         let _ = (record, reused);
     }
-    /// Something that a user should know.
+    /// Called with a line that a user should read.
     fn note(&self, line: &str) {
         let _ = line;
     }
 }
 
-/// Hears nothing.
+/// Ignores everything.
 pub struct Silent;
 
 impl<R> Progress<R> for Silent {}
@@ -102,7 +102,7 @@ pub enum RunError {
     },
 }
 
-/// Where a run works, and with what.
+/// Folder, threads and part of a run.
 #[derive(Clone, Copy)]
 pub struct Session<'a> {
     /// The result folder.
@@ -125,9 +125,9 @@ impl<'a> Session<'a> {
 /// A run that ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskResult<R, S> {
-    /// What was written to the task's summary; none by a part of a run.
+    /// Summary as written; none for a part of a run.
     pub summary: Option<S>,
-    /// What was noted in `compute.json`.
+    /// Cost as written to `compute.json`.
     pub cost: TaskCost,
     /// The records of the session's part, in the order of [`Task::keys`].
     pub records: Vec<R>,

@@ -1,7 +1,7 @@
 //! Facts of the world and what the controller noted, as messages and as lines of a log.
 
 use foxglove::messages::{Log, log::Level};
-use orchard_bench::interface::WorldEvent;
+use orchard_world::WorldEvent;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -39,45 +39,52 @@ pub struct EventMessage {
     pub impact_energy: Option<f64>,
 }
 
-impl From<&WorldEvent> for EventMessage {
-    fn from(event: &WorldEvent) -> Self {
-        let of = |name: &str, fruit: Option<u32>, segment: Option<u32>| Self {
+impl EventMessage {
+    /// The message of an event; none of impacts, which recordings leave out.
+    pub fn of(event: &WorldEvent) -> Option<Self> {
+        let of = |name: &str, fruit: Option<usize>, segment: Option<usize>| Self {
             event: name.to_owned(),
-            fruit,
-            segment,
+            fruit: fruit.map(|fruit| fruit as u32),
+            segment: segment.map(|segment| segment as u32),
             drop_height: None,
             impact_energy: None,
         };
-        match *event {
-            WorldEvent::FruitGripped { fruit } => of("fruit_gripped", Some(fruit), None),
+        Some(match *event {
+            WorldEvent::FruitGripped { fruit, .. } => of("fruit_gripped", Some(fruit), None),
             WorldEvent::FruitDetached { fruit, .. } => of("fruit_detached", Some(fruit), None),
-            WorldEvent::FruitDeposited { fruit, drop_height, impact_energy } => {
-                Self { drop_height, impact_energy, ..of("fruit_deposited", Some(fruit), None) }
-            }
-            WorldEvent::FruitDropped { fruit } => of("fruit_dropped", Some(fruit), None),
-            WorldEvent::BranchSnapped { segment } => of("branch_snapped", None, Some(segment)),
-        }
+            WorldEvent::FruitDeposited { fruit, drop_height, impact_energy, .. } => Self {
+                drop_height: Some(drop_height),
+                impact_energy: Some(impact_energy),
+                ..of("fruit_deposited", Some(fruit), None)
+            },
+            WorldEvent::FruitDropped { fruit, .. } => of("fruit_dropped", Some(fruit), None),
+            WorldEvent::BranchSnapped { segment, .. } => of("branch_snapped", None, Some(segment)),
+            WorldEvent::FruitImpact { .. } => return None,
+        })
     }
 }
 
-/// A line of the log about a fact.
-pub fn world_line(log_time: u64, event: &WorldEvent) -> Log {
+/// Line of the log about an event; none of impacts.
+pub fn world_line(log_time: u64, event: &WorldEvent) -> Option<Log> {
     let (level, text) = match event {
-        WorldEvent::FruitGripped { fruit } => (Level::Info, format!("both fingers press on fruit {fruit}")),
-        WorldEvent::FruitDetached { fruit, tension } => {
+        WorldEvent::FruitGripped { fruit, .. } => {
+            (Level::Info, format!("both fingers press on fruit {fruit}"))
+        }
+        WorldEvent::FruitDetached { fruit, tension, .. } => {
             (Level::Info, format!("fruit {fruit} is off its stem at {tension:.1} N"))
         }
         WorldEvent::FruitDeposited { fruit, .. } => {
             (Level::Info, format!("fruit {fruit} rests in the bucket"))
         }
-        WorldEvent::FruitDropped { fruit } => {
+        WorldEvent::FruitDropped { fruit, .. } => {
             (Level::Warning, format!("fruit {fruit} has touched the ground"))
         }
-        WorldEvent::BranchSnapped { segment } => {
+        WorldEvent::BranchSnapped { segment, .. } => {
             (Level::Error, format!("the branch at segment {segment} broke"))
         }
+        WorldEvent::FruitImpact { .. } => return None,
     };
-    line(log_time, "world", level, text)
+    Some(line(log_time, "world", level, text))
 }
 
 /// A line of the log.

@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
-use orchard_bench::episode::{EpisodeKey, EpisodeRecord};
 use orchard_scenario::StoredScenario;
+use orchard_tasks::harvest::episode::{EpisodeKey, EpisodeRecord};
 
 use crate::channel::Channel;
 use crate::sink::{Message, Sink};

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use orchard_bench::episode::{EpisodeKey, EpisodeRecord};
 use orchard_bench::growing::GrowingFile;
-use orchard_bench::interface::WorldEvent;
-use orchard_bench::observe::{Asked, Observer, Watch};
 use orchard_bench::record::Record;
 use orchard_bench::store::StoreError;
 use orchard_scenario::{Scenario, StoredScenario};
+use orchard_tasks::harvest::episode::{EpisodeKey, EpisodeRecord};
+use orchard_tasks::harvest::observe::{FrameInput, Observer, Watch};
 use orchard_world::World;
+use orchard_world::WorldEvent;
 
 use crate::clock::nanoseconds;
 use crate::config::RecordingConfig;
@@ -54,7 +54,7 @@ pub struct Episode {
 }
 
 impl Observer<World> for Episode {
-    fn before_step(&mut self, world: &World, frame: &Asked<'_>) {
+    fn before_step(&mut self, world: &World, frame: &FrameInput<'_>) {
         if let Ok(recorder) = &mut self.recorder {
             recorder.before_step(world, frame);
         }

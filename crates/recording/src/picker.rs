@@ -2,8 +2,8 @@
 
 use foxglove::messages::log::Level;
 use foxglove::messages::{Log, SceneUpdate};
-use orchard_bench::interface::ControllerEvent;
 use orchard_geometry::Vec3;
+use orchard_tasks::harvest::interface::ControllerEvent;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
-use orchard_bench::episode::EpisodeKey;
+use orchard_tasks::harvest::episode::EpisodeKey;
 use serde_json::Value;
 
 use crate::channel::Channel;
@@ -277,8 +277,8 @@ fn read_header(path: &Path, fields: &BTreeMap<String, String>) -> Result<Header,
         // The key of another schema version may have other fields; then that is the news.
         let version = serde_json::from_str::<Value>(text).ok();
         match version.and_then(|key| key["code_version"].as_str().map(str::to_owned)) {
-            Some(code) if code != orchard_bench::episode::CODE_VERSION => {
-                other(path, "with code version", code, orchard_bench::episode::CODE_VERSION.to_owned())
+            Some(code) if code != orchard_bench::CODE_VERSION => {
+                other(path, "with code version", code, orchard_bench::CODE_VERSION.to_owned())
             }
             _ => foreign(format!("its key does not read: {e}")),
         }

@@ -1,10 +1,10 @@
 //! Watches an episode and turns its frames into messages.
 
 use foxglove::Encode;
-use orchard_bench::interface::WorldEvent;
-use orchard_bench::observe::{Asked, Observer};
 use orchard_robot::Observation;
+use orchard_tasks::harvest::observe::{FrameInput, Observer};
 use orchard_world::World;
+use orchard_world::WorldEvent;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -120,7 +120,7 @@ impl<S: Sink> Recorder<S> {
 }
 
 impl<S: Sink> Observer<World> for Recorder<S> {
-    fn before_step(&mut self, world: &World, frame: &Asked<'_>) {
+    fn before_step(&mut self, world: &World, frame: &FrameInput<'_>) {
         let now = self.clock.now();
         self.scenery(world);
         if let Some(transforms) = self.transforms.due(world, &self.clock, &self.config.transforms) {
@@ -133,7 +133,7 @@ impl<S: Sink> Observer<World> for Recorder<S> {
         if let Some(seen) = frame.observation {
             self.seen(seen);
         }
-        for event in frame.noted {
+        for event in frame.controller_events {
             let noted = self.notes.take(now, depth_time, event);
             self.noted(noted);
         }
@@ -144,8 +144,10 @@ impl<S: Sink> Observer<World> for Recorder<S> {
         self.clock.frames += 1;
         let now = self.clock.now();
         for event in events {
-            self.json(Channel::Events, &EventMessage::from(event));
-            self.protobuf(Channel::Log, &world_line(now, event));
+            if let (Some(message), Some(line)) = (EventMessage::of(event), world_line(now, event)) {
+                self.json(Channel::Events, &message);
+                self.protobuf(Channel::Log, &line);
+            }
         }
     }
 }

@@ -14,8 +14,8 @@ use std::io;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::protocol::Protocol;
-use orchard_bench::{WorldFactory, watch_episode};
+use orchard_tasks::harvest::{WorldFactory, watch_episode};
+use orchard_tasks::protocol::Protocol;
 use orchard_world::World;
 use sha2::{Digest, Sha256};
 

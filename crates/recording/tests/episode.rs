@@ -7,17 +7,18 @@ use std::sync::atomic::AtomicBool;
 
 use mcap::records::MessageHeader;
 use mcap::{Attachment, WriteOptions, Writer};
-use orchard_bench::episode::EpisodeRecord;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::plan::Plan;
-use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
-use orchard_bench::{Episodes, Progress, Session, run_task};
+use orchard_bench::{Progress, Session, run_task};
 use orchard_recording::channel::Origin;
 use orchard_recording::file::Header;
 use orchard_recording::replay::{Differs, Replayed, replay};
 use orchard_recording::{Channel, Message, Recording, RecordingConfig, RecordingError, Recordings, name_of};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Episodes;
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::protocol::Protocol;
 
 /// Long enough for some images and some movement [s].
 const SECONDS: f64 = 1.0;

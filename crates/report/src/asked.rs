@@ -1,9 +1,9 @@
 //! What is asked of a controller over the tuning seeds, and whether a result keeps it.
 
-use orchard_bench::matrix::EXHAUSTION;
-use orchard_bench::plan::ConditionParams;
-use orchard_bench::protocol::{Asked, Protocol};
-use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_tasks::harvest::matrix::EXHAUSTION;
+use orchard_tasks::harvest::plan::ConditionParams;
+use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
+use orchard_tasks::protocol::{Protocol, Requirement};
 
 use crate::results::conditions;
 
@@ -22,7 +22,7 @@ pub struct Judged<'a> {
     /// The metric.
     pub metric: &'a str,
     /// What is asked.
-    pub asked: &'a Asked,
+    pub asked: &'a Requirement,
     /// What there is.
     pub mean: Option<f64>,
 }
@@ -40,7 +40,7 @@ pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<
     let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {
         let figures = asked.get(condition)?;
         let judged = as_asked(summary, &results.params, condition, protocol).then(|| {
-            let judged = |(metric, asked): (&'a String, &'a Asked)| Judged {
+            let judged = |(metric, asked): (&'a String, &'a Requirement)| Judged {
                 metric,
                 asked,
                 mean: results.metrics.get(metric).and_then(|metric| metric.mean),

@@ -2,32 +2,33 @@
 
 use std::collections::BTreeMap;
 
-use orchard_bench::component::{
-    ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics,
-};
 use orchard_bench::compute::{Compute, Machine, RecordCost, TaskCost};
-use orchard_bench::detect::{
-    AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread,
-    VariantSummary,
-};
-use orchard_bench::episode::{CODE_VERSION, Outcome, SCHEMA_VERSION};
-use orchard_bench::matrix::{Dials, SweepPoint};
-use orchard_bench::metrics::{METRICS, Metric};
-use orchard_bench::plan::ConditionParams;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::{
-    Adapter, AxisKind, AxisRow, Backend, MemoryBasis, Omitted, Row, Scaling, SolverName,
-};
-use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
-use orchard_bench::statistics::{Design, Share, Undefined, compare, variance_components};
-use orchard_bench::summary::ScenarioLine;
-use orchard_bench::summary::{
-    Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
-};
-use orchard_bench::zones::{Zone, zone_table};
+use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
+use orchard_scaling::{Adapter, AxisKind, AxisRow, MemoryBasis, Omitted, Row, Scaling, SolverName};
 use orchard_scenario::{Names, SceneNames};
 use orchard_spec::randomisation::Mode;
 use orchard_spec::{Purpose, Spec, Stream};
+use orchard_statistics::Metric;
+use orchard_statistics::{Design, Share, Undefined, compare, variance_components};
+use orchard_tasks::component::{
+    ComponentRun, ComponentSummary, ReachAndGrasp, TreeLine, metrics as component_metrics,
+};
+use orchard_tasks::detect::{
+    AblationSummary, DensitySummary, DetectSummary, ERRORS, METRICS as DETECT_METRICS, SitsOn, Spread,
+    VariantSummary,
+};
+use orchard_tasks::harvest::episode::Outcome;
+use orchard_tasks::harvest::matrix::{Dials, SweepPoint};
+use orchard_tasks::harvest::metrics::METRICS;
+use orchard_tasks::harvest::plan::ConditionParams;
+use orchard_tasks::harvest::summary::ScenarioLine;
+use orchard_tasks::harvest::summary::{
+    Adjusted, ConditionSummary, EpisodeLine, StateSummary, Summary, Sweep, SweepComparison, ZoneSummary,
+};
+use orchard_tasks::plan_file::Backend;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
+use orchard_tasks::zones::{Zone, zone_table};
 
 use crate::pictures::{Moment, Pick, Picture, Pictures};
 use crate::results::Results;
@@ -251,7 +252,7 @@ fn detect() -> DetectSummary {
         leaves: 1000,
         results: results(foliage),
         recall_by_visible_fraction: Vec::new(),
-        zones: zone_table(orchard_bench::detect::ZoneSummary::default()),
+        zones: zone_table(orchard_tasks::detect::ZoneSummary::default()),
     };
     DetectSummary {
         schema_version: SCHEMA_VERSION,

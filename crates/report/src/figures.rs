@@ -11,7 +11,8 @@ pub(crate) use attempts::{attempts_of, ranked, seconds_in, states_of};
 pub use detect::detection;
 pub(crate) use sweep::dial;
 
-use orchard_bench::protocol::Protocol;
+use orchard_scaling::{PublishedScaling, ScalingRules};
+use orchard_tasks::protocol::Protocol;
 
 use crate::figure::{Figure, FigureError};
 use crate::published::PaperFigures;
@@ -34,6 +35,8 @@ pub struct Figures {
     pub damage: Vec<Figure>,
     /// Throughput over parallel worlds.
     pub scaling: Vec<Figure>,
+    /// Figures of the paper for the scaling task, where it is drawn.
+    pub published_scaling: Option<PublishedScaling>,
 }
 
 impl Figures {
@@ -63,7 +66,10 @@ impl Figures {
             figures.detect = vec![detection(detect, &protocol.detect)?, detect::errors(detect)?];
         }
         if results.scaling.iter().any(|scaling| !scaling.rows.is_empty()) {
-            figures.scaling = scaling::figures(&results.scaling, &protocol.scaling.published)?;
+            let rules = ScalingRules::of(protocol)
+                .map_err(|e| FigureError { stem: "scaling".to_owned(), problem: e.to_string() })?;
+            figures.scaling = scaling::figures(&results.scaling, &rules.published)?;
+            figures.published_scaling = Some(rules.published);
         }
         Ok(figures)
     }

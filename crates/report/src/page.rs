@@ -1,7 +1,7 @@
 //! The page: one file with all that it shows, nothing to load, nothing to run.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use orchard_bench::protocol::Protocol;
+use orchard_tasks::protocol::Protocol;
 
 use crate::figures::Figures;
 use crate::pictures::Pictures;
@@ -30,7 +30,7 @@ pub fn page(
         canopy::attempts(results, figures),
         canopy::trees(results, figures, paper),
         canopy::damage(results, figures),
-        cost::scaling(results, figures, &protocol.scaling.published),
+        cost::scaling(results, figures),
         cost::compute(results),
         pictures::section(shown),
         definitions::section(),

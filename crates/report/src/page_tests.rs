@@ -1,8 +1,8 @@
 //! Whole pages of a made-up result.
 
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::Backend;
-use orchard_bench::seeds::SeedSetName;
+use orchard_tasks::plan_file::Backend;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::seeds::SeedSetName;
 use scraper::{Html, Selector};
 
 use crate::{Figures, PaperFigures, Pictures, Results, example, page};

@@ -91,7 +91,7 @@ mod tests {
         let figures = PaperFigures::from_toml("paper/report.toml", REPORT_TOML).unwrap();
         for (name, metrics) in &figures.sweeps {
             for (metric, at) in metrics {
-                let known = orchard_bench::metrics::METRICS.iter().find(|m| m.name == metric);
+                let known = orchard_tasks::harvest::metrics::METRICS.iter().find(|m| m.name == metric);
                 assert!(
                     known.is_some_and(|known| at.iter().all(|at| at.unit == known.unit)),
                     "{name}: {metric}"

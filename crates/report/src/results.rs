@@ -1,12 +1,12 @@
 //! What a result folder holds, as far as it holds it.
 
-use orchard_bench::component::ComponentSummary;
 use orchard_bench::compute::Compute;
-use orchard_bench::detect::DetectSummary;
-use orchard_bench::matrix::NOMINAL;
-use orchard_bench::metrics::Metric;
-use orchard_bench::scaling::Scaling;
-use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_scaling::Scaling;
+use orchard_statistics::Metric;
+use orchard_tasks::component::ComponentSummary;
+use orchard_tasks::detect::DetectSummary;
+use orchard_tasks::harvest::matrix::NOMINAL;
+use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 
 /// Results, each where its task was run.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,9 +1,10 @@
 //! What metrics are called, and what they are, in words and with the digits that they deserve.
 
-use orchard_bench::component::{ReachAndGrasp, metrics as component_metrics};
-use orchard_bench::metrics::{METRICS, Metric};
-use orchard_bench::statistics::Undefined;
 use orchard_spec::randomisation::Mode;
+use orchard_statistics::Metric;
+use orchard_statistics::Undefined;
+use orchard_tasks::component::{ReachAndGrasp, metrics as component_metrics};
+use orchard_tasks::harvest::metrics::METRICS;
 
 /// Titles and definitions by name; `docs/benchmark-v1.md` has the whole of them.
 const WORDS: [(&str, &str, &str); 35] = [

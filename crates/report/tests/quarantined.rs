@@ -4,13 +4,14 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::episode::{EpisodeKey, Outcome};
-use orchard_bench::harvest::Harvest;
-use orchard_bench::protocol::Protocol;
 use orchard_bench::store::Store;
-use orchard_bench::{RunResult, Session, Silent, WorldFactory, run};
+use orchard_bench::{Session, Silent};
 use orchard_report::{Figures, PaperFigures, Pictures, Results, page};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::{EpisodeKey, Outcome};
+use orchard_tasks::harvest::{RunResult, WorldFactory, run};
+use orchard_tasks::protocol::Protocol;
 use orchard_world::World;
 
 const SEED: u64 = 20250704;

@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use orchard_bench::interface::{BenchController, ControllerEvent};
 use orchard_robot::{Command, Observation};
+use orchard_tasks::harvest::interface::{BenchController, ControllerEvent};
 
 use crate::clock::nanoseconds;
 use crate::command::CommandMessage;

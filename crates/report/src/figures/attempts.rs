@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use orchard_bench::summary::{ConditionSummary, StateSummary};
+use orchard_tasks::harvest::summary::{ConditionSummary, StateSummary};
 use plotters::style::RGBColor;
 
 use crate::bars::{Bar, Key, bars};

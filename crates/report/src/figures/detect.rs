@@ -1,6 +1,6 @@
 //! The detection task: precision and recall over foliage, and errors.
 
-use orchard_bench::detect::{DetectRules, DetectSummary};
+use orchard_tasks::detect::{DetectRules, DetectSummary};
 
 use crate::axis::Axis;
 use crate::chart::{Chart, Line, Mark, Point, Series};
@@ -38,7 +38,7 @@ pub fn detection(summary: &DetectSummary, rules: &DetectRules) -> Result<Figure,
         });
     }
     for (metric, name, colour, shift) in lines {
-        let at = |density: &orchard_bench::detect::DensitySummary| {
+        let at = |density: &orchard_tasks::detect::DensitySummary| {
             let m = density.results.metrics.get(metric)?;
             Some(Point { x: density.foliage, y: m.mean?, ci95: ends(m.ci95) })
         };
@@ -74,7 +74,7 @@ pub(crate) fn errors(summary: &DetectSummary) -> Result<Figure, FigureError> {
     ];
     let mut description = vec!["Errors of true detections in millimetres over foliage density".to_owned()];
     let line = |(error, name, colour, shift): (&str, &str, _, _)| {
-        let at = |density: &orchard_bench::detect::DensitySummary| {
+        let at = |density: &orchard_tasks::detect::DensitySummary| {
             let e = density.results.errors.get(error)?;
             Some(Point {
                 x: density.foliage,

@@ -1,6 +1,6 @@
 //! Throughput over parallel worlds.
 
-use orchard_bench::scaling::{PublishedScaling, Row, Scaling, SolverName};
+use orchard_scaling::{PublishedScaling, Row, Scaling, SolverName};
 use orchard_spec::randomisation::Mode;
 use plotters::style::RGBColor;
 

@@ -1,8 +1,8 @@
 //! A sweep of one dial: every headline metric over it, with intervals, and what the paper has.
 
-use orchard_bench::matrix::SweepPoint;
-use orchard_bench::metrics::Metric;
-use orchard_bench::summary::{Summary, Sweep};
+use orchard_statistics::Metric;
+use orchard_tasks::harvest::matrix::SweepPoint;
+use orchard_tasks::harvest::summary::{Summary, Sweep};
 
 use crate::axis::Axis;
 use crate::chart::{Chart, Line, Mark, Point, Series};

@@ -1,6 +1,6 @@
 //! Tree by tree: how many fruit each gave, and what the harvest cost it.
 
-use orchard_bench::summary::{ConditionSummary, EpisodeLine, Summary};
+use orchard_tasks::harvest::summary::{ConditionSummary, EpisodeLine, Summary};
 use plotters::element::{PathElement, Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, ShapeStyle};
@@ -151,7 +151,7 @@ pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<F
         .filter(|(name, _)| *name != main)
         .filter_map(|(name, _)| mean(name))
         .collect();
-    let published = orchard_bench::protocol::Protocol::paper().published;
+    let published = orchard_tasks::protocol::Protocol::paper().published;
     let paper: Vec<Point> = match (published.get(THROUGHPUT), published.get(damage)) {
         (Some(x), Some(y)) => vec![Point { x: x.value, y: y.value, ci95: None }],
         _ => Vec::new(),

@@ -1,7 +1,7 @@
 //! Canopy zones: a 3 x 2 map with numbers.
 
-use orchard_bench::summary::{ConditionSummary, ZoneSummary};
-use orchard_bench::zones::Zone;
+use orchard_tasks::harvest::summary::{ConditionSummary, ZoneSummary};
+use orchard_tasks::zones::Zone;
 use plotters::element::{Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};

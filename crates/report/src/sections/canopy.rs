@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
-use orchard_bench::summary::Summary;
+use orchard_tasks::harvest::summary::Summary;
 
 use super::{Section, beside, missing};
 use crate::figures::{Figures, attempts_of, ranked, seconds_in, states_of};
@@ -137,7 +137,7 @@ pub(crate) fn trees(results: &Results, figures: &Figures, paper: &PaperFigures) 
 
 fn episodes(harvest: &Summary) -> Markup {
     let Some((name, main)) = main_condition(harvest) else { return html! {} };
-    let row = |e: &orchard_bench::summary::EpisodeLine| {
+    let row = |e: &orchard_tasks::harvest::summary::EpisodeLine| {
         vec![
             Cell::words(format!("{} / {}", e.seed, e.world)).because(Some(e.file.as_str())),
             Cell::number(e.repeat.to_string()),

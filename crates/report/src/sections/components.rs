@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use orchard_bench::component::{ComponentSummary, ReachAndGrasp, metrics};
+use orchard_tasks::component::{ComponentSummary, ReachAndGrasp, metrics};
 
 use super::{Section, missing};
 use crate::results::Results;

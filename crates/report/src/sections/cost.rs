@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use orchard_bench::compute::{Compute, TaskCost};
-use orchard_bench::scaling::{AxisRow, Omitted, PublishedScaling, PublishedSolver, Row, Scaling};
+use orchard_scaling::{AxisRow, Omitted, PublishedScaling, PublishedSolver, Row, Scaling};
 
 use super::{Section, missing, side_by_side};
 use crate::figures::Figures;
@@ -11,7 +11,7 @@ use crate::table::{Cell, table};
 use crate::words::{grouped, mode, number};
 
 /// Throughput over parallel worlds.
-pub(crate) fn scaling(results: &Results, figures: &Figures, paper: &PublishedScaling) -> Section {
+pub(crate) fn scaling(results: &Results, figures: &Figures) -> Section {
     let body = html! {
         @if figures.scaling.is_empty() {
             (missing("No scaling run in this folder.", "cargo xtask bench-v1 --tasks scaling"))
@@ -20,7 +20,7 @@ pub(crate) fn scaling(results: &Results, figures: &Figures, paper: &PublishedSca
                 "Physics alone, no rendering, both axes logarithmic; an env-step is one frame (1/60 s) of one world. Marks are medians of the \
                  repeats, caps the slowest and the fastest; " (ran_on(&results.scaling)) ". "
                 @if results.scaling.len() > 1 { "Of each the fastest solver is drawn, the table has all. " }
-                "Grey and hollow are the paper's rates on its laptop GPU" (solvers(paper)) "."
+                "Grey and hollow are the paper's rates on its laptop GPU" @if let Some(paper) = &figures.published_scaling { (solvers(paper)) } "."
             }
             (side_by_side(&figures.scaling))
             (rows(&results.scaling))

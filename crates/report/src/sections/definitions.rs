@@ -1,7 +1,7 @@
 //! What the metrics are.
 
 use maud::html;
-use orchard_bench::metrics::METRICS;
+use orchard_tasks::harvest::metrics::METRICS;
 
 use super::Section;
 use crate::words::{definition, title, unit};

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use orchard_bench::detect::{DensitySummary, DetectSummary, SitsOn, VariantSummary};
-use orchard_bench::protocol::Protocol;
+use orchard_tasks::detect::{DensitySummary, DetectSummary, SitsOn, VariantSummary};
+use orchard_tasks::protocol::Protocol;
 
 use super::{Section, beside, missing};
 use crate::figures::Figures;

@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 use orchard_bench::compute::Machine;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::seeds::{SeedSetLabel, SeedSetName};
-use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
 
 use crate::results::{Results, conditions};
 use crate::table::{Cell, table};

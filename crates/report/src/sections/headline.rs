@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use orchard_bench::metrics::METRICS;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::statistics::{Component, VarianceComponents};
-use orchard_bench::summary::{ConditionSummary, Summary};
+use orchard_statistics::{Component, VarianceComponents};
+use orchard_tasks::harvest::metrics::METRICS;
+use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
+use orchard_tasks::protocol::Protocol;
 
 use super::{Section, missing};
 use crate::asked::demands;

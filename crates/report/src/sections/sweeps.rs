@@ -1,7 +1,7 @@
 //! Sweeps: figures, and paired tests against the nominal condition.
 
 use maud::{Markup, html};
-use orchard_bench::summary::{Sweep, SweepComparison};
+use orchard_tasks::harvest::summary::{Sweep, SweepComparison};
 
 use super::{Section, missing, side_by_side};
 use crate::figure::Figure;
@@ -94,7 +94,7 @@ fn comparison(c: &SweepComparison) -> Vec<Cell> {
         }
     };
     let interval = ends(test.ci95).map(|ends| ends.map(|end| plus(end, digits)).join(" to "));
-    let figure = |f: &orchard_bench::statistics::Figure, digits: usize| {
+    let figure = |f: &orchard_statistics::Figure, digits: usize| {
         Cell::number(f.value.map_or_else(|| "-".to_owned(), |x| plus(x, digits)))
             .because(f.undefined.map(|reason| reason_of(reason, false)))
     };

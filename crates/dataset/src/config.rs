@@ -1,0 +1,72 @@
+//! Settings of a data set and their defaults.
+
+use orchard_camera::picture::{PictureStyle, ShadowMaps, sun_direction};
+use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use serde::{Deserialize, Serialize};
+
+/// The defaults as TOML text.
+pub const PAPER_TOML: &str = include_str!("../configs/paper/dataset.toml");
+
+/// Files and light of a data set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetConfig {
+    /// Depth of value 1 in the depth images.
+    pub depth_unit: Quantity,
+    /// Samples a side of a pixel of the colour images.
+    pub supersampling: Count,
+    /// Pixels a side of the sun's shadow map.
+    pub sun_map: Count,
+    /// Pixels a side of the map of each part of the sky.
+    pub sky_map: Count,
+    /// The light of the colour images.
+    pub light: LightDial,
+}
+
+/// Light of the colour images; no photometric model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightDial {
+    /// From the world's x axis, counter-clockwise seen from above.
+    pub sun_azimuth: Quantity,
+    /// Over the horizon.
+    pub sun_elevation: Quantity,
+    /// Beside the sky's.
+    pub sun_strength: Quantity,
+    /// Part of the sky that cloud covers.
+    pub overcast: Quantity,
+}
+
+impl DatasetConfig {
+    /// Reads a config from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        from_toml(file, text)
+    }
+
+    /// The defaults.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn paper() -> Self {
+        match Self::from_toml("paper/dataset.toml", PAPER_TOML) {
+            Ok(config) => config,
+            Err(e) => unreachable!("embedded preset: {e}"),
+        }
+    }
+
+    /// Style of the colour images.
+    pub fn style(&self) -> PictureStyle {
+        let LightDial { sun_azimuth, sun_elevation, sun_strength, overcast } = &self.light;
+        PictureStyle {
+            sun_world: sun_direction(sun_azimuth.si(), sun_elevation.si()),
+            sun_strength: sun_strength.si(),
+            overcast: overcast.si(),
+            shadows: ShadowMaps { sun: self.sun_map.get() as usize, sky: self.sky_map.get() as usize },
+            supersampling: self.supersampling.get() as usize,
+            ..PictureStyle::default()
+        }
+    }
+}

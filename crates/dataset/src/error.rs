@@ -1,0 +1,112 @@
+//! What can go wrong with a data set.
+
+use orchard_bench::store::StoreError;
+use orchard_world::WorldError;
+
+/// A data set that was not made.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// The scenario's rules are none of the protocol.
+    #[error(transparent)]
+    Rules(#[from] orchard_quantity::ConfigError),
+    /// No seed in the range.
+    #[error(
+        "--seeds {first}..{end} holds no seed: the end is left out and must be greater than the beginning"
+    )]
+    NoSeeds {
+        /// The first seed.
+        first: u64,
+        /// The one after the last.
+        end: u64,
+    },
+    /// Nothing to draw.
+    #[error("--{option} 0: at least 1 is needed")]
+    Nothing {
+        /// What there is none of.
+        option: &'static str,
+    },
+    /// More images than have numbers.
+    #[error("{0} seeds x trees x views are more images than a data set may hold ({MOST_VIEWS})")]
+    TooMany(String),
+    /// A colour image that takes too much memory.
+    #[error(
+        "{width} x {height} pixels of --supersampling {side} squared are more than the {most} samples that an image may have"
+    )]
+    Samples {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Samples a pixel side.
+        side: u32,
+        /// The most.
+        most: u64,
+    },
+    /// A folder that this data set cannot go into.
+    #[error("--out {folder}: {problem}")]
+    Folder {
+        /// The folder.
+        folder: String,
+        /// Reason.
+        problem: String,
+    },
+    /// The config gives no such tree.
+    #[error("seed {seed}, tree {tree}: {source}")]
+    World {
+        /// Seed.
+        seed: u64,
+        /// World under the seed.
+        tree: u32,
+        /// Reason.
+        source: WorldError,
+    },
+    /// More things of a class than a 16-bit image can tell apart.
+    #[error("seed {seed}, tree {tree}: {class} {instance} does not fit into an image of 16 bits")]
+    Instance {
+        /// Seed.
+        seed: u64,
+        /// World under the seed.
+        tree: u32,
+        /// The class.
+        class: &'static str,
+        /// Instance.
+        instance: u32,
+    },
+    /// An image that cannot be encoded.
+    #[error("cannot encode an image: {0}")]
+    Png(String),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The threads cannot be started.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The stop flag was raised. Whole trees are stored and will be kept.
+    #[error("interrupted: {done} of {total} trees are whole; the same command goes on from there")]
+    Interrupted {
+        /// Trees stored.
+        done: usize,
+        /// Trees asked for.
+        total: usize,
+    },
+}
+
+impl DatasetError {
+    /// True if the user asked for something impossible.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::NoSeeds { .. }
+            | Self::Nothing { .. }
+            | Self::TooMany(_)
+            | Self::Samples { .. }
+            | Self::Folder { .. }
+            | Self::World { .. }
+            | Self::Instance { .. }
+            | Self::Rules(_) => true,
+            Self::Png(_) | Self::Store(_) | Self::Threads(_) | Self::Interrupted { .. } => false,
+        }
+    }
+}
+
+/// Most images of a data set: far more than a folder bears, far fewer than numbers.
+pub const MOST_VIEWS: u64 = 10_000_000;

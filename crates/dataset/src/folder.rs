@@ -1,0 +1,133 @@
+//! The folder of a data set: one recipe, whole files, and what of them is there already.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use orchard_bench::store::{StoreError, write_bytes, write_json};
+use serde_json::Value;
+
+use crate::error::DatasetError;
+use crate::recipe::{Plan, Recipe};
+use crate::record::{TreeRecord, sha256, stem};
+
+/// Folders under it.
+const FOLDERS: [&str; 5] = ["color", "depth", "label", "instance", "trees"];
+/// Folder of true depth, where the camera errs.
+const TRUE_DEPTH: &str = "true_depth";
+/// What the folder holds, written first.
+const RECIPE: &str = "recipe.json";
+
+/// A folder that holds this data set or a part of it.
+pub(crate) struct Folder {
+    root: PathBuf,
+    recipe_hash: String,
+}
+
+impl Folder {
+    /// Opens a folder and makes it if needed.
+    ///
+    /// # Errors
+    /// It cannot be made, or it holds something else.
+    pub fn open(root: &Path, plan: &Plan) -> Result<Self, DatasetError> {
+        let refuse = |problem: String| DatasetError::Folder { folder: root.display().to_string(), problem };
+        let wanted = as_json(&plan.recipe);
+        match fs::read(root.join(RECIPE)) {
+            Ok(bytes) => {
+                let found = serde_json::from_slice(&bytes)
+                    .map_err(|e| refuse(format!("{RECIPE} there is damaged: {e}")))?;
+                if let Some(difference) = difference("", &found, &wanted) {
+                    let advice = "give another folder, or remove this one";
+                    return Err(refuse(format!("holds another data set ({difference}): {advice}")));
+                }
+            }
+            Err(_) => {
+                fs::create_dir_all(root).map_err(|e| refuse(e.to_string()))?;
+                if let Some(name) = something(root).map_err(|e| refuse(e.to_string()))? {
+                    return Err(refuse(format!("holds {name} and no data set: give a new folder")));
+                }
+                // The first file tells whether any can be written.
+                write_json(&root.join(RECIPE), &wanted).map_err(|e| refuse(e.to_string()))?;
+            }
+        }
+        let true_depth = plan.needs_true_depth().then_some(TRUE_DEPTH);
+        for name in FOLDERS.into_iter().chain(true_depth) {
+            fs::create_dir_all(root.join(name)).map_err(|e| refuse(format!("{name}: {e}")))?;
+        }
+        Ok(Self { root: root.to_owned(), recipe_hash: sha256(wanted.to_string().as_bytes()) })
+    }
+
+    pub fn recipe_hash(&self) -> &str {
+        &self.recipe_hash
+    }
+
+    /// Writes a file whole.
+    pub fn write(&self, path: &str, bytes: &[u8]) -> Result<(), StoreError> {
+        write_bytes(&self.root.join(path), bytes)
+    }
+
+    /// Writes the record of a tree, after its files.
+    pub fn write_tree(&self, record: &TreeRecord) -> Result<(), StoreError> {
+        write_json(&self.tree_path(record.seed, record.world), record)
+    }
+
+    /// The record of a tree all of whose files are there as they were written.
+    pub fn whole_tree(&self, seed: u64, world: u32, views: u32) -> Option<TreeRecord> {
+        let bytes = fs::read(self.tree_path(seed, world)).ok()?;
+        let record: TreeRecord = serde_json::from_slice(&bytes).ok()?;
+        let is_this = (&record.recipe, record.seed, record.world) == (&self.recipe_hash, seed, world);
+        let is_there =
+            |path: &str, hash: &str| fs::read(self.root.join(path)).is_ok_and(|bytes| sha256(&bytes) == hash);
+        let whole = is_this
+            && record.views.len() == views as usize
+            && record
+                .views
+                .iter()
+                .flat_map(|view| view.files.all())
+                .all(|file| is_there(&file.path, &file.sha256));
+        whole.then_some(record)
+    }
+
+    /// Removes a file, if there.
+    pub fn remove(&self, path: &str) {
+        // What cannot be removed cannot be replaced either, which is told then.
+        let _ = fs::remove_file(self.root.join(path));
+    }
+
+    fn tree_path(&self, seed: u64, world: u32) -> PathBuf {
+        self.root.join("trees").join(format!("{}.json", stem(seed, world)))
+    }
+}
+
+fn as_json(recipe: &Recipe) -> Value {
+    serde_json::to_value(recipe).unwrap_or_else(|e| unreachable!("texts and numbers are JSON: {e}"))
+}
+
+/// A name that stands in a folder, other than of a file that was being written when a run was killed.
+fn something(root: &Path) -> std::io::Result<Option<String>> {
+    for entry in fs::read_dir(root)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        if !name.starts_with(".writing-") {
+            return Ok(Some(name));
+        }
+    }
+    Ok(None)
+}
+
+/// The first field in which a recipe differs from the one that was found.
+fn difference(field: &str, found: &Value, wanted: &Value) -> Option<String> {
+    if let (Value::Object(found), Value::Object(wanted)) = (found, wanted) {
+        // The hash differs with whatever it covers: what has a name is told first.
+        let last = |name: &&String| matches!(name.as_str(), "config_hash" | "code_version");
+        let names = || found.keys().chain(wanted.keys().filter(|name| !found.contains_key(*name)));
+        let ordered = names().filter(|name| !last(name)).chain(names().filter(last));
+        return ordered.into_iter().find_map(|name| {
+            let field = if field.is_empty() { name.clone() } else { format!("{field}.{name}") };
+            difference(
+                &field,
+                found.get(name).unwrap_or(&Value::Null),
+                wanted.get(name).unwrap_or(&Value::Null),
+            )
+        });
+    }
+    (found != wanted).then(|| format!("its {field} is {found}, not {wanted}"))
+}

@@ -1,0 +1,212 @@
+//! Makes a data set, tree by tree in parallel, and puts the trees together.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use orchard_bench::store::write_json;
+use orchard_exchange::coco::{Annotation, Annotations, Category, ImageEntry, Info};
+use orchard_exchange::intrinsics;
+use orchard_geometry::Intrinsics;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::error::DatasetError;
+use crate::folder::Folder;
+use crate::recipe::{Plan, Recipe};
+use crate::record::{FileRecord, FruitTruth, PoseRecord, TreeRecord, sha256};
+use crate::tables::{self, CLASSES, Class};
+use crate::tree::draw;
+
+/// Progress of a run; its methods are called from several threads.
+pub trait Progress: Sync {
+    /// Some views are there: drawn now, or kept from an earlier run.
+    fn views(&self, count: u64, kept: bool) {
+        let _ = (count, kept);
+    }
+}
+
+/// Ignores everything.
+pub struct Silent;
+
+impl Progress for Silent {}
+
+/// A finished data set.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Done {
+    /// Trees.
+    pub trees: u64,
+    /// Images of each kind.
+    pub images: u64,
+    /// Fruit in them, each as often as it is seen.
+    pub annotations: u64,
+    /// Pixels with a depth that the depth images cannot hold; they read 0 there and keep their label.
+    pub unfit_depth_px: u64,
+}
+
+/// What an entry of an image says beyond the form of COCO.
+#[derive(Serialize)]
+struct View<'a> {
+    depth_file: &'a str,
+    label_file: &'a str,
+    instance_file: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    true_depth_file: Option<&'a str>,
+    seed: u64,
+    tree: u32,
+}
+
+#[derive(Serialize)]
+struct Cameras<'a> {
+    intrinsics: &'a Intrinsics,
+    poses: Vec<CameraPose<'a>>,
+}
+
+#[derive(Serialize)]
+struct CameraPose<'a> {
+    image_id: u64,
+    file_name: &'a str,
+    x_world_camera: PoseRecord,
+}
+
+#[derive(Serialize)]
+struct Manifest<'a> {
+    format: &'static str,
+    recipe: &'a Recipe,
+    counts: &'a Done,
+    classes: &'a [Class],
+    no_instance: u16,
+    /// All files but this one and pictures for people.
+    files: Vec<FileRecord>,
+}
+
+/// Makes a data set in a folder, on `threads` threads. Whole trees that an earlier run of the same recipe left are kept.
+///
+/// # Errors
+/// The folder holds something else, a tree cannot be built, a file cannot be written, or `stop` was raised.
+pub fn run(
+    plan: &Plan,
+    out: &Path,
+    threads: usize,
+    stop: &AtomicBool,
+    progress: &impl Progress,
+) -> Result<Done, DatasetError> {
+    let folder = Folder::open(out, plan)?;
+    // Until this run has ended, the folder is not whole and does not say so.
+    folder.remove("manifest.json");
+    let keys = plan.trees();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let tree = |key: &(u64, u32)| tree(plan, &folder, *key, stop, progress);
+    let trees: Vec<Option<TreeRecord>> =
+        pool.install(|| keys.par_iter().with_max_len(1).map(tree).collect::<Result<_, DatasetError>>())?;
+    let trees: Vec<TreeRecord> = trees.into_iter().flatten().collect();
+    if trees.len() < keys.len() {
+        return Err(DatasetError::Interrupted { done: trees.len(), total: keys.len() });
+    }
+    finish(plan, out, &folder, &trees)
+}
+
+/// One tree; none if stopped.
+fn tree(
+    plan: &Plan,
+    folder: &Folder,
+    (seed, world): (u64, u32),
+    stop: &AtomicBool,
+    progress: &impl Progress,
+) -> Result<Option<TreeRecord>, DatasetError> {
+    if let Some(record) = folder.whole_tree(seed, world, plan.recipe.views) {
+        progress.views(record.views.len() as u64, true);
+        return Ok(Some(record));
+    }
+    if stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
+    let drawn = draw(plan, folder, (seed, world), stop, || progress.views(1, false))?;
+    if let Some(record) = &drawn {
+        folder.write_tree(record)?;
+    }
+    Ok(drawn)
+}
+
+/// Writes what holds for all trees; the manifest last.
+fn finish(plan: &Plan, out: &Path, folder: &Folder, trees: &[TreeRecord]) -> Result<Done, DatasetError> {
+    let recipe = &plan.recipe;
+    let views = || trees.iter().flat_map(|tree| tree.views.iter().map(move |view| (tree, view)));
+    let numbered = || (1_u64..).zip(views());
+    let images = numbered().map(|(id, (tree, view))| ImageEntry {
+        id,
+        file_name: view.files.color.path.clone(),
+        width: recipe.intrinsics.width,
+        height: recipe.intrinsics.height,
+        more: View {
+            depth_file: &view.files.depth.path,
+            label_file: &view.files.label.path,
+            instance_file: &view.files.instance.path,
+            true_depth_file: view.files.true_depth.as_ref().map(|file| file.path.as_str()),
+            seed: tree.seed,
+            tree: tree.world,
+        },
+    });
+    let fruit_class = &CLASSES[1];
+    let fruit =
+        numbered().flat_map(|(image_id, (_, view))| view.fruit.iter().map(move |fruit| (image_id, fruit)));
+    let annotations = (1_u64..).zip(fruit).map(|(id, (image_id, fruit))| Annotation::<&FruitTruth> {
+        id,
+        image_id,
+        category_id: fruit_class.value.into(),
+        bbox: fruit.bbox,
+        area: fruit.segmentation.area(),
+        segmentation: fruit.segmentation.clone(),
+        iscrowd: 0,
+        more: &fruit.truth,
+    });
+    let annotations = Annotations {
+        info: Info { description: "OrchardBench data set".into(), version: recipe.code_version.clone() },
+        images: images.collect(),
+        categories: vec![Category {
+            id: fruit_class.value.into(),
+            name: fruit_class.name.into(),
+            supercategory: "orchard".into(),
+        }],
+        annotations: annotations.collect(),
+    };
+    let poses = numbered().map(|(image_id, (_, view))| CameraPose {
+        image_id,
+        file_name: &view.files.color.path,
+        x_world_camera: view.pose,
+    });
+    let cameras = Cameras { intrinsics: &recipe.intrinsics, poses: poses.collect() };
+    let done = Done {
+        trees: trees.len() as u64,
+        images: views().count() as u64,
+        annotations: annotations.annotations.len() as u64,
+        unfit_depth_px: views().map(|(_, view)| view.unfit_depth_px).sum(),
+    };
+    let mut files = Vec::new();
+    for (name, bytes) in [
+        ("annotations.json", encode(&annotations)),
+        ("cameras.json", encode(&cameras)),
+        ("intrinsics.json", intrinsics::write(&recipe.intrinsics).into_bytes()),
+    ] {
+        folder.write(name, &bytes)?;
+        files.push(FileRecord { path: name.into(), sha256: sha256(&bytes) });
+    }
+    files.extend(views().flat_map(|(_, view)| view.files.all().cloned()));
+    let manifest = Manifest {
+        format: "orchard-dataset",
+        recipe,
+        counts: &done,
+        classes: &CLASSES,
+        no_instance: tables::NO_INSTANCE,
+        files,
+    };
+    write_json(&out.join("manifest.json"), &manifest)?;
+    Ok(done)
+}
+
+/// JSON on one line: run lengths are long.
+fn encode(value: &impl Serialize) -> Vec<u8> {
+    let mut bytes =
+        serde_json::to_vec(value).unwrap_or_else(|e| unreachable!("texts, numbers and lists are JSON: {e}"));
+    bytes.push(b'\n');
+    bytes
+}

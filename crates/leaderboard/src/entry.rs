@@ -1,0 +1,133 @@
+//! One submission on the board.
+
+use orchard_statistics::Metric;
+use orchard_tasks::harvest::matrix::NOMINAL;
+use serde::{Deserialize, Serialize};
+
+use crate::refusal::Refusal;
+use crate::rules::LeaderboardRules;
+use crate::verify::Verified;
+
+/// Damage a tree that a submission may do at most, on average over its nominal episodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// Name in the protocol; null of one's own figures.
+    pub class: Option<String>,
+    /// Branches snapped a tree.
+    pub snapped: f64,
+    /// Fruit dropped a tree.
+    pub dropped: f64,
+}
+
+impl Budget {
+    /// A budget of the protocol; `None` if it has no such.
+    pub fn of_class(rules: &LeaderboardRules, class: &str) -> Option<Self> {
+        let budget = rules.budgets.get(class)?;
+        let (snapped, dropped) = (budget.snapped.si(), budget.dropped.si());
+        Some(Self { class: Some(class.to_owned()), snapped, dropped })
+    }
+
+    /// A budget of one's own.
+    ///
+    /// # Errors
+    /// A figure that is not a number from 0 up.
+    pub fn of_figures(snapped: f64, dropped: f64) -> Result<Self, String> {
+        for (name, value) in [("snapped", snapped), ("dropped", dropped)] {
+            if !value.is_finite() || value < 0.0 {
+                return Err(format!("{name} = {value} is not a number from 0 up, a tree"));
+            }
+        }
+        Ok(Self { class: None, snapped, dropped })
+    }
+
+    /// True if so much damage a tree is within it.
+    pub fn admits(&self, snapped: f64, dropped: f64) -> bool {
+        snapped <= self.snapped && dropped <= self.dropped
+    }
+}
+
+impl std::fmt::Display for Budget {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(class) = &self.class {
+            write!(f, "{class}: ")?;
+        }
+        write!(f, "snapped <= {}, dropped <= {}", self.snapped, self.dropped)
+    }
+}
+
+/// A verified submission. Figures are those of the nominal condition; damage and completeness by the definitions of the benchmark.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Name, unique on its board.
+    pub name: String,
+    /// Controller that harvested.
+    pub controller: String,
+    /// Budget that was chosen for it.
+    pub budget: Budget,
+    /// True if its damage is within that.
+    pub within_budget: bool,
+    /// Harvest completeness.
+    pub completeness: f64,
+    /// 95 % interval.
+    pub completeness_ci95: [Option<f64>; 2],
+    /// Branches snapped a tree.
+    pub snapped_per_tree: f64,
+    /// Fruit dropped a tree.
+    pub dropped_per_tree: f64,
+    /// Fruit deposited a minute.
+    pub throughput_fruit_per_min: Option<f64>,
+    /// Placed attempts over attempts.
+    pub place_success_per_attempt: Option<f64>,
+    /// Episodes of all conditions.
+    pub episodes: u32,
+    /// Of these, with a quarantined world.
+    pub quarantined: u32,
+    /// Code version.
+    pub code_version: String,
+    /// SHA-256 of all config texts.
+    pub config_hash: String,
+    /// SHA-256 over the names and bytes of all record files.
+    pub records_sha256: String,
+    /// Episodes that were run again and had the same bytes.
+    pub sample: Vec<String>,
+}
+
+impl Entry {
+    /// A verified result under a name and a budget.
+    ///
+    /// # Errors
+    /// The result has no nominal figures: no tree had a reachable fruit, say.
+    pub fn new(name: &str, budget: Budget, verified: &Verified) -> Result<Self, Refusal> {
+        let summary = &verified.summary;
+        let nominal = summary.conditions.get(NOMINAL);
+        let metric = |name: &str| -> Option<&Metric> { nominal?.metrics.get(name) };
+        let mean = |name: &'static str| metric(name).and_then(|m| m.mean);
+        let needed = |name: &'static str| mean(name).ok_or(Refusal::NothingToRank { metric: name });
+        let (snapped, dropped) = (needed("branches_snapped_per_tree")?, needed("fruit_dropped_per_tree")?);
+        Ok(Self {
+            name: name.to_owned(),
+            controller: summary.controller.clone(),
+            within_budget: budget.admits(snapped, dropped),
+            budget,
+            completeness: needed("harvest_completeness")?,
+            completeness_ci95: metric("harvest_completeness").map_or([None; 2], |m| m.ci95),
+            snapped_per_tree: snapped,
+            dropped_per_tree: dropped,
+            throughput_fruit_per_min: mean("throughput_fruit_per_min"),
+            place_success_per_attempt: mean("place_success_per_attempt"),
+            episodes: summary.conditions.values().map(|c| c.episodes.len() as u32).sum(),
+            quarantined: summary.quarantined,
+            code_version: summary.code_version.clone(),
+            config_hash: summary.config_hash.clone(),
+            records_sha256: verified.records_sha256.clone(),
+            sample: verified.sample.clone(),
+        })
+    }
+
+    /// Damage a tree: branches snapped and fruit dropped.
+    pub fn damage(&self) -> f64 {
+        self.snapped_per_tree + self.dropped_per_tree
+    }
+}

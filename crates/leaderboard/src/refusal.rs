@@ -1,0 +1,97 @@
+//! Why a result is not taken.
+
+use orchard_bench::Missing;
+use orchard_bench::store::StoreError;
+
+use crate::difference::Difference;
+
+/// Reason why a result is refused; displayed in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum Refusal {
+    /// No result folder.
+    #[error("{file}: {problem}; a result folder of a harvest that ended is needed")]
+    NotAResult {
+        /// The file that was looked for.
+        file: String,
+        /// Problem with it.
+        problem: String,
+    },
+    /// Another version than that of this build.
+    #[error(
+        "{file}: {what} {found}, but this build has {own}: results are verified by the build that made them"
+    )]
+    Version {
+        /// The file that says so.
+        file: String,
+        /// Which version.
+        what: &'static str,
+        /// The result's.
+        found: String,
+        /// This build's.
+        own: String,
+    },
+    /// Other seeds than those of the board.
+    #[error("summary.json: seed set {found}, but the board is of {own}")]
+    Seeds {
+        /// The result's.
+        found: String,
+        /// The board's.
+        own: String,
+    },
+    /// Another plan.
+    #[error("summary.json: {what} {found}, but the official matrix has {own}")]
+    Plan {
+        /// Name of the figure.
+        what: &'static str,
+        /// The result's.
+        found: String,
+        /// The official one.
+        own: String,
+    },
+    /// Episodes of the matrix are not there, or not as this code writes them.
+    #[error(transparent)]
+    Missing(#[from] Missing),
+    /// A record that the matrix does not have.
+    #[error("{file} is not of the official matrix: a submission holds that and nothing else")]
+    Surplus {
+        /// The file.
+        file: String,
+    },
+    /// A record that contradicts itself.
+    #[error("{file} contradicts itself: {problem}")]
+    Contradiction {
+        /// The file.
+        file: String,
+        /// In what.
+        problem: String,
+    },
+    /// A summary that its records do not give.
+    #[error("summary.json is not what its records give: {difference}")]
+    Summary {
+        /// The first difference.
+        difference: Difference,
+    },
+    /// An episode that comes out otherwise.
+    #[error("{file} comes out otherwise when run again: {difference}")]
+    NotRepeated {
+        /// The file.
+        file: String,
+        /// The first difference.
+        difference: Difference,
+    },
+    /// No nominal figure to rank by.
+    #[error("the nominal condition gives no {metric}: there is nothing to rank")]
+    NothingToRank {
+        /// The metric.
+        metric: &'static str,
+    },
+    /// The stop flag was raised.
+    #[error("interrupted: the board is as it was")]
+    Interrupted,
+    /// Threads cannot be started.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The folder cannot be opened.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}

@@ -1,0 +1,283 @@
+//! What is verified, and what is refused and why.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use orchard_bench::CODE_VERSION;
+use orchard_bench::gather;
+use orchard_bench::store::Store;
+use orchard_bench::{Session, Silent};
+use orchard_scenario::{Names, Scenario};
+use orchard_tasks::fake::progress::CountingProgress;
+use orchard_tasks::fake::{FakeFactory, plan};
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::harvest::run;
+use orchard_tasks::harvest::summary::Summary;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
+
+use super::*;
+
+/// A result of the fake plan.
+fn result() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    run(&plan(), &FakeFactory, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    folder
+}
+
+fn verified(folder: &Path, plan: &Plan, sample: usize) -> Result<Verified, String> {
+    let stop = AtomicBool::new(false);
+    verify(folder, plan, &FakeFactory, sample, 2, &stop, &Silent).map_err(|e| e.to_string())
+}
+
+/// Replaces a text in a file of a folder.
+fn change(folder: &Path, file: &str, from: &str, to: &str) {
+    let path = folder.join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains(from), "{file} has no {from}");
+    fs::write(path, text.replacen(from, to, 1)).unwrap();
+}
+
+/// Writes the summary that the records in a folder give, as a clever forger would.
+fn sum_up_again(folder: &Path) {
+    let store = Store::open(folder).unwrap();
+    let records = gather::<EpisodeRecord>(&plan().episodes(), &[&store]).unwrap();
+    store.write("summary.json", &Summary::of_run(&plan(), &records)).unwrap();
+}
+
+#[test]
+fn an_honest_result_is_taken_and_its_sample_run_again() {
+    let folder = result();
+    let progress = CountingProgress::default();
+    let stop = AtomicBool::new(false);
+    let verified = verify(folder.path(), &plan(), &FakeFactory, 3, 2, &stop, &progress).unwrap();
+    assert_eq!((progress.counts(), verified.sample.len()), ((3, 0), 3));
+    assert!(verified.sample.is_sorted() && verified.sample[0].starts_with("episodes/fake-nominal-"));
+    assert_eq!(verified.records_sha256.len(), 64);
+    // The same records draw the same sample; a sample beyond all of them is all of them.
+    assert_eq!(self::verified(folder.path(), &plan(), 3).unwrap(), verified);
+    let all = self::verified(folder.path(), &plan(), 1000).unwrap();
+    assert_eq!(all.sample.len(), plan().episodes().len());
+
+    let entry = Entry::new("mine", Budget::of_figures(10.0, 10.0).unwrap(), &verified).unwrap();
+    let nominal = &verified.summary.conditions["nominal"];
+    assert_eq!(Some(entry.completeness), nominal.metrics["harvest_completeness"].mean);
+    assert_eq!(Some(entry.dropped_per_tree), nominal.metrics["fruit_dropped_per_tree"].mean);
+    assert_eq!((entry.episodes, entry.quarantined, entry.within_budget), (8, 2, true));
+    let strict = Entry::new("mine", Budget::of_figures(0.0, 0.0).unwrap(), &verified).unwrap();
+    assert!(!strict.within_budget && strict.damage() > 0.0);
+}
+
+#[test]
+fn versions_seeds_and_plans_of_others_are_refused() {
+    let folder = result();
+    let refused = |file: &Path, plan: &Plan| verified(file, plan, 1).unwrap_err();
+    let here = folder.path();
+    let e = refused(here, &Plan { config_hash: "0".repeat(64), ..plan() });
+    assert!(e.starts_with("summary.json: config_hash \"") && e.contains("this build has \"000"), "{e}");
+    let whole = SeedSetLabel { name: SeedSetName::V1, whole: true };
+    let e = refused(here, &Plan { seed_set: whole, ..plan() });
+    assert_eq!(e, "summary.json: seed set custom (in part), but the board is of v1");
+    let e = refused(here, &Plan { seeds: vec![7, 9], ..plan() });
+    assert!(e.contains("seed set custom (in part) with seeds [7, 8]"), "{e}");
+    let e = refused(here, &Plan { scenario: Names::paper("gardener"), ..plan() });
+    assert_eq!(e, "summary.json: controller fake, but the official matrix has gardener");
+    let e = refused(here, &Plan { profile: "full".into(), ..plan() });
+    assert_eq!(e, "summary.json: profile quick, but the official matrix has full");
+
+    for (from, to, what) in [
+        (
+            "\"schema_version\": 5",
+            "\"schema_version\": 3",
+            "summary.json: schema_version 3, but this build has 5",
+        ),
+        (
+            "\"config_version\": \"v1\"",
+            "\"config_version\": \"v0\"",
+            "summary.json: config_version \"v0\", but",
+        ),
+        (CODE_VERSION, "0.0.1", "summary.json: code_version \"0.0.1\", but this build has \""),
+    ] {
+        let folder = result();
+        change(folder.path(), "summary.json", from, to);
+        let e = refused(folder.path(), &plan());
+        assert!(e.starts_with(what), "{e}");
+    }
+    // A summary that lies about the code does not help its records.
+    let folder = result();
+    change(folder.path(), "episodes/fake-nominal-8-001.json", CODE_VERSION, "0.0.1");
+    let e = refused(folder.path(), &plan());
+    assert!(e.contains("fake-nominal-8-001.json is of another plan, config or code version"), "{e}");
+}
+
+#[test]
+fn partial_and_swollen_results_are_refused() {
+    let folder = result();
+    let file = folder.path().join("episodes/fake-nominal-7-003.json");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::remove_file(&file).unwrap();
+    let e = verified(folder.path(), &plan(), 1).unwrap_err();
+    assert!(
+        e.starts_with("1 of 8 episodes are missing, episodes/fake-nominal-7-003.json is the first"),
+        "{e}"
+    );
+    fs::write(&file, &text[..text.len() - 9]).unwrap();
+    let e = verified(folder.path(), &plan(), 1).unwrap_err();
+    assert!(e.ends_with("fake-nominal-7-003.json is damaged or was changed"), "{e}");
+    fs::write(&file, &text).unwrap();
+    fs::write(folder.path().join("episodes/fake-windy-7-000.json"), &text).unwrap();
+    let e = verified(folder.path(), &plan(), 1).unwrap_err();
+    assert!(e.starts_with("episodes/fake-windy-7-000.json is not of the official matrix"), "{e}");
+
+    let empty = tempfile::tempdir().unwrap();
+    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 4}")] {
+        if let Some(text) = text {
+            fs::write(empty.path().join("summary.json"), text).unwrap();
+        }
+        let e = verified(empty.path(), &plan(), 1).unwrap_err();
+        assert!(e.contains("summary.json") && e.contains("a result folder of a harvest that ended"), "{e}");
+    }
+    let nowhere = empty.path().join("nowhere");
+    assert!(verified(&nowhere, &plan(), 1).is_err() && !nowhere.exists());
+}
+
+#[test]
+fn an_edited_summary_is_refused_by_its_field() {
+    let folder = result();
+    let store = Store::open(folder.path()).unwrap();
+    let text = fs::read_to_string(folder.path().join("summary.json")).unwrap();
+    let mut summary: Summary = serde_json::from_str(&text).unwrap();
+    let own = summary.conditions["nominal"].metrics["harvest_completeness"].mean.unwrap();
+    let nominal = summary.conditions.get_mut("nominal").unwrap();
+    nominal.metrics.get_mut("harvest_completeness").unwrap().mean = Some(0.99);
+    store.write("summary.json", &summary).unwrap();
+    assert_eq!(
+        verified(folder.path(), &plan(), 1).unwrap_err(),
+        format!(
+            "summary.json is not what its records give: conditions.nominal.metrics.harvest_completeness.mean is 0.99, not {own}"
+        )
+    );
+    // Not even another space is taken.
+    fs::write(folder.path().join("summary.json"), text.replacen(": ", ":  ", 1)).unwrap();
+    let e = verified(folder.path(), &plan(), 1).unwrap_err();
+    assert!(e.contains("written in another way"), "{e}");
+}
+
+#[test]
+fn a_record_with_one_number_changed_is_refused() {
+    let episode = "episodes/fake-nominal-7-001.json";
+    // The summary gives it away,
+    let folder = result();
+    change(folder.path(), episode, "\"final_state\": \"dropped\"", "\"final_state\": \"deposited\"");
+    assert!(
+        verified(folder.path(), &plan(), 1).unwrap_err().starts_with("summary.json is not what its records")
+    );
+    // or, where that is forged as well, the record itself,
+    sum_up_again(folder.path());
+    let e = verified(folder.path(), &plan(), 1).unwrap_err();
+    assert!(e.starts_with(episode) && e.contains("is in the bucket without an event"), "{e}");
+    // or, where nothing contradicts, the episode that is run again.
+    let folder = result();
+    change(folder.path(), episode, "\"max_finger_force_n\": 8.0", "\"max_finger_force_n\": 7.5");
+    sum_up_again(folder.path());
+    assert_eq!(
+        verified(folder.path(), &plan(), 8).unwrap_err(),
+        format!(
+            "{episode} comes out otherwise when run again: attempts[0].max_finger_force_n is 7.5, not 8.0"
+        )
+    );
+}
+
+#[test]
+fn a_stopped_verification_says_so() {
+    let folder = result();
+    let stop = AtomicBool::new(true);
+    let e = verify(folder.path(), &plan(), &FakeFactory, 8, 1, &stop, &Silent).unwrap_err();
+    assert!(matches!(e, Refusal::Interrupted), "{e}");
+}
+
+#[test]
+fn what_contradicts_itself() {
+    let folder = result();
+    let store = Store::open(folder.path()).unwrap();
+    let records = gather::<EpisodeRecord>(&plan().episodes(), &[&store]).unwrap();
+    assert!(records.iter().all(|record| consistency::contradiction(record, plan().frame).is_none()));
+    let honest = records.iter().find(|record| !record.attempts.is_empty()).unwrap();
+    let said = |lie: fn(&mut EpisodeRecord)| {
+        let mut record = honest.clone();
+        lie(&mut record);
+        consistency::contradiction(&record, plan().frame).unwrap_or_default()
+    };
+    assert!(said(|r| r.frames = r.key.horizon_frames + 1).contains("in a budget of"));
+    assert!(said(|r| r.duration_s += 0.5).contains("frames take"));
+    assert!(said(|r| r.fruit_total += 1).contains("fruit are listed"));
+    assert!(said(|r| r.fruit[0].id = 9).contains("not numbered"));
+    assert!(said(|r| r.reachable_count -= 1).contains("fruit are reachable"));
+    assert!(said(|r| r.zone_census.clear()).contains("zone_census"));
+    assert!(said(|r| r.fruit_deposited.clear()).contains("without an event"));
+    assert!(said(|r| r.fruit_deposited[0].time += 1.0).contains("has the time"));
+    assert!(said(|r| r.detection.recalled = 1000).contains("are recalled"));
+    assert!(said(|r| r.attempts[0].placed.clear()).contains("attempt 0: its outcome"));
+    assert!(said(|r| r.attempts[0].cycle_time = Some(0.1)).contains("its cycle time"));
+    assert!(said(|r| r.attempts[0].end_frame = 0).contains("within the episode"));
+}
+
+#[test]
+fn samples_follow_from_the_records() {
+    let of = |byte| sample::drawn(&[byte; 32], 198, 3);
+    assert_eq!(of(1), of(1));
+    assert_ne!(of(1), of(2));
+    for byte in 0..50 {
+        let drawn = of(byte);
+        assert!(drawn.len() == 3 && drawn.is_sorted_by(|a, b| a < b) && drawn[2] < 198);
+    }
+    assert_eq!(sample::drawn(&[7; 32], 4, 9), [0, 1, 2, 3]);
+    assert!(sample::drawn(&[7; 32], 0, 3).is_empty());
+    // All places are drawn about alike: 2,000 samples of 3 in 10 take each 600 times, with a deviation of 20.
+    let mut counts = [0; 10];
+    for seed in 0..2000_u32 {
+        let mut hash = [0; 32];
+        hash[..4].copy_from_slice(&seed.to_be_bytes());
+        for index in sample::drawn(&hash, 10, 3) {
+            counts[index] += 1;
+        }
+    }
+    assert!(counts.iter().all(|count| (500..700).contains(count)), "{counts:?}");
+}
+
+#[test]
+fn where_two_values_part() {
+    let first = |a: &str, b: &str| {
+        let value = |text| serde_json::from_str(text).unwrap();
+        first_difference(&value(a), &value(b)).map(|d| d.to_string())
+    };
+    assert_eq!(first(r#"{"a": [1, {"b": 2}]}"#, r#"{"a": [1, {"b": 2}]}"#), None);
+    assert_eq!(first(r#"{"a": [1, {"b": 2}]}"#, r#"{"a": [1, {"b": 3}]}"#).unwrap(), "a[1].b is 2, not 3");
+    assert_eq!(first(r#"{"a": [1]}"#, r#"{"a": [1, [2, 3]]}"#).unwrap(), "a[1] is absent, not a list of 2");
+    assert_eq!(first(r#"{"c": 1, "b": 1}"#, r#"{"c": 2}"#).unwrap(), "b is 1, not absent");
+    assert_eq!(first("1", "{}").unwrap(), "the whole is 1, not an object of 0 fields");
+}
+
+#[test]
+fn the_official_matrix_is_the_full_profile_on_a_whole_set() {
+    let protocol = Protocol::paper();
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
+    for (set, trees, repeats) in [(SeedSetName::V1, 30, 3), (SeedSetName::Tuning, 18, 1)] {
+        let plan = harvest.plan_of(official(&protocol, set).unwrap()).unwrap();
+        plan.check().unwrap();
+        assert_eq!(plan.seed_set, SeedSetLabel { name: set, whole: true });
+        let of = |condition: &str| plan.episodes().iter().filter(|key| key.condition == condition).count();
+        assert_eq!((of("nominal"), of("fruit-20")), (trees * repeats, trees));
+        for name in &protocol.full.conditions {
+            assert!(
+                plan.conditions.iter().any(|c| c.name == *name)
+                    || plan.sweeps.iter().any(|s| s.name == *name)
+            );
+        }
+    }
+    assert_eq!(official(&protocol, SeedSetName::Custom), None);
+}

@@ -1,0 +1,153 @@
+//! One batch, timed.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use orchard_batch::{Stepper, StepperError, TreeEvent, TreeWorld};
+use orchard_gpu::{Gpu, GpuBatch};
+use rayon::ThreadPool;
+
+use crate::error::ScalingError;
+use crate::plan::{GoingOn, ScalingPlan};
+use crate::process::processor_time;
+use crate::solver::SolverName;
+use crate::stepper::batch;
+use crate::trees::Worlds;
+
+/// Shortest time that a clock tells [s]: keeps rates finite.
+const CLOCK_RESOLUTION: f64 = 1e-9;
+/// Frames at once of the world that keeps a device awake.
+const FRAMES_AWAKE: u32 = 60;
+
+/// Worlds as they are before the first course, and what is to advance them.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// The worlds.
+    pub worlds: Worlds<'a>,
+    /// Solver.
+    pub solver: SolverName,
+    /// Where, for solvers of a device.
+    pub gpu: Option<&'a Gpu>,
+}
+
+/// Time of a piece of work.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Spent {
+    /// Time elapsed.
+    pub elapsed: Duration,
+    /// Processor time of all threads.
+    pub processor: Duration,
+}
+
+/// A cell's figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timed {
+    /// Frames of the whole batch a second, by repeat.
+    pub rates: Vec<f64>,
+    /// Courses of all repeats.
+    pub courses: u32,
+    /// Processor time of all of them [s].
+    pub processor_s: f64,
+    /// Time to kick as many worlds, to make the batch of them, and to send it to a device [s].
+    pub pack_s: f64,
+    /// Memory of the numbers that a step goes through [bytes], where the batch knows it.
+    pub bytes: Option<usize>,
+    /// Worlds that are no longer finite at the end of a course.
+    pub unfinite: u32,
+}
+
+impl Start<'_> {
+    /// The batch.
+    pub fn batch(&self) -> Result<Box<dyn Stepper>, ScalingError> {
+        batch(self.solver, &self.worlds, self.gpu)
+    }
+}
+
+/// Some frames of a batch. A frame begins when all worlds have ended the one before.
+pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<Spent, StepperError> {
+    pool.install(|| {
+        let (start, processor) = (Instant::now(), processor_time());
+        batch.advance(frames);
+        batch.wait()?;
+        let processor = processor_time().saturating_sub(processor);
+        Ok(Spent { elapsed: start.elapsed(), processor })
+    })
+}
+
+/// Worlds that were found to be no longer finite since the last call.
+fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
+    let events = batch.events()?;
+    let is_stop = |event: &TreeEvent| matches!(event, TreeEvent::Quarantined { .. });
+    Ok(events.iter().filter(|happened| is_stop(&happened.event)).count() as u32)
+}
+
+/// Keeps a device busy with one world for so long [s].
+///
+/// # Errors
+/// The device cannot have the world, or was lost.
+pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError> {
+    let mut batch = GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)?;
+    let start = Instant::now();
+    while start.elapsed().as_secs_f64() < time {
+        batch.advance(FRAMES_AWAKE);
+        batch.wait().map_err(StepperError::of)?;
+    }
+    Ok(())
+}
+
+/// Times a batch: whole courses for a part of the cell's time, as many times as the plan says. `None` if `stop` was raised.
+pub fn time(
+    plan: &ScalingPlan,
+    start: &Start<'_>,
+    pool: &ThreadPool,
+    stop: &AtomicBool,
+) -> Result<Option<Timed>, ScalingError> {
+    let share = plan.cell_time / f64::from(plan.repeats);
+    let packing = Instant::now();
+    let new_batch = || pool.install(|| start.batch());
+    let mut batch = new_batch()?;
+    batch.wait()?;
+    let pack_s = packing.elapsed().as_secs_f64();
+    let bytes = batch.bytes();
+    let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
+    if let Some(GoingOn { wake: busy, warm_up, .. }) = plan.going_on {
+        if let Some(gpu) = start.gpu {
+            wake(gpu, &(start.worlds.world)(0), busy)?;
+        }
+        course(&mut *batch, warm_up, pool)?;
+    }
+    for _ in 0..plan.repeats {
+        let (mut elapsed, mut courses) = (0.0, 0);
+        while courses == 0 || elapsed < share && plan.has_course(courses) {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            if plan.going_on.is_none() && timed.courses + courses > 0 {
+                // Two of them may not fit.
+                drop(batch);
+                batch = new_batch()?;
+            }
+            let spent = course(&mut *batch, plan.frames, pool)?;
+            elapsed += spent.elapsed.as_secs_f64();
+            timed.processor_s += spent.processor.as_secs_f64();
+            courses += 1;
+            if plan.going_on.is_none() {
+                timed.unfinite = timed.unfinite.max(unfinite(&mut *batch)?);
+            }
+        }
+        timed.rates.push(f64::from(plan.frames) * f64::from(courses) / elapsed.max(CLOCK_RESOLUTION));
+        timed.courses += courses;
+    }
+    if plan.going_on.is_some() {
+        timed.unfinite = unfinite(&mut *batch)?;
+    }
+    Ok(Some(timed))
+}
+
+impl ScalingPlan {
+    /// True if a repeat has another course after so many. Courses that go on share the time in which everything moves.
+    fn has_course(&self, courses: u32) -> bool {
+        let of = |going_on: &GoingOn| going_on.most.saturating_sub(going_on.warm_up) / self.repeats;
+        self.going_on.as_ref().is_none_or(|going_on| (courses + 1) * self.frames <= of(going_on))
+    }
+}

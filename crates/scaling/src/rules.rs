@@ -1,0 +1,204 @@
+//! The scaling task's constants: the table `[scaling]` of the protocol.
+
+use orchard_quantity::{ConfigError, Count, Quantity, Span};
+use orchard_spec::randomisation::Mode;
+use orchard_tasks::plan_file::Backend;
+use orchard_tasks::protocol::Protocol;
+use serde::{Deserialize, Serialize};
+
+/// The scaling task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScalingRules {
+    /// Backend that advances the batches, unless a command names another.
+    pub backend: Backend,
+    /// Frames of a course, which begins at the kick.
+    pub frames: Count,
+    /// Largest joint rate of a kick.
+    pub kick: Quantity,
+    /// Worlds with a plant of their own: those beyond repeat the plants of the first.
+    pub kinds: Count,
+    /// Constants of runs on a graphics device.
+    pub device: DeviceRules,
+    /// The official profile.
+    pub full: Effort,
+    /// The short profile.
+    pub quick: Effort,
+    /// The large sweep, `cargo xtask perf scaling`.
+    pub study: StudyRules,
+    /// The paper's figures.
+    pub published: PublishedScaling,
+}
+
+impl ScalingRules {
+    /// Reads the section `scaling` of a protocol.
+    ///
+    /// # Errors
+    /// A field missing or unknown, or a value outside its range.
+    pub fn of(protocol: &Protocol) -> Result<Self, ConfigError> {
+        protocol.section("scaling")
+    }
+}
+
+/// Constants of runs on a graphics device, where a batch goes on from course to course.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeviceRules {
+    /// For how long the device is kept busy before a batch is timed: from idle its clocks rise slowly.
+    pub wake: Quantity,
+    /// Frames of a batch before its first course.
+    pub warm_up: Count,
+    /// Frames of a course.
+    pub frames: Count,
+    /// Simulated time from the kick after which no course begins: everything is still on the move.
+    pub simulated: Quantity,
+    /// Worlds of the largest batch on an adapter in software.
+    pub software_worlds: Count,
+    /// Frames of a course there.
+    pub software_frames: Count,
+}
+
+/// The large sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudyRules {
+    /// A cell that would take longer is left out.
+    pub cell_limit: Quantity,
+    /// Part of the memory that the system has free which a cell may take; one that needs more is left out.
+    pub memory_share: Quantity,
+    /// On the processor.
+    pub cpu: Effort,
+    /// On a graphics device.
+    pub gpu: Effort,
+    /// To see that everything works.
+    pub quick: Effort,
+    /// Cost of each kind of randomisation.
+    pub axes: AxesRules,
+}
+
+impl StudyRules {
+    /// How much is measured on a backend.
+    pub fn effort(&self, backend: Backend) -> &Effort {
+        match backend {
+            Backend::Cpu => &self.cpu,
+            Backend::Gpu => &self.gpu,
+        }
+    }
+}
+
+/// What each kind of randomisation costs, alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxesRules {
+    /// Settled worlds of a batch.
+    pub worlds: Count,
+    /// On the damping of wood, which no axis of the presets varies: from the first world to the last, by equal factors.
+    pub damping: Span,
+}
+
+/// How much is measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Effort {
+    /// Worlds of the largest batch.
+    pub most_worlds: Count,
+    /// Worlds of a batch over those of the one before it; the first has one.
+    pub factor: Count,
+    /// Times that a cell is measured.
+    pub repeats: Count,
+    /// Time for all repeats of a cell; a repeat has at least one course, however long that takes.
+    pub cell_time: Quantity,
+}
+
+impl Effort {
+    /// Worlds of every batch, ascending: 1, `factor`, its square and so on, and `most_worlds`.
+    pub fn worlds(&self) -> Vec<u32> {
+        let (most, factor) = (self.most_worlds.get(), self.factor.get());
+        let mut worlds = Vec::new();
+        let mut next = Some(1);
+        while let Some(count) = next.filter(|count| *count < most) {
+            worlds.push(count);
+            next = u32::checked_mul(count, factor);
+        }
+        worlds.push(most);
+        worlds
+    }
+}
+
+/// Figures of the paper; for comparison only.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedScaling {
+    /// Env-steps a second.
+    pub env_steps_per_s: Vec<PublishedRate>,
+    /// Time to build the worlds.
+    pub build: Vec<PublishedBuild>,
+    /// What its solvers need.
+    pub solvers: Vec<PublishedSolver>,
+}
+
+impl PublishedScaling {
+    /// The figure of a mode at a number of worlds.
+    pub fn at(&self, mode: Mode, worlds: u32) -> Option<&PublishedRate> {
+        self.env_steps_per_s.iter().find(|rate| (rate.mode, rate.worlds) == (mode, worlds))
+    }
+
+    /// The time to build some worlds of a mode.
+    pub fn build_at(&self, mode: Mode, worlds: u32) -> Option<&PublishedBuild> {
+        self.build.iter().find(|build| (build.mode, build.worlds) == (mode, worlds))
+    }
+}
+
+/// A rate of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedRate {
+    /// Mode: the differences between worlds.
+    pub mode: Mode,
+    /// Worlds.
+    pub worlds: u32,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// A time to build worlds, of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedBuild {
+    /// Mode: the differences between worlds.
+    pub mode: Mode,
+    /// Worlds.
+    pub worlds: u32,
+    /// The time.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// A solver of the paper: how far it goes, and what it costs there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedSolver {
+    /// Name.
+    pub name: String,
+    /// Worlds of its largest batch.
+    pub most_worlds: u32,
+    /// Memory there, where it is told.
+    pub memory: Option<f64>,
+    /// Time of a step over that of the first solver, at least and at most.
+    pub slower: [f64; 2],
+    /// Memory over that of the first solver.
+    pub heavier: f64,
+    /// Unit of the memory.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}

@@ -1,0 +1,99 @@
+//! Runs every tree of a plan, in parallel, into a result folder.
+
+use std::marker::PhantomData;
+use std::sync::atomic::AtomicBool;
+
+use orchard_bench::PlanError;
+use orchard_bench::store::StoreError;
+use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
+
+use crate::component::plan::{ComponentKey, ComponentPlan};
+use crate::component::record::TreeRecord;
+use crate::component::summary::ComponentSummary;
+use crate::component::task::Component;
+use crate::component::trial::run_trial;
+
+/// A finished run.
+pub type ComponentResult<C> = TaskResult<TreeRecord<C>, ComponentSummary>;
+
+/// Runs a session's part of a plan: a record a tree, `compute.json`, and of a whole run the summary.
+///
+/// # Errors
+/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
+pub fn run<C: Component>(
+    plan: &ComponentPlan,
+    session: &Session<'_>,
+    progress: &impl Progress<TreeRecord<C>>,
+) -> Result<ComponentResult<C>, RunError> {
+    run_task(&Trials::of(plan), session, progress)
+}
+
+/// A component task: the trials of every tree of a plan.
+pub struct Trials<'a, C> {
+    plan: &'a ComponentPlan,
+    task: PhantomData<C>,
+}
+
+impl<'a, C: Component> Trials<'a, C> {
+    /// Those of a plan.
+    pub fn of(plan: &'a ComponentPlan) -> Self {
+        Self { plan, task: PhantomData }
+    }
+}
+
+impl<C: Component> Task for Trials<'_, C> {
+    type Record = TreeRecord<C>;
+    type Summary = ComponentSummary;
+    const NAME: &'static str = C::NAME;
+    const SUMMARY: &'static str = C::SUMMARY;
+
+    fn check(&self) -> Result<(), PlanError> {
+        self.plan.check()
+    }
+
+    fn keys(&self) -> Vec<ComponentKey> {
+        self.plan.keys(C::NAME)
+    }
+
+    fn compute(
+        &self,
+        key: &ComponentKey,
+        stop: &AtomicBool,
+        on_step: &mut dyn FnMut(),
+    ) -> Result<Option<TreeRecord<C>>, StoreError> {
+        let ComponentPlan { scenario, protocol, .. } = self.plan;
+        let mut record =
+            TreeRecord { key: key.clone(), never_built: None, trials: Vec::new(), task: PhantomData };
+        let mut world = match scenario.world(key.seed, key.world, 0) {
+            Ok(world) => world,
+            Err(e) => {
+                record.never_built = Some(e.to_string());
+                return Ok(Some(record));
+            }
+        };
+        for target in C::targets(&world, &protocol.component, key.seed) {
+            world.reset();
+            let Some(mut controller) = scenario.controller_with_goal(&C::goal(&target)) else {
+                unreachable!("the plan was checked")
+            };
+            match run_trial::<C>(&mut world, &mut *controller, &target, protocol, stop, on_step) {
+                Some(trial) => record.trials.push(trial),
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(record))
+    }
+
+    fn steps(&self, record: &TreeRecord<C>) -> u64 {
+        let frame = self.frame();
+        record.trials.iter().map(|trial| (trial.duration_s / frame).round() as u64).sum()
+    }
+
+    fn frame(&self) -> f64 {
+        self.plan.scenario.spec().sim.frame()
+    }
+
+    fn sum_up(&self, records: &[TreeRecord<C>]) -> ComponentSummary {
+        ComponentSummary::of_run(self.plan, records)
+    }
+}

@@ -1,0 +1,34 @@
+//! The detection task: single depth images of resting trees, seen by a free camera at several foliage densities.
+//!
+//! trees -> views -> images -> detections -> scores -> records -> metrics -> summary. The trees, the fruit and the places of the
+//! camera are the same at every density. `docs/benchmark-v1.md` states what each figure means.
+
+mod ablation;
+#[cfg(test)]
+mod fake;
+mod image;
+mod metrics;
+mod plan;
+mod record;
+pub(crate) mod rules;
+mod run;
+mod score;
+mod spread;
+mod summary;
+mod tally;
+#[cfg(test)]
+mod tests;
+mod trees;
+
+pub use ablation::{Variant, variants};
+pub use metrics::METRICS;
+pub use plan::{DetectKey, DetectPlan};
+pub use record::{
+    DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord, SitsOn, TrackRecord,
+    VariantRecord,
+};
+pub use rules::{AblationRules, Anchor, AtFoliage, DetectRules, FoundRules};
+pub use run::{DetectResult, Views, run};
+pub use spread::{ERRORS, Spread};
+pub use summary::{AblationSummary, DensitySummary, DetectSummary, FractionBin, VariantSummary, ZoneSummary};
+pub use trees::{RestingTree, Trees};

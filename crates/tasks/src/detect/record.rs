@@ -1,0 +1,185 @@
+//! The record of one tree, as written to `detect/*.json`.
+
+use orchard_bench::record::Record;
+use serde::{Deserialize, Serialize};
+
+use crate::detect::plan::DetectKey;
+use crate::zones::{Zone, ZoneFrame};
+
+/// One tree at every foliage density.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DetectRecord {
+    /// Key: everything that the record is a function of.
+    #[serde(flatten)]
+    pub key: DetectKey,
+    /// Reason why there is nothing to see, if so.
+    pub quarantined: Option<String>,
+    /// Zone frame; null where no fruit is reachable.
+    pub zone_frame: Option<ZoneFrame>,
+    /// Every fruit, the same at all densities.
+    pub fruit: Vec<HangingFruit>,
+    /// What was seen and found, by ascending density.
+    pub densities: Vec<DensityRecord>,
+    /// The ablation: the detector with parts of it switched off; empty where the key asks for none.
+    pub variants: Vec<VariantRecord>,
+}
+
+/// A fruit at rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HangingFruit {
+    /// Index of the fruit in its world.
+    pub id: u32,
+    /// Centre [m, world].
+    pub p_world: [f64; 3],
+    /// Radius [m].
+    pub radius: f64,
+    /// Zone; null where there is no zone frame.
+    pub zone: Option<Zone>,
+}
+
+/// A tree at one foliage density.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DensityRecord {
+    /// The density.
+    pub foliage: f64,
+    /// Leaves of the tree.
+    pub leaves: u32,
+    /// Images.
+    pub images: Vec<ImageRecord>,
+    /// What the tracker made of all images together, oldest first.
+    pub tracks: Vec<TrackRecord>,
+}
+
+/// One image.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ImageRecord {
+    /// Place of the lens [m, world].
+    pub p_world_camera: [f64; 3],
+    /// Orientation of the optical frame in the world, (x, y, z, w).
+    pub r_world_camera: [f64; 4],
+    /// Every fruit that shows a pixel, by index.
+    pub fruit: Vec<FruitSeen>,
+    /// Detections.
+    pub detections: Vec<DetectionRecord>,
+}
+
+/// A fruit in an image.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FruitSeen {
+    /// Index of the fruit.
+    pub fruit: u32,
+    /// Pixels that show it.
+    pub visible_px: u32,
+    /// Pixels that it alone would cover.
+    pub unoccluded_px: u32,
+    /// Depth of its centre [m].
+    pub depth: f64,
+    /// True if that depth is in the range of [`crate::detect::FoundRules`].
+    pub in_range: bool,
+    /// True if it ought to be found.
+    pub ought: bool,
+}
+
+impl FruitSeen {
+    /// Visible part of what the image could show of it.
+    pub fn visible_fraction(&self) -> f64 {
+        f64::from(self.visible_px) / f64::from(self.unoccluded_px.max(1))
+    }
+}
+
+/// A detection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DetectionRecord {
+    /// Centre [m, world].
+    pub p_world: [f64; 3],
+    /// Radius [m].
+    pub radius: f64,
+    /// Root mean square of the radial residual [m].
+    pub rms: f64,
+    /// Pixels that support it.
+    pub pixels: u32,
+    /// The fruit that it is matched to; null for a false positive.
+    pub fruit: Option<u32>,
+    /// Distance between the centres [m]; null for a false positive.
+    pub centre_error: Option<f64>,
+    /// Radius less the fruit's [m]; null for a false positive.
+    pub radius_error: Option<f64>,
+    /// What most of its pixels truly show.
+    pub on: SitsOn,
+    /// Zone; null where there is no zone frame.
+    pub zone: Option<Zone>,
+}
+
+/// Object that a detection sits on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SitsOn {
+    /// An apple. A false positive: the centre is off by more than its radius.
+    Fruit,
+    /// A false positive on an apple that another detection is matched to.
+    FruitAgain,
+    /// A leaf.
+    Leaf,
+    /// A branch or the trunk.
+    Wood,
+    /// The robot.
+    Robot,
+    /// The ground.
+    Ground,
+    /// A post or a wire.
+    Scenery,
+    /// Nothing that the camera should have measured.
+    Nothing,
+}
+
+/// A track.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrackRecord {
+    /// Centre [m, world].
+    pub p_world: [f64; 3],
+    /// Radius [m].
+    pub radius: f64,
+    /// Images that showed it.
+    pub hits: u32,
+    /// True if these are enough to act on.
+    pub confirmed: bool,
+    /// The fruit that it is matched to, one to one among all tracks.
+    pub fruit: Option<u32>,
+}
+
+/// One variant of the detector on the images of the ablation's density.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VariantRecord {
+    /// Name of the variant.
+    pub variant: String,
+    /// What it reported, image by image.
+    pub images: Vec<Vec<DetectionRecord>>,
+}
+
+impl Record for DetectRecord {
+    type Key = DetectKey;
+
+    const FOLDER: &'static str = "detect";
+
+    fn key(&self) -> &DetectKey {
+        &self.key
+    }
+
+    fn file(key: &DetectKey) -> String {
+        format!("{}-{:03}.json", key.seed, key.world)
+    }
+}
+
+impl DetectRecord {
+    /// The record of a tree that cannot be seen: nothing but the reason.
+    pub(crate) fn never_seen(key: DetectKey, reason: String) -> Self {
+        Self {
+            key,
+            quarantined: Some(reason),
+            zone_frame: None,
+            fruit: Vec::new(),
+            densities: Vec::new(),
+            variants: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! The detection task's constants: `[detect]` of `configs/bench/v1.toml`.
+
+use std::collections::BTreeMap;
+
+use orchard_quantity::{Count, Quantity, Span};
+use serde::{Deserialize, Serialize};
+
+use crate::vantage::VantageSpec;
+
+/// The detection task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectRules {
+    /// Views a tree.
+    pub views: Count,
+    /// Distribution of the views.
+    pub vantage: VantageSpec,
+    /// Which fruit ought to be found.
+    pub found: FoundRules,
+    /// The gate ablation.
+    pub ablation: AblationRules,
+    /// The paper's figures of the foliage sweep, by metric.
+    pub published: BTreeMap<String, Vec<AtFoliage>>,
+    /// Requirements on the detector over the tuning seeds, by metric: least values, for errors largest values.
+    pub asked: BTreeMap<String, Vec<AtFoliage>>,
+}
+
+/// A fruit in an image ought to be found if it keeps all of these.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FoundRules {
+    /// Least visible fraction.
+    pub visible_fraction: Quantity,
+    /// Depth of the centre.
+    pub depth: Span,
+    /// Fewest pixels.
+    pub pixels: Count,
+    /// Bins of equal width into which the visible fraction is cut.
+    pub bins: Count,
+}
+
+/// The gate ablation: the views of the first seed's trees at one density.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AblationRules {
+    /// The density, one of those of the sweep.
+    pub foliage: Quantity,
+    /// The paper's figures, by variant.
+    pub published: BTreeMap<String, Anchor>,
+}
+
+/// The paper's figures of one variant of the ablation; for comparison only.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Anchor {
+    /// False positives on wood in 48 views.
+    pub wood: u32,
+    /// Precision.
+    pub precision: f64,
+    /// Change of the single-view recall against the variant without anti-branch gates.
+    pub recall_change: f64,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+/// A figure at one foliage density; for comparison only.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AtFoliage {
+    /// The density.
+    pub foliage: f64,
+    /// The figure.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+impl DetectRules {
+    /// Returns a conflict with the foliage densities of the sweep, as (field, problem).
+    pub(crate) fn problem(&self, densities: &[f64]) -> Option<(&'static str, String)> {
+        let asked = self.ablation.foliage.si();
+        (!densities.contains(&asked))
+            .then(|| ("detect.ablation.foliage", format!("{asked} is not among sweeps.foliage")))
+    }
+}

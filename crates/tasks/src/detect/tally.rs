@@ -1,0 +1,149 @@
+//! What the metrics count of one tree.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::detect::record::{DetectRecord, DetectionRecord, FruitSeen, SitsOn, TrackRecord};
+use crate::zones::{ZoneTable, zone_table};
+
+/// Counts over the images of one tree by one detector.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tally {
+    pub(crate) images: u32,
+    pub(crate) detections: u32,
+    pub(crate) true_positives: u32,
+    pub(crate) false_positives: BTreeMap<SitsOn, u32>,
+    /// Fruit that ought to be found, summed over images, and what of it was.
+    pub(crate) ought: Found,
+    /// The same of fruit that shows a pixel.
+    pub(crate) visible: Found,
+    /// The same of fruit that shows a pixel in range, by bins of the visible fraction.
+    pub(crate) bins: Vec<Found>,
+    pub(crate) zones: ZoneTable<ZoneTally>,
+    /// Centre errors of true positives [m].
+    pub(crate) centre_errors: Vec<f64>,
+    /// Radius errors of true positives [m].
+    pub(crate) radius_errors: Vec<f64>,
+    /// Fruit of the tree that ought to be found in some image, and what of it was found in some image.
+    pub(crate) survey: Found,
+    /// The same of all fruit of the tree.
+    pub(crate) survey_all: Found,
+    /// Confirmed tracks, and what of them is matched to a fruit.
+    pub(crate) tracks: Found,
+    /// Fruit of the tree that ought to be found in some image, and what of it a confirmed track is matched to.
+    pub(crate) tracked: Found,
+}
+
+/// So many of so many.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Found {
+    pub(crate) of: u32,
+    pub(crate) found: u32,
+}
+
+impl Found {
+    fn count(&mut self, found: bool) {
+        self.of += 1;
+        self.found += u32::from(found);
+    }
+
+    pub(crate) fn add(&mut self, other: Found) {
+        self.of += other.of;
+        self.found += other.found;
+    }
+}
+
+/// Detections by their zone, fruit by its own.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct ZoneTally {
+    /// Detections, and what of them is right.
+    pub(crate) detections: Found,
+    /// Fruit that ought to be found, and what of it was.
+    pub(crate) ought: Found,
+}
+
+impl Tally {
+    /// Counts images: the fruit that each shows and what was detected in it. `bins` is the number of bins.
+    pub(crate) fn of<'a>(
+        tree: &DetectRecord,
+        images: impl Iterator<Item = (&'a [FruitSeen], &'a [DetectionRecord])>,
+        tracks: &[TrackRecord],
+        bins: u32,
+    ) -> Self {
+        let mut tally = Self::nothing(bins);
+        let (mut ought, mut found) = (BTreeSet::new(), BTreeSet::new());
+        for (fruit, detections) in images {
+            tally.images += 1;
+            detections.iter().for_each(|d| tally.detection(d));
+            let matched: BTreeSet<u32> = detections.iter().filter_map(|d| d.fruit).collect();
+            for seen in fruit {
+                tally.fruit(tree, seen, matched.contains(&seen.fruit));
+            }
+            ought.extend(fruit.iter().filter(|f| f.ought).map(|f| f.fruit));
+            found.extend(matched);
+        }
+        let tracked: BTreeSet<u32> = tracks.iter().filter(|t| t.confirmed).filter_map(|t| t.fruit).collect();
+        for fruit in &ought {
+            tally.survey.count(found.contains(fruit));
+            tally.tracked.count(tracked.contains(fruit));
+        }
+        tree.fruit.iter().for_each(|f| tally.survey_all.count(found.contains(&f.id)));
+        tracks.iter().filter(|t| t.confirmed).for_each(|t| tally.tracks.count(t.fruit.is_some()));
+        tally
+    }
+
+    /// Nothing counted.
+    pub(crate) fn nothing(bins: u32) -> Self {
+        Self {
+            images: 0,
+            detections: 0,
+            true_positives: 0,
+            false_positives: BTreeMap::new(),
+            ought: Found::default(),
+            visible: Found::default(),
+            bins: vec![Found::default(); bins as usize],
+            zones: zone_table(ZoneTally::default()),
+            centre_errors: Vec::new(),
+            radius_errors: Vec::new(),
+            survey: Found::default(),
+            survey_all: Found::default(),
+            tracks: Found::default(),
+            tracked: Found::default(),
+        }
+    }
+
+    fn detection(&mut self, d: &DetectionRecord) {
+        let right = d.fruit.is_some();
+        self.detections += 1;
+        self.true_positives += u32::from(right);
+        if !right {
+            *self.false_positives.entry(d.on).or_default() += 1;
+        }
+        self.centre_errors.extend(d.centre_error);
+        self.radius_errors.extend(d.radius_error);
+        if let Some(zone) = d.zone {
+            self.zones.entry(zone).or_default().detections.count(right);
+        }
+    }
+
+    fn fruit(&mut self, tree: &DetectRecord, seen: &FruitSeen, found: bool) {
+        self.visible.count(found);
+        if seen.in_range {
+            // A fruit in full view belongs to the last bin.
+            let last = self.bins.len() - 1;
+            let bin = (seen.visible_fraction() * self.bins.len() as f64) as usize;
+            self.bins[bin.min(last)].count(found);
+        }
+        if seen.ought {
+            self.ought.count(found);
+            let zone = tree.fruit.get(seen.fruit as usize).and_then(|fruit| fruit.zone);
+            if let Some(zone) = zone {
+                self.zones.entry(zone).or_default().ought.count(found);
+            }
+        }
+    }
+
+    /// False positives on one thing.
+    pub(crate) fn false_positives_on(&self, on: SitsOn) -> u32 {
+        self.false_positives.get(&on).copied().unwrap_or(0)
+    }
+}

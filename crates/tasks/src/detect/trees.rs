@@ -1,0 +1,37 @@
+//! The trees of the task: worlds of the preset at rest, without their robot.
+
+use orchard_camera::{Label, Scene};
+use orchard_scenario::Scenario;
+use orchard_world::truth::FruitTruth;
+
+/// A tree at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RestingTree {
+    /// What can be seen; no robot.
+    pub scene: Scene,
+    /// Every fruit, by the instance that the scene gives it.
+    pub fruit: Vec<FruitTruth>,
+    /// True if each fruit counts as reachable, for the zone frame.
+    pub reachable: Vec<bool>,
+}
+
+/// Grows trees.
+pub trait Trees: Sync {
+    /// The tree of a seed and a world's index at a foliage density. At other densities it differs in leaves alone.
+    ///
+    /// # Errors
+    /// It cannot be built, with the reason in one line.
+    fn tree(&self, seed: u64, world: u32, foliage: f64) -> Result<RestingTree, String>;
+}
+
+/// The trees of a scenario.
+impl Trees for Scenario {
+    fn tree(&self, seed: u64, world: u32, foliage: f64) -> Result<RestingTree, String> {
+        let mut spec = (**self.spec()).clone();
+        spec.foliage.density = spec.foliage.density.with_value(foliage)?;
+        let world = self.with_spec(spec).world(seed, world, 0).map_err(|e| e.to_string())?;
+        let mut scene = world.scene();
+        scene.items.retain(|item| item.label != Label::Robot);
+        Ok(RestingTree { scene, fruit: world.fruit_truth(), reachable: world.reachable() })
+    }
+}

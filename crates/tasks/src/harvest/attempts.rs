@@ -1,0 +1,331 @@
+//! From the controller's log and the world's truth to attempt records.
+//!
+//! An attempt starts when a target is committed, false detections included. It is placed if a fruit comes to
+//! rest in the bucket that both fingers last held during this attempt; the controller's own verdict decides
+//! nothing. Events of fruit and wood after the end of an attempt belong to it until the next attempt starts.
+
+use crate::harvest::episode::{
+    AttemptOutcome, AttemptRecord, AttemptSnap, Belief, FruitMoment, HeldFruit, KnockedOff, SnapEvent,
+    StateTime,
+};
+use crate::harvest::reason::{Facts, reason};
+use crate::json::finite;
+use crate::zones::Zone;
+
+/// Log of an attempt, before it is judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttemptLog {
+    /// Frame of the commitment.
+    pub start_frame: u32,
+    /// Committed target [m, odom].
+    pub p_odom_target: [f64; 3],
+    /// Fruit on the tree within one radius of the target.
+    pub fruit: Option<u32>,
+    /// Zone of the fruit or of the target.
+    pub zone: Option<Zone>,
+    /// States and the frames at which they were entered.
+    pub states: Vec<(u32, String)>,
+    /// Frame of the end and the controller's reason for failure; `None` while it runs.
+    pub end: Option<(u32, Option<String>)>,
+    /// Belief of the controller, without its end.
+    pub belief: Belief,
+    /// Largest stem force so far [N].
+    pub max_stem_pull: f64,
+    /// Largest force on a finger so far [N].
+    pub max_finger_force: f64,
+    /// Largest force on the hand so far [N].
+    pub max_wrist_force: f64,
+}
+
+/// Events of fruit and wood, and states of the controller, each list in time order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    /// Both fingers closed on a fruit.
+    pub gripped: Vec<FruitMoment>,
+    /// A stem gave way.
+    pub detached: Vec<FruitMoment>,
+    /// A fruit came to rest in the bucket.
+    pub deposited: Vec<FruitMoment>,
+    /// A fruit reached the ground.
+    pub dropped: Vec<FruitMoment>,
+    /// Spells of fruit off their stems in the hand.
+    pub held: Vec<HeldFruit>,
+    /// Wood broke.
+    pub snapped: Vec<SnapEvent>,
+    /// States that the controller entered, within attempts and between them.
+    pub states: Vec<(u32, String)>,
+}
+
+impl History {
+    /// State in which the controller gave the command that led to a frame.
+    fn state(&self, frame: u32) -> Option<String> {
+        self.states.iter().rfind(|(since, _)| *since < frame).map(|(_, state)| state.clone())
+    }
+
+    /// True if the fingers had closed on a fruit between two frames, the first left out.
+    pub fn was_gripped(&self, fruit: u32, after: u32, until: u32) -> bool {
+        self.gripped.iter().any(|g| g.fruit == fruit && g.frame > after && g.frame <= until)
+    }
+}
+
+/// Judges every attempt of an episode of `last` frames of `frame` seconds.
+pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> Vec<AttemptRecord> {
+    let spans: Vec<(u32, u32)> =
+        logs.iter().map(|log| (log.start_frame, log.end.as_ref().map_or(last, |end| end.0))).collect();
+    let grips = |owner: usize| {
+        let (start, end) = spans[owner];
+        history.gripped.iter().filter(move |e| e.frame > start && e.frame <= end)
+    };
+    // What befalls a fruit off the hand belongs to the attempt that held it last.
+    let owner = |event: &FruitMoment| {
+        let grip = history.gripped.iter().rfind(|g| g.fruit == event.fruit && g.frame <= event.frame)?;
+        spans.iter().rposition(|&(start, end)| grip.frame > start && grip.frame <= end)
+    };
+    let owned = |events: &[FruitMoment], id: usize| distinct(events.iter().filter(|e| owner(e) == Some(id)));
+    let time = |frames: u32| f64::from(frames) * frame;
+
+    let mut records = Vec::with_capacity(logs.len());
+    for (id, log) in logs.iter().enumerate() {
+        let (start, end) = spans[id];
+        // To the next commitment.
+        let until = logs.get(id + 1).map_or(last, |next| next.start_frame);
+        let within = |frame: u32| frame > start && frame <= until;
+        let came_off = || history.detached.iter().filter(|e| within(e.frame));
+        let unheld = |e: &&FruitMoment| !history.was_gripped(e.fruit, start, e.frame);
+        let held: Vec<HeldFruit> = history.held.iter().filter(|h| within(h.from_frame)).cloned().collect();
+        let placed = owned(&history.deposited, id);
+        let facts = Facts {
+            placed: !placed.is_empty(),
+            target_is_fruit: log.fruit.is_some(),
+            target_knocked_off: came_off()
+                .filter(unheld)
+                .any(|e| Some(e.fruit) == log.fruit && e.frame <= end),
+            held: &held,
+            end,
+            gripped: grips(id).next().is_some(),
+            believed: log.end.as_ref().map(|(_, failure)| failure.as_deref()),
+        };
+        let failure_reason = reason(&facts).map(str::to_owned);
+        records.push(AttemptRecord {
+            id: id as u32,
+            start_frame: start,
+            end_frame: end,
+            start_time: time(start),
+            end_time: time(end),
+            p_odom_target: log.p_odom_target,
+            fruit: log.fruit,
+            zone: log.zone,
+            outcome: if placed.is_empty() { AttemptOutcome::Failed } else { AttemptOutcome::Placed },
+            failure_reason,
+            gripped: distinct(grips(id)),
+            detached: distinct(came_off().filter(|e| !unheld(e))),
+            cycle_time: (!placed.is_empty()).then(|| time(end - start)),
+            placed,
+            states: log
+                .states
+                .iter()
+                .map(|(frame, state)| StateTime { state: state.clone(), time: time(*frame) })
+                .collect(),
+            belief: Belief { end: log.end.as_ref().map(|(_, e)| believed_end(e)), ..log.belief.clone() },
+            held,
+            knocked_off: came_off()
+                .filter(unheld)
+                .map(|e| KnockedOff { fruit: e.fruit, time: e.time, state: history.state(e.frame) })
+                .collect(),
+            snapped: history
+                .snapped
+                .iter()
+                .filter(|e| within(e.frame))
+                .map(|e| AttemptSnap { segment: e.segment, time: e.time, state: history.state(e.frame) })
+                .collect(),
+            max_stem_pull_n: finite(log.max_stem_pull),
+            max_finger_force_n: finite(log.max_finger_force),
+            max_wrist_force_n: finite(log.max_wrist_force),
+        });
+    }
+    records
+}
+
+/// Name of an end that the controller believed.
+fn believed_end(failure: &Option<String>) -> String {
+    failure.clone().unwrap_or_else(|| "deposited".to_owned())
+}
+
+/// Fruit that came off its stem and had not been held before in the same attempt; between the start and the first attempt, all.
+pub fn knocked_off(logs: &[AttemptLog], history: &History) -> Vec<FruitMoment> {
+    let start_of = |frame: u32| logs.iter().rfind(|log| log.start_frame < frame).map(|log| log.start_frame);
+    let unheld = |e: &&FruitMoment| {
+        start_of(e.frame).is_none_or(|start| !history.was_gripped(e.fruit, start, e.frame))
+    };
+    history.detached.iter().filter(unheld).cloned().collect()
+}
+
+/// The fruit of a list of events, each once, in the order of their first event.
+fn distinct<'a>(events: impl Iterator<Item = &'a FruitMoment>) -> Vec<u32> {
+    let mut fruit = Vec::new();
+    for event in events {
+        if !fruit.contains(&event.fruit) {
+            fruit.push(event.fruit);
+        }
+    }
+    fruit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::harvest::episode::HeldEnd;
+    use crate::harvest::reason::{GRASP_MISSED, KNOCKED_OFF_BY_ARM, MISSED_BUCKET, RUN_ENDED, SLIPPED};
+
+    fn judge_all(logs: &[AttemptLog], history: &History) -> Vec<AttemptRecord> {
+        judge(logs, history, 0.5, 100)
+    }
+
+    fn log(start_frame: u32, end: Option<(u32, Option<&str>)>) -> AttemptLog {
+        AttemptLog {
+            start_frame,
+            p_odom_target: [0.0; 3],
+            fruit: None,
+            zone: None,
+            states: vec![(start_frame, "reach".into())],
+            end: end.map(|(frame, reason)| (frame, reason.map(str::to_owned))),
+            belief: Belief::default(),
+            max_stem_pull: 3.0,
+            max_finger_force: 5.0,
+            max_wrist_force: 6.0,
+        }
+    }
+
+    fn events(list: &[(u32, u32)]) -> Vec<FruitMoment> {
+        list.iter()
+            .map(|&(fruit, frame)| FruitMoment { fruit, frame, time: f64::from(frame) * 0.5 })
+            .collect()
+    }
+
+    #[test]
+    fn truth_overrules_the_controller() {
+        let history = History {
+            gripped: events(&[(7, 12), (7, 15), (8, 42)]),
+            detached: events(&[(7, 16), (3, 17)]),
+            deposited: events(&[(7, 22)]),
+            ..History::default()
+        };
+        // Ended as failed at 20, but the fruit comes to rest in the bucket; then believed placed, but none does.
+        let logs = [log(10, Some((20, Some("grasp_stalled")))), log(40, Some((60, None)))];
+        let records = judge_all(&logs, &history);
+        assert_eq!(records[0].outcome, AttemptOutcome::Placed);
+        assert_eq!(records[0].failure_reason, None);
+        assert_eq!(records[0].cycle_time, Some(5.0));
+        assert_eq!(records[0].gripped, [7]);
+        // Fruit 3 was shaken off, not held.
+        assert_eq!(records[0].detached, [7]);
+        assert_eq!(records[1].outcome, AttemptOutcome::Failed);
+        assert_eq!(records[1].failure_reason.as_deref(), Some(MISSED_BUCKET));
+        assert_eq!((records[1].gripped.as_slice(), records[1].detached.len()), ([8].as_slice(), 0));
+    }
+
+    #[test]
+    fn a_fruit_that_was_never_held_places_nothing() {
+        let history = History { deposited: events(&[(5, 15)]), ..History::default() };
+        let records = judge_all(&[log(10, Some((20, Some("blocked"))))], &history);
+        assert_eq!(records[0].failure_reason.as_deref(), Some("blocked"));
+        assert_eq!(records[0].cycle_time, None);
+    }
+
+    /// A fruit may roll in the bucket long after the next attempt began: it belongs to the one that let it go.
+    #[test]
+    fn a_deposit_belongs_to_the_last_attempt_that_held_the_fruit() {
+        let history = History {
+            gripped: events(&[(7, 12), (6, 13), (6, 25), (9, 26)]),
+            deposited: events(&[(7, 33), (6, 40)]),
+            ..History::default()
+        };
+        let logs = [log(10, Some((20, None))), log(20, Some((30, None))), log(31, Some((50, None)))];
+        let placed: Vec<Vec<u32>> = judge_all(&logs, &history).into_iter().map(|r| r.placed).collect();
+        assert_eq!(placed, [vec![7], vec![6], vec![]]);
+    }
+
+    #[test]
+    fn the_end_of_the_run_ends_an_attempt() {
+        let records = judge_all(&[log(90, None)], &History::default());
+        assert_eq!(records[0].end_frame, 100);
+        assert_eq!(records[0].failure_reason.as_deref(), Some(RUN_ENDED));
+    }
+    /// An attempt at fruit 7 from frame 10 to 20 that the controller ended as given; the next one starts at frame 30.
+    fn aimed(end: Option<&str>) -> [AttemptLog; 2] {
+        let aimed = AttemptLog { fruit: Some(7), ..log(10, Some((20, end))) };
+        [aimed, log(30, Some((40, Some("blocked"))))]
+    }
+
+    fn held(from_frame: u32, to_frame: u32, end: HeldEnd) -> Vec<HeldFruit> {
+        vec![HeldFruit { fruit: 7, from_frame, to_frame, end }]
+    }
+
+    #[test]
+    fn a_fruit_that_was_held_off_its_stem_and_lost_has_slipped() {
+        let mut history = History {
+            gripped: events(&[(7, 12)]),
+            detached: events(&[(7, 14)]),
+            held: held(14, 18, HeldEnd::Lost),
+            ..History::default()
+        };
+        // Whatever the controller believes: that it let go over the bucket, that it was blocked, or that it slipped.
+        for believed in [None, Some("blocked"), Some("slipped")] {
+            let record = &judge_all(&aimed(believed), &history)[0];
+            assert_eq!(record.failure_reason.as_deref(), Some(SLIPPED));
+            assert_eq!(record.belief.end.as_deref(), Some(believed.unwrap_or("deposited")));
+            assert_eq!((record.detached.as_slice(), record.knocked_off.len()), ([7].as_slice(), 0));
+        }
+        history.held = held(14, 18, HeldEnd::LetGo);
+        assert_eq!(judge_all(&aimed(None), &history)[0].failure_reason.as_deref(), Some(MISSED_BUCKET));
+        assert_eq!(
+            judge_all(&aimed(Some("blocked")), &history)[0].failure_reason.as_deref(),
+            Some("blocked")
+        );
+    }
+
+    #[test]
+    fn a_target_that_fell_unheld_was_knocked_off() {
+        let reason = |gripped: &[(u32, u32)], detached: &[(u32, u32)]| {
+            let history =
+                History { gripped: events(gripped), detached: events(detached), ..History::default() };
+            judge_all(&aimed(Some("no_fruit_at_detection")), &history)[0].failure_reason.clone().unwrap()
+        };
+        assert_eq!(reason(&[], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
+        // Held in an earlier attempt or only after its fall, it was still not held when it fell.
+        assert_eq!(reason(&[(7, 9), (7, 15)], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
+        // Another fruit fell, or the target after the end of the attempt.
+        assert_eq!(reason(&[], &[(8, 14)]), GRASP_MISSED);
+        assert_eq!(reason(&[], &[(7, 21)]), GRASP_MISSED);
+        assert_eq!(reason(&[(7, 12)], &[(7, 14)]), GRASP_MISSED);
+        // A target where no fruit hung.
+        let blank = AttemptLog { fruit: None, ..aimed(Some("no_fruit_at_detection"))[0].clone() };
+        let record = &judge_all(&[blank], &History::default())[0];
+        assert_eq!(record.failure_reason.as_deref(), Some("no_fruit_at_detection"));
+    }
+
+    #[test]
+    fn what_falls_and_breaks_on_the_way_back_belongs_to_the_attempt() {
+        let states = [(10, "align"), (15, "reach"), (20, "retreat"), (25, "scan"), (30, "align")];
+        let snap = |segment, frame: u32| SnapEvent { segment, frame, time: f64::from(frame) * 0.5 };
+        let history = History {
+            detached: events(&[(1, 5), (2, 16), (3, 26), (4, 31)]),
+            snapped: vec![snap(40, 15), snap(41, 22), snap(42, 31)],
+            states: states.map(|(frame, state)| (frame, state.to_owned())).into(),
+            ..History::default()
+        };
+        let logs = aimed(Some("blocked"));
+        let records = judge_all(&logs, &history);
+        let knocked: Vec<(u32, &str)> =
+            records[0].knocked_off.iter().map(|k| (k.fruit, k.state.as_deref().unwrap())).collect();
+        assert_eq!(knocked, [(2, "reach"), (3, "scan")]);
+        // At frame 15 the command of `align` had led there.
+        let snapped: Vec<(u32, &str)> =
+            records[0].snapped.iter().map(|s| (s.segment, s.state.as_deref().unwrap())).collect();
+        assert_eq!(snapped, [(40, "align"), (41, "retreat")]);
+        assert_eq!((records[1].knocked_off[0].fruit, records[1].snapped[0].segment), (4, 42));
+        // Of the tree, all four, the one before the first attempt too.
+        let all: Vec<u32> = knocked_off(&logs, &history).iter().map(|e| e.fruit).collect();
+        assert_eq!(all, [1, 2, 3, 4]);
+    }
+}

@@ -1,0 +1,407 @@
+//! The record of one world's episode, as written to `episodes/*.json`.
+//!
+//! Everything here is a function of (code version, config, seed, world, repeat, horizon): no clock, no machine.
+
+use orchard_bench::record::Record;
+use orchard_scenario::Names;
+use serde::{Deserialize, Serialize};
+
+use crate::zones::{Zone, ZoneFrame, ZoneTable};
+
+/// Key of an episode: everything that it is a function of. A stored episode is reused only if all of this is equal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EpisodeKey {
+    /// [`orchard_bench::SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// [`orchard_bench::CODE_VERSION`].
+    pub code_version: String,
+    /// SHA-256 over scenario and protocol, hexadecimal.
+    pub config_hash: String,
+    /// Names of world, robot, camera, detector and controller.
+    #[serde(flatten)]
+    pub scenario: Names,
+    /// Condition of the benchmark matrix.
+    pub condition: String,
+    /// Seed.
+    pub seed: u64,
+    /// World index under the seed.
+    pub world: u32,
+    /// Number of the tree's episode: each has another start pose of the robot.
+    pub repeat: u32,
+    /// Budget [frames].
+    pub horizon_frames: u32,
+}
+
+/// How an episode ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "status", rename_all = "snake_case")]
+pub enum Outcome {
+    /// The time budget was used up.
+    BudgetSpent,
+    /// No reachable fruit was left on the tree.
+    AllReachablePicked,
+    /// The robot stood still for too long.
+    Stalled,
+    /// The world left its plausible state; it counts as zero harvest.
+    Quarantined {
+        /// Problem.
+        reason: String,
+    },
+}
+
+pub use orchard_world::truth::FruitState;
+
+/// One fruit's truth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FruitRecord {
+    /// Index of the fruit in its world.
+    pub id: u32,
+    /// Centre at the start [m, world].
+    pub p_world: [f64; 3],
+    /// Radius [m].
+    pub radius: f64,
+    /// True if it lay inside the reach sphere at the start.
+    pub reachable: bool,
+    /// Zone at the start; null where no fruit is reachable.
+    pub zone: Option<Zone>,
+    /// State at the end.
+    pub final_state: FruitState,
+}
+
+/// A state that the controller entered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StateTime {
+    /// Name of the state.
+    pub state: String,
+    /// When it was entered [s].
+    pub time: f64,
+}
+
+/// How an attempt ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AttemptOutcome {
+    /// A fruit that the fingers last held in this attempt came to rest in the bucket.
+    Placed,
+    /// None did.
+    Failed,
+}
+
+/// One attempt: from the commitment to a target until the controller gave it up or finished it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AttemptRecord {
+    /// Index in the episode.
+    pub id: u32,
+    /// Frame of the commitment.
+    pub start_frame: u32,
+    /// Frame at which the controller ended it, or the episode's last.
+    pub end_frame: u32,
+    /// Time of the commitment [s].
+    pub start_time: f64,
+    /// Time of the end [s].
+    pub end_time: f64,
+    /// Committed target [m, odom].
+    pub p_odom_target: [f64; 3],
+    /// Fruit on the tree within one radius of the target at the commitment; null for a false detection.
+    pub fruit: Option<u32>,
+    /// Zone of that fruit at the start of the episode, or of the target where there is none.
+    pub zone: Option<Zone>,
+    /// Outcome by the world's truth.
+    pub outcome: AttemptOutcome,
+    /// Reason why it failed; null when placed.
+    pub failure_reason: Option<String>,
+    /// Fruit held between both fingers, in the order of their grips.
+    pub gripped: Vec<u32>,
+    /// Held fruit that came off its stem.
+    pub detached: Vec<u32>,
+    /// Held fruit that came to rest in the bucket, then or later.
+    pub placed: Vec<u32>,
+    /// Duration of a placed attempt [s]; null when failed.
+    pub cycle_time: Option<f64>,
+    /// States that the controller went through.
+    pub states: Vec<StateTime>,
+    /// Belief of the controller.
+    pub belief: Belief,
+    /// Spells in which a fruit was off its stem and between both fingers.
+    pub held: Vec<HeldFruit>,
+    /// Fruit that came off its stem and had not been held before in this attempt, up to the next attempt.
+    pub knocked_off: Vec<KnockedOff>,
+    /// Wood that broke, up to the next attempt.
+    pub snapped: Vec<AttemptSnap>,
+    /// Largest stem force during the attempt [N].
+    pub max_stem_pull_n: Option<f64>,
+    /// Largest sum of normal forces on one finger [N], at the ends of frames.
+    pub max_finger_force_n: Option<f64>,
+    /// Largest sum of contact forces on the hand [N], at the ends of frames.
+    pub max_wrist_force_n: Option<f64>,
+}
+
+/// Belief of the controller about an attempt, beside the truth about its target.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Belief {
+    /// Radius of the target [m].
+    pub radius_m: f64,
+    /// Truth: the hanging fruit nearest to the target at the commitment; null if none hung.
+    pub nearest_fruit: Option<u32>,
+    /// Truth: distance from the target to its centre [m].
+    pub nearest_distance_m: Option<f64>,
+    /// When the controller took something between its fingers for the fruit [s].
+    pub grasp_time: Option<f64>,
+    /// Width between the fingers then [m].
+    pub grasp_width_m: Option<f64>,
+    /// When it took the stem as given way [s].
+    pub stem_time: Option<f64>,
+    /// Largest pull that it had estimated by then [N].
+    pub pull_n: Option<f64>,
+    /// When it went back from what the hand pressed on.
+    pub yielded: Vec<Yielding>,
+    /// How it believed to have ended: `deposited` or a reason; null if it did not end the attempt.
+    pub end: Option<String>,
+}
+
+/// The hand went back from what it pressed on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Yielding {
+    /// When [s].
+    pub time: f64,
+    /// Force that the controller felt [N].
+    pub force_n: Option<f64>,
+}
+
+/// End of a spell in which the fingers held a fruit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldEnd {
+    /// The fruit is still between the fingers.
+    InHand,
+    /// The command had opened the fingers wider than the fruit.
+    LetGo,
+    /// The fruit left the fingers although they were commanded closed.
+    Lost,
+}
+
+/// A spell in which a fruit was off its stem and between both fingers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldFruit {
+    /// The fruit.
+    pub fruit: u32,
+    /// First frame.
+    pub from_frame: u32,
+    /// Last frame.
+    pub to_frame: u32,
+    /// End of the spell.
+    pub end: HeldEnd,
+}
+
+/// A fruit that came off its stem unheld.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnockedOff {
+    /// The fruit.
+    pub fruit: u32,
+    /// Time [s].
+    pub time: f64,
+    /// State of the controller.
+    pub state: Option<String>,
+}
+
+/// Wood that broke during an attempt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AttemptSnap {
+    /// Segment whose base joint broke.
+    pub segment: u32,
+    /// Time [s].
+    pub time: f64,
+    /// State of the controller.
+    pub state: Option<String>,
+}
+
+/// A fruit and the moment of an event.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FruitMoment {
+    /// The fruit.
+    pub fruit: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+}
+
+/// A fruit that came off its stem.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DetachEvent {
+    /// The fruit.
+    pub fruit: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+    /// Tension of the stem as it gave way [N]; null if it was not finite.
+    pub tension_n: Option<f64>,
+    /// True if that is more than takes most apples off by a straight pull (`rules.stem_pull`).
+    pub stem_pulled: bool,
+}
+
+/// A fruit that came to rest in the bucket.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DepositEvent {
+    /// The fruit.
+    pub fruit: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+    /// Height of its fall from the fingers [m]; null where not recorded.
+    pub drop_height_m: Option<f64>,
+    /// Energy of the hardest impact of that fall [J]; null where not recorded.
+    pub impact_energy_j: Option<f64>,
+    /// Energy of the hardest impact that the fruit took since the start [J]; null where not recorded.
+    pub bruise_energy_j: Option<f64>,
+    /// True if that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
+    pub bruised: Option<bool>,
+}
+
+/// A rupture of wood.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SnapEvent {
+    /// Segment whose base joint broke.
+    pub segment: u32,
+    /// Frame.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+}
+
+/// Sums over the depth images of an episode.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DetectionTally {
+    /// Images from which the controller reported detections, be it none.
+    pub images: u32,
+    /// Detections matched to a fruit.
+    pub true_positives: u32,
+    /// Detections matched to none.
+    pub false_positives: u32,
+    /// Visible fruit.
+    pub visible: u32,
+    /// Visible fruit that a detection matched.
+    pub recalled: u32,
+}
+
+/// One world's episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EpisodeRecord {
+    /// Key: everything that the episode is a function of.
+    #[serde(flatten)]
+    pub key: EpisodeKey,
+    /// Outcome of the episode.
+    pub outcome: Outcome,
+    /// Frames stepped.
+    pub frames: u32,
+    /// Simulated time [s].
+    pub duration_s: f64,
+    /// Fruit on the tree at the start.
+    pub fruit_total: u32,
+    /// Fruit inside the reach sphere at the start.
+    pub reachable_count: u32,
+    /// Their indices.
+    pub reachable: Vec<u32>,
+    /// Fruit that inverse kinematics confirms; null where not computed.
+    pub reachable_ik_count: Option<u32>,
+    /// Zone frame; null where no fruit is reachable.
+    pub zone_frame: Option<ZoneFrame>,
+    /// Reachable fruit by zone.
+    pub zone_census: ZoneTable<u32>,
+    /// Every fruit.
+    pub fruit: Vec<FruitRecord>,
+    /// Every attempt.
+    pub attempts: Vec<AttemptRecord>,
+    /// Ruptures.
+    pub branches_snapped: Vec<SnapEvent>,
+    /// Fruit that came off its stem.
+    pub fruit_detached: Vec<DetachEvent>,
+    /// Fruit that came off its stem and had not been held before in the same attempt, whatever took it off.
+    pub fruit_knocked_off: Vec<FruitMoment>,
+    /// Fruit that came to rest in the bucket.
+    pub fruit_deposited: Vec<DepositEvent>,
+    /// Fruit that reached the ground.
+    pub fruit_dropped: Vec<FruitMoment>,
+    /// Detector against truth.
+    pub detection: DetectionTally,
+    /// Largest stem force of the episode [N]; null if it was not finite.
+    pub max_stem_pull_n: Option<f64>,
+}
+
+impl Record for EpisodeRecord {
+    type Key = EpisodeKey;
+
+    const FOLDER: &'static str = "episodes";
+
+    fn key(&self) -> &EpisodeKey {
+        &self.key
+    }
+
+    fn file(key: &EpisodeKey) -> String {
+        let EpisodeKey { scenario: Names { controller, .. }, condition, seed, world, repeat, .. } = key;
+        match repeat {
+            0 => format!("{controller}-{condition}-{seed}-{world:03}.json"),
+            repeat => format!("{controller}-{condition}-{seed}-{world:03}-r{repeat}.json"),
+        }
+    }
+}
+
+impl AttemptRecord {
+    /// Time spent in each state up to the end of the attempt [s], in the order of their first entry; times of one state are
+    /// added up.
+    pub fn state_durations(&self) -> Vec<(String, f64)> {
+        let mut durations: Vec<(String, f64)> = Vec::new();
+        for (i, entered) in self.states.iter().enumerate() {
+            let left = self.states.get(i + 1).map_or(self.end_time, |next| next.time);
+            let time = left - entered.time;
+            match durations.iter_mut().find(|(state, _)| *state == entered.state) {
+                Some((_, sum)) => *sum += time,
+                None => durations.push((entered.state.clone(), time)),
+            }
+        }
+        durations
+    }
+}
+
+impl EpisodeRecord {
+    /// True if the world was quarantined.
+    pub fn quarantined(&self) -> bool {
+        matches!(self.outcome, Outcome::Quarantined { .. })
+    }
+
+    /// Fruit in the bucket at the end; none in a quarantined world.
+    pub fn deposited(&self) -> impl Iterator<Item = &FruitRecord> {
+        let counts = !self.quarantined();
+        self.fruit.iter().filter(move |f| counts && f.final_state == FruitState::Deposited)
+    }
+
+    /// Deposits; none in a quarantined world.
+    pub fn deposits(&self) -> impl Iterator<Item = &DepositEvent> {
+        let counts = !self.quarantined();
+        self.fruit_deposited.iter().filter(move |_| counts)
+    }
+
+    /// Fruit torn off its stem; a quarantined world's forces mean nothing.
+    pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
+        let counts = !self.quarantined();
+        self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)
+    }
+
+    /// Deposited fruit with a bruise.
+    pub fn bruised(&self) -> impl Iterator<Item = &DepositEvent> {
+        self.deposits().filter(|event| event.bruised == Some(true))
+    }
+
+    /// Fruit off its stem at the end that neither rests in the bucket nor is in the hand.
+    pub fn dropped(&self) -> impl Iterator<Item = &FruitRecord> {
+        self.fruit.iter().filter(|f| matches!(f.final_state, FruitState::Dropped | FruitState::Loose))
+    }
+
+    /// Attempts that count as placed; none in a quarantined world.
+    pub fn placed(&self) -> impl Iterator<Item = &AttemptRecord> {
+        let counts = !self.quarantined();
+        self.attempts.iter().filter(move |a| counts && a.outcome == AttemptOutcome::Placed)
+    }
+}

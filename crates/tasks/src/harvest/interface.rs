@@ -1,0 +1,115 @@
+//! Interfaces of a world and of a controller, as an episode needs them.
+//!
+//! The benchmark sees truth ([`BenchWorld`]); the controller sees [`Observation`]s only and reports what it
+//! believes ([`ControllerEvent`]).
+
+use orchard_geometry::{Pose, Vec3};
+use orchard_robot::io::{Command, Observation};
+use orchard_world::WorldEvent;
+
+/// A world, as the benchmark sees it. Indices of fruit and segments never change during an episode.
+pub trait BenchWorld {
+    /// The sensors now. Called once before every step.
+    fn observe(&mut self) -> Observation;
+    /// Advances one frame under a command.
+    fn step(&mut self, command: &Command);
+    /// Returns the events of the last step, in order, and forgets them.
+    fn drain_events(&mut self) -> Vec<WorldEvent>;
+    /// Every fruit, by index.
+    fn fruit(&self) -> Vec<FruitTruth>;
+    /// Fruit in the last depth image that an observation delivered.
+    fn visible_fruit(&self) -> Vec<VisibleFruit>;
+    /// Pose of the odom frame in the world.
+    fn x_world_odom(&self) -> Pose;
+    /// True if each fruit lies inside the arm's reach sphere from an admissible stand-off, now.
+    fn reachable(&self) -> Vec<bool>;
+    /// Number of fruit that inverse kinematics confirms as reachable, where that is computed.
+    fn reachable_ik_count(&self) -> Option<u32> {
+        None
+    }
+    /// Largest stem force over all fruit and all substeps of the last step [N].
+    fn peak_stem_pull(&self) -> f64;
+    /// Contact forces on the hand in the last substep of the last step.
+    fn hand_forces(&self) -> HandForces {
+        HandForces::default()
+    }
+    /// Largest energy of an impact that a fruit took so far [J], where impacts are recorded.
+    fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
+        let _ = fruit;
+        None
+    }
+    /// Reason why the world is no longer plausible, if so.
+    fn quarantine(&self) -> Option<String>;
+}
+
+/// Contact forces on the hand.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct HandForces {
+    /// The larger of the two fingers' sums of normal forces [N].
+    pub finger: f64,
+    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it [N].
+    pub wrist: f64,
+}
+
+pub use orchard_world::truth::FruitTruth;
+
+/// A fruit in a depth image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VisibleFruit {
+    /// The fruit.
+    pub fruit: u32,
+    /// Pixels with a valid depth.
+    pub pixels: u32,
+}
+
+/// A harvest controller, as the benchmark sees it.
+pub trait BenchController {
+    /// The command for the next frame.
+    fn act(&mut self, observation: &Observation) -> Command;
+    /// Returns the events that the controller logged during the last call of [`BenchController::act`], in order.
+    fn drain_log(&mut self) -> Vec<ControllerEvent>;
+}
+
+/// Event in the log of a controller.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ControllerEvent {
+    /// It committed to a target.
+    AttemptStarted {
+        /// Believed fruit centre [m, odom].
+        p_odom_target: Vec3,
+        /// Believed radius [m].
+        radius: f64,
+    },
+    /// It takes what is between the fingers for the fruit.
+    Grasped {
+        /// Width between the fingers [m].
+        width: f64,
+    },
+    /// It takes the stem as given way.
+    StemGaveWay {
+        /// Largest pull that it estimated [N].
+        pull: f64,
+    },
+    /// It goes back from what the hand pressed on.
+    Yielded {
+        /// Force that it felt [N].
+        force: f64,
+    },
+    /// It entered a state.
+    StateChanged {
+        /// The state's name.
+        state: String,
+    },
+    /// It ended the current attempt.
+    AttemptEnded {
+        /// Reason why it failed; `None` if it believes that the fruit was placed.
+        failure: Option<String>,
+    },
+    /// It evaluated the observation's depth image.
+    Detected {
+        /// Centres of all detections in that image [m, odom].
+        p_odom: Vec<Vec3>,
+        /// Their radii [m].
+        radius: Vec<f64>,
+    },
+}

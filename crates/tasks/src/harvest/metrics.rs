@@ -1,0 +1,284 @@
+//! Metrics of the harvest, each a ratio of sums over trees. `docs/benchmark-v1.md` states the formulas.
+
+use orchard_statistics::{MetricDefinition, Share};
+
+use crate::harvest::episode::EpisodeRecord;
+
+/// All metrics of the harvest.
+pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
+    MetricDefinition { name: "harvest_completeness", unit: "1", share: completeness },
+    MetricDefinition {
+        name: "place_success_per_attempt",
+        unit: "1",
+        share: |e| Share::of_counts(e.placed().count(), e.attempts.len()),
+    },
+    MetricDefinition {
+        name: "grasp_rate",
+        unit: "1",
+        share: |e| {
+            Share::of_counts(e.attempts.iter().filter(|a| !a.gripped.is_empty()).count(), e.attempts.len())
+        },
+    },
+    MetricDefinition {
+        name: "detach_rate",
+        unit: "1",
+        share: |e| {
+            Share::of_counts(e.attempts.iter().filter(|a| !a.detached.is_empty()).count(), e.attempts.len())
+        },
+    },
+    MetricDefinition { name: "throughput_fruit_per_min", unit: "fruit/min", share: throughput },
+    MetricDefinition { name: "mean_cycle_time_s", unit: "s", share: cycle_time },
+    MetricDefinition {
+        name: "branches_snapped_per_tree",
+        unit: "branches",
+        share: |e| Share::of_one(e.branches_snapped.len() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_dropped_per_tree",
+        unit: "fruit",
+        share: |e| Share::of_one(e.dropped().count() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_deposited_per_tree",
+        unit: "fruit",
+        share: |e| Share::of_one(e.deposited().count() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_knocked_off_per_tree",
+        unit: "fruit",
+        share: |e| Share::of_one(e.fruit_knocked_off.len() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_stem_pulled_per_tree",
+        unit: "fruit",
+        share: |e| Share::of_one(e.stem_pulled().count() as f64),
+    },
+    MetricDefinition {
+        name: "fruit_bruised_per_tree",
+        unit: "fruit",
+        share: |e| Share::of_one(e.bruised().count() as f64),
+    },
+    MetricDefinition {
+        name: "reachable_fruit_per_tree",
+        unit: "fruit",
+        share: |e| Share::of_one(f64::from(e.reachable_count)),
+    },
+    MetricDefinition {
+        name: "reachable_fruit_by_ik_per_tree",
+        unit: "fruit",
+        share: |e| e.reachable_ik_count.map_or_else(Share::default, |count| Share::of_one(f64::from(count))),
+    },
+    MetricDefinition {
+        name: "attempts_per_tree",
+        unit: "1",
+        share: |e| Share::of_one(e.attempts.len() as f64),
+    },
+    MetricDefinition {
+        name: "mean_drop_height_m",
+        unit: "m",
+        share: |e| Share::of_values(e.deposits().filter_map(|d| d.drop_height_m)),
+    },
+    MetricDefinition {
+        name: "unbruised_per_placement",
+        unit: "1",
+        share: |e| {
+            Share::of_values(e.deposits().filter_map(|d| d.bruised).map(|bruised| f64::from(!bruised)))
+        },
+    },
+    MetricDefinition { name: "max_stem_pull_n", unit: "N", share: stem_pull },
+    MetricDefinition {
+        name: "detection_precision",
+        unit: "1",
+        share: |e| {
+            let hits = e.detection.true_positives;
+            Share::of_counts(hits as usize, (hits + e.detection.false_positives) as usize)
+        },
+    },
+    MetricDefinition {
+        name: "detection_recall_visible",
+        unit: "1",
+        share: |e| Share::of_counts(e.detection.recalled as usize, e.detection.visible as usize),
+    },
+];
+
+/// One tree's shares of a metric of the harvest.
+pub(crate) fn harvest_metric(name: &str) -> Option<&'static MetricDefinition<EpisodeRecord>> {
+    METRICS.iter().find(|definition| definition.name == name)
+}
+
+/// Reachable fruit deposited over reachable fruit; a quarantined tree gives 0, others without reachable fruit
+/// say nothing.
+pub(crate) fn completeness(e: &EpisodeRecord) -> Share {
+    if e.quarantined() {
+        Share::of_one(0.0)
+    } else if e.reachable_count == 0 {
+        Share::default()
+    } else {
+        Share::of_one(e.deposited().filter(|f| f.reachable).count() as f64 / f64::from(e.reachable_count))
+    }
+}
+
+/// Fruit deposited a simulated minute; an episode without a frame was quarantined and gives 0.
+fn throughput(e: &EpisodeRecord) -> Share {
+    Share::of_one(if e.frames == 0 { 0.0 } else { 60.0 * e.deposited().count() as f64 / e.duration_s })
+}
+
+/// Largest stem force; a quarantined world's forces mean nothing.
+fn stem_pull(e: &EpisodeRecord) -> Share {
+    e.max_stem_pull_n.filter(|_| !e.quarantined()).map_or_else(Share::default, Share::of_one)
+}
+
+/// Duration of placed attempts.
+fn cycle_time(e: &EpisodeRecord) -> Share {
+    Share { numerator: e.placed().filter_map(|a| a.cycle_time).sum(), denominator: e.placed().count() as f64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    use orchard_statistics::{Metric, Resamples, Undefined, estimate};
+
+    use crate::fake::{attempt, record};
+    use crate::harvest::episode::{
+        DepositEvent, DetachEvent, DetectionTally, FruitMoment, FruitState, Outcome, SnapEvent,
+    };
+    use crate::protocol::Protocol;
+
+    fn metrics(episodes: &[EpisodeRecord]) -> BTreeMap<String, Metric> {
+        let groups = vec![(0..episodes.len()).collect::<Vec<_>>()];
+        estimate(METRICS, episodes, &Resamples::draw(&groups, &Protocol::paper().bootstrap))
+    }
+
+    /// Two trees, worked out by hand.
+    fn two_trees() -> Vec<EpisodeRecord> {
+        use FruitState::{Deposited, Dropped, Held, Loose, OnTree};
+        // Tree A: 4 reachable (2 deposited, 1 dropped), 1 unreachable (deposited); 30 s; 3 attempts, 2 placed.
+        let mut a = record(&[
+            (Deposited, true),
+            (Deposited, true),
+            (Dropped, true),
+            (OnTree, true),
+            (Deposited, false),
+        ]);
+        (a.frames, a.duration_s) = (1800, 30.0);
+        a.attempts = vec![attempt(Some(6.0), 1, 1), attempt(Some(9.0), 2, 1), attempt(None, 1, 0)];
+        a.branches_snapped = vec![SnapEvent { segment: 9, frame: 4, time: 0.1 }];
+        a.detection =
+            DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
+        a.max_stem_pull_n = Some(20.0);
+        a.fruit_knocked_off = vec![FruitMoment { fruit: 2, frame: 4, time: 0.1 }];
+        let detached = |fruit, stem_pulled| DetachEvent {
+            fruit,
+            frame: 8,
+            time: 0.2,
+            tension_n: Some(if stem_pulled { 30.0 } else { 20.0 }),
+            stem_pulled,
+        };
+        a.fruit_detached = vec![detached(0, false), detached(1, true)];
+        a.reachable_ik_count = Some(3);
+        // Of three deposits one is without figures.
+        let deposit = |fruit, drop_height_m, bruised| DepositEvent {
+            fruit,
+            frame: 9,
+            time: 0.2,
+            drop_height_m,
+            impact_energy_j: None,
+            bruise_energy_j: None,
+            bruised,
+        };
+        a.fruit_deposited = vec![
+            deposit(0, Some(0.06), Some(false)),
+            deposit(1, Some(0.12), Some(true)),
+            deposit(4, None, None),
+        ];
+        // Tree B: 2 reachable (none deposited), one loose and one in the hand at the end; 60 s; 5 attempts.
+        let mut b = record(&[(Loose, true), (Held, true)]);
+        (b.frames, b.duration_s) = (3600, 60.0);
+        b.attempts = (0..5).map(|i| attempt(None, u32::from(i == 0), 0)).collect();
+        b.detection =
+            DetectionTally { images: 1, true_positives: 1, false_positives: 4, visible: 8, recalled: 1 };
+        b.max_stem_pull_n = Some(10.0);
+        b.reachable_ik_count = Some(2);
+        vec![a, b]
+    }
+
+    #[test]
+    fn closed_forms() {
+        let metrics = metrics(&two_trees());
+        let expected = [
+            ("harvest_completeness", (2.0 / 4.0 + 0.0) / 2.0, 2),
+            ("place_success_per_attempt", 2.0 / 8.0, 8),
+            ("grasp_rate", 4.0 / 8.0, 8),
+            ("detach_rate", 2.0 / 8.0, 8),
+            ("throughput_fruit_per_min", (6.0 + 0.0) / 2.0, 2),
+            ("mean_cycle_time_s", 7.5, 2),
+            ("branches_snapped_per_tree", 0.5, 2),
+            ("fruit_dropped_per_tree", 1.0, 2),
+            ("fruit_deposited_per_tree", 1.5, 2),
+            ("fruit_knocked_off_per_tree", 0.5, 2),
+            ("fruit_stem_pulled_per_tree", 0.5, 2),
+            ("fruit_bruised_per_tree", 0.5, 2),
+            ("reachable_fruit_per_tree", 3.0, 2),
+            ("reachable_fruit_by_ik_per_tree", 2.5, 2),
+            ("attempts_per_tree", 4.0, 2),
+            ("mean_drop_height_m", 0.09, 2),
+            ("unbruised_per_placement", 0.5, 2),
+            ("max_stem_pull_n", 15.0, 2),
+            ("detection_precision", 10.0 / 15.0, 15),
+            ("detection_recall_visible", 7.0 / 20.0, 20),
+        ];
+        assert_eq!(metrics.len(), expected.len());
+        for (name, mean, n) in expected {
+            let m = &metrics[name];
+            assert_eq!((m.mean, m.n), (Some(mean), n), "{name}");
+            if ["mean_cycle_time_s", "mean_drop_height_m", "unbruised_per_placement"].contains(&name) {
+                // Only tree A placed anything.
+                assert_eq!((m.ci95, m.undefined), ([None, None], Some(Undefined::OneTree)));
+                continue;
+            }
+            let [Some(low), Some(high)] = m.ci95 else { panic!("{name} has no interval") };
+            assert!(low <= mean && mean <= high, "{name}: {low} {mean} {high}");
+        }
+        // Resamples of two trees give A A, A B or B B: the interval spans the two trees' own values.
+        assert_eq!(metrics["max_stem_pull_n"].ci95, [Some(10.0), Some(20.0)]);
+        assert_eq!(metrics["detection_precision"].ci95, [Some(0.2), Some(0.9)]);
+    }
+
+    #[test]
+    fn nothing_to_measure_is_null() {
+        let metrics = metrics(&[record(&[(FruitState::OnTree, false)])]);
+        for name in
+            ["harvest_completeness", "place_success_per_attempt", "mean_cycle_time_s", "detection_precision"]
+        {
+            let undefined = Some(Undefined::NothingToMeasure);
+            assert_eq!(metrics[name], Metric { mean: None, ci95: [None, None], n: 0, undefined }, "{name}");
+        }
+        assert_eq!(metrics["fruit_dropped_per_tree"].mean, Some(0.0));
+        let json = serde_json::to_string(&metrics["grasp_rate"]).unwrap();
+        assert_eq!(json, r#"{"mean":null,"ci95":[null,null],"n":0,"undefined":"nothing_to_measure"}"#);
+    }
+
+    #[test]
+    fn a_quarantined_world_counts_as_zero_harvest() {
+        let mut episodes = two_trees();
+        episodes[0].outcome = Outcome::Quarantined { reason: "not finite".into() };
+        let metrics = metrics(&episodes);
+        for name in ["harvest_completeness", "throughput_fruit_per_min", "fruit_deposited_per_tree"] {
+            assert_eq!((metrics[name].mean, metrics[name].n), (Some(0.0), 2), "{name}");
+        }
+        // Its attempts still count, none of them placed; its damage counts.
+        assert_eq!(
+            (metrics["place_success_per_attempt"].mean, metrics["place_success_per_attempt"].n),
+            (Some(0.0), 8)
+        );
+        assert_eq!(metrics["branches_snapped_per_tree"].mean, Some(0.5));
+        // The forces of a world that broke mean nothing.
+        assert_eq!((metrics["max_stem_pull_n"].mean, metrics["max_stem_pull_n"].n), (Some(10.0), 1));
+        // Even if it broke before the census.
+        let mut unborn = record(&[]);
+        unborn.outcome = Outcome::Quarantined { reason: "no equilibrium".into() };
+        assert_eq!(completeness(&unborn), Share { numerator: 0.0, denominator: 1.0 });
+    }
+}

@@ -1,0 +1,108 @@
+//! Observers of episodes: they see every frame and change nothing.
+
+use orchard_bench::store::StoreError;
+use orchard_robot::io::{Command, Observation};
+use orchard_world::WorldEvent;
+
+use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
+use crate::harvest::interface::ControllerEvent;
+
+/// Observer of one episode, frame by frame.
+pub trait Observer<W> {
+    /// Called before frame k is stepped: the world is as the observation shows it.
+    fn before_step(&mut self, world: &W, frame: &FrameInput<'_>) {
+        let _ = (world, frame);
+    }
+
+    /// Called after the step, with its events: the world is at frame k + 1.
+    fn after_step(&mut self, world: &W, events: &[WorldEvent]) {
+        let _ = (world, events);
+    }
+}
+
+/// Input of a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameInput<'a> {
+    /// Observation of the controller; none while the robot stands after its time is over.
+    pub observation: Option<&'a Observation>,
+    /// Events that the controller logged on this observation.
+    pub controller_events: &'a [ControllerEvent],
+    /// The command of the frame.
+    pub command: &'a Command,
+}
+
+/// Ignores everything.
+#[derive(Debug, Clone, Copy)]
+pub struct Unwatched;
+
+impl<W> Observer<W> for Unwatched {}
+
+/// Makes the observers of a run's episodes and keeps their files, beside the records.
+pub trait Watch<W>: Sync {
+    /// Observer of one episode.
+    type Observer: Observer<W>;
+
+    /// True if the files of an episode are there, whole and of this episode. Otherwise the episode is run again although its record is
+    /// there.
+    fn is_kept(&self, key: &EpisodeKey) -> bool;
+
+    /// Makes the observer of an episode that begins.
+    fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer;
+
+    /// Called when the episode is over: gives its files their final names.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    fn end(&self, observer: Self::Observer, world: &W, record: &EpisodeRecord) -> Result<(), StoreError>;
+}
+
+/// An optional observer.
+impl<W, O: Watch<W>> Watch<W> for Option<O> {
+    type Observer = Option<O::Observer>;
+
+    fn is_kept(&self, key: &EpisodeKey) -> bool {
+        self.as_ref().is_none_or(|watch| watch.is_kept(key))
+    }
+
+    fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer {
+        self.as_ref().map(|watch| watch.begin(key, world))
+    }
+
+    fn end(&self, observer: Self::Observer, world: &W, record: &EpisodeRecord) -> Result<(), StoreError> {
+        self.as_ref().zip(observer).map_or(Ok(()), |(watch, observer)| watch.end(observer, world, record))
+    }
+}
+
+impl<W, O: Observer<W>> Observer<W> for Option<O> {
+    fn before_step(&mut self, world: &W, frame: &FrameInput<'_>) {
+        if let Some(observer) = self {
+            observer.before_step(world, frame);
+        }
+    }
+
+    fn after_step(&mut self, world: &W, events: &[WorldEvent]) {
+        if let Some(observer) = self {
+            observer.after_step(world, events);
+        }
+    }
+}
+
+/// Keeps nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct KeepNothing;
+
+impl<W> Watch<W> for KeepNothing {
+    type Observer = Unwatched;
+
+    fn is_kept(&self, _: &EpisodeKey) -> bool {
+        true
+    }
+
+    fn begin(&self, _: &EpisodeKey, _: &W) -> Unwatched {
+        Unwatched
+    }
+
+    fn end(&self, _: Unwatched, _: &W, _: &EpisodeRecord) -> Result<(), StoreError> {
+        Ok(())
+    }
+}

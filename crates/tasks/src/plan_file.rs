@@ -1,0 +1,260 @@
+//! `plan.json`: the plan of each task of a folder. Results are a function of it, the configs and the code.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use orchard_bench::Shard;
+use orchard_bench::store::{Store, StoreError};
+use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
+use orchard_scenario::StoredScenario;
+use serde::{Deserialize, Serialize};
+
+use crate::harvest::plan::Extent;
+
+/// The plan of one task, as a user asked for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "task", rename_all = "kebab-case")]
+pub enum TaskPlan {
+    /// Conditions of the matrix.
+    Harvest {
+        /// Conditions, seeds and trees.
+        #[serde(flatten)]
+        extent: Extent,
+    },
+    /// Single images of every tree.
+    Detect {
+        /// Seeds and trees.
+        #[serde(flatten)]
+        trees: TreeExtent,
+    },
+    /// Hold named fruit.
+    ReachAndGrasp {
+        /// Seeds and trees.
+        #[serde(flatten)]
+        trees: TreeExtent,
+    },
+    /// Push through the canopy.
+    Gentle {
+        /// Seeds and trees.
+        #[serde(flatten)]
+        trees: TreeExtent,
+    },
+    /// Time batches of trees.
+    Scaling {
+        /// Profile.
+        profile: String,
+        /// Backend that advances the batches.
+        #[serde(default)]
+        backend: Backend,
+    },
+}
+
+/// Backend of the scaling task: it advances the batches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Backend {
+    /// The processor.
+    #[default]
+    Cpu,
+    /// A graphics device.
+    Gpu,
+}
+
+impl Backend {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Cpu, Self::Gpu];
+
+    /// Name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Gpu => "gpu",
+        }
+    }
+}
+
+impl std::str::FromStr for Backend {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::ALL.map(Self::name).join(" and ");
+        let found = Self::ALL.into_iter().find(|backend| backend.name() == text);
+        found.ok_or_else(|| format!("there are {known}"))
+    }
+}
+
+/// Trees of a task without conditions.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TreeExtent {
+    /// Profile whose defaults these are.
+    pub profile: String,
+    /// Seeds, in order.
+    pub seeds: Vec<u64>,
+    /// Trees a seed.
+    pub trees: u32,
+}
+
+impl TaskPlan {
+    /// The task's name.
+    pub fn task(&self) -> &'static str {
+        match self {
+            Self::Harvest { .. } => "harvest",
+            Self::Detect { .. } => "detect",
+            Self::ReachAndGrasp { .. } => "reach-and-grasp",
+            Self::Gentle { .. } => "gentle",
+            Self::Scaling { .. } => "scaling",
+        }
+    }
+}
+
+/// A task's plan with its scenario, and the code and the part of the work that the folder holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlannedTask {
+    /// [`CODE_VERSION`].
+    pub code_version: String,
+    /// The part of the work that this folder was asked for.
+    pub shard: Shard,
+    /// The plan.
+    pub plan: TaskPlan,
+    /// The scenario, with all its figures.
+    pub scenario: StoredScenario,
+}
+
+/// `plan.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanFile {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// The last plan of each task, by its name.
+    pub tasks: BTreeMap<String, PlannedTask>,
+}
+
+/// A `plan.json` that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}: {problem}")]
+pub struct PlanFileError {
+    file: String,
+    problem: String,
+}
+
+impl PlanFile {
+    /// File under the result folder.
+    pub const FILE: &'static str = "plan.json";
+
+    /// Reads that of a folder.
+    ///
+    /// # Errors
+    /// None there, not as this code writes it, or another schema.
+    pub fn read(store: &Store) -> Result<Self, PlanFileError> {
+        let path = store.path().join(Self::FILE);
+        let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
+        let bytes = fs::read(&path).map_err(|e| bad(format!("{e}; is this a result of bench-v1?")))?;
+        let head: serde_json::Value =
+            serde_json::from_slice(&bytes).map_err(|e| bad(format!("no plan of bench-v1: {e}")))?;
+        if head.get("schema_version") != Some(&serde_json::json!(SCHEMA_VERSION)) {
+            let found = head.get("schema_version").map_or_else(|| "none".to_owned(), ToString::to_string);
+            return Err(bad(format!("schema version {found}; this code reads {SCHEMA_VERSION}")));
+        }
+        serde_json::from_slice(&bytes).map_err(|e| bad(format!("no plan of bench-v1: {e}")))
+    }
+
+    /// Writes plans of a scenario into a folder's file, beside those of other tasks.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(
+        store: &Store,
+        plans: &[TaskPlan],
+        scenario: &StoredScenario,
+        shard: Shard,
+    ) -> Result<(), StoreError> {
+        // A file that cannot be read is of other code or damaged; each record has a key of its own.
+        let mut tasks = Self::read(store).map(|file| file.tasks).unwrap_or_default();
+        for plan in plans {
+            let (code_version, scenario) = (CODE_VERSION.to_owned(), scenario.clone());
+            let planned = PlannedTask { code_version, shard, plan: plan.clone(), scenario };
+            tasks.insert(plan.task().to_owned(), planned);
+        }
+        store.write(Self::FILE, &Self { schema_version: SCHEMA_VERSION, tasks })
+    }
+
+    /// Reads the scenario of a task of a folder.
+    ///
+    /// # Errors
+    /// As [`PlanFile::read`], or no such task was asked of the folder.
+    pub fn scenario_of(store: &Store, task: &str) -> Result<StoredScenario, PlanFileError> {
+        let mut tasks = Self::read(store)?.tasks;
+        let planned = tasks.remove(task).ok_or_else(|| PlanFileError {
+            file: store.path().join(Self::FILE).display().to_string(),
+            problem: format!("it has no task {task}"),
+        })?;
+        Ok(planned.scenario)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orchard_scenario::Scenario;
+
+    fn plans() -> Vec<TaskPlan> {
+        let trees = || TreeExtent { profile: "quick".into(), seeds: vec![7, 8], trees: 2 };
+        let extent = Extent {
+            profile: "quick".into(),
+            conditions: vec!["nominal".into(), "fruit".into()],
+            seeds: vec![7],
+            trees: 1,
+            repeats: 1,
+            horizon_s: 0.1,
+        };
+        vec![
+            TaskPlan::Harvest { extent },
+            TaskPlan::Detect { trees: trees() },
+            TaskPlan::Gentle { trees: trees() },
+            TaskPlan::Scaling { profile: "full".into(), backend: Backend::Gpu },
+        ]
+    }
+
+    #[test]
+    fn plans_and_scenarios_come_back_as_they_were() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let shard: Shard = "2/3".parse().unwrap();
+        let plans = plans();
+        let of = |options: &[(&str, &str)]| Scenario::of(options).unwrap();
+        let [stereo, trellis] = [of(&[("camera", "d435i")]), of(&[("preset", "v-trellis")])];
+        PlanFile::write(&store, &plans[..2], &stereo.stored(), shard).unwrap();
+        // A later task leaves the earlier ones in place.
+        PlanFile::write(&store, &plans[2..], &trellis.stored(), Shard::WHOLE).unwrap();
+        let file = PlanFile::read(&store).unwrap();
+        assert_eq!(file.tasks.keys().collect::<Vec<_>>(), ["detect", "gentle", "harvest", "scaling"]);
+        for plan in plans {
+            let planned = &file.tasks[plan.task()];
+            let early = matches!(plan, TaskPlan::Harvest { .. } | TaskPlan::Detect { .. });
+            assert_eq!(planned.shard.is_whole(), !early);
+            assert_eq!(planned.plan, plan);
+            let scenario = Scenario::from_stored(&planned.scenario, &orchard_scenario::controllers(), "x");
+            assert_eq!(scenario.unwrap(), if early { stereo.clone() } else { trellis.clone() });
+        }
+        let e = PlanFile::scenario_of(&store, "reach-and-grasp").unwrap_err().to_string();
+        assert!(e.ends_with("plan.json: it has no task reach-and-grasp"), "{e}");
+    }
+
+    #[test]
+    fn what_is_no_plan_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let e = PlanFile::read(&store).unwrap_err().to_string();
+        assert!(e.contains("plan.json: ") && e.ends_with("is this a result of bench-v1?"), "{e}");
+        for (text, problem) in [
+            ("", "no plan of bench-v1"),
+            ("{}", "schema version none"),
+            ("{\"schema_version\": 1}", "schema version 1; this code reads"),
+            ("{\"schema_version\": 5, \"tasks\": 5}", "no plan of bench-v1"),
+        ] {
+            fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
+            let e = PlanFile::read(&store).unwrap_err().to_string();
+            assert!(e.contains(problem), "{text}: {e}");
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Open-loop verification: what a trajectory of joints and base does to trees that it does not see.
+//!
+//! file -> [`Trajectory`] (checked) -> a run on every tree -> loads, ruptures, fruit -> [`Report`]. `docs/verify.md` describes the
+//! file and the report.
+
+mod read;
+mod report;
+pub(crate) mod rules;
+mod run;
+#[cfg(test)]
+mod tests;
+mod trajectory;
+
+pub use report::{METRICS, Report, TrajectoryLine};
+pub use rules::VerifyRules;
+pub use run::{TreeOutcome, VerifyError, VerifyPlan, record_controller, run};
+pub use trajectory::{FIELDS, Row, Trajectory, TrajectoryError};

@@ -1,0 +1,192 @@
+//! A trajectory of joints, base and fingers.
+
+use orchard_robot::{ARM_DOF, Command, RobotModel};
+
+/// Columns of a table, in the order in which they are written. SI units; the base's velocity is in the base frame.
+pub const FIELDS: [&str; 13] =
+    ["time", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "vx", "vy", "wz", "finger_q", "finger_force"];
+
+/// A trajectory that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}: line {line}: {problem}")]
+pub struct TrajectoryError {
+    /// The file.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u64,
+    /// Problem, with the field.
+    pub problem: String,
+}
+
+pub(crate) fn bad(file: &str, line: u64, field: &str, problem: String) -> TrajectoryError {
+    TrajectoryError { file: file.to_owned(), line, problem: format!("{field}: {problem}") }
+}
+
+/// One row: what is commanded at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Time since the start [s].
+    pub time: f64,
+    /// The command.
+    pub command: Command,
+}
+
+impl Row {
+    /// The numbers in the order of [`FIELDS`].
+    pub fn values(&self) -> [f64; FIELDS.len()] {
+        let Command { arm_q: q, base_velocity: v, finger_q, finger_force, .. } = self.command;
+        [self.time, q[0], q[1], q[2], q[3], q[4], q[5], q[6], v[0], v[1], v[2], finger_q, finger_force]
+    }
+
+    /// A row of numbers in the order of [`FIELDS`].
+    pub fn from_values(values: &[f64; FIELDS.len()]) -> Self {
+        let command = Command {
+            arm_q: std::array::from_fn(|i| values[1 + i]),
+            arm_v: [0.0; ARM_DOF],
+            base_velocity: std::array::from_fn(|i| values[1 + ARM_DOF + i]),
+            finger_q: values[4 + ARM_DOF],
+            finger_force: values[5 + ARM_DOF],
+        };
+        Self { time: values[0], command }
+    }
+}
+
+/// Rows in ascending order of time, within the robot's limits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    rows: Vec<Row>,
+    warnings: Vec<String>,
+}
+
+impl Trajectory {
+    /// Checks rows, given with the lines of `file` on which they stand; `longest` is the longest duration [s].
+    ///
+    /// # Errors
+    /// No row; a number that is none, outside the limits of the robot's joints and drives, or a time that does not ascend.
+    pub fn new(
+        file: &str,
+        lines: &[(u64, Row)],
+        robot: &RobotModel,
+        longest: f64,
+    ) -> Result<Self, TrajectoryError> {
+        if lines.is_empty() {
+            return Err(TrajectoryError { file: file.to_owned(), line: 1, problem: "no rows".to_owned() });
+        }
+        let arm = robot.kinematics();
+        let mut ranges = [(f64::NEG_INFINITY, f64::INFINITY, ""); FIELDS.len()];
+        ranges[0] = (0.0, longest, " s");
+        for (range, limit) in ranges[1..].iter_mut().zip(arm.limits()) {
+            *range = (limit.lower, limit.upper, " rad");
+        }
+        ranges[4 + ARM_DOF] = (0.0, arm.finger_stroke(), " m");
+        ranges[5 + ARM_DOF] = (0.0, arm.finger_force(), " N");
+        let mut before: Option<&Row> = None;
+        for (line, row) in lines {
+            for ((value, name), (low, high, unit)) in row.values().into_iter().zip(FIELDS).zip(ranges) {
+                if !value.is_finite() {
+                    return Err(bad(file, *line, name, format!("{value} is not a finite number")));
+                }
+                if !(low..=high).contains(&value) {
+                    let problem = format!("{value} is outside the allowed range [{low}, {high}]{unit}");
+                    return Err(bad(file, *line, name, problem));
+                }
+            }
+            if let Some(before) = before
+                && row.time <= before.time
+            {
+                let problem = format!("{} does not come after {} s, the time before", row.time, before.time);
+                return Err(bad(file, *line, FIELDS[0], problem));
+            }
+            before = Some(row);
+        }
+        let rows: Vec<Row> = lines.iter().map(|(_, row)| *row).collect();
+        let warnings = warnings(file, lines, robot);
+        Ok(Self { rows, warnings })
+    }
+
+    /// The rows.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Returns the commands that exceed the robot's limits, a line a field.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Time of the last row [s].
+    pub fn duration(&self) -> f64 {
+        self.rows.last().map_or(0.0, |row| row.time)
+    }
+
+    /// The command at a time: between two rows linear in every number; before the first row and from the last on that row's, but
+    /// the base stands.
+    pub fn at(&self, time: f64) -> Command {
+        let next = self.rows.partition_point(|row| row.time <= time);
+        let standing = |row: &Row| Command { base_velocity: [0.0; 3], ..row.command };
+        match (next.checked_sub(1).map(|k| &self.rows[k]), self.rows.get(next)) {
+            (Some(a), Some(b)) => {
+                let share = (time - a.time) / (b.time - a.time);
+                let arm_v =
+                    std::array::from_fn(|i| (b.command.arm_q[i] - a.command.arm_q[i]) / (b.time - a.time));
+                let (a, b) = (a.values(), b.values());
+                let row = Row::from_values(&std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share));
+                Command { arm_v, ..row.command }
+            }
+            (Some(last), None) => standing(last),
+            (None, Some(first)) => standing(first),
+            // There is always a row.
+            (None, None) => Command {
+                arm_q: [0.0; ARM_DOF],
+                arm_v: [0.0; ARM_DOF],
+                base_velocity: [0.0; 3],
+                finger_q: 0.0,
+                finger_force: 0.0,
+            },
+        }
+    }
+}
+
+/// Speeds above the limits: the robot's drives will lag. Only the worst place of each field is told.
+fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String> {
+    let arm = robot.kinematics();
+    let speed = robot.config().base.speed_max.si();
+    let turn = robot.config().base.turn_speed_max.si();
+    let mut warnings = Vec::new();
+    let mut warn = |field: &str, unit: &str, limit: f64, worst: Option<(u64, f64)>| {
+        if let Some((line, value)) = worst
+            && value > limit
+        {
+            warnings.push(format!(
+                "{file}: line {line}: {field}: {value:.3} {unit} is faster than the robot's {limit} {unit}; it will lag"
+            ));
+        }
+    };
+    let worst = |speeds: Vec<(u64, f64)>| speeds.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    for (joint, limit) in arm.limits().iter().enumerate() {
+        let step = |pair: &[(u64, Row)]| {
+            let ((_, a), (line, b)) = (&pair[0], &pair[1]);
+            let way = (b.command.arm_q[joint] - a.command.arm_q[joint]).abs();
+            (*line, way / (b.time - a.time))
+        };
+        warn(FIELDS[1 + joint], "rad/s", limit.velocity, worst(lines.windows(2).map(step).collect()));
+    }
+    let base = |of: fn(&[f64; 3]) -> f64| {
+        worst(lines.iter().map(|(line, row)| (*line, of(&row.command.base_velocity))).collect())
+    };
+    warn("vx", "m/s", speed, base(|v| v[0].abs()));
+    warn("vy", "m/s", speed, base(|v| v[1].abs()));
+    warn("wz", "rad/s", turn, base(|v| v[2].abs()));
+    let start = robot.start_command().arm_q;
+    let (line, first) = &lines[0];
+    let off = first.command.arm_q.iter().zip(&start).map(|(q, q0)| (q - q0).abs()).fold(0.0, f64::max);
+    if off > START_TOLERANCE {
+        warnings.push(format!(
+            "{file}: line {line}: the arm begins {off:.3} rad off the robot's start posture {start:?} and jumps there"
+        ));
+    }
+    warnings
+}
+
+/// A first row farther from the start posture than this is told [rad]: 3 degrees, beyond any rounding of a file.
+const START_TOLERANCE: f64 = 0.05;
