@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::episode::Outcome;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::{WorldFactory, run_episode};
 use orchard_scenario::{Scenario, cameras, controllers, presets};
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::Outcome;
+use orchard_tasks::harvest::{WorldFactory, run_episode};
 use orchardbench::Failure;
 use rayon::prelude::*;
 

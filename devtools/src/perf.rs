@@ -12,8 +12,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::Backend;
+use orchard_tasks::plan_file::Backend;
 
 use orchardbench::Failure;
 use orchardbench::rows::{Effort, Suite, run_suite};
@@ -117,7 +116,7 @@ fn suites(backend: Backend) -> [Suite; 6] {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    let suites = suites(args.backend.unwrap_or_else(|| Protocol::paper().scaling.backend));
+    let suites = suites(args.backend.unwrap_or_else(|| Backend::default()));
     let is_known = suites.iter().any(|suite| suite.name == args.suite);
     if args.backend.is_some() && is_known && args.suite != SCALING {
         let suite = &args.suite;
@@ -148,7 +147,7 @@ fn say(bar: &ProgressBar, what: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_bench::scaling::AxisKind;
+    use orchard_scaling::AxisKind;
 
     fn scaling_run(backend: &str) -> Result<serde_json::Value, Failure> {
         let folder = tempfile::tempdir().unwrap();
@@ -165,8 +164,7 @@ mod tests {
     /// Every cell has its row, and so has every kind of randomisation; the file holds the scaling run itself.
     fn is_whole(file: &serde_json::Value, backend: &str) {
         let rows = file["rows"].as_array().unwrap();
-        let scaling: orchard_bench::scaling::Scaling =
-            serde_json::from_value(file["scaling"].clone()).unwrap();
+        let scaling: orchard_scaling::Scaling = serde_json::from_value(file["scaling"].clone()).unwrap();
         assert_eq!((scaling.backend.name(), file["context"]["backend"].as_str()), (backend, Some(backend)));
         assert!(!scaling.rows.is_empty() && scaling.omitted.is_empty());
         let solvers = scaling.rows.iter().filter(|row| row.worlds == 1).count() / 4;

@@ -23,7 +23,7 @@ every source key in configs/ resolves in docs/references.bib\n  no source file i
 pub struct Args {}
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 24] = [
+const LAYERS: [&str; 29] = [
     "quantity",
     "spec",
     "geometry",
@@ -41,7 +41,12 @@ const LAYERS: [&str; 24] = [
     "world",
     "scenario",
     "env",
+    "statistics",
     "bench",
+    "tasks",
+    "scaling",
+    "dataset",
+    "leaderboard",
     "recording",
     "report",
     "orchardbench",

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use orchard_bench::matrix::{NOMINAL, SweepPoint};
-use orchard_bench::metrics::{METRICS, Metric};
-use orchard_bench::plan::Plan;
-use orchard_bench::statistics::Component;
-use orchard_bench::summary::{ConditionSummary, Summary};
 use orchard_report::{Judged, demands};
+use orchard_statistics::Component;
+use orchard_statistics::Metric;
+use orchard_tasks::harvest::matrix::{NOMINAL, SweepPoint};
+use orchard_tasks::harvest::metrics::METRICS;
+use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 
 use crate::columns::columns;
 
@@ -227,10 +228,10 @@ pub fn interval(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_bench::harvest::{Extent, Harvest};
-    use orchard_bench::matrix::EXHAUSTION;
-    use orchard_bench::protocol::Protocol;
     use orchard_scenario::Scenario;
+    use orchard_tasks::harvest::matrix::EXHAUSTION;
+    use orchard_tasks::harvest::{Extent, Harvest};
+    use orchard_tasks::protocol::Protocol;
 
     fn plan(conditions: &[&str], seeds: Vec<u64>, trees: u32, repeats: u32) -> Plan {
         let conditions = conditions.iter().map(|name| (*name).to_owned()).collect();
@@ -274,7 +275,7 @@ mod tests {
     /// Two trees of one seed, two episodes each: 1, 3 and 5, 7 have the variance 2 within and (16 - 2) / 2 between.
     #[test]
     fn repeats_tell_their_spread() {
-        use orchard_bench::statistics::{Design, variance_components};
+        use orchard_statistics::{Design, variance_components};
         let plan = plan(&[NOMINAL], vec![5], 2, 2);
         let mut summary = Summary::of_run(&plan, &[]);
         assert!(!report(&summary, &plan).contains("standard deviations"));

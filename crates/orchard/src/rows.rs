@@ -5,8 +5,8 @@ use std::path::Path;
 
 use anyhow::Context;
 use orchard_bench::compute::Machine;
-use orchard_bench::scaling::Scaling;
 use orchard_bench::store::{write_bytes, write_json};
+use orchard_scaling::Scaling;
 use serde::Serialize;
 
 use crate::failure::Failure;

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use orchard_batch::TreeWorld;
-use orchard_gpu::Gpu;
 use orchard_spec::randomisation::{Axis, Mode};
 use orchard_statistics::quantile::{ascending, quantile};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
 use crate::cell::{Start, time};
+use crate::device::Gpu;
 use crate::error::ScalingError;
 use crate::plan::{AxesPlan, ScalingPlan};
 use crate::solver::SolverName;

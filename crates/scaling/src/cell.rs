@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use orchard_batch::{Stepper, StepperError, TreeEvent, TreeWorld};
-use orchard_gpu::{Gpu, GpuBatch};
 use rayon::ThreadPool;
 
+use crate::device::{self, Gpu};
 use crate::error::ScalingError;
 use crate::plan::{GoingOn, ScalingPlan};
 use crate::process::processor_time;
@@ -86,11 +86,11 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
 /// # Errors
 /// The device cannot have the world, or was lost.
 pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError> {
-    let mut batch = GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)?;
+    let mut batch = device::single(gpu, world)?;
     let start = Instant::now();
     while start.elapsed().as_secs_f64() < time {
-        batch.advance(FRAMES_AWAKE);
-        batch.wait().map_err(StepperError::of)?;
+        Stepper::advance(&mut batch, FRAMES_AWAKE);
+        Stepper::wait(&mut batch)?;
     }
     Ok(())
 }

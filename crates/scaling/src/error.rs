@@ -2,10 +2,10 @@
 
 use orchard_batch::{BatchError, StepperError};
 use orchard_bench::store::StoreError;
-use orchard_gpu::GpuError;
 use orchard_quantity::ConfigError;
 use orchard_spec::randomisation::Mode;
 
+use crate::device::GpuError;
 use crate::solver::SolverName;
 
 /// A scaling run that did not end.

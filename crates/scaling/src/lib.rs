@@ -6,6 +6,7 @@
 
 mod axes;
 mod cell;
+mod device;
 mod error;
 mod plan;
 mod process;
@@ -20,6 +21,7 @@ mod trees;
 
 pub use axes::{AxisKind, AxisRow};
 pub use cell::wake;
+pub use device::{Gpu, GpuError};
 pub use error::ScalingError;
 pub use plan::{AxesPlan, Cell, GoingOn, Limits, ScalingPlan};
 pub use process::{processor_time, resident_bytes};

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use orchard_geometry::math;
-use orchard_gpu::{Choice, Gpu};
 use orchard_scenario::Scenario;
 use orchard_spec::Spec;
 use orchard_spec::randomisation::{Axis, Mode};
 use orchard_tasks::plan_file::Backend;
 use orchard_tasks::protocol::Protocol;
 
+use crate::device::{self, Gpu};
 use crate::error::ScalingError;
 use crate::rules::{AxesRules, Effort, ScalingRules};
 use crate::solver::SolverName;
@@ -178,7 +178,7 @@ impl ScalingPlan {
         if self.backend == Backend::Cpu {
             return Ok((self, None));
         }
-        let gpu = Gpu::open(Choice::Any).map_err(ScalingError::NoDevice)?;
+        let gpu = device::open().map_err(ScalingError::NoDevice)?;
         let is_software = gpu.info().is_software;
         Ok((if is_software { self.for_software(rules) } else { self }, Some(gpu)))
     }

@@ -1,7 +1,6 @@
 //! `scaling.json`.
 
 use orchard_bench::compute::Machine;
-use orchard_gpu::GpuInfo;
 use orchard_spec::randomisation::Mode;
 use orchard_statistics::quantile::{ascending, quantile};
 use orchard_tasks::plan_file::Backend;
@@ -9,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::axes::AxisRow;
 use crate::cell::Timed;
+use crate::device::GpuInfo;
 use crate::plan::{Cell, ScalingPlan};
 use crate::solver::SolverName;
 

@@ -7,12 +7,12 @@ use orchard_batch::Isa;
 use orchard_bench::compute::{Machine, peak_memory_mib};
 use orchard_bench::store::Store;
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
-use orchard_gpu::{Gpu, GpuError};
 use orchard_spec::randomisation::Mode;
 use rayon::ThreadPool;
 
 use crate::axes;
 use crate::cell::{Start, Timed, time};
+use crate::device::{self, Gpu};
 use crate::error::ScalingError;
 use crate::plan::{Cell, ScalingPlan};
 use crate::process::{available_bytes, resident_bytes};
@@ -169,9 +169,7 @@ impl<P: ScalingProgress> Run<'_, P> {
                     self.rows.push(row);
                 }
                 // A plan without limits is to be measured in full.
-                Err(ScalingError::Gpu(e @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. })))
-                    if plan.limits.is_some() =>
-                {
+                Err(ScalingError::Gpu(e)) if plan.limits.is_some() && device::is_too_large(&e) => {
                     self.omit(&cell, e.to_string());
                 }
                 Err(e) => return Err(e),

@@ -1,15 +1,12 @@
 //! Batches of worlds under each solver.
 
-use orchard_batch::{Batch, Isa, ReferenceBatch, Stepper, TreeWorld};
-use orchard_gpu::{Gpu, GpuBatch, GpuError, Options};
+use orchard_batch::{Batch, Isa, ReferenceBatch, Stepper};
 use orchard_multibody::{Preconditioner, Solver};
 
+use crate::device::{self, Gpu};
 use crate::error::ScalingError;
 use crate::solver::{SolverName, WORLDS_AT_ONCE};
 use crate::trees::Worlds;
-
-/// Makes a batch on a device.
-type OnDevice = fn(&Gpu, &[TreeWorld]) -> Result<GpuBatch, GpuError>;
 
 /// The solver of worlds in f64, where it is one and this build has it.
 fn of_f64(name: SolverName) -> Option<Solver> {
@@ -21,19 +18,6 @@ fn of_f64(name: SolverName) -> Option<Solver> {
         #[cfg(not(feature = "cholesky"))]
         SolverName::Cholesky => None,
         SolverName::Lanes | SolverName::DeviceAba | SolverName::DeviceCg => None,
-    }
-}
-
-/// What makes a batch on a device, where it is a solver of one and this build has it. The only place that a solver of the
-/// device is plugged in.
-fn on_device(name: SolverName) -> Option<OnDevice> {
-    match name {
-        SolverName::DeviceAba => Some(GpuBatch::new),
-        SolverName::DeviceCg => Some(|gpu, worlds| {
-            let solver = orchard_gpu::Solver::ConjugateGradients;
-            GpuBatch::with_options(gpu, worlds, Options { solver, ..Options::default() })
-        }),
-        SolverName::Lanes | SolverName::Aba | SolverName::Cg | SolverName::Cholesky => None,
     }
 }
 
@@ -51,8 +35,6 @@ pub(crate) fn batch(
     if let Some(solver) = of_f64(name) {
         return Ok(Box::new(ReferenceBatch::new(worlds.all(), solver)));
     }
-    match on_device(name).zip(gpu) {
-        Some((make, gpu)) => Ok(Box::new(make(gpu, &worlds.all())?)),
-        None => Err(ScalingError::NotBuilt(name)),
-    }
+    let batch = gpu.and_then(|gpu| device::batch(name, gpu, &worlds.all()));
+    Ok(batch.ok_or(ScalingError::NotBuilt(name))??)
 }

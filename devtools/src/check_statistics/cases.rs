@@ -1,14 +1,14 @@
 //! Seeded samples with what we make of them: small and large, with ties and zeros, skewed, uneven.
 
-use orchard_bench::protocol::Protocol;
-use orchard_bench::statistics::effect::{cohens_dz, rank_biserial};
-use orchard_bench::statistics::holm::holm;
-use orchard_bench::statistics::permutation::{Permutation, permutation};
-use orchard_bench::statistics::wilcoxon::{Wilcoxon, wilcoxon};
-use orchard_bench::statistics::{
+use orchard_spec::{Purpose, Stream};
+use orchard_statistics::effect::{cohens_dz, rank_biserial};
+use orchard_statistics::holm::holm;
+use orchard_statistics::permutation::{Permutation, permutation};
+use orchard_statistics::wilcoxon::{Wilcoxon, wilcoxon};
+use orchard_statistics::{
     BootstrapRules, Design, Resamples, Share, Undefined, VarianceComponents, variance_components,
 };
-use orchard_spec::{Purpose, Stream};
+use orchard_tasks::protocol::Protocol;
 use serde::Serialize;
 
 /// Everything that is compared.
@@ -80,7 +80,7 @@ impl Cases {
         let rules = Protocol::paper().paired;
         // scipy tries every sign pattern: small samples only, and ours both counted out and sampled.
         let few = rules.permutation_exact.with_value(5)?;
-        let sampled = orchard_bench::statistics::PairedRules { permutation_exact: few, ..rules.clone() };
+        let sampled = orchard_statistics::PairedRules { permutation_exact: few, ..rules.clone() };
         let (mut ranks, mut signs, mut effects) = (Vec::new(), Vec::new(), Vec::new());
         for differences in &samples {
             let with = |outcome| Tested { differences: differences.clone(), outcome };

@@ -3,9 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::{WorldFactory, run_episode};
 use orchard_scenario::{Scenario, controllers};
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::{WorldFactory, run_episode};
 
 use super::timing::{Rounds, cpu_time};
 use super::{say, spinner};

@@ -8,11 +8,12 @@ use std::time::Instant;
 
 use anyhow::Context;
 use orchard_batch::TreeWorld;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::wake;
 use orchard_gpu::{BaseTree, Choice, Gpu, GpuBatch};
+use orchard_scaling::ScalingRules;
+use orchard_scaling::wake;
 use orchard_spec::randomisation::Mode;
 use orchard_spec::{Preset, Spec};
+use orchard_tasks::protocol::Protocol;
 use rayon::prelude::*;
 
 use super::physics::forest::{Planting, kick, mjcf_of, nearest, spec_with_fruit};
@@ -48,7 +49,7 @@ const SOFTWARE_NOTE: &str = "an adapter in software: nothing is asked of it";
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let gpu = Gpu::open(Choice::Any).context("the suite gpu needs a graphics adapter")?;
     let is_real = !gpu.info().is_software;
-    let awake = if is_real { Protocol::paper().scaling.device.wake.si() } else { 0.0 };
+    let awake = if is_real { ScalingRules::of(&Protocol::paper())?.device.wake.si() } else { 0.0 };
     let bar = spinner();
     say(&bar, "growing trees");
     let kinds = if is_real && effort == Effort::Full { WORLDS } else { SOFTWARE_WORLDS };

@@ -2,15 +2,15 @@
 //! each row means.
 
 use anyhow::Context;
-use orchard_bench::WorldFactory;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::interface::BenchController;
-use orchard_bench::protocol::Protocol;
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
 use orchard_geometry::{Image, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, detect, mask};
 use orchard_scenario::Scenario;
 use orchard_spec::camera::CameraSpec;
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::WorldFactory;
+use orchard_tasks::harvest::interface::BenchController;
+use orchard_tasks::protocol::Protocol;
 use orchard_world::World;
 use std::hint::black_box;
 

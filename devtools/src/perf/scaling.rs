@@ -3,12 +3,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::{
-    AxisRow, Backend, Omitted, PublishedScaling, Row as CellRow, Scaling, ScalingPlan, SolverName,
+use orchard_scaling::{
+    AxisRow, Omitted, PublishedScaling, Row as CellRow, Scaling, ScalingPlan, ScalingRules, SolverName,
     measure as measure_plan,
 };
+use orchard_scenario::Scenario;
 use orchard_spec::randomisation::Mode;
+use orchard_tasks::plan_file::Backend;
+use orchard_tasks::protocol::Protocol;
 
 use orchardbench::commands::bench_v1::default_threads;
 use orchardbench::commands::bench_v1::scaling::{Cells, name};
@@ -30,9 +32,10 @@ pub fn on_gpu(effort: Effort) -> anyhow::Result<Measured> {
 }
 
 fn measure(effort: Effort, backend: Backend) -> anyhow::Result<Measured> {
-    let protocol = Protocol::paper();
-    let rules = &protocol.scaling;
-    let plan = ScalingPlan::study(&protocol, backend, effort == Effort::Quick);
+    let scenario = Scenario::of(&[])?;
+    let protocol = Protocol::of_scenario(&scenario)?;
+    let rules = &ScalingRules::of(&protocol)?;
+    let plan = ScalingPlan::study(&scenario, backend, effort == Effort::Quick)?;
     let (plan, gpu) = plan.with_device(rules)?;
     let bar = Cells::new(&plan);
     let never = AtomicBool::new(false);

@@ -1,6 +1,6 @@
 //! Timing of a piece of work.
 
-pub use orchard_bench::scaling::processor_time as cpu_time;
+pub use orchard_scaling::processor_time as cpu_time;
 
 /// Rounds of a measurement; the median is reported.
 const ROUNDS: usize = 5;

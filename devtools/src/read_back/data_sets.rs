@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use orchard_bench::dataset::{self, DatasetConfig, Plan, Seeds};
+use orchard_dataset::{DatasetConfig, Plan, Seeds};
 use orchard_scenario::Scenario;
 use orchard_spec::Preset;
 
@@ -39,6 +39,12 @@ fn write_set(camera: &str, preset: Preset) -> anyhow::Result<PathBuf> {
     }
     let scenario = Scenario::of(&[("preset", preset.name()), ("camera", camera)])?;
     let plan = Plan::new(&scenario, &DatasetConfig::paper(), None, SEEDS, 1, VIEWS)?;
-    dataset::run(&plan, &folder, rayon::current_num_threads(), &AtomicBool::new(false), &dataset::Silent)?;
+    orchard_dataset::run(
+        &plan,
+        &folder,
+        rayon::current_num_threads(),
+        &AtomicBool::new(false),
+        &orchard_dataset::Silent,
+    )?;
     Ok(folder)
 }

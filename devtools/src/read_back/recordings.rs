@@ -4,14 +4,15 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use orchard_bench::harvest::Harvest;
 use orchard_bench::store::{Store, write_json};
-use orchard_bench::{Episodes, Session, Silent, run_task};
+use orchard_bench::{Session, Silent, run_task};
 use orchard_camera::Sensor;
 use orchard_geometry::Intrinsics;
 use orchard_recording::{Channel, RecordingConfig, Recordings, name_of};
 use orchard_scenario::Scenario;
 use orchard_spec::Spec;
+use orchard_tasks::harvest::Episodes;
+use orchard_tasks::harvest::Harvest;
 use serde::Serialize;
 
 use crate::python;

@@ -12,11 +12,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use orchard_bench::plan_file::PlanFile;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::Backend;
 use orchard_bench::store::{Lock, Store};
 use orchard_bench::{Session, Shard};
+use orchard_tasks::plan_file::Backend;
+use orchard_tasks::plan_file::PlanFile;
+use orchard_tasks::protocol::Protocol;
 
 use crate::args::ScenarioArgs;
 use crate::failure::Failure;
@@ -200,7 +200,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, record));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is found before the first task, and not after an hour.
-    scaling::check_device(&plans)?;
+    scaling::check_device(&plans, &scenario)?;
     let (store, _lock) = open(&out)?;
     // So is a folder that holds something else.
     for task in &tasks {

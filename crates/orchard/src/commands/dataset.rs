@@ -5,7 +5,7 @@ mod sheet;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::dataset::{self, DatasetConfig, DatasetError, Done, Plan, Seeds};
+use orchard_dataset::{DatasetConfig, DatasetError, Done, Plan, Seeds};
 use orchard_exchange::intrinsics;
 use orchard_geometry::Intrinsics;
 use orchard_quantity::Quantity;
@@ -91,7 +91,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     );
     let stop = interrupt::listen()?;
     let bar = Bar::new(plan.recipe());
-    let result = dataset::run(&plan, &args.out, threads, stop, &bar);
+    let result = orchard_dataset::run(&plan, &args.out, threads, stop, &bar);
     bar.0.finish_and_clear();
     let done = result.map_err(failure)?;
     sheet::write(&args.out, &plan)?;
@@ -160,8 +160,8 @@ fn report(done: &Done, out: &Path, plan: &Plan) {
 struct Bar(ProgressBar);
 
 impl Bar {
-    fn new(recipe: &dataset::Recipe) -> Self {
-        let dataset::Recipe { seeds, trees, views, .. } = recipe;
+    fn new(recipe: &orchard_dataset::Recipe) -> Self {
+        let orchard_dataset::Recipe { seeds, trees, views, .. } = recipe;
         let bar = ProgressBar::new((seeds.end - seeds.first) * u64::from(*trees) * u64::from(*views));
         if let Ok(style) =
             ProgressStyle::with_template("{bar:30} {pos}/{len} views  {elapsed} (about {eta} left)")
@@ -172,7 +172,7 @@ impl Bar {
     }
 }
 
-impl dataset::Progress for Bar {
+impl orchard_dataset::Progress for Bar {
     fn views(&self, count: u64, _kept: bool) {
         self.0.inc(count);
     }

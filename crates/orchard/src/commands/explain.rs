@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord};
+use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord};
 use rayon::prelude::*;
 
 use crate::args::ScenarioArgs;

@@ -7,16 +7,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
-use orchard_bench::episode::EpisodeRecord;
-use orchard_bench::harvest::Harvest;
-use orchard_bench::leaderboard::{
-    Added, Board, Budget, Entry, Refusal, Verified, head, official, ranking, verify,
-};
-use orchard_bench::plan::Plan;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::seeds::SeedSetName;
 use orchard_bench::store::{write_bytes, write_json};
+use orchard_leaderboard::{
+    Added, Board, Budget, Entry, LeaderboardRules, Refusal, Verified, head, official, ranking, verify,
+};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::seeds::SeedSetName;
 
 use crate::args::{Part, ScenarioArgs};
 use crate::commands::bench_v1::bar::{Bar, Shown};
@@ -142,7 +142,7 @@ fn name(text: &str) -> Result<String, String> {
 impl BudgetArgs {
     /// The budget, if one is given.
     fn read(&self, protocol: &Protocol) -> Result<Option<Budget>, Failure> {
-        let rules = &protocol.leaderboard;
+        let rules = &LeaderboardRules::of(protocol)?;
         if let Some(class) = &self.budget {
             let known: Vec<&str> = rules.budgets.keys().map(String::as_str).collect();
             return Budget::of_class(rules, class).map(Some).ok_or_else(|| {
@@ -210,8 +210,9 @@ fn add(args: &AddArgs, program: &Program) -> Result<(), Failure> {
     args.scenario.refuse(&[Part::Controller], "every result names its own")?;
     let scenario = args.scenario.resolve(program)?;
     let protocol = Protocol::of_scenario(&scenario)?;
+    let rules = LeaderboardRules::of(&protocol)?;
     let budget = args.budget.read(&protocol)?.ok_or_else(|| {
-        let known: Vec<&str> = protocol.leaderboard.budgets.keys().map(String::as_str).collect();
+        let known: Vec<&str> = rules.budgets.keys().map(String::as_str).collect();
         let known = known.join(" or ");
         Failure::BadInput(format!("a submission has a budget: --budget {known}, or --snapped B --dropped D"))
     })?;
@@ -274,7 +275,7 @@ fn checked(
     let extent = official(protocol, seed_set)
         .ok_or_else(|| Failure::BadInput("--seed-set: a board has a whole set".to_owned()))?;
     let plan = harvest.plan_of(extent)?;
-    let sample = args.sample.unwrap_or_else(|| protocol.leaderboard.sample.get()) as usize;
+    let sample = args.sample.unwrap_or(LeaderboardRules::of(protocol)?.sample.get()) as usize;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
     let bar = Bar::new("run again", sample.min(plan.episodes().len()), longest(&plan), shown);
     let verified = verify(result, &plan, &harvest, sample, threads, stop, &bar);

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use orchard_bench::CODE_VERSION;
 use orchard_bench::Shard;
-use orchard_bench::episode::CODE_VERSION;
-use orchard_bench::plan_file::{PlanFile, PlannedTask};
 use orchard_bench::store::Store;
 use orchard_scenario::Scenario;
+use orchard_tasks::plan_file::{PlanFile, PlannedTask};
 
 use crate::commands::bench_v1::{open, plans};
 use crate::failure::Failure;
@@ -94,8 +94,8 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orchard_bench::episode::SCHEMA_VERSION;
-    use orchard_bench::plan_file::{TaskPlan, TreeExtent};
+    use orchard_bench::SCHEMA_VERSION;
+    use orchard_tasks::plan_file::{TaskPlan, TreeExtent};
 
     fn file(code: &str, trees: u32, preset: &str) -> PlanFile {
         let trees = TreeExtent { profile: "quick".into(), seeds: vec![1], trees };

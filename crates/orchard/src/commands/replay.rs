@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::episode::{CODE_VERSION, SCHEMA_VERSION};
-use orchard_bench::harvest::Harvest;
+use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_recording::channel::Origin;
 use orchard_recording::file::Header;
 use orchard_recording::replay::{ReplayError, Replayed, replay};
 use orchard_recording::{Channel, Recording, RecordingConfig};
+use orchard_tasks::harvest::Harvest;
 
 use crate::args::ScenarioArgs;
 use crate::failure::Failure;

@@ -6,9 +6,9 @@ mod pictures;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use orchard_bench::protocol::Protocol;
 use orchard_bench::store::write_bytes;
 use orchard_report::{Figures, PaperFigures, Pictures, page};
+use orchard_tasks::protocol::Protocol;
 
 use crate::failure::Failure;
 use crate::program::Program;

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use orchard_bench::protocol::Protocol;
 use orchard_bench::store::{write_bytes, write_json};
-use orchard_bench::verify::{
-    METRICS, Report, Trajectory, TreeOutcome, VerifyError, VerifyPlan, record_controller, run as run_plan,
-};
 use orchard_robot::RobotModel;
 use orchard_scenario::Scenario;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::verify::{
+    METRICS, Report, Trajectory, TreeOutcome, VerifyError, VerifyPlan, record_controller, run as run_plan,
+};
 
 use crate::args::{Part, ScenarioArgs};
 use crate::commands::bench_v1::bar::{Bar, Shown};

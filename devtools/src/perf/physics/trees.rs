@@ -1,7 +1,7 @@
 //! Rows of trees that nothing touches: one in f64, and batches in lanes.
 
 use orchard_batch::{Batch, Isa, TreeWorld};
-use orchard_bench::scaling::resident_bytes;
+use orchard_scaling::resident_bytes;
 use rayon::prelude::*;
 
 use super::forest::{Planting, mjcf_of};

@@ -1,11 +1,11 @@
 //! The component tasks: one skill at a time.
 
-use orchard_bench::component::{
-    Component, ComponentPlan, ComponentSummary, Gentle, ReachAndGrasp, TreeRecord, Trials, metrics,
-};
-use orchard_bench::plan_file::TreeExtent;
 use orchard_bench::store::Store;
 use orchard_scenario::Scenario;
+use orchard_tasks::component::{
+    Component, ComponentPlan, ComponentSummary, Gentle, ReachAndGrasp, TreeRecord, Trials, metrics,
+};
+use orchard_tasks::plan_file::TreeExtent;
 
 use super::bar::Shown;
 use super::counts;

@@ -3,11 +3,11 @@
 mod tables;
 
 use anyhow::Context;
-use orchard_bench::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
-use orchard_bench::plan_file::TreeExtent;
 use orchard_bench::store::{Store, write_bytes};
 use orchard_report::detection;
 use orchard_scenario::Scenario;
+use orchard_tasks::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
+use orchard_tasks::plan_file::TreeExtent;
 
 use super::bar::Shown;
 use super::task::{PresentedTask, unwritten};
@@ -77,7 +77,7 @@ impl PresentedTask for Detecting {
 mod tests {
     use super::*;
     use orchard_bench::Session;
-    use orchard_bench::detect::run as run_plan;
+    use orchard_tasks::detect::run as run_plan;
     use std::sync::atomic::AtomicBool;
 
     /// One real tree, one view: every table and the figure, with precision and recall side by side.

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use orchard_bench::Episodes;
-use orchard_bench::episode::EpisodeRecord;
-use orchard_bench::harvest::{Extent, Harvest};
-use orchard_bench::plan::Plan;
 use orchard_bench::store::Store;
-use orchard_bench::summary::Summary;
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Episodes;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::harvest::summary::Summary;
+use orchard_tasks::harvest::{Extent, Harvest};
 
 use super::bar::Shown;
 use super::counts;
@@ -22,7 +22,7 @@ use orchard_recording::Recordings;
 
 /// Records nothing: this program was built without recordings.
 #[cfg(not(feature = "recording"))]
-type Recordings = orchard_bench::observe::KeepNothing;
+type Recordings = orchard_tasks::harvest::observe::KeepNothing;
 
 #[cfg(feature = "recording")]
 fn recordings(out: &Path, scenario: &Scenario) -> Result<Recordings, Failure> {

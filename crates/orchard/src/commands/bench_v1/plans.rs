@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use orchard_bench::harvest::{Extent, Harvest};
-use orchard_bench::matrix::{EXHAUSTION, NOMINAL};
-use orchard_bench::plan_file::{TaskPlan, TreeExtent};
-use orchard_bench::protocol::{Profile, Protocol};
 use orchard_picker::Kind;
+use orchard_scaling::ScalingRules;
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::matrix::{EXHAUSTION, NOMINAL};
+use orchard_tasks::harvest::{Extent, Harvest};
+use orchard_tasks::plan_file::{TaskPlan, TreeExtent};
+use orchard_tasks::protocol::{Profile, Protocol};
 
 use super::task::AnyTask;
 use super::{Args, ProfileName, Seeds, TaskName, component, detect, harvest, scaling};
@@ -38,7 +39,10 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             TaskName::Gentle => TaskPlan::Gentle { trees: trees.clone() },
             TaskName::Scaling => TaskPlan::Scaling {
                 profile: args.profile.name().to_owned(),
-                backend: args.backend.unwrap_or(protocol.scaling.backend),
+                backend: match args.backend {
+                    Some(backend) => backend,
+                    None => ScalingRules::of(protocol)?.backend,
+                },
             },
         });
     }

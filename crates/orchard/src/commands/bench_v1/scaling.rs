@@ -1,16 +1,16 @@
 //! The scaling task: how fast batches of trees step.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::plan_file::TaskPlan;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::scaling::{
-    Backend, Omitted, RESULT, Row, Scaling, ScalingError, ScalingPlan, ScalingProgress, ScalingRules,
-    SolverName, run as run_plan,
-};
 use orchard_bench::store::Store;
 use orchard_bench::{OtherPlan, Session};
+use orchard_scaling::{
+    Omitted, RESULT, Row, Scaling, ScalingError, ScalingPlan, ScalingProgress, ScalingRules, SolverName,
+    run as run_plan,
+};
 use orchard_scenario::Scenario;
 use orchard_spec::randomisation::Mode;
+use orchard_tasks::plan_file::{Backend, TaskPlan};
+use orchard_tasks::protocol::Protocol;
 
 use super::ProfileName;
 use super::task::AnyTask;
@@ -26,28 +26,27 @@ pub struct Timing {
 impl Timing {
     /// Plans it.
     pub fn new(scenario: &Scenario, profile: &str, backend: Backend) -> Result<Self, Failure> {
-        let protocol = Protocol::of_scenario(scenario)?;
-        let rules = protocol.scaling.clone();
+        let rules = ScalingRules::of(&Protocol::of_scenario(scenario)?)?;
         let efforts = [(ProfileName::Quick, &rules.quick), (ProfileName::Full, &rules.full)];
         let Some((_, effort)) = efforts.into_iter().find(|(name, _)| name.name() == profile) else {
             return Err(Failure::BadInput(format!("scaling: there is no profile {profile}")));
         };
-        let plan = ScalingPlan::of_protocol(&protocol, profile, effort, backend);
-        plan.check().map_err(|e| Failure::BadInput(e.to_string()))?;
+        let plan = ScalingPlan::new(scenario, profile, effort, backend)
+            .and_then(|plan| plan.check().map(|()| plan))
+            .map_err(|e| Failure::BadInput(e.to_string()))?;
         Ok(Self { plan, rules })
     }
 }
 
 /// Checks that there is a device if a plan needs one.
-pub fn check_device(plans: &[TaskPlan]) -> Result<(), Failure> {
+pub fn check_device(plans: &[TaskPlan], scenario: &Scenario) -> Result<(), Failure> {
     let needs = |plan: &&TaskPlan| matches!(plan, TaskPlan::Scaling { backend: Backend::Gpu, .. });
     match plans.iter().find(needs) {
         None => Ok(()),
         Some(_) => {
-            let protocol = Protocol::paper();
-            let quick = &protocol.scaling.quick;
-            let plan = ScalingPlan::of_protocol(&protocol, "quick", quick, Backend::Gpu);
-            plan.with_device(&protocol.scaling).map(|_| ()).map_err(failure)
+            let rules = ScalingRules::of(&Protocol::of_scenario(scenario)?)?;
+            let plan = ScalingPlan::new(scenario, "quick", &rules.quick, Backend::Gpu);
+            plan.and_then(|plan| plan.with_device(&rules)).map(|_| ()).map_err(failure)
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use orchard_bench::PlanError;
 use orchard_bench::compute::TaskCost;
-use orchard_bench::matrix::ConditionError;
-use orchard_bench::plan::PlanError;
 use orchard_bench::store::Store;
 use orchard_bench::task::{Task, finish, run_task};
 use orchard_bench::{MergeError, OtherPlan, Record, RunError, Session, merge};
+use orchard_tasks::harvest::matrix::ConditionError;
 use serde::Serialize;
 
 use super::bar::{Bar, Shown};

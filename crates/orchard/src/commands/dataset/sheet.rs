@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::Context;
-use orchard_bench::dataset::{CLASSES, Plan, view_name};
 use orchard_camera::picture::depth_picture;
+use orchard_dataset::{CLASSES, Plan, view_name};
 use orchard_exchange::{depth_png, image_png};
 use orchard_geometry::Image;
 

@@ -1,13 +1,13 @@
 use super::*;
 use clap::Parser;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::vantage::vantages;
 use orchard_camera::{Frame, Label, render};
 use orchard_exchange::{depth_png, intrinsics};
 use orchard_geometry::{Intrinsics, Vec3};
 use orchard_perception::{DetectorConfig, detect, mask};
 use orchard_robot::RobotModel;
 use orchard_spec::{Preset, Spec};
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::vantage::vantages;
 use orchard_world::World;
 use std::path::Path;
 use std::sync::Arc;

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use orchard_bench::episode::{CODE_VERSION, EpisodeRecord, SCHEMA_VERSION};
-use orchard_bench::harvest::Harvest;
-use orchard_bench::plan_file::PlanFile;
 use orchard_bench::store::Store;
+use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::{Options, Scenario, ScenarioError};
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::plan_file::PlanFile;
 use serde::Deserialize;
 
 use crate::args::ScenarioArgs;

@@ -5,14 +5,14 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_bench::episode::EpisodeRecord;
-use orchard_bench::interface::{
-    BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit, WorldEvent,
-};
-use orchard_bench::{WorldFactory, run_episode};
 use orchard_geometry::{Pose, Vec3, inverse_transform};
 use orchard_robot::{Command, Observation};
-use orchard_world::World;
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::interface::{
+    BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit,
+};
+use orchard_tasks::harvest::{WorldFactory, run_episode};
+use orchard_world::{World, WorldEvent};
 
 use super::input::Input;
 use super::touch::TouchMemory;
@@ -178,11 +178,11 @@ impl BenchWorld for Watched {
         let frame = self.world.frame();
         for event in &events {
             let (of, text) = match *event {
-                WorldEvent::BranchSnapped { segment } => {
-                    (Happened::Branch(segment), self.memory.on_limb(&self.world, segment as usize))
+                WorldEvent::BranchSnapped { segment, .. } => {
+                    (Happened::Branch(segment as u32), self.memory.on_limb(&self.world, segment))
                 }
                 WorldEvent::FruitDetached { fruit, .. } => {
-                    (Happened::Stem(fruit), self.memory.on_fruit(&self.world, fruit as usize))
+                    (Happened::Stem(fruit as u32), self.memory.on_fruit(&self.world, fruit))
                 }
                 _ => continue,
             };

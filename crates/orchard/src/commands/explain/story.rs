@@ -1,6 +1,6 @@
 //! An episode in plain words.
 
-use orchard_bench::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
+use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 
 use super::replay::{Cause, Happened};
 
@@ -196,7 +196,7 @@ pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
         text += &format!("before the first attempt, frame {}: {what}: {}\n", cause.frame, cause.text);
     }
     let left = record.reachable.iter().filter(|&&id| {
-        use orchard_bench::episode::FruitState::{OnBrokenLimb, OnTree};
+        use orchard_tasks::harvest::episode::FruitState::{OnBrokenLimb, OnTree};
         record.fruit.get(id as usize).is_some_and(|f| matches!(f.final_state, OnTree | OnBrokenLimb))
     });
     text + &format!("reachable fruit left on the tree: {}\n", left.count())

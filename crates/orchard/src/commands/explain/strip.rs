@@ -1,9 +1,9 @@
 //! An attempt as a strip of pictures: outside view over wrist view, moment by moment.
 
-use orchard_bench::episode::{AttemptRecord, EpisodeRecord, HeldEnd};
 use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
 use orchard_camera::{Label, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose, Vec3, transform};
+use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd};
 use orchard_world::World;
 
 use super::marks::{BELIEF, HARMED, Marked, SEEN, TRUTH};

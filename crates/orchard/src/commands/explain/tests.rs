@@ -2,10 +2,11 @@
 
 use super::*;
 use clap::Parser;
-use orchard_bench::harvest::Harvest;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent, run as run_plan};
+use orchard_bench::{Session, Silent};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::run as run_plan;
 use std::sync::atomic::AtomicBool;
 
 #[derive(Parser)]
@@ -76,7 +77,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     // A record that was changed by hand is told from the second run.
     let segment = 3;
     let mut other = input.record.clone();
-    other.branches_snapped.push(orchard_bench::episode::SnapEvent { segment, frame: 7, time: 0.1 });
+    other.branches_snapped.push(orchard_tasks::harvest::episode::SnapEvent { segment, frame: 7, time: 0.1 });
     assert_eq!(replay::difference(&other, &input.record).as_deref(), Some("branches snapped differ"));
     std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();
     match explain(&[line, "--text"]) {

@@ -3,8 +3,8 @@
 mod labels;
 
 use anyhow::anyhow;
-use orchard_bench::leaderboard::{Board, Budget, Entry, pareto_front};
-use orchard_bench::seeds::SeedSetName;
+use orchard_leaderboard::{Board, Budget, Entry, pareto_front};
+use orchard_tasks::seeds::SeedSetName;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 

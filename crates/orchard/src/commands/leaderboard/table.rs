@@ -1,7 +1,7 @@
 //! The board as a Markdown table that also reads well on a terminal.
 
-use orchard_bench::leaderboard::{Board, Budget, Entry, Ranked};
-use orchard_bench::seeds::SeedSetName;
+use orchard_leaderboard::{Board, Budget, Entry, Ranked};
+use orchard_tasks::seeds::SeedSetName;
 
 use super::ranking;
 

@@ -28,7 +28,7 @@ fn entry(name: &str, budget: &Budget, completeness: f64, snapped: f64, dropped: 
 
 fn board() -> Board {
     let protocol = Protocol::paper();
-    let of = |class| Budget::of_class(&protocol.leaderboard, class).unwrap();
+    let of = |class| Budget::of_class(&LeaderboardRules::of(&protocol).unwrap(), class).unwrap();
     let (gentle, paper) = (of("gentle"), of("paper"));
     let mut board = Board::new(&protocol.version, SeedSetName::Tuning, &scenario());
     for entry in [
@@ -122,7 +122,7 @@ fn bad_input_is_told() {
 #[test]
 fn a_controller_that_the_program_lacks_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let schema = orchard_bench::episode::SCHEMA_VERSION;
+    let schema = orchard_bench::SCHEMA_VERSION;
     let head = format!(
         "{{\"schema_version\": {schema}, \"code_version\": \"x\", \"config_version\": \"v1\", \"config_hash\": \"x\", \"profile\": \"full\", \
          \"controller\": \"greeter\", \"seed_set\": {{\"name\": \"v1\", \"whole\": true}}, \"seeds\": [1]}}"

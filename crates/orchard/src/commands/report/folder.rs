@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use orchard_bench::detect::DetectSummary;
-use orchard_bench::episode::SCHEMA_VERSION;
-use orchard_bench::scaling::Scaling;
+use orchard_bench::SCHEMA_VERSION;
 use orchard_report::Results;
+use orchard_scaling::Scaling;
+use orchard_tasks::detect::DetectSummary;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 

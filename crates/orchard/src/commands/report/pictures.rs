@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use anyhow::Context;
-use orchard_bench::episode::{AttemptOutcome, AttemptRecord, CODE_VERSION};
-use orchard_bench::plan_file::PlanFile;
+use orchard_bench::CODE_VERSION;
 use orchard_bench::store::Store;
-use orchard_bench::summary::ConditionSummary;
 use orchard_geometry::Image;
 use orchard_report::{Moment, Pick, Picture, Pictures, Results, main_condition};
 use orchard_scenario::Scenario;
+use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord};
+use orchard_tasks::harvest::summary::ConditionSummary;
+use orchard_tasks::plan_file::PlanFile;
 use orchard_world::Planting;
 
 use crate::args::ScenarioArgs;

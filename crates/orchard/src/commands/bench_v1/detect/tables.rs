@@ -1,12 +1,12 @@
 //! The detection task's results as tables for people. Precision and recall always stand together.
 
-use orchard_bench::detect::{
+use orchard_scenario::SceneNames;
+use orchard_statistics::Metric;
+use orchard_tasks::detect::{
     AtFoliage, DensitySummary, DetectPlan, DetectSummary, SitsOn, VariantSummary, variants,
 };
-use orchard_bench::metrics::Metric;
-use orchard_bench::protocol::Protocol;
-use orchard_bench::zones::Zone;
-use orchard_scenario::SceneNames;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::zones::Zone;
 
 use crate::columns::columns;
 use crate::headline::number;
