@@ -52,6 +52,8 @@ mod built {
     pub struct GpuInfo {
         /// Name.
         pub name: String,
+        /// Driver.
+        pub driver: String,
         /// Graphics interface.
         pub backend: String,
         /// True if the processor does its work.
