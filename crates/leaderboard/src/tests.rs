@@ -134,7 +134,7 @@ fn partial_and_swollen_results_are_refused() {
     assert!(e.starts_with("episodes/fake-windy-7-000.json is not of the official matrix"), "{e}");
 
     let empty = tempfile::tempdir().unwrap();
-    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 4}")] {
+    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 5}")] {
         if let Some(text) = text {
             fs::write(empty.path().join("summary.json"), text).unwrap();
         }
