@@ -74,7 +74,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
 
     // Another detector does not belong into the same folder.
     let mut other = plan();
-    other.detector.fit.refine = false;
+    other.scene_hash = "another detector".to_owned();
     let store = Store::open(two.path()).unwrap();
     let error = run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
         .unwrap_err();
