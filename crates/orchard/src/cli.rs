@@ -5,13 +5,9 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
 
-#[cfg(feature = "gpu")]
-use crate::commands::gpu_info;
-#[cfg(feature = "recording")]
-use crate::commands::replay;
 use crate::commands::{
-    bench_v1, dataset, detect, explain, export_tree, gallery, leaderboard, merge, names, render, report,
-    robot, scenario, validate, verify,
+    bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, render,
+    report, robot, scenario, validate, verify,
 };
 use crate::failure::Failure;
 use crate::program::Program;
@@ -37,7 +33,6 @@ enum Command {
     BenchV1(bench_v1::Args),
     Report(report::Args),
     Explain(explain::Args),
-    #[cfg(feature = "recording")]
     Replay(replay::Args),
     Merge(merge::Args),
     Leaderboard(leaderboard::Args),
@@ -60,7 +55,6 @@ enum Command {
     Controllers,
     Robot(robot::Args),
     Validate(validate::Args),
-    #[cfg(feature = "gpu")]
     GpuInfo(gpu_info::Args),
 }
 
@@ -106,7 +100,6 @@ impl Program {
             Command::BenchV1(args) => bench_v1::run(args, self),
             Command::Report(args) => report::run(args, self),
             Command::Explain(args) => explain::run(args, self),
-            #[cfg(feature = "recording")]
             Command::Replay(args) => replay::run(args, self),
             Command::Merge(args) => merge::run(args, self),
             Command::Leaderboard(args) => leaderboard::run(args, self),
@@ -127,7 +120,6 @@ impl Program {
             }
             Command::Robot(args) => robot::run(args),
             Command::Validate(args) => validate::run(args),
-            #[cfg(feature = "gpu")]
             Command::GpuInfo(args) => gpu_info::run(args),
         }
     }

@@ -8,11 +8,17 @@ pub mod export_tree;
 pub mod gallery;
 #[cfg(feature = "gpu")]
 pub mod gpu_info;
+#[cfg(not(feature = "gpu"))]
+#[path = "commands/without_gpu.rs"]
+pub mod gpu_info;
 pub mod leaderboard;
 pub mod merge;
 pub mod names;
 pub mod render;
 #[cfg(feature = "recording")]
+pub mod replay;
+#[cfg(not(feature = "recording"))]
+#[path = "commands/without_recording.rs"]
 pub mod replay;
 pub mod report;
 pub mod robot;

@@ -134,7 +134,7 @@ fn asked(summary: &Summary, plan: &Plan) -> String {
         let condition = demands.condition;
         let Some(judged) = demands.judged else {
             text += &format!(
-                "what is asked of the tuning seeds is not judged ({condition}): other seeds, trees, repeats or time\n"
+                "what is asked of the tuning seeds is not judged ({condition}): another scenario, other seeds, trees, repeats or time\n"
             );
             continue;
         };

@@ -1,5 +1,6 @@
 //! What is asked of a controller over the tuning seeds, and whether a result keeps it.
 
+use orchard_scenario::SceneNames;
 use orchard_tasks::harvest::matrix::EXHAUSTION;
 use orchard_tasks::harvest::plan::ConditionParams;
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
@@ -52,13 +53,15 @@ pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<
     conditions(summary).into_iter().filter_map(judge).collect()
 }
 
-/// Whether a result is on what figures are asked of: the tuning seeds and the full profile's trees and time, each tree once.
+/// True if a result is on what figures are asked of: the benchmark's own scene, the tuning seeds, the full profile's trees and time, each
+/// tree once.
 fn as_asked(summary: &Summary, params: &ConditionParams, condition: &str, protocol: &Protocol) -> bool {
     let horizon = match condition {
         EXHAUSTION => protocol.exhaustion.horizon.si(),
         _ => protocol.full.horizon.si(),
     };
-    summary.seeds == protocol.tuning_seeds
+    summary.scenario.names.scene == SceneNames::paper()
+        && summary.seeds == protocol.tuning_seeds
         && params.trees == protocol.full.trees.get()
         && params.repeats == 1
         && params.horizon_s == horizon

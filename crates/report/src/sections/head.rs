@@ -139,7 +139,9 @@ pub(crate) fn facts(results: &Results) -> Markup {
     if let Some(summary) = &results.harvest {
         facts.push(("Controller", html! { (summary.controller) }));
         facts.push(("Seeds", html! { (seed_set(&summary.seed_set)) ": " (list(&summary.seeds)) }));
-        facts.push(("Preset, profile", html! { (summary.preset) ", " (summary.profile) }));
+        let parts = summary.scenario.names.scene.list().map(|(part, name)| format!("{part} {name}"));
+        facts.push(("Scenario", html! { (parts.join(", ")) " " code.hash { (summary.scenario.hash) } }));
+        facts.push(("Profile", html! { (summary.profile) }));
         facts.push(("Config", html! { (summary.config_version) ", " code.hash { (summary.config_hash) } }));
         facts.push(("Schema", html! { (summary.schema_version) }));
     } else {

@@ -1,0 +1,16 @@
+//! `orchard gpu-info` in a program that was built without a graphics device.
+
+use crate::failure::Failure;
+
+/// Prints the graphics adapter, its limits and the kernel that would run on it.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Options, of which none counts
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    _rest: Vec<String>,
+}
+
+/// Says what is missing.
+pub fn run(_: &Args) -> Result<(), Failure> {
+    Err(Failure::BadInput("gpu-info: this program was built without the feature `gpu`".to_owned()))
+}
