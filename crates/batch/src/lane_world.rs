@@ -3,7 +3,6 @@
 use crate::fault::{Quarantine, Status};
 use crate::ground::{Ball, DebrisTip};
 use crate::schedule::Walk;
-use crate::tile::Remains;
 use crate::tree_world::{Plant, TreeWorld};
 use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::contact::in_series;
@@ -27,6 +26,14 @@ impl Wood {
     pub fn armature(&self, h: f64) -> f64 {
         h * (self.damping + h * self.stiffness)
     }
+}
+
+/// A lane's own numbers as they were when it was taken out, `[row][field]`.
+#[derive(Debug, Clone)]
+pub(crate) struct Remains {
+    pub links: Vec<f32>,
+    pub fruit: Vec<f32>,
+    pub stem_limits: Vec<f32>,
 }
 
 /// The world of one lane, apart from its numbers.

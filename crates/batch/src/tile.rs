@@ -4,8 +4,6 @@ mod breaking;
 mod load;
 mod quarantine;
 
-pub(crate) use quarantine::Remains;
-
 use crate::fault::Status;
 use crate::isa::Isa;
 use crate::kernel::{Found, Numbers, Phase, Step, Work};

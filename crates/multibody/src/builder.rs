@@ -7,7 +7,7 @@ use crate::model::{
     SpatialInertia, Tether,
 };
 use crate::schedule::{runs, schedule};
-use crate::{Data, aba, kinematics};
+use crate::{Data, aba, forward_kinematics};
 
 /// Asymmetry and negative eigenvalues of an inertia matrix that pass as round-off, relative to its norm.
 const INERTIA_TOLERANCE: f64 = 1e-9;
@@ -283,7 +283,7 @@ fn check_collider(collider: &Collider) -> Result<(), &'static str> {
 fn check_regular(model: &Model) -> Result<(), ModelError> {
     let mut data = Data::new(model);
     data.tethered.fill(false);
-    kinematics::forward_kinematics(model, &mut data);
+    forward_kinematics(model, &mut data);
     aba::factor(model, &mut data, 0.0);
     match data.factor.singular {
         Some(body) => Err(ModelError::Singular { body: body.index() }),

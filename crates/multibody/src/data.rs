@@ -3,11 +3,12 @@
 use orchard_geometry::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::aba::{Change, Factor, Impulse};
-use crate::contact::ContactScratch;
+use crate::aba::factors::Factor;
+use crate::aba::vectors::{Change, Impulse};
+use crate::contact::scratch::ContactScratch;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Groups, JointKind, Model, PointId};
-use crate::solver::LinearScratch;
+use crate::solver::scratch::LinearScratch;
 use crate::spatial::Twist;
 use crate::velocity_products::VelocityProducts;
 
@@ -128,7 +129,7 @@ impl Data {
             linear: LinearScratch::default(),
             contact: ContactScratch::default(),
         };
-        crate::forward_kinematics(model, &mut data);
+        forward_kinematics(model, &mut data);
         for index in 0..points {
             if let Some(p_world) = data.hang_p_world(model, PointId(index as u32)) {
                 data.point_p_world[index] = p_world;
@@ -137,7 +138,7 @@ impl Data {
         data
     }
 
-    /// Pose of a link in the world, as of the last [`crate::forward_kinematics`] or [`crate::step`].
+    /// Pose of a link in the world, as of the last [`forward_kinematics`] or [`crate::step`].
     pub fn x_world_body(&self, id: BodyId) -> &Pose {
         &self.kinematics.links[id.index()].x_world_body
     }
@@ -223,6 +224,13 @@ impl Data {
             self.point_w_world[index] = *w;
         }
     }
+}
+
+/// Brings poses, axes, velocities and bias accelerations up to `Data::q` and `Data::v`.
+///
+/// Does nothing if they are already. Afterwards the accessors of [`Data`] that name kinematics hold.
+pub fn forward_kinematics(model: &Model, data: &mut Data) {
+    data.kinematics.update(model, &data.q, &data.v);
 }
 
 /// Positions and velocities of a world at one moment.

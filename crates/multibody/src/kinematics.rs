@@ -3,7 +3,6 @@
 use nalgebra::{Quaternion, Vector3};
 use orchard_geometry::{Pose, Rotation, Vec3, math};
 
-use crate::data::Data;
 use crate::lanes::{Packed, Pair, Real, each, pack_rows};
 use crate::model::{JointKind, Model};
 use crate::rotation::{Turn, combine};
@@ -78,6 +77,38 @@ impl Kinematics {
         }
     }
 
+    /// Brings poses, axes, velocities and bias accelerations up to a state. Does nothing if they are already.
+    pub fn update(&mut self, model: &Model, q: &[f64], v: &[f64]) {
+        if are_same(&self.q, q) && are_same(&self.v, v) {
+            return;
+        }
+        self.q.copy_from_slice(q);
+        self.v.copy_from_slice(v);
+        for slot in &model.schedule {
+            match slot {
+                Slot::One([index]) => {
+                    let frame = joint_frame::<f64>(model, self, &[*index]);
+                    let (q_start, v_start) = (model.q_start[*index], model.v_start[*index]);
+                    let (q, v) = (&q[q_start..], &v[v_start..]);
+                    let motion =
+                        joint_motion(&model.bodies[*index].joint, &frame, q, v, &mut self.axes[v_start..]);
+                    place(model, self, &[*index], &motion);
+                }
+                Slot::Two(links) => {
+                    let frame = joint_frame::<Pair>(model, self, links);
+                    let q = pack_rows(each(links, |link| &q[model.q_start[link]..]));
+                    let v = pack_rows(each(links, |link| &v[model.v_start[link]..]));
+                    let (motion, axes) = universal_motion(&frame, q, v);
+                    for (l, link) in links.iter().enumerate() {
+                        self.axes[model.dof_range(*link)]
+                            .copy_from_slice(&[axes[0].lane(l), axes[1].lane(l)]);
+                    }
+                    place(model, self, links, &motion);
+                }
+            }
+        }
+    }
+
     fn parent<'a>(&'a self, model: &Model, index: usize) -> &'a Link {
         model.bodies[index].parent.map_or(&self.world, |parent| &self.links[parent.index()])
     }
@@ -94,41 +125,6 @@ struct JointMotion<S: Real> {
     /// Part of the angular bias acceleration that the joint makes by itself: the second axis of a universal
     /// joint turns with the first.
     bias_angular: Vector3<S>,
-}
-
-/// Brings poses, axes, velocities and bias accelerations up to `Data::q` and `Data::v`.
-///
-/// Does nothing if they are already. Afterwards the accessors of [`Data`] that name kinematics hold.
-pub fn forward_kinematics(model: &Model, data: &mut Data) {
-    let kinematics = &mut data.kinematics;
-    if are_same(&kinematics.q, &data.q) && are_same(&kinematics.v, &data.v) {
-        return;
-    }
-    kinematics.q.copy_from_slice(&data.q);
-    kinematics.v.copy_from_slice(&data.v);
-    for slot in &model.schedule {
-        match slot {
-            Slot::One([index]) => {
-                let frame = joint_frame::<f64>(model, kinematics, &[*index]);
-                let (q_start, v_start) = (model.q_start[*index], model.v_start[*index]);
-                let (q, v) = (&data.q[q_start..], &data.v[v_start..]);
-                let motion =
-                    joint_motion(&model.bodies[*index].joint, &frame, q, v, &mut kinematics.axes[v_start..]);
-                place(model, kinematics, &[*index], &motion);
-            }
-            Slot::Two(links) => {
-                let frame = joint_frame::<Pair>(model, kinematics, links);
-                let q = pack_rows(each(links, |link| &data.q[model.q_start[link]..]));
-                let v = pack_rows(each(links, |link| &data.v[model.v_start[link]..]));
-                let (motion, axes) = universal_motion(&frame, q, v);
-                for (l, link) in links.iter().enumerate() {
-                    kinematics.axes[model.dof_range(*link)]
-                        .copy_from_slice(&[axes[0].lane(l), axes[1].lane(l)]);
-                }
-                place(model, kinematics, links, &motion);
-            }
-        }
-    }
 }
 
 /// True if two states have the same bits. The loop has no early exit, so that it vectorises.

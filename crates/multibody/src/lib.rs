@@ -44,29 +44,32 @@ pub mod contact;
 pub mod data;
 pub mod energy;
 mod impulse;
+mod integrate;
 pub mod jacobian;
-pub mod kinematics;
+mod kinematics;
 mod lanes;
 mod midpoint;
 pub mod model;
+mod parts;
 pub mod rnea;
 mod rotation;
 mod schedule;
+mod settings;
 pub mod solver;
 pub mod spatial;
 mod state;
 pub mod statics;
 pub mod step;
+mod substep;
 mod symmetric;
 mod vectors;
 mod velocity_products;
 
 pub use builder::{ModelBuilder, ModelError};
 pub use contact::{ContactPath, ContactReport, Gap, GapFinder};
-pub use data::{Data, Motion};
+pub use data::{Data, Motion, forward_kinematics};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;
-pub use kinematics::forward_kinematics;
 pub use model::{
     Body, BodyId, Collider, ColliderId, Coupling, Groups, JointKind, Model, Owner, PointBody, PointId,
     SpatialInertia, Tether,

@@ -10,13 +10,13 @@
 use orchard_geometry::Vec3;
 
 use crate::contact;
-use crate::data::Data;
+use crate::data::{Data, forward_kinematics};
 use crate::impulse;
-use crate::kinematics::forward_kinematics;
 use crate::model::Model;
 use crate::rnea::{inertia_product, link_twists};
+use crate::settings::{StepReport, StepSettings};
 use crate::solver::{self, LinearSolve};
-use crate::step::{StepReport, StepSettings, add_change, free_change, move_positions, solve_free};
+use crate::substep::{add_change, free_change, move_positions, solve_free};
 
 /// Corrections end when none of them changes a velocity by more than this part of the fastest one.
 const TOLERANCE: f64 = 1e-13;

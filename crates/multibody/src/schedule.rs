@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::model::{Body, JointKind};
+use crate::parts::{Body, JointKind};
 
 /// Links that a recursion visits together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +91,7 @@ pub(crate) fn runs(bodies: &[Body]) -> Vec<Run> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{BodyId, SpatialInertia};
+    use crate::parts::{BodyId, SpatialInertia};
     use orchard_geometry::{Mat3, Pose, Vec3};
 
     #[test]

@@ -4,8 +4,7 @@ use orchard_geometry::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::WarmStart;
-use crate::data::Data;
-use crate::kinematics::forward_kinematics;
+use crate::data::{Data, forward_kinematics};
 use crate::model::{Groups, Model};
 
 /// A [`State`] of another model.

@@ -7,11 +7,10 @@
 
 use orchard_geometry::Vec3;
 
-use crate::data::Data;
-use crate::kinematics::forward_kinematics;
+use crate::data::{Data, forward_kinematics};
 use crate::model::{JointKind, Model};
 use crate::solver::Solver;
-use crate::step::{advance, free_change};
+use crate::substep::{advance, free_change};
 
 /// Longest step \[s\]: inertia is 1e-8 of the stiffness of a 1 Hz mode.
 const LONGEST_STEP: f64 = 1e3;

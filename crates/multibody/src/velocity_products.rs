@@ -11,11 +11,11 @@
 use nalgebra::Matrix3;
 use orchard_geometry::Vec3;
 
-use crate::data::Data;
-use crate::kinematics::{Link, forward_kinematics};
+use crate::aba::vectors::Impulse;
+use crate::integrate::move_joints;
+use crate::kinematics::{Kinematics, Link};
 use crate::model::Model;
 use crate::spatial::{Twist, Wrench};
-use crate::step::move_joints;
 
 /// Turn of a link within a substep \[rad\] up to which velocity products are explicit.
 const SLOW_TURN: f64 = 0.1;
@@ -27,6 +27,7 @@ const FAST_TURN: f64 = 0.2;
 pub(crate) struct VelocityProducts {
     /// Share of the velocity products that is replaced, 0 to 1; at 0 the other fields are invalid.
     share: f64,
+    /// Joint coordinates of the last pose.
     q: Vec<f64>,
     /// Velocity of each link's centre of mass, world axes, and its angular velocity, the link's axes.
     links: Vec<Twist>,
@@ -40,47 +41,44 @@ impl VelocityProducts {
             links: vec![Twist::ZERO; model.bodies.len()],
         }
     }
-}
 
-/// Sets the share of the velocity products to replace in a substep of length `h`, and, if it is not 0, computes the velocities
-/// at the last pose. Kinematics are valid before and after.
-pub(crate) fn look_back(model: &Model, data: &mut Data, h: f64) {
-    let fastest = data.kinematics.links.iter().map(|link| link.velocity.angular.norm_squared());
-    let turn = h * fastest.fold(0.0_f64, f64::max).sqrt();
-    data.velocity_products.share = ((turn - SLOW_TURN) / (FAST_TURN - SLOW_TURN)).clamp(0.0, 1.0);
-    if data.velocity_products.share == 0.0 {
-        return;
+    /// Sets the share of the velocity products to replace in a substep of length `h`, and, if it is not 0, computes the
+    /// velocities at the last pose. Kinematics are valid before and after.
+    pub fn look_back(&mut self, model: &Model, q: &[f64], v: &[f64], kinematics: &mut Kinematics, h: f64) {
+        let fastest = kinematics.links.iter().map(|link| link.velocity.angular.norm_squared());
+        let turn = h * fastest.fold(0.0_f64, f64::max).sqrt();
+        self.share = ((turn - SLOW_TURN) / (FAST_TURN - SLOW_TURN)).clamp(0.0, 1.0);
+        if self.share == 0.0 {
+            return;
+        }
+        self.q.copy_from_slice(q);
+        move_joints(model, &mut self.q, v, -h);
+        kinematics.update(model, &self.q, v);
+        for (before, link) in self.links.iter_mut().zip(&kinematics.links) {
+            before.angular = in_link(link, &link.velocity.angular);
+            before.linear = link.velocity.linear_at(&link.r_com);
+        }
+        kinematics.update(model, q, v);
     }
-    let mut last = std::mem::take(&mut data.velocity_products);
-    last.q.copy_from_slice(&data.q);
-    move_joints(model, data, -h);
-    forward_kinematics(model, data);
-    for (before, link) in last.links.iter_mut().zip(&data.kinematics.links) {
-        before.angular = in_link(link, &link.velocity.angular);
-        before.linear = link.velocity.linear_at(&link.r_com);
-    }
-    data.q.copy_from_slice(&last.q);
-    forward_kinematics(model, data);
-    data.velocity_products = last;
-}
 
-/// Replaces that share of the velocity products in `Data::impulse`.
-pub(crate) fn exchange(model: &Model, data: &mut Data, h: f64) {
-    let share = data.velocity_products.share;
-    if share == 0.0 {
-        return;
-    }
-    let links = data.kinematics.links.iter().zip(&data.velocity_products.links).zip(&model.bodies);
-    for (impulse, ((link, before), body)) in data.impulse.body.iter_mut().zip(links) {
-        let (omega, r) = (&link.velocity.angular, &link.r_com);
-        let bias = &link.bias_acceleration;
-        let a_com = bias.linear_at(r) + omega.cross(&omega.cross(r));
-        let explicit_torque = link.i_com * bias.angular + omega.cross(&(link.i_com * *omega));
-        let lost = link.velocity.linear_at(r) - before.linear;
-        let turned = link.turned(&torque_free(&body.inertia.i_com, &before.angular, h));
-        let force = (a_com * h - lost) * body.inertia.mass;
-        let torque = explicit_torque * h - link.i_com * (*omega - turned);
-        *impulse += Wrench { torque: torque + r.cross(&force), force }.scaled(share);
+    /// Replaces that share of the velocity products in `impulse`, the impulses over `h` at the last kinematics.
+    pub fn exchange(&self, model: &Model, kinematics: &Kinematics, h: f64, impulse: &mut Impulse) {
+        let share = self.share;
+        if share == 0.0 {
+            return;
+        }
+        let links = kinematics.links.iter().zip(&self.links).zip(&model.bodies);
+        for (impulse, ((link, before), body)) in impulse.body.iter_mut().zip(links) {
+            let (omega, r) = (&link.velocity.angular, &link.r_com);
+            let bias = &link.bias_acceleration;
+            let a_com = bias.linear_at(r) + omega.cross(&omega.cross(r));
+            let explicit_torque = link.i_com * bias.angular + omega.cross(&(link.i_com * *omega));
+            let lost = link.velocity.linear_at(r) - before.linear;
+            let turned = link.turned(&torque_free(&body.inertia.i_com, &before.angular, h));
+            let force = (a_com * h - lost) * body.inertia.mass;
+            let torque = explicit_torque * h - link.i_com * (*omega - turned);
+            *impulse += Wrench { torque: torque + r.cross(&force), force }.scaled(share);
+        }
     }
 }
 

@@ -3,16 +3,9 @@
 use super::{BatchEvent, Tile};
 use crate::fault::{Fault, Quarantine};
 use crate::kernel::Numbers;
+use crate::lane_world::Remains;
 use crate::layout::{Aligned, fruit, link};
 use crate::tree_world::TreeEvent;
-
-/// A lane's own numbers as they were when it was taken out, `[row][field]`.
-#[derive(Debug, Clone)]
-pub(crate) struct Remains {
-    pub links: Vec<f32>,
-    pub fruit: Vec<f32>,
-    pub stem_limits: Vec<f32>,
-}
 
 impl Tile {
     /// Takes worlds whose state is no longer finite out of their lanes.

@@ -4,7 +4,9 @@
 //! stiffness K add a diagonal in joint space, so Featherstone's recursion (Rigid Body Dynamics Algorithms,
 //! 2008, chapter 7) factors it exactly in O(n). Tethered point bodies are eliminated as leaves.
 
+pub(crate) mod factors;
 mod joint;
+pub(crate) mod vectors;
 
 use nalgebra::Vector3;
 use orchard_geometry::Vec3;
@@ -16,113 +18,9 @@ use crate::model::{BodyId, JointKind, Model};
 use crate::schedule::Slot;
 use crate::spatial::{ArticulatedInertia, Twist, Wrench};
 use crate::symmetric::Symmetric3;
+use factors::{Factor, PointFactor};
 use joint::{factor_joint, for_slot, solve_joint_down, solve_joint_up};
-
-/// A right-hand side: impulses.
-#[derive(Debug, Clone, Default)]
-pub struct Impulse {
-    /// On each degree of freedom [N m s, N s].
-    pub dof: Vec<f64>,
-    /// On each link, at its origin, world axes [N m s, N s].
-    pub body: Vec<Wrench>,
-    /// On each point body [N s], world.
-    pub point: Vec<Vec3>,
-}
-
-/// A solution: velocity changes.
-#[derive(Debug, Clone, Default)]
-pub struct Change {
-    /// Of each degree of freedom [rad/s, m/s].
-    pub dof: Vec<f64>,
-    /// Of each link, at its origin, world axes [rad/s, m/s].
-    pub body: Vec<Twist>,
-    /// Of each point body [m/s], world.
-    pub point: Vec<Vec3>,
-}
-
-impl Impulse {
-    /// No impulse.
-    pub fn new(model: &Model) -> Impulse {
-        Impulse {
-            dof: vec![0.0; model.nv()],
-            body: vec![Wrench::ZERO; model.bodies.len()],
-            point: vec![Vec3::zeros(); model.points.len()],
-        }
-    }
-
-    /// True if nothing acts on a link and the degrees of freedom of its joint.
-    #[inline]
-    fn is_zero(&self, link: usize, dofs: std::ops::Range<usize>) -> bool {
-        self.body[link] == Wrench::ZERO && self.dof[dofs].iter().all(|impulse| *impulse == 0.0)
-    }
-
-    /// Sets all to zero.
-    pub fn clear(&mut self) {
-        self.dof.fill(0.0);
-        self.body.fill(Wrench::ZERO);
-        self.point.fill(Vec3::zeros());
-    }
-}
-
-impl Change {
-    /// No change.
-    pub fn new(model: &Model) -> Change {
-        Change {
-            dof: vec![0.0; model.nv()],
-            body: vec![Twist::ZERO; model.bodies.len()],
-            point: vec![Vec3::zeros(); model.points.len()],
-        }
-    }
-}
-
-/// A point body's share of the factor.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PointFactor {
-    /// 1 / (m + h d + kappa) with the linearised air drag d [1/kg].
-    pub inverse_mass: f64,
-    /// Inertia that the tether adds to the point: kappa = h (c + h k) \[kg\]; 0 untethered.
-    pub kappa: f64,
-    /// Part of an impulse on the point that reaches its anchor, `kappa * inverse_mass`; 0 untethered or
-    /// while the tether's reaction is capped.
-    pub share: f64,
-    /// From the origin of the anchor's link to the anchor \[m\].
-    pub r_anchor: Vec3,
-}
-
-/// Factor of the system matrix.
-#[derive(Debug, Clone)]
-pub(crate) struct Factor {
-    /// First degree of freedom that has neither inertia nor armature, as its link.
-    pub singular: Option<BodyId>,
-    /// Articulated inertia of each link's point bodies and eliminated children, at the link's origin.
-    /// Zero between calls.
-    inertia: Vec<ArticulatedInertia>,
-    /// Wrench that a unit impulse on each degree of freedom sends to the parent: G = U D^-1.
-    pub g: Vec<Wrench>,
-    /// D^-1 of each joint, row after row.
-    pub d_inverse: Vec<f64>,
-    /// Index of each joint's first entry in `d_inverse`.
-    pub d_start: Vec<usize>,
-    pub points: Vec<PointFactor>,
-}
-
-impl Factor {
-    pub fn new(model: &Model) -> Factor {
-        let mut d_start = vec![0];
-        for (index, body) in model.bodies.iter().enumerate() {
-            d_start.push(d_start[index] + body.joint.nv() * body.joint.nv());
-        }
-        let point = PointFactor { inverse_mass: 0.0, kappa: 0.0, share: 0.0, r_anchor: Vec3::zeros() };
-        Factor {
-            singular: None,
-            inertia: vec![ArticulatedInertia::ZERO; model.bodies.len()],
-            g: vec![Wrench::ZERO; model.nv()],
-            d_inverse: vec![0.0; d_start[model.bodies.len()]],
-            d_start,
-            points: vec![point; model.points.len()],
-        }
-    }
-}
+pub use vectors::{Change, Impulse};
 
 /// Factors the system matrix for the substep `h` at the last kinematics, with the stiffness, damping, drag and
 /// tethers that `data` holds. [`solve`] then works until the next call.

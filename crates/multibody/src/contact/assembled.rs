@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use orchard_geometry::Vec3;
 
+use super::block::{Block, Load};
 use super::law::Response;
 use super::newton::{Direction, Unknown};
-use super::rows::{Block, Load};
 use crate::data::Data;
 use crate::model::Model;
 use crate::solver::cholesky::{Entry, SparseFactor, entries, for_ancestors};
@@ -96,11 +96,11 @@ fn row_values(model: &Model, data: &Data, spins: usize, block: &Block) -> Vec<(u
                 }
             }
             Load::Point { point, .. } if data.point_carried[*point] => {}
-            Load::Point { point, impulses, r } => {
-                let turning = r.cross_matrix() * impulses;
+            Load::Point { point, impulses, r_spin } => {
+                let turning = r_spin.map(|r| r.cross_matrix() * impulses);
                 for k in 0..3 {
                     values.insert(model.nv() + 3 * point + k, impulses.row(k).transpose());
-                    if data.spins(model, *point) {
+                    if let Some(turning) = &turning {
                         values.insert(spins + 3 * point + k, turning.row(k).transpose());
                     }
                 }

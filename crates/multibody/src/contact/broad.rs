@@ -3,7 +3,7 @@
 use orchard_geometry::{Aabb, Pose, Vec3, transform};
 
 use super::x_world_shape;
-use crate::data::Data;
+use crate::kinematics::Kinematics;
 use crate::model::{Collider, ColliderId, Groups, Model, Owner};
 
 /// Colliders of the same groups, with their common bounding box.
@@ -31,14 +31,14 @@ impl Sphere {
         sphere.radius.is_finite().then_some(sphere)
     }
 
-    fn aabb(&self, data: &Data, owner: Owner) -> Aabb {
+    fn aabb(&self, kinematics: &Kinematics, point_p_world: &[Vec3], owner: Owner) -> Aabb {
         let p_world = match owner {
             Owner::World => self.p_owner,
             Owner::Body(id) => {
-                let link = &data.kinematics.links[id.index()];
+                let link = &kinematics.links[id.index()];
                 link.origin() + link.turned(&self.p_owner)
             }
-            Owner::Point(id) => data.point_p_world[id.index()] + self.p_owner,
+            Owner::Point(id) => point_p_world[id.index()] + self.p_owner,
         };
         Aabb { min: p_world, max: p_world }.grown(self.radius)
     }
@@ -74,10 +74,17 @@ impl BroadPhase {
     }
 
     /// Finds the pairs whose bounding boxes come within `margin`.
-    pub fn find_pairs(&mut self, model: &Model, data: &Data, margin: f64) {
+    pub fn find_pairs(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        point_p_world: &[Vec3],
+        groups: &[Groups],
+        margin: f64,
+    ) {
         self.pairs.clear();
-        if self.groups != data.groups || self.poses.len() != model.colliders.len() {
-            self.cluster(model, data);
+        if self.groups != groups || self.poses.len() != model.colliders.len() {
+            self.cluster(model, groups);
         }
         // Half the margin on each side of a pair.
         let reach = 0.5 * margin;
@@ -86,7 +93,7 @@ impl BroadPhase {
         let mut place = |id: ColliderId, boxes: &mut [Aabb]| {
             if !std::mem::replace(&mut is_placed[id.index()], true) {
                 let collider = model.collider(id);
-                let pose = x_world_shape(&data.kinematics, &data.point_p_world, collider);
+                let pose = x_world_shape(kinematics, point_p_world, collider);
                 boxes[id.index()] = collider.shape.aabb(&pose).grown(reach);
                 poses[id.index()] = pose;
             }
@@ -96,7 +103,8 @@ impl BroadPhase {
             for &id in &cluster.members {
                 match &spheres[id.index()] {
                     Some(sphere) => {
-                        boxes[id.index()] = sphere.aabb(data, model.collider(id).owner).grown(reach);
+                        boxes[id.index()] =
+                            sphere.aabb(kinematics, point_p_world, model.collider(id).owner).grown(reach);
                     }
                     None => place(id, boxes),
                 }
@@ -136,16 +144,17 @@ impl BroadPhase {
     }
 
     /// Sorts the colliders by their groups; those that may touch no other are left out.
-    fn cluster(&mut self, model: &Model, data: &Data) {
-        self.groups.clone_from(&data.groups);
+    fn cluster(&mut self, model: &Model, all: &[Groups]) {
+        self.groups.clear();
+        self.groups.extend_from_slice(all);
         self.poses.resize(model.colliders.len(), Pose::identity());
         self.is_placed.resize(model.colliders.len(), false);
         self.boxes.resize(model.colliders.len(), EMPTY);
         self.spheres.clear();
         self.spheres.extend(model.colliders.iter().map(Sphere::about));
         self.clusters.clear();
-        for (index, &groups) in data.groups.iter().enumerate() {
-            if !data.groups.iter().any(|&other| groups.may_touch(other)) {
+        for (index, &groups) in all.iter().enumerate() {
+            if !all.iter().any(|&other| groups.may_touch(other)) {
                 continue;
             }
             let id = ColliderId(index as u32);

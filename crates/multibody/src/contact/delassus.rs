@@ -6,10 +6,10 @@
 
 use orchard_geometry::{Mat3, Vec3};
 
+use super::block::Block;
 use super::law::Response;
 use super::newton::{Direction, Unknown};
 use super::paths::Paths;
-use super::rows::Block;
 
 /// The matrix, the impulses and buffers.
 #[derive(Debug, Clone, Default)]

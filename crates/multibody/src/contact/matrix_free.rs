@@ -7,10 +7,10 @@
 
 use orchard_geometry::Vec3;
 
+use super::block::Block;
 use super::law::Response;
 use super::newton::{Direction, Unknown};
 use super::paths::Paths;
-use super::rows::Block;
 use crate::vectors::{add_scaled, dot};
 
 /// A direction is solved for to the present residual (a Newton step then still squares it), to no less than this

@@ -8,6 +8,7 @@
 
 #[cfg(feature = "cholesky")]
 mod assembled;
+mod block;
 mod broad;
 mod core;
 mod delassus;
@@ -20,94 +21,39 @@ mod narrow_tests;
 mod newton;
 mod paths;
 mod polytope;
+pub(crate) mod report;
 mod root;
 mod rows;
+pub(crate) mod scratch;
 mod shared;
 mod terrain;
 mod touch;
 
 use orchard_geometry::{Mat3, Pose, Vec3};
-use serde::{Deserialize, Serialize};
 
 use crate::data::Data;
 use crate::kinematics::Kinematics;
-use crate::model::{Collider, ColliderId, Model, Owner};
+use crate::model::{Collider, Model, Owner};
+pub use crate::settings::ContactPath;
+use crate::settings::{StepReport, StepSettings};
 use crate::solver::{self, LinearSolve, Solver};
 use crate::spatial::Wrench;
-use crate::step::{StepReport, StepSettings};
-use broad::BroadPhase;
-use delassus::{Delassus, Direct};
+use delassus::Direct;
 pub use gap::{Gap, GapFinder};
-use matrix_free::{Coordinates, MatrixFree};
-use narrow::NarrowScratch;
-use newton::{Newton, Outcome};
-use paths::Paths;
-use rows::{Block, Guess};
-use touch::Touch;
+use matrix_free::MatrixFree;
+use newton::Outcome;
+pub use report::ContactReport;
+use rows::Guess;
+use scratch::ContactScratch;
+pub(crate) use scratch::WarmStart;
 
 /// Rows up to which [`ContactPath::ByRows`] takes the direct path: where the dense factor and the iterations were
 /// measured to cost the same (`docs/computation/dynamics.md`, "Which path").
 pub const DIRECT_ROWS: usize = 450;
 
-/// Algorithm that finds the contact impulses. Each gives the same solution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ContactPath {
-    /// Under [`Solver::Aba`] the faster of the two by the number of rows, see [`DIRECT_ROWS`]; matrix-free
-    /// under [`Solver::Cg`].
-    #[default]
-    ByRows,
-    /// Conjugate gradients preconditioned by the articulated-body factor, on generalised velocities.
-    MatrixFree,
-    /// A dense factor over the rows, on contact impulses.
-    Delassus,
-}
-
 /// Stiffness of a contact [N/m]: the stiffnesses of its two surfaces act in series.
 pub fn in_series(a: f64, b: f64) -> f64 {
     1.0 / (1.0 / a + 1.0 / b)
-}
-
-/// A contact of a step.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ContactReport {
-    /// First collider.
-    pub a: ColliderId,
-    /// Second collider.
-    pub b: ColliderId,
-    /// Contact point \[m\], world, halfway between the surfaces.
-    pub p_world: Vec3,
-    /// Unit normal from b to a.
-    pub n_world: Vec3,
-    /// Distance of the surfaces at the start of the step \[m\]; negative while they overlap.
-    pub gap: f64,
-    /// Mean force on a over the step \[N\]; b feels the opposite.
-    pub force_world: Vec3,
-}
-
-/// Buffers of the contact solve.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct ContactScratch {
-    broad: BroadPhase,
-    narrow: NarrowScratch,
-    touches: Vec<Touch>,
-    /// Contact points with their contact frames (columns: two tangents, then the normal).
-    contacts: Vec<(ContactReport, Mat3)>,
-    /// Contacts of the last step, whose forces are the first guess of the next. They change how fast the
-    /// solve converges, and its result only below its tolerance.
-    last: Vec<ContactReport>,
-    last_couplings: Vec<Vec3>,
-    blocks: Vec<Block>,
-    paths: Paths,
-    delassus: Delassus,
-    coordinates: Coordinates,
-    newton: Newton,
-}
-
-/// First guess of the next contact solve: the only part of [`ContactScratch`] that outlives a step.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct WarmStart {
-    contacts: Vec<ContactReport>,
-    couplings: Vec<Vec3>,
 }
 
 /// Pose of a collider in the world.
@@ -160,19 +106,10 @@ pub(crate) fn solve_contacts(
 }
 
 impl ContactScratch {
-    pub fn warm_start(&self) -> WarmStart {
-        WarmStart { contacts: self.last.clone(), couplings: self.last_couplings.clone() }
-    }
-
-    pub fn set_warm_start(&mut self, warm_start: &WarmStart) {
-        self.last.clone_from(&warm_start.contacts);
-        self.last_couplings.clone_from(&warm_start.couplings);
-    }
-
     /// Finds the contact points of this step.
     fn collide(&mut self, model: &Model, data: &Data, margin: f64) {
         self.contacts.clear();
-        self.broad.find_pairs(model, data, margin);
+        self.broad.find_pairs(model, &data.kinematics, &data.point_p_world, &data.groups, margin);
         for &(a, b) in &self.broad.pairs {
             let (collider_a, collider_b) = (model.collider(a), model.collider(b));
             self.touches.clear();
@@ -206,7 +143,7 @@ impl ContactScratch {
         if self.blocks.is_empty() {
             return;
         }
-        self.paths.assemble(model, data, &self.blocks);
+        self.paths.assemble(model, &data.kinematics, &data.factor, &self.blocks);
         rows::regularise(settings, &self.paths, &mut self.blocks);
     }
 

@@ -7,8 +7,8 @@
 
 use orchard_geometry::Vec3;
 
+use super::block::Block;
 use super::law::Response;
-use super::rows::Block;
 
 /// Residual at which the solve ends, relative to the impulses.
 const TOLERANCE: f64 = 1e-10;

@@ -12,10 +12,11 @@ use std::ops::Range;
 
 use orchard_geometry::{Mat3, Vec3};
 
+use super::block::{Block, Load};
 use super::root::lower_root;
-use super::rows::{Block, Load};
 use super::shared::SharedPathFinder;
-use crate::data::Data;
+use crate::aba::factors::Factor;
+use crate::kinematics::Kinematics;
 use crate::model::{JointKind, Model};
 use crate::spatial::Wrench;
 use propagated::Propagated;
@@ -62,28 +63,28 @@ pub(super) struct Paths {
 
 impl Paths {
     /// Follows the paths of all blocks.
-    pub fn assemble(&mut self, model: &Model, data: &Data, blocks: &[Block]) {
-        self.clear(model, data);
+    pub fn assemble(&mut self, model: &Model, kinematics: &Kinematics, factor: &Factor, blocks: &[Block]) {
+        self.clear(model, factor);
         let mut finder = std::mem::take(&mut self.finder);
-        for link in finder.find(model, data, blocks) {
-            self.add_shared(model, data, link);
+        for link in finder.find(model, factor, blocks) {
+            self.add_shared(model, kinematics, factor, link);
         }
         self.finder = finder;
         for block in blocks {
-            self.push(model, data, &block.loads);
+            self.push(model, kinematics, factor, &block.loads);
         }
         self.finish();
     }
 
     /// Forgets all blocks.
-    fn clear(&mut self, model: &Model, data: &Data) {
+    fn clear(&mut self, model: &Model, factor: &Factor) {
         self.shared.clear();
         self.blocks.clear();
         self.nodes.clear();
         self.y.clear();
         self.widths.clear();
         self.widths.resize(model.bodies.len() + 2 * model.points.len(), 0);
-        self.roots.resize(data.factor.d_inverse.len(), 0.0);
+        self.roots.resize(factor.d_inverse.len(), 0.0);
     }
 
     /// Numbers the coordinates once all blocks are there, leaves first: what follows each other on a path then
@@ -168,7 +169,7 @@ impl Paths {
     }
 
     /// Adds a block of three rows, with its load on each side.
-    fn push(&mut self, model: &Model, data: &Data, loads: &[Load; 2]) {
+    fn push(&mut self, model: &Model, kinematics: &Kinematics, factor: &Factor, loads: &[Load; 2]) {
         let first = self.nodes.len();
         let mut sides = [Propagated { body: None, wrenches: [Wrench::ZERO; 3] }; 2];
         for (side, load) in sides.iter_mut().zip(loads) {
@@ -178,11 +179,11 @@ impl Paths {
                     *side = Propagated { body: Some(*body), wrenches: *wrenches }
                 }
                 Load::Dof { body, .. } => side.body = Some(*body),
-                Load::Point { point, impulses, r } => {
-                    if data.spins(model, *point) {
+                Load::Point { point, impulses, r_spin } => {
+                    if let Some(r) = r_spin {
                         self.pass_spin(model, *point, impulses, r);
                     }
-                    *side = self.pass_point(model, data, *point, impulses);
+                    *side = self.pass_point(model, factor, *point, impulses);
                 }
             }
         }
@@ -205,16 +206,24 @@ impl Paths {
             }
             match model.bodies[body].joint {
                 JointKind::Weld => {}
-                JointKind::Hinge(_) => self.pass_joint::<0, 1>(model, data, body, wrenches, loads),
-                JointKind::Slide(_) => self.pass_joint::<1, 1>(model, data, body, wrenches, loads),
-                JointKind::Universal => self.pass_joint::<0, 2>(model, data, body, wrenches, loads),
-                JointKind::Planar => self.pass_joint::<2, 3>(model, data, body, wrenches, loads),
-                JointKind::Free => self.pass_joint::<3, 6>(model, data, body, wrenches, loads),
+                JointKind::Hinge(_) => {
+                    self.pass_joint::<0, 1>(model, kinematics, factor, body, wrenches, loads)
+                }
+                JointKind::Slide(_) => {
+                    self.pass_joint::<1, 1>(model, kinematics, factor, body, wrenches, loads)
+                }
+                JointKind::Universal => {
+                    self.pass_joint::<0, 2>(model, kinematics, factor, body, wrenches, loads)
+                }
+                JointKind::Planar => {
+                    self.pass_joint::<2, 3>(model, kinematics, factor, body, wrenches, loads)
+                }
+                JointKind::Free => self.pass_joint::<3, 6>(model, kinematics, factor, body, wrenches, loads),
             }
             let parent = model.bodies[body].parent;
             side.body = parent.map(|parent| parent.index());
             if parent.is_some() {
-                let r = &data.kinematics.links[body].r_parent;
+                let r = &kinematics.links[body].r_parent;
                 for wrench in wrenches {
                     wrench.torque += r.cross(&wrench.force);
                 }
@@ -230,8 +239,8 @@ impl Paths {
     }
 
     /// Eliminates a point body; what it passes to its anchor comes back.
-    fn pass_point(&mut self, model: &Model, data: &Data, point: usize, impulses: &Mat3) -> Propagated {
-        let factor = &data.factor.points[point];
+    fn pass_point(&mut self, model: &Model, factor: &Factor, point: usize, impulses: &Mat3) -> Propagated {
+        let factor = &factor.points[point];
         self.touch(model.bodies.len() + point, 3);
         let root = factor.inverse_mass.sqrt();
         self.y.extend(impulses.row_iter().map(|row| row.transpose() * root));
@@ -257,14 +266,15 @@ impl Paths {
     fn pass_joint<const T: usize, const N: usize>(
         &mut self,
         model: &Model,
-        data: &Data,
+        kinematics: &Kinematics,
+        factor: &Factor,
         body: usize,
         wrenches: &mut [Wrench; 3],
         loads: &[Load; 2],
     ) {
         let dofs = model.v_start[body]..model.v_start[body + 1];
         let mut own = [Vec3::zeros(); N];
-        for (k, (y, axis)) in own.iter_mut().zip(&data.kinematics.axes[dofs.clone()]).enumerate() {
+        for (k, (y, axis)) in own.iter_mut().zip(&kinematics.axes[dofs.clone()]).enumerate() {
             let along = |wrench: &Wrench| axis.dot(if k < T { &wrench.force } else { &wrench.torque });
             *y = Vec3::new(along(&wrenches[0]), along(&wrenches[1]), along(&wrenches[2]));
         }
@@ -275,15 +285,15 @@ impl Paths {
                 own[dof - dofs.start].x += factor;
             }
         }
-        for (y, g) in own.iter().zip(&data.factor.g[dofs]) {
+        for (y, g) in own.iter().zip(&factor.g[dofs]) {
             for (wrench, y) in wrenches.iter_mut().zip(y.iter()) {
                 wrench.torque -= g.torque * *y;
                 wrench.force -= g.force * *y;
             }
         }
-        let entries = data.factor.d_start[body]..data.factor.d_start[body] + N * N;
+        let entries = factor.d_start[body]..factor.d_start[body] + N * N;
         if self.touch(body, N) {
-            lower_root::<N>(&data.factor.d_inverse[entries.clone()], &mut self.roots[entries.clone()]);
+            lower_root::<N>(&factor.d_inverse[entries.clone()], &mut self.roots[entries.clone()]);
         }
         let root = &self.roots[entries];
         for column in 0..N {

@@ -2,40 +2,14 @@
 
 use orchard_geometry::{Mat3, Vec3};
 
+use super::block::{Block, Load};
 use super::law::Law;
 use super::paths::Paths;
 use super::{ContactReport, in_series};
 use crate::data::Data;
 use crate::model::{Model, Owner};
+use crate::settings::StepSettings;
 use crate::spatial::Wrench;
-use crate::step::StepSettings;
-
-/// Three unit impulses (one for each row of a block) on one side of a block.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Load {
-    /// On the world.
-    None,
-    /// On a link, at its origin.
-    Body { body: usize, wrenches: [Wrench; 3] },
-    /// On a point body: the columns.
-    Point { point: usize, impulses: Mat3, r: Vec3 },
-    /// On a degree of freedom, in the first row only.
-    Dof { body: usize, dof: usize, factor: f64 },
-}
-
-/// Three rows of the contact problem.
-#[derive(Debug, Clone)]
-pub(crate) struct Block {
-    pub law: Law,
-    /// Velocity of the rows before any contact impulse.
-    pub v_free: Vec3,
-    /// Impulse to start the solve from.
-    pub guess: Vec3,
-    /// Root mean square of the block's own inverse inertia [1/kg], which scales the regularisation.
-    pub w: f64,
-    /// Unit impulses along the rows.
-    pub loads: [Load; 2],
-}
 
 /// Source of the first guess: contacts of the last step, sorted by pair, and impulses of couplings.
 pub(super) struct Guess<'a> {
@@ -61,7 +35,7 @@ pub(super) fn push_contacts(
         let mut loads = [Load::None, Load::None];
         for (load, (id, sign)) in loads.iter_mut().zip([(contact.a, 1.0), (contact.b, -1.0)]) {
             let owner = model.collider(id).owner;
-            *load = contact_load(data, owner, &contact.p_world, &(frame * sign));
+            *load = contact_load(model, data, owner, &contact.p_world, &(frame * sign));
             v_free += frame.tr_mul(&(free_velocity(data, owner, &contact.p_world) * sign));
         }
         let (a, b) = (model.collider(contact.a), model.collider(contact.b));
@@ -109,12 +83,13 @@ pub(super) fn regularise(settings: &StepSettings, paths: &Paths, blocks: &mut [B
 }
 
 /// Unit impulses along the columns of `directions` on an owner, at `p_world`.
-fn contact_load(data: &Data, owner: Owner, p_world: &Vec3, directions: &Mat3) -> Load {
+fn contact_load(model: &Model, data: &Data, owner: Owner, p_world: &Vec3, directions: &Mat3) -> Load {
     match owner {
         Owner::World => Load::None,
         Owner::Point(id) => {
-            let r = p_world - data.point_p_world[id.index()];
-            Load::Point { point: id.index(), impulses: *directions, r }
+            let point = id.index();
+            let r_spin = data.spins(model, point).then(|| p_world - data.point_p_world[point]);
+            Load::Point { point, impulses: *directions, r_spin }
         }
         Owner::Body(id) => {
             let r = p_world - data.kinematics.links[id.index()].origin();

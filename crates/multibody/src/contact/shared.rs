@@ -4,8 +4,8 @@
 //! `P^T Lambda P`, Lambda the inverse inertia of that link (the operational-space inertia of Khatib 1987). Six
 //! coordinates `C^T P`, `Lambda = C C^T`, therefore stand for all those of the shared path.
 
-use super::rows::{Block, Load};
-use crate::data::Data;
+use super::block::{Block, Load};
+use crate::aba::factors::Factor;
 use crate::model::Model;
 
 /// Least number of loads for which the reduction pays: it costs as much as following two of them.
@@ -30,13 +30,13 @@ pub(super) struct SharedPathFinder {
 
 impl SharedPathFinder {
     /// Returns the upper ends of the shared paths worth reducing, at most one a tree.
-    pub fn find(&mut self, model: &Model, data: &Data, blocks: &[Block]) -> impl Iterator<Item = usize> {
+    pub fn find(&mut self, model: &Model, factor: &Factor, blocks: &[Block]) -> impl Iterator<Item = usize> {
         self.forks.clear();
         for load in blocks.iter().flat_map(|block| &block.loads) {
             match *load {
                 Load::Body { body, .. } => self.add(model, body, false),
                 Load::Dof { body, .. } => self.add(model, body, true),
-                Load::Point { point, .. } if data.factor.points[point].share != 0.0 => {
+                Load::Point { point, .. } if factor.points[point].share != 0.0 => {
                     if let Some(tether) = &model.points[point].tether {
                         self.add(model, tether.body.index(), false);
                     }

@@ -7,16 +7,18 @@ mod cg;
 #[cfg(feature = "cholesky")]
 pub(crate) mod cholesky;
 mod entries;
+pub(crate) mod scratch;
 pub(crate) mod system;
+mod update;
 
 use serde::{Deserialize, Serialize};
 
-use crate::aba::{self, Change, Factor, Impulse};
+use crate::aba::factors::Factor;
+use crate::aba::{self, Change, Impulse};
 use crate::data::Data;
 use crate::kinematics::Kinematics;
 use crate::model::Model;
-use cg::ConjugateGradients;
-use system::System;
+use scratch::LinearScratch;
 
 /// Solver of `A dv = impulse`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -75,17 +77,6 @@ impl LinearSolve {
             converged: self.converged && other.converged,
         }
     }
-}
-
-/// Factors and scratch of the solvers other than the articulated-body algorithm.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct LinearScratch {
-    pub system: System,
-    cg: ConjugateGradients,
-    impulse: Impulse,
-    change: Change,
-    #[cfg(feature = "cholesky")]
-    pub cholesky: Option<cholesky::SparseFactor>,
 }
 
 /// Prepares solves for the substep `h` at the last kinematics: the articulated-body factor, which contacts take as

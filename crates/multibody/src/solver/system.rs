@@ -2,10 +2,9 @@
 
 use orchard_geometry::Vec3;
 
-use crate::aba::{Change, Impulse};
-use crate::data::Data;
+use crate::aba::vectors::{Change, Impulse};
 use crate::kinematics::Kinematics;
-use crate::model::{JointKind, Model};
+use crate::model::Model;
 use crate::spatial::{ArticulatedInertia, Twist, Wrench};
 use crate::symmetric::Symmetric3;
 
@@ -37,8 +36,8 @@ pub(crate) struct System {
     pub armature: Vec<f64>,
     /// 1 / A_ii; 0 where a row is left out.
     pub inverse_diagonal: Vec<f64>,
-    twists: Vec<Twist>,
-    wrenches: Vec<Wrench>,
+    pub(super) twists: Vec<Twist>,
+    pub(super) wrenches: Vec<Wrench>,
     composites: Vec<ArticulatedInertia>,
 }
 
@@ -46,39 +45,6 @@ impl System {
     /// Number of unknowns.
     pub fn size(&self) -> usize {
         self.armature.len() + 3 * self.points.len()
-    }
-
-    /// Takes A over the substep `h` from the last kinematics and the inputs; tethers as the last factor saw them.
-    pub fn update(&mut self, model: &Model, data: &Data, h: f64) {
-        self.links.clear();
-        self.armature.clear();
-        for (index, body) in model.bodies.iter().enumerate() {
-            let i_com = data.kinematics.links[index].i_com;
-            self.links.push(LinkRow {
-                mass: body.inertia.mass * (1.0 + h * data.linear_drag[index]),
-                i_com: i_com.scaled(1.0 + h * data.angular_drag[index]),
-            });
-            let spring = if body.joint == JointKind::Free { 0.0 } else { h * h };
-            self.armature.extend(
-                (model.v_start[index]..model.v_start[index + 1])
-                    .map(|dof| h * data.damping[dof] + spring * data.stiffness[dof]),
-            );
-        }
-        self.points.clear();
-        for (index, point) in model.points.iter().enumerate() {
-            let drag = data.point_quadratic_drag[index] * data.point_v_world[index].norm();
-            let factor = &data.factor.points[index];
-            let tether = point.tether.as_ref().filter(|_| factor.share != 0.0);
-            self.points.push(PointRow {
-                mass: point.mass + h * drag,
-                kappa: factor.kappa,
-                anchor: tether.map(|tether| (tether.body.index(), factor.r_anchor)),
-                is_carried: data.point_carried[index],
-            });
-        }
-        self.twists.resize(model.bodies.len(), Twist::ZERO);
-        self.wrenches.resize(model.bodies.len(), Wrench::ZERO);
-        self.invert_diagonal(model, &data.kinematics);
     }
 
     /// Inertia of each link with all that hangs on it, joints locked and anchors of tethers loaded with their
@@ -110,7 +76,7 @@ impl System {
     }
 
     /// A_ii is the composite inertia along the axis, plus the armature.
-    fn invert_diagonal(&mut self, model: &Model, kinematics: &Kinematics) {
+    pub(super) fn invert_diagonal(&mut self, model: &Model, kinematics: &Kinematics) {
         let mut composites = std::mem::take(&mut self.composites);
         self.composite_inertias(model, kinematics, &mut composites);
         self.inverse_diagonal.clear();

@@ -2,11 +2,12 @@
 
 use orchard_geometry::Vec3;
 
+use super::super::block::Load;
 use super::super::root::lower_root;
-use super::super::rows::Load;
 use super::super::shared::WIDTH;
 use super::Paths;
-use crate::data::Data;
+use crate::aba::factors::Factor;
+use crate::kinematics::Kinematics;
 use crate::model::Model;
 use crate::spatial::Wrench;
 
@@ -21,12 +22,18 @@ pub(super) struct SharedPath {
 
 impl Paths {
     /// Reduces the path from a link to the root: six unit wrenches at the link are propagated as a block would be.
-    pub(super) fn add_shared(&mut self, model: &Model, data: &Data, link: usize) {
+    pub(super) fn add_shared(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        factor: &Factor,
+        link: usize,
+    ) {
         let units = [Vec3::x(), Vec3::y(), Vec3::z()];
         let torques = units.map(|torque| Wrench { torque, ..Wrench::ZERO });
         let forces = units.map(|force| Wrench { force, ..Wrench::ZERO });
         for wrenches in [torques, forces] {
-            self.push(model, data, &[Load::Body { body: link, wrenches }, Load::None]);
+            self.push(model, kinematics, factor, &[Load::Body { body: link, wrenches }, Load::None]);
         }
         let mut inverse_inertia = [0.0; WIDTH * WIDTH];
         let (of_torques, of_forces) = self.y.split_at(self.y.len() / 2);
