@@ -4,7 +4,7 @@
 //! along at `v (R_yield - R) / (R_yield - R_free)`, at most v and backwards at most a share of v, and sideways at `-S / drag`. Without
 //! progress it goes back and tries the next detour: over, left, right, under. Sideways displacements fade out before the end.
 
-use crate::goal::ComplianceConfig;
+use crate::task::ComplianceConfig;
 use orchard_geometry::Vec3;
 
 /// State of a compliant push.
@@ -112,7 +112,7 @@ impl Compliance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::goal::GoalConfig;
+    use crate::task::GoalConfig;
 
     const DT: f64 = 1.0 / 60.0;
 

@@ -10,6 +10,7 @@ mod place;
 mod pull;
 mod retreat;
 mod slots;
+mod views;
 
 pub use config::{EXPERT_TOML, ExpertConfig};
 

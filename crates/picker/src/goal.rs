@@ -1,18 +1,11 @@
 //! Component tasks: a controller is given a fruit to hold or a point to reach.
 
-mod config;
-
-pub use config::{ComplianceConfig, GoalConfig, PushConfig};
-
 use crate::plan::Target;
-use crate::task::{AssignedTask, PushTask};
+use crate::task::{AssignedTask, GoalConfig, PushTask};
 use crate::{BaselinePicker, Controller, ExpertConfig, ExpertPicker, Kind};
 use orchard_geometry::Vec3;
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
-
-/// Config of the component tasks' controllers as TOML text.
-pub const GOAL_TOML: &str = include_str!("../configs/paper/goal.toml");
 
 /// Goal of a component task.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -32,9 +32,10 @@ pub use baseline::BaselinePicker;
 pub use config::{BASELINE_TOML, PickerConfig};
 pub use controller_kind::{ControllerKind, CustomKind, custom};
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
-pub use goal::{ComplianceConfig, GOAL_TOML, Goal, GoalConfig, PushConfig};
+pub use goal::Goal;
 pub use kind::Kind;
 pub use record::{AttemptEnd, AttemptId, Event, FailureReason, ImageReport, Record, State};
+pub use task::{ComplianceConfig, GOAL_TOML, GoalConfig, PushConfig};
 
 use orchard_robot::{Command, Observation};
 

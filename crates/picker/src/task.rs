@@ -1,7 +1,10 @@
 //! Assigned tasks: a given fruit to hold, or a point to push the hand to, in place of a harvest.
 
+mod config;
+
+pub use config::{ComplianceConfig, GOAL_TOML, GoalConfig, PushConfig};
+
 use crate::config::PickerConfig;
-use crate::goal::{ComplianceConfig, PushConfig};
 use crate::plan::Target;
 use orchard_perception::Track;
 use orchard_quantity::Quantity;

@@ -1,16 +1,18 @@
 //! Kinematics and statics of the arm in the base frame, for controllers: needs no world.
 
-use crate::RobotError;
-use crate::articulation::{Articulation, Limit};
-use crate::chain::{Chain, Hinge};
-use crate::clearance::{Pairs, watched_pairs};
-use crate::config::{CameraMount, RobotConfig};
+use crate::articulation::Limit;
+use crate::chain::Chain;
 use crate::io::ARM_DOF;
-use crate::qp::QpParameters;
-use crate::roles::Roles;
-use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3};
+use crate::parameters::{IkParameters, QpParameters};
+use orchard_geometry::{Pose, Rotation, Shape, Vec3};
 
 pub use crate::chain::{Jacobian, JointVector};
+
+/// Number of links: the base and one after each arm joint.
+pub(crate) const RANKS: usize = ARM_DOF + 1;
+
+/// Matrix of the watched pairs of links: `pairs[a][b]` is true if links a and b must not touch; symmetric.
+pub(crate) type Pairs = [[bool; RANKS]; RANKS];
 
 /// Forward kinematics, Jacobian, inverse kinematics, gravity torque and shapes of the arm on its base.
 ///
@@ -21,11 +23,11 @@ pub struct ArmKinematics {
     /// Limits of the arm joints.
     pub(crate) limits: [Limit; ARM_DOF],
     pub(crate) home: JointVector,
-    pub(crate) ik: crate::ik::IkParameters,
-    mounts: WristMounts,
-    finger_stroke: f64,
-    finger_speed: f64,
-    finger_force: f64,
+    pub(crate) ik: IkParameters,
+    pub(crate) mounts: WristMounts,
+    pub(crate) finger_stroke: f64,
+    pub(crate) finger_speed: f64,
+    pub(crate) finger_force: f64,
     pub(crate) shapes: Vec<MountedShape>,
     /// Links that must not touch each other.
     pub(crate) pairs: Pairs,
@@ -44,12 +46,13 @@ pub(crate) struct WristMounts {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MountedShape {
     pub shape: Shape,
-    mount: Mount,
-    x_mount_shape: Pose,
+    pub mount: Mount,
+    pub x_mount_shape: Pose,
 }
 
+/// Part that a shape is fixed to.
 #[derive(Debug, Clone, PartialEq)]
-enum Mount {
+pub(crate) enum Mount {
     Base,
     Arm(usize),
     /// A finger's joint frame in the wrist's frame, and its direction of opening.
@@ -81,69 +84,6 @@ impl MountedShape {
 }
 
 impl ArmKinematics {
-    pub(crate) fn new(
-        articulation: &Articulation,
-        roles: &Roles,
-        config: &RobotConfig,
-    ) -> Result<Self, RobotError> {
-        let links = &articulation.links;
-        let x_link_base = roles.x_link_base;
-        let opening = config.start.finger_opening.si();
-        let wrist = roles.arm[ARM_DOF - 1];
-        let mut shapes = Vec::new();
-        let mut mount = |link: usize, mount: &Mount, x: &Pose| {
-            for s in &links[link].shapes {
-                let x_mount_shape = x * s.x_link_shape;
-                shapes.push(MountedShape { shape: s.shape.clone(), mount: mount.clone(), x_mount_shape });
-            }
-        };
-        mount(roles.base, &Mount::Base, &x_link_base.inverse());
-        for (i, &link) in roles.arm.iter().enumerate() {
-            mount(link, &Mount::Arm(i), &Pose::identity());
-        }
-        let mut hinges = Vec::with_capacity(ARM_DOF);
-        for (i, &link) in roles.arm.iter().enumerate() {
-            let mut x_parent_joint = links[link].x_parent_joint;
-            if i == 0 {
-                x_parent_joint = x_link_base.inverse() * x_parent_joint;
-            }
-            hinges.push(Hinge { x_parent_joint, axis: roles.arm_axes[i], inertia: links[link].inertia });
-        }
-        for (i, &link) in roles.fingers.iter().enumerate() {
-            let x_joint = links[link].x_parent_joint;
-            let axis = roles.finger_axes[i].into_inner();
-            mount(link, &Mount::Finger(i, x_joint, axis), &Pose::identity());
-            let x_open = x_joint * Pose::from_parts((axis * opening).into(), Rotation::identity());
-            hinges[ARM_DOF - 1].carry(&links[link].inertia, &x_open);
-        }
-        let frame = |name: &str| roles.frame_on(articulation, name, wrist);
-        let x_wrist_hand = frame(&config.parts.hand_link)?;
-        let hinges = match <[Hinge; ARM_DOF]>::try_from(hinges) {
-            Ok(hinges) => hinges,
-            Err(_) => unreachable!("one hinge for each arm joint"),
-        };
-        let finger = roles.finger_limits[0];
-        let mut arm = Self {
-            chain: Chain { hinges },
-            limits: roles.arm_limits,
-            home: JointVector::from_fn(|i, _| config.start.arm_home[i].si()),
-            ik: crate::ik::IkParameters::new(&config.ik),
-            mounts: WristMounts {
-                x_wrist_hand,
-                x_wrist_tcp: frame(&config.parts.tcp_link)?,
-                x_wrist_camera: x_wrist_hand * camera_mount(&config.camera),
-            },
-            finger_stroke: finger.upper,
-            finger_speed: config.finger.speed_max.si().min(finger.velocity),
-            finger_force: config.finger.force_max.si().min(finger.effort),
-            shapes,
-            pairs: Default::default(),
-            qp: QpParameters::new(config),
-        };
-        arm.pairs = watched_pairs(&arm);
-        Ok(arm)
-    }
-
     /// Limits of the arm joints.
     pub fn limits(&self) -> &[Limit; ARM_DOF] {
         &self.limits
@@ -211,10 +151,6 @@ impl ArmKinematics {
         self.mounts.x_wrist_tcp.inverse() * self.mounts.x_wrist_camera
     }
 
-    pub(crate) fn mounts(&self) -> WristMounts {
-        self.mounts
-    }
-
     /// TCP pose and its Jacobian: angular rows first, linear rows second, base axes.
     pub fn tcp_and_jacobian(&self, q: &JointVector) -> (Pose, Jacobian) {
         let links = self.chain.link_poses(q);
@@ -248,16 +184,4 @@ impl ArmKinematics {
         let place = |s: &MountedShape| (s.shape.clone(), s.placed(&links, finger_q));
         self.shapes.iter().map(place).collect()
     }
-}
-
-/// Pose of the optical frame in the hand frame: the image's upper side points along the offset from the approach axis, and the optical axis
-/// is turned back towards that axis by the toe-in.
-fn camera_mount(mount: &CameraMount) -> Pose {
-    let p = Vec3::new(mount.x.si(), mount.y.si(), mount.z.si());
-    let up = Vec3::new(p.x, p.y, 0.0).try_normalize(1e-9).unwrap_or(Vec3::x());
-    let (sin, cos) = orchard_geometry::math::sin_cos(mount.toe_in.si());
-    let z = Vec3::z() * cos - up * sin;
-    let y = -(up * cos + Vec3::z() * sin);
-    let r = nalgebra::Rotation3::from_matrix_unchecked(Mat3::from_columns(&[y.cross(&z), y, z]));
-    Pose::from_parts(p.into(), Rotation::from_rotation_matrix(&r))
 }

@@ -3,20 +3,14 @@
 //! Links are numbered by the arm joints before them: 0 is the base with the bucket, 7 the wrist with hand and fingers (wide open). A pair of
 //! links is watched unless it shares a joint or [`watched_pairs`] leaves it out.
 
-use crate::arm::{ArmKinematics, MountedShape};
+use crate::arm::{ArmKinematics, MountedShape, Pairs, RANKS};
 use crate::chain::JointVector;
 use crate::io::ARM_DOF;
 use orchard_geometry::{Pose, Shape, Vec3, transform};
 use orchard_multibody::{Gap, GapFinder};
 
-/// Number of links: the base and one after each arm joint.
-pub(crate) const RANKS: usize = ARM_DOF + 1;
-
 /// Number of postures that [`watched_pairs`] samples.
 const SAMPLES: u32 = 256;
-
-/// Matrix of the watched pairs of links: `pairs[a][b]` is true if links a and b must not touch; symmetric.
-pub(crate) type Pairs = [[bool; RANKS]; RANKS];
 
 /// The two links of the robot that are closest to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +90,7 @@ impl<'a> Posture<'a> {
         let place = |s: &'a MountedShape| Placed::of(s.rank(), &s.shape, s.placed(&links, finger_q));
         let mut placed: Vec<_> = arm.shapes.iter().map(place).collect();
         if let Some(ball) = held {
-            let x = links[ARM_DOF - 1] * arm.mounts().x_wrist_tcp;
+            let x = links[ARM_DOF - 1] * arm.mounts.x_wrist_tcp;
             placed.push(Placed::of(ARM_DOF, ball, x));
         }
         Self {

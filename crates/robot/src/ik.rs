@@ -7,7 +7,6 @@
 
 use crate::arm::{ArmKinematics, JointVector};
 use crate::chain::Jacobian;
-use crate::config::IkConfig;
 use crate::io::ARM_DOF;
 use nalgebra::{Matrix6, Vector6};
 use orchard_geometry::{Mat3, Pose, Vec3, math};
@@ -40,32 +39,6 @@ pub enum IkFailure {
         /// Remaining angle [rad].
         angle: f64,
     },
-}
-
-/// Config in SI units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct IkParameters {
-    pub iterations: u32,
-    pub restarts: u32,
-    pub damping: f64,
-    pub step_max: f64,
-    pub position_tolerance: f64,
-    pub angle_tolerance: f64,
-    pub home_gain: f64,
-}
-
-impl IkParameters {
-    pub fn new(config: &IkConfig) -> Self {
-        Self {
-            iterations: config.iterations.get(),
-            restarts: config.restarts.get(),
-            damping: config.damping.si(),
-            step_max: config.step_max.si(),
-            position_tolerance: config.position_tolerance.si(),
-            angle_tolerance: config.angle_tolerance.si(),
-            home_gain: config.home_gain.si(),
-        }
-    }
 }
 
 /// Below this sine two directions count as parallel.

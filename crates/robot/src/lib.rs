@@ -8,6 +8,7 @@
 
 mod arm;
 mod articulation;
+mod assembly;
 mod braking;
 mod chain;
 mod clearance;
@@ -19,6 +20,7 @@ pub mod io;
 mod model;
 mod observe;
 mod outline;
+mod parameters;
 mod plausible;
 mod qp;
 mod roles;

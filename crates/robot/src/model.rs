@@ -168,7 +168,7 @@ impl RobotModel {
                 });
             }
         }
-        let wrist = self.kinematics.mounts();
+        let wrist = self.kinematics.mounts;
         RobotHandle {
             colliders: self.add_colliders(builder, &bodies, groups),
             planar: bodies[self.roles.planar],

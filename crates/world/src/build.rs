@@ -6,7 +6,7 @@ use crate::scenery::{self, Strut};
 use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
 use orchard_fruit::{Fruit, FruitGroups, FruitSet, Shapes};
-use orchard_geometry::{Pose, Rotation, Vec3, math};
+use orchard_geometry::{Aabb, Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
@@ -109,7 +109,7 @@ pub(crate) fn build(
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &scenery, &handle);
     let settings = step_settings(&spec.sim);
     let robot_colliders = (0..colliders.len()).filter(|&c| colliders[c].is_robot()).collect();
-    let bounds = crate::loose::bounds(&model);
+    let bounds = bounds(&model);
     let shapes = Shapes::new(model.colliders().iter().map(|c| &c.shape));
     Ok(Parts {
         skeleton,
@@ -126,6 +126,20 @@ pub(crate) fn build(
         x_world_odom,
         settings,
     })
+}
+
+/// A ball about every collider, in the frame of its owner: centre and radius \[m\]. Infinite about the ground.
+fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
+    let ball = |collider: &Collider| {
+        let Aabb { min, max } = collider.shape.aabb(&collider.x_owner_shape);
+        let centre = 0.5 * (min + max);
+        if centre.iter().all(|x| x.is_finite()) {
+            (centre, 0.5 * (max - min).norm())
+        } else {
+            (Vec3::zeros(), f64::INFINITY)
+        }
+    };
+    model.colliders().iter().map(ball).collect()
 }
 
 /// Start pose of the robot's base; the ground sets its height.

@@ -1,8 +1,5 @@
 //! Images of a world's wrist camera, with their ground truth.
 
-use crate::World;
-use crate::identity::Start;
-use crate::state::State;
 use orchard_camera::{Capture, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::Pose;
 use orchard_multibody::{Data, Motion};
@@ -98,29 +95,6 @@ impl Flight {
     /// All of them.
     pub fn shots(&self) -> impl Iterator<Item = &Shot> {
         self.0.iter()
-    }
-}
-
-impl World {
-    /// The image that the camera delivers now, if any.
-    pub(crate) fn delivered(&mut self) -> Option<CameraTruth> {
-        let State { data, shot, flight, frame, .. } = &mut self.state;
-        let taken = self.shutter.taken(*frame)?;
-        if taken == *frame {
-            let shot = shot.get_or_insert_default();
-            shot.frame = taken;
-            data.save_motion(&mut shot.motion);
-            return Some(self.shoot(&self.state.data, taken));
-        }
-        *shot = Some(flight.taken_in(taken)?.clone());
-        self.state.shot.as_ref().map(|shot| self.redraw(shot))
-    }
-
-    /// Takes a depth image of a state.
-    pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
-        let x_world_camera = self.parts.handle.x_world_camera(data);
-        let Start { seed, world, .. } = self.identity.start;
-        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
     }
 }
 

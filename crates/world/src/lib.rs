@@ -13,7 +13,6 @@ mod ground;
 pub mod groups;
 mod identity;
 mod load;
-mod loose;
 mod planting;
 mod reach;
 mod scene;

@@ -1,11 +1,13 @@
 //! The changing part of a world, and the step of a frame.
 
+mod loose;
+
 use crate::build::Parts;
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
-use crate::loose::Loose;
 use crate::touch::{FruitTouch, fruit_touches};
+use loose::Loose;
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{Data, Model, Motion, StepReport, step};

@@ -6,7 +6,7 @@ use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
 use crate::planting::{Appearance, Planting};
 use crate::state::State;
-use orchard_camera::Sensor;
+use orchard_camera::{ImageKey, Sensor};
 use orchard_fruit::{FruitLives, FruitSet};
 use orchard_geometry::{HeightField, Pose};
 use orchard_multibody::{Data, Model, StepReport, equilibrium};
@@ -191,6 +191,27 @@ impl World {
         let depth_time = time(truth.frame);
         self.state.image = Some(Arc::new(truth));
         Observation { depth, depth_time, ..proprioception }
+    }
+
+    /// The image that the camera delivers now, if any.
+    pub(crate) fn delivered(&mut self) -> Option<CameraTruth> {
+        let State { data, shot, flight, frame, .. } = &mut self.state;
+        let taken = self.shutter.taken(*frame)?;
+        if taken == *frame {
+            let shot = shot.get_or_insert_default();
+            shot.frame = taken;
+            data.save_motion(&mut shot.motion);
+            return Some(self.shoot(&self.state.data, taken));
+        }
+        *shot = Some(flight.taken_in(taken)?.clone());
+        self.state.shot.as_ref().map(|shot| self.redraw(shot))
+    }
+
+    /// Takes a depth image of a state.
+    pub(crate) fn shoot(&self, data: &Data, frame: u32) -> CameraTruth {
+        let x_world_camera = self.parts.handle.x_world_camera(data);
+        let Start { seed, world, .. } = self.identity.start;
+        CameraTruth::take(&self.sensor, self.scene_of(data), x_world_camera, ImageKey { seed, world, frame })
     }
 
     /// Pose of the wrist camera's optical frame.

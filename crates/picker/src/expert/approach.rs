@@ -3,13 +3,13 @@
 
 use crate::align::Drive;
 use crate::drive::{BaseGoal, StallWatch};
-use crate::expert::grasp::Grasp;
+use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
 use crate::plan::{GraspPlan, Target, swept};
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
-use orchard_geometry::{Intrinsics, Vec3, inverse_transform, math};
+use orchard_geometry::{Vec3, inverse_transform, math};
 
 /// Memory of the align state.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,29 +22,6 @@ pub(crate) struct Align {
 impl Align {
     pub fn towards(goal: BaseGoal) -> Self {
         Self { goal, stall: StallWatch::default(), unfolding: false }
-    }
-}
-
-/// Views of the target from near by.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Views {
-    /// Number of images that should show the target.
-    images: u32,
-    /// Number of images that showed it, and the sums of its centre (odom) and radius [m].
-    hits: u32,
-    sum: Vec3,
-    radius_sum: f64,
-}
-
-impl Views {
-    pub fn new() -> Self {
-        Self { images: 0, hits: 0, sum: Vec3::zeros(), radius_sum: 0.0 }
-    }
-
-    /// Mean of all sightings.
-    fn target(&self) -> Option<Target> {
-        let hits = f64::from(self.hits);
-        (self.hits > 0).then(|| Target { p: self.sum / hits, radius: self.radius_sum / hits })
     }
 }
 
@@ -159,7 +136,7 @@ impl ExpertPicker {
     }
 
     /// Changes to another direction than the one in which wood stopped the hand or leaves hid the fruit.
-    pub(crate) fn turn_away(&mut self, robot: &RobotState) -> bool {
+    fn turn_away(&mut self, robot: &RobotState) -> bool {
         let Some(refused) = self.core.attempt.as_ref().map(|a| a.plan.direction()) else { return false };
         let least = math::cos(self.config.homing.other_angle.si());
         self.turn_elsewhere(robot, Caution::High, |direction| direction.dot(&refused) <= least)
@@ -224,44 +201,18 @@ impl ExpertPicker {
         self.home_in(reach.views, reach.failed, robot)
     }
 
-    /// Counts the frame's image as a view of the target if it was taken from near by. Returns true if it showed the target.
-    pub(crate) fn view(&mut self, views: &mut Views) -> bool {
-        let farthest = self.core.match_distance();
-        let (Some((then, camera)), Some(attempt)) = (&self.core.imaged, &mut self.core.attempt) else {
-            return false;
-        };
-        let x_odom_camera = then.x_odom_base * self.core.arm.camera(&then.q);
-        let p_camera = inverse_transform(&x_odom_camera, &attempt.target.p);
-        if p_camera.norm() > self.config.unfold.range.si() || !shows(camera, &p_camera) {
-            return false;
+    /// Looks at the target again, from where the hand has backed out after a failed try; from another direction if something stopped the
+    /// hand.
+    pub(crate) fn look_again(&mut self, refused: bool, failed: u32, robot: &RobotState) -> Next {
+        let q = *self.core.motion.q();
+        if let Some(attempt) = &mut self.core.attempt {
+            attempt.plan.q_look = q;
+            // Only new images count, except for an assigned target.
+            attempt.hits = if self.core.task.is_some() { attempt.hits } else { 0 };
         }
-        views.images += 1;
-        let off = |p: &Vec3| (p - attempt.target.p).norm();
-        let nearest =
-            self.core.perception.sightings.iter().min_by(|a, b| off(&a.p_odom).total_cmp(&off(&b.p_odom)));
-        let Some(sighting) = nearest.filter(|s| off(&s.p_odom) <= farthest) else {
-            return false;
-        };
-        views.hits += 1;
-        views.sum += sighting.p_odom;
-        views.radius_sum += sighting.radius;
-        if let Some(target) = views.target() {
-            attempt.target = target;
+        if refused && !self.turn_away(robot) {
+            return Next::Fail(FailureReason::GraspStalled);
         }
-        true
+        Next::Enter(Phase::Reach(Reach::new(failed)))
     }
-
-    /// Starts the hand towards the fruit from its present motion.
-    fn home_in(&mut self, views: Views, failed: u32, robot: &RobotState) -> Next {
-        match self.steer(robot) {
-            Some(()) => Next::Enter(Phase::Grasp(Grasp::homing(views, failed))),
-            None => Next::Fail(FailureReason::GraspUnreachable),
-        }
-    }
-}
-
-/// True if a point of the camera's frame is in the image.
-fn shows(camera: &Intrinsics, p_camera: &Vec3) -> bool {
-    let (width, height) = (camera.width as f64, camera.height as f64);
-    camera.project(p_camera).is_some_and(|(u, v)| u >= 0.0 && v >= 0.0 && u < width && v < height)
 }

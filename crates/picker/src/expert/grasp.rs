@@ -1,7 +1,6 @@
 //! Grasp: home in on the fruit, close, check that the fruit is in hand; else look again and try once more.
 
-use crate::expert::approach::{Reach, Views};
-use crate::expert::pull::Pull;
+use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
 use crate::picker_core::{Fingers, STILL};
 use crate::plan::{Target, in_sweep};
@@ -39,20 +38,39 @@ enum Stage {
 }
 
 impl Grasp {
-    pub fn homing(views: Views, failed: u32) -> Self {
+    fn homing(views: Views, failed: u32) -> Self {
         Self { stage: Stage::Homing, views, failed, refused: false, push: 0.0 }
     }
 
-    /// Starts by opening the fingers, for another try at a fruit that slipped from them while still on its stem.
-    pub fn lost(robot: &RobotState, failed: u32) -> Self {
+    /// Starts by opening the fingers.
+    fn lost(robot: &RobotState, failed: u32) -> Self {
         let stage = Stage::Opening { since: robot.time };
         Self { stage, views: Views::new(), failed, refused: false, push: 0.0 }
     }
 }
 
 impl ExpertPicker {
+    /// Starts the hand towards the fruit from its present motion.
+    pub(crate) fn home_in(&mut self, views: Views, failed: u32, robot: &RobotState) -> Next {
+        match self.steer(robot) {
+            Some(()) => Next::Enter(Phase::Grasp(Grasp::homing(views, failed))),
+            None => Next::Fail(FailureReason::GraspUnreachable),
+        }
+    }
+
+    /// Tries again, if a try is left, after the fruit has slipped from the fingers while still on its stem.
+    pub(crate) fn grasp_again(&mut self, failed: u32, robot: &RobotState) -> Next {
+        let failed = failed + 1;
+        if failed >= self.config.homing.tries.get() {
+            return Next::Fail(FailureReason::Slipped);
+        }
+        self.core.motion.stop();
+        self.core.open_fingers();
+        Next::Enter(Phase::Grasp(Grasp::lost(robot, failed)))
+    }
+
     /// Sets the hand's goal to the present estimate of the target.
-    pub(crate) fn steer(&mut self, robot: &RobotState) -> Option<()> {
+    fn steer(&mut self, robot: &RobotState) -> Option<()> {
         let target = self.core.target_base(robot)?;
         let rotation = self.core.attempt.as_ref()?.plan.rotation;
         let p_goal = target.p + rotation * Vec3::z() * self.core.config.approach.overshoot.si();
@@ -123,18 +141,7 @@ impl ExpertPicker {
                 Next::Stay(Phase::Grasp(grasp), STILL)
             }
             Stage::Backing if !self.core.motion.is_over() => Next::Stay(Phase::Grasp(grasp), STILL),
-            Stage::Backing => {
-                let q = *self.core.motion.q();
-                if let Some(attempt) = &mut self.core.attempt {
-                    attempt.plan.q_look = q;
-                    // Only new images count, except for an assigned target.
-                    attempt.hits = if self.core.task.is_some() { attempt.hits } else { 0 };
-                }
-                if grasp.refused && !self.turn_away(robot) {
-                    return Next::Fail(FailureReason::GraspStalled);
-                }
-                Next::Enter(Phase::Reach(Reach::new(grasp.failed)))
-            }
+            Stage::Backing => self.look_again(grasp.refused, grasp.failed, robot),
         }
     }
 
@@ -212,13 +219,5 @@ impl ExpertPicker {
         self.core.motion.go_straight(&self.core.arm, direction, distance, speed, &self.core.config.arm);
         // A branch that presses on the hand would break within a few frames.
         self.core.motion.set_line_acceleration(self.config.leave.acceleration.si());
-    }
-
-    fn start_pull(&mut self, failed: u32) -> Next {
-        let Some(attempt) = &self.core.attempt else { return Next::Fail(FailureReason::Slipped) };
-        let c = &self.core.config;
-        let (distance, speed) = (c.pull.distance.si(), c.arm.withdraw_speed.si());
-        self.core.motion.go_straight(&self.core.arm, -attempt.plan.direction(), distance, speed, &c.arm);
-        Next::Enter(Phase::Pull(Pull::new(failed)))
     }
 }

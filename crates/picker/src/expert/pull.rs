@@ -1,6 +1,5 @@
 //! Pull: withdraw until the stem breaks, or until wood yields.
 
-use crate::expert::grasp::Grasp;
 use crate::expert::place::Deposit;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::picker_core::STILL;
@@ -25,15 +24,24 @@ pub(crate) struct Pull {
 }
 
 impl Pull {
-    pub fn new(failed: u32) -> Self {
+    fn new(failed: u32) -> Self {
         Self { tension: 0.0, peak: 0.0, travelled: 0.0, weight: 0.0, sagging: 0.0, settled: 0.0, failed }
     }
 }
 
 impl ExpertPicker {
+    /// Starts the hand back along the approach with the fruit.
+    pub(crate) fn start_pull(&mut self, failed: u32) -> Next {
+        let Some(attempt) = &self.core.attempt else { return Next::Fail(FailureReason::Slipped) };
+        let c = &self.core.config;
+        let (distance, speed) = (c.pull.distance.si(), c.arm.withdraw_speed.si());
+        self.core.motion.go_straight(&self.core.arm, -attempt.plan.direction(), distance, speed, &c.arm);
+        Next::Enter(Phase::Pull(Pull::new(failed)))
+    }
+
     pub(crate) fn pull(&mut self, mut pull: Pull, robot: &RobotState) -> Next {
         if !self.still_holds(robot) {
-            return self.lose(pull, robot);
+            return self.grasp_again(pull.failed, robot);
         }
         let Some(direction) = self.core.attempt.as_ref().map(|a| a.plan.direction()) else {
             return Next::Fail(FailureReason::Slipped);
@@ -58,7 +66,7 @@ impl ExpertPicker {
             return Next::Enter(Phase::Deposit(Deposit::leaving(robot, pull.travelled)));
         }
         if ended && slack {
-            return self.lose(pull, robot);
+            return self.grasp_again(pull.failed, robot);
         }
         // Wood yields if the hand travels far with the stem taut, or if the pull falls and does not end.
         let wood_yields = pull.travelled > feel.wood_distance.si() || pull.sagging > feel.wood_time.si();
@@ -72,16 +80,5 @@ impl ExpertPicker {
             }
         }
         Next::Stay(Phase::Pull(pull), STILL)
-    }
-
-    /// Tries again, if a try is left, after the fruit has slipped from the fingers while still on its stem.
-    fn lose(&mut self, pull: Pull, robot: &RobotState) -> Next {
-        let failed = pull.failed + 1;
-        if failed >= self.config.homing.tries.get() {
-            return Next::Fail(FailureReason::Slipped);
-        }
-        self.core.motion.stop();
-        self.core.open_fingers();
-        Next::Enter(Phase::Grasp(Grasp::lost(robot, failed)))
     }
 }

@@ -21,7 +21,6 @@ use crate::arm::ArmKinematics;
 use crate::braking::velocity_range;
 use crate::chain::{Jacobian, JointVector};
 use crate::clearance::{Nearness, Posture};
-use crate::config::RobotConfig;
 use crate::ik::{IkTarget, Residual};
 use crate::io::ARM_DOF;
 use nalgebra::{Matrix6, SMatrix, Vector6};
@@ -118,39 +117,6 @@ pub struct QpStep {
     pub slack: f64,
     /// Outcome.
     pub status: QpStatus,
-}
-
-/// The config in SI units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct QpParameters {
-    acceleration: f64,
-    angle_weight: f64,
-    damping: f64,
-    posture_gain: f64,
-    pub influence: f64,
-    approach_rate: f64,
-    self_clearance: f64,
-    self_penalty: f64,
-    canopy_rows: usize,
-    iterations: u32,
-}
-
-impl QpParameters {
-    pub fn new(config: &RobotConfig) -> Self {
-        let c = &config.qp;
-        Self {
-            acceleration: config.arm.acceleration_max.si(),
-            angle_weight: c.angle_weight.si(),
-            damping: c.damping.si(),
-            posture_gain: c.posture_gain.si(),
-            influence: c.influence.si(),
-            approach_rate: c.approach_rate.si(),
-            self_clearance: c.self_clearance.si(),
-            self_penalty: c.self_penalty.si(),
-            canopy_rows: c.canopy_rows.get() as usize,
-            iterations: c.iterations.get(),
-        }
-    }
 }
 
 impl QpGoal {

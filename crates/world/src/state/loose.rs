@@ -4,15 +4,15 @@
 //! of the `fruit` crate, until it sleeps; [`orchard_fruit::life`] has the rules. The engine lasts one frame: [`Loose`] is no
 //! part of a world's state.
 
+use super::State;
 use crate::build::Parts;
-use crate::state::State;
 use crate::touch::{FruitTouch, Part};
 use orchard_fruit::{
     Engine, FruitLives, Island, Obstacle, Partner, Phase, Pressing, RestRule, Resting, Shapes, Support,
     Touch, WakeRule, impact_energy,
 };
 use orchard_geometry::{Aabb, Pose, Shape, Vec3, inverse_transform, transform};
-use orchard_multibody::{BodyId, Collider, Data, Model, Owner, Twist};
+use orchard_multibody::{BodyId, Data, Owner, Twist};
 use orchard_robot::RobotHandle;
 use orchard_spec::Spec;
 
@@ -60,20 +60,6 @@ fn x_world_shape(parts: &Parts, data: &Data, collider: usize) -> Pose {
     }
 }
 
-/// A ball about every collider, in the frame of its owner: centre and radius \[m\]. Infinite about the ground.
-pub(crate) fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
-    let ball = |collider: &Collider| {
-        let Aabb { min, max } = collider.shape.aabb(&collider.x_owner_shape);
-        let centre = 0.5 * (min + max);
-        if centre.iter().all(|x| x.is_finite()) {
-            (centre, 0.5 * (max - min).norm())
-        } else {
-            (Vec3::zeros(), f64::INFINITY)
-        }
-    };
-    model.colliders().iter().map(ball).collect()
-}
-
 /// True if the surface of a robot's collider is nearer to a point than `reach` \[m\].
 fn is_near(parts: &Parts, data: &Data, collider: usize, p_world: &Vec3, reach: f64) -> bool {
     let Some(body) = owner_body(parts, collider) else { return false };
@@ -113,7 +99,7 @@ fn is_awake(phase: Phase) -> bool {
     matches!(phase, Phase::InHand | Phase::Free)
 }
 
-/// Velocity of the base's points [m/s].
+/// Velocity of the base's points \[m/s\].
 fn base_velocity(data: &Data, handle: &RobotHandle, p_world: &Vec3) -> Vec3 {
     data.point_velocity_world(handle.base, p_world)
 }

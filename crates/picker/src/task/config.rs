@@ -1,8 +1,10 @@
 //! Config of the controllers of component tasks.
 
-use super::GOAL_TOML;
 use orchard_quantity::{ConfigError, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
+
+/// Config of the component tasks' controllers as TOML text.
+pub const GOAL_TOML: &str = include_str!("../../configs/paper/goal.toml");
 
 /// Config that the controllers of component tasks use beside the picker's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,93 @@
+//! Assembly of the arm's kinematics from the links of a robot.
+
+use crate::RobotError;
+use crate::arm::{ArmKinematics, Mount, MountedShape, WristMounts};
+use crate::articulation::Articulation;
+use crate::chain::{Chain, Hinge, JointVector};
+use crate::clearance::watched_pairs;
+use crate::config::{CameraMount, RobotConfig};
+use crate::io::ARM_DOF;
+use crate::parameters::{IkParameters, QpParameters};
+use crate::roles::Roles;
+use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
+
+impl ArmKinematics {
+    /// Makes the kinematics of the arm that has the given roles.
+    ///
+    /// # Errors
+    /// The hand's or the TCP's link is missing, or is not fixed to the wrist.
+    pub(crate) fn new(
+        articulation: &Articulation,
+        roles: &Roles,
+        config: &RobotConfig,
+    ) -> Result<Self, RobotError> {
+        let links = &articulation.links;
+        let x_link_base = roles.x_link_base;
+        let opening = config.start.finger_opening.si();
+        let wrist = roles.arm[ARM_DOF - 1];
+        let mut shapes = Vec::new();
+        let mut mount = |link: usize, mount: &Mount, x: &Pose| {
+            for s in &links[link].shapes {
+                let x_mount_shape = x * s.x_link_shape;
+                shapes.push(MountedShape { shape: s.shape.clone(), mount: mount.clone(), x_mount_shape });
+            }
+        };
+        mount(roles.base, &Mount::Base, &x_link_base.inverse());
+        for (i, &link) in roles.arm.iter().enumerate() {
+            mount(link, &Mount::Arm(i), &Pose::identity());
+        }
+        let mut hinges = Vec::with_capacity(ARM_DOF);
+        for (i, &link) in roles.arm.iter().enumerate() {
+            let mut x_parent_joint = links[link].x_parent_joint;
+            if i == 0 {
+                x_parent_joint = x_link_base.inverse() * x_parent_joint;
+            }
+            hinges.push(Hinge { x_parent_joint, axis: roles.arm_axes[i], inertia: links[link].inertia });
+        }
+        for (i, &link) in roles.fingers.iter().enumerate() {
+            let x_joint = links[link].x_parent_joint;
+            let axis = roles.finger_axes[i].into_inner();
+            mount(link, &Mount::Finger(i, x_joint, axis), &Pose::identity());
+            let x_open = x_joint * Pose::from_parts((axis * opening).into(), Rotation::identity());
+            hinges[ARM_DOF - 1].carry(&links[link].inertia, &x_open);
+        }
+        let frame = |name: &str| roles.frame_on(articulation, name, wrist);
+        let x_wrist_hand = frame(&config.parts.hand_link)?;
+        let hinges = match <[Hinge; ARM_DOF]>::try_from(hinges) {
+            Ok(hinges) => hinges,
+            Err(_) => unreachable!("one hinge for each arm joint"),
+        };
+        let finger = roles.finger_limits[0];
+        let mut arm = Self {
+            chain: Chain { hinges },
+            limits: roles.arm_limits,
+            home: JointVector::from_fn(|i, _| config.start.arm_home[i].si()),
+            ik: IkParameters::new(&config.ik),
+            mounts: WristMounts {
+                x_wrist_hand,
+                x_wrist_tcp: frame(&config.parts.tcp_link)?,
+                x_wrist_camera: x_wrist_hand * camera_mount(&config.camera),
+            },
+            finger_stroke: finger.upper,
+            finger_speed: config.finger.speed_max.si().min(finger.velocity),
+            finger_force: config.finger.force_max.si().min(finger.effort),
+            shapes,
+            pairs: Default::default(),
+            qp: QpParameters::new(config),
+        };
+        arm.pairs = watched_pairs(&arm);
+        Ok(arm)
+    }
+}
+
+/// Pose of the optical frame in the hand frame: the image's upper side points along the offset from the approach axis, and the optical axis
+/// is turned back towards that axis by the toe-in.
+fn camera_mount(mount: &CameraMount) -> Pose {
+    let p = Vec3::new(mount.x.si(), mount.y.si(), mount.z.si());
+    let up = Vec3::new(p.x, p.y, 0.0).try_normalize(1e-9).unwrap_or(Vec3::x());
+    let (sin, cos) = orchard_geometry::math::sin_cos(mount.toe_in.si());
+    let z = Vec3::z() * cos - up * sin;
+    let y = -(up * cos + Vec3::z() * sin);
+    let r = nalgebra::Rotation3::from_matrix_unchecked(Mat3::from_columns(&[y.cross(&z), y, z]));
+    Pose::from_parts(p.into(), Rotation::from_rotation_matrix(&r))
+}
