@@ -7,7 +7,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind}
 
 use crate::commands::{
     bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, render,
-    report, robot, scenario, validate, verify,
+    replay, report, robot, scenario, validate, verify,
 };
 use crate::failure::Failure;
 use crate::program::Program;
