@@ -21,15 +21,15 @@ pub(crate) enum Pixel {
 pub(crate) struct Cloud {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Measured depth, row by row [m]; zero without a measurement.
+    /// Measured depth, row by row \[m\]; zero without a measurement.
     z: Vec<f64>,
-    /// Depth of usable pixels [m]; zero elsewhere.
+    /// Depth of usable pixels \[m\]; zero elsewhere.
     usable_z: Vec<f64>,
     pixels: Vec<Pixel>,
     /// Slopes x/z of the columns and y/z of the rows.
     slope_x: Vec<f64>,
     slope_y: Vec<f64>,
-    /// Geometric mean of the focal lengths [px].
+    /// Geometric mean of the focal lengths \[px\].
     pub(crate) focal: f64,
     pub(crate) intrinsics: Intrinsics,
 }
@@ -92,7 +92,7 @@ impl Cloud {
         (i % self.width, i / self.width)
     }
 
-    /// Returns the measured depth of a pixel [m]; zero without a measurement.
+    /// Returns the measured depth of a pixel \[m\]; zero without a measurement.
     pub(crate) fn z(&self, i: usize) -> f64 {
         self.z[i]
     }
@@ -107,7 +107,7 @@ impl Cloud {
         Vec3::new(self.slope_x[u], self.slope_y[v], 1.0)
     }
 
-    /// Returns the point of a pixel in the camera frame [m]; zero without a measurement.
+    /// Returns the point of a pixel in the camera frame \[m\]; zero without a measurement.
     pub(crate) fn point(&self, i: usize) -> Vec3 {
         let (u, v) = self.uv(i);
         self.ray(u, v) * self.z[i]
@@ -124,7 +124,7 @@ impl Cloud {
         ]
     }
 
-    /// Returns the rectangle with a centre (u, v) and half-sizes [px], clipped to the image.
+    /// Returns the rectangle with a centre (u, v) and half-sizes \[px\], clipped to the image.
     pub(crate) fn rectangle(&self, center: (f64, f64), half: (f64, f64)) -> Rectangle {
         // A float-to-integer cast saturates, so that far or non-finite centres give an empty rectangle.
         let span = |c: f64, h: f64, n: usize| {
@@ -164,7 +164,7 @@ impl Cloud {
         pixels
     }
 
-    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth [m] of the first crossing.
+    /// Calls `f` with the pixels whose rays meet a ball, row by row, and the depth \[m\] of the first crossing.
     pub(crate) fn disc_of_ball(&self, c: &Vec3, radius: f64, mut f: impl FnMut(usize, f64)) {
         self.rows_of_ball(c, radius, |v, (u0, u1)| {
             for i in v * self.width + u0..v * self.width + u1 {
@@ -175,7 +175,7 @@ impl Cloud {
         });
     }
 
-    /// Returns the depth [m] at which a pixel's ray first meets a ball; `None` if it misses the ball.
+    /// Returns the depth \[m\] at which a pixel's ray first meets a ball; `None` if it misses the ball.
     pub(crate) fn z_of_ball(&self, i: usize, c: &Vec3, radius: f64) -> Option<f64> {
         let (u, v) = self.uv(i);
         let ray = self.ray(u, v);

@@ -6,14 +6,14 @@ use orchard_geometry::{Vec3, math};
 
 /// Number of directions of the coarse search, spread over half the sphere (about 20 degrees apart).
 const DIRECTIONS: usize = 48;
-/// First step of the fine search, the spacing of the coarse directions [rad].
+/// First step of the fine search, the spacing of the coarse directions \[rad\].
 const FIRST_STEP: f64 = 0.3;
 /// Number of halvings of the fine search's step: down to FIRST_STEP / 64, 0.3 degrees.
 const HALVINGS: usize = 6;
 /// Least determinant of the second moments relative to their trace squared; below it the points are a line.
 const LINE: f64 = 1e-12;
 
-/// Returns the least RMS radial residual [m] of a cylinder of free axis and radius through the points; infinity if none can be fitted.
+/// Returns the least RMS radial residual \[m\] of a cylinder of free axis and radius through the points; infinity if none can be fitted.
 /// For each axis direction the circle across it is a linear least-squares fit, as for the sphere; the direction is searched coarse to
 /// fine.
 pub(crate) fn best_rms(points: &[Vec3]) -> f64 {
@@ -64,7 +64,7 @@ fn across(axis: &Vec3) -> (Vec3, Vec3) {
 struct Circle {
     center: Vec3,
     radius: f64,
-    /// Root mean square of the residuals to first order [m].
+    /// Root mean square of the residuals to first order \[m\].
     rms: f64,
 }
 

@@ -12,15 +12,15 @@ use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 /// A sphere that passed every gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
-    /// Centre in the camera frame [m].
+    /// Centre in the camera frame \[m\].
     pub p_camera: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Root mean square of the radial residual [m].
+    /// Root mean square of the radial residual \[m\].
     pub rms: f64,
     /// Number of support pixels: those that lie on the sphere.
     pub pixels: u32,
-    /// Centre (u, v) in the image [px].
+    /// Centre (u, v) in the image \[px\].
     pub center_px: (f64, f64),
 }
 
@@ -33,7 +33,7 @@ pub struct Candidate {
     pub refused_by: Option<Gate>,
 }
 
-/// Finds fruit in a depth image [m]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
+/// Finds fruit in a depth image \[m\]. `mask` is true where a pixel must be ignored (robot, ground) and has the image's size.
 ///
 /// A pixel that is not a positive finite number, or lies outside the working range, counts as no measurement.
 ///

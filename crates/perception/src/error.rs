@@ -30,13 +30,13 @@ pub enum PerceptionError {
         "focal lengths and axis must be finite, focal lengths positive: fx {fx}, fy {fy}, cx {cx}, cy {cy}"
     )]
     Intrinsics {
-        /// Horizontal focal length [px].
+        /// Horizontal focal length \[px\].
         fx: f64,
-        /// Vertical focal length [px].
+        /// Vertical focal length \[px\].
         fy: f64,
-        /// Column of the optical axis [px].
+        /// Column of the optical axis \[px\].
         cx: f64,
-        /// Row of the optical axis [px].
+        /// Row of the optical axis \[px\].
         cy: f64,
     },
 }

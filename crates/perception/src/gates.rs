@@ -149,7 +149,7 @@ fn pixel_ratio(cloud: &Cloud, sphere: &Sphere, pixels: usize) -> f64 {
 const TWO_ROWS: f64 = 0.4;
 
 /// Returns the ratio of the footprint's principal second moments: the square of the elongation, 1 for a disc. Pixels of the sphere's disc
-/// whose measured depth is at least `hides` [m] in front of the sphere are hidden pixels and count as footprint. Returns infinity if the
+/// whose measured depth is at least `hides` \[m\] in front of the sphere are hidden pixels and count as footprint. Returns infinity if the
 /// support is too narrow to show a sphere.
 fn elongation(cloud: &Cloud, sphere: &Sphere, support: &[usize], hides: Option<f64>) -> f64 {
     let mut footprint = Footprint::about(cloud.uv(support[support.len() / 2]));
@@ -194,14 +194,14 @@ impl Footprint {
     }
 }
 
-/// True if a measured depth is at least `hides` in front of the sphere, all in [m].
+/// True if a measured depth is at least `hides` in front of the sphere, all in \[m\].
 fn is_in_front(z: f64, z_sphere: f64, hides: f64) -> bool {
     z > 0.0 && z <= z_sphere - hides
 }
 
 /// Returns the share of the support's border at which the surface ends: the next pixel has no measurement or differs in depth by more
 /// than `jump`, to the front or to the back. Border without evidence is left out: the image's edge and, where depth does not jump,
-/// masked pixels (the surface may continue under a finger or into the ground) and hidden pixels, at least `hides` [m] in front of the
+/// masked pixels (the surface may continue under a finger or into the ground) and hidden pixels, at least `hides` \[m\] in front of the
 /// sphere.
 fn isolation(
     cloud: &Cloud,

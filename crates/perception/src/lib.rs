@@ -3,7 +3,6 @@
 //! [`detect`] is the paper's geometric detector (section "Geometric fruit perception"): back-projection, depth-continuous patches, linear
 //! least-squares spheres, gates. [`mask`] masks the robot and the ground, [`Tracker`] merges detections of several images into tracks. The
 //! crate needs no simulator: its input is a depth image with intrinsics. Equations: `docs/computation/perception.md`.
-#![allow(rustdoc::broken_intra_doc_links, reason = "units are in square brackets, as in [m]")]
 
 mod cloud;
 pub mod config;

@@ -3,7 +3,7 @@
 use crate::cloud::Rectangle;
 use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Pose, Shape, Vec3, transform};
 
-/// Returns the robot mask: true where the measured point lies inside one of the shapes grown by `margin` [m]. Each shape comes with its
+/// Returns the robot mask: true where the measured point lies inside one of the shapes grown by `margin` \[m\]. Each shape comes with its
 /// pose in the camera frame.
 pub fn self_mask(
     depth: &DepthImage,
@@ -55,8 +55,8 @@ fn shadow(bounds: &Aabb, k: &Intrinsics, depth: &DepthImage) -> Rectangle {
     }
 }
 
-/// Returns the ground mask: true where the measured point lies at most `margin` [m] above flat ground. `up_camera` is the unit vector
-/// upwards in the camera frame, `camera_height` the camera's height above the ground [m].
+/// Returns the ground mask: true where the measured point lies at most `margin` \[m\] above flat ground. `up_camera` is the unit vector
+/// upwards in the camera frame, `camera_height` the camera's height above the ground \[m\].
 pub fn ground_mask(
     depth: &DepthImage,
     intrinsics: &Intrinsics,

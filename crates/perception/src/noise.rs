@@ -2,7 +2,7 @@
 
 use crate::DetectorConfig;
 
-/// Lengths below which a difference may be noise [m].
+/// Lengths below which a difference may be noise \[m\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Noise {
     band: f64,
@@ -20,17 +20,17 @@ impl Noise {
         }
     }
 
-    /// Returns the distance from a sphere [m] within which a pixel at depth `z` [m] belongs to it: max(band, k z^2).
+    /// Returns the distance from a sphere \[m\] within which a pixel at depth `z` \[m\] belongs to it: max(band, k z^2).
     pub(crate) fn band(&self, z: f64) -> f64 {
         self.band.max(self.growing(z))
     }
 
-    /// Returns the difference of depth [m] beyond which a surface ends, at depth `z` [m].
+    /// Returns the difference of depth \[m\] beyond which a surface ends, at depth `z` \[m\].
     pub(crate) fn jump(&self, z: f64) -> f64 {
         self.depth_jump.max(self.growing(z))
     }
 
-    /// Returns the part of the band that grows with depth, k z^2 [m].
+    /// Returns the part of the band that grows with depth, k z^2 \[m\].
     pub(crate) fn growing(&self, z: f64) -> f64 {
         self.at_metre * z * z
     }

@@ -125,7 +125,7 @@ impl<'a> Search<'a> {
         self.radius.is_none_or(|(low, high)| (0.5 * low..=2.0 * high).contains(&sphere.radius))
     }
 
-    /// Calls `f` with index and point of the usable pixels within `band` [m] of the sphere, row by row.
+    /// Calls `f` with index and point of the usable pixels within `band` \[m\] of the sphere, row by row.
     fn on_sphere(&self, sphere: &Sphere, band: f64, mut f: impl FnMut(usize, orchard_geometry::Vec3)) {
         let (least, most) = ((sphere.radius - band).max(0.0), sphere.radius + band);
         let (least, most) = (least * least, most * most);

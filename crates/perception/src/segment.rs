@@ -2,8 +2,8 @@
 
 use crate::cloud::{Cloud, Pixel};
 
-/// Returns the 4-connected sets of at least `min_pixels` usable pixels whose neighbours differ in depth by at most `jump` [m], which
-/// takes the depth [m]. The pixels of a patch are in the order of a flood fill from the first one.
+/// Returns the 4-connected sets of at least `min_pixels` usable pixels whose neighbours differ in depth by at most `jump` \[m\], which
+/// takes the depth \[m\]. The pixels of a patch are in the order of a flood fill from the first one.
 pub(crate) fn patches(cloud: &Cloud, jump: impl Fn(f64) -> f64, min_pixels: usize) -> Vec<Vec<usize>> {
     let mut seen = vec![false; cloud.len()];
     let mut out = Vec::new();

@@ -5,9 +5,9 @@ use orchard_geometry::{Mat3, Vec3};
 /// A sphere, in the frame of the points that it is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
-    /// Centre [m].
+    /// Centre \[m\].
     pub center: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
 }
 
@@ -29,12 +29,12 @@ impl Sphere {
         moments.sphere().map(|(sphere, _)| sphere)
     }
 
-    /// Returns the signed distance of a point from the surface [m], negative inside.
+    /// Returns the signed distance of a point from the surface \[m\], negative inside.
     pub fn residual(&self, p: &Vec3) -> f64 {
         (p - self.center).norm() - self.radius
     }
 
-    /// Returns the root mean square of the residuals [m]; zero for no points.
+    /// Returns the root mean square of the residuals \[m\]; zero for no points.
     pub fn rms(&self, points: impl Iterator<Item = Vec3>) -> f64 {
         root_mean_square(points.map(|p| self.residual(&p)))
     }
@@ -78,7 +78,7 @@ impl Moments {
         self.fourth += square * square;
     }
 
-    /// Returns the least-squares sphere and the root mean square of its residuals to first order [m].
+    /// Returns the least-squares sphere and the root mean square of its residuals to first order \[m\].
     ///
     /// In coordinates q' = q - m about the centroid the normal equations decouple: b is the mean of |q'|^2, and
     /// 2 (sum q' q'^T) c = sum q' |q'|^2. The residual sum of squares, sum |q'|^4 - 2 c . sum q' |q'|^2 - n b^2, is the sum of

@@ -6,9 +6,9 @@ use orchard_geometry::Vec3;
 /// A detection in a fixed frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sighting {
-    /// Centre in the fixed (odom) frame [m].
+    /// Centre in the fixed (odom) frame \[m\].
     pub p_odom: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
 }
 
@@ -17,13 +17,13 @@ pub struct Sighting {
 pub struct Track {
     /// Number of the track; it never changes and is never used again.
     pub id: u32,
-    /// Centre in the fixed (odom) frame, averaged over the sightings [m].
+    /// Centre in the fixed (odom) frame, averaged over the sightings \[m\].
     pub p_odom: Vec3,
-    /// Radius, averaged over the sightings [m].
+    /// Radius, averaged over the sightings \[m\].
     pub radius: f64,
     /// Number of images that showed the fruit.
     pub hits: u32,
-    /// Time of the last sighting [s].
+    /// Time of the last sighting \[s\].
     pub last_seen: f64,
     /// True once the track has enough hits to act on.
     pub confirmed: bool,
@@ -61,7 +61,7 @@ impl Tracker {
         Self { config, tracks: Vec::new(), next_id: 0 }
     }
 
-    /// Adds the sightings of one image, taken at `time` [s]. Sightings are matched to tracks one to one, nearest pairs first. Sightings
+    /// Adds the sightings of one image, taken at `time` \[s\]. Sightings are matched to tracks one to one, nearest pairs first. Sightings
     /// that are not finite are ignored.
     pub fn update(&mut self, time: f64, sightings: &[Sighting]) {
         let is_finite = |s: &Sighting| s.p_odom.iter().all(|x| x.is_finite()) && s.radius.is_finite();

@@ -73,7 +73,7 @@ impl BaselinePicker {
         self.phase.state()
     }
 
-    /// Believed position of the tree's axis, odom [m].
+    /// Believed position of the tree's axis, odom \[m\].
     pub fn believed_tree_odom(&self) -> Vec3 {
         self.core.perception.belief.p_odom()
     }

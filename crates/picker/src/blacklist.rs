@@ -41,7 +41,7 @@ impl Blacklist {
         self.entries.push(Entry { p_odom, until: time + duration.si() });
     }
 
-    /// True if a position is on the list at a time [s].
+    /// True if a position is on the list at a time \[s\].
     pub fn contains(&self, p_odom: &Vec3, time: f64) -> bool {
         let radius = self.config.radius.si();
         self.entries.iter().any(|e| e.until > time && (e.p_odom - p_odom).norm() <= radius)

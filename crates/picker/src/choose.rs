@@ -45,7 +45,7 @@ impl PickerCore {
         self.config.align.standoffs.first().map_or(0.0, |s| s.si())
     }
 
-    /// Place of the base in front of a track, its bearing turned from straight outwards by `turn` [rad].
+    /// Place of the base in front of a track, its bearing turned from straight outwards by `turn` \[rad\].
     fn outward_goal(&self, track: &Track, turn: f64, standoff: f64) -> BaseGoal {
         let push = self.task.as_ref().and_then(|task| task.push.as_ref());
         let bearing = match push {
@@ -55,7 +55,7 @@ impl PickerCore {
         BaseGoal::facing(&track.p_odom, bearing + turn, standoff)
     }
 
-    /// Length of the drive, around the tree [m].
+    /// Length of the drive, around the tree \[m\].
     fn drive_cost(&self, robot: &RobotState, goal: &BaseGoal) -> f64 {
         let tree = self.perception.belief.p_odom();
         let p_goal = Vec3::new(goal.x, goal.y, 0.0);

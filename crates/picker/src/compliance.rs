@@ -15,17 +15,17 @@ pub(crate) struct Compliance {
     direction: Vec3,
     length: f64,
     speed: f64,
-    /// Force read before the push [N].
+    /// Force read before the push \[N\].
     bias: Vec3,
-    /// Smoothed force that the hand exerts [N].
+    /// Smoothed force that the hand exerts \[N\].
     force: Vec3,
     travelled: f64,
-    /// Displacement by sideways forces [m].
+    /// Displacement by sideways forces \[m\].
     aside: Vec3,
-    /// Farthest distance of the present detour [m], and the time since it grew [s].
+    /// Farthest distance of the present detour \[m\], and the time since it grew \[s\].
     best: f64,
     idle: f64,
-    /// Distance to which the hand goes back [m]; `None` while it goes on.
+    /// Distance to which the hand goes back \[m\]; `None` while it goes on.
     back_to: Option<f64>,
     /// Number of the present detour; 0 is straight.
     detour: usize,
@@ -35,7 +35,7 @@ pub(crate) struct Compliance {
 const DETOURS: usize = 5;
 
 impl Compliance {
-    /// Makes the state at the start of a push of a length [m] at a speed [m/s]; `bias` is the force reading without contact [N].
+    /// Makes the state at the start of a push of a length \[m\] at a speed [m/s]; `bias` is the force reading without contact \[N\].
     pub fn new(rules: ComplianceConfig, direction: Vec3, length: f64, speed: f64, bias: Vec3) -> Self {
         Self {
             rules,
@@ -53,7 +53,7 @@ impl Compliance {
         }
     }
 
-    /// Displacement of the hand from the start of the push, base frame [m].
+    /// Displacement of the hand from the start of the push, base frame \[m\].
     pub fn offset(&self) -> Vec3 {
         let left = self.length - self.travelled;
         let fade = (left / self.rules.retry.si().max(f64::EPSILON)).clamp(0.0, 1.0);
@@ -81,7 +81,7 @@ impl Compliance {
         self.back_to.get_or_insert((self.travelled - self.rules.retry.si()).max(0.0));
     }
 
-    /// Advances by `dt` [s] under the force that the hand exerts, base frame [N].
+    /// Advances by `dt` \[s\] under the force that the hand exerts, base frame \[N\].
     pub fn advance(&mut self, force: &Vec3, dt: f64) {
         let c = &self.rules;
         self.force += (force - self.bias - self.force) * c.force_weight.si();

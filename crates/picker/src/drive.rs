@@ -15,20 +15,20 @@ pub(crate) struct BaseGoal {
 }
 
 impl BaseGoal {
-    /// Makes the pose that faces `centre` from a distance [m] and bearing [rad] of the base as seen from `centre`.
+    /// Makes the pose that faces `centre` from a distance \[m\] and bearing \[rad\] of the base as seen from `centre`.
     pub fn facing(centre: &Vec3, bearing: f64, distance: f64) -> Self {
         let (sin, cos) = math::sin_cos(bearing);
         let yaw = math::wrap_angle(bearing + std::f64::consts::PI);
         Self { x: centre.x + distance * cos, y: centre.y + distance * sin, yaw }
     }
 
-    /// Returns the pose in the odom frame at a height [m].
+    /// Returns the pose in the odom frame at a height \[m\].
     pub fn pose(&self, height: f64) -> Pose {
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), self.yaw);
         Pose::from_parts(Vec3::new(self.x, self.y, height).into(), turn)
     }
 
-    /// Distance of the base from the goal [m].
+    /// Distance of the base from the goal \[m\].
     pub fn distance(&self, robot: &RobotState) -> f64 {
         orchard_geometry::math::hypot(self.x - robot.base_pose[0], self.y - robot.base_pose[1])
     }
@@ -38,7 +38,7 @@ impl BaseGoal {
     }
 }
 
-/// Bearing of `p` as seen from `centre` [rad].
+/// Bearing of `p` as seen from `centre` \[rad\].
 pub(crate) fn bearing_of(p: &Vec3, centre: &Vec3) -> f64 {
     math::atan2(p.y - centre.y, p.x - centre.x)
 }
@@ -115,7 +115,7 @@ pub(crate) struct StallWatch {
 }
 
 impl StallWatch {
-    /// True once the base has been held for `patience` [s].
+    /// True once the base has been held for `patience` \[s\].
     pub fn is_stalled(
         &mut self,
         robot: &RobotState,

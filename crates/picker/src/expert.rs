@@ -39,7 +39,7 @@ pub struct ExpertPicker {
     config: ExpertConfig,
     slots: Slots,
     phase: Phase,
-    /// Smoothed force on the hand [N].
+    /// Smoothed force on the hand \[N\].
     touch: f64,
 }
 

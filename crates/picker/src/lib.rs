@@ -4,7 +4,6 @@
 //! which a benchmark scores against the truth. [`BaselinePicker`] runs the paper's harvest cycle on geometric perception: as controller
 //! `baseline`, the reference that others must beat, and, with another config, as controller `paper`. [`ExpertPicker`] is the best
 //! controller of this crate. [`Kind`] lists all controllers by name.
-#![allow(rustdoc::broken_intra_doc_links, reason = "units are in square brackets, as in [m]")]
 
 mod align;
 mod baseline;

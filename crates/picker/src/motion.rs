@@ -34,7 +34,7 @@ struct Line {
     acceleration: f64,
     /// Slowest motion at the end, as a share of `speed_max`.
     creep: f64,
-    /// Largest joint step of a frame [rad].
+    /// Largest joint step of a frame \[rad\].
     branch_jump: f64,
     travelled: f64,
     speed: f64,
@@ -44,7 +44,7 @@ struct Line {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WayPoint {
     pub q: JointVector,
-    /// Joint distance at which the arm turns to the next way-point [rad].
+    /// Joint distance at which the arm turns to the next way-point \[rad\].
     pub blend: f64,
 }
 
@@ -71,7 +71,7 @@ impl ArmMotion {
         Self { q, course: Course::Rest }
     }
 
-    /// Commanded posture [rad].
+    /// Commanded posture \[rad\].
     pub fn q(&self) -> &JointVector {
         &self.q
     }
@@ -86,7 +86,7 @@ impl ArmMotion {
         self.course == Course::Lost
     }
 
-    /// Goal of the present joint motion, else the commanded posture [rad].
+    /// Goal of the present joint motion, else the commanded posture \[rad\].
     pub fn goal(&self) -> &JointVector {
         match &self.course {
             Course::Joints(joints) => &joints.to,
@@ -95,7 +95,7 @@ impl ArmMotion {
         }
     }
 
-    /// Distance travelled along the present line [m]; `None` in other motions.
+    /// Distance travelled along the present line \[m\]; `None` in other motions.
     pub fn travelled(&self) -> Option<f64> {
         match &self.course {
             Course::Line(line) => Some(line.travelled),
@@ -199,7 +199,7 @@ impl ArmMotion {
         }
     }
 
-    /// Advances the commanded posture by `dt` [s].
+    /// Advances the commanded posture by `dt` \[s\].
     pub fn advance(&mut self, arm: &ArmKinematics, dt: f64) {
         match &mut self.course {
             Course::Rest | Course::Lost => {}

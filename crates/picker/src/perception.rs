@@ -27,7 +27,7 @@ pub(crate) struct Perception {
     /// Share of the last image's pixels that show the canopy: neither robot nor ground, and near the believed tree. `None` before the
     /// first image.
     pub canopy_share: Option<f64>,
-    /// Time of the last image that was not blind [s].
+    /// Time of the last image that was not blind \[s\].
     pub last_sight: f64,
 }
 
@@ -48,7 +48,7 @@ impl Belief {
         Self { config: config.clone(), p_start, sum: Vec3::zeros(), images: 0 }
     }
 
-    /// Mean of the start belief, which weighs as much as some images, and the observed centres of the canopy [m].
+    /// Mean of the start belief, which weighs as much as some images, and the observed centres of the canopy \[m\].
     pub fn p_odom(&self) -> Vec3 {
         let prior = f64::from(self.config.prior_images.get());
         (self.p_start * prior + self.sum) / (prior + f64::from(self.images))
@@ -70,7 +70,7 @@ impl Belief {
 }
 
 impl Perception {
-    /// Makes the perception before the first image. `deck`: half-extents of the robot's deck, base frame [m].
+    /// Makes the perception before the first image. `deck`: half-extents of the robot's deck, base frame \[m\].
     pub fn new(detector: DetectorConfig, config: &PickerConfig, deck: Vec3) -> Self {
         Self {
             tracker: Tracker::new(&detector),
@@ -185,7 +185,7 @@ impl Perception {
         }
     }
 
-    /// Points of the last images, odom [m].
+    /// Points of the last images, odom \[m\].
     pub fn points(&self) -> impl Iterator<Item = &Vec3> {
         self.clouds.iter().flatten()
     }

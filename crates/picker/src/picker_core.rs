@@ -37,12 +37,12 @@ pub(crate) struct PickerCore {
     last_time: Option<f64>,
     memory: Memory,
     last_command: Command,
-    /// Positions [rad] and velocities [rad/s] after this frame's motion.
+    /// Positions \[rad\] and velocities [rad/s] after this frame's motion.
     advanced: Option<(JointVector, JointVector)>,
     record: Record,
 }
 
-/// Command to the fingers: opening of each [m] and largest force [N].
+/// Command to the fingers: opening of each \[m\] and largest force \[N\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fingers {
     pub opening: f64,
@@ -169,7 +169,7 @@ impl PickerCore {
         self.held_for = 0.0;
     }
 
-    /// Time since the present state began [s].
+    /// Time since the present state began \[s\].
     pub fn elapsed(&self, robot: &RobotState) -> f64 {
         robot.time - self.state_start
     }
@@ -179,7 +179,7 @@ impl PickerCore {
         self.motion.is_over() && (robot.q - self.motion.q()).amax() <= self.config.arm.arrived.si()
     }
 
-    /// Time without progress after which arm or base counts as stalled [s].
+    /// Time without progress after which arm or base counts as stalled \[s\].
     pub fn patience(&self) -> f64 {
         self.config.timeout.stall.si()
     }
@@ -201,7 +201,7 @@ impl PickerCore {
         self.held_for = if held { self.held_for + robot.dt } else { 0.0 };
     }
 
-    /// Largest distance of a detection from the target that it is matched to [m]; less for an assigned fruit, to tell it from its
+    /// Largest distance of a detection from the target that it is matched to \[m\]; less for an assigned fruit, to tell it from its
     /// neighbours.
     pub fn match_distance(&self) -> f64 {
         self.task.as_ref().map_or(self.config.reach.match_distance.si(), |task| task.target.radius)
@@ -224,7 +224,7 @@ impl PickerCore {
         robot.width >= 2.0 * (c.opening.si() - c.steady_width.si())
     }
 
-    /// Force that the hand exerts at the TCP [N], base axes.
+    /// Force that the hand exerts at the TCP \[N\], base axes.
     pub fn tcp_force(&self, robot: &RobotState) -> Vec3 {
         let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
         self.arm.tcp_force(&robot.q, &robot.a, &robot.torque, &gravity)
@@ -283,14 +283,14 @@ impl PickerCore {
         }
     }
 
-    /// Records that the hand goes back from an obstacle that it pressed on with `force` [N].
+    /// Records that the hand goes back from an obstacle that it pressed on with `force` \[N\].
     pub fn note_yielding(&mut self, robot: &RobotState, force: f64) {
         if let Some(attempt) = &self.attempt {
             self.record.events.push(Event::Yielded { time: robot.time, id: attempt.id, force });
         }
     }
 
-    /// Records that the stem has broken, after a largest pull [N].
+    /// Records that the stem has broken, after a largest pull \[N\].
     pub fn note_release_of_stem(&mut self, robot: &RobotState, pull: f64) {
         if let Some(attempt) = &self.attempt {
             self.record.events.push(Event::StemGaveWay { time: robot.time, id: attempt.id, pull });

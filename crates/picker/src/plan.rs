@@ -41,18 +41,18 @@ pub(crate) fn hand_rotation(pitch: f64, yaw: f64) -> Rotation {
     Rotation::from_rotation_matrix(&r)
 }
 
-/// Returns the TCP pose at a distance in front of the fruit's centre [m] (negative: beyond it).
+/// Returns the TCP pose at a distance in front of the fruit's centre \[m\] (negative: beyond it).
 fn before(target: &Target, rotation: &Rotation, distance: f64) -> Pose {
     Pose::from_parts((target.p - rotation * Vec3::z() * distance).into(), *rotation)
 }
 
-/// Distance that the TCP travels from the second look to the grasp [m].
+/// Distance that the TCP travels from the second look to the grasp \[m\].
 pub(crate) fn advance_length(config: &PickerConfig) -> f64 {
     config.approach.look.si() + config.approach.overshoot.si()
 }
 
 /// Returns the posture of the second look for a given orientation, if the arm can go straight on from there to the grasp and farther by a
-/// margin [m].
+/// margin \[m\].
 pub(crate) fn look_posture(
     arm: &ArmKinematics,
     target: &Target,
@@ -70,7 +70,7 @@ pub(crate) fn look_posture(
     follow(arm, q_pregrasp, pregrasp, look, at, config)
 }
 
-/// Continues a posture along the approach, from one distance in front of the fruit to another [m].
+/// Continues a posture along the approach, from one distance in front of the fruit to another \[m\].
 fn follow(
     arm: &ArmKinematics,
     mut q: JointVector,
@@ -100,7 +100,7 @@ pub(crate) struct Search<'a> {
     pub points: &'a [Vec3],
     /// Posture from which the arm starts.
     pub q_start: &'a JointVector,
-    /// Distance beyond the grasp that the arm must be able to reach [m].
+    /// Distance beyond the grasp that the arm must be able to reach \[m\].
     pub reach_margin: f64,
 }
 

@@ -6,7 +6,7 @@ use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{ArmKinematics, Bucket, IkTarget, JointVector};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Fixed postures of the arm [rad].
+/// Fixed postures of the arm \[rad\].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Postures {
     /// Postures for looking around; the first is also the one for driving and carrying.
@@ -39,7 +39,7 @@ impl Postures {
     }
 }
 
-/// Turns of the hand about the vertical that are tried above the bucket's axis [rad].
+/// Turns of the hand about the vertical that are tried above the bucket's axis \[rad\].
 const TURNS: [f64; 8] =
     [0.0, FRAC_PI_4, FRAC_PI_2, 3.0 * FRAC_PI_4, PI, 5.0 * FRAC_PI_4, 3.0 * FRAC_PI_2, 7.0 * FRAC_PI_4];
 

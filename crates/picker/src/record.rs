@@ -67,57 +67,57 @@ pub enum AttemptEnd {
     Failed(FailureReason),
 }
 
-/// An event, with the observation's time [s].
+/// An event, with the observation's time \[s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// A target was committed.
     AttemptStarted {
-        /// Time [s].
+        /// Time \[s\].
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// Estimated centre of the fruit, odom [m].
+        /// Estimated centre of the fruit, odom \[m\].
         p_odom: Vec3,
-        /// Estimated radius [m].
+        /// Estimated radius \[m\].
         radius: f64,
     },
     /// The fingers hold the fruit, as the controller believes.
     Grasped {
-        /// Time [s].
+        /// Time \[s\].
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// Width between the fingers [m].
+        /// Width between the fingers \[m\].
         width: f64,
     },
     /// The stem has broken, as the controller believes.
     StemGaveWay {
-        /// Time [s].
+        /// Time \[s\].
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// Largest pull along the withdrawal, from the arm's torques [N].
+        /// Largest pull along the withdrawal, from the arm's torques \[N\].
         pull: f64,
     },
     /// The hand goes back from an obstacle that it pressed on.
     Yielded {
-        /// Time [s].
+        /// Time \[s\].
         time: f64,
         /// Attempt.
         id: AttemptId,
-        /// Force on the obstacle, from the arm's torques [N].
+        /// Force on the obstacle, from the arm's torques \[N\].
         force: f64,
     },
     /// The controller's state changed.
     StateChanged {
-        /// Time [s].
+        /// Time \[s\].
         time: f64,
         /// The new state.
         state: State,
     },
     /// An attempt is over.
     AttemptEnded {
-        /// Time [s].
+        /// Time \[s\].
         time: f64,
         /// Attempt.
         id: AttemptId,
@@ -129,7 +129,7 @@ pub enum Event {
 /// The detections of one depth image, before any tracking.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageReport {
-    /// Time of the image [s].
+    /// Time of the image \[s\].
     pub time: f64,
     /// Raw detections in the odom frame.
     pub detections: Vec<Sighting>,

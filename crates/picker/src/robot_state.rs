@@ -9,17 +9,17 @@ use std::collections::VecDeque;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RobotState {
     pub time: f64,
-    /// Time since the last frame [s].
+    /// Time since the last frame \[s\].
     pub dt: f64,
     pub q: JointVector,
     pub v: JointVector,
     /// Mean acceleration of the joints since the last frame [rad/s2].
     pub a: JointVector,
     pub torque: JointVector,
-    /// Distance between the pads [m].
+    /// Distance between the pads \[m\].
     pub width: f64,
     pub finger_q: [f64; 2],
-    /// Forces of the finger drives, positive opening [N].
+    /// Forces of the finger drives, positive opening \[N\].
     pub finger_force: [f64; 2],
     pub x_odom_base: Pose,
     /// x, y, yaw in odom.
@@ -66,7 +66,7 @@ impl RobotState {
         })
     }
 
-    /// Position of the base on the ground, odom [m].
+    /// Position of the base on the ground, odom \[m\].
     pub fn p_odom(&self) -> Vec3 {
         Vec3::new(self.base_pose[0], self.base_pose[1], 0.0)
     }
@@ -76,9 +76,9 @@ impl RobotState {
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
     states: VecDeque<RobotState>,
-    /// Time that the memory reaches back [s].
+    /// Time that the memory reaches back \[s\].
     span: f64,
-    /// Largest time between an image and the state used for it [s].
+    /// Largest time between an image and the state used for it \[s\].
     gap: f64,
 }
 
@@ -100,7 +100,7 @@ impl Memory {
         self.states.back()
     }
 
-    /// State nearest to a time [s], the newest of two; `None` if there is none near that time.
+    /// State nearest to a time \[s\], the newest of two; `None` if there is none near that time.
     pub fn at(&self, time: f64) -> Option<&RobotState> {
         let off = |state: &RobotState| (state.time - time).abs();
         let nearest = self.states.iter().rev().min_by(|a, b| off(a).total_cmp(&off(b)))?;

@@ -11,7 +11,7 @@ use orchard_geometry::{Vec3, math};
 pub(crate) struct Scan {
     place: Place,
     posture: usize,
-    /// Time in this posture at this place [s].
+    /// Time in this posture at this place \[s\].
     dwelled: f64,
     stall: StallWatch,
 }
@@ -20,7 +20,7 @@ pub(crate) struct Scan {
 enum Place {
     /// At the place where the last attempt ended.
     Here,
-    /// To be driven to: a view at a bearing from the tree [rad]; `None` is the present bearing.
+    /// To be driven to: a view at a bearing from the tree \[rad\]; `None` is the present bearing.
     View(Option<f64>),
     /// Driving to a view.
     Going(BaseGoal),

@@ -21,7 +21,7 @@ pub(crate) struct AssignedTask {
 /// Push of the hand to a point.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PushTask {
-    /// Horizontal direction from the base to the point, from the x axis of odom [rad].
+    /// Horizontal direction from the base to the point, from the x axis of odom \[rad\].
     pub heading_odom: f64,
     pub rules: PushConfig,
     /// Config of a compliant push; `None` for a push straight ahead.

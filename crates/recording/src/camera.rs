@@ -49,7 +49,7 @@ pub fn calibration(taken: u64, camera: &Intrinsics) -> CameraCalibration {
     }
 }
 
-/// Points of every `stride`-th column and row that holds a measurement, in the camera's frame [m].
+/// Points of every `stride`-th column and row that holds a measurement, in the camera's frame \[m\].
 pub fn points(taken: u64, depth: &DepthImage, camera: &Intrinsics, stride: usize) -> PointCloud {
     let mut data = Vec::new();
     for v in (0..depth.height()).step_by(stride) {

@@ -4,7 +4,7 @@ use foxglove::messages::Timestamp;
 
 const NANOSECONDS: f64 = 1e9;
 
-/// A time of the simulation [s] as nanoseconds.
+/// A time of the simulation \[s\] as nanoseconds.
 pub fn nanoseconds(time: f64) -> u64 {
     (time * NANOSECONDS).round() as u64
 }
@@ -18,19 +18,19 @@ pub fn timestamp(nanoseconds: u64) -> Timestamp {
 /// Counts frames.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub frame: f64,
     /// Frames so far.
     pub frames: u32,
 }
 
 impl Clock {
-    /// Time of the present frame [ns].
+    /// Time of the present frame \[ns\].
     pub fn now(&self) -> u64 {
         nanoseconds(f64::from(self.frames) * self.frame)
     }
 
-    /// Whether something is due in this frame that is done at a rate [Hz]; at least every frame is one.
+    /// Whether something is due in this frame that is done at a rate \[Hz\]; at least every frame is one.
     pub fn is_due(&self, rate: f64) -> bool {
         let period = (1.0 / (rate * self.frame)).round().max(1.0) as u32;
         self.frames.is_multiple_of(period)

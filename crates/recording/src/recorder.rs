@@ -34,7 +34,7 @@ pub struct Recorder<S> {
 }
 
 impl<S: Sink> Recorder<S> {
-    /// Begins with a world at the start of its episode; `frame` is the length of a frame [s].
+    /// Begins with a world at the start of its episode; `frame` is the length of a frame \[s\].
     pub fn begin(sink: S, config: RecordingConfig, frame: f64, world: &World) -> Self {
         let mut recorder = Self {
             sink,

@@ -66,7 +66,7 @@ pub enum ReplayError {
     Interrupted,
 }
 
-/// Replays a recording that [`Recording::check`] has passed. `frame` is the length of a frame [s]; `on_frame` is called after
+/// Replays a recording that [`Recording::check`] has passed. `frame` is the length of a frame \[s\]; `on_frame` is called after
 /// every frame.
 ///
 /// # Errors

@@ -23,7 +23,7 @@ const GROUND: [f64; 4] = [0.42, 0.36, 0.26, 1.0];
 const SCENERY: [f64; 4] = [0.55, 0.55, 0.55, 1.0];
 const ROBOT: [f64; 4] = [0.86, 0.87, 0.88, 1.0];
 const BUCKET: [f64; 4] = [0.20, 0.42, 0.75, 0.55];
-/// Half a side of the square that is drawn of level ground [m].
+/// Half a side of the square that is drawn of level ground \[m\].
 const PLAIN: f64 = 5.0;
 
 /// A message of what a topic shows from now on.
@@ -49,9 +49,9 @@ fn entity(now: u64, frame: String, id: String) -> SceneEntity {
 /// A sphere to draw.
 #[derive(Debug, Clone, Copy)]
 pub struct Ball {
-    /// Centre [m].
+    /// Centre \[m\].
     pub p: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// Red, green, blue, opacity.
     pub color: [f64; 4],

@@ -119,7 +119,7 @@ impl Transforms {
     }
 }
 
-/// Whether a pose is farther from another than [m] and [rad]; what is not finite is.
+/// Whether a pose is farther from another than \[m\] and \[rad\]; what is not finite is.
 fn has_moved(old: &Pose, new: &Pose, distance: f64, angle: f64) -> bool {
     let moved = (new.translation.vector - old.translation.vector).norm();
     let (p, q) = (old.rotation.coords, new.rotation.coords);

@@ -20,10 +20,10 @@ pub(crate) struct Bar {
 pub(crate) type Key = (String, RGBColor);
 
 const MARGIN: i32 = 10;
-/// Height of a bar with the gap below it, and of the bar itself [px].
+/// Height of a bar with the gap below it, and of the bar itself \[px\].
 const ROW: i32 = 27;
 const THICK: i32 = 17;
-/// Height of a line of the legend [px].
+/// Height of a line of the legend \[px\].
 const LINE: i32 = 19;
 
 /// Draws bars, all in one scale.

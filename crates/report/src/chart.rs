@@ -42,7 +42,7 @@ pub(crate) struct Series {
     pub line: Line,
     /// The points, from left to right.
     pub points: Vec<Point>,
-    /// Shift to the side [px], so that intervals do not hide one another.
+    /// Shift to the side \[px\], so that intervals do not hide one another.
     pub shift: i32,
 }
 
@@ -91,16 +91,16 @@ pub(crate) struct Band {
     pub ends: [f64; 2],
 }
 
-/// Height of the plot with its axes [px].
+/// Height of the plot with its axes \[px\].
 const PLOT: i32 = 234;
-/// Margin about the figure [px].
+/// Margin about the figure \[px\].
 const MARGIN: i32 = 10;
-/// Height of a line of the legend [px].
+/// Height of a line of the legend \[px\].
 const LEGEND: i32 = 19;
-/// Room for the level axis, and for the upright one [px].
+/// Room for the level axis, and for the upright one \[px\].
 const BELOW: i32 = 46;
 const BESIDE: i32 = 46;
-/// Half width of the caps of an interval [px].
+/// Half width of the caps of an interval \[px\].
 const CAP: i32 = 4;
 
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;

@@ -77,9 +77,9 @@ const AT_NIGHT: [(RGBColor, &str); 6] = [
 
 /// Width of a figure [px]: that of a telephone, so that its letters are read there and side by side on a desk.
 pub(crate) const WIDTH: u32 = 400;
-/// Size of letters [px].
+/// Size of letters \[px\].
 pub(crate) const LETTERS: f64 = 13.0;
-/// Size of a title's letters [px].
+/// Size of a title's letters \[px\].
 const TITLE: f64 = 14.5;
 /// The backend writes letters smaller than it is told, as if told the height of a line.
 const LINE_PER_LETTER: f64 = 1.24;
@@ -102,7 +102,7 @@ pub(crate) fn text_width(text: &str, size: f64) -> i32 {
     (text.chars().count() as f64 * size * LETTER_WIDTH).ceil() as i32
 }
 
-/// Draws a figure of a size [px].
+/// Draws a figure of a size \[px\].
 pub(crate) fn drawn(
     stem: &str,
     title: &str,

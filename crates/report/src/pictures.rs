@@ -20,7 +20,7 @@ pub struct Pictures {
 pub struct Picture {
     /// The picture as PNG.
     pub png: Vec<u8>,
-    /// Its size [px].
+    /// Its size \[px\].
     pub size: [u32; 2],
     /// What it shows, for those who cannot see it.
     pub alt: String,

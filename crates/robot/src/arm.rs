@@ -69,7 +69,7 @@ impl MountedShape {
         }
     }
 
-    /// Returns the pose of the shape in the base frame, given the poses of the arm's links and the openings of the fingers [m].
+    /// Returns the pose of the shape in the base frame, given the poses of the arm's links and the openings of the fingers \[m\].
     pub fn placed(&self, links: &[Pose; ARM_DOF], finger_q: &[f64; 2]) -> Pose {
         let x_base_mount = match &self.mount {
             Mount::Base => Pose::identity(),
@@ -94,12 +94,12 @@ impl ArmKinematics {
         self.home
     }
 
-    /// Position of the first joint's frame, base frame [m].
+    /// Position of the first joint's frame, base frame \[m\].
     pub fn shoulder(&self) -> Vec3 {
         self.chain.hinges[0].x_parent_joint.translation.vector
     }
 
-    /// Force that the hand exerts on its surroundings at the TCP [N], base axes. It is the force part of the least-squares wrench that
+    /// Force that the hand exerts on its surroundings at the TCP \[N\], base axes. It is the force part of the least-squares wrench that
     /// explains the measured torques [N m] less those for gravity [m/s2] and for the joint accelerations `a` [rad/s2]. Velocity
     /// products and the base's acceleration are left out.
     pub fn tcp_force(&self, q: &JointVector, a: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
@@ -112,7 +112,7 @@ impl ArmKinematics {
         }
     }
 
-    /// Largest opening of each finger [m].
+    /// Largest opening of each finger \[m\].
     pub fn finger_stroke(&self) -> f64 {
         self.finger_stroke
     }
@@ -122,7 +122,7 @@ impl ArmKinematics {
         self.finger_speed
     }
 
-    /// Largest force of each finger drive [N].
+    /// Largest force of each finger drive \[N\].
     pub fn finger_force(&self) -> f64 {
         self.finger_force
     }
@@ -178,7 +178,7 @@ impl ArmKinematics {
         self.chain.reflected_inertia(q)
     }
 
-    /// All collision shapes of the robot with their poses, fingers opened by `finger_q` [m].
+    /// All collision shapes of the robot with their poses, fingers opened by `finger_q` \[m\].
     pub fn link_shapes(&self, q: &JointVector, finger_q: &[f64; 2]) -> Vec<(Shape, Pose)> {
         let links = self.chain.link_poses(q);
         let place = |s: &MountedShape| (s.shape.clone(), s.placed(&links, finger_q));

@@ -149,7 +149,7 @@ struct Place {
     on: Option<usize>,
     /// Pose in the frame of that link.
     x: Pose,
-    /// Sum of the joint offsets from the root [m].
+    /// Sum of the joint offsets from the root \[m\].
     reach: f64,
 }
 

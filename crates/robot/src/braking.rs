@@ -1,6 +1,6 @@
 //! Largest speed of a joint from which it can still stop in time.
 
-/// Returns the largest speed for the coming step of length `dt` [s] from which a joint that brakes with `deceleration` stops within the
+/// Returns the largest speed for the coming step of length `dt` \[s\] from which a joint that brakes with `deceleration` stops within the
 /// distance `way`; units of `way` per second.
 ///
 /// Moving at v, then at v - a dt, v - 2 a dt ..., covers `(n + 1) v dt - a dt^2 n (n + 1) / 2` with n = floor(v / (a dt)):

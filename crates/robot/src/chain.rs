@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, Unit};
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
 use orchard_multibody::SpatialInertia;
 
-/// Positions of the arm's joints [rad].
+/// Positions of the arm's joints \[rad\].
 pub type JointVector = nalgebra::SVector<f64, ARM_DOF>;
 
 /// Jacobian of the arm: angular rows first, linear rows second, in the axes of the chain's root frame.

@@ -15,7 +15,7 @@ const SAMPLES: u32 = 256;
 /// The two links of the robot that are closest to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelfDistance {
-    /// Distance of their shapes [m]; negative while they overlap.
+    /// Distance of their shapes \[m\]; negative while they overlap.
     pub distance: f64,
     /// The links, by the number of arm joints before them: 0 is the base, 7 the wrist.
     pub links: [usize; 2],
@@ -26,7 +26,7 @@ pub struct SelfDistance {
 /// A distance with its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Nearness {
-    /// Distance [m].
+    /// Distance \[m\].
     pub distance: f64,
     /// Gradient of the distance by the joint positions [m/rad].
     pub gradient: JointVector,
@@ -75,7 +75,7 @@ pub(crate) struct Posture<'a> {
 }
 
 impl<'a> Posture<'a> {
-    /// Places the robot's shapes with the fingers wide open; `held` is the radius of a ball at the TCP that the hand carries [m].
+    /// Places the robot's shapes with the fingers wide open; `held` is the radius of a ball at the TCP that the hand carries \[m\].
     pub fn new(arm: &'a ArmKinematics, q: &JointVector, held: Option<&'a Shape>) -> Self {
         Self::with_fingers(arm, q, &[arm.finger_stroke(); 2], held)
     }
@@ -112,7 +112,7 @@ impl<'a> Posture<'a> {
         gradient
     }
 
-    /// All watched pairs of links nearer than `within` [m], with the nearest shapes of each.
+    /// All watched pairs of links nearer than `within` \[m\], with the nearest shapes of each.
     pub fn near_itself(&mut self, pairs: &Pairs, within: f64) -> Vec<SelfDistance> {
         let mut nearest: [[Option<Gap>; RANKS]; RANKS] = [[None; RANKS]; RANKS];
         for (i, a) in self.placed.iter().enumerate() {
@@ -143,7 +143,7 @@ impl<'a> Posture<'a> {
         found
     }
 
-    /// Distances below `within` [m] of the arm's links to a ball about a point of the base frame.
+    /// Distances below `within` \[m\] of the arm's links to a ball about a point of the base frame.
     pub fn near_ball(&mut self, p_base: &Vec3, radius: f64, within: f64, out: &mut Vec<Nearness>) {
         let ball = Shape::Sphere { radius };
         let ball = Placed::of(0, &ball, Pose::from_parts((*p_base).into(), Default::default()));
@@ -207,7 +207,7 @@ impl ArmKinematics {
         self.self_distance_with(q, &[self.finger_stroke(); 2])
     }
 
-    /// Returns the same as [`ArmKinematics::self_distance`], with the fingers opened by `finger_q` [m].
+    /// Returns the same as [`ArmKinematics::self_distance`], with the fingers opened by `finger_q` \[m\].
     pub fn self_distance_with(&self, q: &JointVector, finger_q: &[f64; 2]) -> SelfDistance {
         let none = SelfDistance { distance: f64::INFINITY, links: [0, 0], gradient: JointVector::zeros() };
         if q.iter().chain(finger_q).any(|x| !x.is_finite()) {

@@ -50,9 +50,9 @@ pub struct RobotColliders {
 /// Interior of the bucket: a box in the base frame, open at the top.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bucket {
-    /// Centre [m], base frame.
+    /// Centre \[m\], base frame.
     pub p_base: Vec3,
-    /// Half-extents of the interior [m].
+    /// Half-extents of the interior \[m\].
     pub half: Vec3,
 }
 

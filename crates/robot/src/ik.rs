@@ -18,7 +18,7 @@ pub enum IkTarget {
     Pose(Pose),
     /// A position and the direction of the approach axis (unit vector); the roll about it is free.
     Axis {
-        /// Position of the TCP [m].
+        /// Position of the TCP \[m\].
         p_base: Vec3,
         /// Direction of the TCP's z.
         z_base: Vec3,
@@ -34,9 +34,9 @@ pub enum IkFailure {
     /// The best posture found misses the target.
     #[error("inverse kinematics: nearest posture is off by {position} m and {angle} rad")]
     Unreachable {
-        /// Remaining distance [m].
+        /// Remaining distance \[m\].
         position: f64,
-        /// Remaining angle [rad].
+        /// Remaining angle \[rad\].
         angle: f64,
     },
 }

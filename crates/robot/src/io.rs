@@ -8,27 +8,27 @@ pub const ARM_DOF: usize = 7;
 /// Joint sensors, wheel odometry and the depth camera at one control frame.
 #[derive(Debug, Clone)]
 pub struct Observation {
-    /// Time since the episode began [s].
+    /// Time since the episode began \[s\].
     pub time: f64,
-    /// Arm joint positions [rad].
+    /// Arm joint positions \[rad\].
     pub arm_q: [f64; ARM_DOF],
     /// Arm joint velocities [rad/s].
     pub arm_v: [f64; ARM_DOF],
     /// Torques that the arm servos exert [N m], gravity compensation included.
     pub arm_torque: [f64; ARM_DOF],
-    /// Finger positions [m], 0 closed.
+    /// Finger positions \[m\], 0 closed.
     pub finger_q: [f64; 2],
-    /// Forces that the finger drives exert [N], positive opening.
+    /// Forces that the finger drives exert \[N\], positive opening.
     pub finger_force: [f64; 2],
-    /// Base pose in the odom frame: x [m], y [m], yaw [rad].
+    /// Base pose in the odom frame: x \[m\], y \[m\], yaw \[rad\].
     pub base_pose: [f64; 3],
-    /// Height of the base above its rest on flat ground [m].
+    /// Height of the base above its rest on flat ground \[m\].
     pub base_height: f64,
     /// Base velocity in the odom frame [m/s, m/s, rad/s].
     pub base_velocity: [f64; 3],
-    /// Depth image [m], in frames in which the camera delivers one.
+    /// Depth image \[m\], in frames in which the camera delivers one.
     pub depth: Option<DepthImage>,
-    /// Time at which the image was taken, on the clock of `time` [s]; meaningless without an image.
+    /// Time at which the image was taken, on the clock of `time` \[s\]; meaningless without an image.
     pub depth_time: f64,
     /// Intrinsics of the depth image.
     pub intrinsics: Intrinsics,
@@ -37,14 +37,14 @@ pub struct Observation {
 /// Command of a controller, valid until its next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// Arm joint targets: positions of the set points at the end of the frame [rad].
+    /// Arm joint targets: positions of the set points at the end of the frame \[rad\].
     pub arm_q: [f64; ARM_DOF],
     /// Velocities of the set points at the end of the frame [rad/s]; 0 to come to rest.
     pub arm_v: [f64; ARM_DOF],
     /// Base velocity in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     pub base_velocity: [f64; 3],
-    /// Opening of each finger [m], 0 closed to 0.04 open.
+    /// Opening of each finger \[m\], 0 closed to 0.04 open.
     pub finger_q: f64,
-    /// Largest force of each finger drive [N].
+    /// Largest force of each finger drive \[N\].
     pub finger_force: f64,
 }

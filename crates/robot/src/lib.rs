@@ -4,7 +4,6 @@
 //! arm, fingers, bucket, wrist camera) and puts them into a world's model. [`Servos`] turns a [`Command`] into
 //! implicit springs, dampers and torques each substep; [`observe`] reads the sensors. [`ArmKinematics`] is the arm alone, for controllers; it
 //! needs no world. Equations: `docs/computation/robot.md`.
-#![allow(rustdoc::broken_intra_doc_links, reason = "units are in square brackets, as in [m]")]
 
 mod arm;
 mod articulation;

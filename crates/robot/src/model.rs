@@ -84,7 +84,7 @@ impl RobotModel {
         boxes.reduce(|a, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() })
     }
 
-    /// Convex outline of chassis and bucket on the ground: counterclockwise corners in the base frame [m].
+    /// Convex outline of chassis and bucket on the ground: counterclockwise corners in the base frame \[m\].
     pub fn footprint(&self) -> Vec<[f64; 2]> {
         let x_base_link = self.roles.x_link_base.inverse();
         let parts = &self.config.parts;
@@ -93,17 +93,17 @@ impl RobotModel {
         outline(standing.map(|s| (&s.shape, x_base_link * s.x_link_shape)))
     }
 
-    /// Lag of the height servo behind a set point that moves evenly [s].
+    /// Lag of the height servo behind a set point that moves evenly \[s\].
     pub fn height_lag(&self) -> f64 {
         self.config.height.damping.si() / self.config.height.stiffness.si()
     }
 
-    /// Mass of the whole robot [kg].
+    /// Mass of the whole robot \[kg\].
     pub fn mass(&self) -> f64 {
         self.whole.mass
     }
 
-    /// Mass that the height servo carries: all links beyond its joint [kg].
+    /// Mass that the height servo carries: all links beyond its joint \[kg\].
     pub(crate) fn carried_mass(&self) -> f64 {
         let links = &self.articulation.links;
         let mut carried = vec![false; links.len()];

@@ -5,7 +5,7 @@ use orchard_geometry::{Pose, Shape, Vec3, math, transform};
 /// Number of corners of the polygon about a circle; it lies outside by at most 1 / cos(pi / 16) - 1 = 2 % of the radius.
 const CIRCLE_CORNERS: usize = 16;
 
-/// Returns the counterclockwise corners of the smallest convex polygon that contains placed shapes, seen from above [m]; empty without
+/// Returns the counterclockwise corners of the smallest convex polygon that contains placed shapes, seen from above \[m\]; empty without
 /// shapes. Round edges are replaced by polygons about them.
 pub(crate) fn outline<'a>(shapes: impl Iterator<Item = (&'a Shape, Pose)>) -> Vec<[f64; 2]> {
     let mut points = Vec::new();

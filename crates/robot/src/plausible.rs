@@ -8,7 +8,7 @@ use crate::RobotError;
 /// Largest size and offset, and farthest joint from the root at q = 0 [m]: positions keep a resolution of 1e-13 m.
 pub(crate) const LENGTH_MAX: f64 = 1e3;
 
-/// Largest mass of a link [kg].
+/// Largest mass of a link \[kg\].
 pub(crate) const MASS_MAX: f64 = 1e6;
 
 /// Largest moment of inertia of a link [kg m^2]: the largest mass at 30 m.

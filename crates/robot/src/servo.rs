@@ -160,7 +160,7 @@ impl Servos {
         &self.set
     }
 
-    /// Positions [rad] and velocities [rad/s] of the arm's set points.
+    /// Positions \[rad\] and velocities [rad/s] of the arm's set points.
     pub fn arm_set(&self) -> ([f64; ARM_DOF], [f64; ARM_DOF]) {
         (self.set.arm_target, self.set.arm_rate)
     }
@@ -170,8 +170,8 @@ impl Servos {
         self.set = *set;
     }
 
-    /// Sets the inputs of the next substep of length `h` [s], after which `remaining` [s] are left of the command's frame. `height` is the
-    /// set point of the chassis height above its rest on flat ground [m]; `gravity` is a vector along z [m/s2]. A value of a command that
+    /// Sets the inputs of the next substep of length `h` \[s\], after which `remaining` \[s\] are left of the command's frame. `height` is the
+    /// set point of the chassis height above its rest on flat ground \[m\]; `gravity` is a vector along z [m/s2]. A value of a command that
     /// is not finite brings its set point to rest.
     #[allow(
         clippy::too_many_arguments,

@@ -4,7 +4,7 @@ use orchard_robot::{Command, Observation, RobotModel};
 use orchard_spec::camera::CameraSpec;
 use std::sync::Arc;
 
-/// A world whose camera is a small d435i of some latency [ms] and rate [Hz].
+/// A world whose camera is a small d435i of some latency \[ms\] and rate \[Hz\].
 fn world(latency: f64, rate: f64) -> World {
     let figure = |name: &str, value: f64, unit: &str| {
         format!("{name} = {{ value = {value}, range = [0, 9999], unit = '{unit}', source = 'x' }}\n")

@@ -166,7 +166,7 @@ pub(crate) fn push_fine_wood<'a>(
     }
 }
 
-/// Draws a stem of a radius [m] from its spur to the skin of its fruit.
+/// Draws a stem of a radius \[m\] from its spur to the skin of its fruit.
 pub(crate) fn push_stem(
     scene: &mut Scene,
     radius: f64,

@@ -40,7 +40,7 @@ impl Camera {
         self.sensor.capture(scene, &Pose::identity(), ImageKey { seed: 20_250_704, world: 0, frame })
     }
 
-    /// Disparity at a depth [px].
+    /// Disparity at a depth \[px\].
     fn disparity(&self, z: f64) -> f64 {
         self.focal_baseline / z
     }

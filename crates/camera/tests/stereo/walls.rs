@@ -6,7 +6,7 @@ use orchard_geometry::DepthImage;
 /// Images of a wall that each figure is taken from.
 const IMAGES: u32 = 4;
 
-/// Sums over measured disparities, as offsets from the true one [px].
+/// Sums over measured disparities, as offsets from the true one \[px\].
 struct Moments {
     n: f64,
     mean: f64,
@@ -115,7 +115,7 @@ fn a_metre_away_the_error_is_between_three_and_five_millimetres() {
     assert!((0.012..0.019).contains(&sigma), "{sigma}");
 }
 
-/// The noise span with both ends at `sd` [px].
+/// The noise span with both ends at `sd` \[px\].
 fn with_noise(sd: f64, step: f64) -> Camera {
     Camera::from_toml(&format!(
         "[d435i]\ndisparity_noise = {{ low = {sd}, high = {sd}, range = [0, 1], unit = 'px', source = 'x' }}\n\

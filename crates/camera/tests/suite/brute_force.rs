@@ -12,7 +12,7 @@ use orchard_spec::{Purpose, Spec, Stream};
 use ray_cast::RayCaster;
 use std::sync::Arc;
 
-/// Agreement asked of two float implementations at metres of range, f32 output [m].
+/// Agreement asked of two float implementations at metres of range, f32 output \[m\].
 const TOLERANCE: f64 = 1e-5;
 
 /// A uniformly distributed rotation.

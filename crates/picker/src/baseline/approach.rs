@@ -29,7 +29,7 @@ impl Align {
 pub(crate) struct Reach {
     /// Number of images taken from the look posture.
     images: u32,
-    /// Number of those that showed the fruit, and the sums of its centre (odom) and radius [m].
+    /// Number of those that showed the fruit, and the sums of its centre (odom) and radius \[m\].
     hits: u32,
     sum: Vec3,
     radius_sum: f64,

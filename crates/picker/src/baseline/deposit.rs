@@ -16,14 +16,14 @@ pub(crate) enum Deposit {
     Swinging,
     /// Lowering into the bucket.
     Lowering,
-    /// Fingers opening since a time [s].
+    /// Fingers opening since a time \[s\].
     Opening { since: f64 },
 }
 
 /// Memory of the retreat state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Retreat {
-    /// Time at which the fingers were commanded to open [s].
+    /// Time at which the fingers were commanded to open \[s\].
     since: f64,
     stage: Withdrawal,
 }

@@ -13,18 +13,18 @@ use orchard_geometry::Vec3;
 pub(crate) enum Grasp {
     /// Correcting the hand's pose before the straight advance.
     Aiming,
-    /// On the straight line to the fruit; `p_goal`: goal of the TCP in the base frame [m].
+    /// On the straight line to the fruit; `p_goal`: goal of the TCP in the base frame \[m\].
     Advancing { p_goal: Vec3 },
-    /// Fingers closing since a time [s].
+    /// Fingers closing since a time \[s\].
     Closing { since: f64, width: f64, steady: f64 },
-    /// Holding before the pull since a time [s].
+    /// Holding before the pull since a time \[s\].
     Settling { since: f64 },
 }
 
 /// Memory of the pull state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pull {
-    /// Smoothed pull along the withdrawal [N] and its largest value.
+    /// Smoothed pull along the withdrawal \[N\] and its largest value.
     tension: f64,
     peak: f64,
     travelled: f64,

@@ -16,7 +16,7 @@ use orchard_robot::{IkTarget, RobotModel};
 pub(crate) enum Push {
     /// Bringing the hand to the start of the push.
     Entering,
-    /// Measuring the force reading without contact since a time [s].
+    /// Measuring the force reading without contact since a time \[s\].
     Measuring { since: f64, sum: Vec3, readings: u32 },
     /// Moving straight ahead.
     Advancing,

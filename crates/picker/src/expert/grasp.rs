@@ -19,7 +19,7 @@ pub(crate) struct Grasp {
     failed: u32,
     /// True if something stopped the hand.
     refused: bool,
-    /// Smoothed push against the hand along the approach [N].
+    /// Smoothed push against the hand along the approach \[N\].
     push: f64,
 }
 
@@ -27,9 +27,9 @@ pub(crate) struct Grasp {
 enum Stage {
     /// Moving to the fruit.
     Homing,
-    /// Fingers closing since a time [s].
+    /// Fingers closing since a time \[s\].
     Closing { since: f64, width: f64, steady: f64 },
-    /// Fingers opening since a time [s], before the hand backs out for another look.
+    /// Fingers opening since a time \[s\], before the hand backs out for another look.
     Opening { since: f64 },
     /// Backing out.
     Backing,

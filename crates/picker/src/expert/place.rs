@@ -12,11 +12,11 @@ use orchard_robot::JointVector;
 /// Memory of the deposit state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deposit {
-    /// Position of the base when the stem broke, odom [m].
+    /// Position of the base when the stem broke, odom \[m\].
     base_start: [f64; 2],
-    /// Withdrawal of the hand so far [m].
+    /// Withdrawal of the hand so far \[m\].
     withdrawn: f64,
-    /// Smoothed force with which the hand presses down [N].
+    /// Smoothed force with which the hand presses down \[N\].
     press: f64,
     stage: Stage,
 }
@@ -27,7 +27,7 @@ enum Stage {
     Leaving,
     /// Swinging above the bucket and lowering.
     Swinging,
-    /// Fingers opening since a time [s].
+    /// Fingers opening since a time \[s\].
     Opening { since: f64 },
 }
 

@@ -9,15 +9,15 @@ use crate::robot_state::RobotState;
 /// Memory of the pull state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pull {
-    /// Smoothed pull along the withdrawal [N] and its largest value.
+    /// Smoothed pull along the withdrawal \[N\] and its largest value.
     tension: f64,
     peak: f64,
     travelled: f64,
-    /// Smoothed weight on the hand [N].
+    /// Smoothed weight on the hand \[N\].
     weight: f64,
-    /// Time for which the pull has been well below its peak, but not slack [s].
+    /// Time for which the pull has been well below its peak, but not slack \[s\].
     sagging: f64,
-    /// Time since the withdrawal ended [s]; the smoothed pull lags behind a stem that breaks at the end.
+    /// Time since the withdrawal ended \[s\]; the smoothed pull lags behind a stem that breaks at the end.
     settled: f64,
     /// Number of failed tries at this target.
     failed: u32,

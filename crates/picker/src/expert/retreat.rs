@@ -9,7 +9,7 @@ use orchard_geometry::Vec3;
 /// Memory of the retreat state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Retreat {
-    /// Time at which the fingers were commanded to open [s].
+    /// Time at which the fingers were commanded to open \[s\].
     since: f64,
     stage: Stage,
 }

@@ -9,7 +9,7 @@ use orchard_geometry::{Intrinsics, Vec3, inverse_transform};
 pub(crate) struct Views {
     /// Number of images that should show the target.
     pub images: u32,
-    /// Number of images that showed it, and the sums of its centre (odom) and radius [m].
+    /// Number of images that showed it, and the sums of its centre (odom) and radius \[m\].
     pub hits: u32,
     sum: Vec3,
     radius_sum: f64,

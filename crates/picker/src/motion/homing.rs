@@ -10,7 +10,7 @@ use orchard_geometry::{Pose, Vec3};
 use orchard_quantity::{Count, Quantity};
 use orchard_robot::{ArmKinematics, JointVector, Obstacle, QpGoal, QpState, QpStatus, QpTask};
 
-/// Distance [m] and angle [rad] from the goal at which the hand has arrived: a fiftieth of the fruit's radius at the fingertips' lever.
+/// Distance \[m\] and angle \[rad\] from the goal at which the hand has arrived: a fiftieth of the fruit's radius at the fingertips' lever.
 const ARRIVED: f64 = 1e-3;
 const TURNED: f64 = 0.02;
 
@@ -70,13 +70,13 @@ pub(super) struct Homing {
     v: JointVector,
     /// Share of the speeds.
     pace: f64,
-    /// Time without progress [s].
+    /// Time without progress \[s\].
     idle: f64,
     over: bool,
 }
 
 impl Homing {
-    /// Starts at a posture `q` [rad] with joint velocities `v` [rad/s].
+    /// Starts at a posture `q` \[rad\] with joint velocities `v` [rad/s].
     pub fn new(
         x_goal: Pose,
         obstacles: Vec<Obstacle>,
@@ -110,7 +110,7 @@ impl Homing {
         self.over
     }
 
-    /// Returns the posture after `dt` [s]; `None` if the motion cannot go on.
+    /// Returns the posture after `dt` \[s\]; `None` if the motion cannot go on.
     pub fn step(&mut self, arm: &ArmKinematics, q: &JointVector, dt: f64) -> Option<JointVector> {
         if dt <= 0.0 {
             return Some(*q);
@@ -138,7 +138,7 @@ impl Homing {
         (self.idle <= self.config.patience.si()).then_some(step.q_next)
     }
 
-    /// Wanted velocity of the TCP [m/s] at a displacement `left` from the goal [m].
+    /// Wanted velocity of the TCP [m/s] at a displacement `left` from the goal \[m\].
     fn wanted(&self, left: &Vec3, dt: f64) -> Vec3 {
         let c = &self.config;
         let acceleration = c.acceleration.si();

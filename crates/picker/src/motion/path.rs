@@ -20,7 +20,7 @@ pub(super) struct Path {
     ahead: VecDeque<WayPoint>,
     v: JointVector,
     pace: Pace,
-    /// Largest joint step with which the last frame may close the rest [rad].
+    /// Largest joint step with which the last frame may close the rest \[rad\].
     last_step: f64,
 }
 
@@ -42,7 +42,7 @@ impl Path {
         self.goal().is_none_or(|goal| goal == q)
     }
 
-    /// The posture after `dt` [s].
+    /// The posture after `dt` \[s\].
     pub fn step(&mut self, q: &JointVector, dt: f64) -> JointVector {
         while let Some(next) = self.ahead.front()
             && self.ahead.len() > 1

@@ -35,7 +35,7 @@ pub enum Sight {
     Clear,
     /// Images without a valid pixel.
     Blind,
-    /// Fruit is seen until this time [s], then never again.
+    /// Fruit is seen until this time \[s\], then never again.
     FruitVanishesAfter(f64),
 }
 
@@ -46,12 +46,12 @@ pub struct Wood {
     pub radius: f64,
     /// Stiffness [N/m].
     pub stiffness: f64,
-    /// Largest depth of the hand in the ball [m].
+    /// Largest depth of the hand in the ball \[m\].
     pub deepest: f64,
 }
 
 impl Wood {
-    /// Force that the hand exerts on the ball [N].
+    /// Force that the hand exerts on the ball \[N\].
     fn force(&mut self, p_tcp: &Vec3) -> Vec3 {
         let inwards = self.p - p_tcp;
         let depth = (self.radius - inwards.norm()).max(0.0);
@@ -68,7 +68,7 @@ pub struct FakeWorld {
     /// Frames between the taking and the delivery of an image.
     pub latency: u32,
     in_flight: VecDeque<(f64, DepthImage)>,
-    /// Stem force at which a fruit comes off [N].
+    /// Stem force at which a fruit comes off \[N\].
     pub stem_strength: f64,
     pub wood: Option<Wood>,
     pub base: [f64; 3],
@@ -77,7 +77,7 @@ pub struct FakeWorld {
     v: JointVector,
     a: JointVector,
     fingers: f64,
-    /// Force of each finger drive, positive opening [N].
+    /// Force of each finger drive, positive opening \[N\].
     squeeze: f64,
     base_velocity: [f64; 3],
     gripped: Option<usize>,

@@ -84,7 +84,7 @@ pub fn push_triangles(
     });
 }
 
-/// Adds a level square about the origin, `half` a side [m].
+/// Adds a level square about the origin, `half` a side \[m\].
 pub fn push_square(entity: &mut SceneEntity, half: f64, rgba: [f64; 4]) {
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
     let corners = corners.map(|[x, y]| Vec3::new(x, y, 0.0));

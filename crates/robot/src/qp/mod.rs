@@ -30,7 +30,7 @@ use problem::{Problem, Row};
 /// Positions and velocities of the arm's set points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QpState {
-    /// Joint positions [rad].
+    /// Joint positions \[rad\].
     pub q: JointVector,
     /// Joint velocities of the last step [rad/s].
     pub v: JointVector,
@@ -66,18 +66,18 @@ pub enum QpTask {
 pub struct QpGoal {
     /// Motion of the TCP.
     pub task: QpTask,
-    /// Preferred posture [rad], for the null space of the task.
+    /// Preferred posture \[rad\], for the null space of the task.
     pub posture: JointVector,
-    /// Radius of a ball that the hand holds at the TCP [m].
+    /// Radius of a ball that the hand holds at the TCP \[m\].
     pub held: Option<f64>,
 }
 
 /// A point that the arm, the hand and its load should keep clear of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacle {
-    /// Position, base frame [m].
+    /// Position, base frame \[m\].
     pub p_base: Vec3,
-    /// Distance to keep [m].
+    /// Distance to keep \[m\].
     pub clearance: f64,
     /// Penalty for coming nearer than that [m/s]: the obstacle yields where the TCP would lag by more in its direction. Twigs may have a
     /// small penalty, a trunk a large one; it is capped at a tenth of the penalty between links.
@@ -111,7 +111,7 @@ pub enum QpStatus {
 pub struct QpStep {
     /// Joint velocities over the step [rad/s].
     pub v: JointVector,
-    /// Joint positions at its end [rad], within their limits.
+    /// Joint positions at its end \[rad\], within their limits.
     pub q_next: JointVector,
     /// Largest slack of a constraint on a distance [m/s].
     pub slack: f64,

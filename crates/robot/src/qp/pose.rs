@@ -8,7 +8,7 @@ use crate::ik::{IkFailure, IkTarget, Residual};
 use crate::io::ARM_DOF;
 use nalgebra::SMatrix;
 
-/// Largest joint step at which a search counts as converged [rad].
+/// Largest joint step at which a search counts as converged \[rad\].
 const STALLED: f64 = 1e-7;
 
 impl ArmKinematics {

@@ -46,7 +46,7 @@ const SLACK_CURVATURE: f64 = 1e-3;
 /// Largest number of changes of the active set before the search gives up.
 const SWITCHES: usize = 24;
 
-/// Least magnitude of a multiplier of the wrong sign that counts, as a share of the largest gradient [1].
+/// Least magnitude of a multiplier of the wrong sign that counts, as a share of the largest gradient \[1\].
 const WRONG_SIGN: f64 = 1e-12;
 
 impl Problem {

@@ -26,7 +26,7 @@ pub struct Survey {
     pub links: Vec<LinkFacts>,
     /// Number of joints that move.
     pub moving_joints: usize,
-    /// Mass of all moving links [kg].
+    /// Mass of all moving links \[kg\].
     pub mass: f64,
     /// Mesh files of the robot's shapes.
     pub meshes: Vec<MeshUse>,
@@ -69,7 +69,7 @@ pub struct JointFacts {
 pub struct LinkFacts {
     /// Name.
     pub name: String,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
     /// Verdict on the inertia.
     pub inertia: InertiaFacts,

@@ -41,7 +41,7 @@ impl RayCaster {
             .min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Nearest surface along the ray of a pixel; the range parameter is the depth [m].
+    /// Nearest surface along the ray of a pixel; the range parameter is the depth \[m\].
     pub fn at_pixel(&self, k: &Intrinsics, x_world_camera: &Pose, u: f64, v: f64) -> Option<(f64, usize)> {
         self.nearest(&x_world_camera.translation.vector, &(x_world_camera.rotation * k.ray(u, v)))
     }
