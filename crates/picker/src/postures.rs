@@ -43,7 +43,7 @@ impl Postures {
 const TURNS: [f64; 8] =
     [0.0, FRAC_PI_4, FRAC_PI_2, 3.0 * FRAC_PI_4, PI, 5.0 * FRAC_PI_4, 3.0 * FRAC_PI_2, 7.0 * FRAC_PI_4];
 
-/// Turns with the fingers moving across the base [rad]: the hand's width then fits between the walls at any place along the bucket.
+/// Turns with the fingers moving across the base \[rad\]: the hand's width then fits between the walls at any place along the bucket.
 pub(crate) const ACROSS: [f64; 2] = [0.0, PI];
 
 /// Returns the postures with the hand pointing down above a place (base frame, height ignored) and lowered to it: of the given turns of the

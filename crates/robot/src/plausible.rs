@@ -5,7 +5,7 @@
 
 use crate::RobotError;
 
-/// Largest size and offset, and farthest joint from the root at q = 0 [m]: positions keep a resolution of 1e-13 m.
+/// Largest size and offset, and farthest joint from the root at q = 0 \[m\]: positions keep a resolution of 1e-13 m.
 pub(crate) const LENGTH_MAX: f64 = 1e3;
 
 /// Largest mass of a link \[kg\].

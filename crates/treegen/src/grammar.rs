@@ -1,7 +1,7 @@
 //! Grammars of apple trees, one file each: productions, and the parameters that a tree draws for them.
 //!
 //! [`crate::lsystem`] rewrites strings and [`crate::turtle`] interprets them; the config (`orchard_spec::tree`) has the
-//! intervals of the parameters. A new grammar is a new file here, a table of parameters there and a line in [`draw`].
+//! intervals of the parameters. A new grammar is a new file here, a table of parameters there and a line in `draw`.
 
 pub mod annual_shoots;
 pub mod central_leader;

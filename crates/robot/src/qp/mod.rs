@@ -133,7 +133,7 @@ impl QpGoal {
 }
 
 impl ArmKinematics {
-    /// Computes one control step of length `dt` [s]: the joint velocities that serve the goal best within the limits and clear of the
+    /// Computes one control step of length `dt` \[s\]: the joint velocities that serve the goal best within the limits and clear of the
     /// obstacles. The module's docs give the objective. Obstacles that are not finite are ignored.
     pub fn velocity_step(&self, state: &QpState, goal: &QpGoal, obstacles: &[Obstacle], dt: f64) -> QpStep {
         let QpState { q, v } = state;

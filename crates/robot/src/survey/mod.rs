@@ -30,7 +30,7 @@ pub struct Survey {
     pub mass: f64,
     /// Mesh files of the robot's shapes.
     pub meshes: Vec<MeshUse>,
-    /// Convex outline on the ground at q = 0, counterclockwise [m]: of the config's base and bucket in the base frame, else of
+    /// Convex outline on the ground at q = 0, counterclockwise \[m\]: of the config's base and bucket in the base frame, else of
     /// the first link with shapes in the root frame. Meshes are left out.
     pub footprint: Vec<[f64; 2]>,
     /// The parts that a harvester needs.
