@@ -173,24 +173,6 @@ impl Buffers {
     }
 }
 
-/// Layout of the bindings: the rules with a dynamic offset, then the buffers in the order of `kernels/memory.wgsl`.
-pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    // Tiles, and forces or the table, are read-only.
-    let storage = [true, false, false, false, false, false, false, true]
-        .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
-    let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
-    let entries: Vec<_> = (0..)
-        .zip(all)
-        .map(|(binding, (ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
-}
-
 /// A buffer, its copy on the host, and the ranges to read.
 pub(crate) type Wanted<'a, T> = (&'a wgpu::Buffer, &'a mut Vec<T>, Vec<Range<usize>>);
 

@@ -14,7 +14,7 @@ mod topologies;
 #[cfg(test)]
 pub(crate) use numbers::Field;
 
-use block::{Block, Member, blocks};
+use block::{Block, blocks};
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -50,6 +50,9 @@ pub(crate) struct Memory {
     places: Vec<Place>,
     blocks: Vec<Block>,
 }
+
+/// A world with its index and its schedule.
+type Member<'a> = (usize, &'a TreeWorld, &'a Schedule);
 
 /// Place of a world.
 #[derive(Debug, Clone)]

@@ -4,7 +4,6 @@ use std::sync::OnceLock;
 
 use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
-use crate::buffers::binding_layout;
 use crate::shader;
 
 /// One pipeline for each kind of pass. Kinds that not every batch needs are compiled at their first use.
@@ -100,4 +99,22 @@ impl Pipelines {
             })
         })
     }
+}
+
+/// Layout of the bindings: the rules with a dynamic offset, then the buffers in the order of `kernels/memory.wgsl`.
+fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    // Tiles, and forces or the table, are read-only.
+    let storage = [true, false, false, false, false, false, false, true]
+        .map(|read_only| (wgpu::BufferBindingType::Storage { read_only }, false));
+    let all = std::iter::once((wgpu::BufferBindingType::Uniform, true)).chain(storage);
+    let entries: Vec<_> = (0..)
+        .zip(all)
+        .map(|(binding, (ty, has_dynamic_offset))| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }

@@ -3,18 +3,13 @@
 use std::cmp::Reverse;
 use std::ops::Range;
 
-use orchard_batch::TreeWorld;
-
-use super::{Memory, Place, fruit_rows};
+use super::{Member, Memory, Place, fruit_rows};
 use crate::Solver;
 use crate::layout::{LANES, QUAD, fork, fruit, krylov, leaf, link, load, push, tile, work, world};
 use crate::schedule::{PARTS, Schedule, WARPS};
 
 /// Number of lanes whose quads are 32 bytes together, the smallest unit that a graphics card reads: they belong to one tile.
 const LANES_TOGETHER: usize = 2;
-
-/// A world with its index and its schedule.
-pub(super) type Member<'a> = (usize, &'a TreeWorld, &'a Schedule);
 
 /// Place of a block in the buffers.
 #[derive(Debug, Clone)]

@@ -5,8 +5,7 @@ use std::ops::Range;
 use orchard_batch::Plant;
 use orchard_multibody::Data;
 
-use super::block::Member;
-use super::{Memory, quad_at};
+use super::{Member, Memory, quad_at};
 use crate::layout::{LANES, UNBOUNDED, fruit};
 use crate::schedule::MOST_FRUIT_ROWS;
 
