@@ -1,6 +1,6 @@
 //! Specs of depth cameras.
 
-use orchard_quantity::{ConfigError, Count, Quantity, Span};
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, overlay, parse};
 use serde::{Deserialize, Serialize};
 
 /// Config of the camera `paper` as TOML text.
@@ -183,7 +183,9 @@ impl CameraSpec {
     /// # Errors
     /// Not TOML, no camera or more than one, a field unknown, a value outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        crate::preset::read_camera(file, text)
+        let mut table = parse(file, text)?;
+        complete(&mut table)?;
+        from_table(file, table)
     }
 
     /// Name of the model in configs and on command lines.
@@ -219,5 +221,45 @@ impl CameraSpec {
             CameraSpec::Ideal(_) | CameraSpec::Paper(_) => 0.0,
             CameraSpec::D435i(camera) => camera.latency.si(),
         }
+    }
+}
+
+/// Lays each camera of a config's table over that camera's own file. Unknown names stay, and the reader refuses them.
+pub(crate) fn complete(cameras: &mut toml::Table) -> Result<(), ConfigError> {
+    for (name, changes) in cameras.iter_mut() {
+        let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
+        if let (Some((_, text)), toml::Value::Table(changes)) = (own, changes) {
+            let mut whole = parse(&format!("camera/{name}.toml"), text)?;
+            // No table within a camera is a choice of one entry.
+            overlay(&mut whole, std::mem::take(changes), &[]);
+            *changes = whole;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_of_a_camera_are_checked_against_their_range() {
+        let error = |text: &str| CameraSpec::from_toml("c.toml", text).unwrap_err().to_string();
+        let e = error("[d435i]\nsunlight = { value = 1.5, range = [0, 1], unit = '1', source = 'x' }");
+        assert_eq!(e, "c.toml: d435i.sunlight: 1.5 is outside the allowed range [0, 1] 1");
+        let e = error("[d435i]\nlatency = { value = -1, range = [0, 500], unit = 'ms', source = 'x' }");
+        assert_eq!(e, "c.toml: d435i.latency: -1 is outside the allowed range [0, 500] ms");
+        let e = error(
+            "[d435i]\ndisparity_noise = { low = 0.2, high = 0.1, range = [0, 5], unit = 'px', source = 'x' }",
+        );
+        assert_eq!(e, "c.toml: d435i.disparity_noise: low 0.2 is above high 0.1");
+        // Limit of the code itself, independent of the file's range.
+        let e = error("[d435i]\nwindow_radius = { value = 16, range = [0, 99], unit = 'px', source = 'x' }");
+        assert_eq!(
+            e,
+            "c.toml: d435i.window_radius: 16 is outside the range [0, 15] px that the model holds for"
+        );
+        let e = error("[d435i]\nwindow = 3");
+        assert!(e.starts_with("c.toml: d435i.window: unknown field"), "{e}");
     }
 }

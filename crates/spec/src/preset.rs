@@ -5,7 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::Spec;
-use crate::camera::CameraSpec;
+use crate::camera;
 
 macro_rules! presets {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
@@ -88,29 +88,9 @@ const CAMERA: &str = "camera";
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     let mut table = with_base(file, text)?;
     if let Some(toml::Value::Table(cameras)) = table.get_mut(CAMERA) {
-        complete_cameras(cameras)?;
+        camera::complete(cameras)?;
     }
     from_table(file, table)
-}
-
-/// Reads a camera; fields that it omits have the values of that camera's own file.
-pub(crate) fn read_camera(file: &str, text: &str) -> Result<CameraSpec, ConfigError> {
-    let mut table = parse(file, text)?;
-    complete_cameras(&mut table)?;
-    from_table(file, table)
-}
-
-/// Lays a config's camera table over that camera's own file. Unknown names stay, and the reader refuses them.
-fn complete_cameras(cameras: &mut toml::Table) -> Result<(), ConfigError> {
-    for (name, changes) in cameras.iter_mut() {
-        let own = CameraSpec::FILES.iter().find(|(known, _)| known == name);
-        if let (Some((_, text)), toml::Value::Table(changes)) = (own, changes) {
-            let mut whole = parse(&format!("camera/{name}.toml"), text)?;
-            overlay(&mut whole, std::mem::take(changes), &CHOICES);
-            *changes = whole;
-        }
-    }
-    Ok(())
 }
 
 /// Table of a config with all fields of its base.
@@ -131,6 +111,7 @@ fn with_base(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::CameraSpec;
     use crate::tree::Grammar;
 
     #[test]
@@ -207,27 +188,6 @@ mod tests {
         assert_eq!(e, "c.toml: d435i.baseline: -50 is not greater than 0");
         let e = CameraSpec::from_toml("c.toml", "[eye]").unwrap_err().to_string();
         assert!(e.starts_with("c.toml: ") && e.contains("`eye`, expected one of `ideal`"), "{e}");
-    }
-
-    #[test]
-    fn figures_of_a_camera_are_checked_against_their_range() {
-        let error = |text: &str| CameraSpec::from_toml("c.toml", text).unwrap_err().to_string();
-        let e = error("[d435i]\nsunlight = { value = 1.5, range = [0, 1], unit = '1', source = 'x' }");
-        assert_eq!(e, "c.toml: d435i.sunlight: 1.5 is outside the allowed range [0, 1] 1");
-        let e = error("[d435i]\nlatency = { value = -1, range = [0, 500], unit = 'ms', source = 'x' }");
-        assert_eq!(e, "c.toml: d435i.latency: -1 is outside the allowed range [0, 500] ms");
-        let e = error(
-            "[d435i]\ndisparity_noise = { low = 0.2, high = 0.1, range = [0, 5], unit = 'px', source = 'x' }",
-        );
-        assert_eq!(e, "c.toml: d435i.disparity_noise: low 0.2 is above high 0.1");
-        // Limit of the code itself, independent of the file's range.
-        let e = error("[d435i]\nwindow_radius = { value = 16, range = [0, 99], unit = 'px', source = 'x' }");
-        assert_eq!(
-            e,
-            "c.toml: d435i.window_radius: 16 is outside the range [0, 15] px that the model holds for"
-        );
-        let e = error("[d435i]\nwindow = 3");
-        assert!(e.starts_with("c.toml: d435i.window: unknown field"), "{e}");
     }
 
     #[test]
