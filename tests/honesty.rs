@@ -62,7 +62,7 @@ fn with_weak_fingers_nothing_is_picked() {
     assert_eq!(total(&stories, Story::deposited), 0);
 }
 
-/// The same pick by script, so that the grip is all that differs: the full grip detaches the fruit and keeps it,
+/// Repeats one scripted pick in which only the grip differs: the full grip detaches the fruit and keeps it,
 /// with a grip without friction or of 5 N nothing is detached.
 #[test]
 fn the_grip_alone_decides_over_a_scripted_pick() {

@@ -22,7 +22,7 @@ const TREES: u32 = 3;
 /// Largest share of placed attempts that chance may give a controller without eyes.
 const BY_CHANCE: f64 = 0.05;
 
-/// What takes the place of the depth image.
+/// Replacement of the depth image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sight {
     Sound,
@@ -116,7 +116,7 @@ impl BenchWorld for Spoilt {
     }
 }
 
-/// An episode of the first trees of every tuning seed; `sight` is told each world at its start.
+/// Runs an episode of the first trees of every tuning seed; `sight` gets each world at its start.
 fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRecord> {
     let harvest = Harvest::new(Scenario::of(&[("controller", kind.name())]).unwrap()).unwrap();
     let protocol = Protocol::paper();

@@ -114,7 +114,7 @@ fn posts_and_wires_stand_clear() {
     }
 }
 
-/// An apple let go above a wire comes to bear on it.
+/// An apple released above a wire comes to rest on it.
 #[test]
 fn loose_fruit_meets_a_wire() {
     let mut world = world(Preset::VerticalUfo, 0);

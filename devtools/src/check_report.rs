@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Opens the report of a small run, or tells why it cannot.
+/// Opens the report of a small run; `Skipped` gives the reason why it cannot.
 pub fn check() -> Result<Verdict, Failure> {
     check_folder(None)
 }
@@ -77,7 +77,7 @@ fn check_folder(dir: Option<&Path>) -> Result<Verdict, Failure> {
     Ok(Verdict::Agreed)
 }
 
-/// A small run of this very code; what is there already is taken up.
+/// A small run of the current code; an existing run is continued.
 fn small_run() -> Result<PathBuf, Failure> {
     let dir = python::folder(SUITE).join("run");
     let line = [&["orchard"][..], &RUN[..]].concat().into_iter().map(OsString::from);

@@ -29,8 +29,8 @@ pub struct Args {
 /// The targets: binaries of the package `fuzz/`.
 const TARGETS: [&str; 2] = ["detect", "image_files"];
 
-/// What coverage guidance asks of the compiler, as cargo-fuzz does where no sanitizer is wanted: counters and tables of
-/// branches, operands of comparisons, and one code unit, so that they are whole.
+/// Compiler flags for coverage guidance, those of cargo-fuzz without a sanitizer: counters and tables of
+/// branches, operands of comparisons, and one code unit, so that the tables are complete.
 const FLAGS: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0 -Ccodegen-units=1";
@@ -130,7 +130,7 @@ fn seeds(target: &str) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
     Ok(seeds)
 }
 
-/// Whether libFuzzer can be compiled.
+/// Checks that libFuzzer can be compiled; the error gives the reason.
 fn compiler() -> Result<(), String> {
     let name = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
     match Command::new(&name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status() {

@@ -24,14 +24,14 @@ use paths::TreePaths;
 )]
 pub struct Args {}
 
-/// Folder of the script and of what the last run wrote.
+/// Folder of the script and of the last run's output.
 pub const SUITE: &str = "judge";
 /// Seeds and trees that are compared.
 const TREES: [(u64, u32); 3] = [(20250704, 0), (1, 0), (2, 3)];
 /// Time step of our paths [s].
 const TIME_STEP: f64 = 1e-3;
 
-/// What the Python side reads.
+/// Input of the Python script.
 #[derive(Serialize)]
 struct Case {
     mjcf: String,
@@ -46,7 +46,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compares, or tells why it cannot. In continuous integration there is no excuse.
+/// Compares; `Skipped` gives the reason why it cannot. In continuous integration that is a failure.
 pub fn judge() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,

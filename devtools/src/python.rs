@@ -15,12 +15,12 @@ pub struct Environment {
     source: PathBuf,
 }
 
-/// Where a suite's environment stands, and what its last run wrote.
+/// Folder of a suite's environment and of its last run's output.
 pub fn folder(suite: &str) -> PathBuf {
     workspace::root().join("target").join(suite)
 }
 
-/// Where a suite's scripts and pinned packages stand.
+/// Folder of a suite's scripts and pinned packages.
 fn source(suite: &str) -> PathBuf {
     workspace::root().join("tests").join(suite)
 }
@@ -43,7 +43,7 @@ impl Environment {
         Self::install_from(&source(suite), "requirements.txt", &folder(suite))
     }
 
-    /// The same for scripts of a suite that need other packages: those of `tests/SUITE/requirements-PART.txt`, in
+    /// Installs the environment of a suite's scripts that need other packages: those of `tests/SUITE/requirements-PART.txt`, in
     /// `target/SUITE-PART/venv`.
     pub fn install_part(suite: &str, part: &str) -> Result<Self, String> {
         let requirements = format!("requirements-{part}.txt");

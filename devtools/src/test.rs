@@ -26,7 +26,7 @@ use crate::{
                   that it changed)."
 )]
 pub struct Args {
-    /// Only what a change to a crate or two needs
+    /// Only the tests for a change to a crate or two
     #[arg(long)]
     quick: bool,
 }

@@ -55,7 +55,7 @@ const LAYERS: [&str; 29] = [
     "xtask",
 ];
 
-/// What a check found.
+/// Findings of a check.
 #[derive(Debug, Default, PartialEq)]
 pub struct Findings {
     /// Rules broken, a line each.

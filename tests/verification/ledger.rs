@@ -1,4 +1,4 @@
-//! A world's energy, held against what can have come into it.
+//! Compares a world's energy with the largest energy that can have been added to it.
 
 use orchard_geometry::Vec3;
 use orchard_multibody::{BodyId, PointId, energy};

@@ -107,8 +107,8 @@ fn a_hard_yank_on_every_twig_gains_no_more_than_its_work() {
     yank_every_twig(spec, -ROUND_OFF);
 }
 
-/// The same with the cap: every value is finite, and 8 s after the yank began the tree and what hangs on it have come
-/// to rest.
+/// The hard yank with the paper's cap: every value is finite, and 8 s after the yank began the tree and its fruit are at
+/// rest.
 #[test]
 fn a_tree_comes_to_rest_after_a_hard_yank() {
     yank_every_twig(Spec::paper(), f64::NEG_INFINITY);

@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 /// Wood thicker than this is not passed through [m].
 const THICK: f64 = 0.010;
-/// How far the centreline of a twig may be inside the chassis [m].
+/// Largest depth of a twig's centreline inside the chassis [m].
 const TWIG_OVERLAP: f64 = 0.001;
-/// How far the base goes on after it touched the trunk [m].
+/// Largest travel of the base after it touched the trunk [m].
 const STOP: f64 = 0.005;
 
 /// The paper's world with a substep as its frame, so that the contacts of every substep are seen.
@@ -65,11 +65,11 @@ fn facing(mut spec: Spec) -> Spec {
     spec
 }
 
-/// What a ram of 4 s did to the wood.
+/// Effects of a ram of 4 s on the wood.
 struct Ram {
     /// Contacts in which the robot pressed on live wood.
     touched: usize,
-    /// How far the base went on in its direction after it touched the trunk [m]; `None`: it never did.
+    /// Travel of the base in its direction after it touched the trunk [m]; `None` if it never touched it.
     stop: Option<f64>,
     /// Deepest overlap of the robot and live wood [m].
     sunk: f64,
@@ -143,7 +143,7 @@ fn a_robot_parked_under_breaking_limbs() {
     let robot = robot(1.1);
     let mut start = World::new(Arc::new(facing(Spec::paper())), Arc::new(robot.clone()), 42, 0).unwrap();
     let mut command = robot.start_command();
-    // Under the canopy's edge; what the way in breaks is part of the scene.
+    // Under the canopy's edge; wood broken on the approach is part of the scene.
     command.base_velocity = [1.1, 0.0, 0.0];
     while base(&start).0.xy().norm() > 1.0 {
         start.step(&command);

@@ -20,7 +20,7 @@ const SEGMENTS: usize = 6;
 /// Length and radius of the stump that bears it [m], and how far its root is beside the chassis' way [m].
 const STUMP: (f64, f64) = (0.03, 0.02);
 const BESIDE: f64 = 0.06;
-/// How far the chassis starts from the twig's root and how far it drives [m].
+/// Start of the chassis from the twig's root, and distance that it drives [m].
 const START: f64 = 0.40;
 const DRIVE: f64 = 0.80;
 

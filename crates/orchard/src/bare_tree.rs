@@ -19,11 +19,11 @@ pub struct BareTree {
     pub spec: Arc<Spec>,
     /// The grown tree.
     pub skeleton: Skeleton,
-    /// Its links.
+    /// Links of the tree.
     pub tree: TreeBody,
-    /// Its model.
+    /// Multibody model of the tree.
     pub model: Model,
-    /// Its state: q = 0, at rest.
+    /// State of the model: q = 0, at rest.
     pub data: Data,
     /// Gravity [m/s^2], world.
     pub gravity: Vec3,

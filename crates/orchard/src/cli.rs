@@ -12,7 +12,7 @@ use crate::commands::{
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Grows apple trees, lets robots harvest them, and measures what comes of it.
+/// Grows apple trees, lets robots harvest them, and measures the harvest.
 #[derive(Parser)]
 #[command(
     name = "orchard",

@@ -1,4 +1,4 @@
-//! How a command can end without success.
+//! The ways in which a command can fail, with their exit codes.
 
 use std::process::ExitCode;
 

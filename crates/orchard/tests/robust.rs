@@ -1,4 +1,4 @@
-//! What can befall a run: it is killed, its disk is full, its folder is not its own. A number is right or not there.
+//! Runs that are killed, fill the disk or get another run's folder: a result is correct or absent.
 
 #![cfg(unix)]
 
@@ -118,7 +118,7 @@ fn a_full_disk_is_told_and_leaves_nothing_half_written() {
     assert!(message.contains("episodes/") && message.contains("File too large"), "{message}");
     let names: Vec<PathBuf> = results(&out).into_keys().collect();
     assert_eq!(names, [PathBuf::from("plan.json")]);
-    // With room again it goes on.
+    // The run continues once there is space again.
     let (expected, _) = whole(&folder.path().join("whole"));
     assert!(output(&mut bench(&out)).status.success());
     assert_eq!(results(&out), expected);

@@ -10,7 +10,7 @@ use orchardbench::bare_tree::BareTree;
 
 /// The pull [N]: its size is the issue's, its direction (6, 0, -8) / 10 bends about both axes of a joint.
 const PULL_WORLD: [f64; 3] = [18.0, 0.0, -24.0];
-/// How long the pull lasts, and how long the release is watched [s].
+/// Duration of the pull, and of the observation after the release [s].
 const PHASE: f64 = 2.0;
 /// Largest joint move of the last iteration of the statics [rad].
 const STATICS_TOLERANCE: f64 = 1e-12;
@@ -18,7 +18,7 @@ const STATICS_TOLERANCE: f64 = 1e-12;
 /// A point [m], world.
 type Point = [f64; 3];
 
-/// What our side finds for one tree. Everything is in the world frame.
+/// OrchardBench's results for one tree. Everything is in the world frame.
 #[derive(Serialize)]
 pub struct TreePaths {
     /// Name of the tree.
@@ -35,7 +35,7 @@ pub struct TreePaths {
     pulls: Vec<Pull>,
 }
 
-/// Where everything is in equilibrium.
+/// Positions of all parts in equilibrium.
 #[derive(Serialize)]
 struct Pose {
     /// Tip of every segment.
@@ -47,7 +47,7 @@ struct Pose {
 /// One pull, from rest: the force acts for one phase, then to equilibrium, then is gone for one phase.
 #[derive(Serialize)]
 struct Pull {
-    /// What is pulled.
+    /// Name of the pulled part.
     name: &'static str,
     /// The segment, pulled at its centre of mass.
     segment: usize,

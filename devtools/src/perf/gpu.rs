@@ -31,7 +31,7 @@ const ROUNDS: usize = 5;
 const WARM_UP: u32 = 10;
 /// Worlds of the rows with their targets on one H200 [substeps/s].
 const TARGETS: [(usize, f64); 3] = [(512, 6e6), (4096, 28e6), (16384, 45e6)];
-/// Worlds of the rows about memory, building and topologies, and what is asked there: bytes, seconds, share of the rate of one topology.
+/// Worlds of the rows about memory, building and topologies, and their targets: bytes, seconds, share of the rate of one topology.
 const MANY: usize = 4096;
 const MEMORY: f64 = 150e6;
 const BUILD: f64 = 0.5;
@@ -66,7 +66,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     say(&bar, "MuJoCo-Warp");
     let compared: Vec<usize> =
         targets.iter().map(|&(worlds, _)| worlds).filter(|&worlds| worlds <= MANY).collect();
-    // The file stays, for whoever wants to step it elsewhere.
+    // The file is kept, so that it can be stepped elsewhere.
     let tree = warp::leave(&mjcf_of(&same[0])?)?;
     let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
     let peer = peer.inspect_err(|why| eprintln!("NO COMPARISON with MuJoCo-Warp: {why}")).ok();

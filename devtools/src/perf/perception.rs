@@ -1,5 +1,5 @@
-//! Suite `perception`: what an image of the wrist camera costs, and the detector on it. `docs/performance.md` tells what
-//! each row means.
+//! Suite `perception`: time of an image of the wrist camera, and of the detector on it. `docs/performance.md`
+//! explains each row.
 
 use anyhow::Context;
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
@@ -17,29 +17,29 @@ use std::hint::black_box;
 use super::timing::{Rounds, cpu_time};
 use orchardbench::rows::{Effort, Measured, Row};
 
-/// Asked of depth and labels of a nominal tree, of the detector on them [ms].
+/// Target times of depth and labels of a nominal tree, small and large image, and of the detector on them [ms].
 const SMALL_MS: f64 = 1.5;
 const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
 
-/// The noise of every image: what it is does not matter here.
+/// Noise key of every image; its value does not affect the timing.
 const KEY: ImageKey = ImageKey { seed: 0, world: 0, frame: 0 };
 
 /// Columns and rows of the large image of the same view.
 const LARGE: [u32; 2] = [640, 480];
 
-/// When images are taken in a nominal episode [s]: at the start, on the way to the tree, among its branches. Multiples of
+/// Times of the images in a nominal episode [s]: at the start, on the way to the tree, among its branches. Multiples of
 /// the camera's period.
 const TIMES: [f64; 6] = [0.0, 2.0, 4.0, 8.0, 12.0, 20.0];
 
-/// How much is measured.
+/// Amount of measurement.
 struct Plan {
     rounds: usize,
     /// Times that a view is taken in a round.
     repeats: u32,
 }
 
-/// A world at the moment of an image, and what it showed.
+/// A world at the moment of an image, with its images.
 struct View {
     world: World,
     scene: Scene,
@@ -51,7 +51,7 @@ struct View {
     ignored: Image<bool>,
 }
 
-/// What is timed on a view, and what is asked of it [ms].
+/// Work that is timed on a view, with its target time [ms].
 struct Work<'a> {
     name: &'static str,
     target_ms: Option<f64>,

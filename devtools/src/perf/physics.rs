@@ -1,5 +1,5 @@
 //! Suite `physics`: substeps of tree worlds a second, ours and MuJoCo's in turns. Every timed world is kicked, and
-//! may break and drop fruit. `docs/performance.md` tells what each row means.
+//! may break and drop fruit. `docs/performance.md` explains each row.
 
 mod contact;
 pub(super) mod forest;
@@ -36,7 +36,7 @@ pub(super) const SEARCHED: u32 = 8192;
 /// Frames of a course: short enough that everything is still on the move at its end.
 const FRAMES: u32 = 15;
 
-/// How much is measured.
+/// Amount of measurement.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     rounds: usize,

@@ -8,7 +8,7 @@ const ROUNDS: usize = 5;
 /// Shortest time that a round may take [s]: long against the clock's resolution and a scheduler's slice.
 const ROUND_SECONDS: f64 = 0.4;
 
-/// How often `work` runs in a second of processor time: the median over rounds. `work` gets a counter that goes on over all
+/// Runs of `work` per second of processor time: the median over rounds. `work` gets a counter that counts over all
 /// calls.
 pub fn rate(mut work: impl FnMut(u32) -> anyhow::Result<()>) -> anyhow::Result<f64> {
     let mut call = 0;

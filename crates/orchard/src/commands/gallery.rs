@@ -46,7 +46,7 @@ const EPISODE: u32 = 0;
 const COLUMNS: u32 = 10;
 /// Height of a cell over its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
-/// How far from the trunk the camera stands, and how high [m].
+/// Distance of the camera from the trunk and its height [m].
 const DISTANCE: f64 = 9.0;
 const EYE_HEIGHT: f64 = 1.7;
 /// Height that a cell shows at the trunk [m]; more where a group's tallest tree needs it.
@@ -61,7 +61,7 @@ const PAPER: [u8; 3] = [250, 249, 246];
 /// A group of rows with a caption.
 struct Group {
     caption: String,
-    /// What each of its trees is grown from, and which world of the seed it is.
+    /// Configuration that each tree is grown from, and the tree's world index in the seed.
     trees: Vec<(Arc<Spec>, u32)>,
 }
 
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     picture_file::write(&args.out, &sheet(&groups, &drawn, cell))
 }
 
-/// What stands on the sheet, from top to bottom.
+/// Groups of trees on the sheet, from top to bottom.
 fn groups(rows: u32, foliage: f64) -> Result<Vec<Group>, Failure> {
     let randomised = Spec::preset(Preset::Randomised);
     let dial = randomised.foliage.density.with_value(foliage);

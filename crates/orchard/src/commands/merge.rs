@@ -28,7 +28,7 @@ pub struct Args {
     /// Folders of the parts
     #[arg(value_name = "DIR", required = true)]
     parts: Vec<PathBuf>,
-    /// Where the whole result goes
+    /// Folder for the whole result
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }

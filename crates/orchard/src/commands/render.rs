@@ -1,4 +1,4 @@
-//! `orchard render`: a picture of an episode at one moment, beside what the wrist camera sees.
+//! `orchard render`: a picture of an episode at one moment, beside the wrist camera's image.
 
 use crate::args::IndexArgs;
 use crate::args::ScenarioArgs;
@@ -13,7 +13,7 @@ use orchard_world::World;
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 
-/// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and what the wrist camera sees.
+/// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and the wrist camera's image.
 #[derive(clap::Args)]
 #[command(
     after_help = "The episode runs under the controller up to --time. Beside the outside view stands the latest wrist\n\
@@ -109,7 +109,7 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     picture(&world.picture_scene(), &intrinsics, &x_world_camera, &PictureStyle::default())
 }
 
-/// The depth image of an observation with what the picker took for fruit in it.
+/// Depth image of an observation, with the picker's detections.
 fn wrist_picture(world: &World, observation: &Observation, picker: &impl Controller) -> Image<[u8; 3]> {
     const WIDTH: usize = 576;
     let intrinsics = observation.intrinsics;

@@ -1,4 +1,4 @@
-//! `orchard replay`: a recorded episode simulated again, and held against its recording.
+//! `orchard replay`: simulates a recorded episode again and compares it with its recording.
 
 use std::path::{Path, PathBuf};
 

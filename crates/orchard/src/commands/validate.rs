@@ -20,9 +20,9 @@ use crate::rows::{Effort, Suite, run_suite};
                   code 1, unless its row says why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json"
 )]
 pub struct Args {
-    /// What to validate.
+    /// Suite to run.
     suite: String,
-    /// Where to write the rows.
+    /// File for the rows.
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
 }

@@ -11,19 +11,19 @@ use crate::judge::SUITE;
 use crate::python::{Environment, folder};
 use orchardbench::rows::Row;
 
-/// Packages of their own beside those of the judge.
+/// Name of the separate package set, in addition to the judge's.
 const PART: &str = "warp";
 
-/// What a round takes, about [s].
+/// Approximate time of a round [s].
 const ROUND: &str = "0.4";
 
-/// What `tests/judge/warp_speed.py` found.
+/// Results of `tests/judge/warp_speed.py`.
 pub struct Peer {
     header: Header,
     cells: Vec<Cell>,
 }
 
-/// Its first line.
+/// First line of the script's output.
 #[derive(Debug, Deserialize)]
 struct Header {
     mujoco_warp: String,
@@ -63,7 +63,7 @@ struct Timed {
     agrees: bool,
 }
 
-/// Writes the text of the model to a file, whose path it gives.
+/// Writes the model text to a file and returns its path.
 pub fn leave(model: &str) -> anyhow::Result<PathBuf> {
     let folder = folder(&format!("{SUITE}-{PART}"));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;

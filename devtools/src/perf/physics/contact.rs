@@ -10,7 +10,7 @@ use orchardbench::rows::Row;
 const NAME: &str = "physics.contact_8";
 /// Frames of a course: the capsule goes 0.15 m.
 const FRAMES: u32 = 30;
-/// What is asked: times MuJoCo's rate.
+/// Target: multiple of MuJoCo's rate.
 const RATIO: f64 = 5.0;
 const LIMIT: &str = "Only the operations without contacts are counted: those of contacts go with the iterations. Limited by the rest, \
                      which is small dense algebra in data-dependent order: pairs, their coupling through the wood, the iterations";

@@ -41,7 +41,7 @@ impl Planting {
         Ok(world)
     }
 
-    /// The same wood, without fruit, cut into more segments: each into as many pieces as make up the count.
+    /// Returns the tree without fruit, with every segment split into pieces that make up the count.
     pub fn refined(&self, segments: usize) -> Self {
         let coarse = &self.skeleton.segments;
         let mut fine: Vec<Segment> = Vec::with_capacity(segments);

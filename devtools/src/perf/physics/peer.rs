@@ -1,4 +1,4 @@
-//! MuJoCo as a process beside ours, which steps exported trees when it is told to.
+//! MuJoCo as a separate process that steps exported trees on request.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::judge::SUITE;
 use crate::python::{Environment, folder};
 
-/// The worker of `tests/judge/speed.py`, which tells the protocol.
+/// The worker of `tests/judge/speed.py`, which documents the protocol.
 pub struct Peer {
     process: Child,
     requests: Option<ChildStdin>,
@@ -22,14 +22,14 @@ pub struct Peer {
     pub version: String,
 }
 
-/// What is done with a loaded subject.
+/// Schedule of a measurement on a loaded subject.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
     /// Steps from the start to where the clock starts.
     pub lead: u32,
     /// Steps that are timed.
     pub steps: u32,
-    /// How often they are, each time from the same state.
+    /// Repeats of the timed steps, each from the same state.
     pub repeats: u32,
 }
 
@@ -49,7 +49,7 @@ pub struct Watched {
     pub contacts: f64,
     /// Smallest number.
     pub fewest: u32,
-    /// Whether the state is still finite.
+    /// True if the state is still finite.
     pub finite: bool,
 }
 

@@ -20,13 +20,13 @@ use super::peer::Watched;
 const RADIUS: f64 = 0.2;
 const LENGTH: f64 = 1.6;
 const MASS: f64 = 1000.0;
-/// Height of its middle [m].
+/// Height of the capsule's centre [m].
 const HEIGHT: f64 = 1.4;
-/// Its speed along x [m/s]: slow enough to bend the wood more than to break it.
+/// Speed of the capsule along x [m/s]: slow enough to bend the wood more than to break it.
 const SPEED: f64 = 0.3;
-/// Where it starts: outside the canopy [m].
+/// Start of the capsule along x, outside the canopy [m].
 const START: f64 = -1.3;
-/// By how much it passes the trunk [m], either way.
+/// Offsets at which the capsule passes the trunk [m], on either side.
 const OFFSETS: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
 /// Every so many trees one is tried.
 const EVERY: usize = 8;
@@ -34,7 +34,7 @@ const EVERY: usize = 8;
 const WAYS: usize = 16;
 /// Contacts that there must always be.
 pub const CONTACTS: u32 = 8;
-/// Frames until it has left the canopy.
+/// Frames until the capsule has left the canopy.
 const FRAMES: u32 = 480;
 
 /// Wood and fruit touch the capsule and nothing else.
@@ -110,7 +110,7 @@ impl PushedTree {
         })
     }
 
-    /// The trees and ways of the capsule that keep enough contacts over some frames on end, the most first.
+    /// The trees and ways of the capsule that keep enough contacts over some consecutive frames, the most first.
     pub fn busiest(plantings: &[Planting], frames: u32) -> anyhow::Result<Vec<Push>> {
         let ways: Vec<(&Planting, f64)> = plantings
             .iter()
@@ -128,7 +128,7 @@ impl PushedTree {
         Ok(pushes)
     }
 
-    /// Where on its way it keeps the most contacts over some frames on end.
+    /// Finds the part of the capsule's way, `frames` frames long, with the most contacts.
     fn watch(self, frames: u32) -> anyhow::Result<Push> {
         let mut world = self.clone();
         let counts: Vec<Vec<u32>> = (0..FRAMES).map(|_| world.step()).collect();

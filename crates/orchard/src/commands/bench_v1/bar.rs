@@ -1,4 +1,4 @@
-//! How a run goes on, for people.
+//! Progress display of a run.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -15,7 +15,7 @@ pub struct Bar<R> {
     show: fn(&R) -> Shown,
 }
 
-/// What is told of a record.
+/// Progress information of one record.
 pub struct Shown {
     /// Steps that it took.
     pub steps: u64,

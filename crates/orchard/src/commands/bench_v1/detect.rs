@@ -1,4 +1,4 @@
-//! The detection task: what a detector finds in single depth images.
+//! The detection task: scores a detector on single depth images.
 
 mod tables;
 

@@ -129,7 +129,7 @@ fn is_part(args: &Args) -> bool {
     args.shard.is_some_and(|shard| !shard.is_whole())
 }
 
-/// An option of a task that is not run would change nothing: better told than ignored.
+/// Refuses an option of a task that is not run: it would have no effect.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Gentle, Harvest, ReachAndGrasp, Scaling};
     let options: [(&str, bool, &[TaskName], &str); 6] = [

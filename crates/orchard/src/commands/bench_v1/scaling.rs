@@ -59,7 +59,7 @@ fn failure(e: ScalingError) -> Failure {
 }
 
 impl AnyTask for Timing {
-    /// Its file is written anew by every run, so any folder takes it.
+    /// Accepts any folder: every run overwrites the result file.
     fn check(&self, _: &Store) -> Result<(), OtherPlan> {
         Ok(())
     }
@@ -81,10 +81,10 @@ impl AnyTask for Timing {
     }
 }
 
-/// How the run goes on. Building a mode's worlds counts as much as its cells of one size.
+/// Progress bar over the cells. Building a mode's worlds counts as much as its cells of one size.
 pub struct Cells {
     bar: ProgressBar,
-    /// What building counts.
+    /// Cells that building a mode's worlds counts as.
     solvers: u64,
 }
 

@@ -1,4 +1,4 @@
-//! What the detector is given: files read and held against each other.
+//! Input of the detector: reads the files and checks that they agree with one another.
 
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,7 @@ pub struct InputArgs {
     pub up: Vec3,
 }
 
-/// What was read.
+/// The parsed input files.
 pub struct Input {
     pub depth: DepthImage,
     pub intrinsics: Intrinsics,
@@ -49,7 +49,7 @@ const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
-    /// Reads everything; what is wrong is told with its option, file, field and range.
+    /// Reads all files; an error names the option, file, field and range.
     pub fn read(&self) -> Result<Input, Failure> {
         let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {
             let (low, high) = (range.start(), range.end());

@@ -1,4 +1,4 @@
-//! The picture of a depth image with what was found in it.
+//! Picture of a depth image with the detections in it.
 
 use orchard_camera::picture::depth_picture_enlarged;
 use orchard_geometry::{DepthImage, Image, Intrinsics};

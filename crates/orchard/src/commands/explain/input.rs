@@ -1,4 +1,4 @@
-//! Reading an episode's record, and why it cannot be told.
+//! Reads an episode's record, or reports why it cannot be explained.
 
 use std::path::Path;
 
@@ -18,11 +18,11 @@ use crate::program::Program;
 pub struct Input {
     /// The record.
     pub record: EpisodeRecord,
-    /// Its worlds and controller.
+    /// Worlds and controller of the record.
     pub harvest: Harvest,
 }
 
-/// What every version of a record has.
+/// Fields that every version of a record has.
 #[derive(Deserialize)]
 struct Head {
     schema_version: u32,

@@ -18,13 +18,13 @@ use super::input::Input;
 use super::touch::TouchMemory;
 use crate::failure::Failure;
 
-/// What the second run told.
+/// Results of the second run.
 pub struct Replay {
-    /// Its record.
+    /// Record of the second run.
     pub record: EpisodeRecord,
     /// The moments asked for, in the order of time.
     pub shots: Vec<Shot>,
-    /// What the contacts explain, in the order of time.
+    /// Events with their causes from the contacts, in the order of time.
     pub causes: Vec<Cause>,
 }
 
@@ -40,22 +40,22 @@ pub struct Shot {
 
 /// The likely cause of an event.
 pub struct Cause {
-    /// What happened.
+    /// The event.
     pub of: Happened,
     /// Frame.
     pub frame: u32,
-    /// What the robot did to it in the half second before.
+    /// Description of the robot's contacts with it in the half second before.
     pub text: String,
 }
 
-/// What has a cause.
+/// An event that has a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Happened {
     /// The end of an attempt, at a target fruit if there was one.
     End {
         /// Attempt.
         attempt: u32,
-        /// Its target.
+        /// Target fruit of the attempt.
         fruit: Option<u32>,
     },
     /// A branch at the base of a segment.

@@ -17,7 +17,7 @@ use crate::picture_file::paste;
 pub struct Moment {
     /// Frame.
     pub frame: u32,
-    /// What happens.
+    /// Caption of the moment.
     pub caption: String,
     /// Fruit knocked off and segments at whose base a branch snaps.
     pub harmed: Vec<Happened>,
@@ -85,7 +85,7 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     moments
 }
 
-/// Length of a frame [s]: the record tells both counts.
+/// Length of a frame [s], from the record's time and frame count.
 fn frame_length(record: &EpisodeRecord) -> f64 {
     record.duration_s / f64::from(record.frames.max(1))
 }
@@ -94,11 +94,11 @@ fn frame_length(record: &EpisodeRecord) -> f64 {
 pub struct Panel {
     /// When, and what happens.
     pub caption: String,
-    /// How far the fingers are from the fruit.
+    /// Text with the distances from the fingers to the fruit.
     pub distances: String,
     /// The view from outside.
     pub outside: Image<[u8; 3]>,
-    /// What the wrist camera looks at.
+    /// The wrist camera's view.
     pub wrist: Image<[u8; 3]>,
 }
 
@@ -121,7 +121,7 @@ pub fn panels(
     moments.iter().filter_map(panel).collect()
 }
 
-/// What a strip is about.
+/// Title of a strip.
 pub fn title(record: &EpisodeRecord, attempt: &AttemptRecord) -> String {
     let key = &record.key;
     format!(
@@ -160,7 +160,7 @@ pub fn draw(
     sheet
 }
 
-/// What is drawn of one moment.
+/// Everything drawn for one moment.
 struct View<'a> {
     shot: &'a Shot,
     /// Centre and radius of the target fruit, if there is one.
@@ -192,7 +192,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// How far the fingers are from truth and belief.
+    /// Text with the distances from the fingers to the true and the believed fruit position.
     fn distances(&self) -> String {
         let millimetres = |p: &Vec3| 1e3 * (self.p_world_tcp - p).norm();
         let fruit = self.fruit.map_or_else(|| "-".to_owned(), |(p, _)| format!("{:.0} mm", millimetres(&p)));
@@ -227,12 +227,12 @@ impl<'a> View<'a> {
         [outside, wrist]
     }
 
-    /// Whether the hand is at the target.
+    /// True if the hand is within 0.5 m of the target.
     fn is_near(&self) -> bool {
         (self.p_world_tcp - self.p_world_target).norm() < 0.5
     }
 
-    /// What the outside view looks at.
+    /// Point that the outside view looks at, in the world frame.
     fn focus(&self) -> Vec3 {
         if self.is_near() {
             self.p_world_target + self.towards_robot * 0.08

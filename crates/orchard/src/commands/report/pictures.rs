@@ -28,7 +28,7 @@ const TREE: [usize; 2] = [360, 450];
 /// Width and height of a view of a moment [px]: smaller than the explanation draws them, for a page is to stay small.
 const VIEW: [usize; 2] = [300, 225];
 
-/// Draws what the results are of; of other code there is nothing to draw.
+/// Draws the worlds of the results; none if other code made the results.
 pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures, Failure> {
     let left_out = |reason: &str| Pictures { left_out: Some(reason.to_owned()), ..Pictures::default() };
     let Some(harvest) = &results.harvest else {

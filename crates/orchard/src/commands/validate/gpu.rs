@@ -21,7 +21,7 @@ const SOFTWARE: u32 = 8;
 /// Frames of either: a pull and a release of half a second each, or a second of breaking.
 const HALF: u32 = 30;
 const SECOND: u32 = 60;
-/// What is asked: share of events in the same frame, of how many at least; error of the joint state by its size, of tips [m].
+/// Requirements: share of events in the same frame, least number of events, relative error of the joint state, error of tips [m].
 const SAME_FRAME: f64 = 0.999;
 const EVENTS: f64 = 5000.0;
 const STATE_ERROR: f64 = 5e-5;
@@ -139,7 +139,7 @@ fn tips(world: &TreeWorld, mut data: Data) -> Vec<Vec3> {
     plant.tree.bodies.iter().map(tip).collect()
 }
 
-/// Whether a broken limb is about to meet the ground. There the two have different laws of contact.
+/// True if a broken limb is about to meet the ground, where CPU and GPU have different contact laws.
 fn is_landing(world: &TreeWorld) -> bool {
     let (plant, data) = (world.plant(), world.data());
     let is_low = |(segment, id): (usize, &BodyId)| {
@@ -156,7 +156,7 @@ struct Events {
     missed: usize,
     /// Not within one frame.
     late: usize,
-    /// What they are.
+    /// Description of each mismatch.
     listed: Vec<String>,
 }
 
@@ -226,14 +226,14 @@ impl Events {
             (None, Some(got)) => frames_off(got, expected.iter()),
             (None, None) => Some(0),
         };
-        // One that the end of the comparison cuts off cannot be told from one that is a frame late.
+        // An event after the end of the comparison cannot be distinguished from one that is a frame late.
         let is_last = wanted.map_or(0, |e| e.frame).max(got.map_or(0, |e| e.frame)) >= end;
         self.late += usize::from(!is_last && off.is_none_or(|frames| frames > 1));
         self.listed.push(format!("{:?} in f64, {:?} on the device", wanted.map(told), got.map(|e| told(e))));
     }
 }
 
-/// How many frames apart an event is from the same one among others.
+/// Number of frames between an event and the same event in `others`; `None` if it is not there.
 fn frames_off<'a>(event: &BatchEvent, mut others: impl Iterator<Item = &'a BatchEvent>) -> Option<u32> {
     others.find(|other| other.event == event.event).map(|other| other.frame.abs_diff(event.frame))
 }

@@ -92,7 +92,7 @@ fn interval3(metric: &Metric) -> String {
     }
 }
 
-/// What is asked over the tuning seeds, and whether these results keep it.
+/// Requirements over the tuning seeds, and whether the results meet them.
 fn asked(summary: &DetectSummary, plan: &DetectPlan) -> String {
     let Protocol { tuning_seeds, full, .. } = &plan.protocol;
     let as_asked =
@@ -150,7 +150,7 @@ fn recalls(summary: &DetectSummary) -> String {
     columns(&std::iter::once(head).chain(cells).collect::<Vec<_>>(), &[0])
 }
 
-/// What false positives can sit on, with the heads of their columns.
+/// Surfaces that false positives can lie on, with the headings of their columns.
 const SURFACES: [(SitsOn, &str); 8] = [
     (SitsOn::Wood, "wood"),
     (SitsOn::Leaf, "leaf"),

@@ -12,7 +12,7 @@ use crate::bare_tree::BareTree;
 /// Largest move of a coordinate in the last iteration at which the tree counts as at rest [rad or m].
 const TOLERANCE: f64 = 1e-9;
 
-/// What hangs on one tree.
+/// Fruit load of one tree.
 struct Load {
     fruit: f64,
     /// Mass of the fruit [kg].
