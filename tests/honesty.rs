@@ -37,7 +37,7 @@ fn total(stories: &[Story], count: impl Fn(&Story) -> usize) -> usize {
     stories.iter().map(count).sum()
 }
 
-/// The control of the controls: with nothing taken away, fruit lands in the bucket.
+/// Positive control: with nothing removed, fruit lands in the bucket.
 #[test]
 fn the_sound_robot_deposits_fruit() {
     let stories = stories(&Spec::paper(), &RobotConfig::paper(), false);

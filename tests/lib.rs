@@ -48,7 +48,7 @@ impl Story {
     }
 }
 
-/// Runs the baseline picker; `tamper` may spoil what it senses.
+/// Runs the baseline picker; `tamper` may alter its observations.
 pub fn harvest(
     spec: &Spec,
     robot: &RobotModel,

@@ -1,4 +1,4 @@
-//! Fruit off its stem and out of the hand: hand-overs, flight, landing, piles.
+//! Loose fruit: hand-overs to the engine, flight, landing, piles.
 
 use orchard_camera::picture::{PictureStyle, look_at, picture};
 use orchard_fruit::{Ball, Engine, Obstacle, Partner, Phase, Resting};

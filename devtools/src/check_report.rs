@@ -1,4 +1,4 @@
-//! `cargo xtask check-report`: a real report in a real browser.
+//! `cargo xtask check-report`: opens a report in a browser.
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,7 @@ pub struct Args {
 const SUITE: &str = "report";
 /// Names that Chromium goes by.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-/// Every task and every sweep, as little as there can be of each.
+/// Every task and every sweep, each at its smallest size.
 const RUN: [&str; 11] = [
     "bench-v1",
     "--tasks",

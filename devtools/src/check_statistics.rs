@@ -8,7 +8,7 @@ use crate::python;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Holds intervals, paired tests, effect sizes, corrections and variance components against scipy's, to 1e-6.
+/// Compares intervals, paired tests, effect sizes, corrections and variance components with scipy's, to 1e-6.
 #[derive(clap::Args)]
 #[command(
     after_help = "Needs python3 with venv, and the network on the first run: scipy is installed into target/statistics/venv.\n\

@@ -13,7 +13,7 @@ use crate::workspace;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Feeds detector and file readers with inputs that libFuzzer makes up, guided by what they reach.
+/// Feeds detector and file readers with inputs from libFuzzer, guided by code coverage.
 #[derive(clap::Args)]
 #[command(
     after_help = "Targets: detect (any image, intrinsics and choice of gates), image_files (PNG, intrinsics, detector config).\n\
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Runs every target for some seconds. In continuous integration there is no excuse for not running.
+/// Runs every target for some seconds. In continuous integration a missing tool is a failure.
 pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
     if let Err(reason) = compiler() {
         if std::env::var_os("CI").is_some_and(|ci| ci == "true") {

@@ -1,4 +1,4 @@
-//! `cargo xtask judge`: the tree physics against MuJoCo.
+//! `cargo xtask judge`: compares the tree physics with MuJoCo.
 
 mod paths;
 
@@ -59,7 +59,7 @@ pub fn judge() -> Result<Verdict, Failure> {
     Ok(Verdict::Agreed)
 }
 
-/// Writes a tree's model and our paths of it; gives the path of the case's file.
+/// Writes a tree's model and our paths of it; returns the path of the case's file.
 fn write_case(spec: &Spec, seed: u64, world: u32, folder: &Path) -> anyhow::Result<std::path::PathBuf> {
     let mut tree = BareTree::new(spec, seed, world)?;
     let mjcf = format!("{}.xml", tree.name);

@@ -1,4 +1,4 @@
-//! `cargo xtask perf`: how fast the parts are, as a file of rows.
+//! `cargo xtask perf`: speed of the parts, as a file of rows.
 
 mod episode;
 mod gpu;
@@ -72,7 +72,7 @@ pub struct Args {
     backend: Option<Backend>,
 }
 
-/// The suite that knows backends.
+/// The suite that has a choice of backend.
 const SCALING: &str = "scaling";
 
 /// The suites; one of them runs on a backend.

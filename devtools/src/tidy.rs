@@ -60,7 +60,7 @@ const LAYERS: [&str; 29] = [
 pub struct Findings {
     /// Rules broken, a line each.
     pub errors: Vec<String>,
-    /// Worth a look, a line each.
+    /// Warnings, a line each.
     pub warnings: Vec<String>,
 }
 

@@ -14,7 +14,7 @@ const PULLS: [f64; 2] = [1.5, 3.0];
 /// Frames of the run, and between two comparisons.
 const FRAMES: u32 = 60;
 const LOOK: u32 = 5;
-/// A world is compared until something that has come off is so low [m]: on the ground f64 and f32 have different laws of contact. Some frames' fall at 4 m/s.
+/// Height of a loose part at which the comparison of a world ends [m]: on the ground f64 and f32 have different laws of contact. Some frames' fall at 4 m/s.
 const NEAR_GROUND: f64 = 0.2;
 
 /// True if a loose fruit or the tip of a broken limb is about to land.

@@ -115,7 +115,7 @@ impl Errors {
         }
     }
 
-    /// True if a world whose limbs all hold is as near to the truth as it must be.
+    /// True if a world without breaks is within the tolerances.
     pub fn are_within(&self, tolerance: Tolerance) -> bool {
         self.angle <= tolerance.angle && self.rate <= tolerance.rate && self.tip <= tolerance.tip
     }

@@ -44,7 +44,7 @@ impl Ledger {
         ledger
     }
 
-    /// Enters one frame with the work of test forces in it [J]; gives how far the energy is under its bound [J].
+    /// Enters one frame with the work of test forces in it [J]; returns the margin of the energy below its bound [J].
     pub fn enter(&mut self, world: &World, work: f64) -> f64 {
         let (model, data) = (world.model(), world.data());
         for (body, efforts) in &self.motors {

@@ -1,4 +1,4 @@
-//! Trees in pieces, flung: broken joints at rates that no limb falls with.
+//! Broken trees, flung: broken joints at rates above those of falling limbs.
 
 use super::fixture::{GRAVITY, Wood};
 use super::ledger::Ledger;

@@ -1,4 +1,4 @@
-//! A world's tree and fruit alone, for other engines: what they have no counterpart for is off.
+//! A world's tree and fruit alone, for other engines: effects that they lack are off.
 
 use anyhow::Context;
 use orchard_exchange::mjcf;
@@ -30,7 +30,7 @@ pub struct BareTree {
 }
 
 impl BareTree {
-    /// The tree of a world, as the benchmark plants it in its first episode.
+    /// Makes the tree of a world, as in the benchmark's first episode.
     pub fn new(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<Self> {
         let spec = Arc::new(spec.clone());
         let name = format!("{}-{seed}-{world}", spec.preset);
@@ -39,7 +39,7 @@ impl BareTree {
         Self::of_planting(planting, name)
     }
 
-    /// A given tree; seed and world choose its fruit.
+    /// Makes the model of a given tree; seed and world choose its fruit.
     pub fn of_skeleton(
         spec: &Spec,
         skeleton: Skeleton,

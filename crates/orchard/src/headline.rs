@@ -191,12 +191,12 @@ fn row(first: &str, cells: impl Iterator<Item = String>) -> Vec<String> {
     std::iter::once(first.to_owned()).chain(cells).collect()
 }
 
-/// Two digits after the point, or that there is none.
+/// A number with two decimals, or `-` if there is none.
 pub fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |x| format!("{x:.2}"))
 }
 
-/// Metrics by name, in an order, with their units and three digits after the point: loads are often small.
+/// Rows of the named metrics, in the given order, with units and three decimals: loads are often small.
 pub fn fine_table<'a>(
     order: impl Iterator<Item = (&'a str, &'a str)>,
     metrics: &std::collections::BTreeMap<String, Metric>,
@@ -217,7 +217,7 @@ pub fn fine_table<'a>(
     columns(&rows, &[0, 4])
 }
 
-/// An interval.
+/// Text of an interval.
 pub fn interval(metric: &Metric) -> String {
     match metric.ci95 {
         [Some(low), Some(high)] => format!("{low:.2} .. {high:.2}"),

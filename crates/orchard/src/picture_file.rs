@@ -30,7 +30,7 @@ pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a picture, whole or not at all.
+/// Writes a picture atomically.
 pub fn write(out: &Path, image: &Image<[u8; 3]>) -> Result<(), Failure> {
     let bytes = png(image).context("cannot encode the picture")?;
     write_bytes(out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))

@@ -16,7 +16,7 @@ mod table;
 /// Version of the row layout.
 const SCHEMA_VERSION: u32 = 1;
 
-/// One measured figure. What does not apply is null.
+/// One measured figure. Fields that do not apply are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// Name of the measured quantity.
@@ -41,7 +41,7 @@ pub struct Row {
     /// Smallest and largest figure of the peer's rounds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peer_spread: Option<[f64; 2]>,
-    /// The ratio to the peer that the target stands for.
+    /// Target ratio to the peer's figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_ratio: Option<f64>,
     /// The interval in which the figure is to lie.
@@ -58,27 +58,27 @@ pub struct Row {
     pub why_missed: Option<String>,
 }
 
-/// A rate beside the arithmetic of the machine. All of one core.
+/// A rate compared with the arithmetic peak of the machine, for one core.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limit {
     /// Floating-point operations of one piece of the work.
     pub operations: f64,
-    /// Achieved [operations/s].
+    /// Achieved rate [operations/s].
     pub achieved: f64,
     /// Measured peak of the kind of instructions in use [operations/s].
     pub peak: f64,
-    /// Achieved over this peak.
+    /// Achieved rate over this peak.
     pub share: f64,
     /// Measured peak of the widest vectors of the same precision [operations/s].
     pub widest_peak: f64,
-    /// Achieved over that.
+    /// Achieved rate over the widest peak.
     pub widest_share: f64,
     /// Reason that limits the figure.
     pub why: String,
 }
 
 impl Limit {
-    /// From the rate of operations and the two peaks.
+    /// Makes a limit from the rate of operations and the two peaks [operations/s].
     pub fn new(achieved: f64, peak: f64, widest_peak: f64, operations: f64, why: &str) -> Self {
         Self {
             operations,
@@ -93,7 +93,7 @@ impl Limit {
 }
 
 impl Row {
-    /// A figure alone.
+    /// Makes a row of a figure, without peer and target.
     pub fn measured(name: &str, value: f64, unit: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -120,26 +120,26 @@ impl Row {
         Self { peer: Some(peer.to_owned()), peer_value: Some(peer_value), ratio, ..self }
     }
 
-    /// Asked to be at least some times the peer's figure; nothing is asked without a peer.
+    /// Sets the target: at least `target_ratio` times the peer's figure. Without a peer there is no target.
     pub fn at_least_times(self, target_ratio: f64) -> Self {
         let target = self.peer_value.map(|peer| target_ratio * peer);
         let pass = self.ratio.map(|ratio| ratio >= target_ratio);
         Self { target, pass, target_ratio: Some(target_ratio), ..self }
     }
 
-    /// Asked to lie in an interval about some figure.
+    /// Sets the target: a figure inside `interval`, which contains `target`.
     pub fn within(self, target: f64, interval: [f64; 2]) -> Self {
         let pass = Some(self.value.is_some_and(|value| (interval[0]..=interval[1]).contains(&value)));
         Self { target: Some(target), target_interval: Some(interval), pass, ..self }
     }
 
-    /// Asked to be at least some figure.
+    /// Sets the target: at least this figure.
     pub fn at_least(self, target: f64) -> Self {
         let pass = Some(self.value.is_some_and(|value| value >= target));
         Self { target: Some(target), pass, ..self }
     }
 
-    /// Asked to be at most some figure.
+    /// Sets the target: at most this figure.
     pub fn at_most(self, target: f64) -> Self {
         let pass = Some(self.value.is_some_and(|value| value <= target));
         Self { target: Some(target), pass, ..self }
@@ -155,7 +155,7 @@ pub struct Measured {
     pub context: BTreeMap<&'static str, Option<String>>,
     /// Pictures of the results. They go into a folder beside the result file, with the file's name.
     pub pictures: Vec<Picture>,
-    /// The scaling run that the rows were made of, for `orchard report`.
+    /// The scaling run behind the rows, for `orchard report`.
     pub scaling: Option<Box<Scaling>>,
 }
 

@@ -1,4 +1,4 @@
-//! Our side of the comparison: rest, pull and release of a tree.
+//! OrchardBench's side of the comparison: rest, pull and release of a tree.
 
 use anyhow::Context;
 use orchard_geometry::Vec3;
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use orchardbench::bare_tree::BareTree;
 
-/// The pull [N]: its size is the issue's, its direction (6, 0, -8) / 10 bends about both axes of a joint.
+/// The pull [N]: 30 N; its direction (6, 0, -8) / 10 bends about both axes of a joint.
 const PULL_WORLD: [f64; 3] = [18.0, 0.0, -24.0];
 /// Duration of the pull, and of the observation after the release [s].
 const PHASE: f64 = 2.0;

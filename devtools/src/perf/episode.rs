@@ -1,4 +1,4 @@
-//! Suite `episode`: how fast a whole nominal episode runs, by controller.
+//! Suite `episode`: speed of a whole nominal episode, by controller.
 
 use std::sync::atomic::AtomicBool;
 

@@ -36,7 +36,7 @@ const MANY: usize = 4096;
 const MEMORY: f64 = 150e6;
 const BUILD: f64 = 0.5;
 const TOPOLOGIES: f64 = 0.5;
-/// Worlds on an adapter in software, which is for tests.
+/// Worlds on a software adapter, which is for tests.
 const SOFTWARE_WORLDS: usize = 32;
 /// Seed of the draws of the worlds that the device builds.
 const SEED: u64 = 1;
@@ -157,7 +157,7 @@ struct Cell {
 }
 
 impl Cell {
-    /// So many worlds, of the given kinds in turns, each with its own kick.
+    /// Makes `count` worlds, of the given kinds in turns, each with its own kick.
     fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize, awake: f64) -> anyhow::Result<Self> {
         let all: Vec<TreeWorld> = (0..worlds)
             .into_par_iter()

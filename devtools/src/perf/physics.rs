@@ -24,7 +24,7 @@ use limit::Peaks;
 use orchardbench::rows::{Effort, Measured, Row};
 use peer::{Course, Peer};
 
-/// The tree that the figures are about.
+/// The tree that the figures refer to.
 pub(super) const LINKS: usize = 151;
 pub(super) const FRUIT: u32 = 30;
 /// Worlds of a batch.
@@ -47,7 +47,7 @@ struct Plan {
     batch_repeats: u32,
     /// Worlds of MuJoCo's batch, whose models take long to load.
     peer_worlds: usize,
-    /// Substeps times links of a round of one size of tree, about.
+    /// Approximate product of substeps and links in a round of one tree size.
     work: f64,
 }
 

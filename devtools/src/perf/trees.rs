@@ -1,4 +1,4 @@
-//! Suite `trees`: how fast trees grow, and how fast worlds are built around them.
+//! Suite `trees`: speed of growing trees and of building worlds.
 
 use std::time::Instant;
 

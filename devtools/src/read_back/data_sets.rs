@@ -33,7 +33,7 @@ pub fn read_back() -> Result<Verdict, Failure> {
 
 fn write_set(camera: &str, preset: Preset) -> anyhow::Result<PathBuf> {
     let folder = python::folder(SUITE).join(format!("{camera}-{}", preset.name()));
-    // Of an earlier version of the code, perhaps.
+    // The files may come from an earlier version of the code.
     if folder.exists() {
         std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }

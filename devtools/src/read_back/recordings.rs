@@ -33,7 +33,7 @@ struct Case {
     layout: PathBuf,
     topics: Vec<&'static str>,
     frames: u32,
-    /// Columns and rows from point to point of a cloud.
+    /// Step between points of a cloud [pixels], in columns and rows.
     stride: u32,
     /// Largest motion that keeps an item's recorded pose [m].
     still: f64,
@@ -54,7 +54,7 @@ pub fn read_back() -> Result<Verdict, Failure> {
 
 fn write_case() -> anyhow::Result<PathBuf> {
     let folder = python::folder(SUITE).join("result");
-    // Of an earlier version of the code, perhaps.
+    // The files may come from an earlier version of the code.
     if folder.exists() {
         std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }

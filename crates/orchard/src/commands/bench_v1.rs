@@ -147,7 +147,7 @@ impl ProfileName {
     }
 }
 
-/// Which seeds a command runs on.
+/// Seeds that a command runs on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Seeds {
     Tuning,

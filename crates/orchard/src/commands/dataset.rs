@@ -1,4 +1,4 @@
-//! `orchard dataset`: images of trees with the truth behind them.
+//! `orchard dataset`: images of trees with ground truth.
 
 mod sheet;
 

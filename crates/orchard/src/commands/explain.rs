@@ -1,4 +1,4 @@
-//! `orchard explain`: the story of an episode of the benchmark, and a strip of pictures an attempt.
+//! `orchard explain`: a description of an episode of the benchmark, and a strip of pictures for each attempt.
 
 pub mod input;
 mod marks;

@@ -44,7 +44,7 @@ pub struct Args {
 const EPISODE: u32 = 0;
 /// Trees a row.
 const COLUMNS: u32 = 10;
-/// Height of a cell over its width: trees are taller than wide.
+/// Ratio of a cell's height to its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
 /// Distance of the camera from the trunk and its height [m].
 const DISTANCE: f64 = 9.0;
@@ -159,7 +159,7 @@ fn draw(planting: &Planting, shown: f64, [width, height]: [usize; 2]) -> Image<[
     let target = foot + Vec3::z() * (0.44 * shown);
     let mut scene = tree_scene(planting);
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
-    // The camera stands far off, so that a tree's crown is as large as its foot; the air between is not to show.
+    // The camera stands far off, so that a tree's crown is as large as its foot; the air between must not be visible.
     let style = PictureStyle { haze_length: 1.0e3, ..PictureStyle::default() };
     let fov = 2.0 * math::atan2(0.5 * shown, (eye - target).norm());
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);

@@ -65,7 +65,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         scenario = scenario.with_spec(spec);
     }
     let seed = args.seed;
-    // A world is a function of what was asked for.
+    // A world depends on the user's options only, so a failure is bad input.
     let built = scenario.world(seed, index, 0);
     let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {index}: {e}")))?;
     let mut picker = scenario.controller();

@@ -1,4 +1,4 @@
-//! `orchard verify`: other people's controllers, open loop.
+//! `orchard verify`: runs third-party controllers in open loop.
 
 use std::path::{Path, PathBuf};
 
@@ -146,7 +146,7 @@ fn shown(outcome: &TreeOutcome) -> Shown {
     Shown { steps: frames, line: format!("seed {} tree {}: {told}", outcome.seed, outcome.world) }
 }
 
-/// The control rate, for the progress bar alone.
+/// Control rate, used only for the progress bar.
 const FRAMES_PER_SECOND: f64 = 60.0;
 
 fn table(report: &Report) -> String {

@@ -18,9 +18,9 @@ const COUNTED: [(GpmMetricId, &str, &str); 5] = [
     (GpmMetricId::SmUtil, "multiprocessors", "of the time a multiprocessor has a warp"),
     (GpmMetricId::SmOccupancy, "warps", "of the warps that multiprocessors have room for are there"),
 ];
-/// Time that is counted. Shorter ones than 0.1 s are not exact.
+/// Counting interval; intervals below 0.1 s are inexact.
 const COUNTED_TIME: Duration = Duration::from_secs(2);
-/// Frames that are asked for at once.
+/// Frames of one request.
 const FRAMES: u32 = 60;
 /// The counters are in percent.
 const PERCENT: f64 = 100.0;
@@ -32,9 +32,9 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Of the adapter of a name. The error says why it has none.
+    /// Opens the monitor of the named adapter. The error gives the reason why it is missing.
     pub fn open(adapter: &str) -> Result<Self, String> {
-        // The package of the driver alone has no link without the number.
+        // The driver package has no library link without the version number.
         let nvml = Nvml::builder().lib_path("libnvidia-ml.so.1".as_ref()).init().or_else(|_| Nvml::init());
         let nvml = nvml.map_err(|e| e.to_string())?;
         let has_name = |index: &u32| {

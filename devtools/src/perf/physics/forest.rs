@@ -15,7 +15,7 @@ use rayon::prelude::*;
 const SEED: u64 = 1;
 /// Largest rate that a kick gives a joint [rad/s].
 const KICK: f64 = 1.0;
-/// By how much lengths and radii of siblings differ, at most: their wood stays of the same kind.
+/// Largest relative difference between lengths and radii of siblings; their wood is the same.
 const SIBLING_LENGTH: f64 = 0.1;
 const SIBLING_RADIUS: f64 = 0.05;
 

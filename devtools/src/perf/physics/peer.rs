@@ -25,7 +25,7 @@ pub struct Peer {
 /// Schedule of a measurement on a loaded subject.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
-    /// Steps from the start to where the clock starts.
+    /// Untimed steps before the timed ones.
     pub lead: u32,
     /// Steps that are timed.
     pub steps: u32,
@@ -54,7 +54,7 @@ pub struct Watched {
 }
 
 impl Peer {
-    /// Starts MuJoCo. The error says why there is none.
+    /// Starts MuJoCo. The error gives the reason why it is missing.
     pub fn start() -> Result<Self, String> {
         let environment = Environment::install(SUITE)?;
         let mut command = environment.script("speed.py");
@@ -68,7 +68,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// Loads models under a name, each from the text of its file. Gives the degrees of freedom of the first.
+    /// Loads models under a name, each from the text of its file. Returns the degrees of freedom of the first.
     pub fn load(&mut self, name: &str, models: &[String], threads: usize) -> anyhow::Result<u64> {
         let folder = folder(SUITE).join("speed");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -109,10 +109,10 @@ impl Peer {
     }
 }
 
-/// The models are loaded: their files, some 60 MB, have done their work.
+/// Deletes the model files, some 60 MB, after they are loaded.
 fn remove(files: &[PathBuf], folder: &Path) {
     for file in files {
-        // A file that stays is in the way of nothing.
+        // A file that remains does no harm.
         let _ = std::fs::remove_file(file);
     }
     let _ = std::fs::remove_dir(folder);

@@ -16,7 +16,7 @@ use super::limit::operations_of;
 use super::peer::Watched;
 
 /// The capsule: upright, over the canopy's whole height, so heavy that wood does not slow it. A thinner one slips
-/// through with fewer contacts than are asked for.
+/// through with too few contacts.
 const RADIUS: f64 = 0.2;
 const LENGTH: f64 = 1.6;
 const MASS: f64 = 1000.0;
@@ -28,11 +28,11 @@ const SPEED: f64 = 0.3;
 const START: f64 = -1.3;
 /// Offsets at which the capsule passes the trunk [m], on either side.
 const OFFSETS: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
-/// Every so many trees one is tried.
+/// One tree in so many is tried.
 const EVERY: usize = 8;
-/// Ways that are worth a second look, at most.
+/// Largest number of pushes that are examined further.
 const WAYS: usize = 16;
-/// Contacts that there must always be.
+/// Least number of contacts at any time.
 pub const CONTACTS: u32 = 8;
 /// Frames until the capsule has left the canopy.
 const FRAMES: u32 = 480;
@@ -58,18 +58,18 @@ pub struct PushedTree {
     report: StepReport,
 }
 
-/// A way through a canopy.
+/// A push of the capsule through a canopy.
 pub struct Push {
-    /// Before the tree.
+    /// State with the capsule in front of the tree.
     pub start: PushedTree,
-    /// Frames until it is in the thick of it.
+    /// Frames until the timed part.
     pub lead: u32,
-    /// Contacts from there on.
+    /// Contacts in the timed part.
     pub contacts: Watched,
 }
 
 impl PushedTree {
-    /// The capsule stands before the tree and moves; every joint of the tree is kicked.
+    /// Makes the start state: the capsule in front of the tree and moving, every joint of the tree kicked.
     fn new(planting: Planting, offset: f64) -> anyhow::Result<Self> {
         let spec = planting.spec.clone();
         let settings = step_settings(&spec.sim);
@@ -110,7 +110,7 @@ impl PushedTree {
         })
     }
 
-    /// The trees and ways of the capsule that keep enough contacts over some consecutive frames, the most first.
+    /// Pushes that keep enough contacts over `frames` consecutive frames, the most first.
     pub fn busiest(plantings: &[Planting], frames: u32) -> anyhow::Result<Vec<Push>> {
         let ways: Vec<(&Planting, f64)> = plantings
             .iter()
@@ -145,7 +145,7 @@ impl PushedTree {
         })
     }
 
-    /// Advances one frame. Gives the number of contacts that carry load, for each substep.
+    /// Advances one frame; returns the number of contacts that carry load, for each substep.
     pub fn step(&mut self) -> Vec<u32> {
         let Self { planting, model, data, tree, fruit, rupture, stems, settings, report } = self;
         let spec = &planting.spec;

@@ -1,4 +1,4 @@
-//! The scaling task: how fast batches of trees step.
+//! The scaling task: stepping rate of batches of trees.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_bench::store::Store;
@@ -17,14 +17,14 @@ use super::task::AnyTask;
 use crate::columns::columns;
 use crate::failure::Failure;
 
-/// The scaling task, made ready.
+/// The planned scaling task.
 pub struct Timing {
     plan: ScalingPlan,
     rules: ScalingRules,
 }
 
 impl Timing {
-    /// Plans it.
+    /// Plans the task.
     pub fn new(scenario: &Scenario, profile: &str, backend: Backend) -> Result<Self, Failure> {
         let rules = ScalingRules::of(&Protocol::of_scenario(scenario)?)?;
         let efforts = [(ProfileName::Quick, &rules.quick), (ProfileName::Full, &rules.full)];
@@ -89,7 +89,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Nothing is done yet.
+    /// Makes a bar at zero progress.
     pub fn new(plan: &ScalingPlan) -> Self {
         let solvers = plan.solvers.len() as u64;
         let bar = ProgressBar::new(plan.cells().len() as u64 + solvers * plan.modes.len() as u64);
@@ -101,7 +101,7 @@ impl Cells {
         Self { bar, solvers }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

@@ -1,4 +1,4 @@
-//! A task as the command runs it: checked, run, or merged from parts.
+//! Interface of a task to the command: check, run, merge from parts.
 
 use std::path::Path;
 
@@ -101,12 +101,12 @@ fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
     )
 }
 
-/// A file of a task that cannot be written, as the command's end.
+/// Converts the error of a file that cannot be written into the command's failure.
 pub fn unwritten(path: &Path, e: impl std::fmt::Display) -> Failure {
     Failure::Failed(format!("{}: {e}", path.display()))
 }
 
-/// A run's end as the command's.
+/// Converts the end of a run into the command's result.
 fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
     result.map_err(|e| match e {
         RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),

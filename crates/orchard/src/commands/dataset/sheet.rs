@@ -1,4 +1,4 @@
-//! A look at a data set: some views, each as colour, depth in false colour and classes in colours.
+//! Contact sheet of a data set: some views, each as colour, depth in false colour and classes in colours.
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ const WIDTH: usize = 960;
 /// Height of the letters [px].
 const LETTERS: f64 = 13.0;
 
-/// Depth in false colour; round each fruit its outline, beside it its radius [mm].
+/// Draws depth in false colour, with the outline of each fruit and its radius [mm] beside it.
 pub fn picture(depth: &DepthImage, k: &Intrinsics, detections: &[&Detection]) -> Image<[u8; 3]> {
     let scale = (WIDTH / depth.width().max(1)).clamp(1, 8);
     let circles: Vec<(f64, f64, f64)> =

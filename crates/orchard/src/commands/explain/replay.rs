@@ -1,4 +1,4 @@
-//! The episode once more: pictures of the moments asked for, and causes of what happened.
+//! Second run of an episode: snapshots of the requested moments, and causes of events.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -117,7 +117,7 @@ pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<Strin
         .or_else(|| Some("fruit, zones, detections or forces differ".to_owned()))
 }
 
-/// A world that is looked at on the way.
+/// A world that records snapshots and causes while it runs.
 struct Watched {
     world: World,
     frames: Vec<u32>,
@@ -130,7 +130,7 @@ struct Watched {
 }
 
 impl Watched {
-    /// Keeps the present moment if it is asked for.
+    /// Stores a snapshot if the current frame is requested.
     fn keep(&mut self) {
         let frame = self.world.frame();
         if self.frames.binary_search(&frame).is_ok() {
@@ -141,14 +141,14 @@ impl Watched {
 }
 
 impl Watched {
-    /// Notes what pressed on the robot when an attempt ended, and where its fruit was.
+    /// Records the contacts on the robot at an attempt's end, and the position of the target fruit.
     fn explain_end(&mut self) {
         let frame = self.world.frame();
         for &(_, attempt, fruit) in self.ends.iter().filter(|end| end.0 == frame) {
             let mut text = self.memory.on_robot();
             let truth = self.world.fruit_truth();
             if let Some(fruit) = fruit.and_then(|id| truth.get(id as usize)) {
-                // Of the hand's frame, z is the approach and y the way of the fingers.
+                // In the hand's frame, z is the approach axis and y the fingers' axis of motion.
                 let x_world_tcp = self.world.handle().x_world_tcp(self.world.data());
                 let p = inverse_transform(&x_world_tcp, &fruit.p_world) * 1e3;
                 text += &format!(
@@ -228,7 +228,7 @@ impl BenchWorld for Watched {
     }
 }
 
-/// A controller whose detections are overheard.
+/// A controller that also copies its detections to `detected`.
 struct Overheard<C> {
     controller: C,
     detected: Rc<RefCell<Vec<Vec3>>>,

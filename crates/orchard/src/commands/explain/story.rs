@@ -1,4 +1,4 @@
-//! An episode in plain words.
+//! Description of an episode in words.
 
 use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 

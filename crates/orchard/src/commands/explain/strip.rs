@@ -12,7 +12,7 @@ use super::story::{span, verdict, words};
 use crate::commands::gallery::caption;
 use crate::picture_file::paste;
 
-/// A moment worth a picture.
+/// A moment that gets a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
     /// Frame.
@@ -92,7 +92,7 @@ fn frame_length(record: &EpisodeRecord) -> f64 {
 
 /// A moment as it is shown.
 pub struct Panel {
-    /// When, and what happens.
+    /// Time and event.
     pub caption: String,
     /// Text with the distances from the fingers to the fruit.
     pub distances: String,
@@ -168,9 +168,9 @@ struct View<'a> {
     /// The target as committed.
     p_world_target: Vec3,
     p_world_tcp: Vec3,
-    /// Towards the robot's place at the commitment, level.
+    /// Horizontal direction towards the robot's position at the commitment.
     towards_robot: Vec3,
-    /// Balls about what comes to harm in this moment.
+    /// Spheres around the fruit and branches harmed at this moment.
     harmed: Vec<(Vec3, f64)>,
 }
 
@@ -272,7 +272,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// A ball about a fruit, or about the base of a segment.
+/// Sphere around a fruit, or around the base of a segment.
 fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
     const ABOUT_A_BREAK: f64 = 0.02;
     match happened {
@@ -287,7 +287,7 @@ fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
     }
 }
 
-/// A scene without the leaves that stand between an eye and what it looks at.
+/// Returns the scene without the leaves between the camera and its focus.
 fn without_foreground(scene: &Scene, eye: &Vec3, focus: &Vec3) -> Scene {
     let way = focus - eye;
     let length = way.norm();

@@ -1,4 +1,4 @@
-//! Who pushed what: contacts of the robot with wood and fruit over the last frames, and what they explain.
+//! Contacts of the robot with wood and fruit over the last frames, as causes of events.
 
 use std::collections::VecDeque;
 
@@ -38,7 +38,7 @@ pub struct TouchMemory {
 }
 
 impl TouchMemory {
-    /// Notes the end of a frame.
+    /// Records the contacts at the end of a frame.
     pub fn note(&mut self, world: &World) {
         let touches = touches(world);
         let mut pulls: Vec<Pull> = Vec::new();
@@ -131,7 +131,7 @@ fn keep_larger(causes: &mut Vec<(f64, String)>, force: f64, text: String) {
     }
 }
 
-/// The three largest.
+/// Text of the three largest forces.
 fn told(mut causes: Vec<(f64, String)>, none: &str) -> String {
     causes.retain(|(force, _)| *force > 0.0);
     causes.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));

@@ -25,7 +25,7 @@ use crate::program::Program;
 const TREES: usize = 3;
 /// Width and height of a tree's picture [px].
 const TREE: [usize; 2] = [360, 450];
-/// Width and height of a view of a moment [px]: smaller than the explanation draws them, for a page is to stay small.
+/// Width and height of a view of a moment [px]: smaller than in `orchard explain`, to keep the page small.
 const VIEW: [usize; 2] = [300, 225];
 
 /// Draws the worlds of the results; none if other code made the results.

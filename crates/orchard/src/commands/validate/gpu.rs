@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::failure::Verdict;
 use crate::rows::{Effort, Measured, Row};
 
-/// Worlds in which things break, and in which nothing does; an adapter in software gets fewer.
+/// Number of worlds with breaks, and without; a software adapter gets fewer.
 const BREAKING: u32 = 768;
 const GENTLE: u32 = 64;
 const SOFTWARE: u32 = 8;
@@ -26,7 +26,7 @@ const SAME_FRAME: f64 = 0.999;
 const EVENTS: f64 = 5000.0;
 const STATE_ERROR: f64 = 5e-5;
 const TIP_ERROR: f64 = 1e-5;
-/// Limbs and fruit of a world that are pulled at, and how hard: limbs [N], fruit by what takes them off.
+/// Numbers of limbs and fruit of a world that are pulled, and ranges of force: limbs [N], fruit in multiples of the detachment force.
 const LIMBS: usize = 3;
 const FRUIT: usize = 8;
 const LIMB_FORCE: (f64, f64) = (100.0, 500.0);
@@ -36,11 +36,11 @@ const KICK: f64 = 1.0;
 const GENTLE_KICK: f64 = 0.5;
 const GENTLE_FORCE: [f64; 3] = [0.4, -0.2, -0.3];
 const GENTLE_TIPS: usize = 8;
-/// A world is compared until the tip of a broken limb is so low [m]: some frames' fall at 4 m/s.
+/// Height of a broken limb's tip at which the comparison of a world ends [m]: the fall of some frames at 4 m/s.
 const NEAR_GROUND: f64 = 0.2;
 const SEED: u64 = 1;
 
-/// The suite as a step of the tests. Without an adapter it is skipped, in CI not.
+/// Runs the suite as a step of the tests. Without an adapter it is skipped, but in CI it fails.
 pub fn check() -> Result<Verdict, Failure> {
     let gpu = match Gpu::open(Choice::Any) {
         Ok(gpu) => gpu,
