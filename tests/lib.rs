@@ -27,7 +27,7 @@ pub struct Story {
     pub picked: usize,
     /// Final state of each fruit.
     pub states: Vec<FruitState>,
-    /// Largest speed of any robot joint [rad/s or m/s].
+    /// Largest speed of any robot joint \[rad/s or m/s\].
     pub top_speed: f64,
 }
 

@@ -18,9 +18,9 @@ pub struct Pick {
     pub held: bool,
 }
 
-/// Distance of the fruit from the base's origin at which the arm reaches well forward [m].
+/// Distance of the fruit from the base's origin at which the arm reaches well forward \[m\].
 const STAND_OFF: f64 = 0.83;
-/// Straight way to the fruit and back [m].
+/// Straight way to the fruit and back \[m\].
 const APPROACH: f64 = 0.16;
 const WITHDRAWAL: f64 = 0.30;
 

@@ -35,10 +35,10 @@ const FLAGS: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0 -Ccodegen-units=1";
 
-/// One input may take this long [s] and this much memory [MB].
+/// One input may take this long \[s\] and this much memory \[MB\].
 const SLOWEST: u32 = 5;
 const MOST_MEMORY: u32 = 2048;
-/// Longest input [bytes].
+/// Longest input \[bytes\].
 const LONGEST: u32 = 8192;
 
 /// Builds and runs all targets.

@@ -28,7 +28,7 @@ pub struct Args {}
 pub const SUITE: &str = "judge";
 /// Seeds and trees that are compared.
 const TREES: [(u64, u32); 3] = [(20250704, 0), (1, 0), (2, 3)];
-/// Time step of our paths [s].
+/// Time step of our paths \[s\].
 const TIME_STEP: f64 = 1e-3;
 
 /// Input of the Python script.

@@ -36,7 +36,7 @@ const FORMATS: [Format; 5] = [Format::Json, Format::Mjcf, Format::Urdf, Format::
 struct Case {
     /// Stem of the files' names.
     name: String,
-    /// Density of the wood [kg/m^3].
+    /// Density of the wood \[kg/m^3\].
     density: f64,
 }
 

@@ -31,7 +31,7 @@ pub struct Args {
     quick: bool,
 }
 
-/// Time for each fuzz target [s], our own choice.
+/// Time for each fuzz target \[s\], our own choice.
 const FUZZ_SECONDS: u32 = 20;
 
 /// File that lists the tests skipped without a graphics adapter, a line each.

@@ -25,7 +25,7 @@ pub struct BareTree {
     pub model: Model,
     /// State of the model: q = 0, at rest.
     pub data: Data,
-    /// Gravity [m/s^2], world.
+    /// Gravity \[m/s^2\], world.
     pub gravity: Vec3,
 }
 
@@ -79,7 +79,7 @@ impl BareTree {
         Ok(Self { name, spec, skeleton, tree, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
     }
 
-    /// The model as MJCF for steps of `h` [s].
+    /// The model as MJCF for steps of `h` \[s\].
     pub fn mjcf(&self, h: f64) -> anyhow::Result<String> {
         Ok(mjcf::write(&self.name, &self.model, &self.data, &self.gravity, h)?)
     }

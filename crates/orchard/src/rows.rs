@@ -63,13 +63,13 @@ pub struct Row {
 pub struct Limit {
     /// Floating-point operations of one piece of the work.
     pub operations: f64,
-    /// Achieved rate [operations/s].
+    /// Achieved rate \[operations/s\].
     pub achieved: f64,
-    /// Measured peak of the kind of instructions in use [operations/s].
+    /// Measured peak of the kind of instructions in use \[operations/s\].
     pub peak: f64,
     /// Achieved rate over this peak.
     pub share: f64,
-    /// Measured peak of the widest vectors of the same precision [operations/s].
+    /// Measured peak of the widest vectors of the same precision \[operations/s\].
     pub widest_peak: f64,
     /// Achieved rate over the widest peak.
     pub widest_share: f64,
@@ -78,7 +78,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Makes a limit from the rate of operations and the two peaks [operations/s].
+    /// Makes a limit from the rate of operations and the two peaks \[operations/s\].
     pub fn new(achieved: f64, peak: f64, widest_peak: f64, operations: f64, why: &str) -> Self {
         Self {
             operations,

@@ -72,7 +72,7 @@ const PAIRS: [usize; 9] = [1, 2, 3, 6, 13, 18, 30, 50, 60];
 const RESAMPLES: u32 = 500;
 
 impl Cases {
-    /// Makes all samples; an error names the sample that should have had a result.
+    /// Makes all samples; an error gives the reason why a sample has no result.
     pub fn all() -> Result<Self, String> {
         let mut stream = Stream::new(20_250_704, 0, Purpose::Test);
         let samples = differences(&mut stream);

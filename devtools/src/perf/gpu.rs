@@ -29,7 +29,7 @@ const FRAMES: u32 = 60;
 const ROUNDS: usize = 5;
 /// Frames of a batch before its first round.
 const WARM_UP: u32 = 10;
-/// Worlds of the rows with their targets on one H200 [substeps/s].
+/// Worlds of the rows with their targets on one H200 \[substeps/s\].
 const TARGETS: [(usize, f64); 3] = [(512, 6e6), (4096, 28e6), (16384, 45e6)];
 /// Worlds of the rows about memory, building and topologies, and their targets: bytes, seconds, share of the rate of one topology.
 const MANY: usize = 4096;

@@ -17,7 +17,7 @@ use std::hint::black_box;
 use super::timing::{Rounds, cpu_time};
 use orchardbench::rows::{Effort, Measured, Row};
 
-/// Target times of depth and labels of a nominal tree, small and large image, and of the detector on them [ms].
+/// Target times of depth and labels of a nominal tree, small and large image, and of the detector on them \[ms\].
 const SMALL_MS: f64 = 1.5;
 const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
@@ -28,7 +28,7 @@ const KEY: ImageKey = ImageKey { seed: 0, world: 0, frame: 0 };
 /// Columns and rows of the large image of the same view.
 const LARGE: [u32; 2] = [640, 480];
 
-/// Times of the images in a nominal episode [s]: at the start, on the way to the tree, among its branches. Multiples of
+/// Times of the images in a nominal episode \[s\]: at the start, on the way to the tree, among its branches. Multiples of
 /// the camera's period.
 const TIMES: [f64; 6] = [0.0, 2.0, 4.0, 8.0, 12.0, 20.0];
 
@@ -51,7 +51,7 @@ struct View {
     ignored: Image<bool>,
 }
 
-/// Work that is timed on a view, with its target time [ms].
+/// Work that is timed on a view, with its target time \[ms\].
 struct Work<'a> {
     name: &'static str,
     target_ms: Option<f64>,
@@ -150,7 +150,9 @@ fn views(vision: &Vision) -> anyhow::Result<Vec<View>> {
         for frame in 0..=frames[TIMES.len() - 1] {
             let observation = world.observe();
             if frames.contains(&frame) {
-                views.push(view(vision, world.clone()).with_context(|| format!("seed {seed}, frame {frame}"))?);
+                views.push(
+                    view(vision, world.clone()).with_context(|| format!("seed {seed}, frame {frame}"))?,
+                );
             }
             let command = picker.act(&observation);
             world.step(&command);
@@ -189,8 +191,8 @@ fn ignored(vision: &Vision, view: &View) -> Image<bool> {
     ignored
 }
 
-/// Times each piece of work on all views, in turns: the mean over the views [ms] round by round, and the slowest view's
-/// median [ms].
+/// Times each piece of work on all views, in turns: the mean over the views \[ms\] round by round, and the slowest view's
+/// median \[ms\].
 fn time(plan: &Plan, views: &[View], works: &[Work<'_>]) -> Vec<(Rounds, f64)> {
     // By work, view and round.
     let mut times = vec![vec![Vec::with_capacity(plan.rounds); views.len()]; works.len()];

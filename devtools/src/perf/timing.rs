@@ -5,7 +5,7 @@ pub use orchard_scaling::processor_time as cpu_time;
 /// Rounds of a measurement; the median is reported.
 const ROUNDS: usize = 5;
 
-/// Shortest time that a round may take [s]: long against the clock's resolution and a scheduler's slice.
+/// Shortest time that a round may take \[s\]: long against the clock's resolution and a scheduler's slice.
 const ROUND_SECONDS: f64 = 0.4;
 
 /// Runs of `work` per second of processor time: the median over rounds. `work` gets a counter that counts over all

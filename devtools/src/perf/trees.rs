@@ -45,7 +45,7 @@ fn threads() -> String {
     format!("elapsed, {} threads", rayon::current_num_threads())
 }
 
-/// Time elapsed and processor time of all threads [s].
+/// Time elapsed and processor time of all threads \[s\].
 fn build_worlds(rounds: usize) -> anyhow::Result<(Rounds, Rounds)> {
     let scenario = Scenario::of(&[("preset", "randomised")])?;
     let mut seed = 0;

@@ -22,7 +22,7 @@ use orchardbench::Verdict;
 
 /// Folder of the script and of the last run's output.
 const SUITE: &str = "recording";
-/// The tree, and how long it is harvested [s]: the first fruit is in the bucket by then.
+/// The tree, and how long it is harvested \[s\]: the first fruit is in the bucket by then.
 const SEED: u64 = 20250704;
 const SECONDS: f64 = 12.0;
 
@@ -33,9 +33,9 @@ struct Case {
     layout: PathBuf,
     topics: Vec<&'static str>,
     frames: u32,
-    /// Step between points of a cloud [pixels], in columns and rows.
+    /// Step between points of a cloud \[pixels\], in columns and rows.
     stride: u32,
-    /// Largest motion that keeps an item's recorded pose [m].
+    /// Largest motion that keeps an item's recorded pose \[m\].
     still: f64,
     #[serde(flatten)]
     camera: Intrinsics,

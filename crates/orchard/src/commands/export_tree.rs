@@ -57,7 +57,7 @@ pub enum Format {
     Json,
 }
 
-/// Time step that an MJCF file asks for [s].
+/// Time step that an MJCF file asks for \[s\].
 const TIME_STEP: f64 = 1e-3;
 
 impl Format {

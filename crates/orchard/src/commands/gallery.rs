@@ -46,15 +46,15 @@ const EPISODE: u32 = 0;
 const COLUMNS: u32 = 10;
 /// Ratio of a cell's height to its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
-/// Distance of the camera from the trunk and its height [m].
+/// Distance of the camera from the trunk and its height \[m\].
 const DISTANCE: f64 = 9.0;
 const EYE_HEIGHT: f64 = 1.7;
-/// Height that a cell shows at the trunk [m]; more where a group's tallest tree needs it.
+/// Height that a cell shows at the trunk \[m\]; more where a group's tallest tree needs it.
 const SHOWN: f64 = 3.0;
 const SHOWN_OVER_TOP: f64 = 1.16;
-/// Bearing of the camera from straight across the row [rad]: rows are seen slantwise, so that their planes show.
+/// Bearing of the camera from straight across the row \[rad\]: rows are seen slantwise, so that their planes show.
 const SLANT: f64 = 0.7;
-/// Paper between the cells [px], and its colour.
+/// Paper between the cells \[px\], and its colour.
 const GAP: usize = 3;
 const PAPER: [u8; 3] = [250, 249, 246];
 
@@ -132,7 +132,7 @@ impl Group {
     }
 }
 
-/// Trees in one scale, each in the middle of a picture of this width and height [px].
+/// Trees in one scale, each in the middle of a picture of this width and height \[px\].
 pub fn portraits(plantings: &[Planting], cell: [usize; 2], drawn: impl Fn() + Sync) -> Vec<Image<[u8; 3]>> {
     let tips = plantings.iter().flat_map(|planting| &planting.skeleton.segments);
     let top = tips.map(|segment| segment.p_tip_world().z).fold(0.0, f64::max);

@@ -125,7 +125,7 @@ impl SetName {
     }
 }
 
-/// Longest name of a submission [characters]; longer names would break the table.
+/// Longest name of a submission \[characters\]; longer names would break the table.
 const LONGEST_NAME: usize = 40;
 
 fn name(text: &str) -> Result<String, String> {

@@ -47,7 +47,7 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("the allowed range is the whole numbers [0, {}]", u64::MAX))
 }
 
-/// Longest episode that is drawn [s]: the benchmark's run to exhaustion.
+/// Longest episode that is drawn \[s\]: the benchmark's run to exhaustion.
 const LATEST: f64 = 600.0;
 
 /// Runs the episode up to the moment and writes the picture.

@@ -14,7 +14,7 @@ use orchardbench::rows::Row;
 /// Name of the separate package set, in addition to the judge's.
 const PART: &str = "warp";
 
-/// Approximate time of a round [s].
+/// Approximate time of a round \[s\].
 const ROUND: &str = "0.4";
 
 /// Results of `tests/judge/warp_speed.py`.
@@ -55,7 +55,7 @@ struct Timed {
     /// Substeps of one world a second, and the slowest and fastest round.
     rate: f64,
     spread: [f64; 2],
-    /// Device memory [bytes].
+    /// Device memory \[bytes\].
     bytes: Option<f64>,
     /// Largest difference of a coordinate of the first world from MuJoCo's after the lead, relative to its displacement.
     gap: Option<f64>,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// Seed of all trees and kicks.
 const SEED: u64 = 1;
-/// Largest rate that a kick gives a joint [rad/s].
+/// Largest rate that a kick gives a joint \[rad/s\].
 const KICK: f64 = 1.0;
 /// Largest relative difference between lengths and radii of siblings; their wood is the same.
 const SIBLING_LENGTH: f64 = 0.1;

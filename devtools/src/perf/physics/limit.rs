@@ -24,7 +24,7 @@ const CHAINS: usize = 12;
 const PORTABLE_CHAINS: usize = 24;
 /// Products and sums a chain in one call.
 const CHAIN_STEPS: usize = 4096;
-/// Shortest time of a measurement [s].
+/// Shortest time of a measurement \[s\].
 const PEAK_SECONDS: f64 = 0.05;
 /// Measurements of which the best counts: a peak is an upper bound.
 const PEAK_ROUNDS: usize = 5;
@@ -45,7 +45,7 @@ pub fn operations_of(tree: &TreeBody, fruit: usize) -> f64 {
     (links * LINK + (children - parents.len()) * SIBLING + fruit * FRUIT) as f64
 }
 
-/// Peak rates of one core [operations/s].
+/// Peak rates of one core \[operations/s\].
 #[derive(Debug, Clone, Copy)]
 pub struct Peaks {
     /// f64 with the instructions that every processor of this architecture has: what code compiles to by default.

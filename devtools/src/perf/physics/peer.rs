@@ -36,9 +36,9 @@ pub struct Course {
 /// A timed course.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Timed {
-    /// Processor time of all repeats, all threads [s].
+    /// Processor time of all repeats, all threads \[s\].
     pub seconds: f64,
-    /// Largest velocity at the end of the course, in the slowest world [rad/s, m/s].
+    /// Largest velocity at the end of the course, in the slowest world \[rad/s, m/s\].
     pub fastest: f64,
 }
 

@@ -20,15 +20,15 @@ use super::peer::Watched;
 const RADIUS: f64 = 0.2;
 const LENGTH: f64 = 1.6;
 const MASS: f64 = 1000.0;
-/// Height of the capsule's centre [m].
+/// Height of the capsule's centre \[m\].
 const HEIGHT: f64 = 1.4;
-/// Speed of the capsule along x [m/s]: slow enough to bend the wood more than to break it.
+/// Speed of the capsule along x \[m/s\]: slow enough to bend the wood more than to break it.
 const SPEED: f64 = 0.3;
-/// Start of the capsule along x, outside the canopy [m].
+/// Start of the capsule along x, outside the canopy \[m\].
 const START: f64 = -1.3;
-/// Offsets at which the capsule passes the trunk [m], on either side.
+/// Offsets at which the capsule passes the trunk \[m\], on either side.
 const OFFSETS: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
-/// One tree in so many is tried.
+/// One of every `EVERY` trees is tried.
 const EVERY: usize = 8;
 /// Largest number of pushes that are examined further.
 const WAYS: usize = 16;
@@ -41,7 +41,7 @@ const FRAMES: u32 = 480;
 const CANOPY: Groups = Groups { member: 1, filter: 2 };
 const CAPSULE: Groups = Groups { member: 2, filter: 1 };
 
-/// Largest joint move of the last iteration of the statics [rad].
+/// Largest joint move of the last iteration of the statics \[rad\].
 const STATICS_TOLERANCE: f64 = 1e-12;
 
 /// One tree, its fruit and the capsule; wood may break and fruit come off. Cloning it is a snapshot.

@@ -22,7 +22,7 @@ use crate::failure::Failure;
 pub struct Replay {
     /// Record of the second run.
     pub record: EpisodeRecord,
-    /// The moments asked for, in the order of time.
+    /// The requested moments, in the order of time.
     pub shots: Vec<Shot>,
     /// Events with their causes from the contacts, in the order of time.
     pub causes: Vec<Cause>,
@@ -34,7 +34,7 @@ pub struct Shot {
     pub frame: u32,
     /// The world.
     pub world: World,
-    /// Detections of the last image [m, odom].
+    /// Detections of the last image \[m, odom\].
     pub p_odom_detected: Vec<Vec3>,
 }
 

@@ -23,17 +23,17 @@ pub struct Moment {
     pub harmed: Vec<Happened>,
 }
 
-/// Size of a view [px].
+/// Size of a view \[px\].
 const WIDTH: usize = 384;
 const HEIGHT: usize = 288;
 /// Pictures side by side; longer strips go on below.
 const COLUMNS: usize = 5;
-/// Paper between the pictures [px], and its colour.
+/// Paper between the pictures \[px\], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
 /// Letters of a caption that fit over a picture of 7 px letters.
 const LETTERS: usize = WIDTH / 7;
-/// Moments of one kind that are nearer than this share a picture [frames].
+/// Moments of one kind that are nearer than this share a picture \[frames\].
 const SAME: u32 = 3;
 
 /// The moments of an attempt, in the order of time.
@@ -85,7 +85,7 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     moments
 }
 
-/// Length of a frame [s], from the record's time and frame count.
+/// Length of a frame \[s\], from the record's time and frame count.
 fn frame_length(record: &EpisodeRecord) -> f64 {
     record.duration_s / f64::from(record.frames.max(1))
 }
@@ -102,7 +102,7 @@ pub struct Panel {
     pub wrist: Image<[u8; 3]>,
 }
 
-/// Draws every moment of which there is a shot, its views in a size [px].
+/// Draws every moment of which there is a shot, its views in a size \[px\].
 pub fn panels(
     record: &EpisodeRecord,
     attempt: &AttemptRecord,

@@ -91,7 +91,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     other.fruit.push(extra);
     let changed = &mut other.attempts[0];
     changed.fruit = Some(input.record.fruit.len() as u32);
-    // Positions and times that are not finite do not stop the strips either.
+    // Absurdly large positions and times do not stop the strips either.
     changed.p_odom_target = [1e300; 3];
     (changed.end_frame, changed.states[0].time) = (u32::MAX, f64::MAX);
     std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();

@@ -6,7 +6,7 @@ use orchard_geometry::Vec3;
 use orchard_multibody::{BodyId, Owner};
 use orchard_world::World;
 
-/// Longest delay between a push and its effect [frames]: half a second.
+/// Longest delay between a push and its effect \[frames\]: half a second.
 const MEMORY: usize = 30;
 
 /// Object that the robot touches.

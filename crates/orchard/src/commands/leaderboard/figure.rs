@@ -10,13 +10,13 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use labels::Labels;
 
-/// Size of the figure [px].
+/// Size of the figure \[px\].
 const SIZE: (u32, u32) = (760, 500);
 /// Margin beyond the largest value, as a share of the range.
 const MARGIN: f64 = 0.12;
 /// Least range of the damage, so that a board of harmless entries has an axis.
 const LEAST_DAMAGE: f64 = 0.5;
-/// Size of names [px].
+/// Size of names \[px\].
 const FONT: i32 = 13;
 /// Share of the range that is shown below 0.
 const BEFORE: f64 = 0.04;

@@ -23,9 +23,9 @@ use crate::program::Program;
 
 /// Trees that are shown.
 const TREES: usize = 3;
-/// Width and height of a tree's picture [px].
+/// Width and height of a tree's picture \[px\].
 const TREE: [usize; 2] = [360, 450];
-/// Width and height of a view of a moment [px]: smaller than in `orchard explain`, to keep the page small.
+/// Width and height of a view of a moment \[px\]: smaller than in `orchard explain`, to keep the page small.
 const VIEW: [usize; 2] = [300, 225];
 
 /// Draws the worlds of the results; none if other code made the results.

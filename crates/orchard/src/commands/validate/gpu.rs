@@ -21,22 +21,22 @@ const SOFTWARE: u32 = 8;
 /// Frames of either: a pull and a release of half a second each, or a second of breaking.
 const HALF: u32 = 30;
 const SECOND: u32 = 60;
-/// Requirements: share of events in the same frame, least number of events, relative error of the joint state, error of tips [m].
+/// Requirements: share of events in the same frame, least number of events, relative error of the joint state, error of tips \[m\].
 const SAME_FRAME: f64 = 0.999;
 const EVENTS: f64 = 5000.0;
 const STATE_ERROR: f64 = 5e-5;
 const TIP_ERROR: f64 = 1e-5;
-/// Numbers of limbs and fruit of a world that are pulled, and ranges of force: limbs [N], fruit in multiples of the detachment force.
+/// Numbers of limbs and fruit of a world that are pulled, and ranges of force: limbs \[N\], fruit in multiples of the detachment force.
 const LIMBS: usize = 3;
 const FRUIT: usize = 8;
 const LIMB_FORCE: (f64, f64) = (100.0, 500.0);
 const FRUIT_FORCE: (f64, f64) = (0.8, 3.0);
-/// Rates of the joints at the start [rad/s].
+/// Rates of the joints at the start \[rad/s\].
 const KICK: f64 = 1.0;
 const GENTLE_KICK: f64 = 0.5;
 const GENTLE_FORCE: [f64; 3] = [0.4, -0.2, -0.3];
 const GENTLE_TIPS: usize = 8;
-/// Height of a broken limb's tip at which the comparison of a world ends [m]: the fall of some frames at 4 m/s.
+/// Height of a broken limb's tip at which the comparison of a world ends \[m\]: the fall of some frames at 4 m/s.
 const NEAR_GROUND: f64 = 0.2;
 const SEED: u64 = 1;
 
@@ -100,7 +100,7 @@ fn grown(count: u32, rate: f64) -> anyhow::Result<Vec<TreeWorld>> {
         .collect()
 }
 
-/// Largest errors of any world: of its joint angles by the largest one, and of its tips [m].
+/// Largest errors of any world: of its joint angles by the largest one, and of its tips \[m\].
 fn pull_and_release(gpu: &Gpu, count: u32) -> anyhow::Result<(f64, f64)> {
     let mut worlds = grown(count, GENTLE_KICK)?;
     let mut batch =

@@ -6,15 +6,15 @@ use super::{FONT, SIZE};
 
 /// Width of a letter over the size of the font, on average: a little more than most.
 const LETTER: f64 = 0.55;
-/// From a point's middle to its name [px].
+/// From a point's middle to its name \[px\].
 const AWAY: (i32, i32) = (9, 2);
-/// Half the width of a point [px].
+/// Half the width of a point \[px\].
 const POINT: i32 = 6;
 
 /// A box of pixels: left, top, right, bottom.
 type Area = [i32; 4];
 
-/// Areas that points and labels already occupy [px].
+/// Areas that points and labels already occupy \[px\].
 pub struct Labels(Vec<Area>);
 
 impl Labels {

@@ -9,13 +9,13 @@ use rayon::prelude::*;
 
 use crate::bare_tree::BareTree;
 
-/// Largest move of a coordinate in the last iteration at which the tree counts as at rest [rad or m].
+/// Largest move of a coordinate in the last iteration at which the tree counts as at rest \[rad or m\].
 const TOLERANCE: f64 = 1e-9;
 
 /// Fruit load of one tree.
 struct Load {
     fruit: f64,
-    /// Mass of the fruit [kg].
+    /// Mass of the fruit \[kg\].
     crop: f64,
     /// Largest bending moment of any joint over its rupture moment, at rest; infinite if the tree does not come to rest.
     worst: f64,

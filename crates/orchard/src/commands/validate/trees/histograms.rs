@@ -10,7 +10,7 @@ use plotters::prelude::*;
 
 use crate::rows::Picture;
 
-/// Size of a picture [px].
+/// Size of a picture \[px\].
 const SIZE: (u32, u32) = (720, 420);
 /// Bars of a histogram.
 const BARS: usize = 36;
