@@ -62,7 +62,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     written.map_err(|e| Failure::Failed(e.to_string()))
 }
 
-/// The plans of the parts, which must be equal.
+/// The plans of all parts; those of the same task must be equal.
 fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, String> {
     let mut common: BTreeMap<&str, (&PathBuf, &PlannedTask)> = BTreeMap::new();
     for (folder, file) in folders.iter().zip(files) {
