@@ -5,7 +5,7 @@ use orchard_robot::Observation;
 use orchard_world::World;
 use sha2::{Digest, Sha256};
 
-/// SHA-256 over all that a world can show after its robot has sensed: its whole snapshot, the observation with its
+/// SHA-256 over a world's complete output after its robot has sensed: the snapshot, the observation with its
 /// depth image, and the truth.
 pub fn fingerprint(world: &World, observation: &Observation) -> [u8; 32] {
     let mut hash = Sha256::new();

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Largest difference of depths [m].
+/// Largest difference of depths \[m\].
 const TOLERANCE: f64 = 1e-5;
 /// Number of views of a scene, and of random rays of each view: 10,000 rays a scene.
 const VIEWS: usize = 25;
@@ -104,7 +104,7 @@ fn direction(draws: &mut Stream) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// Distance of a point from the surface of an item [m].
+/// Distance of a point from the surface of an item \[m\].
 fn distance(item: &Item, p_world: &Vec3) -> f64 {
     let p = inverse_transform(&item.x_world_item, p_world);
     match &item.geometry {
@@ -286,7 +286,7 @@ fn fruit_views_match_a_count_of_pixels() {
 
 /// True if most pixels on a sphere (camera frame) show the robot.
 fn is_robot(frame: &Frame, k: &Intrinsics, p_camera: &Vec3, radius: f64) -> bool {
-    /// A few times the detector's band [m].
+    /// A few times the detector's band \[m\].
     const NEAR: f64 = 5e-3;
     let (mut robot, mut other) = (0, 0);
     for (i, (&z, label)) in frame.depth.pixels().iter().zip(frame.label.pixels()).enumerate() {

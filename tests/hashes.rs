@@ -1,11 +1,11 @@
 //! Hashes of the f64 state of five scenes after 10 s, the same on every processor.
 //!
-//! `state_hashes.txt` holds them. A change of physics, growth, robot or config changes them; whoever makes one on
-//! purpose writes the file anew,
+//! `state_hashes.txt` holds them. A change of physics, growth, robot or config changes them. After an intended
+//! change, write the file anew,
 //!
 //! `cargo test -p orchard-tests --test suite hashes::write -- --ignored`
 //!
-//! and says so in `CHANGELOG.md` under "Results". The file is compiled in: the test's binary can be copied to another
+//! and say so in `CHANGELOG.md` under "Results". The file is compiled in: the test's binary can be copied to another
 //! machine of the same instruction set and run there.
 
 use orchard_geometry::Vec3;

@@ -37,7 +37,7 @@ fn total(stories: &[Story], count: impl Fn(&Story) -> usize) -> usize {
     stories.iter().map(count).sum()
 }
 
-/// The control of the controls: with nothing taken away, fruit lands in the bucket.
+/// Positive control: with nothing removed, fruit lands in the bucket.
 #[test]
 fn the_sound_robot_deposits_fruit() {
     let stories = stories(&Spec::paper(), &RobotConfig::paper(), false);
@@ -62,7 +62,7 @@ fn with_weak_fingers_nothing_is_picked() {
     assert_eq!(total(&stories, Story::deposited), 0);
 }
 
-/// The same pick by script, so that the grip is all that differs: the full grip detaches the fruit and keeps it,
+/// Repeats one scripted pick in which only the grip differs: the full grip detaches the fruit and keeps it,
 /// with a grip without friction or of 5 N nothing is detached.
 #[test]
 fn the_grip_alone_decides_over_a_scripted_pick() {

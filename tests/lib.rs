@@ -1,4 +1,4 @@
-//! Fixtures of the cross-crate suites: an episode of a world under a picker, with what came of it, and a pick by
+//! Fixtures of the cross-crate suites: an episode of a world under a picker, with its result, and a pick by
 //! script; the bits of a state.
 
 mod bits;
@@ -18,16 +18,16 @@ use std::sync::Arc;
 /// Half a second: fingers that press from the sides of a moving hand can push a fruit off its stem without holding it.
 pub const CARRIED: u32 = 30;
 
-/// What came of an episode.
+/// Result of an episode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Story {
     /// Everything that happened.
     pub events: Vec<WorldEvent>,
     /// Fruit whose stem gave way between both fingers, and that were still there [`CARRIED`] frames later.
     pub picked: usize,
-    /// Where each fruit ended.
+    /// Final state of each fruit.
     pub states: Vec<FruitState>,
-    /// Largest speed of any robot joint [rad/s or m/s].
+    /// Largest speed of any robot joint \[rad/s or m/s\].
     pub top_speed: f64,
 }
 
@@ -48,7 +48,7 @@ impl Story {
     }
 }
 
-/// Runs the baseline picker; `tamper` may spoil what it senses.
+/// Runs the baseline picker; `tamper` may alter its observations.
 pub fn harvest(
     spec: &Spec,
     robot: &RobotModel,

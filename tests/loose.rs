@@ -1,4 +1,4 @@
-//! Fruit off its stem and out of the hand: hand-overs, flight, landing, piles.
+//! Loose fruit: hand-overs to the engine, flight, landing, piles.
 
 use orchard_camera::picture::{PictureStyle, look_at, picture};
 use orchard_fruit::{Ball, Engine, Obstacle, Partner, Phase, Resting};
@@ -62,7 +62,7 @@ fn fill_bucket(world: &mut World, count: usize) {
     }
 }
 
-/// Deepest overlap of the fruit with each other, and of their centres with the room that the bucket leaves them [m].
+/// Deepest overlap of the fruit with each other, and of their centres with the room that the bucket leaves them \[m\].
 fn overlaps(world: &World, fruit: &[usize]) -> f64 {
     let radius = |i: usize| world.fruit().fruit[i].radius;
     let p = |i: usize| motion(world, i)[0];
@@ -75,7 +75,7 @@ fn overlaps(world: &World, fruit: &[usize]) -> f64 {
     deepest
 }
 
-/// The worst overlap of a fruit with walls and floor of the bucket [m].
+/// The worst overlap of a fruit with walls and floor of the bucket \[m\].
 fn wall_overlap(world: &World, fruit: &[usize]) -> f64 {
     let bucket = world.handle().bucket;
     let x_world_base = world.handle().x_world_base(world.data());

@@ -48,7 +48,7 @@ fn strength_zero_is_the_paper_world_bit_for_bit() {
     }
 }
 
-/// 10,000 randomised trees: none is refused, and none has a self-evident absurdity.
+/// 10,000 randomised trees: none is refused, and none has an absurd shape.
 #[test]
 fn ten_thousand_plantings_make_sense() {
     let spec = Arc::new(randomised(Mode::DistinctTopology));
@@ -116,7 +116,7 @@ fn scenario(spec: &Spec) -> Scenario {
     Scenario::of(&[]).unwrap().with_spec(spec.clone())
 }
 
-/// Every reset draws new dimensions, the same for all worlds; a world of an episode is the same however it came there; a
+/// Every reset draws new dimensions, the same for all worlds; a world of an episode is the same whatever preceded it; a
 /// snapshot of one episode is not taken for another's, and going on from one gives the same bits.
 #[test]
 fn shared_dimensions_are_sampled_anew_at_every_reset() {

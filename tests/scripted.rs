@@ -7,7 +7,7 @@ use orchard_world::truth::FruitState;
 use orchard_world::{World, WorldEvent};
 use std::sync::Arc;
 
-/// What a scripted pick came to.
+/// Result of a scripted pick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pick {
     /// Both fingers closed on the fruit.
@@ -18,9 +18,9 @@ pub struct Pick {
     pub held: bool,
 }
 
-/// Distance of the fruit from the base's origin at which the arm reaches well forward [m].
+/// Distance of the fruit from the base's origin at which the arm reaches well forward \[m\].
 const STAND_OFF: f64 = 0.83;
-/// Straight way to the fruit and back [m].
+/// Straight way to the fruit and back \[m\].
 const APPROACH: f64 = 0.16;
 const WITHDRAWAL: f64 = 0.30;
 
@@ -83,7 +83,7 @@ pub fn scripted_pick(spec: &Spec, robot: &RobotModel, seed: u64) -> Option<Pick>
     watched_pick(spec, robot, seed, &mut |_, _| ())
 }
 
-/// The same; `watch` sees the world after every frame, and the command that drove it.
+/// [`scripted_pick`], with `watch` called after every frame with the world and the command that drove it.
 pub fn watched_pick(
     spec: &Spec,
     robot: &RobotModel,

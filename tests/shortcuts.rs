@@ -1,4 +1,4 @@
-//! Controls against shortcuts: what a controller places without seeing, and what one places that always reaches for the middle
+//! Controls against shortcuts: fruit placed by a controller without sight, and by one that always reaches for the middle
 //! of the tree's fruit. Start poses vary in distance, bearing and heading, so no fixed plan leads to fruit either.
 
 use orchard_camera::Label;
@@ -19,16 +19,16 @@ use std::sync::atomic::AtomicBool;
 
 const SECONDS: f64 = 40.0;
 const TREES: u32 = 3;
-/// Largest share of placed attempts that chance may give a controller without eyes.
+/// Largest share of placed attempts that chance may give a controller without sight.
 const BY_CHANCE: f64 = 0.05;
 
-/// What takes the place of the depth image.
+/// Replacement of the depth image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sight {
     Sound,
-    /// Nothing is measured.
+    /// No pixel has a depth.
     Blind,
-    /// The fruit are gone, and one phantom hangs in the middle of where they were, whatever is before it.
+    /// The fruit are removed, and one phantom hangs at their mean position, in front of everything.
     MeanFruit {
         p_world: Vec3,
         radius: f64,
@@ -70,7 +70,7 @@ impl Sight {
     }
 }
 
-/// A world whose images are spoilt.
+/// A world with altered depth images.
 struct Spoilt {
     world: World,
     sight: Sight,
@@ -116,7 +116,7 @@ impl BenchWorld for Spoilt {
     }
 }
 
-/// An episode of the first trees of every tuning seed; `sight` is told each world at its start.
+/// Runs an episode of the first trees of every tuning seed; `sight` gets each world at its start.
 fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRecord> {
     let harvest = Harvest::new(Scenario::of(&[("controller", kind.name())]).unwrap()).unwrap();
     let protocol = Protocol::paper();
@@ -132,13 +132,13 @@ fn episodes(kind: Kind, sight: impl Fn(&World) -> Sight + Sync) -> Vec<EpisodeRe
     plan.episodes().into_par_iter().map(run).collect()
 }
 
-/// Attempts and those that were placed.
+/// Numbers of attempts and of placed attempts.
 fn count(episodes: &[EpisodeRecord]) -> (usize, usize) {
     assert!(episodes.iter().all(|e| !e.quarantined()));
     (episodes.iter().map(|e| e.attempts.len()).sum(), episodes.iter().map(|e| e.placed().count()).sum())
 }
 
-/// The control of the controls.
+/// Positive control: the unaltered image.
 #[test]
 fn with_sound_eyes_every_controller_places_fruit() {
     for kind in Kind::ALL {

@@ -1,11 +1,11 @@
 //! Hashes of five grown trees, every bit of them, the same on every processor.
 //!
 //! `skeleton_hashes.txt` holds them under a version. A change of grammar, pipe model, clearance, leaves or config changes
-//! them; whoever makes one on purpose raises the version, writes the file anew,
+//! them. After an intended change, raise the version, write the file anew,
 //!
 //! `cargo test -p orchard-tests --test suite skeletons::write -- --ignored`
 //!
-//! and says so in `CHANGELOG.md` under "Results".
+//! and say so in `CHANGELOG.md` under "Results".
 
 use orchard_exchange::json;
 use orchard_spec::{Preset, Spec};

@@ -231,7 +231,7 @@ fn the_chassis_rides_over_bumps() {
         }
         assert_eq!(*world.status(), Status::Running);
         println!("case {case}: {lowest} m, {} ms of climb", -1e3 * lowest / steepest);
-        // The servo is short by about 5 ms of climb (`LAGS_AHEAD` in the world's ground); the steepest climb told here is a mean
+        // The servo is short by about 5 ms of climb (`LAGS_AHEAD` in the world's ground); the steepest climb reported here is a mean
         // over a frame, less than that of the moment.
         assert!(lowest > -6e-3 * steepest, "case {case}: {lowest} m under the ground");
         assert!(highest_over < AMPLITUDE, "case {case}: {highest_over} m over the ground");
@@ -264,7 +264,7 @@ fn debris_lies_on_the_bumps() {
     }
 }
 
-/// Every pixel of the wrist camera that shows the ground lies on it, and drawing only what is in range loses none.
+/// Every pixel of the wrist camera that shows the ground lies on it, and drawing only the parts in range loses none.
 #[test]
 fn the_camera_sees_the_ground_where_it_is() {
     let mut seen = 0;
@@ -303,7 +303,7 @@ fn the_camera_sees_the_ground_where_it_is() {
     assert!(seen > 10_000, "{seen} pixels");
 }
 
-/// A world on bumps goes on from a snapshot with the same bits; one on other bumps refuses it.
+/// A world on bumps continues from a snapshot with the same bits; one on other bumps refuses it.
 #[test]
 fn snapshots_know_their_ground() {
     let drive = Command { base_velocity: [-0.7, 0.4, 0.3], ..hold() };

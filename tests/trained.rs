@@ -114,7 +114,7 @@ fn posts_and_wires_stand_clear() {
     }
 }
 
-/// An apple let go above a wire comes to bear on it.
+/// An apple released above a wire comes to rest on it.
 #[test]
 fn loose_fruit_meets_a_wire() {
     let mut world = world(Preset::VerticalUfo, 0);
@@ -162,7 +162,7 @@ fn a_limb_that_breaks_in_the_wires_falls() {
     });
 }
 
-/// Who drives at a row beside its tree meets the wires, and nothing bursts.
+/// A robot driven at a row beside the tree touches the wires, and the world stays stable.
 #[test]
 fn the_robot_meets_the_wires() {
     for preset in TRAINED {
@@ -185,7 +185,7 @@ fn the_robot_meets_the_wires() {
     }
 }
 
-/// The wrist camera sees posts or wires from the alley, and the truth calls them so.
+/// The wrist camera sees posts or wires from the alley, and the ground truth labels them.
 #[test]
 fn the_camera_sees_the_row() {
     for preset in TRAINED {

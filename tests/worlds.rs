@@ -164,7 +164,7 @@ fn effort_limits_hold_in_contact() {
     }
 }
 
-/// The same world twice, and after a reset, gives the same bits; another index gives another tree.
+/// A world run twice, or run again after a reset, gives the same bits; another index gives another tree.
 #[test]
 fn worlds_repeat_bit_for_bit() {
     let run = |world: &mut World| {

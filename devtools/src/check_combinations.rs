@@ -23,7 +23,7 @@ pub struct Args {
     seconds: f64,
 }
 
-/// Default length of an episode [s], our own choice: the controllers have seen the tree and reach for a first fruit.
+/// Default length of an episode \[s\], our own choice: the controllers have seen the tree and reach for a first fruit.
 pub const SECONDS: f64 = 4.0;
 
 pub fn run(args: &Args) -> Result<(), Failure> {

@@ -1,4 +1,4 @@
-//! `cargo xtask check-report`: a real report in a real browser.
+//! `cargo xtask check-report`: opens a report in a browser.
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,7 @@ pub struct Args {
 const SUITE: &str = "report";
 /// Names that Chromium goes by.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-/// Every task and every sweep, as little as there can be of each.
+/// Every task and every sweep, each at its smallest size.
 const RUN: [&str; 11] = [
     "bench-v1",
     "--tasks",
@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Opens the report of a small run, or tells why it cannot.
+/// Opens the report of a small run; `Skipped` gives the reason why it cannot.
 pub fn check() -> Result<Verdict, Failure> {
     check_folder(None)
 }
@@ -77,7 +77,7 @@ fn check_folder(dir: Option<&Path>) -> Result<Verdict, Failure> {
     Ok(Verdict::Agreed)
 }
 
-/// A small run of this very code; what is there already is taken up.
+/// A small run of the current code; an existing run is continued.
 fn small_run() -> Result<PathBuf, Failure> {
     let dir = python::folder(SUITE).join("run");
     let line = [&["orchard"][..], &RUN[..]].concat().into_iter().map(OsString::from);

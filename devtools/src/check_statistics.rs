@@ -8,7 +8,7 @@ use crate::python;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Holds intervals, paired tests, effect sizes, corrections and variance components against scipy's, to 1e-6.
+/// Compares intervals, paired tests, effect sizes, corrections and variance components with scipy's, to 1e-6.
 #[derive(clap::Args)]
 #[command(
     after_help = "Needs python3 with venv, and the network on the first run: scipy is installed into target/statistics/venv.\n\
@@ -17,7 +17,7 @@ use orchardbench::Verdict;
 )]
 pub struct Args {}
 
-/// Folder of the script and of what the last run wrote.
+/// Folder of the script and of the last run's output.
 const SUITE: &str = "statistics";
 
 pub fn run(_: &Args) -> Result<(), Failure> {
@@ -27,7 +27,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compares, or tells why it cannot. In continuous integration there is no excuse.
+/// Compares; `Skipped` gives the reason why it cannot. In continuous integration that is a failure.
 pub fn check() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,

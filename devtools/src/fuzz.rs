@@ -13,7 +13,7 @@ use crate::workspace;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Feeds detector and file readers with inputs that libFuzzer makes up, guided by what they reach.
+/// Feeds detector and file readers with inputs from libFuzzer, guided by code coverage.
 #[derive(clap::Args)]
 #[command(
     after_help = "Targets: detect (any image, intrinsics and choice of gates), image_files (PNG, intrinsics, detector config).\n\
@@ -29,16 +29,16 @@ pub struct Args {
 /// The targets: binaries of the package `fuzz/`.
 const TARGETS: [&str; 2] = ["detect", "image_files"];
 
-/// What coverage guidance asks of the compiler, as cargo-fuzz does where no sanitizer is wanted: counters and tables of
-/// branches, operands of comparisons, and one code unit, so that they are whole.
+/// Compiler flags for coverage guidance, those of cargo-fuzz without a sanitizer: counters and tables of
+/// branches, operands of comparisons, and one code unit, so that the tables are complete.
 const FLAGS: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0 -Ccodegen-units=1";
 
-/// One input may take this long [s] and this much memory [MB].
+/// One input may take this long \[s\] and this much memory \[MB\].
 const SLOWEST: u32 = 5;
 const MOST_MEMORY: u32 = 2048;
-/// Longest input [bytes].
+/// Longest input \[bytes\].
 const LONGEST: u32 = 8192;
 
 /// Builds and runs all targets.
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Runs every target for some seconds. In continuous integration there is no excuse for not running.
+/// Runs every target for some seconds. In continuous integration a missing tool is a failure.
 pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
     if let Err(reason) = compiler() {
         if std::env::var_os("CI").is_some_and(|ci| ci == "true") {
@@ -130,7 +130,7 @@ fn seeds(target: &str) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
     Ok(seeds)
 }
 
-/// Whether libFuzzer can be compiled.
+/// Checks that libFuzzer can be compiled; the error gives the reason.
 fn compiler() -> Result<(), String> {
     let name = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
     match Command::new(&name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status() {

@@ -1,4 +1,4 @@
-//! `cargo xtask judge`: the tree physics against MuJoCo.
+//! `cargo xtask judge`: compares the tree physics with MuJoCo.
 
 mod paths;
 
@@ -24,14 +24,14 @@ use paths::TreePaths;
 )]
 pub struct Args {}
 
-/// Folder of the script and of what the last run wrote.
+/// Folder of the script and of the last run's output.
 pub const SUITE: &str = "judge";
 /// Seeds and trees that are compared.
 const TREES: [(u64, u32); 3] = [(20250704, 0), (1, 0), (2, 3)];
-/// Time step of our paths [s].
+/// Time step of our paths \[s\].
 const TIME_STEP: f64 = 1e-3;
 
-/// What the Python side reads.
+/// Input of the Python script.
 #[derive(Serialize)]
 struct Case {
     mjcf: String,
@@ -46,7 +46,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compares, or tells why it cannot. In continuous integration there is no excuse.
+/// Compares; `Skipped` gives the reason why it cannot. In continuous integration that is a failure.
 pub fn judge() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
@@ -59,7 +59,7 @@ pub fn judge() -> Result<Verdict, Failure> {
     Ok(Verdict::Agreed)
 }
 
-/// Writes a tree's model and our paths of it; gives the path of the case's file.
+/// Writes a tree's model and our paths of it; returns the path of the case's file.
 fn write_case(spec: &Spec, seed: u64, world: u32, folder: &Path) -> anyhow::Result<std::path::PathBuf> {
     let mut tree = BareTree::new(spec, seed, world)?;
     let mjcf = format!("{}.xml", tree.name);

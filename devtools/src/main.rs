@@ -22,7 +22,7 @@ use clap::{Parser, Subcommand, error::ErrorKind};
 
 use orchardbench::Failure;
 
-/// Tests OrchardBench, judges it by other people's tools, and measures its speed.
+/// Tests OrchardBench, compares it with third-party tools, and measures its speed.
 #[derive(Parser)]
 #[command(
     name = "cargo xtask",

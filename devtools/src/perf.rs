@@ -1,4 +1,4 @@
-//! `cargo xtask perf`: how fast the parts are, as a file of rows.
+//! `cargo xtask perf`: speed of the parts, as a file of rows.
 
 mod episode;
 mod gpu;
@@ -59,20 +59,20 @@ use orchardbench::rows::{Effort, Suite, run_suite};
                   cargo xtask perf scaling --backend gpu --json scaling-gpu.json"
 )]
 pub struct Args {
-    /// What to measure
+    /// Suite to measure
     suite: String,
-    /// Where to write the rows
+    /// File for the rows
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
     /// Few and short rounds: to see that everything works, not for figures (suites physics, perception, gpu and scaling)
     #[arg(long)]
     quick: bool,
-    /// What advances the batches of the suite scaling [default: cpu]
+    /// Processor for the batches of the suite scaling [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
 }
 
-/// The suite that knows backends.
+/// The suite that has a choice of backend.
 const SCALING: &str = "scaling";
 
 /// The suites; one of them runs on a backend.
@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     run_suite("perf", &suites, &args.suite, &args.json, effort)
 }
 
-/// What is being done, and for how long.
+/// Spinner with the current activity and the elapsed time.
 fn spinner() -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
@@ -135,7 +135,7 @@ fn spinner() -> ProgressBar {
     bar
 }
 
-/// Tells what is being done: beside the spinner, or in a line where there is no terminal.
+/// Prints the current activity: beside the spinner, or in a line where there is no terminal.
 fn say(bar: &ProgressBar, what: &str) {
     if bar.is_hidden() {
         eprintln!("{what}");
@@ -182,7 +182,7 @@ mod tests {
         is_whole(&scaling_run("cpu").unwrap(), "cpu");
     }
 
-    /// With a device the run is whole, and an adapter in software is told in every row; without one the CPU is named.
+    /// With a device the run is complete, and every row names a software adapter; without one the CPU is named.
     #[test]
     fn a_small_scaling_run_on_a_device() {
         match scaling_run("gpu") {

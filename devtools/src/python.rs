@@ -1,4 +1,4 @@
-//! Python virtual environments with pinned packages, one a suite: other people's tools beside ours.
+//! Python virtual environments with pinned packages, one a suite, for third-party tools.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,17 +15,17 @@ pub struct Environment {
     source: PathBuf,
 }
 
-/// Where a suite's environment stands, and what its last run wrote.
+/// Folder of a suite's environment and of its last run's output.
 pub fn folder(suite: &str) -> PathBuf {
     workspace::root().join("target").join(suite)
 }
 
-/// Where a suite's scripts and pinned packages stand.
+/// Folder of a suite's scripts and pinned packages.
 fn source(suite: &str) -> PathBuf {
     workspace::root().join("tests").join(suite)
 }
 
-/// The environment of a suite, or why it cannot be had. In continuous integration there is no excuse.
+/// Returns the environment of a suite, or the reason why it is missing. In continuous integration that is a failure.
 pub fn environment(suite: &str) -> Result<Result<Environment, Verdict>, Failure> {
     match Environment::install(suite) {
         Ok(environment) => Ok(Ok(environment)),
@@ -38,12 +38,12 @@ pub fn environment(suite: &str) -> Result<Result<Environment, Verdict>, Failure>
 
 impl Environment {
     /// Makes the virtual environment `target/SUITE/venv` with the packages that `tests/SUITE/requirements.txt` pins,
-    /// unless it is there already. The error says why they cannot be had.
+    /// unless it is there already. The error gives the reason why they are missing.
     pub fn install(suite: &str) -> Result<Self, String> {
         Self::install_from(&source(suite), "requirements.txt", &folder(suite))
     }
 
-    /// The same for scripts of a suite that need other packages: those of `tests/SUITE/requirements-PART.txt`, in
+    /// Installs the environment of a suite's scripts that need other packages: those of `tests/SUITE/requirements-PART.txt`, in
     /// `target/SUITE-PART/venv`.
     pub fn install_part(suite: &str, part: &str) -> Result<Self, String> {
         let requirements = format!("requirements-{part}.txt");
@@ -63,7 +63,7 @@ impl Environment {
         eprintln!("installing pinned packages into {}", venv.display());
         let mut install = environment.make(&venv)?;
         install.args(["install", "--quiet", "--disable-pip-version-check"]);
-        // Wheels beside the script stand in for the network.
+        // Wheels in the script's folder replace the network.
         let wheels = source.join("wheels");
         if wheels.is_dir() {
             install.args(["--no-index", "--find-links"]).arg(&wheels);
@@ -73,7 +73,7 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Makes an empty environment and gives its pip.
+    /// Makes an empty environment and returns its pip.
     fn make(&self, venv: &Path) -> Result<Command, String> {
         let make = |options: &[&str]| {
             let mut make = Command::new("python3");
@@ -85,7 +85,7 @@ impl Environment {
             pip.args(["-m", "pip"]);
             return Ok(pip);
         }
-        // Some Pythons cannot put a pip into it; their own will do.
+        // Some Pythons cannot install pip into it; their own pip is used.
         make(&["--without-pip"])?;
         let mut pip = Command::new("python3");
         pip.args(["-m", "pip", "--python"]).arg(&self.python);
@@ -99,7 +99,7 @@ impl Environment {
         command
     }
 
-    /// Lets a script compare.
+    /// Runs a script that compares the cases.
     pub fn compare(&self, script: &str, cases: &[PathBuf]) -> Result<(), Failure> {
         match self.script(script).args(cases).status() {
             Ok(status) if status.success() => Ok(()),
@@ -109,7 +109,7 @@ impl Environment {
     }
 }
 
-/// Runs a command; the error is the last line that it wrote.
+/// Runs a command; the error is the last line of its output.
 fn quiet(command: &mut Command, problem: &str) -> Result<(), String> {
     let output = command.stdin(Stdio::null()).output().map_err(|e| format!("{problem}: {e}"))?;
     if output.status.success() {

@@ -1,4 +1,4 @@
-//! `cargo xtask read-back`: exported trees, data sets and recordings read by tools that nobody here wrote.
+//! `cargo xtask read-back`: exported trees, data sets and recordings read by third-party tools.
 
 mod data_sets;
 mod recordings;
@@ -24,19 +24,19 @@ use orchardbench::commands::export_tree::Format;
 )]
 pub struct Args {}
 
-/// Folder of the script and of what the last run wrote.
+/// Folder of the script and of the last run's output.
 const SUITE: &str = "exchange";
 /// Seeds and trees that are compared.
 const TREES: [(u64, u32); 2] = [(20250704, 0), (2, 3)];
 /// The formats that have a reader.
 const FORMATS: [Format; 5] = [Format::Json, Format::Mjcf, Format::Urdf, Format::Usd, Format::Gltf];
 
-/// What the Python side reads.
+/// Input of the Python script.
 #[derive(Serialize)]
 struct Case {
     /// Stem of the files' names.
     name: String,
-    /// Density of the wood [kg/m^3].
+    /// Density of the wood \[kg/m^3\].
     density: f64,
 }
 
@@ -47,7 +47,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes, reads and compares, or tells why it cannot.
+/// Writes, reads and compares; `Skipped` gives the reason why it cannot.
 pub fn read_back() -> Result<Verdict, Failure> {
     let verdicts = [read_trees()?, data_sets::read_back()?, recordings::read_back()?];
     let skipped: Vec<String> = verdicts

@@ -1,4 +1,4 @@
-//! `cargo xtask check-reuse`: the crates as other people's projects get them.
+//! `cargo xtask check-reuse`: checks the crates as another project gets them.
 
 use std::fs;
 use std::path::{Path, PathBuf};

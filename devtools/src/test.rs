@@ -26,15 +26,15 @@ use crate::{
                   that it changed)."
 )]
 pub struct Args {
-    /// Only what a change to a crate or two needs
+    /// Only the tests for a change to a crate or two
     #[arg(long)]
     quick: bool,
 }
 
-/// Time for each fuzz target [s], our own choice.
+/// Time for each fuzz target \[s\], our own choice.
 const FUZZ_SECONDS: u32 = 20;
 
-/// File of tests that were skipped for want of a graphics adapter, a line each.
+/// File that lists the tests skipped without a graphics adapter, a line each.
 const SKIPPED: &str = "ORCHARD_SKIPPED";
 
 type Step = (&'static str, Box<dyn Fn() -> Result<Verdict, Failure>>);

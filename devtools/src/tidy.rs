@@ -55,12 +55,12 @@ const LAYERS: [&str; 29] = [
     "xtask",
 ];
 
-/// What a check found.
+/// Findings of a check.
 #[derive(Debug, Default, PartialEq)]
 pub struct Findings {
     /// Rules broken, a line each.
     pub errors: Vec<String>,
-    /// Worth a look, a line each.
+    /// Warnings, a line each.
     pub warnings: Vec<String>,
 }
 

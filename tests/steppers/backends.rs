@@ -12,11 +12,11 @@ pub const PUSHES: usize = 8;
 pub struct Tolerance {
     /// Joint angle, over the largest joint angle of the world.
     pub angle: f64,
-    /// Joint rate [rad/s].
+    /// Joint rate \[rad/s\].
     pub rate: f64,
-    /// Position of a segment's tip [m].
+    /// Position of a segment's tip \[m\].
     pub tip: f64,
-    /// Position of a tip or of a fruit while broken limbs swing and loose fruit fall [m]: a swing multiplies the error that it starts with.
+    /// Position of a tip or of a fruit while broken limbs swing and loose fruit fall \[m\]: a swing multiplies the error that it starts with.
     pub falling: f64,
 }
 

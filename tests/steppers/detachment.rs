@@ -5,16 +5,16 @@ use super::worlds::{Errors, grown, kick, pull, push, state, tips};
 use orchard_batch::{BatchEvent, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 
-/// Joint rates at the start [rad/s].
+/// Joint rates at the start \[rad/s\].
 const KICK: f64 = 1.0;
-/// Load that breaks a limb [N].
+/// Load that breaks a limb \[N\].
 const LOAD: Vec3 = Vec3::new(0.0, 0.0, -400.0);
 /// Pulls on fruit 0 and 1, over their direct thresholds. The first stem breaks by its tension, the second by the direct pull.
 const PULLS: [f64; 2] = [1.5, 3.0];
 /// Frames of the run, and between two comparisons.
 const FRAMES: u32 = 60;
 const LOOK: u32 = 5;
-/// A world is compared until something that has come off is so low [m]: on the ground f64 and f32 have different laws of contact. Some frames' fall at 4 m/s.
+/// Height of a loose part at which the comparison of a world ends \[m\]: on the ground f64 and f32 have different laws of contact. Some frames' fall at 4 m/s.
 const NEAR_GROUND: f64 = 0.2;
 
 /// True if a loose fruit or the tip of a broken limb is about to land.

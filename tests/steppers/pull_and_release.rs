@@ -5,9 +5,9 @@ use super::worlds::{Errors, grown, kick, push, siblings, state};
 use orchard_batch::{Status, TreeWorld};
 use orchard_geometry::Vec3;
 
-/// Force on a tip [N], and torque about its segment's centre of mass [N m].
+/// Force on a tip \[N\], and torque about its segment's centre of mass \[N m\].
 const PULL: [Vec3; 2] = [Vec3::new(0.4, -0.2, -0.3), Vec3::new(0.04, -0.02, -0.03)];
-/// Joint rates at the start [rad/s].
+/// Joint rates at the start \[rad/s\].
 const KICK: f64 = 0.5;
 /// Frames of each half, and between two comparisons.
 const HALF: u32 = 30;

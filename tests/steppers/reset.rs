@@ -12,10 +12,10 @@ const RATE: f64 = 1e-4;
 const TIP: f64 = 1e-5;
 /// World that is not reset.
 const OTHER: usize = 1;
-/// Worlds that are; the last one is in quarantine before.
+/// Worlds that are reset; the last one is in quarantine before.
 const RESET: [usize; 3] = [0, 2, 3];
 
-/// A reset world is whole, at rest in the equilibrium that f64 finds, and goes on as a new one does; the others keep their bits, in the same tile or in the same block of memory.
+/// A reset world is whole, at rest in the equilibrium that f64 finds, and continues as a new one does; the others keep their bits, in the same tile or in the same block of memory.
 #[test]
 fn a_reset_world_is_as_new() {
     let Some(gpu) = testing::device() else { return };

@@ -32,7 +32,7 @@ pub fn siblings(count: u32) -> Vec<TreeWorld> {
     (0..count).map(sibling).collect()
 }
 
-/// Gives every joint of every world a random rate [rad/s].
+/// Gives every joint of every world a random rate \[rad/s\].
 pub fn kick(worlds: &mut [TreeWorld], rate: f64) {
     for (world, index) in worlds.iter_mut().zip(0..) {
         let mut stream = Stream::new(13, index, Purpose::Test);
@@ -69,7 +69,7 @@ pub fn state(stepper: &mut dyn Stepper, world: &TreeWorld, index: usize) -> Data
     data
 }
 
-/// Positions of the segments' tips [m].
+/// Positions of the segments' tips \[m\].
 pub fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
     let plant = world.plant();
     let tip = |&id| transform(data.x_world_body(id), &(plant.model.body(id).inertia.p_com * 2.0));
@@ -81,11 +81,11 @@ pub fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
 pub struct Errors {
     /// Of a joint angle, over the largest one.
     pub angle: f64,
-    /// Of a joint rate [rad/s].
+    /// Of a joint rate \[rad/s\].
     pub rate: f64,
-    /// Of a segment's tip [m].
+    /// Of a segment's tip \[m\].
     pub tip: f64,
-    /// Of a fruit [m].
+    /// Of a fruit \[m\].
     pub fruit: f64,
 }
 
@@ -115,7 +115,7 @@ impl Errors {
         }
     }
 
-    /// True if a world whose limbs all hold is as near to the truth as it must be.
+    /// True if a world without breaks is within the tolerances.
     pub fn are_within(&self, tolerance: Tolerance) -> bool {
         self.angle <= tolerance.angle && self.rate <= tolerance.rate && self.tip <= tolerance.tip
     }

@@ -54,7 +54,7 @@ fn momentum(model: &Model, data: &Data) -> (Vec3, Vec3) {
     (linear, angular)
 }
 
-/// Drift of the momentum from its balance over 0.5 s under a constant force on one link [N s, N m s].
+/// Drift of the momentum from its balance over 0.5 s under a constant force on one link \[N s, N m s\].
 fn momentum_error(h: f64) -> (f64, f64) {
     let (model, mut data) = floating_chain();
     let force = Vec3::new(0.5, -1.0, 2.0);

@@ -8,7 +8,7 @@ use super::fixture::{GRAVITY, Wood, bare_wood, branch};
 use orchard_geometry::{Vec3, math};
 use orchard_spec::wood::JointLaw;
 
-/// Slope at the tip that the loads are chosen for [rad].
+/// Slope at the tip that the loads are chosen for \[rad\].
 const SLOPE: f64 = 1e-4;
 
 /// Tip deflection over the exact one under a tip load.

@@ -7,7 +7,7 @@ use orchard_spec::wood::{JointLaw, WoodSpec};
 use orchard_treegen::{Segment, Skeleton};
 use orchard_treephys::{TreeBody, TreeGroups, section};
 
-/// Gravity [m/s^2].
+/// Gravity \[m/s^2\].
 pub const GRAVITY: f64 = 9.81;
 
 /// Wood without drag, so that springs and dampers are all that acts.
@@ -68,12 +68,12 @@ impl Wood {
         Self::new(branch(Vec3::x(), &vec![(1.0 / n as f64, 0.003); n]), spec)
     }
 
-    /// Bending stiffness E I of a segment [N m^2].
+    /// Bending stiffness E I of a segment \[N m^2\].
     pub fn bending_stiffness(&self, segment: usize) -> f64 {
         self.spec.youngs_modulus.si() * section::second_moment(self.skeleton.segments[segment].radius)
     }
 
-    /// Mass of the wood [kg].
+    /// Mass of the wood \[kg\].
     pub fn mass(&self) -> f64 {
         self.model.bodies().iter().map(|b| b.inertia.mass).sum()
     }
@@ -100,7 +100,7 @@ impl Wood {
         transform(self.data.x_world_body(self.tree.bodies[segment]), &tip)
     }
 
-    /// Mechanical energy [J].
+    /// Mechanical energy \[J\].
     pub fn energy(&self) -> f64 {
         orchard_multibody::energy(&self.model, &self.data, &self.settings.gravity).total()
     }

@@ -22,7 +22,7 @@ pub fn shape(k: usize, x: f64) -> f64 {
     cosh(b * x) - math::cos(b * x) - ratio * (sinh(b * x) - math::sin(b * x))
 }
 
-/// Frequency of mode k of a beam of 1 m [Hz].
+/// Frequency of mode k of a beam of 1 m \[Hz\].
 pub fn beam_frequency(wood: &Wood, k: usize) -> f64 {
     BETA[k] * BETA[k] * (wood.bending_stiffness(0) / wood.mass()).sqrt() / TAU
 }

@@ -1,11 +1,11 @@
-//! A world's energy, held against what can have come into it.
+//! Compares a world's energy with the largest energy that can have been added to it.
 
 use orchard_geometry::Vec3;
 use orchard_multibody::{BodyId, PointId, energy};
 use orchard_robot::RobotModel;
 use orchard_world::World;
 
-/// Round-off of the energy of a world, a sum of some thousand joules [J].
+/// Round-off of the energy of a world, a sum of some thousand joules \[J\].
 pub const ROUND_OFF: f64 = 1e-9;
 
 /// The energy that a world had, and the most that motors, outside work and lost supports have added since.
@@ -16,7 +16,7 @@ pub const ROUND_OFF: f64 = 1e-9;
 /// implicit step only ever takes more away than the forces do, so the energy must stay under the bound.
 pub struct Ledger {
     gravity: Vec3,
-    /// Joints with a motor and its largest effort [N, N m].
+    /// Joints with a motor and its largest effort \[N, N m\].
     motors: Vec<(BodyId, Vec<f64>)>,
     bound: f64,
     q: Vec<f64>,
@@ -44,7 +44,7 @@ impl Ledger {
         ledger
     }
 
-    /// Enters one frame with the work of test forces in it [J]; gives how far the energy is under its bound [J].
+    /// Enters one frame with the work of test forces in it \[J\]; returns the margin of the energy below its bound \[J\].
     pub fn enter(&mut self, world: &World, work: f64) -> f64 {
         let (model, data) = (world.model(), world.data());
         for (body, efforts) in &self.motors {

@@ -10,11 +10,11 @@ use orchard_world::{Status, World, WorldEvent};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Pull of the paper's bending case [N].
+/// Pull of the paper's bending case \[N\].
 const PULL: f64 = 17.0;
-/// Yank [N].
+/// Yank \[N\].
 const YANK: f64 = 800.0;
-/// Joint rate of a tree at rest [rad/s]: the creep of friction in a break, which sticks below 0.01 rad/s.
+/// Joint rate of a tree at rest \[rad/s\]: the creep of friction in a break, which sticks below 0.01 rad/s.
 const AT_REST: f64 = 0.01;
 
 /// The tree of seed 42 at rest, and the tip segment of its first scaffold.
@@ -47,7 +47,7 @@ fn linear_displacement(wood: &Wood, tip: usize, force: Vec3) -> Vec3 {
     path.map(of_joint).sum()
 }
 
-/// Displacement of the tip under a pull at rest, by linear theory, and the distance from rest 20 s after the release [m].
+/// Displacement of the tip under a pull at rest, by linear theory, and the distance from rest 20 s after the release \[m\].
 fn bend(spec: WoodSpec, gravity: f64, pull: f64) -> (f64, f64, f64) {
     let (mut wood, tip) = sample(spec, gravity);
     let rest = wood.p_tip(tip);
@@ -107,14 +107,14 @@ fn a_hard_yank_on_every_twig_gains_no_more_than_its_work() {
     yank_every_twig(spec, -ROUND_OFF);
 }
 
-/// The same with the cap: every value is finite, and 8 s after the yank began the tree and what hangs on it have come
-/// to rest.
+/// The hard yank with the paper's cap: every value is finite, and 8 s after the yank began the tree and its fruit are at
+/// rest.
 #[test]
 fn a_tree_comes_to_rest_after_a_hard_yank() {
     yank_every_twig(Spec::paper(), f64::NEG_INFINITY);
 }
 
-/// `margin_min`: how far the energy must stay under its bound [J].
+/// `margin_min`: how far the energy must stay under its bound \[J\].
 fn yank_every_twig(spec: Spec, margin_min: f64) {
     let robot = RobotModel::paper();
     let world = World::new(Arc::new(spec), Arc::new(robot.clone()), 42, 0).unwrap();

@@ -1,5 +1,5 @@
 //! The three rails on applied forces: power fade from 8 m/s, brake above 25 m/s, impulse cap at 25 m/s within a
-//! substep (30 and 60 rad/s for torques). Each acts where it should, and none on what stands still.
+//! substep (30 and 60 rad/s for torques). Each acts where it should, and none acts on a link at rest.
 
 use super::fixture::{GRAVITY, Wood, branch};
 use orchard_geometry::Vec3;

@@ -9,11 +9,11 @@ use orchard_world::{Status, World};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Wood thicker than this is not passed through [m].
+/// Wood thicker than this is not passed through \[m\].
 const THICK: f64 = 0.010;
-/// How far the centreline of a twig may be inside the chassis [m].
+/// Largest depth of a twig's centreline inside the chassis \[m\].
 const TWIG_OVERLAP: f64 = 0.001;
-/// How far the base goes on after it touched the trunk [m].
+/// Largest travel of the base after it touched the trunk \[m\].
 const STOP: f64 = 0.005;
 
 /// The paper's world with a substep as its frame, so that the contacts of every substep are seen.
@@ -28,7 +28,7 @@ fn spec() -> Spec {
     spec
 }
 
-/// The paper's robot with another top speed [m/s], and an acceleration that reaches it at once.
+/// The paper's robot with another top speed \[m/s\], and an acceleration that reaches it at once.
 fn robot(speed: f64) -> RobotModel {
     let mut config = RobotConfig::paper();
     config.base.speed_max = config.base.speed_max.with_value(speed).unwrap();
@@ -65,13 +65,13 @@ fn facing(mut spec: Spec) -> Spec {
     spec
 }
 
-/// What a ram of 4 s did to the wood.
+/// Effects of a ram of 4 s on the wood.
 struct Ram {
     /// Contacts in which the robot pressed on live wood.
     touched: usize,
-    /// How far the base went on in its direction after it touched the trunk [m]; `None`: it never did.
+    /// Travel of the base in its direction after it touched the trunk \[m\]; `None` if it never touched it.
     stop: Option<f64>,
-    /// Deepest overlap of the robot and live wood [m].
+    /// Deepest overlap of the robot and live wood \[m\].
     sunk: f64,
 }
 
@@ -114,7 +114,7 @@ fn ram(speed: f64, seed: u64) -> Ram {
 /// 20 random canopies at the base's top speed and at 3 m/s. In every substep the state is finite, the contact solve converges, no
 /// energy is gained, the axis of unbroken wood thicker than 10 mm is outside every part of the robot, and that of
 /// any unbroken twig outside the chassis to 1 mm: it bends or it breaks. At the top speed the base stops
-/// within 5 mm of touching the trunk (at 3 m/s it holds seven times the energy, and nothing is asked).
+/// within 5 mm of touching the trunk (at 3 m/s it holds seven times the energy, and no limit is set).
 /// `-- --nocapture` prints the worst of the 20.
 #[test]
 fn rams_through_twenty_canopies() {
@@ -143,7 +143,7 @@ fn a_robot_parked_under_breaking_limbs() {
     let robot = robot(1.1);
     let mut start = World::new(Arc::new(facing(Spec::paper())), Arc::new(robot.clone()), 42, 0).unwrap();
     let mut command = robot.start_command();
-    // Under the canopy's edge; what the way in breaks is part of the scene.
+    // Under the canopy's edge; wood broken on the approach is part of the scene.
     command.base_velocity = [1.1, 0.0, 0.0];
     while base(&start).0.xy().norm() > 1.0 {
         start.step(&command);

@@ -1,4 +1,4 @@
-//! Trees in pieces, flung: broken joints at rates that no limb falls with.
+//! Broken trees, flung: broken joints at rates above those of falling limbs.
 
 use super::fixture::{GRAVITY, Wood};
 use super::ledger::Ledger;
@@ -18,8 +18,8 @@ const SECONDS: f64 = 20.0;
 
 /// Energy of the velocities at the pose that they led from, of the weights and springs at the pose that they led to.
 ///
-/// What the step with carried momentum cannot raise: the kinetic energy of a velocity is that which it has at the
-/// pose where it was solved for.
+/// The step with carried momentum cannot raise this energy: a velocity's kinetic energy is taken at the pose for which
+/// it was solved.
 fn staggered_energy(wood: &Wood) -> f64 {
     let mut back = wood.data.clone();
     for (q, v) in back.q.iter_mut().zip(&back.v) {

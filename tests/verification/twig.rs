@@ -9,18 +9,18 @@ use orchard_robot::RobotConfig;
 use orchard_spec::Spec;
 use orchard_treephys::{Rupture, TreeBody, TreeGroups, step_settings};
 
-/// Mass of the base [kg].
+/// Mass of the base \[kg\].
 const MASS: f64 = 130.0;
-/// Half-extents of its chassis [m].
+/// Half-extents of its chassis \[m\].
 const HALF: Vec3 = Vec3::new(0.48, 0.40, 0.14);
-/// Radius of the twig [m], and length and number of its segments.
+/// Radius of the twig \[m\], and length and number of its segments.
 const RADIUS: f64 = 0.0015;
 const SEGMENT: f64 = 0.05;
 const SEGMENTS: usize = 6;
-/// Length and radius of the stump that bears it [m], and how far its root is beside the chassis' way [m].
+/// Length and radius of the stump that bears it \[m\], and how far its root is beside the chassis' way \[m\].
 const STUMP: (f64, f64) = (0.03, 0.02);
 const BESIDE: f64 = 0.06;
-/// How far the chassis starts from the twig's root and how far it drives [m].
+/// Start of the chassis from the twig's root, and distance that it drives \[m\].
 const START: f64 = 0.40;
 const DRIVE: f64 = 0.80;
 
@@ -28,7 +28,7 @@ const WOOD: Groups = Groups { member: 1, filter: 2 };
 const BASE: Groups = Groups { member: 2, filter: 1 };
 const DEBRIS: Groups = Groups { member: 4, filter: 0 };
 
-/// Drives the base past the root of a twig that stands at `angle` to the way of the base [rad]; gives the least
+/// Drives the base past the root of a twig that stands at `angle` to the way of the base \[rad\]; gives the least
 /// distance of live wood's axis from the chassis and the number of breaks. The root is a stump beside the chassis' way.
 fn run_over(angle: f64) -> (f64, usize) {
     let spec = Spec::paper();

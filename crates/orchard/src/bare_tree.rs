@@ -1,4 +1,4 @@
-//! A world's tree and fruit alone, for other engines: what they have no counterpart for is off.
+//! A world's tree and fruit alone, for other engines: effects that they lack are off.
 
 use anyhow::Context;
 use orchard_exchange::mjcf;
@@ -19,18 +19,18 @@ pub struct BareTree {
     pub spec: Arc<Spec>,
     /// The grown tree.
     pub skeleton: Skeleton,
-    /// Its links.
+    /// Links of the tree.
     pub tree: TreeBody,
-    /// Its model.
+    /// Multibody model of the tree.
     pub model: Model,
-    /// Its state: q = 0, at rest.
+    /// State of the model: q = 0, at rest.
     pub data: Data,
-    /// Gravity [m/s^2], world.
+    /// Gravity \[m/s^2\], world.
     pub gravity: Vec3,
 }
 
 impl BareTree {
-    /// The tree of a world, as the benchmark plants it in its first episode.
+    /// Makes the tree of a world, as in the benchmark's first episode.
     pub fn new(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<Self> {
         let spec = Arc::new(spec.clone());
         let name = format!("{}-{seed}-{world}", spec.preset);
@@ -39,7 +39,7 @@ impl BareTree {
         Self::of_planting(planting, name)
     }
 
-    /// A given tree; seed and world choose its fruit.
+    /// Makes the model of a given tree; seed and world choose its fruit.
     pub fn of_skeleton(
         spec: &Spec,
         skeleton: Skeleton,
@@ -79,7 +79,7 @@ impl BareTree {
         Ok(Self { name, spec, skeleton, tree, model, data, gravity: Vec3::new(0.0, 0.0, -gravity) })
     }
 
-    /// The model as MJCF for steps of `h` [s].
+    /// The model as MJCF for steps of `h` \[s\].
     pub fn mjcf(&self, h: f64) -> anyhow::Result<String> {
         Ok(mjcf::write(&self.name, &self.model, &self.data, &self.gravity, h)?)
     }

@@ -12,7 +12,7 @@ use crate::commands::{
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Grows apple trees, lets robots harvest them, and measures what comes of it.
+/// Grows apple trees, lets robots harvest them, and measures the harvest.
 #[derive(Parser)]
 #[command(
     name = "orchard",
@@ -64,7 +64,7 @@ impl Program {
         self.run(std::env::args_os())
     }
 
-    /// Runs a command line, the program's name first; errors go to the error output, and the exit code says what kind they are.
+    /// Runs a command line, the program's name first; errors go to the error output, and the exit code gives their kind.
     pub fn run(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
         match self.call(line) {
             Ok(()) => ExitCode::SUCCESS,
@@ -78,7 +78,7 @@ impl Program {
     /// Runs a command line, the program's name first. `--help` and `--version` end the process.
     ///
     /// # Errors
-    /// A command line that does not parse, and whatever the command fails with.
+    /// The command line does not parse, or the command fails.
     pub fn call(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<(), Failure> {
         match self.parse(line) {
             Ok(cli) => self.execute(&cli.command),

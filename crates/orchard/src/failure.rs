@@ -1,8 +1,8 @@
-//! How a command can end without success.
+//! The ways in which a command can fail, with their exit codes.
 
 use std::process::ExitCode;
 
-/// Why a command did not succeed; displayed in one line, except that a cause may add its own.
+/// Reason for a command's failure; displayed in one line, except that a cause may add lines.
 #[derive(Debug)]
 pub enum Failure {
     /// The user asked for something impossible: exit code 2.
@@ -38,11 +38,11 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
-/// The outcome of a comparison with something that may not be there: other people's tools, a graphics device.
+/// Outcome of a comparison with something that may be missing: a third-party tool, a graphics device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// Both sides agree.
     Agreed,
-    /// The comparison could not be made here; why.
+    /// The comparison could not be made; holds the reason.
     Skipped(String),
 }

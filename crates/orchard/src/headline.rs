@@ -1,4 +1,4 @@
-//! The harvest's results as tables for people: metrics beside the paper's, what is asked, failures, times.
+//! The harvest's results as tables for people: metrics beside the paper's, requirements, failures, times.
 
 use std::collections::BTreeSet;
 
@@ -35,7 +35,7 @@ fn conditions<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a Con
     plan.conditions.iter().filter_map(|condition| of(&condition.name)).collect()
 }
 
-/// Those that are told in full: the others stand in their sweeps' tables.
+/// Conditions with a table of their own; the others are listed in the tables of their sweeps.
 fn principal<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a ConditionSummary)> {
     let all = conditions(summary, plan);
     let of_sweep = |name: &str| {
@@ -100,7 +100,7 @@ fn table(summary: &Summary, plan: &Plan) -> String {
     columns(&rows, &[0, unit_column])
 }
 
-/// Where trees are repeated: how far single episodes lie apart, by what they have in common.
+/// Table of the standard deviations between seeds, trees and repeats, where trees are repeated.
 fn variance(summary: &Summary, plan: &Plan) -> String {
     let mut text = String::new();
     for (name, results) in conditions(summary, plan) {
@@ -127,7 +127,7 @@ fn variance(summary: &Summary, plan: &Plan) -> String {
     text
 }
 
-/// What is asked of the controller over the tuning seeds, and whether these results keep it.
+/// Requirements on the controller over the tuning seeds, each with the measured mean and `met` or `MISSED`.
 fn asked(summary: &Summary, plan: &Plan) -> String {
     let mut text = String::new();
     for demands in demands(summary, &plan.protocol) {
@@ -191,12 +191,12 @@ fn row(first: &str, cells: impl Iterator<Item = String>) -> Vec<String> {
     std::iter::once(first.to_owned()).chain(cells).collect()
 }
 
-/// Two digits after the point, or that there is none.
+/// A number with two decimals, or `-` if there is none.
 pub fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |x| format!("{x:.2}"))
 }
 
-/// Metrics by name, in an order, with their units and three digits after the point: loads are often small.
+/// Rows of the named metrics, in the given order, with units and three decimals: loads are often small.
 pub fn fine_table<'a>(
     order: impl Iterator<Item = (&'a str, &'a str)>,
     metrics: &std::collections::BTreeMap<String, Metric>,
@@ -217,7 +217,7 @@ pub fn fine_table<'a>(
     columns(&rows, &[0, 4])
 }
 
-/// An interval.
+/// Text of an interval.
 pub fn interval(metric: &Metric) -> String {
     match metric.ci95 {
         [Some(low), Some(high)] => format!("{low:.2} .. {high:.2}"),

@@ -1,13 +1,13 @@
-//! Ctrl-C: the first asks the command to end with whole files, the second ends it.
+//! Ctrl-C: the first asks the command to stop with complete files, the second ends the process.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
 
-/// Raised by Ctrl-C.
+/// Flag that is set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Listens to Ctrl-C from now on; the flag is raised by the first.
+/// Installs the Ctrl-C handler; the first Ctrl-C sets the flag.
 pub fn listen() -> Result<&'static AtomicBool, Failure> {
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {

@@ -8,12 +8,12 @@ use orchard_geometry::Image;
 
 use crate::failure::Failure;
 
-/// Drawing takes a while: what cannot be written is refused before it.
+/// Checks that the file of `--out` can be written, before the slow drawing begins.
 pub fn check_folder(out: &Path) -> Result<(), Failure> {
     check_folder_of("--out", out)
 }
 
-/// The same for another option than --out.
+/// Checks that the file of the option `option` can be written.
 pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
     let bad = |problem: &str| Err(Failure::BadInput(format!("{option} {}: {problem}", out.display())));
     let folder = match out.parent() {
@@ -30,7 +30,7 @@ pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a picture, whole or not at all.
+/// Writes a picture atomically.
 pub fn write(out: &Path, image: &Image<[u8; 3]>) -> Result<(), Failure> {
     let bytes = png(image).context("cannot encode the picture")?;
     write_bytes(out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))

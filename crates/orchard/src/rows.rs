@@ -16,41 +16,41 @@ mod table;
 /// Version of the row layout.
 const SCHEMA_VERSION: u32 = 1;
 
-/// One measured figure. What does not apply is null.
+/// One measured figure. Fields that do not apply are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What was measured.
+    /// Name of the measured quantity.
     pub name: String,
     /// The figure.
     pub value: Option<f64>,
-    /// Its unit.
+    /// Unit of the figure.
     pub unit: String,
-    /// What it is compared with.
+    /// Peer that the figure is compared with.
     pub peer: Option<String>,
     /// The peer's figure in the same unit.
     pub peer_value: Option<f64>,
     /// Figure over peer's figure.
     pub ratio: Option<f64>,
-    /// What is asked of the figure.
+    /// Target of the figure.
     pub target: Option<f64>,
-    /// Whether it meets the target.
+    /// True if the figure meets the target.
     pub pass: Option<bool>,
     /// Smallest and largest figure of the rounds of which `value` is the median. Rows of one round have none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spread: Option<[f64; 2]>,
-    /// The same of the peer.
+    /// Smallest and largest figure of the peer's rounds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peer_spread: Option<[f64; 2]>,
-    /// The ratio to the peer that the target stands for.
+    /// Target ratio to the peer's figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_ratio: Option<f64>,
     /// The interval in which the figure is to lie.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_interval: Option<[f64; 2]>,
-    /// What the machine could do, and what keeps the figure from it.
+    /// Peak rate of the machine, and the reason why the figure is below it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<Limit>,
-    /// What was done, in words.
+    /// Description of the measurement, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// Why the target cannot be met, where that is known.
@@ -58,27 +58,27 @@ pub struct Row {
     pub why_missed: Option<String>,
 }
 
-/// A rate beside the arithmetic of the machine. All of one core.
+/// A rate compared with the arithmetic peak of the machine, for one core.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limit {
     /// Floating-point operations of one piece of the work.
     pub operations: f64,
-    /// Achieved [operations/s].
+    /// Achieved rate \[operations/s\].
     pub achieved: f64,
-    /// Measured peak of the kind of instructions in use [operations/s].
+    /// Measured peak of the kind of instructions in use \[operations/s\].
     pub peak: f64,
-    /// Achieved over this peak.
+    /// Achieved rate over this peak.
     pub share: f64,
-    /// Measured peak of the widest vectors of the same precision [operations/s].
+    /// Measured peak of the widest vectors of the same precision \[operations/s\].
     pub widest_peak: f64,
-    /// Achieved over that.
+    /// Achieved rate over the widest peak.
     pub widest_share: f64,
-    /// What limits the figure.
+    /// Reason that limits the figure.
     pub why: String,
 }
 
 impl Limit {
-    /// From the rate of operations and the two peaks.
+    /// Makes a limit from the rate of operations and the two peaks \[operations/s\].
     pub fn new(achieved: f64, peak: f64, widest_peak: f64, operations: f64, why: &str) -> Self {
         Self {
             operations,
@@ -93,7 +93,7 @@ impl Limit {
 }
 
 impl Row {
-    /// A figure alone.
+    /// Makes a row of a figure, without peer and target.
     pub fn measured(name: &str, value: f64, unit: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -114,52 +114,52 @@ impl Row {
         }
     }
 
-    /// The same figure beside a peer's, in the same unit.
+    /// Returns the row with a peer's figure, in the same unit, and the ratio to it.
     pub fn beside(self, peer: &str, peer_value: f64) -> Self {
         let ratio = self.value.map(|value| value / peer_value);
         Self { peer: Some(peer.to_owned()), peer_value: Some(peer_value), ratio, ..self }
     }
 
-    /// Asked to be at least some times the peer's figure; nothing is asked without a peer.
+    /// Sets the target: at least `target_ratio` times the peer's figure. Without a peer there is no target.
     pub fn at_least_times(self, target_ratio: f64) -> Self {
         let target = self.peer_value.map(|peer| target_ratio * peer);
         let pass = self.ratio.map(|ratio| ratio >= target_ratio);
         Self { target, pass, target_ratio: Some(target_ratio), ..self }
     }
 
-    /// Asked to lie in an interval about some figure.
+    /// Sets the target: a figure inside `interval`, which contains `target`.
     pub fn within(self, target: f64, interval: [f64; 2]) -> Self {
         let pass = Some(self.value.is_some_and(|value| (interval[0]..=interval[1]).contains(&value)));
         Self { target: Some(target), target_interval: Some(interval), pass, ..self }
     }
 
-    /// Asked to be at least some figure.
+    /// Sets the target: at least this figure.
     pub fn at_least(self, target: f64) -> Self {
         let pass = Some(self.value.is_some_and(|value| value >= target));
         Self { target: Some(target), pass, ..self }
     }
 
-    /// Asked to be at most some figure.
+    /// Sets the target: at most this figure.
     pub fn at_most(self, target: f64) -> Self {
         let pass = Some(self.value.is_some_and(|value| value <= target));
         Self { target: Some(target), pass, ..self }
     }
 }
 
-/// What a suite found.
+/// Results of a suite.
 #[derive(Debug, Default)]
 pub struct Measured {
     /// The figures.
     pub rows: Vec<Row>,
-    /// What they depend on beside the machine: versions, instructions.
+    /// Versions and instruction sets that the figures depend on, beside the machine.
     pub context: BTreeMap<&'static str, Option<String>>,
-    /// Pictures of what was found. They go into a folder beside the file, which has its name.
+    /// Pictures of the results. They go into a folder beside the result file, with the file's name.
     pub pictures: Vec<Picture>,
-    /// The scaling run that the rows were made of, for `orchard report`.
+    /// The scaling run behind the rows, for `orchard report`.
     pub scaling: Option<Box<Scaling>>,
 }
 
-/// A picture of what a suite found.
+/// A picture of a suite's results.
 #[derive(Debug)]
 pub struct Picture {
     /// Name of the file.
@@ -174,7 +174,7 @@ impl From<Vec<Row>> for Measured {
     }
 }
 
-/// How much time to spend.
+/// Amount of time to spend on a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// Enough for figures to be quoted.
@@ -198,7 +198,7 @@ struct Report<'a> {
 pub struct Suite {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it measures, in a few words.
+    /// Short description of the measurement.
     pub about: &'static str,
     /// Measures it.
     pub measure: fn(Effort) -> anyhow::Result<Measured>,
@@ -218,7 +218,7 @@ pub fn run_suite(
         let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
         return Err(Failure::BadInput(format!("no {kind} suite '{name}'; the suites are: {known}")));
     };
-    // Told before the measurement, not after it.
+    // Reported before the measurement, not after it.
     let folder = json.parent().filter(|folder| !folder.as_os_str().is_empty());
     if json.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));

@@ -1,4 +1,4 @@
-//! What can befall a run: it is killed, its disk is full, its folder is not its own. A number is right or not there.
+//! Runs that are killed, fill the disk or get another run's folder: a result is correct or absent.
 
 #![cfg(unix)]
 
@@ -40,7 +40,7 @@ fn end(output: &Output) -> (Option<i32>, String) {
     (output.status.code(), text.lines().last().unwrap_or_default().to_owned())
 }
 
-/// Every result file by its name under the folder, but for those that a clock may change.
+/// Every result file by its name under the folder, except those that depend on a clock.
 fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -57,7 +57,7 @@ fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// The run undisturbed, and how long it took.
+/// Runs the benchmark undisturbed; returns the duration as well.
 fn whole(folder: &Path) -> (BTreeMap<PathBuf, Vec<u8>>, Duration) {
     let start = Instant::now();
     let output = output(&mut bench(folder));
@@ -82,7 +82,7 @@ fn a_run_that_is_killed_goes_on_to_the_same_bytes() {
         std::thread::sleep(time.mul_f64(moments.unit()));
         child.kill().unwrap();
         child.wait().unwrap();
-        // What has its name is whole.
+        // A file with its final name is complete.
         let before = if out.is_dir() { results(&out) } else { BTreeMap::new() };
         for (name, bytes) in &before {
             if !name.to_string_lossy().contains(".writing-") {
@@ -90,7 +90,7 @@ fn a_run_that_is_killed_goes_on_to_the_same_bytes() {
             }
         }
         if before.contains_key(Path::new("summary.json")) {
-            // It was faster than the undisturbed one: a busy machine has no time to go by.
+            // The run was faster than the undisturbed one: on a busy machine durations vary.
             time = time.mul_f64(0.8);
         } else {
             cut_short += 1;
@@ -118,7 +118,7 @@ fn a_full_disk_is_told_and_leaves_nothing_half_written() {
     assert!(message.contains("episodes/") && message.contains("File too large"), "{message}");
     let names: Vec<PathBuf> = results(&out).into_keys().collect();
     assert_eq!(names, [PathBuf::from("plan.json")]);
-    // With room again it goes on.
+    // The run continues once there is space again.
     let (expected, _) = whole(&folder.path().join("whole"));
     assert!(output(&mut bench(&out)).status.success());
     assert_eq!(results(&out), expected);
@@ -141,7 +141,7 @@ fn folders_that_cannot_be_used_are_told() {
     assert_eq!(code, Some(1), "{message}");
     assert!(message.contains("out/episodes"), "{message}");
 
-    // Another process is at work in it.
+    // Another process uses the folder.
     let busy = folder.path().join("busy");
     fs::create_dir(&busy).unwrap();
     let lock = fs::File::create(busy.join(".lock")).unwrap();

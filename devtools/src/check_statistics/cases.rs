@@ -1,4 +1,4 @@
-//! Seeded samples with what we make of them: small and large, with ties and zeros, skewed, uneven.
+//! Seeded samples with this project's results: small and large, with ties and zeros, skewed, uneven.
 
 use orchard_spec::{Purpose, Stream};
 use orchard_statistics::effect::{cohens_dz, rank_biserial};
@@ -66,19 +66,19 @@ struct Bootstrap {
     interval: [f64; 2],
 }
 
-/// Numbers of pairs: either side of what is counted out.
+/// Numbers of pairs: below and above the limit of the exact enumeration.
 const PAIRS: [usize; 9] = [1, 2, 3, 6, 13, 18, 30, 50, 60];
-/// Resamples that are handed over; the rule is the same for any number.
+/// Number of resamples passed to scipy; the rule is the same for any number.
 const RESAMPLES: u32 = 500;
 
 impl Cases {
-    /// All samples; an error says what we should have had an answer to.
+    /// Makes all samples; an error gives the reason why a sample has no result.
     pub fn all() -> Result<Self, String> {
         let mut stream = Stream::new(20_250_704, 0, Purpose::Test);
         let samples = differences(&mut stream);
         let told = |problem: Undefined| problem.to_string();
         let rules = Protocol::paper().paired;
-        // scipy tries every sign pattern: small samples only, and ours both counted out and sampled.
+        // scipy enumerates every sign pattern: small samples only; ours are both enumerated and sampled.
         let few = rules.permutation_exact.with_value(5)?;
         let sampled = orchard_statistics::PairedRules { permutation_exact: few, ..rules.clone() };
         let (mut ranks, mut signs, mut effects) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Our side of the comparison: rest, pull and release of a tree.
+//! OrchardBench's side of the comparison: rest, pull and release of a tree.
 
 use anyhow::Context;
 use orchard_geometry::Vec3;
@@ -8,26 +8,26 @@ use serde::Serialize;
 
 use orchardbench::bare_tree::BareTree;
 
-/// The pull [N]: its size is the issue's, its direction (6, 0, -8) / 10 bends about both axes of a joint.
+/// The pull \[N\]: 30 N; its direction (6, 0, -8) / 10 bends about both axes of a joint.
 const PULL_WORLD: [f64; 3] = [18.0, 0.0, -24.0];
-/// How long the pull lasts, and how long the release is watched [s].
+/// Duration of the pull, and of the observation after the release \[s\].
 const PHASE: f64 = 2.0;
-/// Largest joint move of the last iteration of the statics [rad].
+/// Largest joint move of the last iteration of the statics \[rad\].
 const STATICS_TOLERANCE: f64 = 1e-12;
 
-/// A point [m], world.
+/// A point \[m\], world.
 type Point = [f64; 3];
 
-/// What our side finds for one tree. Everything is in the world frame.
+/// OrchardBench's results for one tree. Everything is in the world frame.
 #[derive(Serialize)]
 pub struct TreePaths {
     /// Name of the tree.
     name: String,
-    /// Time step [s].
+    /// Time step \[s\].
     h: f64,
-    /// Duration of the pull, and of the release [s].
+    /// Duration of the pull, and of the release \[s\].
     phase: f64,
-    /// Lengths of the segments [m]: a tip lies there on z of its link.
+    /// Lengths of the segments \[m\]: a tip lies there on z of its link.
     lengths: Vec<f64>,
     /// Rest under gravity.
     rest: Pose,
@@ -35,7 +35,7 @@ pub struct TreePaths {
     pulls: Vec<Pull>,
 }
 
-/// Where everything is in equilibrium.
+/// Positions of all parts in equilibrium.
 #[derive(Serialize)]
 struct Pose {
     /// Tip of every segment.
@@ -47,11 +47,11 @@ struct Pose {
 /// One pull, from rest: the force acts for one phase, then to equilibrium, then is gone for one phase.
 #[derive(Serialize)]
 struct Pull {
-    /// What is pulled.
+    /// Name of the pulled part.
     name: &'static str,
     /// The segment, pulled at its centre of mass.
     segment: usize,
-    /// The force [N].
+    /// The force \[N\].
     force: Point,
     /// Tip of the pulled segment after every step of the pull.
     pull_path: Vec<Point>,

@@ -1,4 +1,4 @@
-//! Suite `episode`: how fast a whole nominal episode runs, by controller.
+//! Suite `episode`: speed of a whole nominal episode, by controller.
 
 use std::sync::atomic::AtomicBool;
 
@@ -13,7 +13,7 @@ use orchardbench::rows::{Effort, Measured, Row};
 
 /// World-seconds a wall second of the released OrchardBench while picking, on its laptop GPU.
 const RELEASED_RATE: f64 = 0.45;
-/// What this project asks of a whole nominal episode, picker and camera included [s of one core].
+/// Target time of a whole nominal episode, picker and camera included \[s of one core\].
 const ASKED: f64 = 3.0;
 
 /// Episodes of the full profile's length, one tree a tuning seed, one after the other: two rows a controller.

@@ -29,14 +29,14 @@ const FRAMES: u32 = 60;
 const ROUNDS: usize = 5;
 /// Frames of a batch before its first round.
 const WARM_UP: u32 = 10;
-/// Worlds of the rows with their targets on one H200 [substeps/s].
+/// Worlds of the rows with their targets on one H200 \[substeps/s\].
 const TARGETS: [(usize, f64); 3] = [(512, 6e6), (4096, 28e6), (16384, 45e6)];
-/// Worlds of the rows about memory, building and topologies, and what is asked there: bytes, seconds, share of the rate of one topology.
+/// Worlds of the rows about memory, building and topologies, and their targets: bytes, seconds, share of the rate of one topology.
 const MANY: usize = 4096;
 const MEMORY: f64 = 150e6;
 const BUILD: f64 = 0.5;
 const TOPOLOGIES: f64 = 0.5;
-/// Worlds on an adapter in software, which is for tests.
+/// Worlds on a software adapter, which is for tests.
 const SOFTWARE_WORLDS: usize = 32;
 /// Seed of the draws of the worlds that the device builds.
 const SEED: u64 = 1;
@@ -66,7 +66,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     say(&bar, "MuJoCo-Warp");
     let compared: Vec<usize> =
         targets.iter().map(|&(worlds, _)| worlds).filter(|&worlds| worlds <= MANY).collect();
-    // The file stays, for whoever wants to step it elsewhere.
+    // The file is kept, so that it can be stepped elsewhere.
     let tree = warp::leave(&mjcf_of(&same[0])?)?;
     let peer = if is_real { Peer::measure(&tree, &compared) } else { Err(SOFTWARE_NOTE.to_owned()) };
     let peer = peer.inspect_err(|why| eprintln!("NO COMPARISON with MuJoCo-Warp: {why}")).ok();
@@ -157,7 +157,7 @@ struct Cell {
 }
 
 impl Cell {
-    /// So many worlds, of the given kinds in turns, each with its own kick.
+    /// Makes `count` worlds, of the given kinds in turns, each with its own kick.
     fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize, awake: f64) -> anyhow::Result<Self> {
         let all: Vec<TreeWorld> = (0..worlds)
             .into_par_iter()

@@ -1,5 +1,5 @@
-//! Suite `perception`: what an image of the wrist camera costs, and the detector on it. `docs/performance.md` tells what
-//! each row means.
+//! Suite `perception`: time of an image of the wrist camera, and of the detector on it. `docs/performance.md`
+//! explains each row.
 
 use anyhow::Context;
 use orchard_camera::{Capture, Geometry, ImageKey, Label, Scene, Sensor, fruit_views};
@@ -17,29 +17,29 @@ use std::hint::black_box;
 use super::timing::{Rounds, cpu_time};
 use orchardbench::rows::{Effort, Measured, Row};
 
-/// Asked of depth and labels of a nominal tree, of the detector on them [ms].
+/// Target times of depth and labels of a nominal tree, small and large image, and of the detector on them \[ms\].
 const SMALL_MS: f64 = 1.5;
 const LARGE_MS: f64 = 10.0;
 const DETECTOR_MS: f64 = 2.0;
 
-/// The noise of every image: what it is does not matter here.
+/// Noise key of every image; its value does not affect the timing.
 const KEY: ImageKey = ImageKey { seed: 0, world: 0, frame: 0 };
 
 /// Columns and rows of the large image of the same view.
 const LARGE: [u32; 2] = [640, 480];
 
-/// When images are taken in a nominal episode [s]: at the start, on the way to the tree, among its branches. Multiples of
+/// Times of the images in a nominal episode \[s\]: at the start, on the way to the tree, among its branches. Multiples of
 /// the camera's period.
 const TIMES: [f64; 6] = [0.0, 2.0, 4.0, 8.0, 12.0, 20.0];
 
-/// How much is measured.
+/// Amount of measurement.
 struct Plan {
     rounds: usize,
     /// Times that a view is taken in a round.
     repeats: u32,
 }
 
-/// A world at the moment of an image, and what it showed.
+/// A world at the moment of an image, with its images.
 struct View {
     world: World,
     scene: Scene,
@@ -51,7 +51,7 @@ struct View {
     ignored: Image<bool>,
 }
 
-/// What is timed on a view, and what is asked of it [ms].
+/// Work that is timed on a view, with its target time \[ms\].
 struct Work<'a> {
     name: &'static str,
     target_ms: Option<f64>,
@@ -63,14 +63,14 @@ fn work<'a>(name: &'static str, target_ms: Option<f64>, run: impl Fn(&View) + 'a
 }
 
 /// The cameras and the detector's config.
-struct Eyes {
+struct Vision {
     small: Sensor,
     large: Sensor,
     stereo: Sensor,
     config: DetectorConfig,
 }
 
-impl Eyes {
+impl Vision {
     fn new() -> anyhow::Result<Self> {
         let spec = CameraSpec::named("paper").map_err(anyhow::Error::msg)?;
         let mut large = spec.clone();
@@ -92,10 +92,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         Effort::Full => Plan { rounds: 9, repeats: 10 },
         Effort::Quick => Plan { rounds: 3, repeats: 1 },
     };
-    let eyes = Eyes::new()?;
+    let vision = Vision::new()?;
     let bar = super::spinner();
     super::say(&bar, "driving the robot to the tree");
-    let views = views(&eyes)?;
+    let views = views(&vision)?;
     let image = |sensor: &Sensor, view: &View| {
         black_box(sensor.capture(&view.world.scene(), &view.x_world_camera, KEY));
     };
@@ -106,18 +106,18 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         black_box(fruit_views(&capture.truth, &view.scene, sensor.intrinsics(), &view.x_world_camera));
     };
     let works = [
-        work("camera.192x144", Some(SMALL_MS), |view| image(&eyes.small, view)),
-        work("camera.640x480", Some(LARGE_MS), |view| image(&eyes.large, view)),
-        work("camera.d435i.848x480", None, |view| image(&eyes.stereo, view)),
+        work("camera.192x144", Some(SMALL_MS), |view| image(&vision.small, view)),
+        work("camera.640x480", Some(LARGE_MS), |view| image(&vision.large, view)),
+        work("camera.d435i.848x480", None, |view| image(&vision.stereo, view)),
         work("camera.scene", None, scene),
-        work("camera.fruit_views.192x144", None, |view| fruit(&eyes.small, &view.small, view)),
-        work("camera.fruit_views.640x480", None, |view| fruit(&eyes.large, &view.large, view)),
+        work("camera.fruit_views.192x144", None, |view| fruit(&vision.small, &view.small, view)),
+        work("camera.fruit_views.640x480", None, |view| fruit(&vision.large, &view.large, view)),
         work("mask.192x144", None, |view| {
-            black_box(ignored(&eyes, view));
+            black_box(ignored(&vision, view));
         }),
         work("detector.192x144", Some(DETECTOR_MS), |view| {
             let depth = &view.small.measured;
-            black_box(detect(depth, eyes.small.intrinsics(), Some(&view.ignored), &eyes.config).is_ok());
+            black_box(detect(depth, vision.small.intrinsics(), Some(&view.ignored), &vision.config).is_ok());
         }),
     ];
     super::say(&bar, "images and detections");
@@ -136,7 +136,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
 }
 
 /// The views: the baseline picker's own, on the first tree of each tuning seed.
-fn views(eyes: &Eyes) -> anyhow::Result<Vec<View>> {
+fn views(vision: &Vision) -> anyhow::Result<Vec<View>> {
     let harvest = Harvest::new(Scenario::of(&[])?)?;
     let mut views = Vec::new();
     let protocol = Protocol::paper();
@@ -150,7 +150,9 @@ fn views(eyes: &Eyes) -> anyhow::Result<Vec<View>> {
         for frame in 0..=frames[TIMES.len() - 1] {
             let observation = world.observe();
             if frames.contains(&frame) {
-                views.push(view(eyes, world.clone()).with_context(|| format!("seed {seed}, frame {frame}"))?);
+                views.push(
+                    view(vision, world.clone()).with_context(|| format!("seed {seed}, frame {frame}"))?,
+                );
             }
             let command = picker.act(&observation);
             world.step(&command);
@@ -159,7 +161,7 @@ fn views(eyes: &Eyes) -> anyhow::Result<Vec<View>> {
     Ok(views)
 }
 
-fn view(eyes: &Eyes, world: World) -> anyhow::Result<View> {
+fn view(vision: &Vision, world: World) -> anyhow::Result<View> {
     let (scene, x_world_camera) = (world.scene(), world.x_world_camera());
     let x_camera_world = x_world_camera.inverse();
     let link = |item: &orchard_camera::Item| match &item.geometry {
@@ -170,17 +172,17 @@ fn view(eyes: &Eyes, world: World) -> anyhow::Result<View> {
     };
     let links = scene.items.iter().filter_map(link).filter(|(shape, x)| shape.aabb(x).max.z > 0.0).collect();
     let [small, large] =
-        [&eyes.small, &eyes.large].map(|sensor| sensor.capture(&scene, &x_world_camera, KEY));
+        [&vision.small, &vision.large].map(|sensor| sensor.capture(&scene, &x_world_camera, KEY));
     anyhow::ensure!(small.measured.pixels().iter().any(|&z| z > 0.0), "the image shows nothing");
     let none = Image::filled(0, 0, false);
     let mut view = View { world, scene, x_world_camera, links, small, large, ignored: none };
-    view.ignored = ignored(eyes, &view);
+    view.ignored = ignored(vision, &view);
     Ok(view)
 }
 
 /// The pixels of robot and ground, as the picker masks them.
-fn ignored(eyes: &Eyes, view: &View) -> Image<bool> {
-    let (depth, intrinsics, margins) = (&view.small.measured, eyes.small.intrinsics(), &eyes.config.mask);
+fn ignored(vision: &Vision, view: &View) -> Image<bool> {
+    let (depth, intrinsics, margins) = (&view.small.measured, vision.small.intrinsics(), &vision.config.mask);
     let mut ignored = mask::self_mask(depth, intrinsics, &view.links, margins.robot_margin.si());
     let up_camera = view.x_world_camera.rotation.inverse() * Vec3::z();
     let height = view.x_world_camera.translation.z;
@@ -189,8 +191,8 @@ fn ignored(eyes: &Eyes, view: &View) -> Image<bool> {
     ignored
 }
 
-/// Times each piece of work on all views, in turns: the mean over the views [ms] round by round, and the slowest view's
-/// median [ms].
+/// Times each piece of work on all views, in turns: the mean over the views \[ms\] round by round, and the slowest view's
+/// median \[ms\].
 fn time(plan: &Plan, views: &[View], works: &[Work<'_>]) -> Vec<(Rounds, f64)> {
     // By work, view and round.
     let mut times = vec![vec![Vec::with_capacity(plan.rounds); views.len()]; works.len()];

@@ -1,5 +1,5 @@
 //! Suite `physics`: substeps of tree worlds a second, ours and MuJoCo's in turns. Every timed world is kicked, and
-//! may break and drop fruit. `docs/performance.md` tells what each row means.
+//! may break and drop fruit. `docs/performance.md` explains each row.
 
 mod contact;
 pub(super) mod forest;
@@ -24,7 +24,7 @@ use limit::Peaks;
 use orchardbench::rows::{Effort, Measured, Row};
 use peer::{Course, Peer};
 
-/// The tree that the figures are about.
+/// The tree that the figures refer to.
 pub(super) const LINKS: usize = 151;
 pub(super) const FRUIT: u32 = 30;
 /// Worlds of a batch.
@@ -36,7 +36,7 @@ pub(super) const SEARCHED: u32 = 8192;
 /// Frames of a course: short enough that everything is still on the move at its end.
 const FRAMES: u32 = 15;
 
-/// How much is measured.
+/// Amount of measurement.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     rounds: usize,
@@ -47,7 +47,7 @@ struct Plan {
     batch_repeats: u32,
     /// Worlds of MuJoCo's batch, whose models take long to load.
     peer_worlds: usize,
-    /// Substeps times links of a round of one size of tree, about.
+    /// Approximate product of substeps and links in a round of one tree size.
     work: f64,
 }
 

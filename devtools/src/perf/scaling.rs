@@ -16,9 +16,9 @@ use orchardbench::commands::bench_v1::default_threads;
 use orchardbench::commands::bench_v1::scaling::{Cells, name};
 use orchardbench::rows::{Effort, Measured, Row};
 
-/// Worlds whose time to build has a row: those that the paper tells.
+/// Worlds whose time to build has a row: those that the paper reports.
 const BUILT: [u32; 2] = [64, 512];
-/// What the paper's rates are of.
+/// Solver that the paper's rates refer to.
 const PAPER: &str = "the paper's conjugate gradients, at most";
 
 /// On the processor.

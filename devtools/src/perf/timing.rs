@@ -5,10 +5,10 @@ pub use orchard_scaling::processor_time as cpu_time;
 /// Rounds of a measurement; the median is reported.
 const ROUNDS: usize = 5;
 
-/// Shortest time that a round may take [s]: long against the clock's resolution and a scheduler's slice.
+/// Shortest time that a round may take \[s\]: long against the clock's resolution and a scheduler's slice.
 const ROUND_SECONDS: f64 = 0.4;
 
-/// How often `work` runs in a second of processor time: the median over rounds. `work` gets a counter that goes on over all
+/// Runs of `work` per second of processor time: the median over rounds. `work` gets a counter that counts over all
 /// calls.
 pub fn rate(mut work: impl FnMut(u32) -> anyhow::Result<()>) -> anyhow::Result<f64> {
     let mut call = 0;
@@ -31,7 +31,7 @@ pub fn rate(mut work: impl FnMut(u32) -> anyhow::Result<()>) -> anyhow::Result<f
 pub struct Rounds(Vec<f64>);
 
 impl Rounds {
-    /// Of figures taken by hand, at least one.
+    /// Makes rounds from given figures, at least one.
     pub fn new(figures: Vec<f64>) -> Self {
         Self(figures)
     }
@@ -44,7 +44,7 @@ impl Rounds {
         if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
     }
 
-    /// Round by round over the figures of a side that was measured in turns with this one: what slowed a round down slowed both.
+    /// Ratios to the figures of another side, round by round; measured in turns, a slowdown of the machine affects both.
     pub fn over(&self, other: &Self) -> Self {
         Self(self.0.iter().zip(&other.0).map(|(a, b)| a / b).collect())
     }
@@ -55,10 +55,10 @@ impl Rounds {
     }
 }
 
-/// Something that can be measured over and over.
+/// A measurement that can be repeated.
 pub type Side<'a> = Box<dyn FnMut() -> anyhow::Result<f64> + 'a>;
 
-/// Measures all sides in turns, round by round, so that what slows the machine down for a while hits them alike.
+/// Measures all sides in turns, round by round, so that a slowdown of the machine affects them alike.
 pub fn alternate(rounds: usize, sides: &mut [Side<'_>]) -> anyhow::Result<Vec<Rounds>> {
     let mut figures = vec![Rounds(Vec::with_capacity(rounds)); sides.len()];
     for _ in 0..rounds {

@@ -1,4 +1,4 @@
-//! Suite `trees`: how fast trees grow, and how fast worlds are built around them.
+//! Suite `trees`: speed of growing trees and of building worlds.
 
 use std::time::Instant;
 
@@ -45,7 +45,7 @@ fn threads() -> String {
     format!("elapsed, {} threads", rayon::current_num_threads())
 }
 
-/// Time elapsed and processor time of all threads [s].
+/// Time elapsed and processor time of all threads \[s\].
 fn build_worlds(rounds: usize) -> anyhow::Result<(Rounds, Rounds)> {
     let scenario = Scenario::of(&[("preset", "randomised")])?;
     let mut seed = 0;

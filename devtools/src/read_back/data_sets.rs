@@ -12,13 +12,13 @@ use crate::python;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Folder of the script and of what the last run wrote.
+/// Folder of the script and of the last run's output.
 const SUITE: &str = "dataset";
 /// One tree of each tuning seed but the last.
 const SEEDS: Seeds = Seeds { first: 20250704, end: 20250706 };
 const VIEWS: u32 = 4;
 
-/// Writes data sets and compares, or tells why it cannot.
+/// Writes data sets and compares; `Skipped` gives the reason why it cannot.
 pub fn read_back() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
@@ -33,7 +33,7 @@ pub fn read_back() -> Result<Verdict, Failure> {
 
 fn write_set(camera: &str, preset: Preset) -> anyhow::Result<PathBuf> {
     let folder = python::folder(SUITE).join(format!("{camera}-{}", preset.name()));
-    // Of an earlier version of the code, perhaps.
+    // The files may come from an earlier version of the code.
     if folder.exists() {
         std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }

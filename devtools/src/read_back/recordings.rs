@@ -20,28 +20,28 @@ use crate::workspace;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Folder of the script and of what the last run wrote.
+/// Folder of the script and of the last run's output.
 const SUITE: &str = "recording";
-/// The tree, and how long it is harvested [s]: the first fruit is in the bucket by then.
+/// The tree, and how long it is harvested \[s\]: the first fruit is in the bucket by then.
 const SEED: u64 = 20250704;
 const SECONDS: f64 = 12.0;
 
-/// What the Python side reads.
+/// Input of the Python script.
 #[derive(Serialize)]
 struct Case {
     file: PathBuf,
     layout: PathBuf,
     topics: Vec<&'static str>,
     frames: u32,
-    /// Columns and rows from point to point of a cloud.
+    /// Step between points of a cloud \[pixels\], in columns and rows.
     stride: u32,
-    /// What moved no farther since its pose was kept [m].
+    /// Largest motion that keeps an item's recorded pose \[m\].
     still: f64,
     #[serde(flatten)]
     camera: Intrinsics,
 }
 
-/// Records an episode and compares, or tells why it cannot.
+/// Records an episode and compares; `Skipped` gives the reason why it cannot.
 pub fn read_back() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
@@ -54,7 +54,7 @@ pub fn read_back() -> Result<Verdict, Failure> {
 
 fn write_case() -> anyhow::Result<PathBuf> {
     let folder = python::folder(SUITE).join("result");
-    // Of an earlier version of the code, perhaps.
+    // The files may come from an earlier version of the code.
     if folder.exists() {
         std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }

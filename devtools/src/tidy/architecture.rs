@@ -9,7 +9,7 @@ use super::crates::Package;
 
 const PAGE: &str = "docs/architecture.md";
 
-/// Reads the page under `root` and holds it against the packages.
+/// Reads the page under `root` and compares it with the packages.
 pub fn check(root: &Path, packages: &[Package]) -> anyhow::Result<Vec<String>> {
     let text = std::fs::read_to_string(root.join(PAGE)).context(PAGE)?;
     Ok(compare(&text, packages))

@@ -31,7 +31,7 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
 
 /// A module's path within its crate.
 type Module = Vec<String>;
-/// Modules, each with those that it uses.
+/// Modules, each with the modules that it uses.
 type Graph = BTreeMap<Module, BTreeSet<Module>>;
 
 fn graph(folder: &Path) -> anyhow::Result<Graph> {

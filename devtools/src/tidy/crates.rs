@@ -1,6 +1,6 @@
 //! The crate graph: layers, and the bans that keep truth away from the picker.
 //!
-//! Development dependencies are free: a test may compare with anything, and nobody who uses a crate gets them.
+//! Development dependencies are free: a test may compare with anything, and users of a crate do not get them.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::LAYERS;
 /// Crates that may see sensor data only.
 const BLIND: [&str; 2] = ["perception", "picker"];
 
-/// What they may not reach, over any number of steps: seeds and everything that knows a tree.
+/// Crates that those may not depend on, directly or indirectly: seeds and everything that contains tree truth.
 const TRUTH: [&str; 8] = ["spec", "treegen", "camera", "treephys", "fruit", "world", "env", "bench"];
 
 /// A workspace package, by its name without the prefix `orchard-`.

@@ -8,7 +8,7 @@ use crate::workspace::{files, relative};
 /// Lines above which a file is refused.
 const REFUSED: usize = 800;
 
-/// Lines above which a file is worth a look.
+/// Lines above which a file gets a warning.
 const LONG: usize = 500;
 
 /// Counts the lines of every Rust and WGSL file under `root`.

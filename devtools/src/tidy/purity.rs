@@ -82,7 +82,7 @@ fn note(module: &proc_macro2::Ident, found: &mut Vec<(usize, String)>) {
     }
 }
 
-/// Whether `::` follows token `i`.
+/// True if `::` follows token `i`.
 fn separated(tokens: &[TokenTree], i: usize) -> bool {
     let colon = |t: Option<&TokenTree>| matches!(t, Some(TokenTree::Punct(p)) if p.as_char() == ':');
     colon(tokens.get(i + 1)) && colon(tokens.get(i + 2))

@@ -7,7 +7,7 @@ use orchard_scenario::{Given, Options, Scenario, ScenarioError, StoredScenario};
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// What is run.
+/// Options that select the scenario.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Scenario")]
 pub struct ScenarioArgs {

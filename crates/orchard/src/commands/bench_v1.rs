@@ -60,10 +60,10 @@ orchard bench-v1 --tasks scaling --backend gpu\n  \
 orchard bench-v1 --profile full --shard 3/8 --out parts/3    one part of eight, then orchard merge"
 )]
 pub struct Args {
-    /// What to run [default: all, or the tasks that the given options are for]
+    /// Tasks to run [default: all, or the tasks that the given options are for]
     #[arg(long, value_enum, value_delimiter = ',')]
     tasks: Option<Vec<TaskName>>,
-    /// How much to run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, of every condition of the matrix
+    /// Size of the run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, of every condition of the matrix
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
     /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
@@ -73,7 +73,7 @@ pub struct Args {
     /// Trees a seed [default: by seed set and profile, 6]
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
-    /// Nominal episodes a tree, each with another start pose of the robot: tells the spread within trees from that between them
+    /// Nominal episodes a tree, each with another start pose of the robot: separates the spread within trees from that between them
     /// [default: 3 with --seeds v1, else 1]
     #[arg(long, value_name = "N")]
     repeats: Option<u32>,
@@ -96,11 +96,11 @@ pub struct Args {
     /// Compute part I of N of the records only, every N-th; `orchard merge` puts the parts together
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Where the results go: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, followed by what else makes
+    /// Folder for the results: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, followed by what else makes
     /// another plan of it, such as -expert or -v1]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What advances the batches of the scaling task: cpu or gpu, any Vulkan, Metal or DirectX 12 device. Robot and camera stay on the
+    /// Processor for the batches of the scaling task: cpu or gpu, any Vulkan, Metal or DirectX 12 device. Robot and camera stay on the
     /// CPU [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
@@ -147,7 +147,7 @@ impl ProfileName {
     }
 }
 
-/// Which seeds a command runs on.
+/// Seeds that a command runs on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Seeds {
     Tuning,
@@ -226,7 +226,7 @@ pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
     Ok((store, lock))
 }
 
-/// How often each of some things was, in words.
+/// Text that lists names with their counts.
 fn counts(counts: &BTreeMap<String, u32>) -> String {
     let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
     if list.is_empty() { "none".to_owned() } else { list.join(", ") }

@@ -1,4 +1,4 @@
-//! `orchard dataset`: images of trees with the truth behind them.
+//! `orchard dataset`: images of trees with ground truth.
 
 mod sheet;
 
@@ -61,7 +61,7 @@ pub struct Args {
     /// Part of the sky that cloud covers, 0 to 1; at 1 nothing casts a shadow [default: 0]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     overcast: Option<f64>,
-    /// Depth of value 1 in the depth images, in millimetres; what is beyond 65535 of it reads 0 [default: 1]
+    /// Depth of value 1 in the depth images, in millimetres; depths beyond 65535 of it read 0 [default: 1]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     depth_unit: Option<f64>,
     /// Samples a side of a pixel of the colour images, 1 to 8 [default: 2]
@@ -116,7 +116,7 @@ fn plan(args: &Args, program: &Program) -> Result<Plan, Failure> {
     Plan::new(&scenario, &config, intrinsics, args.seeds, args.trees, args.views).map_err(failure)
 }
 
-/// The config with what the options say.
+/// The config with the options applied.
 fn config(args: &Args) -> Result<DatasetConfig, String> {
     let mut config = DatasetConfig::paper();
     let set = |quantity: &mut Quantity, option: &str, value: Option<f64>| -> Result<(), String> {

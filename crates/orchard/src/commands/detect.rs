@@ -41,7 +41,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// What the command writes.
+/// Output of the command.
 #[derive(Debug, Serialize)]
 struct Report {
     format: &'static str,
@@ -93,7 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = report(&found, args.input.config.clone(), args.all);
     let text = serde_json::to_string_pretty(&report).context("cannot write the detections as JSON")? + "\n";
     if to_terminal {
-        // Whoever reads may have enough before the end.
+        // The reader may close the pipe before the end.
         let _ = std::io::stdout().write_all(text.as_bytes());
         return Ok(());
     }

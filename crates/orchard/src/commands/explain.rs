@@ -1,4 +1,4 @@
-//! `orchard explain`: the story of an episode of the benchmark, and a strip of pictures an attempt.
+//! `orchard explain`: a description of an episode of the benchmark, and a strip of pictures for each attempt.
 
 pub mod input;
 mod marks;
@@ -19,7 +19,7 @@ use crate::failure::Failure;
 use crate::picture_file;
 use crate::program::Program;
 
-/// Tells what happened in an episode of the benchmark, and draws every attempt.
+/// Explains an episode of the benchmark, and draws every attempt.
 #[derive(clap::Args)]
 #[command(
     after_help = "The episode is simulated again from its record: seed, tree and controller. The story is told from the record, and\n\

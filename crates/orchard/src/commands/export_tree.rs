@@ -57,7 +57,7 @@ pub enum Format {
     Json,
 }
 
-/// Time step that an MJCF file asks for [s].
+/// Time step that an MJCF file asks for \[s\].
 const TIME_STEP: f64 = 1e-3;
 
 impl Format {
@@ -110,7 +110,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A tree is a function of its config, its file and its seed: what cannot be built was asked for.
+/// A tree is a function of its config, its file and its seed: a tree that cannot be built is the user's error.
 fn bad_tree(e: anyhow::Error) -> Failure {
     Failure::BadInput(format!("{e:#}"))
 }

@@ -44,24 +44,24 @@ pub struct Args {
 const EPISODE: u32 = 0;
 /// Trees a row.
 const COLUMNS: u32 = 10;
-/// Height of a cell over its width: trees are taller than wide.
+/// Ratio of a cell's height to its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
-/// How far from the trunk the camera stands, and how high [m].
+/// Distance of the camera from the trunk and its height \[m\].
 const DISTANCE: f64 = 9.0;
 const EYE_HEIGHT: f64 = 1.7;
-/// Height that a cell shows at the trunk [m]; more where a group's tallest tree needs it.
+/// Height that a cell shows at the trunk \[m\]; more where a group's tallest tree needs it.
 const SHOWN: f64 = 3.0;
 const SHOWN_OVER_TOP: f64 = 1.16;
-/// Bearing of the camera from straight across the row [rad]: rows are seen slantwise, so that their planes show.
+/// Bearing of the camera from straight across the row \[rad\]: rows are seen slantwise, so that their planes show.
 const SLANT: f64 = 0.7;
-/// Paper between the cells [px], and its colour.
+/// Paper between the cells \[px\], and its colour.
 const GAP: usize = 3;
 const PAPER: [u8; 3] = [250, 249, 246];
 
 /// A group of rows with a caption.
 struct Group {
     caption: String,
-    /// What each of its trees is grown from, and which world of the seed it is.
+    /// Configuration that each tree is grown from, and the tree's world index in the seed.
     trees: Vec<(Arc<Spec>, u32)>,
 }
 
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     picture_file::write(&args.out, &sheet(&groups, &drawn, cell))
 }
 
-/// What stands on the sheet, from top to bottom.
+/// Groups of trees on the sheet, from top to bottom.
 fn groups(rows: u32, foliage: f64) -> Result<Vec<Group>, Failure> {
     let randomised = Spec::preset(Preset::Randomised);
     let dial = randomised.foliage.density.with_value(foliage);
@@ -132,7 +132,7 @@ impl Group {
     }
 }
 
-/// Trees in one scale, each in the middle of a picture of this width and height [px].
+/// Trees in one scale, each in the middle of a picture of this width and height \[px\].
 pub fn portraits(plantings: &[Planting], cell: [usize; 2], drawn: impl Fn() + Sync) -> Vec<Image<[u8; 3]>> {
     let tips = plantings.iter().flat_map(|planting| &planting.skeleton.segments);
     let top = tips.map(|segment| segment.p_tip_world().z).fold(0.0, f64::max);
@@ -159,7 +159,7 @@ fn draw(planting: &Planting, shown: f64, [width, height]: [usize; 2]) -> Image<[
     let target = foot + Vec3::z() * (0.44 * shown);
     let mut scene = tree_scene(planting);
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
-    // The camera stands far off, so that a tree's crown is as large as its foot; the air between is not to show.
+    // The camera stands far off, so that a tree's crown is as large as its foot; the air between must not be visible.
     let style = PictureStyle { haze_length: 1.0e3, ..PictureStyle::default() };
     let fov = 2.0 * math::atan2(0.5 * shown, (eye - target).norm());
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);

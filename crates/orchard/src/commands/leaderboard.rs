@@ -99,7 +99,7 @@ struct BudgetArgs {
     dropped: Option<f64>,
 }
 
-/// Which board.
+/// Options that select a board.
 #[derive(clap::Args)]
 struct BoardArgs {
     /// Seeds of the board; those of different sets are never on one board
@@ -125,12 +125,12 @@ impl SetName {
     }
 }
 
-/// Longest name of a submission, so that a table stays one.
+/// Longest name of a submission \[characters\]; longer names would break the table.
 const LONGEST_NAME: usize = 40;
 
 fn name(text: &str) -> Result<String, String> {
     let text = text.trim();
-    // What neither Markdown nor SVG takes for its own.
+    // Characters without a meaning in Markdown and SVG.
     let plain = text.chars().all(|c| c.is_alphanumeric() || " -_.+()".contains(c));
     if (1..=LONGEST_NAME).contains(&text.chars().count()) && plain {
         Ok(text.to_owned())
@@ -297,7 +297,7 @@ fn shown(record: &EpisodeRecord) -> Shown {
     Shown { steps: u64::from(record.frames), line }
 }
 
-/// Writes the board, its table and its figure, each whole.
+/// Writes the board, its table and its figure, each atomically.
 fn save(board: &Board, file: &Path) -> Result<(), Failure> {
     let failed = |e: &dyn std::fmt::Display| Failure::Failed(e.to_string());
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {

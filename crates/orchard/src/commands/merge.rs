@@ -28,7 +28,7 @@ pub struct Args {
     /// Folders of the parts
     #[arg(value_name = "DIR", required = true)]
     parts: Vec<PathBuf>,
-    /// Where the whole result goes
+    /// Folder for the whole result
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -62,7 +62,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     written.map_err(|e| Failure::Failed(e.to_string()))
 }
 
-/// The plans that all parts were asked for.
+/// The plans of all parts; those of the same task must be equal.
 fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, String> {
     let mut common: BTreeMap<&str, (&PathBuf, &PlannedTask)> = BTreeMap::new();
     for (folder, file) in folders.iter().zip(files) {

@@ -1,4 +1,4 @@
-//! `orchard render`: a picture of an episode at one moment, beside what the wrist camera sees.
+//! `orchard render`: a picture of an episode at one moment, beside the wrist camera's image.
 
 use crate::args::IndexArgs;
 use crate::args::ScenarioArgs;
@@ -13,7 +13,7 @@ use orchard_world::World;
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 
-/// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and what the wrist camera sees.
+/// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and the wrist camera's image.
 #[derive(clap::Args)]
 #[command(
     after_help = "The episode runs under the controller up to --time. Beside the outside view stands the latest wrist\n\
@@ -47,7 +47,7 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("the allowed range is the whole numbers [0, {}]", u64::MAX))
 }
 
-/// Longest episode that is drawn [s]: the benchmark's run to exhaustion.
+/// Longest episode that is drawn \[s\]: the benchmark's run to exhaustion.
 const LATEST: f64 = 600.0;
 
 /// Runs the episode up to the moment and writes the picture.
@@ -65,7 +65,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         scenario = scenario.with_spec(spec);
     }
     let seed = args.seed;
-    // A world is a function of what was asked for.
+    // A world depends on the user's options only, so a failure is bad input.
     let built = scenario.world(seed, index, 0);
     let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {index}: {e}")))?;
     let mut picker = scenario.controller();
@@ -109,7 +109,7 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     picture(&world.picture_scene(), &intrinsics, &x_world_camera, &PictureStyle::default())
 }
 
-/// The depth image of an observation with what the picker took for fruit in it.
+/// Depth image of an observation, with the picker's detections.
 fn wrist_picture(world: &World, observation: &Observation, picker: &impl Controller) -> Image<[u8; 3]> {
     const WIDTH: usize = 576;
     let intrinsics = observation.intrinsics;

@@ -1,4 +1,4 @@
-//! `orchard replay`: a recorded episode simulated again, and held against its recording.
+//! `orchard replay`: simulates a recorded episode again and compares it with its recording.
 
 use std::path::{Path, PathBuf};
 
@@ -57,8 +57,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     report(&args.file, &replayed)
 }
 
-/// The worlds and the controller of a recording, if this is the code that made it. The recording holds its scenario; options in its
-/// place must come to the same.
+/// The worlds and the controller of a recording, if this is the code that made it. The recording holds its scenario; options given
+/// instead must resolve to the same scenario.
 fn harvest(
     recording: &Recording,
     config: &RecordingConfig,
@@ -69,7 +69,7 @@ fn harvest(
     let mut here = Header::new(&there.key, config.hash(), there.scenario.clone());
     here.key.code_version = CODE_VERSION.to_owned();
     here.key.schema_version = SCHEMA_VERSION;
-    // The code comes first: another may know other controllers.
+    // The code version is checked first: another version may have other controllers.
     let check = |here: &Header| recording.check(here).map_err(|e| Failure::BadInput(e.to_string()));
     check(&here)?;
     let by = recording.path().display().to_string();

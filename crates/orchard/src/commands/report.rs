@@ -50,11 +50,11 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What was written.
+/// The written report.
 pub struct Written {
     /// The page.
     pub page: PathBuf,
-    /// How many figures.
+    /// Number of figures.
     pub figures: usize,
 }
 

@@ -1,4 +1,4 @@
-//! `orchard scenario`: what the options of a scenario come to.
+//! `orchard scenario`: the configuration that the options of a scenario give.
 
 use clap::Subcommand;
 use orchard_scenario::{Figure, Names};
@@ -9,7 +9,7 @@ use crate::columns::columns;
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Shows what the options of a scenario come to.
+/// Shows the configuration that the options of a scenario give.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

@@ -1,4 +1,4 @@
-//! `orchard validate`: the simulator against closed forms and measurements, as a file of rows.
+//! `orchard validate`: compares the simulator with closed forms and measurements, and writes a file of rows.
 
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::failure::Verdict;
 use crate::rows::{Effort, Suite, run_suite};
 
-/// Holds the simulator against closed forms and published measurements and writes the rows to a file.
+/// Compares the simulator with closed forms and published measurements and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
     after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n  gpu    trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
@@ -20,9 +20,9 @@ use crate::rows::{Effort, Suite, run_suite};
                   code 1, unless its row says why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json"
 )]
 pub struct Args {
-    /// What to validate.
+    /// Suite to run.
     suite: String,
-    /// Where to write the rows.
+    /// File for the rows.
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
 }

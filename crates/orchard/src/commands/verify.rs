@@ -1,4 +1,4 @@
-//! `orchard verify`: other people's controllers, open loop.
+//! `orchard verify`: runs third-party controllers in open loop.
 
 use std::path::{Path, PathBuf};
 
@@ -51,10 +51,10 @@ pub struct Args {
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Where the report goes; without it only the table is printed
+    /// File for the report; without it only the table is printed
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
-    /// Instead: records what the controller commands on the first seed's tree 0, as an example of the format
+    /// Records the controller's commands on the first seed's tree 0 instead, as an example of the format
     #[arg(long, value_name = "FILE.csv")]
     record: Option<PathBuf>,
     /// Length of the recording [s]
@@ -109,7 +109,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads a trajectory; the ending of the file's name tells the format.
+/// Reads a trajectory; the extension of the file name gives the format.
 fn read(file: &Path, robot: &RobotModel, longest: f64) -> Result<Trajectory, Failure> {
     let name = file.display().to_string();
     let bad = |problem: String| Failure::BadInput(format!("--trajectory {problem}"));
@@ -146,7 +146,7 @@ fn shown(outcome: &TreeOutcome) -> Shown {
     Shown { steps: frames, line: format!("seed {} tree {}: {told}", outcome.seed, outcome.world) }
 }
 
-/// The control rate, for the progress bar alone.
+/// Control rate, used only for the progress bar.
 const FRAMES_PER_SECOND: f64 = 60.0;
 
 fn table(report: &Report) -> String {

@@ -10,7 +10,7 @@ pub struct Args {
     _rest: Vec<String>,
 }
 
-/// Says what is missing.
+/// Reports the missing build feature.
 pub fn run(_: &Args) -> Result<(), Failure> {
     Err(Failure::BadInput("gpu-info: this program was built without the feature `gpu`".to_owned()))
 }

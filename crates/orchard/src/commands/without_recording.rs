@@ -11,7 +11,7 @@ pub struct Args {
     _rest: Vec<String>,
 }
 
-/// Says what is missing.
+/// Reports the missing build feature.
 pub fn run(_: &Args, _: &Program) -> Result<(), Failure> {
     Err(Failure::BadInput("replay: this program was built without the feature `recording`".to_owned()))
 }

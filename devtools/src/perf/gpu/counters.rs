@@ -1,4 +1,4 @@
-//! What the hardware counts while a batch runs: how much of the memory's and of the arithmetic units' time a step uses.
+//! Hardware counters while a batch runs: share of the memory's and of the arithmetic units' time that a step uses.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use orchard_gpu::GpuBatch;
 
 use orchardbench::rows::Row;
 
-/// What is counted, its name in a row, and what it is.
+/// Counters: metric, name in a row, description.
 const COUNTED: [(GpmMetricId, &str, &str); 5] = [
     (GpmMetricId::DramBwUtil, "dram", "of the memory's bandwidth"),
     (GpmMetricId::Fp32Util, "fp32", "of the time the multiprocessors' units for f32 are at work"),
@@ -18,11 +18,11 @@ const COUNTED: [(GpmMetricId, &str, &str); 5] = [
     (GpmMetricId::SmUtil, "multiprocessors", "of the time a multiprocessor has a warp"),
     (GpmMetricId::SmOccupancy, "warps", "of the warps that multiprocessors have room for are there"),
 ];
-/// Time that is counted. Shorter ones than 0.1 s are not exact.
+/// Counting interval; intervals below 0.1 s are inexact.
 const COUNTED_TIME: Duration = Duration::from_secs(2);
-/// Frames that are asked for at once.
+/// Frames of one request.
 const FRAMES: u32 = 60;
-/// Counters tell percents.
+/// The counters are in percent.
 const PERCENT: f64 = 100.0;
 
 /// The driver's performance monitor.
@@ -32,9 +32,9 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Of the adapter of a name. The error says why it has none.
+    /// Opens the monitor of the named adapter. The error gives the reason why it is missing.
     pub fn open(adapter: &str) -> Result<Self, String> {
-        // The package of the driver alone has no link without the number.
+        // The driver package has no library link without the version number.
         let nvml = Nvml::builder().lib_path("libnvidia-ml.so.1".as_ref()).init().or_else(|_| Nvml::init());
         let nvml = nvml.map_err(|e| e.to_string())?;
         let has_name = |index: &u32| {
@@ -51,7 +51,7 @@ impl Counters {
         }
     }
 
-    /// Rows of a batch that goes on for a while.
+    /// Rows of a batch that runs for a while.
     pub fn rows(&self, name: &str, batch: &mut GpuBatch) -> anyhow::Result<Vec<Row>> {
         let device = self.nvml.device_by_index(self.device)?;
         batch.advance(FRAMES);

@@ -1,4 +1,4 @@
-//! MuJoCo-Warp as a process beside ours: the same tree, as many worlds at once, on the same device.
+//! MuJoCo-Warp as a separate process: the same tree, as many worlds at once, on the same device.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -11,19 +11,19 @@ use crate::judge::SUITE;
 use crate::python::{Environment, folder};
 use orchardbench::rows::Row;
 
-/// Packages of their own beside those of the judge.
+/// Name of the separate package set, in addition to the judge's.
 const PART: &str = "warp";
 
-/// What a round takes, about [s].
+/// Approximate time of a round \[s\].
 const ROUND: &str = "0.4";
 
-/// What `tests/judge/warp_speed.py` found.
+/// Results of `tests/judge/warp_speed.py`.
 pub struct Peer {
     header: Header,
     cells: Vec<Cell>,
 }
 
-/// Its first line.
+/// First line of the script's output.
 #[derive(Debug, Deserialize)]
 struct Header {
     mujoco_warp: String,
@@ -33,7 +33,7 @@ struct Header {
     nv: u64,
 }
 
-/// A way to run the model, in a number of worlds.
+/// A variant of running the model, in a number of worlds.
 #[derive(Debug, Deserialize)]
 struct Cell {
     worlds: usize,
@@ -55,15 +55,15 @@ struct Timed {
     /// Substeps of one world a second, and the slowest and fastest round.
     rate: f64,
     spread: [f64; 2],
-    /// Device memory [bytes].
+    /// Device memory \[bytes\].
     bytes: Option<f64>,
-    /// Largest difference of a coordinate of the first world from MuJoCo's after a lead, in parts of its way.
+    /// Largest difference of a coordinate of the first world from MuJoCo's after the lead, relative to its displacement.
     gap: Option<f64>,
     finite: bool,
     agrees: bool,
 }
 
-/// Writes the text of the model to a file, whose path it gives.
+/// Writes the model text to a file and returns its path.
 pub fn leave(model: &str) -> anyhow::Result<PathBuf> {
     let folder = folder(&format!("{SUITE}-{PART}"));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -73,13 +73,13 @@ pub fn leave(model: &str) -> anyhow::Result<PathBuf> {
 }
 
 impl Peer {
-    /// Runs MuJoCo-Warp on a model. The error says why there is no comparison.
+    /// Runs MuJoCo-Warp on a model. The error gives the reason why there is no comparison.
     pub fn measure(model: &Path, worlds: &[usize]) -> Result<Self, String> {
         let mut command = Environment::install_part(SUITE, PART)?.script("warp_speed.py");
         let worlds: Vec<String> = worlds.iter().map(usize::to_string).collect();
         command.arg(model).args(["--worlds", &worlds.join(","), "--seconds", ROUND]).stderr(Stdio::inherit());
         let output = command.output().map_err(|e| format!("cannot run Python: {e}"))?;
-        // What was measured before an end that was none counts.
+        // Cells measured before an early end of the script are kept.
         Self::read(&String::from_utf8_lossy(&output.stdout)).map_err(|e| format!("{e} ({})", output.status))
     }
 
@@ -97,7 +97,7 @@ impl Peer {
         format!("{mujoco_warp}, Warp {warp}, MuJoCo {mujoco}, {device}; {nv} degrees of freedom")
     }
 
-    /// Our row beside the peer's fastest way that is right.
+    /// Adds the peer's fastest correct variant to our row.
     pub fn beside(&self, row: Row, worlds: usize) -> Row {
         let sound = self.cells.iter().filter(|cell| cell.worlds == worlds).filter_map(|cell| {
             let timed = cell.sound()?;
@@ -110,7 +110,7 @@ impl Peer {
         Row { peer_spread: Some(best.spread), ..row.beside(&name, best.rate) }
     }
 
-    /// All of the peer's ways.
+    /// Rows of all variants of the peer.
     pub fn rows(&self) -> impl Iterator<Item = Row> {
         self.cells.iter().map(Cell::row)
     }

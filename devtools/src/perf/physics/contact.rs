@@ -10,12 +10,12 @@ use orchardbench::rows::Row;
 const NAME: &str = "physics.contact_8";
 /// Frames of a course: the capsule goes 0.15 m.
 const FRAMES: u32 = 30;
-/// What is asked: times MuJoCo's rate.
+/// Target: multiple of MuJoCo's rate.
 const RATIO: f64 = 5.0;
 const LIMIT: &str = "Only the operations without contacts are counted: those of contacts go with the iterations. Limited by the rest, \
                      which is small dense algebra in data-dependent order: pairs, their coupling through the wood, the iterations";
 
-/// A capsule in the thick of a canopy, with enough contacts in every substep. `untouched` is the rate of a tree alone.
+/// Row of a capsule inside a canopy, with enough contacts in every substep. `untouched` is the rate of a tree alone.
 pub fn row(bench: &Bench, forest: &[Planting], untouched: Option<f64>) -> anyhow::Result<Row> {
     bench.say(&format!("{NAME}: ways through the canopy"));
     let (push, theirs_watched) = choose(bench, PushedTree::busiest(forest, FRAMES)?)?;
@@ -62,8 +62,8 @@ pub fn row(bench: &Bench, forest: &[Planting], untouched: Option<f64>) -> anyhow
     Ok(row)
 }
 
-/// Of the ways that keep enough contacts in ours, the one on which MuJoCo, whose wood gives way by itself, has enough
-/// as well and the numbers are most alike; it is loaded. Without MuJoCo the first.
+/// Chooses and loads, of the pushes with enough contacts in OrchardBench, the one with enough contacts in MuJoCo too and the
+/// most similar numbers of contacts (MuJoCo's wood yields by itself). Without MuJoCo it takes the first.
 fn choose(bench: &Bench, mut pushes: Vec<Push>) -> anyhow::Result<(Push, Option<Watched>)> {
     let mut best: Option<(usize, Watched)> = None;
     for (index, push) in pushes.iter().enumerate() {

@@ -13,9 +13,9 @@ use rayon::prelude::*;
 
 /// Seed of all trees and kicks.
 const SEED: u64 = 1;
-/// Largest rate that a kick gives a joint [rad/s].
+/// Largest rate that a kick gives a joint \[rad/s\].
 const KICK: f64 = 1.0;
-/// By how much lengths and radii of siblings differ, at most: their wood stays of the same kind.
+/// Largest relative difference between lengths and radii of siblings; their wood is the same.
 const SIBLING_LENGTH: f64 = 0.1;
 const SIBLING_RADIUS: f64 = 0.05;
 
@@ -41,7 +41,7 @@ impl Planting {
         Ok(world)
     }
 
-    /// The same wood, without fruit, cut into more segments: each into as many pieces as make up the count.
+    /// Returns the tree without fruit, with every segment split into pieces that make up the count.
     pub fn refined(&self, segments: usize) -> Self {
         let coarse = &self.skeleton.segments;
         let mut fine: Vec<Segment> = Vec::with_capacity(segments);

@@ -1,4 +1,4 @@
-//! How far a rate is from what one core could compute.
+//! Ratio of a rate to the arithmetic peak of one core.
 //!
 //! The arithmetic of a substep is counted by hand, from the passes of `crates/batch/src/kernel`, in which nothing is
 //! computed twice; a product and sum in one instruction count as two. `docs/performance.md` lists the count. The peak
@@ -20,11 +20,11 @@ const FRUIT: usize = 112 + 32 + 30;
 
 /// Independent chains: the latency of a product and sum times how many start a cycle, on the widest cores there are.
 const CHAINS: usize = 12;
-/// The same for portable code, whose product and sum take their time one after the other, two numbers a register.
+/// Independent chains for portable code: product and sum one after the other, two numbers a register.
 const PORTABLE_CHAINS: usize = 24;
 /// Products and sums a chain in one call.
 const CHAIN_STEPS: usize = 4096;
-/// Shortest time of a measurement [s].
+/// Shortest time of a measurement \[s\].
 const PEAK_SECONDS: f64 = 0.05;
 /// Measurements of which the best counts: a peak is an upper bound.
 const PEAK_ROUNDS: usize = 5;
@@ -45,7 +45,7 @@ pub fn operations_of(tree: &TreeBody, fruit: usize) -> f64 {
     (links * LINK + (children - parents.len()) * SIBLING + fruit * FRUIT) as f64
 }
 
-/// Peak rates of one core [operations/s].
+/// Peak rates of one core \[operations/s\].
 #[derive(Debug, Clone, Copy)]
 pub struct Peaks {
     /// f64 with the instructions that every processor of this architecture has: what code compiles to by default.
@@ -77,7 +77,7 @@ impl Peaks {
     }
 }
 
-/// Best rate of chains, which tell how many products and sums they made.
+/// Best rate of chains, which return their number of products and sums.
 fn best_rate(chains: impl Fn() -> usize) -> f64 {
     let round = |_| {
         let (start, mut operations) = (cpu_time(), 0);

@@ -1,4 +1,4 @@
-//! MuJoCo as a process beside ours, which steps exported trees when it is told to.
+//! MuJoCo as a separate process that steps exported trees on request.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::judge::SUITE;
 use crate::python::{Environment, folder};
 
-/// The worker of `tests/judge/speed.py`, which tells the protocol.
+/// The worker of `tests/judge/speed.py`, which documents the protocol.
 pub struct Peer {
     process: Child,
     requests: Option<ChildStdin>,
@@ -22,23 +22,23 @@ pub struct Peer {
     pub version: String,
 }
 
-/// What is done with a loaded subject.
+/// Schedule of a measurement on a loaded subject.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
-    /// Steps from the start to where the clock starts.
+    /// Untimed steps before the timed ones.
     pub lead: u32,
     /// Steps that are timed.
     pub steps: u32,
-    /// How often they are, each time from the same state.
+    /// Repeats of the timed steps, each from the same state.
     pub repeats: u32,
 }
 
 /// A timed course.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Timed {
-    /// Processor time of all repeats, all threads [s].
+    /// Processor time of all repeats, all threads \[s\].
     pub seconds: f64,
-    /// Largest velocity at the end of the course, in the slowest world [rad/s, m/s].
+    /// Largest velocity at the end of the course, in the slowest world \[rad/s, m/s\].
     pub fastest: f64,
 }
 
@@ -49,12 +49,12 @@ pub struct Watched {
     pub contacts: f64,
     /// Smallest number.
     pub fewest: u32,
-    /// Whether the state is still finite.
+    /// True if the state is still finite.
     pub finite: bool,
 }
 
 impl Peer {
-    /// Starts MuJoCo. The error says why there is none.
+    /// Starts MuJoCo. The error gives the reason why it is missing.
     pub fn start() -> Result<Self, String> {
         let environment = Environment::install(SUITE)?;
         let mut command = environment.script("speed.py");
@@ -68,7 +68,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// Loads models under a name, each from the text of its file. Gives the degrees of freedom of the first.
+    /// Loads models under a name, each from the text of its file. Returns the degrees of freedom of the first.
     pub fn load(&mut self, name: &str, models: &[String], threads: usize) -> anyhow::Result<u64> {
         let folder = folder(SUITE).join("speed");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -109,10 +109,10 @@ impl Peer {
     }
 }
 
-/// The models are loaded: their files, some 60 MB, have done their work.
+/// Deletes the model files, some 60 MB, after they are loaded.
 fn remove(files: &[PathBuf], folder: &Path) {
     for file in files {
-        // A file that stays is in the way of nothing.
+        // A file that remains does no harm.
         let _ = std::fs::remove_file(file);
     }
     let _ = std::fs::remove_dir(folder);

@@ -16,32 +16,32 @@ use super::limit::operations_of;
 use super::peer::Watched;
 
 /// The capsule: upright, over the canopy's whole height, so heavy that wood does not slow it. A thinner one slips
-/// through with fewer contacts than are asked for.
+/// through with too few contacts.
 const RADIUS: f64 = 0.2;
 const LENGTH: f64 = 1.6;
 const MASS: f64 = 1000.0;
-/// Height of its middle [m].
+/// Height of the capsule's centre \[m\].
 const HEIGHT: f64 = 1.4;
-/// Its speed along x [m/s]: slow enough to bend the wood more than to break it.
+/// Speed of the capsule along x \[m/s\]: slow enough to bend the wood more than to break it.
 const SPEED: f64 = 0.3;
-/// Where it starts: outside the canopy [m].
+/// Start of the capsule along x, outside the canopy \[m\].
 const START: f64 = -1.3;
-/// By how much it passes the trunk [m], either way.
+/// Offsets at which the capsule passes the trunk \[m\], on either side.
 const OFFSETS: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
-/// Every so many trees one is tried.
+/// One of every `EVERY` trees is tried.
 const EVERY: usize = 8;
-/// Ways that are worth a second look, at most.
+/// Largest number of pushes that are examined further.
 const WAYS: usize = 16;
-/// Contacts that there must always be.
+/// Least number of contacts at any time.
 pub const CONTACTS: u32 = 8;
-/// Frames until it has left the canopy.
+/// Frames until the capsule has left the canopy.
 const FRAMES: u32 = 480;
 
 /// Wood and fruit touch the capsule and nothing else.
 const CANOPY: Groups = Groups { member: 1, filter: 2 };
 const CAPSULE: Groups = Groups { member: 2, filter: 1 };
 
-/// Largest joint move of the last iteration of the statics [rad].
+/// Largest joint move of the last iteration of the statics \[rad\].
 const STATICS_TOLERANCE: f64 = 1e-12;
 
 /// One tree, its fruit and the capsule; wood may break and fruit come off. Cloning it is a snapshot.
@@ -58,18 +58,18 @@ pub struct PushedTree {
     report: StepReport,
 }
 
-/// A way through a canopy.
+/// A push of the capsule through a canopy.
 pub struct Push {
-    /// Before the tree.
+    /// State with the capsule in front of the tree.
     pub start: PushedTree,
-    /// Frames until it is in the thick of it.
+    /// Frames until the timed part.
     pub lead: u32,
-    /// Contacts from there on.
+    /// Contacts in the timed part.
     pub contacts: Watched,
 }
 
 impl PushedTree {
-    /// The capsule stands before the tree and moves; every joint of the tree is kicked.
+    /// Makes the start state: the capsule in front of the tree and moving, every joint of the tree kicked.
     fn new(planting: Planting, offset: f64) -> anyhow::Result<Self> {
         let spec = planting.spec.clone();
         let settings = step_settings(&spec.sim);
@@ -110,7 +110,7 @@ impl PushedTree {
         })
     }
 
-    /// The trees and ways of the capsule that keep enough contacts over some frames on end, the most first.
+    /// Pushes that keep enough contacts over `frames` consecutive frames, the most first.
     pub fn busiest(plantings: &[Planting], frames: u32) -> anyhow::Result<Vec<Push>> {
         let ways: Vec<(&Planting, f64)> = plantings
             .iter()
@@ -128,7 +128,7 @@ impl PushedTree {
         Ok(pushes)
     }
 
-    /// Where on its way it keeps the most contacts over some frames on end.
+    /// Finds the part of the capsule's way, `frames` frames long, with the most contacts.
     fn watch(self, frames: u32) -> anyhow::Result<Push> {
         let mut world = self.clone();
         let counts: Vec<Vec<u32>> = (0..FRAMES).map(|_| world.step()).collect();
@@ -145,7 +145,7 @@ impl PushedTree {
         })
     }
 
-    /// Advances one frame. Gives the number of contacts that carry load, for each substep.
+    /// Advances one frame; returns the number of contacts that carry load, for each substep.
     pub fn step(&mut self) -> Vec<u32> {
         let Self { planting, model, data, tree, fruit, rupture, stems, settings, report } = self;
         let spec = &planting.spec;

@@ -87,12 +87,12 @@ fn series(
     Ok(rows)
 }
 
-/// How a series is summed up.
+/// Summary statistic of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Growth {
-    /// By the power of the count with which the cost goes.
+    /// Exponent of the cost over the count.
     Power,
-    /// By the cost of one more, where there is a cost without any.
+    /// Cost of one more, where there is a fixed cost.
     Line,
 }
 

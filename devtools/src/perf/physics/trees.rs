@@ -10,7 +10,7 @@ use super::{Bench, FRAMES, Plan, THREADS, WORLDS, limit};
 use crate::perf::timing::{Side, cpu_time};
 use orchardbench::rows::Row;
 
-/// What is asked: times MuJoCo's rate, and the part of the batch's rate that topologies of their own reach.
+/// Targets: multiples of MuJoCo's rate, and the share of the batch's rate that worlds with different topologies reach.
 const ONE_TREE_RATIO: f64 = 6.0;
 const BATCH_RATIO: f64 = 45.0;
 const TOPOLOGIES_SHARE: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! How a run goes on, for people.
+//! Progress display of a run.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -15,7 +15,7 @@ pub struct Bar<R> {
     show: fn(&R) -> Shown,
 }
 
-/// What is told of a record.
+/// Progress information of one record.
 pub struct Shown {
     /// Steps that it took.
     pub steps: u64,
@@ -24,7 +24,7 @@ pub struct Shown {
 }
 
 impl<R> Bar<R> {
-    /// A bar over a task's `total` records of at most `steps` steps each. It counts steps; a record that ends early gives the rest back.
+    /// A bar over a task's `total` records of at most `steps` steps each. It counts steps; a record that ends early counts as complete.
     pub fn new(task: &'static str, total: usize, steps: u64, show: fn(&R) -> Shown) -> Self {
         let bar = ProgressBar::new(total as u64 * steps);
         if let Ok(style) = ProgressStyle::with_template(
@@ -37,7 +37,7 @@ impl<R> Bar<R> {
         Self { bar, total, steps, done: Mutex::new(0), show }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

@@ -25,7 +25,7 @@ pub type Grasping = ComponentJob<ReachAndGrasp>;
 pub type Pushing = ComponentJob<Gentle>;
 
 impl<C: Component> ComponentJob<C> {
-    /// Plans them.
+    /// Plans the trials.
     pub fn new(scenario: &Scenario, trees: &TreeExtent) -> Result<Self, Failure> {
         let plan = ComponentPlan::new(scenario.clone(), &trees.profile, trees.seeds.clone(), trees.trees)?;
         plan.check()?;

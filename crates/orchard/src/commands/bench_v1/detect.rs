@@ -1,4 +1,4 @@
-//! The detection task: what a detector finds in single depth images.
+//! The detection task: scores a detector on single depth images.
 
 mod tables;
 
@@ -16,14 +16,14 @@ use crate::failure::Failure;
 /// Name of the figure under the result folder.
 const FIGURE: &str = "detect.svg";
 
-/// A camera and a detector before some trees.
+/// The detection task of a camera and a detector on some trees.
 pub struct Detecting {
     scenario: Scenario,
     plan: DetectPlan,
 }
 
 impl Detecting {
-    /// Plans it.
+    /// Plans the task.
     pub fn new(scenario: &Scenario, trees: &TreeExtent) -> Result<Self, Failure> {
         let plan = DetectPlan::new(scenario, &trees.profile, trees.seeds.clone(), trees.trees)?;
         plan.check()?;

@@ -42,7 +42,7 @@ pub struct Harvesting {
 }
 
 impl Harvesting {
-    /// Plans them; episodes are recorded under the folder `record`, if there is one.
+    /// Plans the conditions; episodes are recorded under the folder `record`, if there is one.
     pub fn new(scenario: &Scenario, extent: &Extent, record: Option<&Path>) -> Result<Self, Failure> {
         let harvest = Harvest::new(scenario.clone())?;
         let plan = harvest.plan_of(extent.clone())?;

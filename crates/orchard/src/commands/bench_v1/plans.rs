@@ -1,4 +1,4 @@
-//! From the command line to the plans of a run: nothing is computed, all is checked.
+//! Makes and checks the plans of a run from the command line, before anything is computed.
 
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ pub fn task(
     })
 }
 
-/// Checks that a task can be run with a scenario; else says why not.
+/// Checks that a task can be run with a scenario; the error gives the reason.
 fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
     match task {
         TaskName::ReachAndGrasp | TaskName::Gentle if !scenario.controller_kind().takes_goals() => {
@@ -79,7 +79,7 @@ fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
     }
 }
 
-/// The folder of results that are given none: named by the profile and by the options that make another plan.
+/// Default result folder: named by the profile and by the options that change the plan.
 pub fn default_out(args: &Args) -> PathBuf {
     let mut folder = format!("results/bench-v1-{}", args.profile.name());
     let mut add = |part: &str| folder = format!("{folder}-{part}");
@@ -118,7 +118,7 @@ fn tasks(args: &Args) -> Vec<TaskName> {
         args.conditions.is_some() || args.horizon.is_some() || args.repeats.is_some() || args.record;
     let asked = |task: &TaskName| match task {
         TaskName::Harvest => true,
-        // Figures of one machine at a time: they have no parts.
+        // Timings belong to one machine, so the task cannot be split into parts.
         TaskName::Scaling if is_part(args) => false,
         _ => !of_harvest,
     };
@@ -129,7 +129,7 @@ fn is_part(args: &Args) -> bool {
     args.shard.is_some_and(|shard| !shard.is_whole())
 }
 
-/// An option of a task that is not run would change nothing: better told than ignored.
+/// Refuses an option of a task that is not run: it would have no effect.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Gentle, Harvest, ReachAndGrasp, Scaling};
     let options: [(&str, bool, &[TaskName], &str); 6] = [

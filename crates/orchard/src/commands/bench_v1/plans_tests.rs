@@ -144,7 +144,7 @@ fn a_task_that_a_scenario_does_not_fit_says_why() {
     assert_eq!(e, "--tasks gentle: controller still takes no goals, which this task gives");
 }
 
-/// A controller that is never asked.
+/// A controller that is never called.
 struct Still;
 
 impl orchard_picker::Controller for Still {

@@ -1,4 +1,4 @@
-//! The scaling task: how fast batches of trees step.
+//! The scaling task: stepping rate of batches of trees.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_bench::store::Store;
@@ -17,14 +17,14 @@ use super::task::AnyTask;
 use crate::columns::columns;
 use crate::failure::Failure;
 
-/// The scaling task, made ready.
+/// The planned scaling task.
 pub struct Timing {
     plan: ScalingPlan,
     rules: ScalingRules,
 }
 
 impl Timing {
-    /// Plans it.
+    /// Plans the task.
     pub fn new(scenario: &Scenario, profile: &str, backend: Backend) -> Result<Self, Failure> {
         let rules = ScalingRules::of(&Protocol::of_scenario(scenario)?)?;
         let efforts = [(ProfileName::Quick, &rules.quick), (ProfileName::Full, &rules.full)];
@@ -59,7 +59,7 @@ fn failure(e: ScalingError) -> Failure {
 }
 
 impl AnyTask for Timing {
-    /// Its file is written anew by every run, so any folder takes it.
+    /// Accepts any folder: every run overwrites the result file.
     fn check(&self, _: &Store) -> Result<(), OtherPlan> {
         Ok(())
     }
@@ -81,15 +81,15 @@ impl AnyTask for Timing {
     }
 }
 
-/// How the run goes on. Building a mode's worlds counts as much as its cells of one size.
+/// Progress bar over the cells. Building a mode's worlds counts as much as its cells of one size.
 pub struct Cells {
     bar: ProgressBar,
-    /// What building counts.
+    /// Cells that building a mode's worlds counts as.
     solvers: u64,
 }
 
 impl Cells {
-    /// Nothing is done yet.
+    /// Makes a bar at zero progress.
     pub fn new(plan: &ScalingPlan) -> Self {
         let solvers = plan.solvers.len() as u64;
         let bar = ProgressBar::new(plan.cells().len() as u64 + solvers * plan.modes.len() as u64);
@@ -101,7 +101,7 @@ impl Cells {
         Self { bar, solvers }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

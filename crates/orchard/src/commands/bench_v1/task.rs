@@ -1,4 +1,4 @@
-//! A task as the command runs it: checked, run, or merged from parts.
+//! Interface of a task to the command: check, run, merge from parts.
 
 use std::path::Path;
 
@@ -23,11 +23,11 @@ pub trait AnyTask {
     fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure>;
 }
 
-/// A task with what people are shown of it.
+/// A task with its progress lines and printed report.
 pub trait PresentedTask {
-    /// Its records.
+    /// Type of the task's records.
     type Record: Record + Send;
-    /// What they sum up to.
+    /// Summary of the records.
     type Summary: Serialize;
     /// The task itself.
     type Task<'a>: Task<Record = Self::Record, Summary = Self::Summary>
@@ -40,7 +40,7 @@ pub trait PresentedTask {
     fn steps(&self) -> u64;
     /// A record in one line.
     fn shown(record: &Self::Record) -> Shown;
-    /// Tells a whole result, and writes its files but for the summary.
+    /// Prints a complete result and writes its files, except the summary.
     fn report(&self, summary: &Self::Summary, store: &Store) -> Result<(), Failure>;
 }
 
@@ -87,7 +87,7 @@ fn end<R: PresentedTask>(task: &R, summary: &R::Summary, store: &Store) -> Resul
     Ok(())
 }
 
-/// What a task cost, in one line.
+/// One line with the cost of a task.
 fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
     let rate = |rate: Option<f64>| rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.0}"));
     format!(
@@ -101,12 +101,12 @@ fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
     )
 }
 
-/// A file of a task that cannot be written, as the command's end.
+/// Converts the error of a file that cannot be written into the command's failure.
 pub fn unwritten(path: &Path, e: impl std::fmt::Display) -> Failure {
     Failure::Failed(format!("{}: {e}", path.display()))
 }
 
-/// A run's end as the command's.
+/// Converts the end of a run into the command's result.
 fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
     result.map_err(|e| match e {
         RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),

@@ -1,4 +1,4 @@
-//! A look at a data set: some views, each as colour, depth in false colour and classes in colours.
+//! Contact sheet of a data set: some views, each as colour, depth in false colour and classes in colours.
 
 use std::path::Path;
 
@@ -13,9 +13,9 @@ use crate::picture_file::{self, paste};
 
 /// Most views on a sheet.
 const MOST_VIEWS: usize = 6;
-/// Depths beyond this are drawn alike [m], so that those of the tree differ.
+/// Depths beyond this are drawn alike \[m\], so that those of the tree differ.
 const SHOWN_DEPTH: f32 = 4.0;
-/// Paper between the pictures [px], and its colour.
+/// Paper between the pictures \[px\], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
 

@@ -1,4 +1,4 @@
-//! What the detector is given: files read and held against each other.
+//! Input of the detector: reads the files and checks that they agree with one another.
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ pub struct InputArgs {
     /// Detector, or a file of figures that differ; `orchard detectors` lists them
     #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml", default_value = "paper")]
     pub config: String,
-    /// Height of the camera over level ground [m]: what is ground is left out
+    /// Height of the camera over level ground [m]; pixels of the ground are left out
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub camera_height: Option<f64>,
     /// The vertical in the camera's axes (x right, y down, z forward)
@@ -35,7 +35,7 @@ pub struct InputArgs {
     pub up: Vec3,
 }
 
-/// What was read.
+/// The parsed input files.
 pub struct Input {
     pub depth: DepthImage,
     pub intrinsics: Intrinsics,
@@ -43,13 +43,13 @@ pub struct Input {
     pub config: DetectorConfig,
 }
 
-/// Units that depth can have [m]: from a nanometre to a metre.
+/// Units that depth can have \[m\]: from a nanometre to a metre.
 const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
-/// Heights that a camera can have [m].
+/// Heights that a camera can have \[m\].
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
-    /// Reads everything; what is wrong is told with its option, file, field and range.
+    /// Reads all files; an error names the option, file, field and range.
     pub fn read(&self) -> Result<Input, Failure> {
         let within = |option, value: f64, range: &std::ops::RangeInclusive<f64>| {
             let (low, high) = (range.start(), range.end());

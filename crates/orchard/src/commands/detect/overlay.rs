@@ -1,4 +1,4 @@
-//! The picture of a depth image with what was found in it.
+//! Picture of a depth image with the detections in it.
 
 use orchard_camera::picture::depth_picture_enlarged;
 use orchard_geometry::{DepthImage, Image, Intrinsics};
@@ -6,13 +6,13 @@ use orchard_perception::Detection;
 
 use crate::commands::gallery::caption;
 
-/// Width that a picture has at least, unless the image is wider [px].
+/// Width that a picture has at least, unless the image is wider \[px\].
 const WIDTH: usize = 960;
 
-/// Height of the letters [px].
+/// Height of the letters \[px\].
 const LETTERS: f64 = 13.0;
 
-/// Depth in false colour; round each fruit its outline, beside it its radius [mm].
+/// Draws depth in false colour, with the outline of each fruit and its radius \[mm\] beside it.
 pub fn picture(depth: &DepthImage, k: &Intrinsics, detections: &[&Detection]) -> Image<[u8; 3]> {
     let scale = (WIDTH / depth.width().max(1)).clamp(1, 8);
     let circles: Vec<(f64, f64, f64)> =

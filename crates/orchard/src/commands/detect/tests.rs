@@ -31,7 +31,7 @@ fn refused(options: &str) -> String {
     }
 }
 
-/// Files of one view of a world, and what they hold.
+/// Files of one view of a world, and their content.
 fn view(folder: &Path) -> (Intrinsics, orchard_geometry::DepthImage, Vec3, f64) {
     let spec = Arc::new(Spec::preset(Preset::Paper));
     let world = World::new(spec, Arc::new(RobotModel::paper()), 20250704, 0).unwrap();

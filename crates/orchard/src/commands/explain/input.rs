@@ -1,4 +1,4 @@
-//! Reading an episode's record, and why it cannot be told.
+//! Reads an episode's record, or reports why it cannot be explained.
 
 use std::path::Path;
 
@@ -14,22 +14,22 @@ use crate::args::ScenarioArgs;
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// A record of this code, with what made it.
+/// A record of this code version, with the worlds and controller that made it.
 pub struct Input {
     /// The record.
     pub record: EpisodeRecord,
-    /// Its worlds and controller.
+    /// Worlds and controller of the record.
     pub harvest: Harvest,
 }
 
-/// What every version of a record has.
+/// Fields that every version of a record has.
 #[derive(Deserialize)]
 struct Head {
     schema_version: u32,
     code_version: String,
 }
 
-/// Reads the record of an episode of this very code. The scenario is the options', or else the one that the result folder keeps, or else
+/// Reads the record of an episode of this code version. The scenario is the options', or else the one that the result folder keeps, or else
 /// the one that the record names.
 pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<Input, Failure> {
     let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
@@ -89,7 +89,7 @@ fn of_text(text: &str, code_version: &str) -> Result<EpisodeRecord, String> {
 pub mod tests {
     use super::*;
 
-    /// Why a text is refused.
+    /// Reason why a text is refused.
     pub fn refused(text: &str) -> String {
         match of_text(text, CODE_VERSION) {
             Ok(_) => panic!("accepted"),

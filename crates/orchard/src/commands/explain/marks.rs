@@ -9,11 +9,11 @@ use crate::commands::gallery::caption::Canvas;
 
 /// The true fruit.
 pub const TRUTH: Rgb888 = Rgb888::new(40, 255, 120);
-/// What the controller believes.
+/// Colour of the controller's beliefs.
 pub const BELIEF: Rgb888 = Rgb888::new(255, 60, 230);
-/// What is knocked off or snaps.
+/// Colour of fruit knocked off and branches that snap.
 pub const HARMED: Rgb888 = Rgb888::new(255, 130, 20);
-/// What the detector saw.
+/// Colour of the detections.
 pub const SEEN: Rgb888 = Rgb888::new(255, 235, 60);
 
 /// A picture with the camera that took it.

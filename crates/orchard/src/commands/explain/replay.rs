@@ -1,4 +1,4 @@
-//! The episode once more: pictures of the moments asked for, and causes of what happened.
+//! Second run of an episode: snapshots of the requested moments, and causes of events.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -18,13 +18,13 @@ use super::input::Input;
 use super::touch::TouchMemory;
 use crate::failure::Failure;
 
-/// What the second run told.
+/// Results of the second run.
 pub struct Replay {
-    /// Its record.
+    /// Record of the second run.
     pub record: EpisodeRecord,
-    /// The moments asked for, in the order of time.
+    /// The requested moments, in the order of time.
     pub shots: Vec<Shot>,
-    /// What the contacts explain, in the order of time.
+    /// Events with their causes from the contacts, in the order of time.
     pub causes: Vec<Cause>,
 }
 
@@ -34,28 +34,28 @@ pub struct Shot {
     pub frame: u32,
     /// The world.
     pub world: World,
-    /// Detections of the last image [m, odom].
+    /// Detections of the last image \[m, odom\].
     pub p_odom_detected: Vec<Vec3>,
 }
 
 /// The likely cause of an event.
 pub struct Cause {
-    /// What happened.
+    /// The event.
     pub of: Happened,
     /// Frame.
     pub frame: u32,
-    /// What the robot did to it in the half second before.
+    /// Description of the robot's contacts with it in the half second before.
     pub text: String,
 }
 
-/// What has a cause.
+/// An event that has a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Happened {
     /// The end of an attempt, at a target fruit if there was one.
     End {
         /// Attempt.
         attempt: u32,
-        /// Its target.
+        /// Target fruit of the attempt.
         fruit: Option<u32>,
     },
     /// A branch at the base of a segment.
@@ -117,7 +117,7 @@ pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<Strin
         .or_else(|| Some("fruit, zones, detections or forces differ".to_owned()))
 }
 
-/// A world that is looked at on the way.
+/// A world that records snapshots and causes while it runs.
 struct Watched {
     world: World,
     frames: Vec<u32>,
@@ -130,7 +130,7 @@ struct Watched {
 }
 
 impl Watched {
-    /// Keeps the present moment if it is asked for.
+    /// Stores a snapshot if the current frame is requested.
     fn keep(&mut self) {
         let frame = self.world.frame();
         if self.frames.binary_search(&frame).is_ok() {
@@ -141,14 +141,14 @@ impl Watched {
 }
 
 impl Watched {
-    /// Notes what pressed on the robot when an attempt ended, and where its fruit was.
+    /// Records the contacts on the robot at an attempt's end, and the position of the target fruit.
     fn explain_end(&mut self) {
         let frame = self.world.frame();
         for &(_, attempt, fruit) in self.ends.iter().filter(|end| end.0 == frame) {
             let mut text = self.memory.on_robot();
             let truth = self.world.fruit_truth();
             if let Some(fruit) = fruit.and_then(|id| truth.get(id as usize)) {
-                // Of the hand's frame, z is the approach and y the way of the fingers.
+                // In the hand's frame, z is the approach axis and y the fingers' axis of motion.
                 let x_world_tcp = self.world.handle().x_world_tcp(self.world.data());
                 let p = inverse_transform(&x_world_tcp, &fruit.p_world) * 1e3;
                 text += &format!(
@@ -228,7 +228,7 @@ impl BenchWorld for Watched {
     }
 }
 
-/// A controller whose detections are overheard.
+/// A controller that also copies its detections to `detected`.
 struct Overheard<C> {
     controller: C,
     detected: Rc<RefCell<Vec<Vec3>>>,

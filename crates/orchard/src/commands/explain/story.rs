@@ -1,10 +1,10 @@
-//! An episode in plain words.
+//! Description of an episode in words.
 
 use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 
 use super::replay::{Cause, Happened};
 
-/// What the episode was and how it ended.
+/// Heading of the episode and its end.
 pub fn head(record: &EpisodeRecord) -> String {
     let key = &record.key;
     let ended = match &record.outcome {
@@ -58,7 +58,7 @@ pub fn attempt(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]
     text
 }
 
-/// How an attempt ended in truth and in belief.
+/// End of an attempt in truth and in the controller's belief.
 pub fn verdict(attempt: &AttemptRecord) -> String {
     let truth = match &attempt.failure_reason {
         None => format!("PLACED in {:.1} s", attempt.cycle_time.unwrap_or(0.0)),
@@ -96,7 +96,7 @@ fn target(record: &EpisodeRecord, attempt: &AttemptRecord) -> String {
     format!("{believed}: {truth}{zone}")
 }
 
-/// What happened when, in the order of time.
+/// Events of an attempt with their times, in the order of time.
 fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> Vec<(f64, String)> {
     let (start, until) = span(record, attempt);
     let within = |frame: u32| frame > start && frame <= until;
@@ -169,7 +169,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
             ),
         ));
     }
-    // What was in the way is of interest where the fruit did not leave its stem in the hand.
+    // Obstacles are listed where the fruit did not leave its stem in the hand.
     let end = Happened::End { attempt: attempt.id, fruit: attempt.fruit };
     let contacts = if attempt.held.is_empty() { cause(end, attempt.end_frame) } else { String::new() };
     lines.push((last, format!("the attempt ends{contacts}")));
@@ -183,7 +183,7 @@ pub fn span(record: &EpisodeRecord, attempt: &AttemptRecord) -> (u32, u32) {
     (attempt.start_frame, next.map_or(record.frames, |next| next.start_frame))
 }
 
-/// What happened before the first attempt, and what fruit remains.
+/// Events before the first attempt, and the fruit that remain.
 pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
     let first = record.attempts.first().map_or(record.frames, |a| a.start_frame);
     let mut text = String::new();

@@ -12,28 +12,28 @@ use super::story::{span, verdict, words};
 use crate::commands::gallery::caption;
 use crate::picture_file::paste;
 
-/// A moment worth a picture.
+/// A moment that gets a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
     /// Frame.
     pub frame: u32,
-    /// What happens.
+    /// Caption of the moment.
     pub caption: String,
     /// Fruit knocked off and segments at whose base a branch snaps.
     pub harmed: Vec<Happened>,
 }
 
-/// Size of a view [px].
+/// Size of a view \[px\].
 const WIDTH: usize = 384;
 const HEIGHT: usize = 288;
 /// Pictures side by side; longer strips go on below.
 const COLUMNS: usize = 5;
-/// Paper between the pictures [px], and its colour.
+/// Paper between the pictures \[px\], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
 /// Letters of a caption that fit over a picture of 7 px letters.
 const LETTERS: usize = WIDTH / 7;
-/// Moments of one kind that are nearer than this share a picture [frames].
+/// Moments of one kind that are nearer than this share a picture \[frames\].
 const SAME: u32 = 3;
 
 /// The moments of an attempt, in the order of time.
@@ -85,24 +85,24 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     moments
 }
 
-/// Length of a frame [s]: the record tells both counts.
+/// Length of a frame \[s\], from the record's time and frame count.
 fn frame_length(record: &EpisodeRecord) -> f64 {
     record.duration_s / f64::from(record.frames.max(1))
 }
 
 /// A moment as it is shown.
 pub struct Panel {
-    /// When, and what happens.
+    /// Time and event.
     pub caption: String,
-    /// How far the fingers are from the fruit.
+    /// Text with the distances from the fingers to the fruit.
     pub distances: String,
     /// The view from outside.
     pub outside: Image<[u8; 3]>,
-    /// What the wrist camera looks at.
+    /// The wrist camera's view.
     pub wrist: Image<[u8; 3]>,
 }
 
-/// Draws every moment of which there is a shot, its views in a size [px].
+/// Draws every moment of which there is a shot, its views in a size \[px\].
 pub fn panels(
     record: &EpisodeRecord,
     attempt: &AttemptRecord,
@@ -121,7 +121,7 @@ pub fn panels(
     moments.iter().filter_map(panel).collect()
 }
 
-/// What a strip is about.
+/// Title of a strip.
 pub fn title(record: &EpisodeRecord, attempt: &AttemptRecord) -> String {
     let key = &record.key;
     format!(
@@ -160,7 +160,7 @@ pub fn draw(
     sheet
 }
 
-/// What is drawn of one moment.
+/// Everything drawn for one moment.
 struct View<'a> {
     shot: &'a Shot,
     /// Centre and radius of the target fruit, if there is one.
@@ -168,9 +168,9 @@ struct View<'a> {
     /// The target as committed.
     p_world_target: Vec3,
     p_world_tcp: Vec3,
-    /// Towards the robot's place at the commitment, level.
+    /// Horizontal direction towards the robot's position at the commitment.
     towards_robot: Vec3,
-    /// Balls about what comes to harm in this moment.
+    /// Spheres around the fruit and branches harmed at this moment.
     harmed: Vec<(Vec3, f64)>,
 }
 
@@ -192,7 +192,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// How far the fingers are from truth and belief.
+    /// Text with the distances from the fingers to the true and the believed fruit position.
     fn distances(&self) -> String {
         let millimetres = |p: &Vec3| 1e3 * (self.p_world_tcp - p).norm();
         let fruit = self.fruit.map_or_else(|| "-".to_owned(), |(p, _)| format!("{:.0} mm", millimetres(&p)));
@@ -227,12 +227,12 @@ impl<'a> View<'a> {
         [outside, wrist]
     }
 
-    /// Whether the hand is at the target.
+    /// True if the hand is within 0.5 m of the target.
     fn is_near(&self) -> bool {
         (self.p_world_tcp - self.p_world_target).norm() < 0.5
     }
 
-    /// What the outside view looks at.
+    /// Point that the outside view looks at, in the world frame.
     fn focus(&self) -> Vec3 {
         if self.is_near() {
             self.p_world_target + self.towards_robot * 0.08
@@ -272,7 +272,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// A ball about a fruit, or about the base of a segment.
+/// Sphere around a fruit, or around the base of a segment.
 fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
     const ABOUT_A_BREAK: f64 = 0.02;
     match happened {
@@ -287,7 +287,7 @@ fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
     }
 }
 
-/// A scene without the leaves that stand between an eye and what it looks at.
+/// Returns the scene without the leaves between the camera and its focus.
 fn without_foreground(scene: &Scene, eye: &Vec3, focus: &Vec3) -> Scene {
     let way = focus - eye;
     let length = way.norm();

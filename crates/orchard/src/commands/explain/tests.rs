@@ -1,4 +1,4 @@
-//! A short real episode, told.
+//! Explains a short real episode.
 
 use super::*;
 use clap::Parser;
@@ -61,7 +61,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
         assert!(text.contains(&format!("{:6.2} s  {} begins", state.time, state.state)), "{text}");
     }
 
-    // Files that cannot be told: another controller, another configuration, a cut one.
+    // Files that cannot be explained: another controller, another configuration, a cut one.
     let whole = std::fs::read_to_string(&file).unwrap();
     let changed = |from: &str, to: &str| {
         let text = whole.replacen(from, to, 1);
@@ -74,7 +74,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     assert!(changed(hash, &"0".repeat(64)).starts_with("config_hash: 0000"));
     assert!(input::tests::refused(&whole[..whole.len() / 2]).starts_with("is no record of an episode"));
 
-    // A record that was changed by hand is told from the second run.
+    // A record that was changed by hand is detected by the second run.
     let segment = 3;
     let mut other = input.record.clone();
     other.branches_snapped.push(orchard_tasks::harvest::episode::SnapEvent { segment, frame: 7, time: 0.1 });
@@ -91,7 +91,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     other.fruit.push(extra);
     let changed = &mut other.attempts[0];
     changed.fruit = Some(input.record.fruit.len() as u32);
-    // Nor do places and times that are no such stop the strips.
+    // Absurdly large positions and times do not stop the strips either.
     changed.p_odom_target = [1e300; 3];
     (changed.end_frame, changed.states[0].time) = (u32::MAX, f64::MAX);
     std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();

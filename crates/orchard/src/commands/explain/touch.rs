@@ -1,4 +1,4 @@
-//! Who pushed what: contacts of the robot with wood and fruit over the last frames, and what they explain.
+//! Contacts of the robot with wood and fruit over the last frames, as causes of events.
 
 use std::collections::VecDeque;
 
@@ -6,10 +6,10 @@ use orchard_geometry::Vec3;
 use orchard_multibody::{BodyId, Owner};
 use orchard_world::World;
 
-/// How long a push can take to show its effect [frames]: half a second.
+/// Longest delay between a push and its effect \[frames\]: half a second.
 const MEMORY: usize = 30;
 
-/// What the robot touches.
+/// Object that the robot touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Touched {
     Wood(usize),
@@ -38,7 +38,7 @@ pub struct TouchMemory {
 }
 
 impl TouchMemory {
-    /// Notes the end of a frame.
+    /// Records the contacts at the end of a frame.
     pub fn note(&mut self, world: &World) {
         let touches = touches(world);
         let mut pulls: Vec<Pull> = Vec::new();
@@ -56,7 +56,7 @@ impl TouchMemory {
         }
     }
 
-    /// What the robot did to the limb from a segment outwards, the largest force first.
+    /// Robot contacts with the limb from a segment outwards, the largest force first.
     pub fn on_limb(&self, world: &World, segment: usize) -> String {
         let limb = world.tree().subtree(segment);
         let hangs = |fruit: usize| limb.contains(&world.fruit().fruit[fruit].segment);
@@ -78,7 +78,7 @@ impl TouchMemory {
         told(causes, "nothing of the robot touched that limb; what hangs on it, or its swing, broke it")
     }
 
-    /// What pressed on arm and hand, the largest force first.
+    /// Objects that pressed on arm and hand, the largest force first.
     pub fn on_robot(&self) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
         for touch in self.frames.iter().flat_map(|(touches, _)| touches) {
@@ -91,7 +91,7 @@ impl TouchMemory {
         told(causes, "the robot touched nothing")
     }
 
-    /// What the robot did to a fruit, and to the wood that bears it, the largest force first.
+    /// Robot contacts with a fruit and with the wood that bears it, the largest force first.
     pub fn on_fruit(&self, world: &World, fruit: usize) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
         for (touches, _) in &self.frames {
@@ -131,7 +131,7 @@ fn keep_larger(causes: &mut Vec<(f64, String)>, force: f64, text: String) {
     }
 }
 
-/// The three largest.
+/// Text of the three largest forces.
 fn told(mut causes: Vec<(f64, String)>, none: &str) -> String {
     causes.retain(|(force, _)| *force > 0.0);
     causes.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));

@@ -7,9 +7,9 @@ use embedded_graphics::text::{Baseline, Text};
 use orchard_geometry::Image;
 use std::convert::Infallible;
 
-/// Height of a line with its margins [px].
+/// Height of a line with its margins \[px\].
 pub const HEIGHT: usize = 21;
-/// Space above the letters [px].
+/// Space above the letters \[px\].
 const MARGIN: usize = 5;
 /// Colour of the letters.
 const INK: Rgb888 = Rgb888::new(40, 44, 40);

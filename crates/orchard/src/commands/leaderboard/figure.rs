@@ -10,15 +10,15 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use labels::Labels;
 
-/// Size of the figure [px].
+/// Size of the figure \[px\].
 const SIZE: (u32, u32) = (760, 500);
-/// Room beyond the largest value, of the range.
+/// Margin beyond the largest value, as a share of the range.
 const MARGIN: f64 = 0.12;
 /// Least range of the damage, so that a board of harmless entries has an axis.
 const LEAST_DAMAGE: f64 = 0.5;
-/// Size of names [px].
+/// Size of names \[px\].
 const FONT: i32 = 13;
-/// Part of the range that is shown before 0.
+/// Share of the range that is shown below 0.
 const BEFORE: f64 = 0.04;
 /// Up to here of the range, the name of a budget stands to the right of its line.
 const TURN: f64 = 0.2;
@@ -67,7 +67,7 @@ fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(55)
-        // Who does no damage must not stand on the axis.
+        // A point of an entry without damage must not lie on the axis.
         .build_cartesian_2d(-BEFORE * most_damage..most_damage, 0.0..most_completeness)?;
     chart
         .configure_mesh()

@@ -10,7 +10,7 @@ const COLUMNS: usize = 15;
 /// Hexadecimal digits of a hash that are shown.
 const DIGITS: usize = 12;
 
-/// Columns that fit a terminal: all but what only a file needs.
+/// Columns that fit a terminal: all except those only for the file.
 const SHORT: usize = 11;
 
 /// The board in order, under each entry's own budget or one for all, for a terminal.
@@ -18,7 +18,7 @@ pub fn short(board: &Board, budget: Option<&Budget>) -> String {
     text(board, budget, SHORT)
 }
 
-/// The board in order, each entry under its own budget, with all that is known of it.
+/// The board in order, each entry under its own budget, with all its fields.
 pub fn whole(board: &Board) -> String {
     text(board, None, COLUMNS)
 }

@@ -139,7 +139,7 @@ fn a_controller_that_the_program_lacks_is_refused() {
     let e = refused(&args);
     assert!(e.contains("no controller 'greeter'; the controllers are: baseline, paper, expert"), "{e}");
     assert!(e.contains("docs/leaderboard.md tells how"), "{e}");
-    // One that it knows is held against this build's versions.
+    // A known one is compared with this build's versions.
     let summary = folder.path().join("summary.json");
     let text = fs::read_to_string(&summary).unwrap();
     fs::write(&summary, text.replace("greeter", "expert")).unwrap();

@@ -15,13 +15,13 @@ const COMPONENTS: [&str; 2] = ["reach-and-grasp.json", "gentle.json"];
 /// Scaling runs, of any backend each.
 const SCALINGS: [&str; 2] = ["scaling.json", "scaling-gpu.json"];
 
-/// What a file of `perf scaling` has beside its rows.
+/// Part of a `perf scaling` file that is read in addition to its rows.
 #[derive(Deserialize)]
 struct PerfFile {
     scaling: serde_json::Value,
 }
 
-/// What every result file has.
+/// Fields that every result file has.
 #[derive(Deserialize)]
 struct Head {
     schema_version: u32,

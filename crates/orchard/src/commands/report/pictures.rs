@@ -23,12 +23,12 @@ use crate::program::Program;
 
 /// Trees that are shown.
 const TREES: usize = 3;
-/// Width and height of a tree's picture [px].
+/// Width and height of a tree's picture \[px\].
 const TREE: [usize; 2] = [360, 450];
-/// Width and height of a view of a moment [px]: smaller than the explanation draws them, for a page is to stay small.
+/// Width and height of a view of a moment \[px\]: smaller than in `orchard explain`, to keep the page small.
 const VIEW: [usize; 2] = [300, 225];
 
-/// Draws what the results are of; of other code there is nothing to draw.
+/// Draws the worlds of the results; none if other code made the results.
 pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures, Failure> {
     let left_out = |reason: &str| Pictures { left_out: Some(reason.to_owned()), ..Pictures::default() };
     let Some(harvest) = &results.harvest else {

@@ -1,4 +1,4 @@
-//! `orchard robot check`: what a URDF file holds and what is missing for a harvester.
+//! `orchard robot check`: lists the contents of a URDF file and the parts that a harvester lacks.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Where the mesh files of a URDF are.
+//! Search for the mesh files of a URDF.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub fn find_all(urdf: &Path, meshes: &[MeshUse]) -> Result<(), String> {
     Ok(())
 }
 
-/// Where a file name of a URDF may point to.
+/// Paths that a file name in a URDF may refer to.
 fn places(urdf: &Path, file: &str) -> Vec<PathBuf> {
     if let Some(path) = file.strip_prefix("file://") {
         return vec![PathBuf::from(path)];

@@ -1,4 +1,4 @@
-//! A survey as plain text.
+//! The report of `orchard robot check` as plain text.
 
 use std::fmt::Write;
 

@@ -14,33 +14,33 @@ use crate::failure::Failure;
 use crate::failure::Verdict;
 use crate::rows::{Effort, Measured, Row};
 
-/// Worlds in which things break, and in which nothing does; an adapter in software gets fewer.
+/// Number of worlds with breaks, and without; a software adapter gets fewer.
 const BREAKING: u32 = 768;
 const GENTLE: u32 = 64;
 const SOFTWARE: u32 = 8;
 /// Frames of either: a pull and a release of half a second each, or a second of breaking.
 const HALF: u32 = 30;
 const SECOND: u32 = 60;
-/// What is asked: share of events in the same frame, of how many at least; error of the joint state by its size, of tips [m].
+/// Requirements: share of events in the same frame, least number of events, relative error of the joint state, error of tips \[m\].
 const SAME_FRAME: f64 = 0.999;
 const EVENTS: f64 = 5000.0;
 const STATE_ERROR: f64 = 5e-5;
 const TIP_ERROR: f64 = 1e-5;
-/// Limbs and fruit of a world that are pulled at, and how hard: limbs [N], fruit by what takes them off.
+/// Numbers of limbs and fruit of a world that are pulled, and ranges of force: limbs \[N\], fruit in multiples of the detachment force.
 const LIMBS: usize = 3;
 const FRUIT: usize = 8;
 const LIMB_FORCE: (f64, f64) = (100.0, 500.0);
 const FRUIT_FORCE: (f64, f64) = (0.8, 3.0);
-/// Rates of the joints at the start [rad/s].
+/// Rates of the joints at the start \[rad/s\].
 const KICK: f64 = 1.0;
 const GENTLE_KICK: f64 = 0.5;
 const GENTLE_FORCE: [f64; 3] = [0.4, -0.2, -0.3];
 const GENTLE_TIPS: usize = 8;
-/// A world is compared until the tip of a broken limb is so low [m]: some frames' fall at 4 m/s.
+/// Height of a broken limb's tip at which the comparison of a world ends \[m\]: the fall of some frames at 4 m/s.
 const NEAR_GROUND: f64 = 0.2;
 const SEED: u64 = 1;
 
-/// The suite as a step of the tests. Without an adapter it is skipped, in CI not.
+/// Runs the suite as a step of the tests. Without an adapter it is skipped, but in CI it fails.
 pub fn check() -> Result<Verdict, Failure> {
     let gpu = match Gpu::open(Choice::Any) {
         Ok(gpu) => gpu,
@@ -100,7 +100,7 @@ fn grown(count: u32, rate: f64) -> anyhow::Result<Vec<TreeWorld>> {
         .collect()
 }
 
-/// Largest errors of any world: of its joint angles by the largest one, and of its tips [m].
+/// Largest errors of any world: of its joint angles by the largest one, and of its tips \[m\].
 fn pull_and_release(gpu: &Gpu, count: u32) -> anyhow::Result<(f64, f64)> {
     let mut worlds = grown(count, GENTLE_KICK)?;
     let mut batch =
@@ -139,7 +139,7 @@ fn tips(world: &TreeWorld, mut data: Data) -> Vec<Vec3> {
     plant.tree.bodies.iter().map(tip).collect()
 }
 
-/// Whether a broken limb is about to meet the ground. There the two have different laws of contact.
+/// True if a broken limb is about to meet the ground, where CPU and GPU have different contact laws.
 fn is_landing(world: &TreeWorld) -> bool {
     let (plant, data) = (world.plant(), world.data());
     let is_low = |(segment, id): (usize, &BodyId)| {
@@ -156,7 +156,7 @@ struct Events {
     missed: usize,
     /// Not within one frame.
     late: usize,
-    /// What they are.
+    /// Description of each mismatch.
     listed: Vec<String>,
 }
 
@@ -226,14 +226,14 @@ impl Events {
             (None, Some(got)) => frames_off(got, expected.iter()),
             (None, None) => Some(0),
         };
-        // One that the end of the comparison cuts off cannot be told from one that is a frame late.
+        // An event after the end of the comparison cannot be distinguished from one that is a frame late.
         let is_last = wanted.map_or(0, |e| e.frame).max(got.map_or(0, |e| e.frame)) >= end;
         self.late += usize::from(!is_last && off.is_none_or(|frames| frames > 1));
         self.listed.push(format!("{:?} in f64, {:?} on the device", wanted.map(told), got.map(|e| told(e))));
     }
 }
 
-/// How many frames apart an event is from the same one among others.
+/// Number of frames between an event and the same event in `others`; `None` if it is not there.
 fn frames_off<'a>(event: &BatchEvent, mut others: impl Iterator<Item = &'a BatchEvent>) -> Option<u32> {
     others.find(|other| other.event == event.event).map(|other| other.frame.abs_diff(event.frame))
 }

@@ -1,4 +1,4 @@
-//! The detection task's results as tables for people. Precision and recall always stand together.
+//! The detection task's results as tables for people. Precision and recall are always shown together.
 
 use orchard_scenario::SceneNames;
 use orchard_statistics::Metric;
@@ -84,7 +84,7 @@ fn sweep(summary: &DetectSummary, plan: &DetectPlan) -> String {
     table(head, summary.densities.iter().map(row))
 }
 
-/// The interval of a mean that stands with three digits.
+/// Text of the interval of a mean that has three decimals.
 fn interval3(metric: &Metric) -> String {
     match metric.ci95 {
         [Some(low), Some(high)] => format!("{low:.3} .. {high:.3}"),
@@ -92,7 +92,7 @@ fn interval3(metric: &Metric) -> String {
     }
 }
 
-/// What is asked over the tuning seeds, and whether these results keep it.
+/// Requirements over the tuning seeds, and whether the results meet them.
 fn asked(summary: &DetectSummary, plan: &DetectPlan) -> String {
     let Protocol { tuning_seeds, full, .. } = &plan.protocol;
     let as_asked =
@@ -150,7 +150,7 @@ fn recalls(summary: &DetectSummary) -> String {
     columns(&std::iter::once(head).chain(cells).collect::<Vec<_>>(), &[0])
 }
 
-/// What false positives can sit on, with the heads of their columns.
+/// Surfaces that false positives can lie on, with the headings of their columns.
 const SURFACES: [(SitsOn, &str); 8] = [
     (SitsOn::Wood, "wood"),
     (SitsOn::Leaf, "leaf"),
@@ -256,7 +256,7 @@ fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]
     columns(&rows, &[0])
 }
 
-/// Three digits after the point, or that there is none.
+/// A number with three decimals, or `-` if there is none.
 fn number3(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))
 }

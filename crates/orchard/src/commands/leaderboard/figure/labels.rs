@@ -1,4 +1,4 @@
-//! Names beside points, each where there is room.
+//! Placement of labels beside points, without overlap where there is room.
 
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -6,24 +6,24 @@ use super::{FONT, SIZE};
 
 /// Width of a letter over the size of the font, on average: a little more than most.
 const LETTER: f64 = 0.55;
-/// From a point's middle to its name [px].
+/// From a point's middle to its name \[px\].
 const AWAY: (i32, i32) = (9, 2);
-/// Half of what a point takes [px].
+/// Half the width of a point \[px\].
 const POINT: i32 = 6;
 
 /// A box of pixels: left, top, right, bottom.
 type Area = [i32; 4];
 
-/// What is taken already.
+/// Areas that points and labels already occupy \[px\].
 pub struct Labels(Vec<Area>);
 
 impl Labels {
-    /// Nothing but the points, in pixels.
+    /// Occupies the areas of the points, given in pixels.
     pub fn around(points: Vec<(i32, i32)>) -> Self {
         Self(points.into_iter().map(|(x, y)| [x - POINT, y - POINT, x + POINT, y + POINT]).collect())
     }
 
-    /// Where the name of a point goes, and by which corner it hangs there: to the right and above, or in the first corner that is free.
+    /// Returns the position and anchor of a point's label: to the right and above, or the first corner that is free.
     pub fn place(&mut self, (x, y): (i32, i32), letters: usize) -> ((i32, i32), HPos, VPos) {
         let width = (LETTER * f64::from(FONT) * letters as f64) as i32;
         let corner = |right: bool, above: bool| -> Area {

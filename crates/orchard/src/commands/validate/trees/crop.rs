@@ -1,4 +1,4 @@
-//! The crop of dwarf trees: how much hangs, and whether the wood bears it.
+//! The crop of dwarf trees: its mass, and the strength of the wood under it.
 
 use anyhow::Context;
 use indicatif::ProgressBar;
@@ -9,15 +9,15 @@ use rayon::prelude::*;
 
 use crate::bare_tree::BareTree;
 
-/// Largest move of a coordinate in the last iteration at which the tree counts as at rest [rad or m].
+/// Largest move of a coordinate in the last iteration at which the tree counts as at rest \[rad or m\].
 const TOLERANCE: f64 = 1e-9;
 
-/// What hangs on one tree.
+/// Fruit load of one tree.
 struct Load {
     fruit: f64,
-    /// Mass of the fruit [kg].
+    /// Mass of the fruit \[kg\].
     crop: f64,
-    /// Largest bending moment of any joint over its rupture moment, at rest; infinite where there is no rest.
+    /// Largest bending moment of any joint over its rupture moment, at rest; infinite if the tree does not come to rest.
     worst: f64,
     /// The tree and its segment at that joint.
     at: String,
@@ -65,7 +65,7 @@ fn load(trees: &Population, seed: u64, world: usize) -> anyhow::Result<Load> {
         let angle = bare.tree.bending_angle(&bare.model, &bare.data, i);
         bare.tree.stiffness[i] * angle / bare.tree.rupture_moment[i]
     };
-    // The trunk's base is the soil's grip: it does not break.
+    // The trunk's base is fixed by the soil and does not break.
     let worst = (1..bare.tree.len()).map(|i| (ratio(i), i)).max_by(|a, b| a.0.total_cmp(&b.0));
     let (worst, segment) = worst.unwrap_or((0.0, 0));
     let weakest = &bare.skeleton.segments[segment];

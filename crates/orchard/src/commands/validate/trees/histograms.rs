@@ -1,4 +1,4 @@
-//! Histograms of the grown populations, with what was measured drawn over them.
+//! Histograms of the grown populations, with measured values drawn over them.
 
 use anyhow::anyhow;
 use orchard_treegen::GrowthUnit;
@@ -10,7 +10,7 @@ use plotters::prelude::*;
 
 use crate::rows::Picture;
 
-/// Size of a picture [px].
+/// Size of a picture \[px\].
 const SIZE: (u32, u32) = (720, 420);
 /// Bars of a histogram.
 const BARS: usize = 36;
@@ -24,7 +24,7 @@ struct Histogram<'a> {
     name: &'a str,
     title: String,
     axis: &'a str,
-    /// What the bars span.
+    /// Range of the bars.
     span: (f64, f64),
     values: Vec<f64>,
     sample: Option<&'a Sample>,
@@ -158,7 +158,7 @@ pub fn pictures(
     all.iter().map(picture).collect()
 }
 
-/// Bars are the grown trees', lines what was measured, the band is the interval asked of mean, median or mode.
+/// Bars are the grown trees', lines are measurements, the band is the interval asked of mean, median or mode.
 fn picture(histogram: &Histogram) -> anyhow::Result<Picture> {
     let mut svg = String::new();
     draw(histogram, &mut svg).map_err(|e| anyhow!("{}: {e}", histogram.name))?;
