@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::fake::{Sum, SumKey, keys, record};
 
-    /// What a folder that holds one record says to a plan.
+    /// Checks a plan against a folder that holds one record.
     fn said(held: impl FnOnce(&mut SumKey), asked: &[SumKey]) -> Result<(), String> {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();

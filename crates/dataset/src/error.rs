@@ -1,4 +1,4 @@
-//! What can go wrong with a data set.
+//! Errors of data sets.
 
 use orchard_bench::store::StoreError;
 use orchard_world::WorldError;
@@ -22,7 +22,7 @@ pub enum DatasetError {
     /// Nothing to draw.
     #[error("--{option} 0: at least 1 is needed")]
     Nothing {
-        /// What there is none of.
+        /// Option that is 0.
         option: &'static str,
     },
     /// More images than have numbers.

@@ -14,7 +14,7 @@ use crate::record::{TreeRecord, sha256, stem};
 const FOLDERS: [&str; 5] = ["color", "depth", "label", "instance", "trees"];
 /// Folder of true depth, where the camera errs.
 const TRUE_DEPTH: &str = "true_depth";
-/// What the folder holds, written first.
+/// File name of the recipe, which is written first.
 const RECIPE: &str = "recipe.json";
 
 /// A folder that holds this data set or a part of it.

@@ -1,4 +1,4 @@
-//! What a data set is a function of.
+//! Recipe of a data set: all inputs that determine it.
 
 use orchard_bench::CODE_VERSION;
 use orchard_bench::digest::{config_hash, config_text};
@@ -45,7 +45,7 @@ pub struct Recipe {
     pub views: u32,
     /// The depth camera, with all its figures.
     pub camera: CameraSpec,
-    /// Where it stands about a tree.
+    /// Poses of the camera about a tree.
     pub vantage: VantageSpec,
     /// Nearest and farthest valid depth [m]; none where there is no limit.
     pub camera_range_m: (f64, Option<f64>),

@@ -43,7 +43,7 @@ pub struct Done {
     pub unfit_depth_px: u64,
 }
 
-/// What an entry of an image says beyond the form of COCO.
+/// Entry of an image, with fields beyond the COCO format.
 #[derive(Serialize)]
 struct View<'a> {
     depth_file: &'a str,

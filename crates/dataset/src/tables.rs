@@ -15,7 +15,7 @@ pub struct Class {
     pub name: &'static str,
     /// A colour to draw it in (sRGB).
     pub color: [u8; 3],
-    /// What its instances are numbers of.
+    /// Object that an instance number counts; none where the class has no instances.
     pub instance: Option<&'static str>,
 }
 

@@ -24,7 +24,7 @@ use orchard_world::{Snapshot, SnapshotError, World, WorldError, WorldEvent};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What computes the physics.
+/// Backend that computes the physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Backend {
     /// f64 on the CPU, worlds in parallel on the current rayon pool. The reference.

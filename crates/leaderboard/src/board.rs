@@ -50,7 +50,7 @@ pub enum BoardError {
         /// Problem.
         problem: String,
     },
-    /// The same result is there.
+    /// The board already holds this result.
     #[error("the same records stand on the board under the same budget, as {name}")]
     Twice {
         /// Under this name.
@@ -58,7 +58,7 @@ pub enum BoardError {
     },
 }
 
-/// How an entry came onto the board.
+/// Result of adding an entry to the board.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Added {
     /// Under a new name.
@@ -135,10 +135,10 @@ impl Board {
         Ok(())
     }
 
-    /// Takes an entry; one of the same name makes way for it.
+    /// Adds an entry; it replaces one of the same name.
     ///
     /// # Errors
-    /// The same records stand there under the same budget.
+    /// The board already holds the same records under the same budget.
     pub fn add(&mut self, entry: Entry) -> Result<Added, BoardError> {
         let same = |other: &&Entry| {
             other.records_sha256 == entry.records_sha256

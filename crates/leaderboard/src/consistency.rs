@@ -1,4 +1,4 @@
-//! Whether a record agrees with itself. What the harness writes always does.
+//! Checks that a record agrees with itself. Records that the harness writes always do.
 
 use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord, FruitState, Outcome};
 use orchard_tasks::zones::zone_table;

@@ -1,4 +1,4 @@
-//! What is verified, and what is refused and why.
+//! Tests of verification: accepted results, and refused ones with the reason.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Whether a result is what it says.
+//! Verifies a submitted result.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -29,7 +29,7 @@ use crate::sample::drawn;
 /// File that identifies a result.
 const SUMMARY: &str = "summary.json";
 
-/// What a summary says that it is of.
+/// Fields of a summary that identify its run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Head {
     /// Layout version.

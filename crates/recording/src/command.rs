@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
 
-/// What the robot was asked for in a frame.
+/// Command to the robot in a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CommandMessage {
-    /// Where the arm joints' set points are to be at the end of the frame [rad].
+    /// Set points of the arm joints at the end of the frame [rad].
     #[schemars(with = "[f64; ARM_DOF]")]
     arm_q: [Exact; ARM_DOF],
     /// Velocities with which they are to pass there [rad/s].

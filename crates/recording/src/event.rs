@@ -1,4 +1,4 @@
-//! Facts of the world and what the controller noted, as messages and as lines of a log.
+//! World events and controller events, as messages and as lines of a log.
 
 use foxglove::messages::{Log, log::Level};
 use orchard_world::WorldEvent;
@@ -29,7 +29,7 @@ pub struct EventMessage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "u32")]
     pub segment: Option<u32>,
-    /// How far the fruit fell before it first touched the bucket or its fruit [m].
+    /// Height that the fruit fell before it first touched the bucket or its fruit [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub drop_height: Option<f64>,

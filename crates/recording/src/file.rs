@@ -21,7 +21,7 @@ pub const RECORD: &str = "episode.json";
 /// Fields of the metadata.
 pub(crate) const FIELDS: [&str; 4] = ["format", "key", "recording_config", "scenario"];
 
-/// What a recording is a function of.
+/// Inputs that determine a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// [`FORMAT`].

@@ -1,4 +1,4 @@
-//! What the robot's joints and drives read.
+//! Readings of the robot's joints and drives.
 
 use foxglove::messages::{JointState, JointStates};
 use orchard_multibody::BodyId;
@@ -33,7 +33,7 @@ impl Joints {
         }
     }
 
-    /// What an observation tells: m or rad, m/s or rad/s, N or N m; what it does not tell is left out.
+    /// Joint states of an observation: m or rad, m/s or rad/s, N or N m; values that the observation lacks are left out.
     pub fn message(&self, log_time: u64, seen: &Observation) -> JointStates {
         let joint = |name: &str, position: f64, velocity: Option<f64>, effort: Option<f64>| JointState {
             name: name.to_owned(),

@@ -1,4 +1,4 @@
-//! What a controller notes: its state, its target, its detections.
+//! Messages from controller events: state, target, detections.
 
 use foxglove::messages::log::Level;
 use foxglove::messages::{Log, SceneUpdate};
@@ -38,16 +38,16 @@ pub struct DetectionsMessage {
     pub detections: Vec<Sphere>,
 }
 
-/// What the controller is at, whenever that changes.
+/// Attempt and state of the controller, written on every change.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PickerMessage {
-    /// What it noted: `attempt_started`, `state_changed`, `grasped`, `stem_gave_way`, `yielded` or `attempt_ended`.
+    /// Event: `attempt_started`, `state_changed`, `grasped`, `stem_gave_way`, `yielded` or `attempt_ended`.
     pub event: String,
     /// Number of the attempt, from 1; 0 before the first.
     pub attempt: u32,
-    /// Whether the attempt goes on.
+    /// True while an attempt is in progress.
     pub trying: bool,
-    /// Its state; empty before it first told one.
+    /// State of the controller; empty before the first `state_changed`.
     pub state: String,
     /// Width between the fingers [m], of `grasped`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -63,18 +63,18 @@ pub struct PickerMessage {
     pub failure: Option<String>,
 }
 
-/// What one note becomes.
+/// Messages for one controller event.
 #[derive(Debug, Default)]
 pub struct Noted {
-    /// Its detections, with spheres to see them by.
+    /// Detections, also as spheres for display.
     pub detections: Option<(DetectionsMessage, SceneUpdate)>,
-    /// What it is at, with a line of the log.
+    /// Attempt and state, with a line of the log.
     pub picker: Option<(PickerMessage, Log)>,
-    /// Its target, or that there is none.
+    /// Target as a sphere; no sphere clears it.
     pub target: Option<SceneUpdate>,
 }
 
-/// Follows a controller's notes.
+/// Builds messages from controller events; keeps the attempt and the state.
 #[derive(Debug, Clone, Default)]
 pub struct Notes {
     attempt: u32,
@@ -83,7 +83,7 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// Takes a note; `depth_time` is the moment that the observation's image shows [s].
+    /// Builds the messages for an event; `depth_time` is the capture time of the observation's image \[s\].
     pub fn take(&mut self, log_time: u64, depth_time: f64, event: &ControllerEvent) -> Noted {
         let mut noted = Noted::default();
         let (mut width, mut force, mut why) = (None, None, None);

@@ -37,7 +37,7 @@ pub enum RecordingError {
     Damaged {
         /// File.
         path: PathBuf,
-        /// What was found.
+        /// Problem found.
         problem: String,
     },
     /// An MCAP file of something else.
@@ -45,7 +45,7 @@ pub enum RecordingError {
     Foreign {
         /// File.
         path: PathBuf,
-        /// What was found.
+        /// Problem found.
         problem: String,
     },
     /// Written by other code.
@@ -53,7 +53,7 @@ pub enum RecordingError {
     Other {
         /// File.
         path: PathBuf,
-        /// What is another.
+        /// Property that differs.
         what: &'static str,
         /// Of the recording.
         recorded: String,
@@ -96,12 +96,12 @@ impl Recording {
         })
     }
 
-    /// Its file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What it is a function of.
+    /// Inputs that determine the recording.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -111,15 +111,15 @@ impl Recording {
         &self.record
     }
 
-    /// How many messages its channels hold.
+    /// Number of messages by channel.
     pub fn counts(&self) -> &BTreeMap<Channel, u64> {
         &self.messages
     }
 
-    /// Whether this code, with these configs, would write the same.
+    /// Checks that this code, with these configs, would write the same recording.
     ///
     /// # Errors
-    /// It was written by another version, or under other configs: which, and what they are here.
+    /// The recording was written by another version, or under other configs; the error names both.
     pub fn check(&self, here: &Header) -> Result<(), RecordingError> {
         let (there, path) = (&self.header, &self.path);
         let (a, b) = (&there.key, &here.key);
@@ -138,7 +138,7 @@ impl Recording {
         }
     }
 
-    /// Its messages, in the order of the file.
+    /// Returns the messages, in the order of the file.
     ///
     /// # Errors
     /// The file cannot be opened.
@@ -168,7 +168,7 @@ impl Iterator for Messages {
     }
 }
 
-/// What of a file matters here.
+/// Part of a file that the reader uses.
 enum Piece {
     /// Fields of the metadata record that names the episode.
     Metadata(BTreeMap<String, String>),

@@ -62,7 +62,7 @@ impl<S: Sink> Recorder<S> {
         self.sink
     }
 
-    /// Where a message of now goes.
+    /// Writes a message to the sink at the current time.
     fn put(&mut self, channel: Channel, data: Vec<u8>) {
         self.sink.put(Message { channel, log_time: self.clock.now(), data });
     }
@@ -75,7 +75,7 @@ impl<S: Sink> Recorder<S> {
         self.put(channel, json(message));
     }
 
-    /// What of the tree has to be drawn anew.
+    /// Writes the wood and the fruit that have to be redrawn.
     fn scenery(&mut self, world: &World) {
         let now = self.clock.now();
         if let Some(wood) = self.wood.due(now, world) {

@@ -30,23 +30,23 @@ use comparison::{Comparison, Shared};
 pub use comparison::{Difference, Differs, Tally};
 use playback::Playback;
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replayed {
     /// Frames that were simulated, settling not counted.
     pub frames: u32,
     /// By channel, how many messages agreed.
     pub tallies: BTreeMap<Channel, Tally>,
-    /// The first difference of what the world told, and of what the controller did.
+    /// The first difference in the world's messages, and in the controller's.
     pub differences: BTreeMap<Origin, Difference>,
-    /// Whether the episode's record is the attached one.
+    /// True if the episode's record equals the attached one.
     pub record_agrees: bool,
-    /// Whether the file, written again, has the same bytes.
+    /// True if the file, written again, has the same bytes.
     pub file_agrees: bool,
 }
 
 impl Replayed {
-    /// Whether everything agrees.
+    /// True if everything agrees.
     pub fn agrees(&self) -> bool {
         self.differences.is_empty() && self.record_agrees && self.file_agrees
     }

@@ -1,4 +1,4 @@
-//! What is seen: entities that are drawn in the frames of what they belong to.
+//! Scene entities for display, each in the frame of the body that it belongs to.
 //!
 //! Every message replaces all that its topic drew before, so that the last one before any moment is enough to show it.
 

@@ -1,4 +1,4 @@
-//! Where messages go.
+//! Sinks for messages.
 
 use foxglove::Encode;
 use serde::Serialize;
@@ -8,11 +8,11 @@ use crate::channel::Channel;
 /// A message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Message {
-    /// Its channel.
+    /// Channel of the message.
     pub channel: Channel,
-    /// When it was noted: nanoseconds of the simulation from the start of the episode.
+    /// Log time: nanoseconds of the simulation from the start of the episode.
     pub log_time: u64,
-    /// Its bytes.
+    /// Bytes of the message.
     pub data: Vec<u8>,
 }
 

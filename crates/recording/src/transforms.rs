@@ -30,7 +30,7 @@ pub fn link_frame(name: &str) -> String {
     format!("robot/{name}")
 }
 
-/// Where a frame's pose stands in a world.
+/// Source of a frame's pose in a world.
 #[derive(Debug, Clone, Copy)]
 enum Place {
     Odom,
@@ -62,7 +62,7 @@ impl Place {
 struct Tracked {
     name: String,
     place: Place,
-    /// Whether it is left out while it stands still: there are hundreds of segments and fruit, and few frames of the robot,
+    /// True if the frame is left out while it stands still: there are hundreds of segments and fruit, and few frames of the robot,
     /// on which images and clouds hang.
     spared: bool,
     kept: Option<Pose>,
@@ -119,7 +119,7 @@ impl Transforms {
     }
 }
 
-/// Whether a pose is farther from another than \[m\] and \[rad\]; what is not finite is.
+/// True if two poses differ by more than a distance \[m\] or an angle \[rad\], or are not finite.
 fn has_moved(old: &Pose, new: &Pose, distance: f64, angle: f64) -> bool {
     let moved = (new.translation.vector - old.translation.vector).norm();
     let (p, q) = (old.rotation.coords, new.rotation.coords);

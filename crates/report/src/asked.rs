@@ -1,4 +1,4 @@
-//! What is asked of a controller over the tuning seeds, and whether a result keeps it.
+//! Requirements on a controller over the tuning seeds, and the check that a result meets them.
 
 use orchard_scenario::SceneNames;
 use orchard_tasks::harvest::matrix::EXHAUSTION;
@@ -8,7 +8,7 @@ use orchard_tasks::protocol::{Protocol, Requirement};
 
 use crate::results::conditions;
 
-/// What is asked under one condition.
+/// Requirements under one condition, with their verdicts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demands<'a> {
     /// The condition.
@@ -22,14 +22,14 @@ pub struct Demands<'a> {
 pub struct Judged<'a> {
     /// The metric.
     pub metric: &'a str,
-    /// What is asked.
+    /// Requirement.
     pub asked: &'a Requirement,
-    /// What there is.
+    /// Measured mean; none where it is undefined.
     pub mean: Option<f64>,
 }
 
 impl Judged<'_> {
-    /// Whether it will do.
+    /// True if the mean meets the requirement.
     pub fn is_met(&self) -> bool {
         self.asked.is_met(self.mean)
     }

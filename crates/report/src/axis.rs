@@ -8,13 +8,13 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 /// An axis with its ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Axis {
-    /// What it counts, with the unit.
+    /// Label: the quantity, with its unit.
     pub label: String,
     /// Ends, as drawn.
     pub ends: [f64; 2],
-    /// Ticks: where, as drawn, and what stands there.
+    /// Ticks: place, as drawn, and label.
     pub ticks: Vec<(f64, String)>,
-    /// Whether what is drawn are logarithms.
+    /// True if values are drawn as decimal logarithms.
     pub logarithmic: bool,
 }
 
@@ -74,12 +74,12 @@ impl Axis {
         }
     }
 
-    /// Where a value is drawn.
+    /// Returns the place of a value, as drawn: its decimal logarithm on a logarithmic axis.
     pub fn place(&self, value: f64) -> f64 {
         if self.logarithmic { log10(value) } else { value }
     }
 
-    /// What stands at a tick.
+    /// Returns the label of the tick at a place; empty if there is none.
     pub fn told(&self, place: f64) -> String {
         let near = self.ticks.iter().find(|(at, _)| (at - place).abs() < 1e-9 * (1.0 + place.abs()));
         near.map_or_else(String::new, |(_, text)| text.clone())

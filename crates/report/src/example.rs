@@ -140,7 +140,7 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
     }
 }
 
-/// Where the nominal condition has its dials.
+/// Dial settings of the nominal condition.
 fn nominal() -> ConditionParams {
     ConditionParams {
         dials: Dials { fruit_count: 40, foliage_density: 0.6, terrain_amplitude_m: 0.0 },

@@ -14,7 +14,7 @@ pub struct Figure {
     pub stem: String,
     /// Title in a few words.
     pub title: String,
-    /// What it shows, with its figures, for those who cannot see it.
+    /// Description of the figure, with its numbers, for readers who cannot see it.
     pub description: String,
     /// The figure itself: the same bytes in its file and on the page.
     pub svg: String,
@@ -30,9 +30,9 @@ pub struct FigureError {
     pub problem: String,
 }
 
-/// What figures are drawn on.
+/// Drawing area of a figure.
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What drawing can end with.
+/// Result of drawing.
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// Colours of data, told apart by people of any colour vision (Okabe and Ito 2008), and of what stands about them.
@@ -65,7 +65,7 @@ pub(crate) mod colour {
     pub const SERIES: [RGBColor; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY];
 }
 
-/// The same colours at night: in a dark page, or a dark viewer. Series that would sink into the ground are lightened.
+/// Dark-mode colours, for a dark page or viewer. Series that would have too little contrast on the ground are lightened.
 const AT_NIGHT: [(RGBColor, &str); 6] = [
     (colour::INK, "#E6EAEE"),
     (colour::SOFT, "#A9B4BF"),

@@ -19,7 +19,7 @@ fn select<'a>(html: &'a Html, selector: &str) -> Vec<scraper::ElementRef<'a>> {
     html.select(&Selector::parse(selector).unwrap()).collect()
 }
 
-/// What has to be there in every page, however much data it has.
+/// Checks the elements that every page must have, however much data it has.
 fn is_sound(text: &str) -> Html {
     let html = Html::parse_document(text);
     assert!(html.errors.is_empty(), "{:?}", html.errors);
@@ -165,7 +165,7 @@ fn warnings_stand_on_top() {
     assert_eq!(first(&official), [""; 0]);
 }
 
-/// Nobody placed, attempted or dropped anything: all figures are drawn, and none of their numbers is made up.
+/// A run without attempts, deposits and drops: all figures are drawn, and none of their numbers is made up.
 #[test]
 fn a_run_in_which_nothing_happened() {
     let mut results = example::results();

@@ -20,11 +20,11 @@ pub struct Pictures {
 pub struct Picture {
     /// The picture as PNG.
     pub png: Vec<u8>,
-    /// Its size \[px\].
+    /// Width and height \[px\].
     pub size: [u32; 2],
-    /// What it shows, for those who cannot see it.
+    /// Description of the picture, for readers who cannot see it.
     pub alt: String,
-    /// What stands below it.
+    /// Caption below the picture.
     pub caption: String,
 }
 
@@ -33,7 +33,7 @@ pub struct Picture {
 pub struct Pick {
     /// Which attempt of which episode, and how it ended.
     pub title: String,
-    /// Its moments in the order of time.
+    /// Moments of the attempt, in the order of time.
     pub moments: Vec<Moment>,
 }
 
@@ -42,7 +42,7 @@ pub struct Pick {
 pub struct Moment {
     /// When, and what happens.
     pub caption: String,
-    /// How far the fingers are.
+    /// Distance of the fingers, in words.
     pub detail: String,
     /// Seen from outside.
     pub outside: Picture,

@@ -24,11 +24,11 @@ pub struct PaperFigures {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct At {
-    /// Where the dial stands, in the sweep's unit.
+    /// Setting of the dial, in the sweep's unit.
     pub at: f64,
     /// The figure.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the figure.
     pub unit: String,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
@@ -42,7 +42,7 @@ pub struct PaperZones {
     pub middle: Quantity,
     /// In the lower outer and the upper zones, at least.
     pub others_low: Quantity,
-    /// The same, at most.
+    /// In the lower outer and the upper zones, at most.
     pub others_high: Quantity,
 }
 

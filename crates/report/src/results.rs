@@ -1,4 +1,4 @@
-//! What a result folder holds, as far as it holds it.
+//! Reads a result folder: every part of it that is there.
 
 use orchard_bench::compute::Compute;
 use orchard_scaling::Scaling;
@@ -17,14 +17,14 @@ pub struct Results {
     pub detect: Option<DetectSummary>,
     /// The component tasks, `reach-and-grasp.json` and `gentle.json`, in this order.
     pub components: Vec<ComponentSummary>,
-    /// What the harvest cost, `compute.json`.
+    /// Compute cost of the harvest task, `compute.json`.
     pub compute: Option<Compute>,
     /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one a backend.
     pub scaling: Vec<Scaling>,
 }
 
 impl Results {
-    /// Whether there is nothing at all.
+    /// True if the folder holds no results.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }

@@ -16,11 +16,11 @@ use crate::figure::Figure;
 
 /// A part of the page.
 pub(crate) struct Section {
-    /// Its place to jump to.
+    /// Anchor of the section.
     pub id: &'static str,
-    /// Its title.
+    /// Title of the section.
     pub title: &'static str,
-    /// What it holds, or why it holds nothing.
+    /// Content, or the reason why there is none.
     pub body: Markup,
 }
 

@@ -5,15 +5,15 @@ use maud::{Markup, html};
 /// A cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cell {
-    /// What stands in it.
+    /// Text of the cell.
     pub text: String,
     /// Why there is nothing, or what it means.
     pub title: Option<String>,
-    /// How it is set.
+    /// Style of the cell.
     pub kind: Kind,
 }
 
-/// How a cell is set.
+/// Style of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// To the left.
@@ -49,7 +49,7 @@ impl Cell {
         Self { text: text.into(), title: None, kind: if good { Kind::Good } else { Kind::Bad } }
     }
 
-    /// The same with a reason or an explanation.
+    /// Adds a reason or an explanation as the cell's title.
     pub fn because(mut self, title: Option<impl Into<String>>) -> Self {
         self.title = title.map(Into::into);
         self

@@ -26,7 +26,7 @@ pub struct Start<'a> {
     pub worlds: Worlds<'a>,
     /// Solver.
     pub solver: SolverName,
-    /// Where, for solvers of a device.
+    /// Device of the GPU solvers.
     pub gpu: Option<&'a Gpu>,
 }
 

@@ -25,19 +25,19 @@ pub struct Cell {
     pub solver: SolverName,
 }
 
-/// When a cell is left out.
+/// Limits beyond which a cell is left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// It would take longer [s].
+    /// Longest estimated time of a cell \[s\].
     pub cell_time: f64,
-    /// It would take a larger part of the memory that is free.
+    /// Largest part of the free memory that a cell may need.
     pub memory_share: f64,
 }
 
-/// How a batch goes on that does not begin anew with every course.
+/// Timing rules for a batch that is not reset before every course.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoingOn {
-    /// For how long the device is kept busy before that [s].
+    /// Time that the device is kept busy before timing starts \[s\].
     pub wake: f64,
     /// Frames before the first course.
     pub warm_up: u32,

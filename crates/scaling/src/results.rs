@@ -92,13 +92,13 @@ pub struct Omitted {
     pub why: String,
 }
 
-/// What a cell's memory is.
+/// Method by which the memory of a cell was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemoryBasis {
     /// The numbers that a step goes through, on the device where it is one.
     Numbers,
-    /// What the process grew by with as many worlds, states and models; what a solver keeps beside them is left out.
+    /// Growth of the process with as many worlds, states and models; memory that a solver keeps beside them is left out.
     Growth,
 }
 
@@ -113,17 +113,17 @@ pub struct Row {
     pub worlds: u32,
     /// Frames of the whole batch a second of elapsed time: the median of the repeats.
     pub step_rate_per_s: f64,
-    /// The same times the worlds: frames of one world a second.
+    /// Step rate times the number of worlds: frames of one world a second.
     pub env_steps_per_s: f64,
-    /// The same times the substeps of a frame: substeps of one world a second.
+    /// Env-step rate times the substeps of a frame: substeps of one world a second.
     pub substeps_per_s: f64,
     /// Smallest and largest step rate of the repeats [1/s].
     pub spread: [f64; 2],
     /// Processor time of all threads an env-step [us], over all repeats: what other work on the machine hardly changes.
     pub processor_us_per_env_step: f64,
-    /// Memory of the batch [MiB]; null where the system does not tell.
+    /// Memory of the batch \[MiB\]; null where the system does not report it.
     pub memory_mib: Option<f64>,
-    /// What that is.
+    /// Method by which `memory_mib` was found.
     pub memory_basis: MemoryBasis,
     /// Time to grow the worlds' plants and let them settle [s], on all threads.
     pub grow_s: f64,
@@ -144,10 +144,10 @@ pub struct Row {
     pub note: Option<String>,
 }
 
-/// What all cells of some worlds share.
+/// Values that all cells with the same worlds share.
 #[derive(Debug, Clone, Copy)]
 pub struct Batched {
-    /// Memory [bytes] and what that is.
+    /// Memory \[bytes\] and the method by which it was found.
     pub memory: (Option<f64>, MemoryBasis),
     /// Time to grow them [s].
     pub grow_s: f64,

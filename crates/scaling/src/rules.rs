@@ -77,7 +77,7 @@ pub struct StudyRules {
 }
 
 impl StudyRules {
-    /// How much is measured on a backend.
+    /// Amount of measurement on a backend.
     pub fn effort(&self, backend: Backend) -> &Effort {
         match backend {
             Backend::Cpu => &self.cpu,
@@ -86,7 +86,7 @@ impl StudyRules {
     }
 }
 
-/// What each kind of randomisation costs, alone.
+/// Rules for timing each kind of randomisation alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxesRules {
@@ -96,7 +96,7 @@ pub struct AxesRules {
     pub damping: Span,
 }
 
-/// How much is measured.
+/// Amount of measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Effort {
@@ -133,7 +133,7 @@ pub struct PublishedScaling {
     pub env_steps_per_s: Vec<PublishedRate>,
     /// Time to build the worlds.
     pub build: Vec<PublishedBuild>,
-    /// What its solvers need.
+    /// Requirements of the paper's solvers.
     pub solvers: Vec<PublishedSolver>,
 }
 

@@ -218,7 +218,7 @@ pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64
     f64::from(cell.solver.at_once(cell.worlds)) * each + numbers.unwrap_or_default()
 }
 
-/// What the cell's worlds are; `each` is what one of them takes in f64 [bytes].
+/// Returns the shared values of a cell's worlds; `each` is the memory of one world in f64 \[bytes\].
 fn batched(cell: &Cell, timed: &Timed, forest: &Forest<'_>, each: Option<f64>) -> Batched {
     let memory = match timed.bytes {
         Some(bytes) => (Some(bytes as f64), MemoryBasis::Numbers),

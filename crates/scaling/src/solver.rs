@@ -1,4 +1,4 @@
-//! How the worlds of a batch are advanced, and on what.
+//! Solvers that advance the worlds of a batch, and their hardware.
 
 use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};

@@ -114,7 +114,7 @@ fn every_cell_has_a_row_that_reads_back() {
     assert_eq!((scaling.backend, scaling.adapter, scaling.omitted.len()), (Backend::Cpu, None, 0));
 }
 
-/// What differs between worlds is what the mode says, and all of them move.
+/// The worlds of a batch differ exactly as the mode says, and all of them move.
 #[test]
 fn modes_differ_in_what_their_worlds_share() {
     let plan = small();
@@ -307,7 +307,7 @@ fn kinds_of_randomisation_act_alone() {
     }
 }
 
-/// Nobody waits long for an adapter in software, and every row says what it is.
+/// The plan for an adapter in software is short, and its note says so.
 #[test]
 fn little_is_left_of_the_plan_in_software() {
     let whole = ScalingPlan::study(&scenario(), Backend::Gpu, false).unwrap();

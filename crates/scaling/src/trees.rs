@@ -38,14 +38,14 @@ pub fn settled(spec: &Arc<Spec>, seed: u64, index: u32) -> Result<TreeWorld, Str
 /// Worlds of a batch, made when they are asked for: not all of them are in memory at once.
 #[derive(Clone, Copy)]
 pub struct Worlds<'a> {
-    /// How many.
+    /// Number of worlds.
     pub count: u32,
-    /// One of them.
+    /// Builds the world of an index.
     pub world: &'a (dyn Fn(u32) -> TreeWorld + Sync),
 }
 
 impl Worlds<'_> {
-    /// Some of them.
+    /// Builds the worlds of a range of indices.
     pub fn range(&self, range: Range<u32>) -> Vec<TreeWorld> {
         range.into_par_iter().map(self.world).collect()
     }

@@ -6,7 +6,7 @@
 pub struct ScenarioError {
     /// The option, or file and field, that gave the value.
     pub by: String,
-    /// What is wrong with it: the value, and what is allowed.
+    /// Problem: the value, and the values that are allowed.
     pub problem: String,
 }
 

@@ -31,7 +31,7 @@ use orchard_spec::Spec;
 use orchard_treegen::TreegenError;
 use orchard_world::{Planting, World, WorldError};
 
-/// What is run.
+/// A resolved scenario: config, tree, robot, detector and controller of a run.
 #[derive(Clone)]
 pub struct Scenario {
     names: Names,
@@ -55,14 +55,14 @@ impl Scenario {
         Self::resolve(&Options::of(options)?, &controllers())
     }
 
-    /// The same scenario under another controller.
+    /// Returns the scenario under another controller.
     #[must_use]
     pub fn with_controller(&self, controller: impl ControllerKind + 'static) -> Self {
         let names = Names { controller: controller.name().to_owned(), ..self.names.clone() };
         Self { names, controller: Arc::new(controller), ..self.clone() }
     }
 
-    /// The same scenario under a controller that a program has.
+    /// Returns the scenario under one of a program's controllers.
     ///
     /// # Errors
     /// None of them has the name.
@@ -123,7 +123,7 @@ impl Scenario {
         &self.rules
     }
 
-    /// The same scenario in a world of another config, with the same names: a condition of a benchmark, say.
+    /// Returns the scenario in a world of another config, with the same names: a condition of a benchmark, for example.
     #[must_use]
     pub fn with_spec(&self, spec: Spec) -> Self {
         Self { spec: Arc::new(spec), ..self.clone() }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::ranks::SignedRanks;
 use crate::undefined::Undefined;
 
-/// How a p-value came about.
+/// Method by which a p-value was computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {

@@ -59,7 +59,7 @@ pub struct FakeWorld {
     events: Vec<WorldEvent>,
 }
 
-/// Where the odom frame stands in the fake world.
+/// Pose of the odom frame in the fake world.
 pub fn x_world_odom() -> Pose {
     Pose::new(Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2))
 }

@@ -1,4 +1,4 @@
-//! Where a depth camera stands about a tree: the views of the detection task and of data sets.
+//! Poses of a depth camera about a tree: the views of the detection task and of data sets.
 
 use orchard_camera::picture::look_at;
 use orchard_camera::{Geometry, Label, Scene};
@@ -25,7 +25,7 @@ pub struct VantageSpec {
 /// root of x^4 = x + 1.
 const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
 
-/// How far a lens steps back at a time [m].
+/// Step by which a lens that is too near moves back \[m\].
 const STEP: f64 = 0.05;
 
 /// Poses of the optical frame in the world, `count` of them: bearings evenly round the tree, distances, heights and aims by a

@@ -10,38 +10,38 @@ use crate::channel::{Channel, Origin};
 use crate::read::{Messages, RecordingError};
 use crate::sink::{Message, Sink};
 
-/// How many messages of a channel agreed.
+/// Number of messages of a channel that agreed and that differed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// With the same bytes at the same time.
     pub agreed: u64,
     /// With other bytes.
     pub differing: u64,
-    /// Recorded, and not told this time.
+    /// Recorded, but absent from the replay.
     pub missing: u64,
-    /// Told this time, and not recorded.
+    /// In the replay, but not recorded.
     pub surplus: u64,
 }
 
 impl Tally {
-    /// Whether all agreed.
+    /// True if all messages agreed.
     pub fn is_clean(&self) -> bool {
         self.differing + self.missing + self.surplus == 0
     }
 }
 
-/// How a message differs.
+/// Kind of difference between a recorded message and the replay's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Differs {
     /// Other bytes.
     Bytes,
-    /// It was recorded, and is not told this time.
+    /// The message was recorded, but is absent from the replay.
     Missing,
-    /// It is told this time, and was not recorded.
+    /// The message is in the replay, but was not recorded.
     Surplus,
     /// The controller gives another command.
     OtherCommand,
-    /// What was recorded is no command.
+    /// The recorded message is not a command.
     NoCommand,
 }
 
@@ -52,7 +52,7 @@ pub struct Difference {
     pub channel: Channel,
     /// When: nanoseconds from the start of the episode.
     pub log_time: u64,
-    /// What differs.
+    /// Kind of difference.
     pub differs: Differs,
 }
 
@@ -107,7 +107,7 @@ impl Comparison {
         self.command = Some(differs);
     }
 
-    /// What was found, at the end.
+    /// Ends the comparison and returns its tallies and first differences.
     #[expect(clippy::type_complexity, reason = "taken apart at once")]
     pub fn finish(
         &mut self,

@@ -9,7 +9,7 @@ use crate::chart::{Band, Chart, Line, Mark, Point, Series};
 use crate::figure::{Figure, FigureError, colour};
 use crate::words::{mode as mode_name, plain};
 
-/// What is drawn of a row, with the smallest and the largest of its repeats.
+/// Reads the value of a row, with the smallest and the largest of its repeats.
 type Value = fn(&Row) -> Option<(f64, Option<[f64; 2]>)>;
 
 /// Lines of solvers, in their order.
@@ -55,7 +55,7 @@ fn drawn(scalings: &[Scaling]) -> Vec<&Row> {
     scalings.iter().flat_map(of).collect()
 }
 
-/// What the paper's largest batches reach, modes of one rate together.
+/// Rates of the paper's largest batches; modes of the same rate share a band.
 fn bands(paper: &PublishedScaling) -> Vec<Band> {
     let mut bands: Vec<Band> = Vec::new();
     for rate in paper.env_steps_per_s.iter().filter(|rate| rate.worlds > 1) {

@@ -76,7 +76,7 @@ fn spread(values: &[f64]) -> String {
 struct Histogram {
     stem: &'static str,
     title: &'static str,
-    /// What the bins are of.
+    /// Quantity that is binned.
     label: &'static str,
     /// Mean and spread in words.
     spread: String,

@@ -1,4 +1,4 @@
-//! What a run of a component task consists of.
+//! Plan of a run of a component task.
 
 use orchard_bench::digest::{config_hash, config_text};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};

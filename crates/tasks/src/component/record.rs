@@ -24,7 +24,7 @@ pub struct TreeRecord<C: Component> {
     pub task: PhantomData<C>,
 }
 
-/// How a trial ended.
+/// Outcome of a trial.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Ended {

@@ -39,7 +39,7 @@ pub struct GentleRules {
     pub time: Quantity,
     /// Tolerance: largest distance to the point that counts as reached.
     pub tolerance: Quantity,
-    /// How far the base may stand off the named side, as seen from the point.
+    /// Largest angle of the base off the named side, as seen from the point.
     pub side: Quantity,
     /// Heights of the points.
     pub height: Span,

@@ -7,7 +7,7 @@ use orchard_perception::DetectorConfig;
 pub struct Variant {
     /// Name in result files.
     pub name: &'static str,
-    /// What it means, for people.
+    /// Title for readers.
     pub title: &'static str,
     /// The variant that is this one without the gates against branches, if this one has them and there is such.
     pub without_anti_branch: Option<&'static str>,

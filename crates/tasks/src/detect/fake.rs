@@ -18,7 +18,7 @@ use crate::zones::Zone;
 pub struct FakeTrees {
     /// The label of the apples, whose form does not change with it.
     pub fruit_label: Label,
-    /// How far the fruit moves with the density [m].
+    /// Displacement of the fruit with the density \[m\].
     pub moved: f64,
 }
 

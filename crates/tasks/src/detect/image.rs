@@ -9,9 +9,9 @@ use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
 pub(crate) struct View {
     pub(crate) sight: Sight,
     pub(crate) x_world_camera: Pose,
-    /// What stands before each pixel.
+    /// True depth, label and instance by pixel.
     pub(crate) truth: Frame,
-    /// What it shows of each fruit.
+    /// Visibility of each fruit in the image.
     pub(crate) fruit: Vec<FruitView>,
 }
 
@@ -44,7 +44,7 @@ impl View {
 }
 
 impl Sight {
-    /// What the detector finds.
+    /// Runs the detector on the image.
     pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
         detect(&self.depth, &self.intrinsics, Some(&self.ignored), config)
     }

@@ -1,4 +1,4 @@
-//! What a run of the detection task consists of.
+//! Plan of a run of the detection task.
 
 use orchard_bench::digest::{config_hash, config_text};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};

@@ -18,7 +18,7 @@ pub struct DetectRecord {
     pub zone_frame: Option<ZoneFrame>,
     /// Every fruit, the same at all densities.
     pub fruit: Vec<HangingFruit>,
-    /// What was seen and found, by ascending density.
+    /// Images, detections and tracks, by ascending density.
     pub densities: Vec<DensityRecord>,
     /// The ablation: the detector with parts of it switched off; empty where the key asks for none.
     pub variants: Vec<VariantRecord>,
@@ -46,7 +46,7 @@ pub struct DensityRecord {
     pub leaves: u32,
     /// Images.
     pub images: Vec<ImageRecord>,
-    /// What the tracker made of all images together, oldest first.
+    /// Tracks over all images together, oldest first.
     pub tracks: Vec<TrackRecord>,
 }
 
@@ -104,7 +104,7 @@ pub struct DetectionRecord {
     pub centre_error: Option<f64>,
     /// Radius less the fruit's [m]; null for a false positive.
     pub radius_error: Option<f64>,
-    /// What most of its pixels truly show.
+    /// Object that most of its pixels truly show.
     pub on: SitsOn,
     /// Zone; null where there is no zone frame.
     pub zone: Option<Zone>,
@@ -152,7 +152,7 @@ pub struct TrackRecord {
 pub struct VariantRecord {
     /// Name of the variant.
     pub variant: String,
-    /// What it reported, image by image.
+    /// Detections, by image.
     pub images: Vec<Vec<DetectionRecord>>,
 }
 

@@ -64,8 +64,8 @@ pub(crate) fn score(
     (0..detections.len()).map(record).collect()
 }
 
-/// What most of a detection's pixels truly show; of fruit also which. Its pixels are those measured nearest to its sphere,
-/// as many as it counts.
+/// Label that most of a detection's pixels truly show, and the index of the fruit if it is one. The pixels are those measured nearest to
+/// its sphere, as many as the detection counts.
 fn surface(view: &View, detection: &Detection) -> (Label, Option<u32>) {
     let sight = &view.sight;
     let k = &sight.intrinsics;

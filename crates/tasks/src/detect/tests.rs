@@ -144,7 +144,7 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     assert_eq!(result.records[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
 }
 
-/// The same solids under another label: what is scored changes, what is detected does not.
+/// Changes only the label of the solids: the scores change, the detections do not.
 #[test]
 fn the_detector_sees_no_label() {
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };

@@ -7,7 +7,7 @@ use orchard_world::truth::FruitTruth;
 /// A tree at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RestingTree {
-    /// What can be seen; no robot.
+    /// Visible scene, without a robot.
     pub scene: Scene,
     /// Every fruit, by the instance that the scene gives it.
     pub fruit: Vec<FruitTruth>,

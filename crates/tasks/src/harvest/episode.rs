@@ -32,7 +32,7 @@ pub struct EpisodeKey {
     pub horizon_frames: u32,
 }
 
-/// How an episode ended.
+/// Outcome of an episode.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Outcome {
@@ -77,7 +77,7 @@ pub struct StateTime {
     pub time: f64,
 }
 
-/// How an attempt ended.
+/// Outcome of an attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttemptOutcome {
@@ -155,7 +155,7 @@ pub struct Belief {
     pub pull_n: Option<f64>,
     /// When it went back from what the hand pressed on.
     pub yielded: Vec<Yielding>,
-    /// How it believed to have ended: `deposited` or a reason; null if it did not end the attempt.
+    /// Outcome that the controller reported: `deposited` or a reason; null if it did not end the attempt.
     pub end: Option<String>,
 }
 

@@ -81,7 +81,7 @@ pub struct ConditionSummary {
     pub zones: ZoneTable<ZoneSummary>,
     /// Failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
-    /// How long the controller was in each state of an attempt.
+    /// Time that the controller spent in each state of an attempt.
     pub states: BTreeMap<String, StateSummary>,
     /// Mean time from the end of an attempt to the next commitment [s]; null without one.
     pub between_attempts_s: Option<f64>,

@@ -1,4 +1,4 @@
-//! What a trajectory did to all trees.
+//! Report on a trajectory over all trees.
 
 use std::collections::BTreeMap;
 

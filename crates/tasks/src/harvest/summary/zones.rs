@@ -28,7 +28,7 @@ pub struct ZoneSummary {
     pub completeness_ci95: [Option<f64>; 2],
 }
 
-/// What one episode found in one zone.
+/// Counts of one episode in one zone.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     reachable: u32,
