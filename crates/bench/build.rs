@@ -7,7 +7,7 @@ use std::{env, fs, io};
 
 use sha2::{Digest, Sha256};
 
-/// Bytes of the hash that are kept; enough to tell versions of one code base apart.
+/// Bytes of the hash that are kept; enough to distinguish versions of one code base.
 const KEPT_BYTES: usize = 6;
 
 /// Crates that only show results or ask for them: no result depends on them.

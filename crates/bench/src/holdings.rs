@@ -23,7 +23,7 @@ pub struct OtherPlan {
     differences: String,
 }
 
-/// Fields of a key that tell which code wrote a record.
+/// Fields of a key that identify the code that wrote a record.
 const CODE: [&str; 2] = ["schema_version", "code_version"];
 /// The field that covers all config texts.
 const CONFIG: &str = "config_hash";
@@ -86,7 +86,7 @@ fn differences(record: &Map<String, Value>, keys: &[Map<String, Value>], same_co
             told.push((name, format!("{name} {found}, not {}", listed(&asked))));
         }
     }
-    // The hash differs with whatever it covers: it is told where nothing else is, and where it counts.
+    // The hash differs with whatever it covers: it is reported only if no other field is, or where it matters.
     let alone = told.len() == 1;
     let told: Vec<String> = told
         .into_iter()

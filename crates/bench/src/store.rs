@@ -56,7 +56,7 @@ pub enum Stored<R> {
     Missing,
     /// The whole record of this very key.
     Whole(Box<R>),
-    /// A whole record of another key: another config or code version, say.
+    /// A whole record of another key: for example, another config or code version.
     Other,
     /// Not a record as this code writes it.
     Damaged,

@@ -1,7 +1,7 @@
 //! A task of the benchmark: independent pieces of work, each with a record in a file of its own.
 //!
 //! Records depend neither on the number of threads nor on the order of completion. A stored whole record with the same key
-//! is reused, so that an interrupted run goes on where it stopped.
+//! is reused, so that an interrupted run continues where it stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

@@ -60,7 +60,7 @@ pub enum DatasetError {
         /// Reason.
         source: WorldError,
     },
-    /// More things of a class than a 16-bit image can tell apart.
+    /// More instances of a class than a 16-bit image can number.
     #[error("seed {seed}, tree {tree}: {class} {instance} does not fit into an image of 16 bits")]
     Instance {
         /// Seed.

@@ -45,7 +45,7 @@ impl Folder {
                 if let Some(name) = something(root).map_err(|e| refuse(e.to_string()))? {
                     return Err(refuse(format!("holds {name} and no data set: give a new folder")));
                 }
-                // The first file tells whether any can be written.
+                // Writing the first file fails if the folder is not writable.
                 write_json(&root.join(RECIPE), &wanted).map_err(|e| refuse(e.to_string()))?;
             }
         }
@@ -89,7 +89,7 @@ impl Folder {
 
     /// Removes a file, if there.
     pub fn remove(&self, path: &str) {
-        // What cannot be removed cannot be replaced either, which is told then.
+        // A file that cannot be removed cannot be replaced either; the later write reports the error.
         let _ = fs::remove_file(self.root.join(path));
     }
 
@@ -102,7 +102,7 @@ fn as_json(recipe: &Recipe) -> Value {
     serde_json::to_value(recipe).unwrap_or_else(|e| unreachable!("texts and numbers are JSON: {e}"))
 }
 
-/// A name that stands in a folder, other than of a file that was being written when a run was killed.
+/// Returns a name in a folder, other than of a file that was being written when a run was killed.
 fn something(root: &Path) -> std::io::Result<Option<String>> {
     for entry in fs::read_dir(root)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
@@ -116,7 +116,7 @@ fn something(root: &Path) -> std::io::Result<Option<String>> {
 /// The first field in which a recipe differs from the one that was found.
 fn difference(field: &str, found: &Value, wanted: &Value) -> Option<String> {
     if let (Value::Object(found), Value::Object(wanted)) = (found, wanted) {
-        // The hash differs with whatever it covers: what has a name is told first.
+        // The hash differs with whatever it covers, so a named field is reported first.
         let last = |name: &&String| matches!(name.as_str(), "config_hash" | "code_version");
         let names = || found.keys().chain(wanted.keys().filter(|name| !found.contains_key(*name)));
         let ordered = names().filter(|name| !last(name)).chain(names().filter(last));

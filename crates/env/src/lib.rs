@@ -99,7 +99,7 @@ impl Env {
         &self.worlds
     }
 
-    /// Goes on to the next episode: every world back at its start, with new dimensions where the spec's randomisation
+    /// Starts the next episode: every world is back at its start, with new dimensions where the spec's randomisation
     /// samples them anew at every reset.
     ///
     /// # Errors

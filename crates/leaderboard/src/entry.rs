@@ -98,7 +98,7 @@ impl Entry {
     /// A verified result under a name and a budget.
     ///
     /// # Errors
-    /// The result has no nominal figures: no tree had a reachable fruit, say.
+    /// The result has no nominal figures: for example, no tree had a reachable fruit.
     pub fn new(name: &str, budget: Budget, verified: &Verified) -> Result<Self, Refusal> {
         let summary = &verified.summary;
         let nominal = summary.conditions.get(NOMINAL);

@@ -21,7 +21,7 @@ pub enum Refusal {
         "{file}: {what} {found}, but this build has {own}: results are verified by the build that made them"
     )]
     Version {
-        /// The file that says so.
+        /// File with the version.
         file: String,
         /// Which version.
         what: &'static str,

@@ -61,10 +61,10 @@ pub struct Verified {
     pub sample: Vec<String>,
 }
 
-/// Reads what a result folder says that it holds.
+/// Reads the summary head of a result folder.
 ///
 /// # Errors
-/// There is no summary, or it is of another layout or no summary at all.
+/// There is no summary, or the file has another layout or is not a summary.
 pub fn head(folder: &Path) -> Result<Head, Refusal> {
     let file = folder.join(SUMMARY);
     let not = |problem: String| Refusal::NotAResult { file: file.display().to_string(), problem };

@@ -62,7 +62,7 @@ pub enum Origin {
 }
 
 impl Channel {
-    /// All of them, in the order of their declaration, which is that of the enum.
+    /// All channels, in the order in which the enum declares them.
     pub const ALL: [Self; 18] = [
         Self::Transforms,
         Self::Ground,

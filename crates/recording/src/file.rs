@@ -82,7 +82,7 @@ impl<W: Write> FileSink<W> {
         Ok(Self { writer, channels, sequence: BTreeMap::new(), failed: None })
     }
 
-    /// Attaches the episode's record, ends the file and gives back what it was written into.
+    /// Attaches the episode's record, ends the file and returns the writer.
     ///
     /// # Errors
     /// It, or something before, could not be written.

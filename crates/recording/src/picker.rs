@@ -12,11 +12,11 @@ use crate::event::line;
 use crate::scene::{Ball, balls};
 use crate::transforms::ODOM;
 
-/// Linear-light-free colours of what the controller believes: red, green, blue, opacity.
+/// Colours of the controller's detections and target, not in linear light: red, green, blue, opacity.
 const DETECTION: [f64; 4] = [0.1, 0.7, 1.0, 0.45];
 const TARGET: [f64; 4] = [1.0, 0.9, 0.0, 0.6];
 
-/// A sphere that a controller believes in.
+/// A sphere estimated by a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sphere {
     /// Centre in odom, x [m].

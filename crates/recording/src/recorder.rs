@@ -20,7 +20,7 @@ use crate::scene::{self, Crop, Wood};
 use crate::sink::{Message, Sink, json, protobuf};
 use crate::transforms::Transforms;
 
-/// Turns the frames of one episode into messages. What it tells is a function of what it is told: it looks at no clock.
+/// Turns the frames of one episode into messages. The messages depend on its inputs only: it reads no clock.
 #[derive(Debug)]
 pub struct Recorder<S> {
     sink: S,
@@ -53,7 +53,7 @@ impl<S: Sink> Recorder<S> {
         recorder
     }
 
-    /// Ends with the world as the episode left it, and gives back the sink.
+    /// Records the world as the episode left it, and returns the sink.
     pub fn end(mut self, world: &World) -> S {
         self.scenery(world);
         let transforms = self.transforms.all(world, &self.clock);

@@ -1,8 +1,8 @@
 //! Simulates a recorded episode again: the world under the recorded commands, and the controller beside it.
 //!
-//! The world is built from the recording's key and driven by its commands alone; what it then tells is held against the
-//! recording message by message. The controller is shown what this world shows and answers for itself; its commands move
-//! nothing and are held against the recorded ones.
+//! The world is built from the recording's key and driven by its commands alone; the messages of this run are compared with the
+//! recording one by one. The controller gets the observations of this world and computes its own commands; these move
+//! nothing and are compared with the recorded ones.
 
 mod comparison;
 mod playback;

@@ -128,7 +128,7 @@ fn a_replay_gives_the_same_bytes() {
     }
 }
 
-/// Writes a recording anew with other messages, as somebody who knows the format would: all checksums are right.
+/// Rewrites a recording with other messages and with valid checksums.
 fn rewrite(file: &Path, change: impl Fn(usize, &mut Message) -> bool) -> tempfile::TempPath {
     let recording = Recording::open(file).unwrap();
     let mut out = tempfile::NamedTempFile::new().unwrap();
@@ -186,7 +186,7 @@ fn an_altered_command_is_found_in_the_world_and_at_the_controller() {
     let controller = found.differences[&Origin::Controller];
     assert_eq!((controller.channel, controller.log_time), (Channel::Command, HALF));
     assert_eq!(controller.differs, Differs::OtherCommand);
-    // The next frame begins in another state, of which the joints know.
+    // The next frame begins in another state.
     let world = found.differences[&Origin::World];
     assert_eq!(world.log_time, 516_666_667, "{world}");
     assert_eq!(world.channel, Channel::StateHash, "{world}");

@@ -18,11 +18,11 @@ pub(crate) struct Axis {
     pub logarithmic: bool,
 }
 
-/// Steps that people count in, in powers of ten.
+/// Round steps, as multiples of a power of ten.
 const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
 
 impl Axis {
-    /// From 0 to the next even number above all values, in about so many steps.
+    /// Builds an axis from 0 to the next round number above all values, in about `steps` steps.
     pub fn from_zero(label: impl Into<String>, values: impl Iterator<Item = f64>, steps: u32) -> Self {
         let largest = values.filter(|x| x.is_finite()).fold(0.0, f64::max);
         let largest = if largest > 0.0 { largest } else { 1.0 };
@@ -32,7 +32,7 @@ impl Axis {
         Self { label: label.into(), ends: [0.0, f64::from(count) * step], ticks, logarithmic: false }
     }
 
-    /// Ticks at these places and no others, which ascend, with room before the first and behind the last.
+    /// Builds an axis with ticks at `places` only, which ascend, with a margin before the first and behind the last.
     pub fn at(label: impl Into<String>, places: &[f64]) -> Self {
         let ends = match places {
             [] => [0.0, 1.0],
@@ -46,7 +46,7 @@ impl Axis {
         Self { label: label.into(), ends, ticks, logarithmic: false }
     }
 
-    /// Decades about all values, which are above 0.
+    /// Builds a logarithmic axis of whole decades about all values, which are above 0.
     pub fn decades(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = spread(values);
         let (first, last) = (log10(low).floor() as i32, (log10(high) - 1e-9).ceil() as i32);
@@ -56,7 +56,7 @@ impl Axis {
         Self { label: label.into(), ends, ticks, logarithmic: true }
     }
 
-    /// Powers of two about all values, which are above 0: at most so many ticks.
+    /// Builds a logarithmic axis with ticks at powers of two about all values, which are above 0: at most `most` ticks.
     pub fn doublings(label: impl Into<String>, values: impl Iterator<Item = f64>, most: usize) -> Self {
         let (low, high) = spread(values);
         let power = |x: f64| math::ln(x) / std::f64::consts::LN_2;
@@ -121,7 +121,7 @@ fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if high > 0.0 { (low, high) } else { (1.0, 10.0) }
 }
 
-/// The smallest even step that covers a length in so many.
+/// Smallest round step that covers a length in `steps` steps.
 fn step(length: f64, steps: u32) -> f64 {
     let least = length / f64::from(steps.max(1));
     let mut decade = math::pow(10.0, log10(least).floor());

@@ -1,4 +1,4 @@
-//! A figure: SVG with a title and a description for those who cannot see it, in colours that most people tell apart.
+//! A figure: SVG with a title and a description for readers who cannot see it, in colours that most people can distinguish.
 
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
@@ -35,7 +35,7 @@ pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Result of drawing.
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// Colours of data, told apart by people of any colour vision (Okabe and Ito 2008), and of what stands about them.
+/// Colours of data, distinguishable with any colour vision (Okabe and Ito 2008), and of axes, grid and text.
 pub(crate) mod colour {
     use super::RGBColor;
 
@@ -81,9 +81,9 @@ pub(crate) const WIDTH: u32 = 400;
 pub(crate) const LETTERS: f64 = 13.0;
 /// Size of a title's letters \[px\].
 const TITLE: f64 = 14.5;
-/// The backend writes letters smaller than it is told, as if told the height of a line.
+/// Line height over font size. plotters takes the font size as line height, so sizes are scaled up by this factor.
 const LINE_PER_LETTER: f64 = 1.24;
-/// About how wide a letter is, as a part of its size.
+/// Approximate width of a letter over its size.
 const LETTER_WIDTH: f64 = 0.57;
 
 /// Letters of a size and a colour, placed by a point of their box.

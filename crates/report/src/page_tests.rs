@@ -184,7 +184,7 @@ fn a_run_in_which_nothing_happened() {
     assert_eq!(select(&html, "#attempts .missing").len(), 1);
 }
 
-/// Both backends stand in one figure, with the paper's points; what was left out and what each kind of randomisation costs is told.
+/// Both backends share one figure with the paper's points; omitted cells and the cost of each kind of randomisation are reported.
 #[test]
 fn scaling_on_both_backends() {
     let mut results = example::results();

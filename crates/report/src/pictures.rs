@@ -42,7 +42,7 @@ pub struct Pick {
 pub struct Moment {
     /// When, and what happens.
     pub caption: String,
-    /// Distance of the fingers, in words.
+    /// Finger distances or opening, in words.
     pub detail: String,
     /// Seen from outside.
     pub outside: Picture,

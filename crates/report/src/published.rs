@@ -8,7 +8,7 @@ use serde::Deserialize;
 /// The file as text.
 pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 
-/// Figures of the paper that stand beside ours.
+/// Figures of the paper, printed beside ours.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigures {

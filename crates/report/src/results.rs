@@ -44,7 +44,7 @@ pub(crate) fn conditions(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     all
 }
 
-/// Conditions that are told in full: the nominal one, and those that no sweep has; all, if these are none.
+/// Conditions that are reported in full: the nominal one and those outside all sweeps; every condition, if there are none of these.
 pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     let swept = |name: &str| {
         let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);

@@ -33,7 +33,7 @@ pub(crate) fn side_by_side(figures: &[Figure]) -> Markup {
     }
 }
 
-/// Figures with what is said of them beside the first, where there is room for three.
+/// Figures with their text beside the first, where there is room for three.
 pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
     html! {
         div.figures {

@@ -56,7 +56,7 @@ impl Cell {
     }
 }
 
-/// A table of rows under heads, with a caption for those who cannot see what stands about it. The first cell of a row names it.
+/// A table of rows under heads, with a caption for readers who cannot see its context. The first cell of a row names the row.
 pub(crate) fn table(caption: &str, heads: &[&str], rows: &[Vec<Cell>]) -> Markup {
     let kind_of = |column: usize| rows.first().and_then(|row| row.get(column)).map(|cell| cell.kind);
     html! {

@@ -150,7 +150,7 @@ pub(crate) fn digits(name: &str) -> usize {
     }
 }
 
-/// A number with so many digits.
+/// A number with `digits` digits after the point; a dash if there is none.
 pub(crate) fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |x| signed(format!("{x:.digits$}")))
 }

@@ -35,7 +35,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// All of them.
+    /// All kinds of axes.
     pub const ALL: [Self; 6] =
         [Self::Mass, Self::Stiffness, Self::Damping, Self::HabitAngles, Self::FruitAndLeaves, Self::Size];
 

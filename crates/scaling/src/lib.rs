@@ -2,7 +2,7 @@
 //!
 //! Physics alone: no robot, no camera. Trees of the nominal condition with their fruit, kicked, which then bend, break and
 //! drop fruit as they must. A clock decides the figures, so `scaling.json` is no result that two runs share. `docs/scaling.md`
-//! says how everything is measured.
+//! describes the measurements.
 
 mod axes;
 mod cell;

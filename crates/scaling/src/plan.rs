@@ -95,7 +95,7 @@ pub struct ScalingPlan {
     pub kick: f64,
     /// Times that a cell is measured.
     pub repeats: u32,
-    /// Time for all of them [s].
+    /// Time for all repeats of a cell \[s\].
     pub cell_time: f64,
     /// When a cell is left out; never, without.
     pub limits: Option<Limits>,

@@ -40,11 +40,11 @@ impl ScalingRules {
     }
 }
 
-/// Constants of runs on a graphics device, where a batch goes on from course to course.
+/// Constants of runs on a graphics device, where a batch is not reset between courses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceRules {
-    /// For how long the device is kept busy before a batch is timed: from idle its clocks rise slowly.
+    /// Time that the device is kept busy before a batch is timed: from idle its clocks rise slowly.
     pub wake: Quantity,
     /// Frames of a batch before its first course.
     pub warm_up: Count,
@@ -183,7 +183,7 @@ pub struct PublishedBuild {
     pub source: String,
 }
 
-/// A solver of the paper: how far it goes, and what it costs there.
+/// A solver of the paper: its largest batch and the cost of that batch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedSolver {
@@ -191,7 +191,7 @@ pub struct PublishedSolver {
     pub name: String,
     /// Worlds of its largest batch.
     pub most_worlds: u32,
-    /// Memory there, where it is told.
+    /// Memory of its largest batch, if the paper gives it.
     pub memory: Option<f64>,
     /// Time of a step over that of the first solver, at least and at most.
     pub slower: [f64; 2],

@@ -23,7 +23,7 @@ use crate::trees::{self, Forest, Worlds};
 /// Name of the result file.
 pub const RESULT: &str = "scaling.json";
 
-/// Progress of a scaling run; each method is called as it goes on.
+/// Progress of a scaling run; the methods are called during the run.
 pub trait ScalingProgress {
     /// The worlds of a mode are being built.
     fn building(&self, mode: Mode, worlds: u32) {
@@ -113,7 +113,7 @@ pub fn measure(
     })
 }
 
-/// Worlds a mode whose memory is measured: so many that what building them leaves behind hardly counts.
+/// Number of worlds, by mode, whose memory is measured: enough that memory left over from building them hardly counts.
 const MEASURED_WORLDS: u32 = 64;
 
 /// By how much the process grows by a world in f64 [bytes], by mode. All worlds are kept until the last are measured, since freed

@@ -25,7 +25,7 @@ pub enum SolverName {
 pub(crate) const WORLDS_AT_ONCE: u32 = 8192;
 
 impl SolverName {
-    /// All of them.
+    /// All solvers.
     pub const ALL: [Self; 6] =
         [Self::Lanes, Self::Aba, Self::Cg, Self::Cholesky, Self::DeviceAba, Self::DeviceCg];
 

@@ -248,7 +248,7 @@ fn plants_repeat_and_kicks_do_not() {
     assert!(at_once.iter().zip(&worlds).all(|(a, b)| a.data().v == b.data().v && a.data().q == b.data().q));
 }
 
-/// A cell that would take too long or too much says so and is not timed.
+/// A cell that would take too much time or memory is omitted with the reason, not timed.
 #[test]
 fn cells_over_a_limit_are_left_out() {
     let measured = |limits| {

@@ -50,7 +50,7 @@ impl Worlds<'_> {
         range.into_par_iter().map(self.world).collect()
     }
 
-    /// All of them.
+    /// Builds all worlds.
     pub fn all(&self) -> Vec<TreeWorld> {
         self.range(0..self.count)
     }

@@ -11,7 +11,7 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    /// Says what is wrong with an option.
+    /// Builds the error for an option from its source and the problem.
     pub fn new(by: impl Into<String>, problem: impl ToString) -> Self {
         Self { by: by.into(), problem: problem.to_string() }
     }

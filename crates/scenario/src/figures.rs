@@ -54,7 +54,7 @@ impl Layers {
         self.parts.push((path, by.to_owned()));
     }
 
-    /// The last layer in which a constant of the world changed, or the option that gave the part that it stands in.
+    /// Returns the last layer in which a constant of the world changed, or the option that gave the part that contains it.
     fn origin(&self, path: &str) -> String {
         let within = |part: &str| path.strip_prefix(part).is_some_and(|rest| rest.starts_with(['.', '[']));
         if let Some((_, by)) = self.parts.iter().find(|(part, _)| within(part)) {

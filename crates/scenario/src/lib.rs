@@ -1,7 +1,7 @@
-//! One resolved value of what is run: world, tree, robot, camera, detector, controller and task rules.
+//! Resolved scenarios of runs: world, tree, robot, camera, detector, controller and task rules.
 //!
-//! [`Options`] hold a user's words, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the edge of
-//! a program; below it nothing knows the name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
+//! [`Options`] hold a user's settings, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the edge of
+//! a program; the code below it uses no name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
 //! controllers. A scenario is hashed into every result ([`Scenario::hash`]), stored beside it ([`StoredScenario`]) and can list where
 //! each of its figures comes from ([`Scenario::figures`]).
 
@@ -98,7 +98,7 @@ impl Scenario {
         &self.spec
     }
 
-    /// The digitised tree that stands in every world; none where each world grows its own.
+    /// The digitised tree of every world; none where each world grows its own.
     pub fn digitised_tree(&self) -> Option<&TreeFile> {
         self.tree.as_deref()
     }

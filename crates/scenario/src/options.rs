@@ -152,7 +152,7 @@ impl Options {
         Ok(options)
     }
 
-    /// Options that ask for the things of these names, if all of them come with the program.
+    /// Builds the options for the parts of these names, if all parts come with the program.
     ///
     /// # Errors
     /// A digitised tree or a file, which a name alone does not find.

@@ -27,7 +27,7 @@ pub struct Permutation {
 /// thousand terms (n times 2^-53) and far below any difference that matters.
 const ROUNDING: f64 = 1e-12;
 
-/// More pairs than this are never enumerated, whatever the rules say.
+/// Largest number of pairs that is enumerated, whatever the rules.
 const ENUMERABLE: usize = 30;
 
 /// Tests whether the mean difference is 0. Up to `rules.permutation_exact` differences that are not 0 every sign pattern is tried; else

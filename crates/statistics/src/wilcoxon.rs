@@ -93,7 +93,7 @@ mod tests {
     fn exact_by_hand() {
         let test = wilcoxon(&[1.0, -2.0, 3.0, 4.0, 5.0], 50).unwrap();
         assert_eq!(test, Wilcoxon { statistic: 2.0, p_value: 2.0 * 3.0 / 32.0, method: Method::Exact, n: 5 });
-        // Zeros say nothing; one difference can prove nothing.
+        // Zeros are left out; a single difference is never significant.
         assert_eq!(wilcoxon(&[0.0, 0.3], 50).unwrap().p_value, 1.0);
         assert_eq!(wilcoxon(&[1.0, 2.0, -3.0], 50).unwrap().p_value, 1.0);
     }

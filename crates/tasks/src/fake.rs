@@ -298,8 +298,8 @@ pub fn record(fruit: &[(FruitState, bool)]) -> EpisodeRecord {
     record
 }
 
-/// An attempt in the middle inner zone: placed after `cycle` seconds or blocked, with so many fruit gripped and
-/// detached.
+/// An attempt in the middle inner zone: placed after `cycle` seconds, or blocked; `gripped` and `detached` are numbers of
+/// fruit.
 pub fn attempt(cycle: Option<f64>, gripped: u32, detached: u32) -> AttemptRecord {
     AttemptRecord {
         id: 0,

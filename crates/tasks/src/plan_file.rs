@@ -61,7 +61,7 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// All of them.
+    /// All backends.
     pub const ALL: [Self; 2] = [Self::Cpu, Self::Gpu];
 
     /// Name in files and on the command line.

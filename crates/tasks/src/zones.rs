@@ -1,6 +1,6 @@
 //! Canopy zones: a 3 x 2 grid (vertical x radial) that each tree calibrates from its own reachable fruit.
 //!
-//! OrchardBench, "Canopy-zone breakdown": the trunk axis stands at the horizontal median of the reachable
+//! OrchardBench, "Canopy-zone breakdown": the trunk axis is at the horizontal median of the reachable
 //! fruit; thirds are cut between the 5th and the 95th height percentile; inner and outer part at the median
 //! distance from the axis. Fruit below or above the percentiles belongs to the lower or the upper third.
 
@@ -59,7 +59,7 @@ pub fn zone_table<T: Clone>(value: T) -> ZoneTable<T> {
     Zone::ALL.iter().map(|&zone| (zone, value.clone())).collect()
 }
 
-/// The frame in which one tree's zones are told apart.
+/// Frame that defines the canopy zones of one tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ZoneFrame {
     /// Horizontal position of the trunk axis in the world [m].

@@ -37,7 +37,7 @@ impl Conditions {
     }
 }
 
-/// All that tells one fruit from another.
+/// All properties of the fruit.
 fn fruit(world: &World) -> Vec<Fruit> {
     world.fruit().fruit.clone()
 }

@@ -69,14 +69,14 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Holds messages against a recording's, moment by moment.
+/// Compares messages with those of a recording, moment by moment.
 pub struct Comparison {
     recorded: Peekable<Messages>,
     /// The present moment.
     now: u64,
-    /// Recorded messages of it that have not been told yet.
+    /// Recorded messages of this moment that the replay has not produced yet.
     open: Vec<Message>,
-    /// The controller's own command of this moment is another, or none was recorded.
+    /// Difference of this moment's command, if the controller's differs from the recorded one or the recorded one is not a command.
     command: Option<Differs>,
     tallies: BTreeMap<Channel, Tally>,
     first: BTreeMap<Origin, Difference>,

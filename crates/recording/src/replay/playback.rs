@@ -28,7 +28,7 @@ impl<C: BenchController> BenchController for Playback<C> {
     fn act(&mut self, observation: &Observation) -> Command {
         let own = self.controller.act(observation);
         let mut comparison = self.comparison.borrow_mut();
-        // Without a recorded command the world goes on under the controller's, and the sink finds one too many.
+        // Without a recorded command the world runs on the controller's, and the sink counts a surplus command.
         let Some(bytes) = comparison.command(nanoseconds(observation.time)) else { return own };
         if bytes == json(&CommandMessage::from(&own)) {
             return own;

@@ -114,7 +114,7 @@ fn figure(
     let modes: Vec<Mode> = Mode::ALL.into_iter().filter(|m| has(&|row| row.mode == *m)).collect();
     let mut series = Vec::new();
     let mut told = Vec::new();
-    // A colour a mode, a kind of line a solver: the legend tells them apart.
+    // The legend has one colour by mode and one line style by solver.
     let key = |name: &str, colour, mark, line| Series {
         name: plain(name),
         colour,

@@ -105,7 +105,7 @@ fn panel(
     chart.figure(&(description.join(". ") + "."))
 }
 
-/// The last word of a detection metric.
+/// Title of a metric without the word "Detection".
 fn short(metric: &str) -> String {
     title(metric).replace("Detection ", "")
 }

@@ -21,7 +21,7 @@ pub struct PointTarget {
     pub p_world: [f64; 3],
     /// Point that the controller gets [m, odom].
     pub p_odom: [f64; 3],
-    /// Level direction from the stand-off to the point that it is told, from the x axis of odom [rad].
+    /// Level direction from the stand-off to the point given to the controller, from the x axis of odom \[rad\].
     pub heading_odom: f64,
     /// Segments of wood near the level line from the stand-off.
     pub segments_before: u32,
@@ -100,7 +100,7 @@ impl Component for Gentle {
     }
 }
 
-/// The wood as it stands.
+/// Shapes of the wood at its present poses.
 struct Wood {
     /// (shape, pose, whether it is the trunk's).
     segments: Vec<(Shape, orchard_geometry::Pose, bool)>,

@@ -23,13 +23,13 @@ pub struct FruitTarget {
     pub p_world: [f64; 3],
     /// Radius [m].
     pub radius: f64,
-    /// Centre that the controller is told [m, odom].
+    /// Centre given to the controller \[m, odom\].
     pub p_odom_told: [f64; 3],
-    /// Radius that it is told [m].
+    /// Radius given to the controller \[m\].
     pub radius_told: f64,
 }
 
-/// Smallest radius that a controller is told [m]: an error never makes a fruit vanish.
+/// Smallest radius given to a controller \[m\]: an error never makes a fruit vanish.
 const SMALLEST_RADIUS: f64 = 1e-3;
 
 impl Component for ReachAndGrasp {

@@ -32,7 +32,7 @@ pub enum Ended {
     Success,
     /// The time was over.
     TimeOver,
-    /// The robot stood still for too long.
+    /// The robot did not move for too long.
     Stalled,
     /// The world left its plausible state.
     Quarantined {

@@ -23,7 +23,7 @@ pub struct GraspRules {
     pub time: Quantity,
     /// Time for which both fingers must press on the fruit.
     pub hold: Quantity,
-    /// Standard deviation of the centre that the controller is told, by axis.
+    /// Standard deviation of the error of the centre given to the controller, by axis.
     pub centre_error: Quantity,
     /// Standard deviation of the radius.
     pub radius_error: Quantity,

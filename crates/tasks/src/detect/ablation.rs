@@ -47,7 +47,7 @@ fn anti_branch_off(config: &mut DetectorConfig) {
     config.gates.cylinder.on = false;
 }
 
-/// The paper's own way to fit, which knows nothing of what hides a fruit.
+/// Sets the fit of the paper: one sphere a patch, without a model of occlusion.
 fn one_sphere_a_patch(config: &mut DetectorConfig) {
     config.fit.refine = false;
     config.gates.hidden.on = false;

@@ -25,7 +25,7 @@ pub struct DetectRules {
     pub asked: BTreeMap<String, Vec<AtFoliage>>,
 }
 
-/// A fruit in an image ought to be found if it keeps all of these.
+/// Rules for the fruit in an image that ought to be found: it meets all of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundRules {

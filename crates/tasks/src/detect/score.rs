@@ -31,7 +31,7 @@ pub(crate) fn fruit_seen(views: &[FruitView], rules: &FoundRules) -> Vec<FruitSe
     views.iter().filter(|view| view.visible_px > 0).map(seen).collect()
 }
 
-/// Matches the detections of an image to the tree's fruit and tells what each sits on.
+/// Matches the detections of an image to the tree's fruit and finds the object that each sits on.
 pub(crate) fn score(
     view: &View,
     detections: &[Detection],

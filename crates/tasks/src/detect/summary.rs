@@ -46,7 +46,7 @@ pub struct DetectSummary {
     pub detector: String,
     /// One line a tree.
     pub trees: Vec<TreeLine>,
-    /// Trees that could not be seen. They say nothing about the rest.
+    /// Trees that could not be imaged. They count in no other metric.
     pub quarantined: u32,
     /// Results by ascending foliage density.
     pub densities: Vec<DensitySummary>,

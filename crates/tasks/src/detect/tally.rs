@@ -33,7 +33,7 @@ pub struct Tally {
     pub(crate) tracked: Found,
 }
 
-/// So many of so many.
+/// Number found, out of a total.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Found {
     pub(crate) of: u32,

@@ -39,7 +39,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let steps: u64 = [0, 1, 3, 4].iter().map(|&i: &usize| plan().steps(&keys[i])).sum();
     assert_eq!(u64::from(progress.steps()), steps);
 
-    // World 2 of each seed is counted and says nothing about the rest.
+    // World 2 of each seed is counted and does not affect the other metrics.
     assert_eq!(result.summary.as_ref().unwrap().quarantined, 2);
     assert_eq!(
         result.summary.as_ref().unwrap().trees[2].quarantined.as_deref(),
@@ -63,7 +63,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     assert_eq!(tree.variants[0].images, detections);
     assert_eq!(nominal.results.images, 8);
 
-    // Two threads: the same bytes. A folder with one whole and one damaged file goes on to them.
+    // Two threads: the same bytes. A run continued from a folder with one whole and one damaged file ends with them too.
     fs::create_dir(two.path().join("detect")).unwrap();
     fs::copy(one.path().join("detect/7-001.json"), two.path().join("detect/7-001.json")).unwrap();
     fs::write(two.path().join("detect/8-000.json"), "{").unwrap();

@@ -76,7 +76,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
         let (start, end) = spans[owner];
         history.gripped.iter().filter(move |e| e.frame > start && e.frame <= end)
     };
-    // What befalls a fruit off the hand belongs to the attempt that held it last.
+    // Events of a fruit that has left the hand belong to the attempt that held it last.
     let owner = |event: &FruitMoment| {
         let grip = history.gripped.iter().rfind(|g| g.fruit == event.fruit && g.frame <= event.frame)?;
         spans.iter().rposition(|&(start, end)| grip.frame > start && grip.frame <= end)
@@ -269,7 +269,7 @@ mod tests {
             held: held(14, 18, HeldEnd::Lost),
             ..History::default()
         };
-        // Whatever the controller believes: that it let go over the bucket, that it was blocked, or that it slipped.
+        // The controller reports a deposit, a block or a slip: the verdict is the same.
         for believed in [None, Some("blocked"), Some("slipped")] {
             let record = &judge_all(&aimed(believed), &history)[0];
             assert_eq!(record.failure_reason.as_deref(), Some(SLIPPED));

@@ -40,7 +40,7 @@ pub enum Outcome {
     BudgetSpent,
     /// No reachable fruit was left on the tree.
     AllReachablePicked,
-    /// The robot stood still for too long.
+    /// The robot did not move for too long.
     Stalled,
     /// The world left its plausible state; it counts as zero harvest.
     Quarantined {

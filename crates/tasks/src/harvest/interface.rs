@@ -102,7 +102,7 @@ pub enum ControllerEvent {
     },
     /// It ended the current attempt.
     AttemptEnded {
-        /// Reason why it failed; `None` if it believes that the fruit was placed.
+        /// Reason why the attempt failed; `None` if the controller reports that the fruit was placed.
         failure: Option<String>,
     },
     /// It evaluated the observation's depth image.

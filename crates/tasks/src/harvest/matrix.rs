@@ -261,7 +261,7 @@ impl Matrix {
         self.conditions.iter().find(|condition| condition.name == name)
     }
 
-    /// The conditions that names of conditions and sweeps stand for, each once, in the order of the matrix. `DIAL-VALUE` stands for the
+    /// Resolves names of conditions and sweeps to conditions, each once, in the order of the matrix. `DIAL-VALUE` is the
     /// nominal condition where that is its value.
     ///
     /// # Errors
@@ -343,7 +343,7 @@ mod tests {
             values,
             [vec![0.0, 0.3, 0.6, 1.0, 1.5], vec![20.0, 40.0, 60.0], vec![0.0, 0.05, 0.1, 0.2]]
         );
-        // The nominal condition stands in every sweep once.
+        // The nominal condition is in every sweep once.
         for sweep in matrix().sweeps {
             assert_eq!(sweep.points.iter().filter(|p| p.condition == NOMINAL).count(), 1, "{}", sweep.name);
         }

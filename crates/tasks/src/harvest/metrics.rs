@@ -106,8 +106,8 @@ pub(crate) fn harvest_metric(name: &str) -> Option<&'static MetricDefinition<Epi
     METRICS.iter().find(|definition| definition.name == name)
 }
 
-/// Reachable fruit deposited over reachable fruit; a quarantined tree gives 0, others without reachable fruit
-/// say nothing.
+/// Reachable fruit deposited over reachable fruit; 0 for a quarantined tree, undefined for other trees without reachable
+/// fruit.
 pub(crate) fn completeness(e: &EpisodeRecord) -> Share {
     if e.quarantined() {
         Share::of_one(0.0)

@@ -47,7 +47,7 @@ pub(crate) fn reason<'a>(facts: &Facts<'a>) -> Option<&'a str> {
         _ if facts.held.is_empty() && facts.target_knocked_off => KNOCKED_OFF_BY_ARM,
         None => RUN_ENDED,
         Some(None) => MISSED_BUCKET,
-        // The controller believes what did not happen: the nearest that did. A fruit that came off in the hand was let go.
+        // The controller reported a reason that is untrue: take the nearest true one. A fruit that came off in the hand was let go.
         Some(Some(SLIPPED | STEM_TOO_STRONG | NO_FRUIT)) if !facts.held.is_empty() => MISSED_BUCKET,
         Some(Some(SLIPPED)) if facts.gripped => STEM_TOO_STRONG,
         // Truth decides whether there was a fruit, not what the controller saw.

@@ -196,7 +196,7 @@ fn one(
 /// Digits after the point that a recorded trajectory keeps: microns and microradians.
 const DIGITS: f64 = 1e6;
 
-/// Records what a controller commands in a world during `frames` frames, every so many of them.
+/// Records the commands of a controller in a world during `frames` frames, at a fixed interval of frames.
 ///
 /// # Errors
 /// The controller commands what no trajectory may hold.
