@@ -45,7 +45,7 @@ pub trait Task: Sync {
     ) -> Result<Option<Self::Record>, StoreError>;
     /// Steps that a record took.
     fn steps(&self, record: &Self::Record) -> u64;
-    /// Simulated time of a step [s]; 0 where nothing moves.
+    /// Simulated time of a step \[s\]; 0 where nothing moves.
     fn frame(&self) -> f64;
     /// Sums up all records, given in the order of [`Task::keys`].
     fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
@@ -167,7 +167,7 @@ pub fn finish<T: Task>(task: &T, records: &[T::Record], store: &Store) -> Result
     Ok(summary)
 }
 
-/// A record and the wall time that it took [s], if computed now.
+/// A record and the wall time that it took \[s\], if computed now.
 type Timed<R> = (R, Option<f64>);
 
 fn records<T: Task>(

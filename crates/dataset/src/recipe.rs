@@ -47,11 +47,11 @@ pub struct Recipe {
     pub camera: CameraSpec,
     /// Poses of the camera about a tree.
     pub vantage: VantageSpec,
-    /// Nearest and farthest valid depth [m]; none where there is no limit.
+    /// Nearest and farthest valid depth \[m\]; none where there is no limit.
     pub camera_range_m: (f64, Option<f64>),
     /// The pinhole of all images.
     pub intrinsics: Intrinsics,
-    /// Depth of value 1 in the depth images [m].
+    /// Depth of value 1 in the depth images \[m\].
     pub depth_unit_m: f64,
     /// Samples a side of a pixel of the colour images.
     pub supersampling: u32,

@@ -29,11 +29,11 @@ pub struct EventMessage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "u32")]
     pub segment: Option<u32>,
-    /// Height that the fruit fell before it first touched the bucket or its fruit [m].
+    /// Height that the fruit fell before it first touched the bucket or its fruit (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub drop_height: Option<f64>,
-    /// Energy of the hardest impact of that fall [J].
+    /// Energy of the hardest impact of that fall (J).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub impact_energy: Option<f64>,

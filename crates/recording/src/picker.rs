@@ -19,20 +19,20 @@ const TARGET: [f64; 4] = [1.0, 0.9, 0.0, 0.6];
 /// A sphere estimated by a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sphere {
-    /// Centre in odom, x [m].
+    /// Centre in odom, x (m).
     pub x: f64,
-    /// Centre in odom, y [m].
+    /// Centre in odom, y (m).
     pub y: f64,
-    /// Centre in odom, z [m].
+    /// Centre in odom, z (m).
     pub z: f64,
-    /// Radius [m].
+    /// Radius (m).
     pub radius: f64,
 }
 
 /// All detections of one depth image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DetectionsMessage {
-    /// The moment that the image shows [ns].
+    /// The moment that the image shows (ns).
     pub image_time: u64,
     /// The detections, in the controller's order.
     pub detections: Vec<Sphere>,
@@ -49,11 +49,11 @@ pub struct PickerMessage {
     pub trying: bool,
     /// State of the controller; empty before the first `state_changed`.
     pub state: String,
-    /// Width between the fingers [m], of `grasped`.
+    /// Width between the fingers (m), of `grasped`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub width: Option<f64>,
-    /// Pull or resistance that it felt [N], of `stem_gave_way` and `yielded`.
+    /// Pull or resistance that it felt (N), of `stem_gave_way` and `yielded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub force: Option<f64>,
@@ -65,7 +65,7 @@ pub struct PickerMessage {
 
 /// Messages for one controller event.
 #[derive(Debug, Default)]
-pub struct Noted {
+pub struct ControllerMessages {
     /// Detections, also as spheres for display.
     pub detections: Option<(DetectionsMessage, SceneUpdate)>,
     /// Attempt and state, with a line of the log.
@@ -83,20 +83,20 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// Builds the messages for an event; `depth_time` is the capture time of the observation's image \[s\].
-    pub fn take(&mut self, log_time: u64, depth_time: f64, event: &ControllerEvent) -> Noted {
-        let mut noted = Noted::default();
+    /// Builds the messages for an event; `depth_time` is the capture time of the observation's image (s).
+    pub fn take(&mut self, log_time: u64, depth_time: f64, event: &ControllerEvent) -> ControllerMessages {
+        let mut messages = ControllerMessages::default();
         let (mut width, mut force, mut why) = (None, None, None);
         let (name, level, text) = match event {
             ControllerEvent::Detected { p_odom, radius } => {
-                noted.detections = Some(detections(log_time, depth_time, p_odom, radius));
-                return noted;
+                messages.detections = Some(detections(log_time, depth_time, p_odom, radius));
+                return messages;
             }
             ControllerEvent::AttemptStarted { p_odom_target, radius } => {
                 self.attempt += 1;
                 self.trying = true;
                 let ball = Ball { p: *p_odom_target, radius: *radius, color: TARGET };
-                noted.target = Some(balls(log_time, ODOM, "target", &[ball]));
+                messages.target = Some(balls(log_time, ODOM, "target", &[ball]));
                 ("attempt_started", Level::Info, format!("attempt {} begins", self.attempt))
             }
             ControllerEvent::StateChanged { state } => {
@@ -117,7 +117,7 @@ impl Notes {
             }
             ControllerEvent::AttemptEnded { failure } => {
                 self.trying = false;
-                noted.target = Some(balls(log_time, ODOM, "target", &[]));
+                messages.target = Some(balls(log_time, ODOM, "target", &[]));
                 why.clone_from(failure);
                 let text = |reason: &String| format!("attempt {} failed: {reason}", self.attempt);
                 let placed = || format!("attempt {} ends: the fruit is placed", self.attempt);
@@ -134,8 +134,8 @@ impl Notes {
             force,
             failure: why,
         };
-        noted.picker = Some((message, line(log_time, "picker", level, text)));
-        noted
+        messages.picker = Some((message, line(log_time, "picker", level, text)));
+        messages
     }
 }
 

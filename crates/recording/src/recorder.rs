@@ -15,7 +15,7 @@ use crate::command::CommandMessage;
 use crate::config::{RecordingConfig, hexadecimal};
 use crate::event::{EventMessage, StateHashMessage, world_line};
 use crate::joints::Joints;
-use crate::picker::{Noted, Notes};
+use crate::picker::{ControllerMessages, Notes};
 use crate::scene::{self, Crop, Wood};
 use crate::sink::{Message, Sink, json, protobuf};
 use crate::transforms::Transforms;
@@ -104,7 +104,7 @@ impl<S: Sink> Recorder<S> {
         }
     }
 
-    fn noted(&mut self, Noted { detections, picker, target }: Noted) {
+    fn controller_messages(&mut self, ControllerMessages { detections, picker, target }: Noted) {
         if let Some((message, drawn)) = detections {
             self.json(Channel::Detections, &message);
             self.protobuf(Channel::DetectionSpheres, &drawn);
@@ -134,8 +134,8 @@ impl<S: Sink> Observer<World> for Recorder<S> {
             self.seen(seen);
         }
         for event in frame.controller_events {
-            let noted = self.notes.take(now, depth_time, event);
-            self.noted(noted);
+            let messages = self.notes.take(now, depth_time, event);
+            self.controller_messages(messages);
         }
         self.json(Channel::Command, &CommandMessage::from(frame.command));
     }

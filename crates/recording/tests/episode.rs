@@ -20,7 +20,7 @@ use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::protocol::Protocol;
 
-/// Long enough for some images and some movement [s].
+/// Long enough for some images and some movement \[s\].
 const SECONDS: f64 = 1.0;
 
 fn plan(harvest: &Harvest, seeds: &[u64]) -> Plan {

@@ -75,7 +75,7 @@ const AT_NIGHT: [(RGBColor, &str); 6] = [
     (colour::BLUE, "#3D9BD6"),
 ];
 
-/// Width of a figure [px]: that of a telephone, so that its letters are read there and side by side on a desk.
+/// Width of a figure \[px\]: that of a telephone, so that its letters are read there and side by side on a desk.
 pub(crate) const WIDTH: u32 = 400;
 /// Size of letters \[px\].
 pub(crate) const LETTERS: f64 = 13.0;
@@ -97,7 +97,7 @@ pub(crate) fn heading() -> TextStyle<'static> {
     font.color(&colour::INK).pos(Pos::new(HPos::Left, VPos::Top))
 }
 
-/// About how wide a line is [px]: there are no fonts here to ask.
+/// About how wide a line is \[px\]: there are no fonts here to ask.
 pub(crate) fn text_width(text: &str, size: f64) -> i32 {
     (text.chars().count() as f64 * size * LETTER_WIDTH).ceil() as i32
 }

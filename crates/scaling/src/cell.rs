@@ -48,7 +48,7 @@ pub struct Timed {
     pub courses: u32,
     /// Processor time of all courses \[s\].
     pub processor_s: f64,
-    /// Time to kick as many worlds, to make the batch of them, and to send it to a device [s].
+    /// Time to kick as many worlds, to make the batch of them, and to send it to a device \[s\].
     pub pack_s: f64,
     /// Memory of the numbers that a step goes through \[bytes\], if the batch reports it.
     pub bytes: Option<usize>,
@@ -81,7 +81,7 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
     Ok(events.iter().filter(|happened| is_stop(&happened.event)).count() as u32)
 }
 
-/// Keeps a device busy with one world for so long [s].
+/// Keeps a device busy with one world for so long \[s\].
 ///
 /// # Errors
 /// The device cannot have the world, or was lost.

@@ -91,7 +91,7 @@ pub struct ScalingPlan {
     pub frames: u32,
     /// True if courses follow each other. Else each begins anew, at the kick.
     pub going_on: Option<GoingOn>,
-    /// Largest joint rate of a kick [rad/s].
+    /// Largest joint rate of a kick \[rad/s\].
     pub kick: f64,
     /// Times that a cell is measured.
     pub repeats: u32,

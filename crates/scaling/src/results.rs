@@ -37,15 +37,15 @@ pub struct Scaling {
     pub threads: u32,
     /// Seed of all trees and kicks.
     pub seed: u64,
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub frame_s: f64,
     /// Substeps of a frame.
     pub substeps: u32,
     /// Frames of a course.
     pub frames: u32,
-    /// Wall time of the run, worlds built and all [s].
+    /// Wall time of the run, worlds built and all \[s\].
     pub wall_s: f64,
-    /// Largest resident memory of the process so far [MiB], where the system reports it.
+    /// Largest resident memory of the process so far \[MiB\], where the system reports it.
     pub peak_memory_mib: Option<f64>,
     /// Solvers of the backend that this build lacks.
     pub left_out: Vec<SolverName>,
@@ -117,17 +117,17 @@ pub struct Row {
     pub env_steps_per_s: f64,
     /// Env-step rate times the substeps of a frame: substeps of one world a second.
     pub substeps_per_s: f64,
-    /// Smallest and largest step rate of the repeats [1/s].
+    /// Smallest and largest step rate of the repeats \[1/s\].
     pub spread: [f64; 2],
-    /// Processor time of all threads an env-step [us], over all repeats: what other work on the machine hardly changes.
+    /// Processor time of all threads an env-step \[us\], over all repeats: what other work on the machine hardly changes.
     pub processor_us_per_env_step: f64,
     /// Memory of the batch \[MiB\]; null where the system does not report it.
     pub memory_mib: Option<f64>,
     /// Method by which `memory_mib` was found.
     pub memory_basis: MemoryBasis,
-    /// Time to grow the worlds' plants and let them settle [s], on all threads.
+    /// Time to grow the worlds' plants and let them settle \[s\], on all threads.
     pub grow_s: f64,
-    /// Time to kick the worlds, to make the solver's batch of them and, on a device, to send it [s].
+    /// Time to kick the worlds, to make the solver's batch of them and, on a device, to send it \[s\].
     pub pack_s: f64,
     /// Segments of a tree on average.
     pub segments_per_tree: f64,
@@ -149,7 +149,7 @@ pub struct Row {
 pub struct Batched {
     /// Memory \[bytes\] and the method by which it was found.
     pub memory: (Option<f64>, MemoryBasis),
-    /// Time to grow them [s].
+    /// Time to grow them \[s\].
     pub grow_s: f64,
     /// Substeps of a frame.
     pub substeps: u32,
@@ -160,7 +160,7 @@ pub struct Batched {
 }
 
 impl Row {
-    /// Time from nothing to a batch that can be stepped [s].
+    /// Time from nothing to a batch that can be stepped \[s\].
     pub fn build_s(&self) -> f64 {
         self.grow_s + self.pack_s
     }

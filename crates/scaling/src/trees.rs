@@ -64,7 +64,7 @@ pub struct Forest<'a> {
     spec: Arc<Spec>,
     /// Those whose plants are their own, at rest.
     kinds: Vec<TreeWorld>,
-    /// Time that growing them has taken so far [s].
+    /// Time that growing them has taken so far \[s\].
     pub grow_s: f64,
 }
 

@@ -12,7 +12,7 @@ use crate::undefined::Undefined;
 /// One component.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Component {
-    /// The estimate, 0 where the raw one is negative [square of the metric's unit].
+    /// The estimate, 0 where the raw one is negative \[square of the metric's unit\].
     pub variance: Option<f64>,
     /// The estimate as it came out.
     pub raw: Option<f64>,

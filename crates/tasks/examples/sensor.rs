@@ -13,7 +13,7 @@ use orchard_tasks::vantage::vantages;
 use orchard_world::{Planting, tree_scene};
 
 const SEED: u64 = 20_250_704;
-/// Error in full colour [m].
+/// Error in full colour \[m\].
 const FULL: f64 = 0.03;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

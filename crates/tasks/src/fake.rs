@@ -24,7 +24,7 @@ use crate::protocol::Protocol;
 use crate::seeds::SeedSetLabel;
 use crate::zones::Zone;
 
-/// Frame length of the fake world [s].
+/// Frame length of the fake world \[s\].
 pub const FRAME: f64 = 0.5;
 
 /// An observation of a robot at rest.
@@ -167,7 +167,7 @@ impl BenchWorld for FakeWorld {
 
 /// A controller whose log follows the fake world's rhythm: an attempt from frame 10 k + 1 to 10 k + 8.
 pub struct FakeController {
-    /// Fruit centres [m, odom]: a test's own knowledge, no controller has it.
+    /// Fruit centres \[m, odom\]: a test's own knowledge, no controller has it.
     pub targets: Vec<Vec3>,
     log: Vec<ControllerEvent>,
 }

@@ -19,7 +19,7 @@ pub struct StallWatch {
 }
 
 impl StallWatch {
-    /// A watch under the protocol's rules, for frames of a given length [s].
+    /// A watch under the protocol's rules, for frames of a given length \[s\].
     pub fn new(rules: &Rules, frame: f64) -> Self {
         Self {
             base: rules.stall_base.si(),

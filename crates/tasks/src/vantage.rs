@@ -56,7 +56,7 @@ pub fn vantages(spec: &VantageSpec, scene: &Scene, seed: u64, world: u32, count:
     (0..count).map(vantage).collect()
 }
 
-/// True if wood or fruit is within a distance [m] of a point.
+/// True if wood or fruit is within a distance \[m\] of a point.
 fn is_near(scene: &Scene, p_world: &Vec3, distance: f64) -> bool {
     scene.items.iter().any(|item| match (&item.geometry, item.label) {
         (Geometry::Shape(shape), Label::Wood | Label::Fruit | Label::Scenery) => {

@@ -62,18 +62,18 @@ pub fn zone_table<T: Clone>(value: T) -> ZoneTable<T> {
 /// Frame that defines the canopy zones of one tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ZoneFrame {
-    /// Horizontal position of the trunk axis in the world [m].
+    /// Horizontal position of the trunk axis in the world \[m\].
     pub axis_world: [f64; 2],
-    /// Low height percentile in the world [m].
+    /// Low height percentile in the world \[m\].
     pub z_low: f64,
-    /// High height percentile in the world [m].
+    /// High height percentile in the world \[m\].
     pub z_high: f64,
-    /// Median distance from the axis [m].
+    /// Median distance from the axis \[m\].
     pub split_radius: f64,
 }
 
 impl ZoneFrame {
-    /// Calibrates a frame from the reachable fruit's centres [m, world]; `None` without fruit.
+    /// Calibrates a frame from the reachable fruit's centres \[m, world\]; `None` without fruit.
     pub fn calibrate(p_world: &[Vec3], rules: &ZoneRules) -> Option<Self> {
         let median = |values: Vec<f64>| quantile(&ascending(values), 0.5);
         let axis =
@@ -87,7 +87,7 @@ impl ZoneFrame {
         })
     }
 
-    /// The zone of a point [m, world]. A canopy without vertical extent is all middle.
+    /// The zone of a point \[m, world\]. A canopy without vertical extent is all middle.
     pub fn zone(&self, p_world: &Vec3) -> Zone {
         let extent = self.z_high - self.z_low;
         let height = p_world.z - self.z_low;

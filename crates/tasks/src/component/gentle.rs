@@ -17,9 +17,9 @@ pub struct Gentle;
 /// A point behind the canopy.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointTarget {
-    /// The point [m, world].
+    /// The point \[m, world\].
     pub p_world: [f64; 3],
-    /// Point that the controller gets [m, odom].
+    /// Point that the controller gets \[m, odom\].
     pub p_odom: [f64; 3],
     /// Level direction from the stand-off to the point given to the controller, from the x axis of odom \[rad\].
     pub heading_odom: f64,
@@ -27,7 +27,7 @@ pub struct PointTarget {
     pub segments_before: u32,
 }
 
-/// Longest step between the places where the line outwards is held against the wood [m]: thinner than any twig.
+/// Longest step between the places where the line outwards is held against the wood \[m\]: thinner than any twig.
 const STEP: f64 = 5e-3;
 
 impl Component for Gentle {

@@ -19,9 +19,9 @@ pub struct ReachAndGrasp;
 pub struct FruitTarget {
     /// The fruit.
     pub fruit: u32,
-    /// Centre at the start [m, world].
+    /// Centre at the start \[m, world\].
     pub p_world: [f64; 3],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// Centre given to the controller \[m, odom\].
     pub p_odom_told: [f64; 3],

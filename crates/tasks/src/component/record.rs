@@ -48,21 +48,21 @@ pub struct TrialRecord<T> {
     pub target: T,
     /// Outcome of the trial.
     pub ended: Ended,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Frames of it.
     pub frames: u32,
-    /// Path of the point between the finger pads in the world, the base's way included [m].
+    /// Path of the point between the finger pads in the world, the base's way included \[m\].
     pub path_m: f64,
-    /// Impulse of the robot's contacts with wood [N s].
+    /// Impulse of the robot's contacts with wood \[N s\].
     pub contact_impulse_n_s: f64,
-    /// Largest sum of the forces of these contacts [N].
+    /// Largest sum of the forces of these contacts \[N\].
     pub peak_contact_force_n: f64,
     /// Largest bending moment over rupture moment of any joint; gravity's share is in it.
     pub peak_moment_ratio: f64,
     /// Largest excess of a joint's ratio over its value at the start.
     pub peak_moment_excess: f64,
-    /// Integral over time of the largest excess [s].
+    /// Integral over time of the largest excess \[s\].
     pub moment_excess_s: f64,
     /// Ruptures.
     pub branches_snapped: u32,

@@ -26,7 +26,7 @@ pub struct ErrorDefinition {
     pub name: &'static str,
     /// Which quantile, 0 to 1.
     pub quantile: f64,
-    /// A tree's errors [m].
+    /// A tree's errors \[m\].
     pub errors: fn(&Tally) -> Vec<f64>,
 }
 

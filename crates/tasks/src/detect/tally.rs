@@ -19,9 +19,9 @@ pub struct Tally {
     /// Fruit that shows a pixel in range, and of these found, by bins of the visible fraction.
     pub(crate) bins: Vec<Found>,
     pub(crate) zones: ZoneTable<ZoneTally>,
-    /// Centre errors of true positives [m].
+    /// Centre errors of true positives \[m\].
     pub(crate) centre_errors: Vec<f64>,
-    /// Radius errors of true positives [m].
+    /// Radius errors of true positives \[m\].
     pub(crate) radius_errors: Vec<f64>,
     /// Fruit of the tree that ought to be found in some image, and of these found in some image.
     pub(crate) survey: Found,

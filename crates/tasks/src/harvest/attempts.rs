@@ -17,7 +17,7 @@ use crate::zones::Zone;
 pub struct AttemptLog {
     /// Frame of the commitment.
     pub start_frame: u32,
-    /// Committed target [m, odom].
+    /// Committed target \[m, odom\].
     pub p_odom_target: [f64; 3],
     /// Fruit on the tree within one radius of the target.
     pub fruit: Option<u32>,
@@ -29,11 +29,11 @@ pub struct AttemptLog {
     pub end: Option<(u32, Option<String>)>,
     /// Belief of the controller, without its end.
     pub belief: Belief,
-    /// Largest stem force so far [N].
+    /// Largest stem force so far \[N\].
     pub max_stem_pull: f64,
-    /// Largest force on a finger so far [N].
+    /// Largest force on a finger so far \[N\].
     pub max_finger_force: f64,
-    /// Largest force on the hand so far [N].
+    /// Largest force on the hand so far \[N\].
     pub max_wrist_force: f64,
 }
 

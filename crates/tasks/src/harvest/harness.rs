@@ -117,9 +117,9 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
 struct EpisodeLog {
     frame: f64,
     visible_pixels: u32,
-    /// Largest energy that leaves no bruise [J].
+    /// Largest energy that leaves no bruise \[J\].
     bruise_energy: f64,
-    /// Stem tension above which a fruit is torn off [N].
+    /// Stem tension above which a fruit is torn off \[N\].
     stem_pull: f64,
     frames: u32,
     x_world_odom: Pose,

@@ -27,13 +27,13 @@ pub trait BenchWorld {
     fn reachable_ik_count(&self) -> Option<u32> {
         None
     }
-    /// Largest stem force over all fruit and all substeps of the last step [N].
+    /// Largest stem force over all fruit and all substeps of the last step \[N\].
     fn peak_stem_pull(&self) -> f64;
     /// Contact forces on the hand in the last substep of the last step.
     fn hand_forces(&self) -> HandForces {
         HandForces::default()
     }
-    /// Largest energy of an impact that a fruit took so far [J], where impacts are recorded.
+    /// Largest energy of an impact that a fruit took so far \[J\], where impacts are recorded.
     fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
         let _ = fruit;
         None
@@ -45,9 +45,9 @@ pub trait BenchWorld {
 /// Contact forces on the hand.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct HandForces {
-    /// The larger of the two fingers' sums of normal forces [N].
+    /// The larger of the two fingers' sums of normal forces \[N\].
     pub finger: f64,
-    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it [N].
+    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it \[N\].
     pub wrist: f64,
 }
 
@@ -75,24 +75,24 @@ pub trait BenchController {
 pub enum ControllerEvent {
     /// It committed to a target.
     AttemptStarted {
-        /// Believed fruit centre [m, odom].
+        /// Believed fruit centre \[m, odom\].
         p_odom_target: Vec3,
-        /// Believed radius [m].
+        /// Believed radius \[m\].
         radius: f64,
     },
     /// It takes what is between the fingers for the fruit.
     Grasped {
-        /// Width between the fingers [m].
+        /// Width between the fingers \[m\].
         width: f64,
     },
     /// It takes the stem as given way.
     StemGaveWay {
-        /// Largest pull that it estimated [N].
+        /// Largest pull that it estimated \[N\].
         pull: f64,
     },
     /// It goes back from what the hand pressed on.
     Yielded {
-        /// Force that it felt [N].
+        /// Force that it felt \[N\].
         force: f64,
     },
     /// It entered a state.
@@ -107,9 +107,9 @@ pub enum ControllerEvent {
     },
     /// It evaluated the observation's depth image.
     Detected {
-        /// Centres of all detections in that image [m, odom].
+        /// Centres of all detections in that image \[m, odom\].
         p_odom: Vec<Vec3>,
-        /// Their radii [m].
+        /// Their radii \[m\].
         radius: Vec<f64>,
     },
 }

@@ -142,7 +142,7 @@ pub struct Dials {
     pub fruit_count: u32,
     /// Foliage density, the paper's dial.
     pub foliage_density: f64,
-    /// Terrain amplitude [m]; 0 is the plane.
+    /// Terrain amplitude \[m\]; 0 is the plane.
     pub terrain_amplitude_m: f64,
 }
 

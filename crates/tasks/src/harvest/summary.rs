@@ -83,7 +83,7 @@ pub struct ConditionSummary {
     pub failures: BTreeMap<String, u32>,
     /// Time that the controller spent in each state of an attempt.
     pub states: BTreeMap<String, StateSummary>,
-    /// Mean time from the end of an attempt to the next commitment [s]; null without one.
+    /// Mean time from the end of an attempt to the next commitment \[s\]; null without one.
     pub between_attempts_s: Option<f64>,
 }
 
@@ -92,11 +92,11 @@ pub struct ConditionSummary {
 pub struct StateSummary {
     /// Attempts that entered it.
     pub attempts: u32,
-    /// Mean time in it [s].
+    /// Mean time in it \[s\].
     pub mean_s: Option<f64>,
     /// Of these, placed.
     pub placed: u32,
-    /// Their mean time in it [s]; null without one.
+    /// Their mean time in it \[s\]; null without one.
     pub mean_placed_s: Option<f64>,
 }
 
@@ -113,7 +113,7 @@ pub struct EpisodeLine {
     pub repeat: u32,
     /// Outcome of the episode.
     pub outcome: Outcome,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Fruit on the tree at the start.
     pub fruit: u32,

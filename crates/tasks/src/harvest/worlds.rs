@@ -95,7 +95,7 @@ impl Harvest {
         })
     }
 
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub fn frame(&self) -> f64 {
         self.scenario.spec().sim.frame()
     }

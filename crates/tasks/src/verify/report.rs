@@ -49,7 +49,7 @@ pub struct TrajectoryLine {
     pub sha256: String,
     /// Rows.
     pub rows: u32,
-    /// Time of the last row [s].
+    /// Time of the last row \[s\].
     pub duration_s: f64,
 }
 

@@ -53,7 +53,7 @@ pub struct TreeOutcome {
     pub world: u32,
     /// Reason why the run has no end: the world could not be built or left its plausible state.
     pub quarantined: Option<String>,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Fruit at the start.
     pub fruit: u32,
@@ -67,11 +67,11 @@ pub struct TreeOutcome {
     pub peak_moment_ratio: f64,
     /// Largest excess of a joint's ratio over its value at the start.
     pub peak_moment_excess: f64,
-    /// Integral over time of the largest excess [s].
+    /// Integral over time of the largest excess \[s\].
     pub moment_excess_s: f64,
-    /// Impulse of the robot's contacts with wood [N s].
+    /// Impulse of the robot's contacts with wood \[N s\].
     pub contact_impulse_n_s: f64,
-    /// Largest sum of the forces of these contacts [N].
+    /// Largest sum of the forces of these contacts \[N\].
     pub peak_contact_force_n: f64,
 }
 
@@ -196,7 +196,7 @@ fn one(
 /// Digits after the point that a recorded trajectory keeps: microns and microradians.
 const DIGITS: f64 = 1e6;
 
-/// Records the commands of a controller in a world during `frames` frames, at a fixed interval of frames.
+/// Records the commands of a controller in a world during `frames` frames: every `every`-th frame and the last.
 ///
 /// # Errors
 /// The controller commands what no trajectory may hold.

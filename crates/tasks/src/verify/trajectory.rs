@@ -25,7 +25,7 @@ pub(crate) fn bad(file: &str, line: u64, field: &str, problem: String) -> Trajec
 /// One row: what is commanded at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Time since the start [s].
+    /// Time since the start \[s\].
     pub time: f64,
     /// The command.
     pub command: Command,
@@ -114,7 +114,7 @@ impl Trajectory {
         &self.warnings
     }
 
-    /// Time of the last row [s].
+    /// Time of the last row \[s\].
     pub fn duration(&self) -> f64 {
         self.rows.last().map_or(0.0, |row| row.time)
     }
