@@ -104,7 +104,7 @@ impl<S: Sink> Recorder<S> {
         }
     }
 
-    fn controller_messages(&mut self, ControllerMessages { detections, picker, target }: Noted) {
+    fn controller_messages(&mut self, ControllerMessages { detections, picker, target }: ControllerMessages) {
         if let Some((message, drawn)) = detections {
             self.json(Channel::Detections, &message);
             self.protobuf(Channel::DetectionSpheres, &drawn);
