@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 /// Bytes of the hash that are kept; enough to distinguish versions of one code base.
 const KEPT_BYTES: usize = 6;
 
-/// Crates that only show results or ask for them: no result depends on them.
+/// Crates that only display or request results: no result depends on them.
 const SHOWING: [&str; 2] = ["report", "orchard"];
 
 fn main() -> io::Result<()> {

@@ -129,7 +129,7 @@ mod tests {
         let empty = tempfile::tempdir().unwrap();
         let store = Store::open(empty.path()).unwrap();
         assert_eq!(store.check_plan::<Sum>(&keys()), Ok(()));
-        // What cannot be read belongs to nobody.
+        // Files that cannot be read belong to no plan.
         fs::create_dir(empty.path().join("sums")).unwrap();
         for text in ["", "{", "[]", "no"] {
             fs::write(empty.path().join("sums/x.json"), text).unwrap();

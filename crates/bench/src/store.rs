@@ -1,4 +1,4 @@
-//! Result files: whole or not there.
+//! Result files, each written atomically: it is complete or absent.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -111,7 +111,7 @@ impl Store {
             return Stored::Missing;
         };
         match serde_json::from_slice::<R>(&bytes) {
-            // Whatever was changed by hand and still reads would not be written like this.
+            // A record that was edited by hand and can still be read has other bytes than this code writes.
             Ok(record) if encode(&record).ok().as_ref() != Some(&bytes) => Stored::Damaged,
             Ok(record) if record.key() == key => Stored::Whole(Box::new(record)),
             Ok(_) => Stored::Other,

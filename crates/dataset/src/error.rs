@@ -6,7 +6,7 @@ use orchard_world::WorldError;
 /// A data set that was not made.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
-    /// The scenario's rules are none of the protocol.
+    /// The protocol does not have the scenario's rules.
     #[error(transparent)]
     Rules(#[from] orchard_quantity::ConfigError),
     /// No seed in the range.
@@ -42,7 +42,7 @@ pub enum DatasetError {
         /// The most.
         most: u64,
     },
-    /// A folder that this data set cannot go into.
+    /// A folder that cannot hold this data set.
     #[error("--out {folder}: {problem}")]
     Folder {
         /// The folder.
@@ -108,5 +108,5 @@ impl DatasetError {
     }
 }
 
-/// Most images of a data set: far more than a folder bears, far fewer than numbers.
+/// Largest number of images of a data set: far more than a folder can practically hold, far fewer than the image numbers allow.
 pub const MOST_VIEWS: u64 = 10_000_000;

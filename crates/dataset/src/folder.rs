@@ -1,4 +1,4 @@
-//! The folder of a data set: one recipe, whole files, and what of them is there already.
+//! Folder of a data set: its recipe, its files, and the check of the files that are there already.
 
 use std::fs;
 use std::path::{Path, PathBuf};

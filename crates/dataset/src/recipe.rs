@@ -72,7 +72,7 @@ pub struct LightFigures {
     pub overcast: f64,
 }
 
-/// A recipe with what it takes to follow it.
+/// A recipe with the scenario and settings needed to run it.
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub(crate) recipe: Recipe,

@@ -3,7 +3,7 @@
 use orchard_camera::Label;
 use serde::Serialize;
 
-/// Value of an instance image where a pixel shows nothing that has a number.
+/// Value of an instance image where a pixel shows no numbered object.
 pub const NO_INSTANCE: u16 = u16::MAX;
 
 /// A class of the label images.

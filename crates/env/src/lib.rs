@@ -59,7 +59,7 @@ pub enum EnvError {
         /// Worlds.
         worlds: usize,
     },
-    /// A snapshot that its world does not take.
+    /// A snapshot that does not fit its world.
     #[error("snapshot {index}: {source}")]
     Snapshot {
         /// Place of the world in [`Env::worlds`].

@@ -20,7 +20,7 @@ impl std::fmt::Display for Difference {
     }
 }
 
-/// The first difference of two values, fields in the order of their names; `None` if they are equal.
+/// Returns the first difference of two values, fields in the order of their names; `None` if they are equal.
 pub fn first_difference(found: &Value, expected: &Value) -> Option<Difference> {
     let mut field = String::new();
     search(found, expected, &mut field)

@@ -41,7 +41,7 @@ impl Budget {
         Ok(Self { class: None, snapped, dropped })
     }
 
-    /// True if so much damage a tree is within it.
+    /// True if an amount of damage a tree is within the budget.
     pub fn admits(&self, snapped: f64, dropped: f64) -> bool {
         snapped <= self.snapped && dropped <= self.dropped
     }
@@ -66,7 +66,7 @@ pub struct Entry {
     pub controller: String,
     /// Budget that was chosen for it.
     pub budget: Budget,
-    /// True if its damage is within that.
+    /// True if the damage of the entry is within its budget.
     pub within_budget: bool,
     /// Harvest completeness.
     pub completeness: f64,

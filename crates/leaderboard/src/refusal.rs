@@ -51,7 +51,7 @@ pub enum Refusal {
     /// Episodes of the matrix are not there, or not as this code writes them.
     #[error(transparent)]
     Missing(#[from] Missing),
-    /// A record that the matrix does not have.
+    /// A record that is not part of the matrix.
     #[error("{file} is not of the official matrix: a submission holds that and nothing else")]
     Surplus {
         /// The file.
@@ -65,13 +65,13 @@ pub enum Refusal {
         /// In what.
         problem: String,
     },
-    /// A summary that its records do not give.
+    /// A summary that does not follow from its records.
     #[error("summary.json is not what its records give: {difference}")]
     Summary {
         /// The first difference.
         difference: Difference,
     },
-    /// An episode that comes out otherwise.
+    /// An episode that has other bytes when run again.
     #[error("{file} comes out otherwise when run again: {difference}")]
     NotRepeated {
         /// The file.

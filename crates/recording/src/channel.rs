@@ -1,4 +1,4 @@
-//! The channels of a recording: topic, schema, and whose word each is.
+//! Channels of a recording: topic, schema and source.
 
 use foxglove::messages::{
     CameraCalibration, FrameTransforms, JointStates, Log, PointCloud, RawImage, SceneUpdate,
@@ -164,7 +164,7 @@ fn foxglove<M: Encode>() -> Schema {
     M::get_schema().unwrap_or_else(|| unreachable!("Foxglove's messages have schemas"))
 }
 
-/// A schema of ours: everything in place, which is all that Foxglove reads.
+/// Schema of one of this crate's messages, with all definitions inline: Foxglove resolves no references.
 fn own<M: JsonSchema>(name: &str) -> Schema {
     let settings = SchemaSettings::draft07().with(|s| s.inline_subschemas = true);
     let schema = settings.into_generator().into_root_schema_for::<M>();

@@ -69,7 +69,7 @@ impl RecordingConfig {
         }
     }
 
-    /// SHA-256 of the values, hexadecimal: files recorded under other ones have other bytes.
+    /// SHA-256 of the values, hexadecimal: files recorded under other values have other bytes.
     pub fn hash(&self) -> String {
         let text =
             serde_json::to_vec(self).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"));

@@ -16,7 +16,7 @@ pub struct StateHashMessage {
     pub sha256: String,
 }
 
-/// A fact of the world. What does not apply is left out.
+/// An event of the world. Fields that do not apply are left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EventMessage {
     /// `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped` or `branch_snapped`.

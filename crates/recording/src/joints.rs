@@ -10,7 +10,7 @@ use crate::clock::timestamp;
 /// Names of the base's coordinates in the odom frame.
 const BASE: [&str; 3] = ["base/x", "base/y", "base/yaw"];
 
-/// Names of joints: of height, arm and fingers as the robot's description has them.
+/// Names of joints: those of height, arm and fingers are from the robot's description.
 #[derive(Debug, Clone)]
 pub struct Joints {
     height: String,

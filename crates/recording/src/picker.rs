@@ -32,7 +32,7 @@ pub struct Sphere {
 /// All detections of one depth image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DetectionsMessage {
-    /// The moment that the image shows (ns).
+    /// Capture time of the image (ns).
     pub image_time: u64,
     /// The detections, in the controller's order.
     pub detections: Vec<Sphere>,
@@ -53,11 +53,11 @@ pub struct PickerMessage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub width: Option<f64>,
-    /// Pull or resistance that it felt (N), of `stem_gave_way` and `yielded`.
+    /// Pull or resistance that the controller felt (N), of `stem_gave_way` and `yielded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub force: Option<f64>,
-    /// Why the attempt failed, of `attempt_ended`; left out where the controller believes that it placed the fruit.
+    /// Failure reason, of `attempt_ended`; left out where the controller reports that it placed the fruit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "String")]
     pub failure: Option<String>,

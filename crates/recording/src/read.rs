@@ -224,7 +224,7 @@ impl Records {
     }
 }
 
-/// Most that the contents of a chunk are larger than the whole file: still scenes compress well.
+/// Largest ratio of a chunk's uncompressed size to the size of the whole file: still scenes compress well.
 const MOST_COMPRESSED: usize = 1000;
 
 fn piece(
@@ -274,7 +274,7 @@ fn read_header(path: &Path, fields: &BTreeMap<String, String>) -> Result<Header,
     }
     let text = field(key)?;
     let key = serde_json::from_str::<EpisodeKey>(text).map_err(|e| {
-        // The key of another schema version may have other fields; then that is the news.
+        // The key of another schema version may have other fields; then the version is the error to report.
         let version = serde_json::from_str::<Value>(text).ok();
         match version.and_then(|key| key["code_version"].as_str().map(str::to_owned)) {
             Some(code) if code != orchard_bench::CODE_VERSION => {

@@ -1,4 +1,4 @@
-//! Watches an episode and turns its frames into messages.
+//! Observes an episode and turns its frames into messages.
 
 use foxglove::Encode;
 use orchard_robot::Observation;

@@ -35,7 +35,7 @@ use playback::Playback;
 pub struct Replayed {
     /// Frames that were simulated, settling not counted.
     pub frames: u32,
-    /// By channel, how many messages agreed.
+    /// Number of messages that agreed and that differed, by channel.
     pub tallies: BTreeMap<Channel, Tally>,
     /// The first difference in the world's messages, and in the controller's.
     pub differences: BTreeMap<Origin, Difference>,
@@ -58,7 +58,7 @@ pub enum ReplayError {
     /// The recording does not read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The world that was recorded is none here.
+    /// The recorded world cannot be built here.
     #[error("the recorded world cannot be built: {0}")]
     NoWorld(String),
     /// The stop flag was raised.
@@ -115,7 +115,7 @@ fn file_hash(recording: &Recording) -> Result<sha2::digest::Output<Sha256>, Reco
     Ok(hashing.0.finalize())
 }
 
-/// Hashes what is written, and keeps nothing.
+/// Hashes the bytes that are written, and keeps none.
 struct Hashing(Sha256);
 
 impl io::Write for Hashing {

@@ -26,7 +26,7 @@ const BUCKET: [f64; 4] = [0.20, 0.42, 0.75, 0.55];
 /// Half a side of the square that is drawn of level ground \[m\].
 const PLAIN: f64 = 5.0;
 
-/// A message of what a topic shows from now on.
+/// A message that sets the entities of a topic from now on.
 fn update(now: u64, entities: Vec<SceneEntity>) -> SceneUpdate {
     let all =
         SceneEntityDeletion { timestamp: Some(timestamp(now)), r#type: Type::All.into(), id: String::new() };

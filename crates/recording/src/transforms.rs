@@ -1,4 +1,4 @@
-//! Poses of everything that moves, and when they are kept.
+//! Poses of everything that moves, recorded when they are due.
 
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
 use orchard_geometry::{Pose, Rotation};
@@ -57,7 +57,7 @@ impl Place {
     }
 }
 
-/// A frame and the pose of it that was kept last.
+/// A frame and its last recorded pose.
 #[derive(Debug, Clone)]
 struct Tracked {
     name: String,

@@ -171,7 +171,7 @@ const HALF: u64 = 500_000_000;
 
 #[test]
 fn an_altered_command_is_found_in_the_world_and_at_the_controller() {
-    // One more newton metre is not asked for, but one more milliradian: a digit of the first joint's target.
+    // The first joint's target is changed by one digit, a milliradian.
     let altered = rewrite(recorded(), |_, message| {
         if message.channel == Channel::Command && message.log_time == HALF {
             let mut command: serde_json::Value = serde_json::from_slice(&message.data).unwrap();

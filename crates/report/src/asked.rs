@@ -13,7 +13,7 @@ use crate::results::conditions;
 pub struct Demands<'a> {
     /// The condition.
     pub condition: &'a str,
-    /// By metric; none where the result cannot be judged: other seeds, trees, repeats or time than asked for.
+    /// Verdicts by metric; none where the result cannot be judged: other seeds, trees, repeats or time than required.
     pub judged: Option<Vec<Judged<'a>>>,
 }
 
@@ -35,7 +35,7 @@ impl Judged<'_> {
     }
 }
 
-/// Judges every condition of a result that something is asked of, the nominal one first.
+/// Judges every condition of a result that has requirements, the nominal one first.
 pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<'a>> {
     let Some(asked) = protocol.asked.get(&summary.controller) else { return Vec::new() };
     let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {

@@ -1,4 +1,4 @@
-//! A chart of points over an axis: lines with intervals, what others have published, lines to compare with.
+//! A chart of points over an axis: lines with intervals, published values, reference lines and bands.
 
 use plotters::backend::SVGBackend;
 use plotters::chart::ChartBuilder;
@@ -83,7 +83,7 @@ pub(crate) enum Line {
     None,
 }
 
-/// A stretch of the upright axis to compare with, or a line where both ends are one.
+/// A reference interval on the upright axis, drawn as a band, or as a line where both ends are equal.
 pub(crate) struct Band {
     /// Name in the legend.
     pub name: String,
@@ -262,7 +262,7 @@ fn draw_mark(area: &Canvas, series: &Series, (x, y): (i32, i32)) -> Drawn {
     match series.mark {
         Mark::None => {}
         Mark::Disc => {
-            // A rim of the ground's colour keeps crossing lines apart.
+            // A rim in the background colour separates crossing lines.
             area.draw(&Circle::new((x, y), 5, colour::PAPER.filled()))?;
             area.draw(&Circle::new((x, y), 4, series.colour.filled()))?;
         }

@@ -51,7 +51,7 @@ pub(crate) mod colour {
     pub const ORANGE: RGBColor = RGBColor(0xE6, 0x9F, 0x00);
     /// Sixth series.
     pub const SKY: RGBColor = RGBColor(0x56, 0xB4, 0xE9);
-    /// Letters and what others have published.
+    /// Text, and published values.
     pub const INK: RGBColor = RGBColor(0x1F, 0x29, 0x33);
     /// Letters of less weight.
     pub const SOFT: RGBColor = RGBColor(0x5B, 0x67, 0x74);
@@ -97,7 +97,7 @@ pub(crate) fn heading() -> TextStyle<'static> {
     font.color(&colour::INK).pos(Pos::new(HPos::Left, VPos::Top))
 }
 
-/// About how wide a line is \[px\]: there are no fonts here to ask.
+/// Approximate width of a line \[px\]; no font metrics are available here.
 pub(crate) fn text_width(text: &str, size: f64) -> i32 {
     (text.chars().count() as f64 * size * LETTER_WIDTH).ceil() as i32
 }
@@ -124,7 +124,7 @@ pub(crate) fn drawn(
     Ok(Figure { stem: stem.to_owned(), title: title.to_owned(), description: description.to_owned(), svg })
 }
 
-/// Adds title and description, and the colours of the night.
+/// Adds title and description, and the dark-mode colours.
 fn with_words(svg: &str, stem: &str, title: &str, description: &str) -> String {
     let (head, body) = svg.split_once(">\n").unwrap_or((svg, ""));
     let head = head.replacen(

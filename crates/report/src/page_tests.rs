@@ -82,7 +82,7 @@ fn every_section_is_there() {
     // Undefined figures have their reason.
     let undefined = select(&html, "[title='no figure: there is nothing to measure']");
     assert!(undefined.iter().all(|cell| cell.text().collect::<String>() == "-") && !undefined.is_empty());
-    // What is asked is judged on the whole of the tuning seeds.
+    // Requirements are judged only on all tuning seeds.
     assert!(text.contains(">met<") && text.contains("Asked over the tuning seeds"));
 }
 

@@ -11,7 +11,7 @@ pub struct Pictures {
     pub trees: Vec<Picture>,
     /// One attempt, moment by moment.
     pub pick: Option<Pick>,
-    /// Why some or all are missing, if so.
+    /// Reason why some or all pictures are missing, if so.
     pub left_out: Option<String>,
 }
 

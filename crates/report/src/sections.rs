@@ -43,7 +43,7 @@ pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
     }
 }
 
-/// A part without data: what would fill it.
+/// Placeholder of a section without data, with the command that would fill it.
 pub(crate) fn missing(what: &str, command: &str) -> Markup {
     html! { p.missing { (what) " " code { (command) } " fills this part." } }
 }

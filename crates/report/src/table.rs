@@ -7,7 +7,7 @@ use maud::{Markup, html};
 pub(crate) struct Cell {
     /// Text of the cell.
     pub text: String,
-    /// Why there is nothing, or what it means.
+    /// Tooltip: the reason for an empty cell, or an explanation.
     pub title: Option<String>,
     /// Style of the cell.
     pub kind: Kind,

@@ -187,7 +187,7 @@ fn signed(text: String) -> String {
     }
 }
 
-/// Why a metric has no figure, or no interval.
+/// Returns the reason why a metric has no figure, or no interval.
 pub(crate) fn why(metric: &Metric) -> Option<String> {
     metric.undefined.map(|reason| reason_of(reason, metric.mean.is_some()))
 }

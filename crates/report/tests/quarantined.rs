@@ -56,7 +56,7 @@ fn one_world_is_quarantined_counted_and_told_and_the_others_go_on() {
     assert_eq!(harvest(sound.path(), None).summary.unwrap().quarantined, 0);
     let result = harvest(sick.path(), Some(1));
 
-    // The physics stopped it in its first frame; its neighbours did not notice.
+    // The physics stopped it in its first frame; the other worlds were not affected.
     let Outcome::Quarantined { reason } = &result.records[1].outcome else {
         panic!("{:?}", result.records[1].outcome);
     };

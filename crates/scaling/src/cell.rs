@@ -16,7 +16,7 @@ use crate::trees::Worlds;
 
 /// Resolution of the clock \[s\]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
-/// Frames at once of the world that keeps a device awake.
+/// Frames by call of the world that keeps a device busy.
 const FRAMES_AWAKE: u32 = 60;
 
 /// Worlds before the first course, with the solver that advances them.
@@ -81,7 +81,7 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
     Ok(events.iter().filter(|happened| is_stop(&happened.event)).count() as u32)
 }
 
-/// Keeps a device busy with one world for so long \[s\].
+/// Keeps a device busy with one world for a time \[s\].
 ///
 /// # Errors
 /// The device cannot have the world, or was lost.

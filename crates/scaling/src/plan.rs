@@ -97,7 +97,7 @@ pub struct ScalingPlan {
     pub repeats: u32,
     /// Time for all repeats of a cell \[s\].
     pub cell_time: f64,
-    /// When a cell is left out; never, without.
+    /// Limits beyond which a cell is left out; none where no cell is.
     pub limits: Option<Limits>,
     /// Kinds of randomisation that are timed one by one.
     pub axes: Option<AxesPlan>,
@@ -112,7 +112,7 @@ impl ScalingPlan {
     /// seed.
     ///
     /// # Errors
-    /// The scenario's rules are none of the protocol, or its tree is digitised.
+    /// The protocol does not have the scenario's rules, or its tree is digitised.
     pub fn new(
         scenario: &Scenario,
         profile: &str,
@@ -154,7 +154,7 @@ impl ScalingPlan {
         })
     }
 
-    /// Plans the large sweep, or as much of it as shows that everything works.
+    /// Plans the large sweep, or a short version of it as a smoke test.
     ///
     /// # Errors
     /// As [`ScalingPlan::new`].
@@ -170,10 +170,10 @@ impl ScalingPlan {
         })
     }
 
-    /// Opens the device that the plan needs, if it needs one. On an adapter in software little is left of the plan.
+    /// Opens the device that the plan needs, if it needs one. On an adapter in software the plan is reduced.
     ///
     /// # Errors
-    /// There is none, or it cannot be used.
+    /// There is no device, or it cannot be used.
     pub fn with_device(self, rules: &ScalingRules) -> Result<(Self, Option<Gpu>), ScalingError> {
         if self.backend == Backend::Cpu {
             return Ok((self, None));

@@ -119,7 +119,7 @@ pub struct Row {
     pub substeps_per_s: f64,
     /// Smallest and largest step rate of the repeats \[1/s\].
     pub spread: [f64; 2],
-    /// Processor time of all threads an env-step \[us\], over all repeats: what other work on the machine hardly changes.
+    /// Processor time of all threads an env-step \[us\], over all repeats: hardly affected by other work on the machine.
     pub processor_us_per_env_step: f64,
     /// Memory of the batch \[MiB\]; null where the system does not report it.
     pub memory_mib: Option<f64>,
@@ -137,7 +137,7 @@ pub struct Row {
     pub repeats: u32,
     /// Courses of all repeats together.
     pub courses: u32,
-    /// Worlds that were no longer finite at the end of a course; figures with any are worth nothing.
+    /// Worlds that were no longer finite at the end of a course; the figures of a cell with any are invalid.
     pub unfinite: u32,
     /// Remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -243,7 +243,7 @@ fn plants_repeat_and_kicks_do_not() {
     assert!(shares(0, 2) && shares(1, 3) && shares(0, 4) && !shares(0, 1));
     let v = |index: usize| &worlds[index].data().v;
     assert!(v(0) != v(2) && v(2) != v(4));
-    // However far it is grown at a time.
+    // The result does not depend on the number of worlds grown at a time.
     let at_once = trees::worlds(&plan, Mode::DistinctTopology, 5).unwrap();
     assert!(at_once.iter().zip(&worlds).all(|(a, b)| a.data().v == b.data().v && a.data().q == b.data().q));
 }

@@ -1,4 +1,4 @@
-//! Why a scenario cannot be resolved.
+//! Error of a scenario that cannot be resolved.
 
 /// An option that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

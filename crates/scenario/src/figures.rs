@@ -1,4 +1,4 @@
-//! Every figure of a scenario, with where it comes from.
+//! Figures of a scenario, each with its origin.
 
 use orchard_quantity::parse;
 use orchard_spec::{Preset, Spec};
@@ -44,7 +44,7 @@ impl Layers {
         layers
     }
 
-    /// A world whose making is not known.
+    /// The layers of a world whose presets and options are unknown.
     pub fn of_one(by: &str, spec: &Spec) -> Self {
         Self { worlds: vec![(by.to_owned(), json(spec))], parts: Vec::new() }
     }

@@ -1,4 +1,4 @@
-//! Scenarios as results keep them, so that a result can be run again without the files that it was asked by.
+//! Scenarios as stored in results, so that a result can be run again without its option files.
 
 use std::sync::Arc;
 

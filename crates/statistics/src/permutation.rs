@@ -17,7 +17,7 @@ pub struct Permutation {
     pub p_value: f64,
     /// Method of the p-value.
     pub method: Method,
-    /// Sign patterns that were looked at.
+    /// Number of sign patterns that were evaluated.
     pub patterns: u64,
     /// Pairs.
     pub n: usize,

@@ -1,4 +1,4 @@
-//! Figures that a sample does not define, and why.
+//! Reasons for which a figure is undefined on a sample.
 
 use serde::{Deserialize, Serialize};
 

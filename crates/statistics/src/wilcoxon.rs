@@ -112,7 +112,7 @@ mod tests {
         let test = wilcoxon(&[1.0, 1.0, 1.0, -1.0], 50).unwrap();
         assert_eq!((test.statistic, test.method), (2.5, Method::Normal));
         assert!((test.p_value - 0.423_710_797_1).abs() < 1e-9, "{}", test.p_value);
-        // In the middle nothing speaks against symmetry; the correction does not overshoot.
+        // At the mean the p-value is 1: the continuity correction does not overshoot.
         assert_eq!(wilcoxon(&[1.0, -1.0], 50).unwrap().p_value, 1.0);
     }
 

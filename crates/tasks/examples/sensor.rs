@@ -1,4 +1,4 @@
-//! Writes what a d435i measures of a tree: true depth, measured depth, and the error between them from -30 mm (blue, too
+//! Writes depth images of a tree by a d435i: true depth, measured depth, and the error between them from -30 mm (blue, too
 //! near) to 30 mm (red, too far): `sensor OUT.png`. Says what is missing and how long an image takes.
 
 use std::sync::Arc;

@@ -167,7 +167,7 @@ impl BenchWorld for FakeWorld {
 
 /// A controller whose log follows the fake world's rhythm: an attempt from frame 10 k + 1 to 10 k + 8.
 pub struct FakeController {
-    /// Fruit centres \[m, odom\]: a test's own knowledge, no controller has it.
+    /// Fruit centres \[m, odom\], known to tests only.
     pub targets: Vec<Vec3>,
     log: Vec<ControllerEvent>,
 }

@@ -47,7 +47,7 @@ pub fn vantages(spec: &VantageSpec, scene: &Scene, seed: u64, world: u32, count:
         let target = Vec3::z() * within(&spec.aim, part(2));
         let mut distance = within(&spec.distance, part(0));
         let lens = |distance: f64| height + outward * distance;
-        // A tree ends somewhere, so this does.
+        // The tree is finite, so the loop ends.
         while is_near(scene, &lens(distance), spec.clearance.si()) {
             distance += STEP;
         }

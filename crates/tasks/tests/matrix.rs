@@ -1,4 +1,4 @@
-//! Conditions are paired: what the dial does not turn is the same bits in every world of a tree.
+//! Conditions are paired: everything that the dial does not change has the same bits in every world of a tree.
 
 use orchard_fruit::Fruit;
 use orchard_scenario::Scenario;

@@ -1,4 +1,4 @@
-//! Messages held against those of a recording.
+//! Compares messages with those of a recording.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -169,7 +169,7 @@ impl Comparison {
     }
 }
 
-/// A comparison that several hold.
+/// A comparison with several owners.
 pub struct Shared(pub Rc<RefCell<Comparison>>);
 
 impl Sink for Shared {

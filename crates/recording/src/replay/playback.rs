@@ -1,4 +1,4 @@
-//! A controller that does as it once did, and is asked what it would do.
+//! A controller that plays back recorded commands, and compares them with those that the real controller computes.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -12,7 +12,7 @@ use crate::sink::json;
 
 use super::comparison::{Comparison, Differs};
 
-/// Gives the recorded commands. Notes are the controller's own.
+/// Returns the recorded commands. The events are the controller's own.
 pub struct Playback<C> {
     controller: C,
     comparison: Rc<RefCell<Comparison>>,

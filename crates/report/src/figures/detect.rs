@@ -8,7 +8,7 @@ use crate::figure::{Figure, FigureError, colour};
 use crate::results::ends;
 use crate::words::{interval, number};
 
-/// Precision and recall over foliage density, beside what is published.
+/// Precision and recall over foliage density, beside the published values.
 pub fn detection(summary: &DetectSummary, rules: &DetectRules) -> Result<Figure, FigureError> {
     let found = &rules.found;
     let lines = [

@@ -17,7 +17,7 @@ const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dotted];
 
 /// Bytes of a gigabyte over those of a mebibyte.
 const MIB_PER_GB: f64 = 1e9 / 1_048_576.0;
-/// By how much equal points of the paper are drawn apart \[px\].
+/// Shift between equal points of the paper, so that both are seen \[px\].
 const APART: i32 = 5;
 
 /// Throughput, step rate and memory over the number of worlds. Of several backends the fastest solver of each is drawn.

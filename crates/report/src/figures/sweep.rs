@@ -1,4 +1,4 @@
-//! A sweep of one dial: every headline metric over it, with intervals, and what the paper has.
+//! Figures of a sweep of one dial: every headline metric over it, with intervals, and the paper's values.
 
 use orchard_statistics::Metric;
 use orchard_tasks::harvest::matrix::SweepPoint;

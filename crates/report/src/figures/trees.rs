@@ -1,4 +1,4 @@
-//! Tree by tree: how many fruit each gave, and what the harvest cost it.
+//! Figures by tree: fruit deposited, completeness and damage.
 
 use orchard_tasks::harvest::summary::{ConditionSummary, EpisodeLine, Summary};
 use plotters::element::{PathElement, Rectangle, Text};
@@ -42,7 +42,7 @@ pub(crate) fn completeness(
     if values.is_empty() {
         return Ok(None);
     }
-    // Tenths; all of it belongs to the last.
+    // Bins are tenths; a completeness of 1 belongs to the last.
     let tenth = |value: f64| ((10.0 * value + 1e-9).floor().max(0.0) as u32).min(9);
     let last = values.iter().map(|&value| tenth(value)).max().unwrap_or(0).max(4);
     let bin =

@@ -1,4 +1,4 @@
-//! The top of the page: warnings, and what was run.
+//! The top of the page: warnings, and the facts of the run.
 
 use maud::{Markup, html};
 use orchard_bench::compute::Machine;
@@ -184,7 +184,7 @@ fn list(seeds: &[u64]) -> String {
     seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Every condition, with how its episodes ended.
+/// Table of the conditions, with the outcomes of their episodes.
 fn condition_table(summary: &Summary) -> Markup {
     let row = |(name, c): (&str, &ConditionSummary)| {
         let p = &c.params;

@@ -1,4 +1,4 @@
-//! The headline: metrics beside the paper's, what is asked, how single episodes vary.
+//! Headline section: metrics beside the paper's, requirements, variation between episodes.
 
 use std::collections::BTreeMap;
 

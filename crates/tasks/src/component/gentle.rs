@@ -27,7 +27,7 @@ pub struct PointTarget {
     pub segments_before: u32,
 }
 
-/// Longest step between the places where the line outwards is held against the wood \[m\]: thinner than any twig.
+/// Largest step between the points of the line outwards that are checked for wood \[m\]: thinner than any twig.
 const STEP: f64 = 5e-3;
 
 impl Component for Gentle {
@@ -116,7 +116,7 @@ impl Wood {
         Self { segments: segments.collect() }
     }
 
-    /// Segments of wood near the level line outwards from a point, if it is clear of wood and they are enough.
+    /// Number of segments of wood near the level line outwards from a point; `None` if the point is not clear of wood or they are too few.
     fn before(&self, p_world: &Vec3, outwards: &Vec3, rules: &GentleRules) -> Option<u32> {
         let distance = |(shape, x, _): &(Shape, orchard_geometry::Pose, bool), p: &Vec3| {
             shape.signed_distance(&inverse_transform(x, p))

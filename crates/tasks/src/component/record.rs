@@ -80,7 +80,7 @@ impl<T> TrialRecord<T> {
         self.ended == Ended::Success
     }
 
-    /// True if its loads mean anything.
+    /// True if the loads of the trial are valid.
     pub fn sound(&self) -> bool {
         !matches!(self.ended, Ended::Quarantined { .. })
     }

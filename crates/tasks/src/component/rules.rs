@@ -55,6 +55,6 @@ pub struct GentleRules {
     pub corridor_radius: Quantity,
     /// Fewest segments of wood near it.
     pub corridor_segments: Count,
-    /// Draws after which there are no more points.
+    /// Largest number of draws of a point; then the tree has no more points.
     pub draws: Count,
 }

@@ -15,7 +15,7 @@ pub struct Variant {
     pub config: DetectorConfig,
 }
 
-/// A name, a title, and what is switched off.
+/// A name, a title, and the function that switches parts off.
 type Change = (&'static str, &'static str, fn(&mut DetectorConfig));
 
 const ALL_GATES: &str = "all_gates";
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use serde_json::Value;
 
-    /// Dotted names of what two configs differ in.
+    /// Dotted names of the fields in which two configs differ.
     fn differences(a: &Value, b: &Value, path: &str, out: &mut Vec<String>) {
         match (a, b) {
             (Value::Object(a), Value::Object(b)) => {

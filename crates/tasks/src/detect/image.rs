@@ -1,4 +1,4 @@
-//! Depth images of a tree, and what the detector gets of them.
+//! Depth images of a tree, and the part of them that the detector gets.
 
 use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};

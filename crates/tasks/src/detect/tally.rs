@@ -55,14 +55,14 @@ impl Found {
 /// Detections by their zone, fruit by its own.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct ZoneTally {
-    /// Detections, and what of them is right.
+    /// Detections, and of these true positives.
     pub(crate) detections: Found,
-    /// Fruit that ought to be found, and what of it was.
+    /// Fruit that ought to be found, and of these found.
     pub(crate) ought: Found,
 }
 
 impl Tally {
-    /// Counts images: the fruit that each shows and what was detected in it. `bins` is the number of bins.
+    /// Counts images: the fruit that each shows and the detections in it. `bins` is the number of bins.
     pub(crate) fn of<'a>(
         tree: &DetectRecord,
         images: impl Iterator<Item = (&'a [FruitSeen], &'a [DetectionRecord])>,

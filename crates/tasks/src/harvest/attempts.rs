@@ -146,7 +146,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
     records
 }
 
-/// Name of an end that the controller believed.
+/// Name of an outcome that the controller reported.
 fn believed_end(failure: &Option<String>) -> String {
     failure.clone().unwrap_or_else(|| "deposited".to_owned())
 }

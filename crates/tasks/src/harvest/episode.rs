@@ -145,21 +145,21 @@ pub struct Belief {
     pub nearest_fruit: Option<u32>,
     /// Truth: distance from the target to its centre \[m\].
     pub nearest_distance_m: Option<f64>,
-    /// When the controller took something between its fingers for the fruit \[s\].
+    /// Time at which the controller judged that the fruit was between its fingers \[s\].
     pub grasp_time: Option<f64>,
-    /// Width between the fingers then \[m\].
+    /// Width between the fingers at that time \[m\].
     pub grasp_width_m: Option<f64>,
-    /// When it took the stem as given way \[s\].
+    /// Time at which the controller judged that the stem had given way \[s\].
     pub stem_time: Option<f64>,
     /// Largest pull that it had estimated by then \[N\].
     pub pull_n: Option<f64>,
-    /// When it went back from what the hand pressed on.
+    /// Retreats of the controller from contact with the hand.
     pub yielded: Vec<Yielding>,
     /// Outcome that the controller reported: `deposited` or a reason; null if it did not end the attempt.
     pub end: Option<String>,
 }
 
-/// The hand went back from what it pressed on.
+/// One retreat of the controller from contact with the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Yielding {
     /// When \[s\].
@@ -237,7 +237,7 @@ pub struct DetachEvent {
     pub time: f64,
     /// Tension of the stem as it gave way \[N\]; null if it was not finite.
     pub tension_n: Option<f64>,
-    /// True if that is more than takes most apples off by a straight pull (`rules.stem_pull`).
+    /// True if the tension is above that which takes most apples off by a straight pull (`rules.stem_pull`).
     pub stem_pulled: bool,
 }
 
@@ -256,7 +256,7 @@ pub struct DepositEvent {
     pub impact_energy_j: Option<f64>,
     /// Energy of the hardest impact that the fruit took since the start \[J\]; null where not recorded.
     pub bruise_energy_j: Option<f64>,
-    /// True if that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
+    /// True if the energy is above the largest one without a bruise (`rules.bruise_energy`); null where not recorded.
     pub bruised: Option<bool>,
 }
 
@@ -274,7 +274,7 @@ pub struct SnapEvent {
 /// Sums over the depth images of an episode.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DetectionTally {
-    /// Images from which the controller reported detections, be it none.
+    /// Images for which the controller reported its detections, even if there were none.
     pub images: u32,
     /// Detections matched to a fruit.
     pub true_positives: u32,
@@ -383,7 +383,7 @@ impl EpisodeRecord {
         self.fruit_deposited.iter().filter(move |_| counts)
     }
 
-    /// Fruit torn off its stem; a quarantined world's forces mean nothing.
+    /// Fruit torn off its stem; none in a quarantined world, whose forces are invalid.
     pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
         let counts = !self.quarantined();
         self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)

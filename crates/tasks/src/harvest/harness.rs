@@ -1,4 +1,4 @@
-//! Drives one world with one controller for an episode and records what truly happened.
+//! Drives one world with one controller for an episode and records the true events.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

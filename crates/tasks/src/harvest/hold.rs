@@ -1,4 +1,4 @@
-//! Which fruit off its stem is between both fingers, from when to when, and how that ended.
+//! Spells in which fruit off its stem is between both fingers: begin, end and outcome.
 
 use orchard_world::truth::FruitState;
 

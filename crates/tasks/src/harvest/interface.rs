@@ -13,7 +13,7 @@ pub trait BenchWorld {
     fn observe(&mut self) -> Observation;
     /// Advances one frame under a command.
     fn step(&mut self, command: &Command);
-    /// Returns the events of the last step, in order, and forgets them.
+    /// Returns the events of the last step, in order, and clears them.
     fn drain_events(&mut self) -> Vec<WorldEvent>;
     /// Every fruit, by index.
     fn fruit(&self) -> Vec<FruitTruth>;
@@ -38,7 +38,7 @@ pub trait BenchWorld {
         let _ = fruit;
         None
     }
-    /// Reason why the world is no longer plausible, if so.
+    /// Reason of the world's quarantine, if its state is no longer plausible.
     fn quarantine(&self) -> Option<String>;
 }
 
@@ -80,17 +80,17 @@ pub enum ControllerEvent {
         /// Believed radius \[m\].
         radius: f64,
     },
-    /// It takes what is between the fingers for the fruit.
+    /// The controller judged that the fruit is between the fingers.
     Grasped {
         /// Width between the fingers \[m\].
         width: f64,
     },
-    /// It takes the stem as given way.
+    /// The controller judged that the stem has given way.
     StemGaveWay {
-        /// Largest pull that it estimated \[N\].
+        /// Largest pull that the controller estimated \[N\].
         pull: f64,
     },
-    /// It goes back from what the hand pressed on.
+    /// The controller retreats from contact with the hand.
     Yielded {
         /// Force that it felt \[N\].
         force: f64,
@@ -105,7 +105,7 @@ pub enum ControllerEvent {
         /// Reason why the attempt failed; `None` if the controller reports that the fruit was placed.
         failure: Option<String>,
     },
-    /// It evaluated the observation's depth image.
+    /// The controller evaluated the observation's depth image.
     Detected {
         /// Centres of all detections in that image \[m, odom\].
         p_odom: Vec<Vec3>,

@@ -11,7 +11,7 @@ use crate::harvest::metrics::METRICS;
 
 /// Name of the preset's own condition.
 pub const NOMINAL: &str = "nominal";
-/// Name of the nominal condition until nothing reachable is left.
+/// Name of the nominal condition that runs until no reachable fruit is left.
 pub const EXHAUSTION: &str = "exhaustion";
 
 /// The values of each dial, and what is tested over them.
@@ -216,7 +216,7 @@ pub struct Matrix {
 /// A condition that cannot be run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConditionError {
-    /// A name that is none of the matrix.
+    /// A name that is not in the matrix.
     #[error("{name} is neither a condition nor a sweep; there are {known}")]
     Unknown {
         /// The name.

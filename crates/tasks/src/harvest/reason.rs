@@ -4,7 +4,7 @@ use crate::harvest::episode::{HeldEnd, HeldFruit};
 
 /// Reason of an attempt that the end of the episode cut off.
 pub const RUN_ENDED: &str = "run_ended";
-/// Reason of an attempt that the controller believed placed and was not.
+/// Reason of an attempt that the controller reported as placed, although it was not.
 pub const MISSED_BUCKET: &str = "missed_bucket";
 /// Reason of an attempt that the controller left without ending it.
 pub const ABANDONED: &str = "abandoned";

@@ -51,7 +51,7 @@ pub struct TreeOutcome {
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Reason why the run has no end: the world could not be built or left its plausible state.
+    /// Reason why the run was not completed: the world could not be built or left its plausible state.
     pub quarantined: Option<String>,
     /// Simulated time \[s\].
     pub duration_s: f64,
@@ -178,7 +178,7 @@ fn one(
     let fruit = world.fruit_truth();
     let dropped = |state| matches!(state, FruitState::Dropped | FruitState::Loose);
     let load = world.wood_load();
-    // A quarantined world's numbers mean nothing, and JSON has no NaN.
+    // A quarantined world's numbers are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };
     Some(TreeOutcome {
         duration_s: f64::from(world.frame()) * frame,
@@ -199,7 +199,7 @@ const DIGITS: f64 = 1e6;
 /// Records the commands of a controller in a world during `frames` frames: every `every`-th frame and the last.
 ///
 /// # Errors
-/// The controller commands what no trajectory may hold.
+/// A command of the controller is not valid in a trajectory.
 pub fn record_controller(
     world: &mut World,
     robot: &RobotModel,

@@ -22,7 +22,7 @@ pub(crate) fn bad(file: &str, line: u64, field: &str, problem: String) -> Trajec
     TrajectoryError { file: file.to_owned(), line, problem: format!("{field}: {problem}") }
 }
 
-/// One row: what is commanded at a time.
+/// One row: the command at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// Time since the start \[s\].
