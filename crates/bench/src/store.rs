@@ -34,7 +34,7 @@ pub enum LockError {
     /// Another process has it.
     #[error("{0}: another run is at work in this folder; wait for its end, or give another folder")]
     Busy(String),
-    /// It cannot be written to.
+    /// The folder cannot be written to.
     #[error(transparent)]
     Store(#[from] StoreError),
 }

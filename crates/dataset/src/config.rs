@@ -27,7 +27,7 @@ pub struct DatasetConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightDial {
-    /// From the world's x axis, counter-clockwise seen from above.
+    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above.
     pub sun_azimuth: Quantity,
     /// Over the horizon.
     pub sun_elevation: Quantity,

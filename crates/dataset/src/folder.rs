@@ -27,7 +27,7 @@ impl Folder {
     /// Opens a folder and makes it if needed.
     ///
     /// # Errors
-    /// It cannot be made, or it holds something else.
+    /// The folder cannot be made, or it holds something else.
     pub fn open(root: &Path, plan: &Plan) -> Result<Self, DatasetError> {
         let refuse = |problem: String| DatasetError::Folder { folder: root.display().to_string(), problem };
         let wanted = as_json(&plan.recipe);

@@ -62,7 +62,7 @@ pub struct Recipe {
 /// The light dials as figures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LightFigures {
-    /// From the world's x axis, counter-clockwise seen from above.
+    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above.
     pub sun_azimuth_deg: f64,
     /// Over the horizon.
     pub sun_elevation_deg: f64,

@@ -50,7 +50,7 @@ impl ViewFiles {
 /// A file that was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FileRecord {
-    /// From the folder of the data set.
+    /// Path relative to the folder of the data set.
     pub path: String,
     pub sha256: String,
 }

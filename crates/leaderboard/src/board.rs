@@ -53,7 +53,7 @@ pub enum BoardError {
     /// The board already holds this result.
     #[error("the same records stand on the board under the same budget, as {name}")]
     Twice {
-        /// Under this name.
+        /// Name of the entry on the board.
         name: String,
     },
 }
@@ -61,9 +61,9 @@ pub enum BoardError {
 /// Result of adding an entry to the board.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Added {
-    /// Under a new name.
+    /// The entry has a new name.
     New,
-    /// In the place of one of the same name.
+    /// The entry replaced one of the same name.
     InPlaceOf(Box<Entry>),
 }
 
@@ -109,7 +109,7 @@ impl Board {
     /// Checks that it is of a version, a seed set and a scene.
     ///
     /// # Errors
-    /// It is of another.
+    /// The board has another version, seed set or scene.
     pub fn check(
         &self,
         config_version: &str,

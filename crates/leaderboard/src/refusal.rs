@@ -23,7 +23,7 @@ pub enum Refusal {
     Version {
         /// File with the version.
         file: String,
-        /// Which version.
+        /// Kind of version.
         what: &'static str,
         /// The result's.
         found: String,
@@ -62,7 +62,7 @@ pub enum Refusal {
     Contradiction {
         /// The file.
         file: String,
-        /// In what.
+        /// Contradiction.
         problem: String,
     },
     /// A summary that does not follow from its records.

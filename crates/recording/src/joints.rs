@@ -19,7 +19,7 @@ pub struct Joints {
 }
 
 impl Joints {
-    /// Those of a world's robot.
+    /// Returns the joint names of a world's robot.
     pub fn of(world: &World) -> Self {
         let (handle, links) = (world.handle(), &world.robot().articulation().links);
         let name = |body: &BodyId| {

@@ -23,7 +23,7 @@ pub enum RecordingError {
     Io {
         /// File.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
     /// Not an MCAP file.
@@ -55,9 +55,9 @@ pub enum RecordingError {
         path: PathBuf,
         /// Property that differs.
         what: &'static str,
-        /// Of the recording.
+        /// Value in the recording.
         recorded: String,
-        /// Of this code.
+        /// Value in this code.
         here: String,
     },
 }
@@ -75,7 +75,7 @@ impl Recording {
     /// Reads a file through once.
     ///
     /// # Errors
-    /// It cannot be read, is cut off or damaged, or is not a recording.
+    /// The file cannot be read, is cut off or damaged, or is not a recording.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut records = Records::open(path)?;
         let (mut header, mut attached, mut messages) = (None, None, BTreeMap::new());

@@ -73,7 +73,7 @@ struct Tracked {
 pub struct Transforms(Vec<Tracked>);
 
 impl Transforms {
-    /// Those of a world.
+    /// Lists the frames of a world.
     pub fn of(world: &World) -> Self {
         let fixed =
             [(ODOM, Place::Odom), ("base", Place::Base), (CAMERA, Place::Camera), ("tcp", Place::Tcp)];

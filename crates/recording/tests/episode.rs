@@ -221,7 +221,7 @@ fn altered_missing_and_added_messages_are_found() {
     assert!(same.differences.is_empty() && same.record_agrees && !same.file_agrees);
 }
 
-/// Whatever a file holds, reading it is an error and no panic, unless it is whole.
+/// Reading a damaged file is an error, never a panic.
 #[test]
 fn files_that_are_cut_off_damaged_or_foreign_are_refused() {
     let bytes = fs::read(recorded()).unwrap();

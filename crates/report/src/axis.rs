@@ -132,7 +132,7 @@ fn step(length: f64, steps: u32) -> f64 {
     STEPS.map(|step| step * decade).into_iter().find(|step| *step >= least - 1e-12).unwrap_or(10.0 * decade)
 }
 
-/// With as many digits as the step has.
+/// Formats a value with as many digits as the step has.
 fn told(x: f64, step: f64) -> String {
     let digits = (0..6).find(|&digits| {
         let scaled = step * math::pow(10.0, f64::from(digits));

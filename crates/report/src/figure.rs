@@ -24,9 +24,9 @@ pub struct Figure {
 #[derive(Debug, thiserror::Error)]
 #[error("figure {stem}: {problem}")]
 pub struct FigureError {
-    /// Which.
+    /// Name of the figure.
     pub stem: String,
-    /// Why.
+    /// Problem.
     pub problem: String,
 }
 

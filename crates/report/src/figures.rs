@@ -21,7 +21,7 @@ use crate::results::{Results, main_condition};
 /// Figures by part of the page.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figures {
-    /// By sweep.
+    /// Figures of each sweep.
     pub sweeps: Vec<(String, Vec<Figure>)>,
     /// The detection task.
     pub detect: Vec<Figure>,

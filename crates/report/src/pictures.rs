@@ -31,7 +31,7 @@ pub struct Picture {
 /// An attempt in pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pick {
-    /// Which attempt of which episode, and how it ended.
+    /// Title: episode, attempt and outcome.
     pub title: String,
     /// Moments of the attempt, in the order of time.
     pub moments: Vec<Moment>,
@@ -40,7 +40,7 @@ pub struct Pick {
 /// A moment of an attempt.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// When, and what happens.
+    /// Caption: time and event.
     pub caption: String,
     /// Finger distances or opening, in words.
     pub detail: String,

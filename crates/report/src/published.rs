@@ -12,7 +12,7 @@ pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigures {
-    /// By sweep and metric, in the order of the dial.
+    /// Sweeps, by name and metric, in the order of the dial.
     pub sweeps: BTreeMap<String, BTreeMap<String, Vec<At>>>,
     /// Place success by canopy zone.
     pub zones: PaperZones,
@@ -38,11 +38,11 @@ pub struct At {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperZones {
-    /// In the middle thirds, about.
+    /// Approximate rate in the middle thirds.
     pub middle: Quantity,
-    /// In the lower outer and the upper zones, at least.
+    /// Lower bound in the lower outer and the upper zones.
     pub others_low: Quantity,
-    /// In the lower outer and the upper zones, at most.
+    /// Upper bound in the lower outer and the upper zones.
     pub others_high: Quantity,
 }
 
@@ -65,7 +65,7 @@ impl PaperFigures {
         from_toml(file, text)
     }
 
-    /// Those of the paper.
+    /// Returns the figures of the paper.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.

@@ -16,11 +16,11 @@ pub(crate) struct Cell {
 /// Style of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// To the left.
+    /// Text, aligned left.
     Words,
-    /// To the right, in digits of one width.
+    /// Number, aligned right, in digits of one width.
     Number,
-    /// To the right, with weight.
+    /// Main number of a row, aligned right, in bold.
     Main,
     /// Good news.
     Good,

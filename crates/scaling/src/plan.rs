@@ -55,7 +55,7 @@ pub struct AxesPlan {
 }
 
 impl AxesPlan {
-    /// That of the protocol.
+    /// Returns the plan of the protocol.
     pub fn of_rules(rules: &AxesRules) -> Self {
         Self { worlds: rules.worlds.get(), damping: rules.damping.si() }
     }
@@ -201,7 +201,7 @@ impl ScalingPlan {
         self.modes.iter().flat_map(|&mode| self.cells_of(mode)).collect()
     }
 
-    /// Those of a mode.
+    /// Returns the cells of a mode.
     pub(crate) fn cells_of(&self, mode: Mode) -> Vec<Cell> {
         let of = |&worlds: &u32| self.solvers.iter().map(move |&solver| Cell { mode, worlds, solver });
         self.worlds.iter().flat_map(of).collect()

@@ -66,11 +66,11 @@ pub struct StudyRules {
     pub cell_limit: Quantity,
     /// Part of the memory that the system has free which a cell may take; one that needs more is left out.
     pub memory_share: Quantity,
-    /// On the processor.
+    /// Effort on the CPU.
     pub cpu: Effort,
-    /// On a graphics device.
+    /// Effort on a graphics device.
     pub gpu: Effort,
-    /// To see that everything works.
+    /// Effort of a smoke test.
     pub quick: Effort,
     /// Cost of each kind of randomisation.
     pub axes: AxesRules,
@@ -92,7 +92,7 @@ impl StudyRules {
 pub struct AxesRules {
     /// Settled worlds of a batch.
     pub worlds: Count,
-    /// On the damping of wood, which no axis of the presets varies: from the first world to the last, by equal factors.
+    /// Factors on the damping of wood, which no axis of the presets varies: from the first world to the last, in equal ratios.
     pub damping: Span,
 }
 

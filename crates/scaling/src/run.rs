@@ -116,7 +116,7 @@ pub fn measure(
 /// Number of worlds, by mode, whose memory is measured: enough that memory left over from building them hardly counts.
 const MEASURED_WORLDS: u32 = 64;
 
-/// By how much the process grows by a world in f64 \[bytes\], by mode. All worlds are kept until the last are measured, since freed
+/// Measures the memory growth of the process by world in f64 \[bytes\], by mode. All worlds are kept until the last are measured, since freed
 /// memory is taken again before the process grows.
 fn memory_of_worlds(plan: &ScalingPlan, pool: &ThreadPool) -> Result<Vec<Option<f64>>, ScalingError> {
     let count = plan.worlds.last().copied().unwrap_or_default().min(MEASURED_WORLDS);
@@ -209,8 +209,8 @@ impl<P: ScalingProgress> Run<'_, P> {
     }
 }
 
-/// Memory that a cell takes \[bytes\], of worlds in f64 of `each` bytes: they are the batch, or what it is packed from. The batch's own numbers are those of a
-/// smaller cell, in proportion.
+/// Estimates the memory of a cell \[bytes\] from worlds in f64 of `each` bytes, which are the batch or are packed into it. The batch's own numbers
+/// are scaled from a smaller cell.
 pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64 {
     let numbers = smaller.filter(|row| row.memory_basis == MemoryBasis::Numbers).and_then(|row| {
         Some(row.memory_mib? * BYTES_PER_MIB * f64::from(cell.worlds) / f64::from(row.worlds))

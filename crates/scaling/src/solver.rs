@@ -49,7 +49,7 @@ impl SolverName {
         }
     }
 
-    /// Those of a backend that this build has.
+    /// Returns the solvers of a backend that this build has.
     pub fn built_for(backend: Backend) -> Vec<Self> {
         Self::ALL.into_iter().filter(|solver| solver.backend() == backend && solver.is_built()).collect()
     }

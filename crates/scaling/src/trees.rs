@@ -62,7 +62,7 @@ pub struct Forest<'a> {
     plan: &'a ScalingPlan,
     mode: Mode,
     spec: Arc<Spec>,
-    /// Those whose plants are their own, at rest.
+    /// Worlds with their own plants, at rest.
     kinds: Vec<TreeWorld>,
     /// Time that growing them has taken so far \[s\].
     pub grow_s: f64,

@@ -1,6 +1,6 @@
 //! Resolved scenarios of runs: world, tree, robot, camera, detector, controller and task rules.
 //!
-//! [`Options`] hold a user's settings, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the edge of
+//! [`Options`] hold a user's settings, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the start of
 //! a program; the code below it uses no name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
 //! controllers. A scenario is hashed into every result ([`Scenario::hash`]), stored beside it ([`StoredScenario`]) and can list where
 //! each of its figures comes from ([`Scenario::figures`]).

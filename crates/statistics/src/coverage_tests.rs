@@ -9,7 +9,7 @@ use crate::quantile::{ascending, quantile};
 use crate::rules::BootstrapRules;
 use crate::test_rules::bootstrap;
 
-/// Made-up data: seeds x trees x repeats. A tree's skill is standard normal, the share `icc` of its variance common to its seed.
+/// Synthetic data: seeds x trees x repeats. A tree's skill is standard normal, the share `icc` of its variance common to its seed.
 struct Sample {
     icc: f64,
     repeats: usize,

@@ -13,13 +13,13 @@ use crate::sink::{Message, Sink};
 /// Number of messages of a channel that agreed and that differed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// With the same bytes at the same time.
+    /// Messages with the same bytes at the same time.
     pub agreed: u64,
-    /// With other bytes.
+    /// Messages with other bytes.
     pub differing: u64,
-    /// Recorded, but absent from the replay.
+    /// Messages that were recorded, but are absent from the replay.
     pub missing: u64,
-    /// In the replay, but not recorded.
+    /// Messages that are in the replay, but were not recorded.
     pub surplus: u64,
 }
 
@@ -50,7 +50,7 @@ pub enum Differs {
 pub struct Difference {
     /// Channel.
     pub channel: Channel,
-    /// When: nanoseconds from the start of the episode.
+    /// Log time: nanoseconds from the start of the episode.
     pub log_time: u64,
     /// Kind of difference.
     pub differs: Differs,

@@ -5,7 +5,7 @@ use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
 use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
 
-/// One image: all that the detector gets, and the truth behind it.
+/// One image: the input of the detector, and the truth.
 pub(crate) struct View {
     pub(crate) sight: Sight,
     pub(crate) x_world_camera: Pose,
@@ -15,7 +15,7 @@ pub(crate) struct View {
     pub(crate) fruit: Vec<FruitView>,
 }
 
-/// All that the detector gets.
+/// Input of the detector.
 pub(crate) struct Sight {
     pub(crate) depth: DepthImage,
     pub(crate) intrinsics: Intrinsics,

@@ -15,7 +15,7 @@ pub struct DetectRules {
     pub views: Count,
     /// Distribution of the views.
     pub vantage: VantageSpec,
-    /// Which fruit ought to be found.
+    /// Rules for the fruit that ought to be found.
     pub found: FoundRules,
     /// The gate ablation.
     pub ablation: AblationRules,

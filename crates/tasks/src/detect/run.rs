@@ -47,7 +47,7 @@ pub struct Views<'a, T> {
 }
 
 impl<'a, T> Views<'a, T> {
-    /// Those of a plan.
+    /// Builds the task of a plan.
     pub fn new(plan: &'a DetectPlan, trees: &'a T) -> Self {
         Self { plan, trees, sensor: Sensor::new(&plan.camera) }
     }

@@ -260,7 +260,7 @@ fn nothing_to_measure_is_null() {
     // No image was taken there.
     let empty = &summary.densities[1].results;
     assert!(empty.metrics.values().filter(|m| **m == nothing).count() == METRICS.len() - 1, "{empty:?}");
-    // But there was fruit, none of it found.
+    // There was fruit, but none was found.
     assert_eq!(empty.metrics["survey_recall_all"].mean, Some(0.0));
     for spread in empty.errors.values() {
         assert_eq!((spread.value, spread.ci95, spread.n), (None, [None, None], 0));

@@ -87,7 +87,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
     let mut records = Vec::with_capacity(logs.len());
     for (id, log) in logs.iter().enumerate() {
         let (start, end) = spans[id];
-        // To the next commitment.
+        // Time until the next commitment.
         let until = logs.get(id + 1).map_or(last, |next| next.start_frame);
         let within = |frame: u32| frame > start && frame <= until;
         let came_off = || history.detached.iter().filter(|e| within(e.frame));
@@ -324,7 +324,7 @@ mod tests {
             records[0].snapped.iter().map(|s| (s.segment, s.state.as_deref().unwrap())).collect();
         assert_eq!(snapped, [(40, "align"), (41, "retreat")]);
         assert_eq!((records[1].knocked_off[0].fruit, records[1].snapped[0].segment), (4, 42));
-        // Of the tree, all four, the one before the first attempt too.
+        // Over the whole tree, all four count, the one before the first attempt too.
         let all: Vec<u32> = knocked_off(&logs, &history).iter().map(|e| e.fruit).collect();
         assert_eq!(all, [1, 2, 3, 4]);
     }

@@ -73,7 +73,7 @@ pub struct FruitRecord {
 pub struct StateTime {
     /// Name of the state.
     pub state: String,
-    /// When it was entered \[s\].
+    /// Time at which it was entered \[s\].
     pub time: f64,
 }
 
@@ -162,7 +162,7 @@ pub struct Belief {
 /// One retreat of the controller from contact with the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Yielding {
-    /// When \[s\].
+    /// Time \[s\].
     pub time: f64,
     /// Force that the controller felt \[N\].
     pub force_n: Option<f64>,

@@ -73,7 +73,7 @@ pub trait BenchController {
 /// Event in the log of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControllerEvent {
-    /// It committed to a target.
+    /// The controller committed to a target.
     AttemptStarted {
         /// Believed fruit centre \[m, odom\].
         p_odom_target: Vec3,
@@ -95,12 +95,12 @@ pub enum ControllerEvent {
         /// Force that it felt \[N\].
         force: f64,
     },
-    /// It entered a state.
+    /// The controller entered a state.
     StateChanged {
         /// The state's name.
         state: String,
     },
-    /// It ended the current attempt.
+    /// The controller ended the current attempt.
     AttemptEnded {
         /// Reason why the attempt failed; `None` if the controller reports that the fruit was placed.
         failure: Option<String>,

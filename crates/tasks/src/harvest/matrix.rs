@@ -147,7 +147,7 @@ pub struct Dials {
 }
 
 impl Dials {
-    /// Those of a config.
+    /// Reads the dials of a config.
     pub fn of(spec: &Spec) -> Self {
         Self {
             fruit_count: spec.fruit.count.get(),

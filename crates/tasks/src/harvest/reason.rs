@@ -66,7 +66,7 @@ mod tests {
         vec![HeldFruit { fruit: 3, from_frame: 10, to_frame, end }]
     }
 
-    /// Of an attempt that ended at frame 30.
+    /// Reason of an attempt that ended at frame 30.
     fn of(placed: bool, knocked: bool, held: &[HeldFruit], believed: Option<Option<&'static str>>) -> String {
         let facts = Facts {
             placed,

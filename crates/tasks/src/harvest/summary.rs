@@ -109,7 +109,7 @@ pub struct EpisodeLine {
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Which of the tree's episodes.
+    /// Number of the tree's episode.
     pub repeat: u32,
     /// Outcome of the episode.
     pub outcome: Outcome,
