@@ -31,7 +31,7 @@ pub struct Lock {
 /// A result folder that cannot be taken.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
-    /// Another process has it.
+    /// Another process has locked the folder.
     #[error("{0}: another run is at work in this folder; wait for its end, or give another folder")]
     Busy(String),
     /// The folder cannot be written to.

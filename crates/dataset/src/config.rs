@@ -29,9 +29,9 @@ pub struct DatasetConfig {
 pub struct LightDial {
     /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above.
     pub sun_azimuth: Quantity,
-    /// Over the horizon.
+    /// Elevation of the sun over the horizon.
     pub sun_elevation: Quantity,
-    /// Beside the sky's.
+    /// Strength of the sun relative to the sky's.
     pub sun_strength: Quantity,
     /// Part of the sky that cloud covers.
     pub overcast: Quantity,

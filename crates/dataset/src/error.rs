@@ -16,7 +16,7 @@ pub enum DatasetError {
     NoSeeds {
         /// The first seed.
         first: u64,
-        /// The one after the last.
+        /// Seed after the last.
         end: u64,
     },
     /// Nothing to draw.
@@ -25,7 +25,7 @@ pub enum DatasetError {
         /// Option that is 0.
         option: &'static str,
     },
-    /// More images than have numbers.
+    /// More images than `MOST_VIEWS`.
     #[error("{0} seeds x trees x views are more images than a data set may hold ({MOST_VIEWS})")]
     TooMany(String),
     /// A colour image that takes too much memory.
@@ -39,7 +39,7 @@ pub enum DatasetError {
         height: usize,
         /// Samples a pixel side.
         side: u32,
-        /// The most.
+        /// Largest number of samples.
         most: u64,
     },
     /// A folder that cannot hold this data set.

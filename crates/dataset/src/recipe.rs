@@ -20,9 +20,9 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Seeds from `first` up to but without `end`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Seeds {
-    /// The first.
+    /// First seed.
     pub first: u64,
-    /// The one after the last.
+    /// Seed after the last.
     pub end: u64,
 }
 
@@ -62,11 +62,11 @@ pub struct Recipe {
 /// The light dials as figures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LightFigures {
-    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above.
+    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above \[deg\].
     pub sun_azimuth_deg: f64,
-    /// Over the horizon.
+    /// Elevation of the sun over the horizon \[deg\].
     pub sun_elevation_deg: f64,
-    /// Beside the sky's.
+    /// Strength of the sun relative to the sky's.
     pub sun_strength: f64,
     /// Part of the sky that cloud covers.
     pub overcast: f64,

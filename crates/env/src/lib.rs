@@ -1,7 +1,7 @@
 //! Reset, step, observe and act over many worlds.
 //!
-//! An [`Env`] is N worlds of one seed of a [`Scenario`], with the trees of its randomisation (by default one for each). Worlds share nothing, so the result
-//! of a world does not depend on the number of other worlds or threads.
+//! An [`Env`] is N worlds of one seed of a [`Scenario`], with trees as its randomisation says (by default each its own).
+//! Worlds share nothing, so the result of a world does not depend on the number of other worlds or of threads.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -37,7 +37,7 @@ pub enum BoardError {
     OtherBoard {
         /// Name of the figure that differs.
         what: &'static str,
-        /// The board's.
+        /// Figure of the board.
         found: String,
         /// Figure of the request.
         own: String,

@@ -25,17 +25,17 @@ pub enum Refusal {
         file: String,
         /// Kind of version.
         what: &'static str,
-        /// The result's.
+        /// Value in the result.
         found: String,
-        /// This build's.
+        /// Value of this build.
         own: String,
     },
     /// Other seeds than those of the board.
     #[error("summary.json: seed set {found}, but the board is of {own}")]
     Seeds {
-        /// The result's.
+        /// Value in the result.
         found: String,
-        /// The board's.
+        /// Value of the board.
         own: String,
     },
     /// Another plan.
@@ -43,9 +43,9 @@ pub enum Refusal {
     Plan {
         /// Name of the figure.
         what: &'static str,
-        /// The result's.
+        /// Value in the result.
         found: String,
-        /// The official one.
+        /// Value of the official plan.
         own: String,
     },
     /// Episodes of the matrix are not there, or not as this code writes them.

@@ -55,9 +55,9 @@ pub enum Channel {
 /// Source of a channel's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
-    /// The world's: a function of its start and of the commands.
+    /// The world: its messages are a function of its start and of the commands.
     World,
-    /// The controller's.
+    /// The controller.
     Controller,
 }
 

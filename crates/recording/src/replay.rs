@@ -55,7 +55,7 @@ impl Replayed {
 /// A replay that did not come to an end.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The recording does not read.
+    /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The recorded world cannot be built here.

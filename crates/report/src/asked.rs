@@ -17,7 +17,7 @@ pub struct Demands<'a> {
     pub judged: Option<Vec<Judged<'a>>>,
 }
 
-/// One figure asked for.
+/// One requirement with its measured value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged<'a> {
     /// The metric.

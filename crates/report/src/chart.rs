@@ -22,7 +22,7 @@ pub(crate) struct Chart {
     pub title: String,
     /// The level axis.
     pub x: Axis,
-    /// The upright one.
+    /// The upright axis.
     pub y: Axis,
     /// Series, the last on top.
     pub series: Vec<Series>,
@@ -106,7 +106,7 @@ const CAP: i32 = 4;
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Chart {
-    /// Draws it.
+    /// Draws the chart.
     pub fn figure(&self, description: &str) -> Result<Figure, FigureError> {
         let legend = self.legend();
         let top = MARGIN + 22 + LEGEND * legend.last().map_or(0, |entry| entry.line + 1);

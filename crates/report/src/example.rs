@@ -33,7 +33,7 @@ use orchard_tasks::zones::{Zone, zone_table};
 use crate::pictures::{Moment, Pick, Picture, Pictures};
 use crate::results::Results;
 
-/// The whole of it.
+/// Builds the whole synthetic result.
 pub fn results() -> Results {
     Results {
         harvest: Some(harvest()),

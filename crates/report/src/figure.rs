@@ -59,7 +59,7 @@ pub(crate) mod colour {
     pub const AXIS: RGBColor = RGBColor(0x8A, 0x95, 0xA1);
     /// Lines across the plot.
     pub const GRID: RGBColor = RGBColor(0xE3, 0xE7, 0xEB);
-    /// The ground.
+    /// The background.
     pub const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFF);
     /// All series in their order.
     pub const SERIES: [RGBColor; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY];

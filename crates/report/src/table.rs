@@ -22,9 +22,9 @@ pub(crate) enum Kind {
     Number,
     /// Main number of a row, aligned right, in bold.
     Main,
-    /// Good news.
+    /// Favourable verdict.
     Good,
-    /// Bad news.
+    /// Unfavourable verdict.
     Bad,
 }
 

@@ -69,7 +69,7 @@ pub struct Forest<'a> {
 }
 
 impl<'a> Forest<'a> {
-    /// None of them yet.
+    /// A forest without any plants yet.
     pub fn new(plan: &'a ScalingPlan, mode: Mode) -> Self {
         Self { plan, mode, spec: Arc::new(spec_of(plan, mode)), kinds: Vec::new(), grow_s: 0.0 }
     }

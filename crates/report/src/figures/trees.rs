@@ -72,7 +72,7 @@ fn spread(values: &[f64]) -> String {
     )
 }
 
-/// Episodes by a number.
+/// Histogram of a quantity over the episodes.
 struct Histogram {
     stem: &'static str,
     title: &'static str,

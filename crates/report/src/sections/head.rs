@@ -133,7 +133,7 @@ pub(crate) fn subtitle(results: &Results) -> String {
     )
 }
 
-/// Table of the run: its scenario, its author and the versions used.
+/// Table of the run: controller, seeds, scenario, profile, versions and machine.
 pub(crate) fn facts(results: &Results) -> Markup {
     let mut facts: Vec<(&str, Markup)> = Vec::new();
     if let Some(summary) = &results.harvest {
