@@ -7,10 +7,10 @@ use std::{env, fs, io};
 
 use sha2::{Digest, Sha256};
 
-/// Bytes of the hash that are kept; enough to tell versions of one code base apart.
+/// Bytes of the hash that are kept; enough to distinguish versions of one code base.
 const KEPT_BYTES: usize = 6;
 
-/// Crates that only show results or ask for them: no result depends on them.
+/// Crates that only display or request results: no result depends on them.
 const SHOWING: [&str; 2] = ["report", "orchard"];
 
 fn main() -> io::Result<()> {
@@ -37,7 +37,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// What a folder holds, sorted by name.
+/// Lists the entries of a folder, sorted by name.
 fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
     paths.sort();

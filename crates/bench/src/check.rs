@@ -27,9 +27,9 @@ pub enum PlanError {
     /// A budget that is not at least a frame or not a sensible number.
     #[error("a horizon of {horizon} s is not between one frame ({frame:.4} s) and 100 hours")]
     Horizon {
-        /// The budget [s].
+        /// The budget \[s\].
         horizon: f64,
-        /// Frame length [s].
+        /// Frame length \[s\].
         frame: f64,
     },
 }

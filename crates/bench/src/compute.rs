@@ -36,7 +36,7 @@ impl Machine {
     }
 }
 
-/// Largest resident memory of this process so far [MiB], where the system reports it.
+/// Largest resident memory of this process so far \[MiB\], where the system reports it.
 pub fn peak_memory_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -49,7 +49,7 @@ pub fn peak_memory_mib() -> Option<f64> {
 pub struct RecordCost {
     /// File.
     pub file: String,
-    /// Wall time [s] of one thread; null where a stored record was reused.
+    /// Wall time \[s\] of one thread; null where a stored record was reused.
     pub wall_s: Option<f64>,
 }
 
@@ -60,7 +60,7 @@ pub struct TaskCost {
     pub machine: Machine,
     /// Threads.
     pub threads: u32,
-    /// Wall time of the run [s].
+    /// Wall time of the run \[s\].
     pub wall_s: f64,
     /// Env-steps (frames of one world) that this run computed; images in the detection task.
     pub env_steps: u64,
@@ -70,7 +70,7 @@ pub struct TaskCost {
     pub env_steps_per_s: Option<f64>,
     /// Simulated seconds, summed over worlds, a wall second; null where nothing moves.
     pub world_seconds_per_s: Option<f64>,
-    /// Peak resident memory of the process up to the end of this task [MiB].
+    /// Peak resident memory of the process up to the end of this task \[MiB\].
     pub peak_memory_mib: Option<f64>,
     /// Cost of every record.
     pub records: Vec<RecordCost>,

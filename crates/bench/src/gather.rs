@@ -3,7 +3,7 @@
 use crate::record::Record;
 use crate::store::{Store, StoreError, Stored};
 
-/// Records that a plan asks for and no folder holds.
+/// Error: records of a plan that no folder holds.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{missing} of {total} {folder} are missing, {first} is the first: {problem}")]
 pub struct Missing {

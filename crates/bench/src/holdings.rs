@@ -23,7 +23,7 @@ pub struct OtherPlan {
     differences: String,
 }
 
-/// Fields of a key that tell which code wrote a record.
+/// Fields of a key that identify the code that wrote a record.
 const CODE: [&str; 2] = ["schema_version", "code_version"];
 /// The field that covers all config texts.
 const CONFIG: &str = "config_hash";
@@ -86,7 +86,7 @@ fn differences(record: &Map<String, Value>, keys: &[Map<String, Value>], same_co
             told.push((name, format!("{name} {found}, not {}", listed(&asked))));
         }
     }
-    // The hash differs with whatever it covers: it is told where nothing else is, and where it counts.
+    // The hash differs with whatever it covers: it is reported only if no other field is, or where it matters.
     let alone = told.len() == 1;
     let told: Vec<String> = told
         .into_iter()
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::fake::{Sum, SumKey, keys, record};
 
-    /// What a folder that holds one record says to a plan.
+    /// Checks a plan against a folder that holds one record.
     fn said(held: impl FnOnce(&mut SumKey), asked: &[SumKey]) -> Result<(), String> {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
@@ -129,7 +129,7 @@ mod tests {
         let empty = tempfile::tempdir().unwrap();
         let store = Store::open(empty.path()).unwrap();
         assert_eq!(store.check_plan::<Sum>(&keys()), Ok(()));
-        // What cannot be read belongs to nobody.
+        // Files that cannot be read belong to no plan.
         fs::create_dir(empty.path().join("sums")).unwrap();
         for text in ["", "{", "[]", "no"] {
             fs::write(empty.path().join("sums/x.json"), text).unwrap();

@@ -1,4 +1,4 @@
-//! Result files: whole or not there.
+//! Result files, each written atomically: it is complete or absent.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -31,10 +31,10 @@ pub struct Lock {
 /// A result folder that cannot be taken.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
-    /// Another process has it.
+    /// Another process has locked the folder.
     #[error("{0}: another run is at work in this folder; wait for its end, or give another folder")]
     Busy(String),
-    /// It cannot be written to.
+    /// The folder cannot be written to.
     #[error(transparent)]
     Store(#[from] StoreError),
 }
@@ -56,7 +56,7 @@ pub enum Stored<R> {
     Missing,
     /// The whole record of this very key.
     Whole(Box<R>),
-    /// A whole record of another key: another config or code version, say.
+    /// A whole record of another key: for example, another config or code version.
     Other,
     /// Not a record as this code writes it.
     Damaged,
@@ -111,7 +111,7 @@ impl Store {
             return Stored::Missing;
         };
         match serde_json::from_slice::<R>(&bytes) {
-            // Whatever was changed by hand and still reads would not be written like this.
+            // A record that was edited by hand and can still be read has other bytes than this code writes.
             Ok(record) if encode(&record).ok().as_ref() != Some(&bytes) => Stored::Damaged,
             Ok(record) if record.key() == key => Stored::Whole(Box::new(record)),
             Ok(_) => Stored::Other,

@@ -1,7 +1,7 @@
 //! A task of the benchmark: independent pieces of work, each with a record in a file of its own.
 //!
 //! Records depend neither on the number of threads nor on the order of completion. A stored whole record with the same key
-//! is reused, so that an interrupted run goes on where it stopped.
+//! is reused, so that an interrupted run continues where it stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -45,7 +45,7 @@ pub trait Task: Sync {
     ) -> Result<Option<Self::Record>, StoreError>;
     /// Steps that a record took.
     fn steps(&self, record: &Self::Record) -> u64;
-    /// Simulated time of a step [s]; 0 where nothing moves.
+    /// Simulated time of a step \[s\]; 0 where nothing moves.
     fn frame(&self) -> f64;
     /// Sums up all records, given in the order of [`Task::keys`].
     fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
@@ -167,7 +167,7 @@ pub fn finish<T: Task>(task: &T, records: &[T::Record], store: &Store) -> Result
     Ok(summary)
 }
 
-/// A record and the wall time that it took [s], if computed now.
+/// A record and the wall time that it took \[s\], if computed now.
 type Timed<R> = (R, Option<f64>);
 
 fn records<T: Task>(

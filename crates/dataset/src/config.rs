@@ -27,11 +27,11 @@ pub struct DatasetConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightDial {
-    /// From the world's x axis, counter-clockwise seen from above.
+    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above.
     pub sun_azimuth: Quantity,
-    /// Over the horizon.
+    /// Elevation of the sun over the horizon.
     pub sun_elevation: Quantity,
-    /// Beside the sky's.
+    /// Strength of the sun relative to the sky's.
     pub sun_strength: Quantity,
     /// Part of the sky that cloud covers.
     pub overcast: Quantity,

@@ -1,4 +1,4 @@
-//! What can go wrong with a data set.
+//! Errors of data sets.
 
 use orchard_bench::store::StoreError;
 use orchard_world::WorldError;
@@ -6,7 +6,7 @@ use orchard_world::WorldError;
 /// A data set that was not made.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
-    /// The scenario's rules are none of the protocol.
+    /// The protocol does not have the scenario's rules.
     #[error(transparent)]
     Rules(#[from] orchard_quantity::ConfigError),
     /// No seed in the range.
@@ -16,16 +16,16 @@ pub enum DatasetError {
     NoSeeds {
         /// The first seed.
         first: u64,
-        /// The one after the last.
+        /// Seed after the last.
         end: u64,
     },
     /// Nothing to draw.
     #[error("--{option} 0: at least 1 is needed")]
     Nothing {
-        /// What there is none of.
+        /// Option that is 0.
         option: &'static str,
     },
-    /// More images than have numbers.
+    /// More images than `MOST_VIEWS`.
     #[error("{0} seeds x trees x views are more images than a data set may hold ({MOST_VIEWS})")]
     TooMany(String),
     /// A colour image that takes too much memory.
@@ -39,10 +39,10 @@ pub enum DatasetError {
         height: usize,
         /// Samples a pixel side.
         side: u32,
-        /// The most.
+        /// Largest number of samples.
         most: u64,
     },
-    /// A folder that this data set cannot go into.
+    /// A folder that cannot hold this data set.
     #[error("--out {folder}: {problem}")]
     Folder {
         /// The folder.
@@ -60,7 +60,7 @@ pub enum DatasetError {
         /// Reason.
         source: WorldError,
     },
-    /// More things of a class than a 16-bit image can tell apart.
+    /// More instances of a class than a 16-bit image can number.
     #[error("seed {seed}, tree {tree}: {class} {instance} does not fit into an image of 16 bits")]
     Instance {
         /// Seed.
@@ -108,5 +108,5 @@ impl DatasetError {
     }
 }
 
-/// Most images of a data set: far more than a folder bears, far fewer than numbers.
+/// Largest number of images of a data set: far more than a folder can practically hold, far fewer than the image numbers allow.
 pub const MOST_VIEWS: u64 = 10_000_000;

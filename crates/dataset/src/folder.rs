@@ -1,4 +1,4 @@
-//! The folder of a data set: one recipe, whole files, and what of them is there already.
+//! Folder of a data set: its recipe, its files, and the check of the files that are there already.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::record::{TreeRecord, sha256, stem};
 const FOLDERS: [&str; 5] = ["color", "depth", "label", "instance", "trees"];
 /// Folder of true depth, where the camera errs.
 const TRUE_DEPTH: &str = "true_depth";
-/// What the folder holds, written first.
+/// File name of the recipe, which is written first.
 const RECIPE: &str = "recipe.json";
 
 /// A folder that holds this data set or a part of it.
@@ -27,7 +27,7 @@ impl Folder {
     /// Opens a folder and makes it if needed.
     ///
     /// # Errors
-    /// It cannot be made, or it holds something else.
+    /// The folder cannot be made, or it holds something else.
     pub fn open(root: &Path, plan: &Plan) -> Result<Self, DatasetError> {
         let refuse = |problem: String| DatasetError::Folder { folder: root.display().to_string(), problem };
         let wanted = as_json(&plan.recipe);
@@ -45,7 +45,7 @@ impl Folder {
                 if let Some(name) = something(root).map_err(|e| refuse(e.to_string()))? {
                     return Err(refuse(format!("holds {name} and no data set: give a new folder")));
                 }
-                // The first file tells whether any can be written.
+                // Writing the first file fails if the folder is not writable.
                 write_json(&root.join(RECIPE), &wanted).map_err(|e| refuse(e.to_string()))?;
             }
         }
@@ -89,7 +89,7 @@ impl Folder {
 
     /// Removes a file, if there.
     pub fn remove(&self, path: &str) {
-        // What cannot be removed cannot be replaced either, which is told then.
+        // A file that cannot be removed cannot be replaced either; the later write reports the error.
         let _ = fs::remove_file(self.root.join(path));
     }
 
@@ -102,7 +102,7 @@ fn as_json(recipe: &Recipe) -> Value {
     serde_json::to_value(recipe).unwrap_or_else(|e| unreachable!("texts and numbers are JSON: {e}"))
 }
 
-/// A name that stands in a folder, other than of a file that was being written when a run was killed.
+/// Returns a name in a folder, other than of a file that was being written when a run was killed.
 fn something(root: &Path) -> std::io::Result<Option<String>> {
     for entry in fs::read_dir(root)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
@@ -116,7 +116,7 @@ fn something(root: &Path) -> std::io::Result<Option<String>> {
 /// The first field in which a recipe differs from the one that was found.
 fn difference(field: &str, found: &Value, wanted: &Value) -> Option<String> {
     if let (Value::Object(found), Value::Object(wanted)) = (found, wanted) {
-        // The hash differs with whatever it covers: what has a name is told first.
+        // The hash differs with whatever it covers, so a named field is reported first.
         let last = |name: &&String| matches!(name.as_str(), "config_hash" | "code_version");
         let names = || found.keys().chain(wanted.keys().filter(|name| !found.contains_key(*name)));
         let ordered = names().filter(|name| !last(name)).chain(names().filter(last));

@@ -1,4 +1,4 @@
-//! What a data set is a function of.
+//! Recipe of a data set: all inputs that determine it.
 
 use orchard_bench::CODE_VERSION;
 use orchard_bench::digest::{config_hash, config_text};
@@ -20,9 +20,9 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Seeds from `first` up to but without `end`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Seeds {
-    /// The first.
+    /// First seed.
     pub first: u64,
-    /// The one after the last.
+    /// Seed after the last.
     pub end: u64,
 }
 
@@ -45,13 +45,13 @@ pub struct Recipe {
     pub views: u32,
     /// The depth camera, with all its figures.
     pub camera: CameraSpec,
-    /// Where it stands about a tree.
+    /// Poses of the camera about a tree.
     pub vantage: VantageSpec,
-    /// Nearest and farthest valid depth [m]; none where there is no limit.
+    /// Nearest and farthest valid depth \[m\]; none where there is no limit.
     pub camera_range_m: (f64, Option<f64>),
     /// The pinhole of all images.
     pub intrinsics: Intrinsics,
-    /// Depth of value 1 in the depth images [m].
+    /// Depth of value 1 in the depth images \[m\].
     pub depth_unit_m: f64,
     /// Samples a side of a pixel of the colour images.
     pub supersampling: u32,
@@ -62,17 +62,17 @@ pub struct Recipe {
 /// The light dials as figures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LightFigures {
-    /// From the world's x axis, counter-clockwise seen from above.
+    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above \[deg\].
     pub sun_azimuth_deg: f64,
-    /// Over the horizon.
+    /// Elevation of the sun over the horizon \[deg\].
     pub sun_elevation_deg: f64,
-    /// Beside the sky's.
+    /// Strength of the sun relative to the sky's.
     pub sun_strength: f64,
     /// Part of the sky that cloud covers.
     pub overcast: f64,
 }
 
-/// A recipe with what it takes to follow it.
+/// A recipe with the scenario and settings needed to run it.
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub(crate) recipe: Recipe,

@@ -1,4 +1,4 @@
-//! What is kept of a tree whose images are written.
+//! Record of a tree whose images are written.
 
 use orchard_exchange::coco::Rle;
 use orchard_geometry::Pose;
@@ -32,11 +32,11 @@ pub(crate) struct ViewRecord {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ViewFiles {
     pub color: FileRecord,
-    /// What the camera measured.
+    /// Depth as measured by the camera model.
     pub depth: FileRecord,
     pub label: FileRecord,
     pub instance: FileRecord,
-    /// Where the camera errs, the truth.
+    /// True depth, if the camera model has errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub true_depth: Option<FileRecord>,
 }
@@ -50,7 +50,7 @@ impl ViewFiles {
 /// A file that was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FileRecord {
-    /// From the folder of the data set.
+    /// Path relative to the folder of the data set.
     pub path: String,
     pub sha256: String,
 }
@@ -70,7 +70,7 @@ pub(crate) struct FruitRecord {
     pub truth: FruitTruth,
 }
 
-/// What an annotation says beyond the form of COCO.
+/// Fields of an annotation beyond the COCO format.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FruitTruth {
     /// Value in the instance image.

@@ -43,7 +43,7 @@ pub struct Done {
     pub unfit_depth_px: u64,
 }
 
-/// What an entry of an image says beyond the form of COCO.
+/// Entry of an image, with fields beyond the COCO format.
 #[derive(Serialize)]
 struct View<'a> {
     depth_file: &'a str,
@@ -75,7 +75,7 @@ struct Manifest<'a> {
     counts: &'a Done,
     classes: &'a [Class],
     no_instance: u16,
-    /// All files but this one and pictures for people.
+    /// All files but this one and the preview pictures.
     files: Vec<FileRecord>,
 }
 
@@ -91,7 +91,7 @@ pub fn run(
     progress: &impl Progress,
 ) -> Result<Done, DatasetError> {
     let folder = Folder::open(out, plan)?;
-    // Until this run has ended, the folder is not whole and does not say so.
+    // Until this run has ended, the folder is incomplete and has no manifest.
     folder.remove("manifest.json");
     let keys = plan.trees();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;

@@ -236,7 +236,7 @@ fn what_cannot_be_made_is_told() {
     assert!(e.is_bad_input() && e.to_string().contains("8192 x 8192 pixels of --supersampling 8"), "{e}");
 }
 
-/// What is too near or too far to be measured shows in the colour image, so it has a label and an annotation all the same: the truth
+/// A fruit too near or too far to be measured shows in the colour image, so it has a label and an annotation: the truth
 /// does not depend on the camera.
 #[test]
 fn what_is_out_of_range_has_its_truth() {

@@ -41,7 +41,7 @@ pub(crate) fn draw(
         let name = view_name(seed, world, number);
         let capture = plan.sensor.capture(&scene, x_world_camera, ImageKey { seed, world, frame: number });
         let color = studio.picture(plan.sensor.intrinsics(), x_world_camera);
-        // The colour image knows no range, so neither do its labels.
+        // The colour image has no range limit, so its labels have none.
         let mut truth = Frame::new(0, 0);
         render(&scene, plan.sensor.intrinsics(), x_world_camera, 0.0, f64::INFINITY, &mut truth);
         let numbers = numbers((seed, world), &truth)?;

@@ -1,7 +1,7 @@
 //! Reset, step, observe and act over many worlds.
 //!
-//! An [`Env`] is N worlds of one seed of a [`Scenario`], with trees as its randomisation says (by default each its own). Worlds share nothing, so the result of a world
-//! does not depend on how many others run or on how many threads run them.
+//! An [`Env`] is N worlds of one seed of a [`Scenario`], with trees as its randomisation says (by default each its own).
+//! Worlds share nothing, so the result of a world does not depend on the number of other worlds or of threads.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -24,7 +24,7 @@ use orchard_world::{Snapshot, SnapshotError, World, WorldError, WorldEvent};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What computes the physics.
+/// Backend that computes the physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Backend {
     /// f64 on the CPU, worlds in parallel on the current rayon pool. The reference.
@@ -40,10 +40,10 @@ pub enum EnvError {
     World {
         /// Index of the world.
         world: u32,
-        /// Why.
+        /// Cause.
         source: WorldError,
     },
-    /// There is not one command a world.
+    /// The number of commands differs from the number of worlds.
     #[error("{given} commands for {worlds} worlds")]
     CommandCount {
         /// Commands given.
@@ -51,7 +51,7 @@ pub enum EnvError {
         /// Worlds.
         worlds: usize,
     },
-    /// There is not one snapshot a world.
+    /// The number of snapshots differs from the number of worlds.
     #[error("{given} snapshots for {worlds} worlds")]
     SnapshotCount {
         /// Snapshots given.
@@ -59,12 +59,12 @@ pub enum EnvError {
         /// Worlds.
         worlds: usize,
     },
-    /// A snapshot that its world does not take.
+    /// A snapshot that does not fit its world.
     #[error("snapshot {index}: {source}")]
     Snapshot {
         /// Place of the world in [`Env::worlds`].
         index: usize,
-        /// Why.
+        /// Cause.
         source: SnapshotError,
     },
 }
@@ -99,7 +99,7 @@ impl Env {
         &self.worlds
     }
 
-    /// Goes on to the next episode: every world back at its start, with new dimensions where the spec's randomisation
+    /// Starts the next episode: every world is back at its start, with new dimensions where the spec's randomisation
     /// samples them anew at every reset.
     ///
     /// # Errors
@@ -156,7 +156,7 @@ impl Env {
     /// Advances every world one frame under its command; returns each world's events.
     ///
     /// # Errors
-    /// There is not one command a world.
+    /// The number of commands differs from the number of worlds.
     pub fn step(&mut self, commands: &[Command]) -> Result<Vec<Vec<WorldEvent>>, EnvError> {
         if commands.len() != self.worlds.len() {
             return Err(EnvError::CommandCount { given: commands.len(), worlds: self.worlds.len() });

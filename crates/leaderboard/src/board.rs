@@ -37,7 +37,7 @@ pub enum BoardError {
     OtherBoard {
         /// Name of the figure that differs.
         what: &'static str,
-        /// The board's.
+        /// Figure of the board.
         found: String,
         /// Figure of the request.
         own: String,
@@ -50,20 +50,20 @@ pub enum BoardError {
         /// Problem.
         problem: String,
     },
-    /// The same result is there.
+    /// The board already holds this result.
     #[error("the same records stand on the board under the same budget, as {name}")]
     Twice {
-        /// Under this name.
+        /// Name of the entry on the board.
         name: String,
     },
 }
 
-/// How an entry came onto the board.
+/// Result of adding an entry to the board.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Added {
-    /// Under a new name.
+    /// The entry has a new name.
     New,
-    /// In the place of one of the same name.
+    /// The entry replaced one of the same name.
     InPlaceOf(Box<Entry>),
 }
 
@@ -109,7 +109,7 @@ impl Board {
     /// Checks that it is of a version, a seed set and a scene.
     ///
     /// # Errors
-    /// It is of another.
+    /// The board has another version, seed set or scene.
     pub fn check(
         &self,
         config_version: &str,
@@ -135,10 +135,10 @@ impl Board {
         Ok(())
     }
 
-    /// Takes an entry; one of the same name makes way for it.
+    /// Adds an entry; it replaces one of the same name.
     ///
     /// # Errors
-    /// The same records stand there under the same budget.
+    /// The board already holds the same records under the same budget.
     pub fn add(&mut self, entry: Entry) -> Result<Added, BoardError> {
         let same = |other: &&Entry| {
             other.records_sha256 == entry.records_sha256

@@ -1,9 +1,9 @@
-//! Whether a record agrees with itself. What the harness writes always does.
+//! Checks that a record agrees with itself. Records that the harness writes always do.
 
 use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord, FruitState, Outcome};
 use orchard_tasks::zones::zone_table;
 
-/// The first contradiction in a record; `frame` is a frame's length [s].
+/// The first contradiction in a record; `frame` is a frame's length \[s\].
 pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
     let of = |n: usize| n as u32;
     let time = |frames: u32| f64::from(frames) * frame;

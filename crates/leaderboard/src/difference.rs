@@ -1,4 +1,4 @@
-//! Where two JSON values part.
+//! First difference between two JSON values.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 pub struct Difference {
     /// Field, as `conditions.nominal.episodes[3].fruit`; empty for the whole.
     pub field: String,
-    /// What was found there.
+    /// Content found.
     pub found: String,
     /// Expected content.
     pub expected: String,
@@ -20,7 +20,7 @@ impl std::fmt::Display for Difference {
     }
 }
 
-/// The first difference of two values, fields in the order of their names; `None` if they are equal.
+/// Returns the first difference of two values, fields in the order of their names; `None` if they are equal.
 pub fn first_difference(found: &Value, expected: &Value) -> Option<Difference> {
     let mut field = String::new();
     search(found, expected, &mut field)

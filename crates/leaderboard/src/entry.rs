@@ -41,7 +41,7 @@ impl Budget {
         Ok(Self { class: None, snapped, dropped })
     }
 
-    /// True if so much damage a tree is within it.
+    /// True if an amount of damage a tree is within the budget.
     pub fn admits(&self, snapped: f64, dropped: f64) -> bool {
         snapped <= self.snapped && dropped <= self.dropped
     }
@@ -66,7 +66,7 @@ pub struct Entry {
     pub controller: String,
     /// Budget that was chosen for it.
     pub budget: Budget,
-    /// True if its damage is within that.
+    /// True if the damage of the entry is within its budget.
     pub within_budget: bool,
     /// Harvest completeness.
     pub completeness: f64,
@@ -98,7 +98,7 @@ impl Entry {
     /// A verified result under a name and a budget.
     ///
     /// # Errors
-    /// The result has no nominal figures: no tree had a reachable fruit, say.
+    /// The result has no nominal figures: for example, no tree had a reachable fruit.
     pub fn new(name: &str, budget: Budget, verified: &Verified) -> Result<Self, Refusal> {
         let summary = &verified.summary;
         let nominal = summary.conditions.get(NOMINAL);

@@ -1,4 +1,4 @@
-//! What a submission has to hold.
+//! Required content of a submission.
 
 use orchard_tasks::harvest::Extent;
 use orchard_tasks::protocol::Protocol;

@@ -9,7 +9,7 @@ pub struct Ranked<'a> {
     pub place: Option<u32>,
     /// The entry.
     pub entry: &'a Entry,
-    /// True if it stands on the Pareto front.
+    /// True if the entry is on the Pareto front.
     pub on_front: bool,
 }
 
@@ -39,7 +39,7 @@ pub fn ranking<'a>(entries: &'a [Entry], budget: Option<&Budget>) -> Vec<Ranked<
 }
 
 /// Indices of the entries that no other dominates, by damage: another has as much completeness with as little damage, and more of the
-/// one or less of the other. Entries with the same figures stand there together.
+/// one or less of the other. Entries with the same figures are both on the front.
 pub fn pareto_front(entries: &[Entry]) -> Vec<usize> {
     let dominates = |a: &Entry, b: &Entry| {
         let (more, less) = (a.completeness - b.completeness, b.damage() - a.damage());

@@ -21,21 +21,21 @@ pub enum Refusal {
         "{file}: {what} {found}, but this build has {own}: results are verified by the build that made them"
     )]
     Version {
-        /// The file that says so.
+        /// File with the version.
         file: String,
-        /// Which version.
+        /// Kind of version.
         what: &'static str,
-        /// The result's.
+        /// Value in the result.
         found: String,
-        /// This build's.
+        /// Value of this build.
         own: String,
     },
     /// Other seeds than those of the board.
     #[error("summary.json: seed set {found}, but the board is of {own}")]
     Seeds {
-        /// The result's.
+        /// Value in the result.
         found: String,
-        /// The board's.
+        /// Value of the board.
         own: String,
     },
     /// Another plan.
@@ -43,15 +43,15 @@ pub enum Refusal {
     Plan {
         /// Name of the figure.
         what: &'static str,
-        /// The result's.
+        /// Value in the result.
         found: String,
-        /// The official one.
+        /// Value of the official plan.
         own: String,
     },
     /// Episodes of the matrix are not there, or not as this code writes them.
     #[error(transparent)]
     Missing(#[from] Missing),
-    /// A record that the matrix does not have.
+    /// A record that is not part of the matrix.
     #[error("{file} is not of the official matrix: a submission holds that and nothing else")]
     Surplus {
         /// The file.
@@ -62,16 +62,16 @@ pub enum Refusal {
     Contradiction {
         /// The file.
         file: String,
-        /// In what.
+        /// Contradiction.
         problem: String,
     },
-    /// A summary that its records do not give.
+    /// A summary that does not follow from its records.
     #[error("summary.json is not what its records give: {difference}")]
     Summary {
         /// The first difference.
         difference: Difference,
     },
-    /// An episode that comes out otherwise.
+    /// An episode that has other bytes when run again.
     #[error("{file} comes out otherwise when run again: {difference}")]
     NotRepeated {
         /// The file.

@@ -1,8 +1,8 @@
-//! Which episodes of a submission are run again.
+//! Sample of the episodes of a submission that are run again.
 
 use orchard_spec::{Purpose, Stream};
 
-/// Indices of `count` of `total` episodes, or all, ascending. They follow from the hash of all records, so that whoever makes these
+/// Indices of `count` of `total` episodes, or all, ascending. They follow from the hash of all records, so that the submitter
 /// cannot choose: another byte anywhere draws another sample.
 pub fn drawn(records: &[u8; 32], total: usize, count: usize) -> Vec<usize> {
     let seed = records.iter().take(8).fold(0, |seed: u64, &byte| seed << 8 | u64::from(byte));

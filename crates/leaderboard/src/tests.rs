@@ -1,4 +1,4 @@
-//! What is verified, and what is refused and why.
+//! Tests of verification: accepted results, and refused ones with the reason.
 
 use std::fs;
 use std::path::Path;
@@ -176,11 +176,11 @@ fn a_record_with_one_number_changed_is_refused() {
     assert!(
         verified(folder.path(), &plan(), 1).unwrap_err().starts_with("summary.json is not what its records")
     );
-    // or, where that is forged as well, the record itself,
+    // or, where the summary is forged as well, the record itself,
     sum_up_again(folder.path());
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
     assert!(e.starts_with(episode) && e.contains("is in the bucket without an event"), "{e}");
-    // or, where nothing contradicts, the episode that is run again.
+    // or, where the record is consistent, the episode that is run again.
     let folder = result();
     change(folder.path(), episode, "\"max_finger_force_n\": 8.0", "\"max_finger_force_n\": 7.5");
     sum_up_again(folder.path());

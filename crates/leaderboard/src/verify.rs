@@ -1,4 +1,4 @@
-//! Whether a result is what it says.
+//! Verifies a submitted result.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -29,7 +29,7 @@ use crate::sample::drawn;
 /// File that identifies a result.
 const SUMMARY: &str = "summary.json";
 
-/// What a summary says that it is of.
+/// Fields of a summary that identify its run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Head {
     /// Layout version.
@@ -61,10 +61,10 @@ pub struct Verified {
     pub sample: Vec<String>,
 }
 
-/// Reads what a result folder says that it holds.
+/// Reads the summary head of a result folder.
 ///
 /// # Errors
-/// There is no summary, or it is of another layout or no summary at all.
+/// There is no summary, or the file has another layout or is not a summary.
 pub fn head(folder: &Path) -> Result<Head, Refusal> {
     let file = folder.join(SUMMARY);
     let not = |problem: String| Refusal::NotAResult { file: file.display().to_string(), problem };

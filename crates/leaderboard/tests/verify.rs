@@ -1,4 +1,4 @@
-//! A submission of real episodes, small: taken, and refused when one of them is forged.
+//! A small submission of real episodes is accepted, and refused when an episode is forged.
 
 use std::sync::atomic::AtomicBool;
 

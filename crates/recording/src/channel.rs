@@ -1,4 +1,4 @@
-//! The channels of a recording: topic, schema, and whose word each is.
+//! Channels of a recording: topic, schema and source.
 
 use foxglove::messages::{
     CameraCalibration, FrameTransforms, JointStates, Log, PointCloud, RawImage, SceneUpdate,
@@ -34,35 +34,35 @@ pub enum Channel {
     Points,
     /// The robot's joints.
     JointStates,
-    /// Facts of the world.
+    /// Events of the world.
     Events,
     /// Hashes of the world's state.
     StateHash,
     /// Commands.
     Command,
-    /// What the controller notes about itself.
+    /// Controller events.
     Picker,
-    /// What it found in an image.
+    /// Detections of the controller in an image.
     Detections,
-    /// The same as spheres.
+    /// Detections of the controller, as spheres.
     DetectionSpheres,
-    /// What it wants to pick, as a sphere.
+    /// Target fruit of the controller, as a sphere.
     Target,
-    /// Facts and notes in words.
+    /// Events of the world and of the controller, in words.
     Log,
 }
 
-/// Whose word a channel is.
+/// Source of a channel's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
-    /// The world's: a function of its start and of the commands.
+    /// The world: its messages are a function of its start and of the commands.
     World,
-    /// The controller's.
+    /// The controller.
     Controller,
 }
 
 impl Channel {
-    /// All of them, in the order of their declaration, which is that of the enum.
+    /// All channels, in the order in which the enum declares them.
     pub const ALL: [Self; 18] = [
         Self::Transforms,
         Self::Ground,
@@ -84,7 +84,7 @@ impl Channel {
         Self::Log,
     ];
 
-    /// Its topic.
+    /// Topic of the channel.
     pub fn topic(self) -> &'static str {
         match self {
             Self::Transforms => "/tf",
@@ -113,7 +113,7 @@ impl Channel {
         Self::ALL.into_iter().find(|channel| channel.topic() == topic)
     }
 
-    /// Whose word it is. The log has both, and differs if either does.
+    /// Returns the source of the messages. The log has messages of both sources, and differs if either does.
     pub fn origin(self) -> Origin {
         match self {
             Self::Command
@@ -164,7 +164,7 @@ fn foxglove<M: Encode>() -> Schema {
     M::get_schema().unwrap_or_else(|| unreachable!("Foxglove's messages have schemas"))
 }
 
-/// A schema of ours: everything in place, which is all that Foxglove reads.
+/// Schema of one of this crate's messages, with all definitions inline: Foxglove resolves no references.
 fn own<M: JsonSchema>(name: &str) -> Schema {
     let settings = SchemaSettings::draft07().with(|s| s.inline_subschemas = true);
     let schema = settings.into_generator().into_root_schema_for::<M>();

@@ -30,7 +30,7 @@ impl Clock {
         nanoseconds(f64::from(self.frames) * self.frame)
     }
 
-    /// Whether something is due in this frame that is done at a rate \[Hz\]; at least every frame is one.
+    /// True if an action of a rate \[Hz\] is due in this frame; rates above the frame rate are due in every frame.
     pub fn is_due(&self, rate: f64) -> bool {
         let period = (1.0 / (rate * self.frame)).round().max(1.0) as u32;
         self.frames.is_multiple_of(period)

@@ -6,23 +6,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
 
-/// What the robot was asked for in a frame.
+/// Command to the robot in a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CommandMessage {
-    /// Where the arm joints' set points are to be at the end of the frame [rad].
+    /// Set points of the arm joints at the end of the frame (rad).
     #[schemars(with = "[f64; ARM_DOF]")]
     arm_q: [Exact; ARM_DOF],
-    /// Velocities with which they are to pass there [rad/s].
+    /// Velocities with which they are to pass there (rad/s).
     #[schemars(with = "[f64; ARM_DOF]")]
     arm_v: [Exact; ARM_DOF],
-    /// Velocity of the base in its own frame: forward [m/s], left [m/s], yaw rate [rad/s].
+    /// Velocity of the base in its own frame: forward (m/s), left (m/s), yaw rate (rad/s).
     #[schemars(with = "[f64; 3]")]
     base_velocity: [Exact; 3],
-    /// Opening of each finger [m].
+    /// Opening of each finger (m).
     #[schemars(with = "f64")]
     finger_q: Exact,
-    /// Largest force of each finger drive [N].
+    /// Largest force of each finger drive (N).
     #[schemars(with = "f64")]
     finger_force: Exact,
 }

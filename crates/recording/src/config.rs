@@ -1,4 +1,4 @@
-//! How finely an episode is recorded.
+//! Sampling rates and thresholds of recordings.
 
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 /// The defaults as TOML text.
 pub const PAPER_TOML: &str = include_str!("../configs/paper/recording.toml");
 
-/// How finely an episode is recorded.
+/// Sampling rates and thresholds of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordingConfig {
@@ -19,21 +19,21 @@ pub struct RecordingConfig {
     pub state: StateRules,
 }
 
-/// When poses are kept.
+/// Rules for recording poses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TransformRules {
-    /// How often those of what has moved are.
+    /// Rate at which the poses that have changed are recorded.
     pub rate: Quantity,
-    /// How often all of them are.
+    /// Rate at which all poses are recorded.
     pub whole: Quantity,
-    /// What has moved no farther than this stands still.
+    /// Largest translation that counts as no change.
     pub distance: Quantity,
-    /// What has turned no farther than this stands still.
+    /// Largest rotation that counts as no change.
     pub angle: Quantity,
 }
 
-/// How a depth image is thinned to a point cloud.
+/// Rules for thinning a depth image to a point cloud.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointRules {
@@ -41,11 +41,11 @@ pub struct PointRules {
     pub stride: Count,
 }
 
-/// When hashes of the state are kept.
+/// Rules for recording hashes of the state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StateRules {
-    /// How often.
+    /// Rate at which hashes are recorded.
     pub rate: Quantity,
 }
 
@@ -69,7 +69,7 @@ impl RecordingConfig {
         }
     }
 
-    /// SHA-256 of the values, hexadecimal: files recorded under other ones have other bytes.
+    /// SHA-256 of the values, hexadecimal: files recorded under other values have other bytes.
     pub fn hash(&self) -> String {
         let text =
             serde_json::to_vec(self).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"));

@@ -1,4 +1,4 @@
-//! Facts of the world and what the controller noted, as messages and as lines of a log.
+//! World events and controller events, as messages and as lines of a log.
 
 use foxglove::messages::{Log, log::Level};
 use orchard_world::WorldEvent;
@@ -16,7 +16,7 @@ pub struct StateHashMessage {
     pub sha256: String,
 }
 
-/// A fact of the world. What does not apply is left out.
+/// An event of the world. Fields that do not apply are left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EventMessage {
     /// `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped` or `branch_snapped`.
@@ -29,11 +29,11 @@ pub struct EventMessage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "u32")]
     pub segment: Option<u32>,
-    /// How far the fruit fell before it first touched the bucket or its fruit [m].
+    /// Height that the fruit fell before it first touched the bucket or its fruit (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub drop_height: Option<f64>,
-    /// Energy of the hardest impact of that fall [J].
+    /// Energy of the hardest impact of that fall (J).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub impact_energy: Option<f64>,

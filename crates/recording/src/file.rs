@@ -21,7 +21,7 @@ pub const RECORD: &str = "episode.json";
 /// Fields of the metadata.
 pub(crate) const FIELDS: [&str; 4] = ["format", "key", "recording_config", "scenario"];
 
-/// What a recording is a function of.
+/// Inputs that determine a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// [`FORMAT`].
@@ -35,7 +35,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Of an episode that this code records.
+    /// Header of an episode that this code records.
     pub fn new(key: &EpisodeKey, config: String, scenario: StoredScenario) -> Self {
         Self { format: FORMAT, key: key.clone(), config, scenario }
     }
@@ -62,11 +62,11 @@ impl<W: Write> FileSink<W> {
     /// Begins a file.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn begin(out: W, header: &Header) -> io::Result<Self> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Zstd))
-            // On the thread that simulates: the bytes of several threads are others.
+            // Compress on the simulating thread: with several threads the bytes differ.
             .compression_threads(0)
             .disable_seeking(true)
             .library(concat!("orchardbench ", env!("CARGO_PKG_VERSION")));
@@ -82,10 +82,10 @@ impl<W: Write> FileSink<W> {
         Ok(Self { writer, channels, sequence: BTreeMap::new(), failed: None })
     }
 
-    /// Attaches the episode's record, ends the file and gives back what it was written into.
+    /// Attaches the episode's record, ends the file and returns the writer.
     ///
     /// # Errors
-    /// It, or something before, could not be written.
+    /// The end of the file, or an earlier part, could not be written.
     pub fn end(mut self, record: &EpisodeRecord, log_time: u64) -> io::Result<W> {
         if let Some(e) = self.failed {
             return Err(e);

@@ -1,4 +1,4 @@
-//! What the robot's joints and drives read.
+//! Readings of the robot's joints and drives.
 
 use foxglove::messages::{JointState, JointStates};
 use orchard_multibody::BodyId;
@@ -10,7 +10,7 @@ use crate::clock::timestamp;
 /// Names of the base's coordinates in the odom frame.
 const BASE: [&str; 3] = ["base/x", "base/y", "base/yaw"];
 
-/// Names of joints: of height, arm and fingers as the robot's description has them.
+/// Names of joints: those of height, arm and fingers are from the robot's description.
 #[derive(Debug, Clone)]
 pub struct Joints {
     height: String,
@@ -19,7 +19,7 @@ pub struct Joints {
 }
 
 impl Joints {
-    /// Those of a world's robot.
+    /// Returns the joint names of a world's robot.
     pub fn of(world: &World) -> Self {
         let (handle, links) = (world.handle(), &world.robot().articulation().links);
         let name = |body: &BodyId| {
@@ -33,7 +33,7 @@ impl Joints {
         }
     }
 
-    /// What an observation tells: m or rad, m/s or rad/s, N or N m; what it does not tell is left out.
+    /// Joint states of an observation: m or rad, m/s or rad/s, N or N m; values that the observation lacks are left out.
     pub fn message(&self, log_time: u64, seen: &Observation) -> JointStates {
         let joint = |name: &str, position: f64, velocity: Option<f64>, effort: Option<f64>| JointState {
             name: name.to_owned(),

@@ -45,7 +45,7 @@ mod tests {
         for topic in &topics {
             assert!(Channel::of(topic).is_some(), "{topic} is in the layout and in no recording");
         }
-        // Everything that can be looked at is.
+        // The layout shows every topic that can be shown.
         for channel in Channel::ALL {
             let hidden = matches!(
                 channel,

@@ -1,10 +1,10 @@
 //! Recordings of OrchardBench episodes as MCAP files for Foxglove, and their replay.
 //!
-//! A [`Recorder`] watches an episode and turns each frame into messages; a [`Sink`] takes them. [`file`] writes them down,
-//! [`replay`] holds them against a recording while the world is simulated again under the recorded commands. `docs/recording.md`
-//! tells what each channel holds.
+//! A [`Recorder`] observes an episode and turns each frame into messages; a [`Sink`] takes them. [`file`] writes them to a file,
+//! [`replay`] compares them with a recording while the world is simulated again under the recorded commands. `docs/recording.md`
+//! describes the channels.
 //!
-//! A recording is a function of what its episode is a function of, and of `configs/paper/recording.toml`: the same bytes on
+//! A recording is a function of the inputs of its episode and of `configs/paper/recording.toml`: the same bytes on
 //! every run.
 
 mod camera;

@@ -1,4 +1,4 @@
-//! What a controller notes: its state, its target, its detections.
+//! Messages from controller events: state, target, detections.
 
 use foxglove::messages::log::Level;
 use foxglove::messages::{Log, SceneUpdate};
@@ -12,69 +12,69 @@ use crate::event::line;
 use crate::scene::{Ball, balls};
 use crate::transforms::ODOM;
 
-/// Linear-light-free colours of what the controller believes: red, green, blue, opacity.
+/// Colours of the controller's detections and target, not in linear light: red, green, blue, opacity.
 const DETECTION: [f64; 4] = [0.1, 0.7, 1.0, 0.45];
 const TARGET: [f64; 4] = [1.0, 0.9, 0.0, 0.6];
 
-/// A sphere that a controller believes in.
+/// A sphere estimated by a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sphere {
-    /// Centre in odom, x [m].
+    /// Centre in odom, x (m).
     pub x: f64,
-    /// Centre in odom, y [m].
+    /// Centre in odom, y (m).
     pub y: f64,
-    /// Centre in odom, z [m].
+    /// Centre in odom, z (m).
     pub z: f64,
-    /// Radius [m].
+    /// Radius (m).
     pub radius: f64,
 }
 
 /// All detections of one depth image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DetectionsMessage {
-    /// The moment that the image shows [ns].
+    /// Capture time of the image (ns).
     pub image_time: u64,
     /// The detections, in the controller's order.
     pub detections: Vec<Sphere>,
 }
 
-/// What the controller is at, whenever that changes.
+/// Attempt and state of the controller, written on every change.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PickerMessage {
-    /// What it noted: `attempt_started`, `state_changed`, `grasped`, `stem_gave_way`, `yielded` or `attempt_ended`.
+    /// Event: `attempt_started`, `state_changed`, `grasped`, `stem_gave_way`, `yielded` or `attempt_ended`.
     pub event: String,
     /// Number of the attempt, from 1; 0 before the first.
     pub attempt: u32,
-    /// Whether the attempt goes on.
+    /// True while an attempt is in progress.
     pub trying: bool,
-    /// Its state; empty before it first told one.
+    /// State of the controller; empty before the first `state_changed`.
     pub state: String,
-    /// Width between the fingers [m], of `grasped`.
+    /// Width between the fingers (m), of `grasped`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub width: Option<f64>,
-    /// Pull or resistance that it felt [N], of `stem_gave_way` and `yielded`.
+    /// Pull or resistance that the controller felt (N), of `stem_gave_way` and `yielded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub force: Option<f64>,
-    /// Why the attempt failed, of `attempt_ended`; left out where the controller believes that it placed the fruit.
+    /// Failure reason, of `attempt_ended`; left out where the controller reports that it placed the fruit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "String")]
     pub failure: Option<String>,
 }
 
-/// What one note becomes.
+/// Messages for one controller event.
 #[derive(Debug, Default)]
-pub struct Noted {
-    /// Its detections, with spheres to see them by.
+pub struct ControllerMessages {
+    /// Detections, also as spheres for display.
     pub detections: Option<(DetectionsMessage, SceneUpdate)>,
-    /// What it is at, with a line of the log.
+    /// Attempt and state, with a line of the log.
     pub picker: Option<(PickerMessage, Log)>,
-    /// Its target, or that there is none.
+    /// Target as a sphere; no sphere clears it.
     pub target: Option<SceneUpdate>,
 }
 
-/// Follows a controller's notes.
+/// Builds messages from controller events; keeps the attempt and the state.
 #[derive(Debug, Clone, Default)]
 pub struct Notes {
     attempt: u32,
@@ -83,20 +83,20 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// Takes a note; `depth_time` is the moment that the observation's image shows [s].
-    pub fn take(&mut self, log_time: u64, depth_time: f64, event: &ControllerEvent) -> Noted {
-        let mut noted = Noted::default();
+    /// Builds the messages for an event; `depth_time` is the capture time of the observation's image (s).
+    pub fn take(&mut self, log_time: u64, depth_time: f64, event: &ControllerEvent) -> ControllerMessages {
+        let mut messages = ControllerMessages::default();
         let (mut width, mut force, mut why) = (None, None, None);
         let (name, level, text) = match event {
             ControllerEvent::Detected { p_odom, radius } => {
-                noted.detections = Some(detections(log_time, depth_time, p_odom, radius));
-                return noted;
+                messages.detections = Some(detections(log_time, depth_time, p_odom, radius));
+                return messages;
             }
             ControllerEvent::AttemptStarted { p_odom_target, radius } => {
                 self.attempt += 1;
                 self.trying = true;
                 let ball = Ball { p: *p_odom_target, radius: *radius, color: TARGET };
-                noted.target = Some(balls(log_time, ODOM, "target", &[ball]));
+                messages.target = Some(balls(log_time, ODOM, "target", &[ball]));
                 ("attempt_started", Level::Info, format!("attempt {} begins", self.attempt))
             }
             ControllerEvent::StateChanged { state } => {
@@ -117,7 +117,7 @@ impl Notes {
             }
             ControllerEvent::AttemptEnded { failure } => {
                 self.trying = false;
-                noted.target = Some(balls(log_time, ODOM, "target", &[]));
+                messages.target = Some(balls(log_time, ODOM, "target", &[]));
                 why.clone_from(failure);
                 let text = |reason: &String| format!("attempt {} failed: {reason}", self.attempt);
                 let placed = || format!("attempt {} ends: the fruit is placed", self.attempt);
@@ -134,8 +134,8 @@ impl Notes {
             force,
             failure: why,
         };
-        noted.picker = Some((message, line(log_time, "picker", level, text)));
-        noted
+        messages.picker = Some((message, line(log_time, "picker", level, text)));
+        messages
     }
 }
 

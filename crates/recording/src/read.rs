@@ -23,7 +23,7 @@ pub enum RecordingError {
     Io {
         /// File.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
     /// Not an MCAP file.
@@ -37,7 +37,7 @@ pub enum RecordingError {
     Damaged {
         /// File.
         path: PathBuf,
-        /// What was found.
+        /// Problem found.
         problem: String,
     },
     /// An MCAP file of something else.
@@ -45,7 +45,7 @@ pub enum RecordingError {
     Foreign {
         /// File.
         path: PathBuf,
-        /// What was found.
+        /// Problem found.
         problem: String,
     },
     /// Written by other code.
@@ -53,11 +53,11 @@ pub enum RecordingError {
     Other {
         /// File.
         path: PathBuf,
-        /// What is another.
+        /// Property that differs.
         what: &'static str,
-        /// Of the recording.
+        /// Value in the recording.
         recorded: String,
-        /// Of this code.
+        /// Value in this code.
         here: String,
     },
 }
@@ -75,7 +75,7 @@ impl Recording {
     /// Reads a file through once.
     ///
     /// # Errors
-    /// It cannot be read, is cut off or damaged, or is not a recording.
+    /// The file cannot be read, is cut off or damaged, or is not a recording.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut records = Records::open(path)?;
         let (mut header, mut attached, mut messages) = (None, None, BTreeMap::new());
@@ -96,12 +96,12 @@ impl Recording {
         })
     }
 
-    /// Its file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What it is a function of.
+    /// Inputs that determine the recording.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -111,15 +111,15 @@ impl Recording {
         &self.record
     }
 
-    /// How many messages its channels hold.
+    /// Number of messages by channel.
     pub fn counts(&self) -> &BTreeMap<Channel, u64> {
         &self.messages
     }
 
-    /// Whether this code, with these configs, would write the same.
+    /// Checks that this code, with these configs, would write the same recording.
     ///
     /// # Errors
-    /// It was written by another version, or under other configs: which, and what they are here.
+    /// The recording was written by another version, or under other configs; the error names both.
     pub fn check(&self, here: &Header) -> Result<(), RecordingError> {
         let (there, path) = (&self.header, &self.path);
         let (a, b) = (&there.key, &here.key);
@@ -138,7 +138,7 @@ impl Recording {
         }
     }
 
-    /// Its messages, in the order of the file.
+    /// Returns the messages, in the order of the file.
     ///
     /// # Errors
     /// The file cannot be opened.
@@ -168,7 +168,7 @@ impl Iterator for Messages {
     }
 }
 
-/// What of a file matters here.
+/// Part of a file that the reader uses.
 enum Piece {
     /// Fields of the metadata record that names the episode.
     Metadata(BTreeMap<String, String>),
@@ -224,7 +224,7 @@ impl Records {
     }
 }
 
-/// Most that the contents of a chunk are larger than the whole file: still scenes compress well.
+/// Largest ratio of a chunk's uncompressed size to the size of the whole file: still scenes compress well.
 const MOST_COMPRESSED: usize = 1000;
 
 fn piece(
@@ -274,7 +274,7 @@ fn read_header(path: &Path, fields: &BTreeMap<String, String>) -> Result<Header,
     }
     let text = field(key)?;
     let key = serde_json::from_str::<EpisodeKey>(text).map_err(|e| {
-        // The key of another schema version may have other fields; then that is the news.
+        // The key of another schema version may have other fields; then the version is the error to report.
         let version = serde_json::from_str::<Value>(text).ok();
         match version.and_then(|key| key["code_version"].as_str().map(str::to_owned)) {
             Some(code) if code != orchard_bench::CODE_VERSION => {

@@ -1,4 +1,4 @@
-//! Watches an episode and turns its frames into messages.
+//! Observes an episode and turns its frames into messages.
 
 use foxglove::Encode;
 use orchard_robot::Observation;
@@ -15,12 +15,12 @@ use crate::command::CommandMessage;
 use crate::config::{RecordingConfig, hexadecimal};
 use crate::event::{EventMessage, StateHashMessage, world_line};
 use crate::joints::Joints;
-use crate::picker::{Noted, Notes};
+use crate::picker::{ControllerMessages, Notes};
 use crate::scene::{self, Crop, Wood};
 use crate::sink::{Message, Sink, json, protobuf};
 use crate::transforms::Transforms;
 
-/// Turns the frames of one episode into messages. What it tells is a function of what it is told: it looks at no clock.
+/// Turns the frames of one episode into messages. The messages depend on its inputs only: it reads no clock.
 #[derive(Debug)]
 pub struct Recorder<S> {
     sink: S,
@@ -53,7 +53,7 @@ impl<S: Sink> Recorder<S> {
         recorder
     }
 
-    /// Ends with the world as the episode left it, and gives back the sink.
+    /// Records the world as the episode left it, and returns the sink.
     pub fn end(mut self, world: &World) -> S {
         self.scenery(world);
         let transforms = self.transforms.all(world, &self.clock);
@@ -62,7 +62,7 @@ impl<S: Sink> Recorder<S> {
         self.sink
     }
 
-    /// Where a message of now goes.
+    /// Writes a message to the sink at the current time.
     fn put(&mut self, channel: Channel, data: Vec<u8>) {
         self.sink.put(Message { channel, log_time: self.clock.now(), data });
     }
@@ -75,7 +75,7 @@ impl<S: Sink> Recorder<S> {
         self.put(channel, json(message));
     }
 
-    /// What of the tree has to be drawn anew.
+    /// Writes the wood and the fruit that have to be redrawn.
     fn scenery(&mut self, world: &World) {
         let now = self.clock.now();
         if let Some(wood) = self.wood.due(now, world) {
@@ -104,7 +104,7 @@ impl<S: Sink> Recorder<S> {
         }
     }
 
-    fn noted(&mut self, Noted { detections, picker, target }: Noted) {
+    fn controller_messages(&mut self, ControllerMessages { detections, picker, target }: ControllerMessages) {
         if let Some((message, drawn)) = detections {
             self.json(Channel::Detections, &message);
             self.protobuf(Channel::DetectionSpheres, &drawn);
@@ -134,8 +134,8 @@ impl<S: Sink> Observer<World> for Recorder<S> {
             self.seen(seen);
         }
         for event in frame.controller_events {
-            let noted = self.notes.take(now, depth_time, event);
-            self.noted(noted);
+            let messages = self.notes.take(now, depth_time, event);
+            self.controller_messages(messages);
         }
         self.json(Channel::Command, &CommandMessage::from(frame.command));
     }

@@ -1,8 +1,8 @@
 //! Simulates a recorded episode again: the world under the recorded commands, and the controller beside it.
 //!
-//! The world is built from the recording's key and driven by its commands alone; what it then tells is held against the
-//! recording message by message. The controller is shown what this world shows and answers for itself; its commands move
-//! nothing and are held against the recorded ones.
+//! The world is built from the recording's key and driven by its commands alone; the messages of this run are compared with the
+//! recording one by one. The controller gets the observations of this world and computes its own commands; these move
+//! nothing and are compared with the recorded ones.
 
 mod comparison;
 mod playback;
@@ -30,23 +30,23 @@ use comparison::{Comparison, Shared};
 pub use comparison::{Difference, Differs, Tally};
 use playback::Playback;
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replayed {
     /// Frames that were simulated, settling not counted.
     pub frames: u32,
-    /// By channel, how many messages agreed.
+    /// Number of messages that agreed and that differed, by channel.
     pub tallies: BTreeMap<Channel, Tally>,
-    /// The first difference of what the world told, and of what the controller did.
+    /// The first difference in the world's messages, and in the controller's.
     pub differences: BTreeMap<Origin, Difference>,
-    /// Whether the episode's record is the attached one.
+    /// True if the episode's record equals the attached one.
     pub record_agrees: bool,
-    /// Whether the file, written again, has the same bytes.
+    /// True if the file, written again, has the same bytes.
     pub file_agrees: bool,
 }
 
 impl Replayed {
-    /// Whether everything agrees.
+    /// True if everything agrees.
     pub fn agrees(&self) -> bool {
         self.differences.is_empty() && self.record_agrees && self.file_agrees
     }
@@ -55,10 +55,10 @@ impl Replayed {
 /// A replay that did not come to an end.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The recording does not read.
+    /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The world that was recorded is none here.
+    /// The recorded world cannot be built here.
     #[error("the recorded world cannot be built: {0}")]
     NoWorld(String),
     /// The stop flag was raised.
@@ -115,7 +115,7 @@ fn file_hash(recording: &Recording) -> Result<sha2::digest::Output<Sha256>, Reco
     Ok(hashing.0.finalize())
 }
 
-/// Hashes what is written, and keeps nothing.
+/// Hashes the bytes that are written, and keeps none.
 struct Hashing(Sha256);
 
 impl io::Write for Hashing {

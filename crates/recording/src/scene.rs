@@ -1,4 +1,4 @@
-//! What is seen: entities that are drawn in the frames of what they belong to.
+//! Scene entities for display, each in the frame of the body that it belongs to.
 //!
 //! Every message replaces all that its topic drew before, so that the last one before any moment is enough to show it.
 
@@ -26,7 +26,7 @@ const BUCKET: [f64; 4] = [0.20, 0.42, 0.75, 0.55];
 /// Half a side of the square that is drawn of level ground \[m\].
 const PLAIN: f64 = 5.0;
 
-/// A message of what a topic shows from now on.
+/// A message that sets the entities of a topic from now on.
 fn update(now: u64, entities: Vec<SceneEntity>) -> SceneUpdate {
     let all =
         SceneEntityDeletion { timestamp: Some(timestamp(now)), r#type: Type::All.into(), id: String::new() };

@@ -1,4 +1,4 @@
-//! Where messages go.
+//! Sinks for messages.
 
 use foxglove::Encode;
 use serde::Serialize;
@@ -8,17 +8,17 @@ use crate::channel::Channel;
 /// A message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Message {
-    /// Its channel.
+    /// Channel of the message.
     pub channel: Channel,
-    /// When it was noted: nanoseconds of the simulation from the start of the episode.
+    /// Log time: nanoseconds of the simulation from the start of the episode.
     pub log_time: u64,
-    /// Its bytes.
+    /// Bytes of the message.
     pub data: Vec<u8>,
 }
 
 /// Takes messages, in the order of time.
 pub trait Sink {
-    /// Takes one.
+    /// Takes a message.
     fn put(&mut self, message: Message);
 }
 
@@ -28,7 +28,7 @@ impl Sink for Vec<Message> {
     }
 }
 
-/// Both.
+/// Passes each message to both sinks.
 impl<A: Sink, B: Sink> Sink for (A, B) {
     fn put(&mut self, message: Message) {
         self.0.put(message.clone());
@@ -45,7 +45,7 @@ pub(crate) fn protobuf<M: Encode>(message: &M) -> Vec<u8> {
     }
 }
 
-/// The bytes of one of ours.
+/// The bytes of one of this crate's messages, as JSON.
 pub(crate) fn json(message: &impl Serialize) -> Vec<u8> {
     serde_json::to_vec(message).unwrap_or_else(|e| unreachable!("numbers and words are JSON: {e}"))
 }

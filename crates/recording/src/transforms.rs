@@ -1,4 +1,4 @@
-//! Poses of everything that moves, and when they are kept.
+//! Poses of everything that moves, recorded when they are due.
 
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
 use orchard_geometry::{Pose, Rotation};
@@ -30,7 +30,7 @@ pub fn link_frame(name: &str) -> String {
     format!("robot/{name}")
 }
 
-/// Where a frame's pose stands in a world.
+/// Source of a frame's pose in a world.
 #[derive(Debug, Clone, Copy)]
 enum Place {
     Odom,
@@ -57,12 +57,12 @@ impl Place {
     }
 }
 
-/// A frame and the pose of it that was kept last.
+/// A frame and its last recorded pose.
 #[derive(Debug, Clone)]
 struct Tracked {
     name: String,
     place: Place,
-    /// Whether it is left out while it stands still: there are hundreds of segments and fruit, and few frames of the robot,
+    /// True if the frame is left out while it stands still: there are hundreds of segments and fruit, and few frames of the robot,
     /// on which images and clouds hang.
     spared: bool,
     kept: Option<Pose>,
@@ -73,7 +73,7 @@ struct Tracked {
 pub struct Transforms(Vec<Tracked>);
 
 impl Transforms {
-    /// Those of a world.
+    /// Lists the frames of a world.
     pub fn of(world: &World) -> Self {
         let fixed =
             [(ODOM, Place::Odom), ("base", Place::Base), (CAMERA, Place::Camera), ("tcp", Place::Tcp)];
@@ -119,7 +119,7 @@ impl Transforms {
     }
 }
 
-/// Whether a pose is farther from another than \[m\] and \[rad\]; what is not finite is.
+/// True if two poses differ by more than a distance \[m\] or an angle \[rad\], or are not finite.
 fn has_moved(old: &Pose, new: &Pose, distance: f64, angle: f64) -> bool {
     let moved = (new.translation.vector - old.translation.vector).norm();
     let (p, q) = (old.rotation.coords, new.rotation.coords);

@@ -20,7 +20,7 @@ use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::protocol::Protocol;
 
-/// Long enough for some images and some movement [s].
+/// Long enough for some images and some movement \[s\].
 const SECONDS: f64 = 1.0;
 
 fn plan(harvest: &Harvest, seeds: &[u64]) -> Plan {
@@ -128,7 +128,7 @@ fn a_replay_gives_the_same_bytes() {
     }
 }
 
-/// Writes a recording anew with other messages, as somebody who knows the format would: all checksums are right.
+/// Rewrites a recording with other messages and with valid checksums.
 fn rewrite(file: &Path, change: impl Fn(usize, &mut Message) -> bool) -> tempfile::TempPath {
     let recording = Recording::open(file).unwrap();
     let mut out = tempfile::NamedTempFile::new().unwrap();
@@ -171,7 +171,7 @@ const HALF: u64 = 500_000_000;
 
 #[test]
 fn an_altered_command_is_found_in_the_world_and_at_the_controller() {
-    // One more newton metre is not asked for, but one more milliradian: a digit of the first joint's target.
+    // The first joint's target is changed by one digit, a milliradian.
     let altered = rewrite(recorded(), |_, message| {
         if message.channel == Channel::Command && message.log_time == HALF {
             let mut command: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
@@ -186,7 +186,7 @@ fn an_altered_command_is_found_in_the_world_and_at_the_controller() {
     let controller = found.differences[&Origin::Controller];
     assert_eq!((controller.channel, controller.log_time), (Channel::Command, HALF));
     assert_eq!(controller.differs, Differs::OtherCommand);
-    // The next frame begins in another state, of which the joints know.
+    // The next frame begins in another state.
     let world = found.differences[&Origin::World];
     assert_eq!(world.log_time, 516_666_667, "{world}");
     assert_eq!(world.channel, Channel::StateHash, "{world}");
@@ -221,7 +221,7 @@ fn altered_missing_and_added_messages_are_found() {
     assert!(same.differences.is_empty() && same.record_agrees && !same.file_agrees);
 }
 
-/// Whatever a file holds, reading it is an error and no panic, unless it is whole.
+/// Reading a damaged file is an error, never a panic.
 #[test]
 fn files_that_are_cut_off_damaged_or_foreign_are_refused() {
     let bytes = fs::read(recorded()).unwrap();

@@ -1,4 +1,4 @@
-//! What is asked of a controller over the tuning seeds, and whether a result keeps it.
+//! Requirements on a controller over the tuning seeds, and the check that a result meets them.
 
 use orchard_scenario::SceneNames;
 use orchard_tasks::harvest::matrix::EXHAUSTION;
@@ -8,34 +8,34 @@ use orchard_tasks::protocol::{Protocol, Requirement};
 
 use crate::results::conditions;
 
-/// What is asked under one condition.
+/// Requirements under one condition, with their verdicts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demands<'a> {
     /// The condition.
     pub condition: &'a str,
-    /// By metric; none where the result cannot be judged: other seeds, trees, repeats or time than asked for.
+    /// Verdicts by metric; none where the result cannot be judged: other seeds, trees, repeats or time than required.
     pub judged: Option<Vec<Judged<'a>>>,
 }
 
-/// One figure asked for.
+/// One requirement with its measured value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged<'a> {
     /// The metric.
     pub metric: &'a str,
-    /// What is asked.
+    /// Requirement.
     pub asked: &'a Requirement,
-    /// What there is.
+    /// Measured mean; none where it is undefined.
     pub mean: Option<f64>,
 }
 
 impl Judged<'_> {
-    /// Whether it will do.
+    /// True if the mean meets the requirement.
     pub fn is_met(&self) -> bool {
         self.asked.is_met(self.mean)
     }
 }
 
-/// Judges every condition of a result that something is asked of, the nominal one first.
+/// Judges every condition of a result that has requirements, the nominal one first.
 pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<'a>> {
     let Some(asked) = protocol.asked.get(&summary.controller) else { return Vec::new() };
     let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {

@@ -8,21 +8,21 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 /// An axis with its ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Axis {
-    /// What it counts, with the unit.
+    /// Label: the quantity, with its unit.
     pub label: String,
     /// Ends, as drawn.
     pub ends: [f64; 2],
-    /// Ticks: where, as drawn, and what stands there.
+    /// Ticks: place, as drawn, and label.
     pub ticks: Vec<(f64, String)>,
-    /// Whether what is drawn are logarithms.
+    /// True if values are drawn as decimal logarithms.
     pub logarithmic: bool,
 }
 
-/// Steps that people count in, in powers of ten.
+/// Round steps, as multiples of a power of ten.
 const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
 
 impl Axis {
-    /// From 0 to the next even number above all values, in about so many steps.
+    /// Builds an axis from 0 to the next round number above all values, in about `steps` steps.
     pub fn from_zero(label: impl Into<String>, values: impl Iterator<Item = f64>, steps: u32) -> Self {
         let largest = values.filter(|x| x.is_finite()).fold(0.0, f64::max);
         let largest = if largest > 0.0 { largest } else { 1.0 };
@@ -32,7 +32,7 @@ impl Axis {
         Self { label: label.into(), ends: [0.0, f64::from(count) * step], ticks, logarithmic: false }
     }
 
-    /// Ticks at these places and no others, which ascend, with room before the first and behind the last.
+    /// Builds an axis with ticks at `places` only, which ascend, with a margin before the first and behind the last.
     pub fn at(label: impl Into<String>, places: &[f64]) -> Self {
         let ends = match places {
             [] => [0.0, 1.0],
@@ -46,7 +46,7 @@ impl Axis {
         Self { label: label.into(), ends, ticks, logarithmic: false }
     }
 
-    /// Decades about all values, which are above 0.
+    /// Builds a logarithmic axis of whole decades about all values, which are above 0.
     pub fn decades(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = spread(values);
         let (first, last) = (log10(low).floor() as i32, (log10(high) - 1e-9).ceil() as i32);
@@ -56,7 +56,7 @@ impl Axis {
         Self { label: label.into(), ends, ticks, logarithmic: true }
     }
 
-    /// Powers of two about all values, which are above 0: at most so many ticks.
+    /// Builds a logarithmic axis with ticks at powers of two about all values, which are above 0: at most `most` ticks.
     pub fn doublings(label: impl Into<String>, values: impl Iterator<Item = f64>, most: usize) -> Self {
         let (low, high) = spread(values);
         let power = |x: f64| math::ln(x) / std::f64::consts::LN_2;
@@ -74,12 +74,12 @@ impl Axis {
         }
     }
 
-    /// Where a value is drawn.
+    /// Returns the place of a value, as drawn: its decimal logarithm on a logarithmic axis.
     pub fn place(&self, value: f64) -> f64 {
         if self.logarithmic { log10(value) } else { value }
     }
 
-    /// What stands at a tick.
+    /// Returns the label of the tick at a place; empty if there is none.
     pub fn told(&self, place: f64) -> String {
         let near = self.ticks.iter().find(|(at, _)| (at - place).abs() < 1e-9 * (1.0 + place.abs()));
         near.map_or_else(String::new, |(_, text)| text.clone())
@@ -121,7 +121,7 @@ fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if high > 0.0 { (low, high) } else { (1.0, 10.0) }
 }
 
-/// The smallest even step that covers a length in so many.
+/// Smallest round step that covers a length in `steps` steps.
 fn step(length: f64, steps: u32) -> f64 {
     let least = length / f64::from(steps.max(1));
     let mut decade = math::pow(10.0, log10(least).floor());
@@ -132,7 +132,7 @@ fn step(length: f64, steps: u32) -> f64 {
     STEPS.map(|step| step * decade).into_iter().find(|step| *step >= least - 1e-12).unwrap_or(10.0 * decade)
 }
 
-/// With as many digits as the step has.
+/// Formats a value with as many digits as the step has.
 fn told(x: f64, step: f64) -> String {
     let digits = (0..6).find(|&digits| {
         let scaled = step * math::pow(10.0, f64::from(digits));

@@ -8,11 +8,11 @@ use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading,
 
 /// A bar.
 pub(crate) struct Bar {
-    /// Its name.
+    /// Name of the bar, before it.
     pub name: String,
-    /// Its parts from left to right: size and colour.
+    /// Parts of the bar from left to right: size and colour.
     pub parts: Vec<(f64, RGBColor)>,
-    /// What stands behind it.
+    /// Text behind the bar.
     pub told: String,
 }
 

@@ -1,4 +1,4 @@
-//! A chart of points over an axis: lines with intervals, what others have published, lines to compare with.
+//! A chart of points over an axis: lines with intervals, published values, reference lines and bands.
 
 use plotters::backend::SVGBackend;
 use plotters::chart::ChartBuilder;
@@ -18,13 +18,13 @@ use crate::figure::{
 pub(crate) struct Chart {
     /// Name of the figure.
     pub stem: String,
-    /// What the upright axis counts: stands above it, with the unit.
+    /// Title above the upright axis: the quantity, with its unit.
     pub title: String,
     /// The level axis.
     pub x: Axis,
-    /// The upright one.
+    /// The upright axis.
     pub y: Axis,
-    /// What is drawn, the last on top.
+    /// Series, the last on top.
     pub series: Vec<Series>,
     /// Bands behind everything.
     pub bands: Vec<Band>,
@@ -36,9 +36,9 @@ pub(crate) struct Series {
     pub name: String,
     /// Colour.
     pub colour: RGBColor,
-    /// What stands at a point.
+    /// Marker of a point.
     pub mark: Mark,
-    /// What joins the points.
+    /// Style of the line through the points.
     pub line: Line,
     /// The points, from left to right.
     pub points: Vec<Point>,
@@ -57,7 +57,7 @@ pub(crate) struct Point {
     pub ci95: Option<[f64; 2]>,
 }
 
-/// What stands at a point.
+/// Marker of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mark {
     /// A disc.
@@ -70,7 +70,7 @@ pub(crate) enum Mark {
     None,
 }
 
-/// What joins points.
+/// Style of the line through the points of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Line {
     /// A stroke.
@@ -83,11 +83,11 @@ pub(crate) enum Line {
     None,
 }
 
-/// A stretch of the upright axis to compare with, or a line where both ends are one.
+/// A reference interval on the upright axis, drawn as a band, or as a line where both ends are equal.
 pub(crate) struct Band {
-    /// What it is.
+    /// Name in the legend.
     pub name: String,
-    /// Its ends.
+    /// Lower and upper end.
     pub ends: [f64; 2],
 }
 
@@ -106,7 +106,7 @@ const CAP: i32 = 4;
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Chart {
-    /// Draws it.
+    /// Draws the chart.
     pub fn figure(&self, description: &str) -> Result<Figure, FigureError> {
         let legend = self.legend();
         let top = MARGIN + 22 + LEGEND * legend.last().map_or(0, |entry| entry.line + 1);
@@ -227,7 +227,7 @@ struct Entry {
 
 enum Sign {
     Series(usize),
-    /// Whether it is more than a line.
+    /// A band; true if its ends differ.
     Band(bool),
 }
 
@@ -262,7 +262,7 @@ fn draw_mark(area: &Canvas, series: &Series, (x, y): (i32, i32)) -> Drawn {
     match series.mark {
         Mark::None => {}
         Mark::Disc => {
-            // A rim of the ground's colour keeps crossing lines apart.
+            // A rim in the background colour separates crossing lines.
             area.draw(&Circle::new((x, y), 5, colour::PAPER.filled()))?;
             area.draw(&Circle::new((x, y), 4, series.colour.filled()))?;
         }

@@ -1,4 +1,4 @@
-//! A made-up result with everything in it, for tests.
+//! A synthetic result with every kind of content, for tests.
 
 use std::collections::BTreeMap;
 
@@ -33,7 +33,7 @@ use orchard_tasks::zones::{Zone, zone_table};
 use crate::pictures::{Moment, Pick, Picture, Pictures};
 use crate::results::Results;
 
-/// The whole of it.
+/// Builds the whole synthetic result.
 pub fn results() -> Results {
     Results {
         harvest: Some(harvest()),
@@ -60,7 +60,7 @@ fn nothing() -> Metric {
     Metric { mean: None, ci95: [None, None], n: 0, undefined: Some(Undefined::NothingToMeasure) }
 }
 
-/// A condition whose figures fall with its difficulty.
+/// A synthetic condition whose metrics fall with its difficulty.
 fn condition(number: u32, difficulty: f64, params: ConditionParams) -> ConditionSummary {
     let mut s = stream(number);
     let episodes: Vec<EpisodeLine> = (0..18)
@@ -140,7 +140,7 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
     }
 }
 
-/// Where the nominal condition has its dials.
+/// Dial settings of the nominal condition.
 fn nominal() -> ConditionParams {
     ConditionParams {
         dials: Dials { fruit_count: 40, foliage_density: 0.6, terrain_amplitude_m: 0.0 },
@@ -337,7 +337,7 @@ fn compute() -> Compute {
     Compute { schema_version: SCHEMA_VERSION, tasks: tasks.into() }
 }
 
-/// A scaling run on a backend; on a device one that was asked for more than it could do.
+/// A synthetic scaling run on a backend; on a device it includes cells that exceeded the device's limits.
 pub fn scaling(backend: Backend) -> Scaling {
     let is_device = backend == Backend::Gpu;
     let solvers: &[(SolverName, f64)] = if is_device {
@@ -421,7 +421,7 @@ pub fn scaling(backend: Backend) -> Scaling {
     }
 }
 
-/// Pictures of nothing in particular.
+/// Placeholder pictures.
 pub fn pictures() -> Pictures {
     let picture = |alt: &str| Picture {
         png: b"\x89PNG\r\n\x1a\n".to_vec(),

@@ -1,4 +1,4 @@
-//! A figure: SVG with a title and a description for those who cannot see it, in colours that most people tell apart.
+//! A figure: SVG with a title and a description for readers who cannot see it, in colours that most people can distinguish.
 
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
@@ -14,7 +14,7 @@ pub struct Figure {
     pub stem: String,
     /// Title in a few words.
     pub title: String,
-    /// What it shows, with its figures, for those who cannot see it.
+    /// Description of the figure, with its numbers, for readers who cannot see it.
     pub description: String,
     /// The figure itself: the same bytes in its file and on the page.
     pub svg: String,
@@ -24,18 +24,18 @@ pub struct Figure {
 #[derive(Debug, thiserror::Error)]
 #[error("figure {stem}: {problem}")]
 pub struct FigureError {
-    /// Which.
+    /// Name of the figure.
     pub stem: String,
-    /// Why.
+    /// Problem.
     pub problem: String,
 }
 
-/// What figures are drawn on.
+/// Drawing area of a figure.
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What drawing can end with.
+/// Result of drawing.
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// Colours of data, told apart by people of any colour vision (Okabe and Ito 2008), and of what stands about them.
+/// Colours of data, distinguishable with any colour vision (Okabe and Ito 2008), and of axes, grid and text.
 pub(crate) mod colour {
     use super::RGBColor;
 
@@ -51,7 +51,7 @@ pub(crate) mod colour {
     pub const ORANGE: RGBColor = RGBColor(0xE6, 0x9F, 0x00);
     /// Sixth series.
     pub const SKY: RGBColor = RGBColor(0x56, 0xB4, 0xE9);
-    /// Letters and what others have published.
+    /// Text, and published values.
     pub const INK: RGBColor = RGBColor(0x1F, 0x29, 0x33);
     /// Letters of less weight.
     pub const SOFT: RGBColor = RGBColor(0x5B, 0x67, 0x74);
@@ -59,13 +59,13 @@ pub(crate) mod colour {
     pub const AXIS: RGBColor = RGBColor(0x8A, 0x95, 0xA1);
     /// Lines across the plot.
     pub const GRID: RGBColor = RGBColor(0xE3, 0xE7, 0xEB);
-    /// The ground.
+    /// The background.
     pub const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFF);
     /// All series in their order.
     pub const SERIES: [RGBColor; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY];
 }
 
-/// The same colours at night: in a dark page, or a dark viewer. Series that would sink into the ground are lightened.
+/// Dark-mode colours, for a dark page or viewer. Series that would have too little contrast on the ground are lightened.
 const AT_NIGHT: [(RGBColor, &str); 6] = [
     (colour::INK, "#E6EAEE"),
     (colour::SOFT, "#A9B4BF"),
@@ -81,9 +81,9 @@ pub(crate) const WIDTH: u32 = 400;
 pub(crate) const LETTERS: f64 = 13.0;
 /// Size of a title's letters \[px\].
 const TITLE: f64 = 14.5;
-/// The backend writes letters smaller than it is told, as if told the height of a line.
+/// Line height over font size. plotters takes the font size as line height, so sizes are scaled up by this factor.
 const LINE_PER_LETTER: f64 = 1.24;
-/// About how wide a letter is, as a part of its size.
+/// Approximate width of a letter over its size.
 const LETTER_WIDTH: f64 = 0.57;
 
 /// Letters of a size and a colour, placed by a point of their box.
@@ -97,7 +97,7 @@ pub(crate) fn heading() -> TextStyle<'static> {
     font.color(&colour::INK).pos(Pos::new(HPos::Left, VPos::Top))
 }
 
-/// About how wide a line is \[px\]: there are no fonts here to ask.
+/// Approximate width of a line \[px\]; no font metrics are available here.
 pub(crate) fn text_width(text: &str, size: f64) -> i32 {
     (text.chars().count() as f64 * size * LETTER_WIDTH).ceil() as i32
 }
@@ -124,7 +124,7 @@ pub(crate) fn drawn(
     Ok(Figure { stem: stem.to_owned(), title: title.to_owned(), description: description.to_owned(), svg })
 }
 
-/// Adds title and description, and the colours of the night.
+/// Adds title and description, and the dark-mode colours.
 fn with_words(svg: &str, stem: &str, title: &str, description: &str) -> String {
     let (head, body) = svg.split_once(">\n").unwrap_or((svg, ""));
     let head = head.replacen(

@@ -18,10 +18,10 @@ use crate::figure::{Figure, FigureError};
 use crate::published::PaperFigures;
 use crate::results::{Results, main_condition};
 
-/// Figures by the part of the page that they stand in.
+/// Figures by part of the page.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figures {
-    /// By sweep.
+    /// Figures of each sweep.
     pub sweeps: Vec<(String, Vec<Figure>)>,
     /// The detection task.
     pub detect: Vec<Figure>,
@@ -74,7 +74,7 @@ impl Figures {
         Ok(figures)
     }
 
-    /// All of them, in the order of the page.
+    /// All figures, in the order of the page.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
         let sweeps = self.sweeps.iter().flat_map(|(_, figures)| figures);
         sweeps

@@ -19,7 +19,7 @@ fn select<'a>(html: &'a Html, selector: &str) -> Vec<scraper::ElementRef<'a>> {
     html.select(&Selector::parse(selector).unwrap()).collect()
 }
 
-/// What has to be there in every page, however much data it has.
+/// Checks the elements that every page must have, however much data it has.
 fn is_sound(text: &str) -> Html {
     let html = Html::parse_document(text);
     assert!(html.errors.is_empty(), "{:?}", html.errors);
@@ -82,7 +82,7 @@ fn every_section_is_there() {
     // Undefined figures have their reason.
     let undefined = select(&html, "[title='no figure: there is nothing to measure']");
     assert!(undefined.iter().all(|cell| cell.text().collect::<String>() == "-") && !undefined.is_empty());
-    // What is asked is judged on the whole of the tuning seeds.
+    // Requirements are judged only on all tuning seeds.
     assert!(text.contains(">met<") && text.contains("Asked over the tuning seeds"));
 }
 
@@ -165,7 +165,7 @@ fn warnings_stand_on_top() {
     assert_eq!(first(&official), [""; 0]);
 }
 
-/// Nobody placed, attempted or dropped anything: all figures are drawn, and none of their numbers is made up.
+/// A run without attempts, deposits and drops: all figures are drawn, and none of their numbers is made up.
 #[test]
 fn a_run_in_which_nothing_happened() {
     let mut results = example::results();
@@ -184,7 +184,7 @@ fn a_run_in_which_nothing_happened() {
     assert_eq!(select(&html, "#attempts .missing").len(), 1);
 }
 
-/// Both backends stand in one figure, with the paper's points; what was left out and what each kind of randomisation costs is told.
+/// Both backends share one figure with the paper's points; omitted cells and the cost of each kind of randomisation are reported.
 #[test]
 fn scaling_on_both_backends() {
     let mut results = example::results();

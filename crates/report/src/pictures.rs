@@ -11,7 +11,7 @@ pub struct Pictures {
     pub trees: Vec<Picture>,
     /// One attempt, moment by moment.
     pub pick: Option<Pick>,
-    /// Why some or all are missing, if so.
+    /// Reason why some or all pictures are missing, if so.
     pub left_out: Option<String>,
 }
 
@@ -20,29 +20,29 @@ pub struct Pictures {
 pub struct Picture {
     /// The picture as PNG.
     pub png: Vec<u8>,
-    /// Its size \[px\].
+    /// Width and height \[px\].
     pub size: [u32; 2],
-    /// What it shows, for those who cannot see it.
+    /// Description of the picture, for readers who cannot see it.
     pub alt: String,
-    /// What stands below it.
+    /// Caption below the picture.
     pub caption: String,
 }
 
 /// An attempt in pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pick {
-    /// Which attempt of which episode, and how it ended.
+    /// Title: episode, attempt and outcome.
     pub title: String,
-    /// Its moments in the order of time.
+    /// Moments of the attempt, in the order of time.
     pub moments: Vec<Moment>,
 }
 
 /// A moment of an attempt.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// When, and what happens.
+    /// Caption: time and event.
     pub caption: String,
-    /// How far the fingers are.
+    /// Finger distances or opening, in words.
     pub detail: String,
     /// Seen from outside.
     pub outside: Picture,

@@ -8,11 +8,11 @@ use serde::Deserialize;
 /// The file as text.
 pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 
-/// Figures of the paper that stand beside ours.
+/// Figures of the paper, printed beside ours.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigures {
-    /// By sweep and metric, in the order of the dial.
+    /// Sweeps, by name and metric, in the order of the dial.
     pub sweeps: BTreeMap<String, BTreeMap<String, Vec<At>>>,
     /// Place success by canopy zone.
     pub zones: PaperZones,
@@ -24,11 +24,11 @@ pub struct PaperFigures {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct At {
-    /// Where the dial stands, in the sweep's unit.
+    /// Setting of the dial, in the sweep's unit.
     pub at: f64,
     /// The figure.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the figure.
     pub unit: String,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
@@ -38,11 +38,11 @@ pub struct At {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperZones {
-    /// In the middle thirds, about.
+    /// Approximate rate in the middle thirds.
     pub middle: Quantity,
-    /// In the lower outer and the upper zones, at least.
+    /// Lower bound in the lower outer and the upper zones.
     pub others_low: Quantity,
-    /// The same, at most.
+    /// Upper bound in the lower outer and the upper zones.
     pub others_high: Quantity,
 }
 
@@ -65,7 +65,7 @@ impl PaperFigures {
         from_toml(file, text)
     }
 
-    /// Those of the paper.
+    /// Returns the figures of the paper.
     ///
     /// # Panics
     /// Never: the embedded file is read in this crate's tests.

@@ -1,4 +1,4 @@
-//! What a result folder holds, as far as it holds it.
+//! Reads a result folder: every part of it that is there.
 
 use orchard_bench::compute::Compute;
 use orchard_scaling::Scaling;
@@ -17,14 +17,14 @@ pub struct Results {
     pub detect: Option<DetectSummary>,
     /// The component tasks, `reach-and-grasp.json` and `gentle.json`, in this order.
     pub components: Vec<ComponentSummary>,
-    /// What the harvest cost, `compute.json`.
+    /// Compute cost of the harvest task, `compute.json`.
     pub compute: Option<Compute>,
     /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one a backend.
     pub scaling: Vec<Scaling>,
 }
 
 impl Results {
-    /// Whether there is nothing at all.
+    /// True if the folder holds no results.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -44,7 +44,7 @@ pub(crate) fn conditions(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     all
 }
 
-/// Conditions that are told in full: the nominal one, and those that no sweep has; all, if these are none.
+/// Conditions that are reported in full: the nominal one and those outside all sweeps; every condition, if there are none of these.
 pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     let swept = |name: &str| {
         let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);

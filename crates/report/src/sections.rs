@@ -16,11 +16,11 @@ use crate::figure::Figure;
 
 /// A part of the page.
 pub(crate) struct Section {
-    /// Its place to jump to.
+    /// Anchor of the section.
     pub id: &'static str,
-    /// Its title.
+    /// Title of the section.
     pub title: &'static str,
-    /// What it holds, or why it holds nothing.
+    /// Content, or the reason why there is none.
     pub body: Markup,
 }
 
@@ -33,7 +33,7 @@ pub(crate) fn side_by_side(figures: &[Figure]) -> Markup {
     }
 }
 
-/// Figures with what is said of them beside the first, where there is room for three.
+/// Figures with their text beside the first, where there is room for three.
 pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
     html! {
         div.figures {
@@ -43,7 +43,7 @@ pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
     }
 }
 
-/// A part without data: what would fill it.
+/// Placeholder of a section without data, with the command that would fill it.
 pub(crate) fn missing(what: &str, command: &str) -> Markup {
     html! { p.missing { (what) " " code { (command) } " fills this part." } }
 }

@@ -5,26 +5,26 @@ use maud::{Markup, html};
 /// A cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cell {
-    /// What stands in it.
+    /// Text of the cell.
     pub text: String,
-    /// Why there is nothing, or what it means.
+    /// Tooltip: the reason for an empty cell, or an explanation.
     pub title: Option<String>,
-    /// How it is set.
+    /// Style of the cell.
     pub kind: Kind,
 }
 
-/// How a cell is set.
+/// Style of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// To the left.
+    /// Text, aligned left.
     Words,
-    /// To the right, in digits of one width.
+    /// Number, aligned right, in digits of one width.
     Number,
-    /// To the right, with weight.
+    /// Main number of a row, aligned right, in bold.
     Main,
-    /// Good news.
+    /// Favourable verdict.
     Good,
-    /// Bad news.
+    /// Unfavourable verdict.
     Bad,
 }
 
@@ -49,14 +49,14 @@ impl Cell {
         Self { text: text.into(), title: None, kind: if good { Kind::Good } else { Kind::Bad } }
     }
 
-    /// The same with a reason or an explanation.
+    /// Adds a reason or an explanation as the cell's title.
     pub fn because(mut self, title: Option<impl Into<String>>) -> Self {
         self.title = title.map(Into::into);
         self
     }
 }
 
-/// A table of rows under heads, with a caption for those who cannot see what stands about it. The first cell of a row names it.
+/// A table of rows under heads, with a caption for readers who cannot see its context. The first cell of a row names the row.
 pub(crate) fn table(caption: &str, heads: &[&str], rows: &[Vec<Cell>]) -> Markup {
     let kind_of = |column: usize| rows.first().and_then(|row| row.get(column)).map(|cell| cell.kind);
     html! {

@@ -1,4 +1,4 @@
-//! What metrics are called, and what they are, in words and with the digits that they deserve.
+//! Titles and definitions of the metrics, and their values in words with as many digits as are significant.
 
 use orchard_spec::randomisation::Mode;
 use orchard_statistics::Metric;
@@ -105,13 +105,13 @@ const WORDS: [(&str, &str, &str); 35] = [
     ("moment_excess_s", "Moment excess", "That rise, summed over time."),
 ];
 
-/// What a metric is called: its title, or its name in words.
+/// Returns a metric's title, or its name in words if it has none.
 pub(crate) fn title(name: &str) -> String {
     let known = WORDS.iter().find(|(own, ..)| *own == name);
     known.map_or_else(|| capital(&name.replace('_', " ")), |(_, title, _)| (*title).to_owned())
 }
 
-/// What a metric is, where this page has words for it.
+/// Returns the definition of a metric, if this page has one.
 pub(crate) fn definition(name: &str) -> Option<&'static str> {
     WORDS.iter().find(|(own, ..)| *own == name).map(|(.., definition)| *definition)
 }
@@ -150,7 +150,7 @@ pub(crate) fn digits(name: &str) -> usize {
     }
 }
 
-/// A number with so many digits.
+/// A number with `digits` digits after the point; a dash if there is none.
 pub(crate) fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |x| signed(format!("{x:.digits$}")))
 }
@@ -187,7 +187,7 @@ fn signed(text: String) -> String {
     }
 }
 
-/// Why a metric has no figure, or no interval.
+/// Returns the reason why a metric has no figure, or no interval.
 pub(crate) fn why(metric: &Metric) -> Option<String> {
     metric.undefined.map(|reason| reason_of(reason, metric.mean.is_some()))
 }
@@ -197,7 +197,7 @@ pub(crate) fn reason_of(reason: Undefined, has_mean: bool) -> String {
     if has_mean { format!("no interval: {reason}") } else { format!("no figure: {reason}") }
 }
 
-/// What differs between the worlds of a batch.
+/// Returns the name of a batch mode: the differences between its worlds.
 pub(crate) fn mode(mode: Mode) -> &'static str {
     match mode {
         Mode::Homogeneous => "homogeneous",
@@ -212,7 +212,7 @@ pub(crate) fn plain(name: &str) -> String {
     name.replace(['_', '-'], " ")
 }
 
-/// The same with a capital.
+/// Returns the text with its first letter as a capital.
 pub(crate) fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

@@ -56,7 +56,7 @@ fn one_world_is_quarantined_counted_and_told_and_the_others_go_on() {
     assert_eq!(harvest(sound.path(), None).summary.unwrap().quarantined, 0);
     let result = harvest(sick.path(), Some(1));
 
-    // The physics stopped it in its first frame; its neighbours did not notice.
+    // The physics stopped it in its first frame; the other worlds were not affected.
     let Outcome::Quarantined { reason } = &result.records[1].outcome else {
         panic!("{:?}", result.records[1].outcome);
     };
@@ -73,7 +73,7 @@ fn one_world_is_quarantined_counted_and_told_and_the_others_go_on() {
     assert_eq!(nominal.metrics["harvest_completeness"].mean, Some(0.0));
     assert_eq!(nominal.metrics["fruit_dropped_per_tree"].n, 3);
 
-    // It stands on top of the page.
+    // The warning is on top of the page.
     let (protocol, paper) = (Protocol::paper(), PaperFigures::paper());
     let figures = Figures::draw(&results, &protocol, &paper).unwrap();
     let text = page(&results, &figures, &Pictures::default(), &protocol, &paper);
@@ -83,7 +83,7 @@ fn one_world_is_quarantined_counted_and_told_and_the_others_go_on() {
     assert_eq!(first.attr("class"), Some("warnings"));
     assert!(told.trim_start().starts_with("1 world was quarantined."), "{told}");
 
-    // Asked for again, it is not run again, and says the same.
+    // A second call does not run the world again, and gives the same summary.
     let summary = fs::read(sick.path().join("summary.json")).unwrap();
     harvest(sick.path(), Some(1));
     assert_eq!(fs::read(sick.path().join("summary.json")).unwrap(), summary);

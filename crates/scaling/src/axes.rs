@@ -35,7 +35,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// All of them.
+    /// All kinds of axes.
     pub const ALL: [Self; 6] =
         [Self::Mass, Self::Stiffness, Self::Damping, Self::HabitAngles, Self::FruitAndLeaves, Self::Size];
 
@@ -77,7 +77,7 @@ pub struct AxisRow {
     pub worlds: u32,
     /// Frames of one world a second: the median of the repeats.
     pub env_steps_per_s: f64,
-    /// That over the rate of as many identical worlds, repeat by repeat in turns: the median.
+    /// That rate over the rate of as many identical worlds, timed in turns in each repeat: the median.
     pub relative: f64,
     /// Smallest and largest of the repeats.
     pub spread: [f64; 2],

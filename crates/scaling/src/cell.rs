@@ -14,19 +14,19 @@ use crate::solver::SolverName;
 use crate::stepper::batch;
 use crate::trees::Worlds;
 
-/// Shortest time that a clock tells [s]: keeps rates finite.
+/// Resolution of the clock \[s\]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
-/// Frames at once of the world that keeps a device awake.
+/// Frames by call of the world that keeps a device busy.
 const FRAMES_AWAKE: u32 = 60;
 
-/// Worlds as they are before the first course, and what is to advance them.
+/// Worlds before the first course, with the solver that advances them.
 #[derive(Clone, Copy)]
 pub struct Start<'a> {
     /// The worlds.
     pub worlds: Worlds<'a>,
     /// Solver.
     pub solver: SolverName,
-    /// Where, for solvers of a device.
+    /// Device of the GPU solvers.
     pub gpu: Option<&'a Gpu>,
 }
 
@@ -46,11 +46,11 @@ pub struct Timed {
     pub rates: Vec<f64>,
     /// Courses of all repeats.
     pub courses: u32,
-    /// Processor time of all of them [s].
+    /// Processor time of all courses \[s\].
     pub processor_s: f64,
-    /// Time to kick as many worlds, to make the batch of them, and to send it to a device [s].
+    /// Time to kick as many worlds, to make the batch of them, and to send it to a device \[s\].
     pub pack_s: f64,
-    /// Memory of the numbers that a step goes through [bytes], where the batch knows it.
+    /// Memory of the numbers that a step goes through \[bytes\], if the batch reports it.
     pub bytes: Option<usize>,
     /// Worlds that are no longer finite at the end of a course.
     pub unfinite: u32,
@@ -81,7 +81,7 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
     Ok(events.iter().filter(|happened| is_stop(&happened.event)).count() as u32)
 }
 
-/// Keeps a device busy with one world for so long [s].
+/// Keeps a device busy with one world for a time \[s\].
 ///
 /// # Errors
 /// The device cannot have the world, or was lost.
@@ -95,7 +95,7 @@ pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError>
     Ok(())
 }
 
-/// Times a batch: whole courses for a part of the cell's time, as many times as the plan says. `None` if `stop` was raised.
+/// Times a batch: whole courses for a part of the cell's time, repeated as planned. `None` if `stop` was raised.
 pub fn time(
     plan: &ScalingPlan,
     start: &Start<'_>,
@@ -145,7 +145,7 @@ pub fn time(
 }
 
 impl ScalingPlan {
-    /// True if a repeat has another course after so many. Courses that go on share the time in which everything moves.
+    /// True if a repeat has another course after `courses` courses. Courses without a reset share the time in which everything moves.
     fn has_course(&self, courses: u32) -> bool {
         let of = |going_on: &GoingOn| going_on.most.saturating_sub(going_on.warm_up) / self.repeats;
         self.going_on.as_ref().is_none_or(|going_on| (courses + 1) * self.frames <= of(going_on))

@@ -16,7 +16,7 @@ pub enum ScalingError {
         "no cell to time: modes, worlds (ascending, from 1) and solvers are needed, and at least one repeat of one frame"
     )]
     NoCells,
-    /// The scenario's rules are none of the protocol, or a value is out of its range.
+    /// The protocol does not have the scenario's rules, or a value is out of its range.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// The scenario has a digitised tree.

@@ -1,8 +1,8 @@
 //! The scaling task: how fast batches of trees step, by the number of worlds, the solver and what differs between worlds.
 //!
 //! Physics alone: no robot, no camera. Trees of the nominal condition with their fruit, kicked, which then bend, break and
-//! drop fruit as they must. A clock decides the figures, so `scaling.json` is no result that two runs share. `docs/scaling.md`
-//! says how everything is measured.
+//! drop fruit. The figures depend on a clock, so `scaling.json` differs from run to run. `docs/scaling.md`
+//! describes the measurements.
 
 mod axes;
 mod cell;

@@ -25,19 +25,19 @@ pub struct Cell {
     pub solver: SolverName,
 }
 
-/// When a cell is left out.
+/// Limits beyond which a cell is left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// It would take longer [s].
+    /// Longest estimated time of a cell \[s\].
     pub cell_time: f64,
-    /// It would take a larger part of the memory that is free.
+    /// Largest part of the free memory that a cell may need.
     pub memory_share: f64,
 }
 
-/// How a batch goes on that does not begin anew with every course.
+/// Timing rules for a batch that is not reset before every course.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoingOn {
-    /// For how long the device is kept busy before that [s].
+    /// Time that the device is kept busy before timing starts \[s\].
     pub wake: f64,
     /// Frames before the first course.
     pub warm_up: u32,
@@ -55,7 +55,7 @@ pub struct AxesPlan {
 }
 
 impl AxesPlan {
-    /// That of the protocol.
+    /// Returns the plan of the protocol.
     pub fn of_rules(rules: &AxesRules) -> Self {
         Self { worlds: rules.worlds.get(), damping: rules.damping.si() }
     }
@@ -91,13 +91,13 @@ pub struct ScalingPlan {
     pub frames: u32,
     /// True if courses follow each other. Else each begins anew, at the kick.
     pub going_on: Option<GoingOn>,
-    /// Largest joint rate of a kick [rad/s].
+    /// Largest joint rate of a kick \[rad/s\].
     pub kick: f64,
     /// Times that a cell is measured.
     pub repeats: u32,
-    /// Time for all of them [s].
+    /// Time for all repeats of a cell \[s\].
     pub cell_time: f64,
-    /// When a cell is left out; never, without.
+    /// Limits beyond which a cell is left out; none where no cell is.
     pub limits: Option<Limits>,
     /// Kinds of randomisation that are timed one by one.
     pub axes: Option<AxesPlan>,
@@ -112,7 +112,7 @@ impl ScalingPlan {
     /// seed.
     ///
     /// # Errors
-    /// The scenario's rules are none of the protocol, or its tree is digitised.
+    /// The protocol does not have the scenario's rules, or its tree is digitised.
     pub fn new(
         scenario: &Scenario,
         profile: &str,
@@ -154,7 +154,7 @@ impl ScalingPlan {
         })
     }
 
-    /// Plans the large sweep, or as much of it as shows that everything works.
+    /// Plans the large sweep, or a short version of it as a smoke test.
     ///
     /// # Errors
     /// As [`ScalingPlan::new`].
@@ -170,10 +170,10 @@ impl ScalingPlan {
         })
     }
 
-    /// Opens the device that the plan needs, if it needs one. On an adapter in software little is left of the plan.
+    /// Opens the device that the plan needs, if it needs one. On an adapter in software the plan is reduced.
     ///
     /// # Errors
-    /// There is none, or it cannot be used.
+    /// There is no device, or it cannot be used.
     pub fn with_device(self, rules: &ScalingRules) -> Result<(Self, Option<Gpu>), ScalingError> {
         if self.backend == Backend::Cpu {
             return Ok((self, None));
@@ -201,7 +201,7 @@ impl ScalingPlan {
         self.modes.iter().flat_map(|&mode| self.cells_of(mode)).collect()
     }
 
-    /// Those of a mode.
+    /// Returns the cells of a mode.
     pub(crate) fn cells_of(&self, mode: Mode) -> Vec<Cell> {
         let of = |&worlds: &u32| self.solvers.iter().map(move |&solver| Cell { mode, worlds, solver });
         self.worlds.iter().flat_map(of).collect()

@@ -10,7 +10,7 @@ pub fn processor_time() -> Duration {
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }
 
-/// Resident memory [bytes], where the system reports it.
+/// Resident memory \[bytes\], where the system reports it.
 pub fn resident_bytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
@@ -18,7 +18,7 @@ pub fn resident_bytes() -> Option<f64> {
     Some(1024.0 * kib)
 }
 
-/// Memory that the system can still give [bytes], where it reports it.
+/// Memory that the system can still give \[bytes\], where it reports it.
 pub fn available_bytes() -> Option<f64> {
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = info.lines().find(|line| line.starts_with("MemAvailable:"))?;

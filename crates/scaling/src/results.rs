@@ -37,15 +37,15 @@ pub struct Scaling {
     pub threads: u32,
     /// Seed of all trees and kicks.
     pub seed: u64,
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub frame_s: f64,
     /// Substeps of a frame.
     pub substeps: u32,
     /// Frames of a course.
     pub frames: u32,
-    /// Wall time of the run, worlds built and all [s].
+    /// Wall time of the run, worlds built and all \[s\].
     pub wall_s: f64,
-    /// Largest resident memory of the process so far [MiB], where the system reports it.
+    /// Largest resident memory of the process so far \[MiB\], where the system reports it.
     pub peak_memory_mib: Option<f64>,
     /// Solvers of the backend that this build lacks.
     pub left_out: Vec<SolverName>,
@@ -92,13 +92,13 @@ pub struct Omitted {
     pub why: String,
 }
 
-/// What a cell's memory is.
+/// Method by which the memory of a cell was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemoryBasis {
     /// The numbers that a step goes through, on the device where it is one.
     Numbers,
-    /// What the process grew by with as many worlds, states and models; what a solver keeps beside them is left out.
+    /// Growth of the process with as many worlds, states and models; memory that a solver keeps beside them is left out.
     Growth,
 }
 
@@ -113,21 +113,21 @@ pub struct Row {
     pub worlds: u32,
     /// Frames of the whole batch a second of elapsed time: the median of the repeats.
     pub step_rate_per_s: f64,
-    /// The same times the worlds: frames of one world a second.
+    /// Step rate times the number of worlds: frames of one world a second.
     pub env_steps_per_s: f64,
-    /// The same times the substeps of a frame: substeps of one world a second.
+    /// Env-step rate times the substeps of a frame: substeps of one world a second.
     pub substeps_per_s: f64,
-    /// Smallest and largest step rate of the repeats [1/s].
+    /// Smallest and largest step rate of the repeats \[1/s\].
     pub spread: [f64; 2],
-    /// Processor time of all threads an env-step [us], over all repeats: what other work on the machine hardly changes.
+    /// Processor time of all threads an env-step \[us\], over all repeats: hardly affected by other work on the machine.
     pub processor_us_per_env_step: f64,
-    /// Memory of the batch [MiB]; null where the system does not tell.
+    /// Memory of the batch \[MiB\]; null where the system does not report it.
     pub memory_mib: Option<f64>,
-    /// What that is.
+    /// Method by which `memory_mib` was found.
     pub memory_basis: MemoryBasis,
-    /// Time to grow the worlds' plants and let them settle [s], on all threads.
+    /// Time to grow the worlds' plants and let them settle \[s\], on all threads.
     pub grow_s: f64,
-    /// Time to kick the worlds, to make the solver's batch of them and, on a device, to send it [s].
+    /// Time to kick the worlds, to make the solver's batch of them and, on a device, to send it \[s\].
     pub pack_s: f64,
     /// Segments of a tree on average.
     pub segments_per_tree: f64,
@@ -137,19 +137,19 @@ pub struct Row {
     pub repeats: u32,
     /// Courses of all repeats together.
     pub courses: u32,
-    /// Worlds that were no longer finite at the end of a course; figures with any are worth nothing.
+    /// Worlds that were no longer finite at the end of a course; the figures of a cell with any are invalid.
     pub unfinite: u32,
     /// Remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
 
-/// What all cells of some worlds share.
+/// Values that all cells with the same worlds share.
 #[derive(Debug, Clone, Copy)]
 pub struct Batched {
-    /// Memory [bytes] and what that is.
+    /// Memory \[bytes\] and the method by which it was found.
     pub memory: (Option<f64>, MemoryBasis),
-    /// Time to grow them [s].
+    /// Time to grow them \[s\].
     pub grow_s: f64,
     /// Substeps of a frame.
     pub substeps: u32,
@@ -160,7 +160,7 @@ pub struct Batched {
 }
 
 impl Row {
-    /// Time from nothing to a batch that can be stepped [s].
+    /// Time from nothing to a batch that can be stepped \[s\].
     pub fn build_s(&self) -> f64 {
         self.grow_s + self.pack_s
     }

@@ -40,11 +40,11 @@ impl ScalingRules {
     }
 }
 
-/// Constants of runs on a graphics device, where a batch goes on from course to course.
+/// Constants of runs on a graphics device, where a batch is not reset between courses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceRules {
-    /// For how long the device is kept busy before a batch is timed: from idle its clocks rise slowly.
+    /// Time that the device is kept busy before a batch is timed: from idle its clocks rise slowly.
     pub wake: Quantity,
     /// Frames of a batch before its first course.
     pub warm_up: Count,
@@ -66,18 +66,18 @@ pub struct StudyRules {
     pub cell_limit: Quantity,
     /// Part of the memory that the system has free which a cell may take; one that needs more is left out.
     pub memory_share: Quantity,
-    /// On the processor.
+    /// Effort on the CPU.
     pub cpu: Effort,
-    /// On a graphics device.
+    /// Effort on a graphics device.
     pub gpu: Effort,
-    /// To see that everything works.
+    /// Effort of a smoke test.
     pub quick: Effort,
     /// Cost of each kind of randomisation.
     pub axes: AxesRules,
 }
 
 impl StudyRules {
-    /// How much is measured on a backend.
+    /// Amount of measurement on a backend.
     pub fn effort(&self, backend: Backend) -> &Effort {
         match backend {
             Backend::Cpu => &self.cpu,
@@ -86,17 +86,17 @@ impl StudyRules {
     }
 }
 
-/// What each kind of randomisation costs, alone.
+/// Rules for timing each kind of randomisation alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxesRules {
     /// Settled worlds of a batch.
     pub worlds: Count,
-    /// On the damping of wood, which no axis of the presets varies: from the first world to the last, by equal factors.
+    /// Factors on the damping of wood, which no axis of the presets varies: from the first world to the last, in equal ratios.
     pub damping: Span,
 }
 
-/// How much is measured.
+/// Amount of measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Effort {
@@ -133,7 +133,7 @@ pub struct PublishedScaling {
     pub env_steps_per_s: Vec<PublishedRate>,
     /// Time to build the worlds.
     pub build: Vec<PublishedBuild>,
-    /// What its solvers need.
+    /// Requirements of the paper's solvers.
     pub solvers: Vec<PublishedSolver>,
 }
 
@@ -183,7 +183,7 @@ pub struct PublishedBuild {
     pub source: String,
 }
 
-/// A solver of the paper: how far it goes, and what it costs there.
+/// A solver of the paper: its largest batch and the cost of that batch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedSolver {
@@ -191,7 +191,7 @@ pub struct PublishedSolver {
     pub name: String,
     /// Worlds of its largest batch.
     pub most_worlds: u32,
-    /// Memory there, where it is told.
+    /// Memory of its largest batch, if the paper gives it.
     pub memory: Option<f64>,
     /// Time of a step over that of the first solver, at least and at most.
     pub slower: [f64; 2],

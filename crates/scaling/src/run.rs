@@ -23,7 +23,7 @@ use crate::trees::{self, Forest, Worlds};
 /// Name of the result file.
 pub const RESULT: &str = "scaling.json";
 
-/// Progress of a scaling run; each method is called as it goes on.
+/// Progress of a scaling run; the methods are called during the run.
 pub trait ScalingProgress {
     /// The worlds of a mode are being built.
     fn building(&self, mode: Mode, worlds: u32) {
@@ -113,10 +113,10 @@ pub fn measure(
     })
 }
 
-/// Worlds a mode whose memory is measured: so many that what building them leaves behind hardly counts.
+/// Number of worlds, by mode, whose memory is measured: enough that memory left over from building them hardly counts.
 const MEASURED_WORLDS: u32 = 64;
 
-/// By how much the process grows by a world in f64 [bytes], by mode. All worlds are kept until the last are measured, since freed
+/// Measures the memory growth of the process by world in f64 \[bytes\], by mode. All worlds are kept until the last are measured, since freed
 /// memory is taken again before the process grows.
 fn memory_of_worlds(plan: &ScalingPlan, pool: &ThreadPool) -> Result<Vec<Option<f64>>, ScalingError> {
     let count = plan.worlds.last().copied().unwrap_or_default().min(MEASURED_WORLDS);
@@ -209,8 +209,8 @@ impl<P: ScalingProgress> Run<'_, P> {
     }
 }
 
-/// Memory that a cell takes [bytes], of worlds in f64 of `each` bytes: they are the batch, or what it is packed from. The batch's own numbers are those of a
-/// smaller cell, in proportion.
+/// Estimates the memory of a cell \[bytes\] from worlds in f64 of `each` bytes, which are the batch or are packed into it. The batch's own numbers
+/// are scaled from a smaller cell.
 pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64 {
     let numbers = smaller.filter(|row| row.memory_basis == MemoryBasis::Numbers).and_then(|row| {
         Some(row.memory_mib? * BYTES_PER_MIB * f64::from(cell.worlds) / f64::from(row.worlds))
@@ -218,7 +218,7 @@ pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64
     f64::from(cell.solver.at_once(cell.worlds)) * each + numbers.unwrap_or_default()
 }
 
-/// What the cell's worlds are; `each` is what one of them takes in f64 [bytes].
+/// Returns the shared values of a cell's worlds; `each` is the memory of one world in f64 \[bytes\].
 fn batched(cell: &Cell, timed: &Timed, forest: &Forest<'_>, each: Option<f64>) -> Batched {
     let memory = match timed.bytes {
         Some(bytes) => (Some(bytes as f64), MemoryBasis::Numbers),

@@ -1,4 +1,4 @@
-//! How the worlds of a batch are advanced, and on what.
+//! Solvers that advance the worlds of a batch, and their hardware.
 
 use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub enum SolverName {
 pub(crate) const WORLDS_AT_ONCE: u32 = 8192;
 
 impl SolverName {
-    /// All of them.
+    /// All solvers.
     pub const ALL: [Self; 6] =
         [Self::Lanes, Self::Aba, Self::Cg, Self::Cholesky, Self::DeviceAba, Self::DeviceCg];
 
@@ -49,7 +49,7 @@ impl SolverName {
         }
     }
 
-    /// Those of a backend that this build has.
+    /// Returns the solvers of a backend that this build has.
     pub fn built_for(backend: Backend) -> Vec<Self> {
         Self::ALL.into_iter().filter(|solver| solver.backend() == backend && solver.is_built()).collect()
     }

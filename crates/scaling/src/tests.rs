@@ -114,7 +114,7 @@ fn every_cell_has_a_row_that_reads_back() {
     assert_eq!((scaling.backend, scaling.adapter, scaling.omitted.len()), (Backend::Cpu, None, 0));
 }
 
-/// What differs between worlds is what the mode says, and all of them move.
+/// The worlds of a batch differ exactly as the mode says, and all of them move.
 #[test]
 fn modes_differ_in_what_their_worlds_share() {
     let plan = small();
@@ -243,12 +243,12 @@ fn plants_repeat_and_kicks_do_not() {
     assert!(shares(0, 2) && shares(1, 3) && shares(0, 4) && !shares(0, 1));
     let v = |index: usize| &worlds[index].data().v;
     assert!(v(0) != v(2) && v(2) != v(4));
-    // However far it is grown at a time.
+    // The result does not depend on the number of worlds grown at a time.
     let at_once = trees::worlds(&plan, Mode::DistinctTopology, 5).unwrap();
     assert!(at_once.iter().zip(&worlds).all(|(a, b)| a.data().v == b.data().v && a.data().q == b.data().q));
 }
 
-/// A cell that would take too long or too much says so and is not timed.
+/// A cell that would take too much time or memory is omitted with the reason, not timed.
 #[test]
 fn cells_over_a_limit_are_left_out() {
     let measured = |limits| {
@@ -307,7 +307,7 @@ fn kinds_of_randomisation_act_alone() {
     }
 }
 
-/// Nobody waits long for an adapter in software, and every row says what it is.
+/// The plan for an adapter in software is short, and its note says so.
 #[test]
 fn little_is_left_of_the_plan_in_software() {
     let whole = ScalingPlan::study(&scenario(), Backend::Gpu, false).unwrap();

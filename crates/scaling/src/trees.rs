@@ -38,19 +38,19 @@ pub fn settled(spec: &Arc<Spec>, seed: u64, index: u32) -> Result<TreeWorld, Str
 /// Worlds of a batch, made when they are asked for: not all of them are in memory at once.
 #[derive(Clone, Copy)]
 pub struct Worlds<'a> {
-    /// How many.
+    /// Number of worlds.
     pub count: u32,
-    /// One of them.
+    /// Builds the world of an index.
     pub world: &'a (dyn Fn(u32) -> TreeWorld + Sync),
 }
 
 impl Worlds<'_> {
-    /// Some of them.
+    /// Builds the worlds of a range of indices.
     pub fn range(&self, range: Range<u32>) -> Vec<TreeWorld> {
         range.into_par_iter().map(self.world).collect()
     }
 
-    /// All of them.
+    /// Builds all worlds.
     pub fn all(&self) -> Vec<TreeWorld> {
         self.range(0..self.count)
     }
@@ -62,14 +62,14 @@ pub struct Forest<'a> {
     plan: &'a ScalingPlan,
     mode: Mode,
     spec: Arc<Spec>,
-    /// Those whose plants are their own, at rest.
+    /// Worlds with their own plants, at rest.
     kinds: Vec<TreeWorld>,
-    /// Time that growing them has taken so far [s].
+    /// Time that growing them has taken so far \[s\].
     pub grow_s: f64,
 }
 
 impl<'a> Forest<'a> {
-    /// None of them yet.
+    /// A forest without any plants yet.
     pub fn new(plan: &'a ScalingPlan, mode: Mode) -> Self {
         Self { plan, mode, spec: Arc::new(spec_of(plan, mode)), kinds: Vec::new(), grow_s: 0.0 }
     }

@@ -15,7 +15,7 @@ impl Scenario {
         hash(&parts)
     }
 
-    /// SHA-256, hexadecimal, over all parts but the controller: for results in which nothing acts.
+    /// SHA-256, hexadecimal, over all parts but the controller: for results without a controller.
     pub fn scene_hash(&self) -> String {
         hash(&self.scene_parts())
     }

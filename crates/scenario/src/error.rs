@@ -1,4 +1,4 @@
-//! Why a scenario cannot be resolved.
+//! Error of a scenario that cannot be resolved.
 
 /// An option that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -6,12 +6,12 @@
 pub struct ScenarioError {
     /// The option, or file and field, that gave the value.
     pub by: String,
-    /// What is wrong with it: the value, and what is allowed.
+    /// Problem: the value, and the values that are allowed.
     pub problem: String,
 }
 
 impl ScenarioError {
-    /// Says what is wrong with an option.
+    /// Builds the error for an option from its source and the problem.
     pub fn new(by: impl Into<String>, problem: impl ToString) -> Self {
         Self { by: by.into(), problem: problem.to_string() }
     }

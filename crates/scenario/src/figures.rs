@@ -1,4 +1,4 @@
-//! Every figure of a scenario, with where it comes from.
+//! Figures of a scenario, each with its origin.
 
 use orchard_quantity::parse;
 use orchard_spec::{Preset, Spec};
@@ -44,7 +44,7 @@ impl Layers {
         layers
     }
 
-    /// A world whose making is not known.
+    /// The layers of a world whose presets and options are unknown.
     pub fn of_one(by: &str, spec: &Spec) -> Self {
         Self { worlds: vec![(by.to_owned(), json(spec))], parts: Vec::new() }
     }
@@ -54,7 +54,7 @@ impl Layers {
         self.parts.push((path, by.to_owned()));
     }
 
-    /// The last layer in which a constant of the world changed, or the option that gave the part that it stands in.
+    /// Returns the last layer in which a constant of the world changed, or the option that gave the part that contains it.
     fn origin(&self, path: &str) -> String {
         let within = |part: &str| path.strip_prefix(part).is_some_and(|rest| rest.starts_with(['.', '[']));
         if let Some((_, by)) = self.parts.iter().find(|(part, _)| within(part)) {

@@ -1,7 +1,7 @@
-//! One resolved value of what is run: world, tree, robot, camera, detector, controller and task rules.
+//! Resolved scenarios of runs: world, tree, robot, camera, detector, controller and task rules.
 //!
-//! [`Options`] hold a user's words, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the edge of
-//! a program; below it nothing knows the name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
+//! [`Options`] hold a user's settings, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the start of
+//! a program; the code below it uses no name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
 //! controllers. A scenario is hashed into every result ([`Scenario::hash`]), stored beside it ([`StoredScenario`]) and can list where
 //! each of its figures comes from ([`Scenario::figures`]).
 
@@ -31,7 +31,7 @@ use orchard_spec::Spec;
 use orchard_treegen::TreegenError;
 use orchard_world::{Planting, World, WorldError};
 
-/// What is run.
+/// A resolved scenario: config, tree, robot, detector and controller of a run.
 #[derive(Clone)]
 pub struct Scenario {
     names: Names,
@@ -55,14 +55,14 @@ impl Scenario {
         Self::resolve(&Options::of(options)?, &controllers())
     }
 
-    /// The same scenario under another controller.
+    /// Returns the scenario under another controller.
     #[must_use]
     pub fn with_controller(&self, controller: impl ControllerKind + 'static) -> Self {
         let names = Names { controller: controller.name().to_owned(), ..self.names.clone() };
         Self { names, controller: Arc::new(controller), ..self.clone() }
     }
 
-    /// The same scenario under a controller that a program has.
+    /// Returns the scenario under one of a program's controllers.
     ///
     /// # Errors
     /// None of them has the name.
@@ -98,7 +98,7 @@ impl Scenario {
         &self.spec
     }
 
-    /// The digitised tree that stands in every world; none where each world grows its own.
+    /// The digitised tree of every world; none where each world grows its own.
     pub fn digitised_tree(&self) -> Option<&TreeFile> {
         self.tree.as_deref()
     }
@@ -123,7 +123,7 @@ impl Scenario {
         &self.rules
     }
 
-    /// The same scenario in a world of another config, with the same names: a condition of a benchmark, say.
+    /// Returns the scenario in a world of another config, with the same names: a condition of a benchmark, for example.
     #[must_use]
     pub fn with_spec(&self, spec: Spec) -> Self {
         Self { spec: Arc::new(spec), ..self.clone() }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Names of everything that is seen: all parts but the controller.
+/// Names of the scene: all parts but the controller.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SceneNames {
     /// Preset, or own name of a config file.

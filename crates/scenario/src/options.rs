@@ -1,4 +1,4 @@
-//! A user's words: what to run, before anything is looked up.
+//! Options of a scenario as the user gave them, before names are looked up.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ impl Given {
     }
 }
 
-/// The options of a scenario; what is not given is that of the preset `paper`, and the controller `baseline`.
+/// Options of a scenario; those not given are as in the preset `paper`, with the controller `baseline`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Name of a preset. Excludes `config`.
@@ -111,7 +111,7 @@ impl Options {
         })
     }
 
-    /// These options laid over others: what is given here wins.
+    /// Merges these options over others: values given here take precedence.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         let world = self.preset.is_some() || self.config.is_some();
@@ -152,7 +152,7 @@ impl Options {
         Ok(options)
     }
 
-    /// Options that ask for the things of these names, if all of them come with the program.
+    /// Builds the options for the parts of these names, if all parts come with the program.
     ///
     /// # Errors
     /// A digitised tree or a file, which a name alone does not find.
@@ -184,7 +184,7 @@ impl Options {
     }
 }
 
-/// True if a value names a file and not one of the things that come with the program.
+/// True if a value names a file and not a part that comes with the program.
 pub(crate) fn names_file(value: &str) -> bool {
     value.ends_with(".toml")
 }

@@ -1,4 +1,4 @@
-//! From a user's words to a scenario.
+//! Resolves options to a scenario.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -51,7 +51,7 @@ impl Scenario {
     /// the program has.
     ///
     /// # Errors
-    /// A name that nothing has, a file that cannot be read, a figure out of its range; the option is named.
+    /// An unknown name, a file that cannot be read, a figure out of its range; the error names the option.
     pub fn resolve(
         options: &Options,
         controllers: &[Arc<dyn ControllerKind>],
@@ -190,7 +190,7 @@ pub(crate) fn find_controller(
     })
 }
 
-/// A thing by its name, or from the text of its file.
+/// Finds a part by its name, or reads it from the text of its file.
 fn named_or_file<T>(
     given: &Given,
     named: impl FnOnce(&str) -> Result<T, String>,

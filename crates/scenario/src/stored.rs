@@ -1,4 +1,4 @@
-//! Scenarios as results keep them, so that a result can be run again without the files that it was asked by.
+//! Scenarios as stored in results, so that a result can be run again without its option files.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl Scenario {
     /// A scenario that a result keeps, with this program's robots and controllers. `by` names the result in errors.
     ///
     /// # Errors
-    /// A robot or controller that this program does not have, or figures other than the hash tells.
+    /// A robot or controller that this program does not have, or figures that do not match the hash.
     pub fn from_stored(
         stored: &StoredScenario,
         controllers: &[Arc<dyn ControllerKind>],

@@ -51,10 +51,10 @@ impl From<TreeFile> for RawTree {
 }
 
 impl TreeFile {
-    /// Reads a file; the ending of its name tells the format.
+    /// Reads a file; its extension gives the format.
     ///
     /// # Errors
-    /// Another ending, a file that cannot be read, or a tree that is none.
+    /// Another extension, a file that cannot be read, or a file that holds no valid tree.
     pub fn read(path: &Path) -> Result<Self, String> {
         let format = match path.extension().and_then(|extension| extension.to_str()) {
             Some("json") => TreeFormat::Json,

@@ -5,7 +5,7 @@
 //! are, with replacement, and of every drawn seed twice as many trees as it has, with replacement; a drawn tree brings all its
 //! repeats. Of a single seed its trees are drawn, as many as there are. The interval lies between percentiles of the resampled ratios
 //! (Efron and Tibshirani 1993, chapter 13). All metrics share one set of resamples.
-//! `docs/decisions/0014-whole-trees-are-resampled.md` says why so.
+//! `docs/decisions/0014-whole-trees-are-resampled.md` gives the reasons.
 
 use std::ops::Add;
 
@@ -21,7 +21,7 @@ use crate::undefined::Undefined;
 pub struct Share {
     /// Numerator.
     pub numerator: f64,
-    /// Denominator; 0 where it says nothing about the metric.
+    /// Denominator; 0 where the metric is undefined.
     pub denominator: f64,
 }
 
@@ -98,10 +98,10 @@ impl Resamples {
     }
 
     /// The percentile interval of a metric; `shares` are those of the design's values. Resamples whose denominators sum
-    /// to 0 say nothing and are left out.
+    /// to 0 are left out.
     ///
     /// # Errors
-    /// No tree says anything, only one does, or a share is not finite.
+    /// The metric is undefined for every tree or for all but one, or a share is not finite.
     pub fn interval(&self, shares: &[Share]) -> Result<[f64; 2], Undefined> {
         let trees: Vec<Share> =
             self.design.trees().iter().map(|values| sum(values.iter().map(|&v| shares[v]))).collect();
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn undefined_resamples_are_left_out() {
-        // Two trees of six say something, and the same: resamples that miss both are left out, the others all give 0.5.
+        // The metric is defined for two trees of six, with the same value: resamples without both are left out, the others all give 0.5.
         let mut shares = vec![Share::default(); 6];
         shares[2] = Share { numerator: 1.0, denominator: 2.0 };
         let resamples = Resamples::draw(&[(0..6).collect()], &rules());

@@ -10,8 +10,8 @@ use crate::rules::{BootstrapRules, PairedRules};
 use crate::undefined::{Figure, Undefined};
 use crate::wilcoxon::{Wilcoxon, wilcoxon};
 
-/// How a metric differs between two conditions, tree by tree. A tree's value is its own ratio of sums over its repeats; a tree of
-/// which the metric says nothing under one of the two is no pair.
+/// Paired comparison of a metric between two conditions, by tree. A tree's value is its own ratio of sums over its repeats; a tree for
+/// which the metric is undefined under one of the two is left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Trees with a value under both conditions.

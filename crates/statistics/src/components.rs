@@ -12,7 +12,7 @@ use crate::undefined::Undefined;
 /// One component.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Component {
-    /// The estimate, 0 where the raw one is negative [square of the metric's unit].
+    /// The estimate, 0 where the raw one is negative \[square of the metric's unit\].
     pub variance: Option<f64>,
     /// The estimate as it came out.
     pub raw: Option<f64>,
@@ -32,7 +32,7 @@ pub struct VarianceComponents {
     pub between_trees: Component,
     /// Within a tree: between its repeats, from run to run.
     pub within_tree: Component,
-    /// Values that were used: episodes of which the metric says anything.
+    /// Number of values used: episodes for which the metric is defined.
     pub n: u32,
 }
 
@@ -52,7 +52,7 @@ impl Component {
 /// A seed's values, tree by tree; every tree has one.
 type SeedValues = Vec<Vec<f64>>;
 
-/// Estimates the components of values; values that say nothing are `None` and are left out.
+/// Estimates the variance components of values; undefined values are `None` and are left out.
 pub fn variance_components(design: &Design, values: &[Option<f64>]) -> VarianceComponents {
     let of_tree =
         |tree: &usize| -> Vec<f64> { design.trees()[*tree].iter().filter_map(|&v| values[v]).collect() };

@@ -1,4 +1,4 @@
-//! How often the intervals cover the truth, on made-up data with known truth.
+//! Coverage of the intervals on synthetic data with known truth.
 
 use orchard_geometry::math;
 use orchard_spec::{Purpose, Stream};
@@ -9,7 +9,7 @@ use crate::quantile::{ascending, quantile};
 use crate::rules::BootstrapRules;
 use crate::test_rules::bootstrap;
 
-/// Made-up data: seeds x trees x repeats. A tree's skill is standard normal, the share `icc` of its variance common to its seed.
+/// Synthetic data: seeds x trees x repeats. A tree's skill is standard normal, the share `icc` of its variance common to its seed.
 struct Sample {
     icc: f64,
     repeats: usize,
@@ -26,7 +26,7 @@ enum Kind {
     Ratio,
 }
 
-/// What is drawn with replacement.
+/// Units that are drawn with replacement.
 #[derive(Clone, Copy, PartialEq)]
 enum Scheme {
     /// One seed fewer than there are, then twice the trees with all their repeats: the rule of the benchmark.

@@ -1,4 +1,4 @@
-//! Who belongs to whom: values to trees, trees to seeds.
+//! Nesting of a sample: values within trees, trees within seeds.
 
 /// The nesting of a sample: values (repeats) within trees within seeds.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

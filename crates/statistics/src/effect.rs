@@ -32,7 +32,7 @@ pub fn cohens_dz(differences: &[f64]) -> Result<f64, Undefined> {
         return Err(Undefined::NoSpread);
     }
     let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0);
-    // Differences that are neither equal nor told apart by their squares.
+    // The differences are not all equal, but their squared deviations underflow to 0.
     if variance > 0.0 { Ok(mean / variance.sqrt()) } else { Err(Undefined::NoSpread) }
 }
 

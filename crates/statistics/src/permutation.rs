@@ -17,7 +17,7 @@ pub struct Permutation {
     pub p_value: f64,
     /// Method of the p-value.
     pub method: Method,
-    /// Sign patterns that were looked at.
+    /// Number of sign patterns that were evaluated.
     pub patterns: u64,
     /// Pairs.
     pub n: usize,
@@ -27,7 +27,7 @@ pub struct Permutation {
 /// thousand terms (n times 2^-53) and far below any difference that matters.
 const ROUNDING: f64 = 1e-12;
 
-/// More pairs than this are never enumerated, whatever the rules say.
+/// Largest number of pairs that is enumerated, whatever the rules.
 const ENUMERABLE: usize = 30;
 
 /// Tests whether the mean difference is 0. Up to `rules.permutation_exact` differences that are not 0 every sign pattern is tried; else

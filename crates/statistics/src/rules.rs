@@ -3,7 +3,7 @@
 use orchard_quantity::{Count, Quantity};
 use serde::{Deserialize, Serialize};
 
-/// How confidence intervals are drawn.
+/// Rules for bootstrap confidence intervals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BootstrapRules {

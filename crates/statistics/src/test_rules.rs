@@ -1,4 +1,4 @@
-//! Rules of the benchmark, for tests: its config file is read as text, since this crate does not know the tasks.
+//! Rules of the benchmark, for tests: its config file is read as text, since this crate does not depend on the tasks.
 
 use serde::Deserialize;
 

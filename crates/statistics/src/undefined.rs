@@ -1,4 +1,4 @@
-//! Figures that a sample does not define, and why.
+//! Reasons for which a figure is undefined on a sample.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,13 +9,13 @@ pub enum Undefined {
     /// All denominators are 0, or there is no value at all.
     #[error("there is nothing to measure")]
     NothingToMeasure,
-    /// Only one tree says anything: nothing is known of the spread between trees.
+    /// The metric is defined for one tree only, so the spread between trees is unknown.
     #[error("only one tree says anything")]
     OneTree,
-    /// Only one seed says anything.
+    /// The metric is defined for one seed only.
     #[error("only one seed says anything")]
     OneSeed,
-    /// Every seed that says anything does so by one tree.
+    /// Every seed for which the metric is defined has only one tree with a value.
     #[error("no seed has two trees")]
     OneTreeASeed,
     /// No tree has two values.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::ranks::SignedRanks;
 use crate::undefined::Undefined;
 
-/// How a p-value came about.
+/// Method by which a p-value was computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -93,7 +93,7 @@ mod tests {
     fn exact_by_hand() {
         let test = wilcoxon(&[1.0, -2.0, 3.0, 4.0, 5.0], 50).unwrap();
         assert_eq!(test, Wilcoxon { statistic: 2.0, p_value: 2.0 * 3.0 / 32.0, method: Method::Exact, n: 5 });
-        // Zeros say nothing; one difference can prove nothing.
+        // Zeros are left out; a single difference is never significant.
         assert_eq!(wilcoxon(&[0.0, 0.3], 50).unwrap().p_value, 1.0);
         assert_eq!(wilcoxon(&[1.0, 2.0, -3.0], 50).unwrap().p_value, 1.0);
     }
@@ -112,7 +112,7 @@ mod tests {
         let test = wilcoxon(&[1.0, 1.0, 1.0, -1.0], 50).unwrap();
         assert_eq!((test.statistic, test.method), (2.5, Method::Normal));
         assert!((test.p_value - 0.423_710_797_1).abs() < 1e-9, "{}", test.p_value);
-        // In the middle nothing speaks against symmetry; the correction does not overshoot.
+        // At the mean the p-value is 1: the continuity correction does not overshoot.
         assert_eq!(wilcoxon(&[1.0, -1.0], 50).unwrap().p_value, 1.0);
     }
 

@@ -1,4 +1,4 @@
-//! Writes what a d435i measures of a tree: true depth, measured depth, and the error between them from -30 mm (blue, too
+//! Writes depth images of a tree by a d435i: true depth, measured depth, and the error between them from -30 mm (blue, too
 //! near) to 30 mm (red, too far): `sensor OUT.png`. Says what is missing and how long an image takes.
 
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use orchard_tasks::vantage::vantages;
 use orchard_world::{Planting, tree_scene};
 
 const SEED: u64 = 20_250_704;
-/// Error in full colour [m].
+/// Error in full colour \[m\].
 const FULL: f64 = 0.03;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -24,7 +24,7 @@ use crate::protocol::Protocol;
 use crate::seeds::SeedSetLabel;
 use crate::zones::Zone;
 
-/// Frame length of the fake world [s].
+/// Frame length of the fake world \[s\].
 pub const FRAME: f64 = 0.5;
 
 /// An observation of a robot at rest.
@@ -59,7 +59,7 @@ pub struct FakeWorld {
     events: Vec<WorldEvent>,
 }
 
-/// Where the odom frame stands in the fake world.
+/// Pose of the odom frame in the fake world.
 pub fn x_world_odom() -> Pose {
     Pose::new(Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2))
 }
@@ -167,7 +167,7 @@ impl BenchWorld for FakeWorld {
 
 /// A controller whose log follows the fake world's rhythm: an attempt from frame 10 k + 1 to 10 k + 8.
 pub struct FakeController {
-    /// Fruit centres [m, odom]: a test's own knowledge, no controller has it.
+    /// Fruit centres \[m, odom\], known to tests only.
     pub targets: Vec<Vec3>,
     log: Vec<ControllerEvent>,
 }
@@ -298,8 +298,8 @@ pub fn record(fruit: &[(FruitState, bool)]) -> EpisodeRecord {
     record
 }
 
-/// An attempt in the middle inner zone: placed after `cycle` seconds or blocked, with so many fruit gripped and
-/// detached.
+/// An attempt in the middle inner zone: placed after `cycle` seconds, or blocked; `gripped` and `detached` are numbers of
+/// fruit.
 pub fn attempt(cycle: Option<f64>, gripped: u32, detached: u32) -> AttemptRecord {
     AttemptRecord {
         id: 0,

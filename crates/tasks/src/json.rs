@@ -7,7 +7,7 @@ pub(crate) fn array(v: &Vec3) -> [f64; 3] {
     [v.x, v.y, v.z]
 }
 
-/// A number if it is one: JSON has no NaN.
+/// Returns a number, or `None` if it is not finite: JSON has no NaN.
 pub(crate) fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }

@@ -10,13 +10,13 @@ use orchard_geometry::Vec3;
 /// A fruit to be found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
-    /// Centre [m, world].
+    /// Centre \[m, world\].
     pub p_world: Vec3,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
 }
 
-/// The fruit index that each detection [m, world] is matched to, or `None`.
+/// The fruit index that each detection \[m, world\] is matched to, or `None`.
 pub fn match_detections(detections: &[Vec3], fruit: &[Ball]) -> Vec<Option<usize>> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (d, p_world) in detections.iter().enumerate() {

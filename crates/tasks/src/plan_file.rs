@@ -61,7 +61,7 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// All of them.
+    /// All backends.
     pub const ALL: [Self; 2] = [Self::Cpu, Self::Gpu];
 
     /// Name in files and on the command line.
@@ -144,7 +144,7 @@ impl PlanFile {
     /// Reads that of a folder.
     ///
     /// # Errors
-    /// None there, not as this code writes it, or another schema.
+    /// The file is missing, is not as this code writes it, or has another schema.
     pub fn read(store: &Store) -> Result<Self, PlanFileError> {
         let path = store.path().join(Self::FILE);
         let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
@@ -168,7 +168,7 @@ impl PlanFile {
         scenario: &StoredScenario,
         shard: Shard,
     ) -> Result<(), StoreError> {
-        // A file that cannot be read is of other code or damaged; each record has a key of its own.
+        // A file that cannot be read is of other code or damaged. It is replaced: each record has its own key.
         let mut tasks = Self::read(store).map(|file| file.tasks).unwrap_or_default();
         for plan in plans {
             let (code_version, scenario) = (CODE_VERSION.to_owned(), scenario.clone());

@@ -32,7 +32,7 @@ impl SeedSetLabel {
     }
 }
 
-/// The named sets; the tuning seeds stand in field `tuning_seeds` of the protocol.
+/// The named sets; the tuning seeds are in the field `tuning_seeds` of the protocol.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SeedSets {

@@ -1,4 +1,4 @@
-//! Unrecoverable stall: the robot has not left its place for too long.
+//! Unrecoverable stall: the robot has not moved for too long.
 
 use orchard_geometry::math;
 use orchard_robot::io::{ARM_DOF, Observation};
@@ -19,7 +19,7 @@ pub struct StallWatch {
 }
 
 impl StallWatch {
-    /// A watch under the protocol's rules, for frames of a given length [s].
+    /// A watch under the protocol's rules, for frames of a given length \[s\].
     pub fn new(rules: &Rules, frame: f64) -> Self {
         Self {
             base: rules.stall_base.si(),
@@ -60,7 +60,7 @@ mod tests {
         let mut watch = StallWatch::new(&Protocol::paper().rules, 1.0);
         let mut seen = observation(0.0);
         for frame in 0..40 {
-            // Trembling below the thresholds is no motion; a slow drift of the base is.
+            // Vibration below the thresholds is no motion; a slow drift of the base is.
             seen.arm_q[2] = if frame % 2 == 0 { 0.009 } else { -0.009 };
             seen.base_pose[0] = 0.001 * f64::from(frame);
             assert!(!watch.stalled(&seen), "frame {frame}");

@@ -1,4 +1,4 @@
-//! Where a depth camera stands about a tree: the views of the detection task and of data sets.
+//! Poses of a depth camera about a tree: the views of the detection task and of data sets.
 
 use orchard_camera::picture::look_at;
 use orchard_camera::{Geometry, Label, Scene};
@@ -25,7 +25,7 @@ pub struct VantageSpec {
 /// root of x^4 = x + 1.
 const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
 
-/// How far a lens steps back at a time [m].
+/// Step by which a lens that is too near moves back \[m\].
 const STEP: f64 = 0.05;
 
 /// Poses of the optical frame in the world, `count` of them: bearings evenly round the tree, distances, heights and aims by a
@@ -47,7 +47,7 @@ pub fn vantages(spec: &VantageSpec, scene: &Scene, seed: u64, world: u32, count:
         let target = Vec3::z() * within(&spec.aim, part(2));
         let mut distance = within(&spec.distance, part(0));
         let lens = |distance: f64| height + outward * distance;
-        // A tree ends somewhere, so this does.
+        // The tree is finite, so the loop ends.
         while is_near(scene, &lens(distance), spec.clearance.si()) {
             distance += STEP;
         }
@@ -56,7 +56,7 @@ pub fn vantages(spec: &VantageSpec, scene: &Scene, seed: u64, world: u32, count:
     (0..count).map(vantage).collect()
 }
 
-/// True if wood or fruit is within a distance [m] of a point.
+/// True if wood or fruit is within a distance \[m\] of a point.
 fn is_near(scene: &Scene, p_world: &Vec3, distance: f64) -> bool {
     scene.items.iter().any(|item| match (&item.geometry, item.label) {
         (Geometry::Shape(shape), Label::Wood | Label::Fruit | Label::Scenery) => {

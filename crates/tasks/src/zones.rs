@@ -1,6 +1,6 @@
 //! Canopy zones: a 3 x 2 grid (vertical x radial) that each tree calibrates from its own reachable fruit.
 //!
-//! OrchardBench, "Canopy-zone breakdown": the trunk axis stands at the horizontal median of the reachable
+//! OrchardBench, "Canopy-zone breakdown": the trunk axis is at the horizontal median of the reachable
 //! fruit; thirds are cut between the 5th and the 95th height percentile; inner and outer part at the median
 //! distance from the axis. Fruit below or above the percentiles belongs to the lower or the upper third.
 
@@ -59,21 +59,21 @@ pub fn zone_table<T: Clone>(value: T) -> ZoneTable<T> {
     Zone::ALL.iter().map(|&zone| (zone, value.clone())).collect()
 }
 
-/// The frame in which one tree's zones are told apart.
+/// Frame that defines the canopy zones of one tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ZoneFrame {
-    /// Horizontal position of the trunk axis in the world [m].
+    /// Horizontal position of the trunk axis in the world \[m\].
     pub axis_world: [f64; 2],
-    /// Low height percentile in the world [m].
+    /// Low height percentile in the world \[m\].
     pub z_low: f64,
-    /// High height percentile in the world [m].
+    /// High height percentile in the world \[m\].
     pub z_high: f64,
-    /// Median distance from the axis [m].
+    /// Median distance from the axis \[m\].
     pub split_radius: f64,
 }
 
 impl ZoneFrame {
-    /// Calibrates a frame from the reachable fruit's centres [m, world]; `None` without fruit.
+    /// Calibrates a frame from the reachable fruit's centres \[m, world\]; `None` without fruit.
     pub fn calibrate(p_world: &[Vec3], rules: &ZoneRules) -> Option<Self> {
         let median = |values: Vec<f64>| quantile(&ascending(values), 0.5);
         let axis =
@@ -87,7 +87,7 @@ impl ZoneFrame {
         })
     }
 
-    /// The zone of a point [m, world]. A canopy without vertical extent is all middle.
+    /// The zone of a point \[m, world\]. A canopy without vertical extent is all middle.
     pub fn zone(&self, p_world: &Vec3) -> Zone {
         let extent = self.z_high - self.z_low;
         let height = p_world.z - self.z_low;

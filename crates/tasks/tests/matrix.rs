@@ -1,4 +1,4 @@
-//! Conditions are paired: what the dial does not turn is the same bits in every world of a tree.
+//! Conditions are paired: everything that the dial does not change has the same bits in every world of a tree.
 
 use orchard_fruit::Fruit;
 use orchard_scenario::Scenario;
@@ -37,7 +37,7 @@ impl Conditions {
     }
 }
 
-/// All that tells one fruit from another.
+/// All properties of the fruit.
 fn fruit(world: &World) -> Vec<Fruit> {
     world.fruit().fruit.clone()
 }

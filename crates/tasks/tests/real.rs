@@ -36,7 +36,7 @@ fn same_bytes_for_one_thread_and_two() {
     go(folders[1].path(), 2);
     assert_eq!(files(folders[0].path()), files(folders[1].path()));
 
-    // The condition is the nominal one, and the detector has looked.
+    // The condition is the nominal one, and the detector has evaluated images.
     let dials = result.summary.as_ref().unwrap().conditions["nominal"].params.dials;
     assert_eq!((dials.fruit_count, dials.foliage_density, dials.terrain_amplitude_m), (40, 0.6, 0.0));
     for episode in &result.records {

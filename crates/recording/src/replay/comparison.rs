@@ -1,4 +1,4 @@
-//! Messages held against those of a recording.
+//! Compares messages with those of a recording.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -10,38 +10,38 @@ use crate::channel::{Channel, Origin};
 use crate::read::{Messages, RecordingError};
 use crate::sink::{Message, Sink};
 
-/// How many messages of a channel agreed.
+/// Number of messages of a channel that agreed and that differed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// With the same bytes at the same time.
+    /// Messages with the same bytes at the same time.
     pub agreed: u64,
-    /// With other bytes.
+    /// Messages with other bytes.
     pub differing: u64,
-    /// Recorded, and not told this time.
+    /// Messages that were recorded, but are absent from the replay.
     pub missing: u64,
-    /// Told this time, and not recorded.
+    /// Messages that are in the replay, but were not recorded.
     pub surplus: u64,
 }
 
 impl Tally {
-    /// Whether all agreed.
+    /// True if all messages agreed.
     pub fn is_clean(&self) -> bool {
         self.differing + self.missing + self.surplus == 0
     }
 }
 
-/// How a message differs.
+/// Kind of difference between a recorded message and the replay's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Differs {
     /// Other bytes.
     Bytes,
-    /// It was recorded, and is not told this time.
+    /// The message was recorded, but is absent from the replay.
     Missing,
-    /// It is told this time, and was not recorded.
+    /// The message is in the replay, but was not recorded.
     Surplus,
     /// The controller gives another command.
     OtherCommand,
-    /// What was recorded is no command.
+    /// The recorded message is not a command.
     NoCommand,
 }
 
@@ -50,9 +50,9 @@ pub enum Differs {
 pub struct Difference {
     /// Channel.
     pub channel: Channel,
-    /// When: nanoseconds from the start of the episode.
+    /// Log time: nanoseconds from the start of the episode.
     pub log_time: u64,
-    /// What differs.
+    /// Kind of difference.
     pub differs: Differs,
 }
 
@@ -69,14 +69,14 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Holds messages against a recording's, moment by moment.
+/// Compares messages with those of a recording, moment by moment.
 pub struct Comparison {
     recorded: Peekable<Messages>,
     /// The present moment.
     now: u64,
-    /// Recorded messages of it that have not been told yet.
+    /// Recorded messages of this moment that the replay has not produced yet.
     open: Vec<Message>,
-    /// The controller's own command of this moment is another, or none was recorded.
+    /// Difference of this moment's command, if the controller's differs from the recorded one or the recorded one is not a command.
     command: Option<Differs>,
     tallies: BTreeMap<Channel, Tally>,
     first: BTreeMap<Origin, Difference>,
@@ -107,7 +107,7 @@ impl Comparison {
         self.command = Some(differs);
     }
 
-    /// What was found, at the end.
+    /// Ends the comparison and returns its tallies and first differences.
     #[expect(clippy::type_complexity, reason = "taken apart at once")]
     pub fn finish(
         &mut self,
@@ -169,7 +169,7 @@ impl Comparison {
     }
 }
 
-/// A comparison that several hold.
+/// A comparison with several owners.
 pub struct Shared(pub Rc<RefCell<Comparison>>);
 
 impl Sink for Shared {

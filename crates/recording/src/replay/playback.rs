@@ -1,4 +1,4 @@
-//! A controller that does as it once did, and is asked what it would do.
+//! A controller that plays back recorded commands, and compares them with those that the real controller computes.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -12,7 +12,7 @@ use crate::sink::json;
 
 use super::comparison::{Comparison, Differs};
 
-/// Gives the recorded commands. Notes are the controller's own.
+/// Returns the recorded commands. The events are the controller's own.
 pub struct Playback<C> {
     controller: C,
     comparison: Rc<RefCell<Comparison>>,
@@ -28,7 +28,7 @@ impl<C: BenchController> BenchController for Playback<C> {
     fn act(&mut self, observation: &Observation) -> Command {
         let own = self.controller.act(observation);
         let mut comparison = self.comparison.borrow_mut();
-        // Without a recorded command the world goes on under the controller's, and the sink finds one too many.
+        // Without a recorded command the world runs on the controller's, and the sink counts a surplus command.
         let Some(bytes) = comparison.command(nanoseconds(observation.time)) else { return own };
         if bytes == json(&CommandMessage::from(&own)) {
             return own;

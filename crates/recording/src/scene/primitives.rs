@@ -25,7 +25,7 @@ pub fn color([r, g, b, a]: [f64; 4]) -> Color {
     Color { r, g, b, a }
 }
 
-/// Adds a shape at a pose in the entity's frame. What has no end is left out.
+/// Adds a shape at a pose in the entity's frame. Unbounded shapes are left out.
 pub fn push(entity: &mut SceneEntity, shape: &Shape, x_frame_shape: &Pose, rgba: [f64; 4]) {
     match shape {
         Shape::Sphere { radius } => push_sphere(entity, x_frame_shape, *radius, rgba),

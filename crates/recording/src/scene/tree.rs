@@ -16,10 +16,10 @@ const BARK: [f64; 4] = [0.42, 0.31, 0.22, 1.0];
 const DEBRIS: [f64; 4] = [0.95, 0.45, 0.05, 1.0];
 const LEAF: [f64; 4] = [0.24, 0.47, 0.16, 1.0];
 
-/// Wood, drawn anew when some of it breaks.
+/// Scene of the wood, redrawn when some of it breaks.
 #[derive(Debug, Clone, Default)]
 pub struct Wood {
-    /// Which segments were drawn as broken off; empty before the first drawing.
+    /// By segment, true if it was drawn as broken off; empty before the first drawing.
     debris: Vec<bool>,
 }
 
@@ -74,7 +74,7 @@ pub fn leaves(now: u64, world: &World) -> SceneUpdate {
     update(now, drawn.collect())
 }
 
-/// Fruit, drawn anew when the state of one changes.
+/// Scene of the fruit, redrawn when the state of one changes.
 #[derive(Debug, Clone, Default)]
 pub struct Crop {
     states: Vec<FruitState>,
@@ -82,7 +82,7 @@ pub struct Crop {
 }
 
 impl Crop {
-    /// The drawing that is due: an entity a fruit, coloured by where it is in its life.
+    /// The drawing that is due: an entity a fruit, coloured by its state.
     pub fn due(&mut self, now: u64, world: &World) -> Option<SceneUpdate> {
         let fruit = world.fruit_truth();
         let states: Vec<FruitState> = fruit.iter().map(|fruit| fruit.state).collect();

@@ -1,4 +1,4 @@
-//! What became of attempts: outcome and reasons, and where their time goes.
+//! Figures of attempts: outcomes with failure reasons, and time by state.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub(crate) fn ranked(failures: &BTreeMap<String, u32>) -> Vec<(&str, u32)> {
     ranked
 }
 
-/// How attempts ended: placed, or why not.
+/// Draws the outcomes of attempts: placed, or the failure reason.
 pub(crate) fn endings(condition: &str, results: &ConditionSummary) -> Result<Figure, FigureError> {
     let attempts = attempts_of(results);
     let failed: u32 = results.failures.values().sum();
@@ -61,7 +61,7 @@ pub(crate) fn seconds_in(state: &StateSummary, attempts: u32, placed_only: bool)
     mean.map_or(0.0, |mean| mean * f64::from(n) / f64::from(attempts.max(1)))
 }
 
-/// Where the time of an attempt goes.
+/// Draws the time of an attempt by controller state.
 pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figure, FigureError> {
     let names = states_of(&results.states);
     let attempts = attempts_of(results);

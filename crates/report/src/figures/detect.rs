@@ -8,7 +8,7 @@ use crate::figure::{Figure, FigureError, colour};
 use crate::results::ends;
 use crate::words::{interval, number};
 
-/// Precision and recall over foliage density, beside what is published.
+/// Precision and recall over foliage density, beside the published values.
 pub fn detection(summary: &DetectSummary, rules: &DetectRules) -> Result<Figure, FigureError> {
     let found = &rules.found;
     let lines = [
@@ -65,7 +65,7 @@ pub fn detection(summary: &DetectSummary, rules: &DetectRules) -> Result<Figure,
     chart.figure(&(description.join(". ") + "."))
 }
 
-/// Where detections lie: errors of the centre over foliage density.
+/// Draws the centre errors of detections over foliage density.
 pub(crate) fn errors(summary: &DetectSummary) -> Result<Figure, FigureError> {
     let lines = [
         ("centre_error_p95_m", "centre, 95th percentile", colour::VERMILION, 3),

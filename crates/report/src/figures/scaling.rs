@@ -9,7 +9,7 @@ use crate::chart::{Band, Chart, Line, Mark, Point, Series};
 use crate::figure::{Figure, FigureError, colour};
 use crate::words::{mode as mode_name, plain};
 
-/// What is drawn of a row, with the smallest and the largest of its repeats.
+/// Reads the value of a row, with the smallest and the largest of its repeats.
 type Value = fn(&Row) -> Option<(f64, Option<[f64; 2]>)>;
 
 /// Lines of solvers, in their order.
@@ -17,7 +17,7 @@ const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dotted];
 
 /// Bytes of a gigabyte over those of a mebibyte.
 const MIB_PER_GB: f64 = 1e9 / 1_048_576.0;
-/// By how much equal points of the paper are drawn apart \[px\].
+/// Shift between equal points of the paper, so that both are seen \[px\].
 const APART: i32 = 5;
 
 /// Throughput, step rate and memory over the number of worlds. Of several backends the fastest solver of each is drawn.
@@ -55,7 +55,7 @@ fn drawn(scalings: &[Scaling]) -> Vec<&Row> {
     scalings.iter().flat_map(of).collect()
 }
 
-/// What the paper's largest batches reach, modes of one rate together.
+/// Rates of the paper's largest batches; modes of the same rate share a band.
 fn bands(paper: &PublishedScaling) -> Vec<Band> {
     let mut bands: Vec<Band> = Vec::new();
     for rate in paper.env_steps_per_s.iter().filter(|rate| rate.worlds > 1) {
@@ -114,7 +114,7 @@ fn figure(
     let modes: Vec<Mode> = Mode::ALL.into_iter().filter(|m| has(&|row| row.mode == *m)).collect();
     let mut series = Vec::new();
     let mut told = Vec::new();
-    // A colour a mode, a kind of line a solver: the legend tells them apart.
+    // The legend has one colour by mode and one line style by solver.
     let key = |name: &str, colour, mark, line| Series {
         name: plain(name),
         colour,

@@ -1,4 +1,4 @@
-//! A sweep of one dial: every headline metric over it, with intervals, and what the paper has.
+//! Figures of a sweep of one dial: every headline metric over it, with intervals, and the paper's values.
 
 use orchard_statistics::Metric;
 use orchard_tasks::harvest::matrix::SweepPoint;
@@ -105,7 +105,7 @@ fn panel(
     chart.figure(&(description.join(". ") + "."))
 }
 
-/// The last word of a detection metric.
+/// Title of a metric without the word "Detection".
 fn short(metric: &str) -> String {
     title(metric).replace("Detection ", "")
 }

@@ -1,4 +1,4 @@
-//! Tree by tree: how many fruit each gave, and what the harvest cost it.
+//! Figures by tree: fruit deposited, completeness and damage.
 
 use orchard_tasks::harvest::summary::{ConditionSummary, EpisodeLine, Summary};
 use plotters::element::{PathElement, Rectangle, Text};
@@ -15,7 +15,7 @@ use crate::words::{number, title_with_unit};
 pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<Figure, FigureError> {
     let counts: Vec<u32> = results.episodes.iter().map(|episode| episode.deposited).collect();
     let most = counts.iter().copied().max().unwrap_or(0);
-    // At most so many bins: wider ones where trees give more.
+    // Largest number of bins; bins are wider where trees yield more.
     let width = (most + 1).div_ceil(14).max(1);
     let bin = |bin: u32| {
         let (first, next) = (bin * width, (bin + 1) * width);
@@ -42,7 +42,7 @@ pub(crate) fn completeness(
     if values.is_empty() {
         return Ok(None);
     }
-    // Tenths; all of it belongs to the last.
+    // Bins are tenths; a completeness of 1 belongs to the last.
     let tenth = |value: f64| ((10.0 * value + 1e-9).floor().max(0.0) as u32).min(9);
     let last = values.iter().map(|&value| tenth(value)).max().unwrap_or(0).max(4);
     let bin =
@@ -72,11 +72,11 @@ fn spread(values: &[f64]) -> String {
     )
 }
 
-/// Episodes by a number.
+/// Histogram of a quantity over the episodes.
 struct Histogram {
     stem: &'static str,
     title: &'static str,
-    /// What the bins are of.
+    /// Quantity that is binned.
     label: &'static str,
     /// Mean and spread in words.
     spread: String,
@@ -181,7 +181,7 @@ pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<F
     let x = Axis::from_zero("throughput [fruit/min]", points().map(|p| p.x), 6);
     let highest = points().map(|p| p.ci95.map_or(p.y, |[_, high]| high.max(p.y)));
     let y = Axis::from_zero("", highest, 5);
-    // Points at 0 stand a little above the axis.
+    // Points at 0 are drawn a little above the axis.
     let room =
         |axis: Axis, part: f64| Axis { ends: [-part * axis.ends[1], (1.0 + part) * axis.ends[1]], ..axis };
     let description = format!(

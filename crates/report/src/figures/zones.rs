@@ -23,7 +23,7 @@ const UNKNOWN: RGBColor = RGBColor(0xD5, 0xDA, 0xDF);
 const DARK: RGBColor = RGBColor(0x10, 0x18, 0x20);
 const BRIGHT: RGBColor = RGBColor(0xFD, 0xFD, 0xFD);
 
-/// What a map tells of a zone.
+/// Values of one zone on a map.
 struct Told {
     rate: Option<f64>,
     part: u32,
@@ -130,7 +130,7 @@ fn between(rate: f64) -> RGBColor {
     RGBColor(mix(NONE.0, ALL.0), mix(NONE.1, ALL.1), mix(NONE.2, ALL.2))
 }
 
-/// Whether bright letters are read better on a ground: by its luma (ITU-R BT.601).
+/// True if bright letters are easier to read on a ground, by its luma (ITU-R BT.601).
 fn is_dark(ground: RGBColor) -> bool {
     0.299 * f64::from(ground.0) + 0.587 * f64::from(ground.1) + 0.114 * f64::from(ground.2) < 140.0
 }

@@ -1,4 +1,4 @@
-//! Where in the canopy, why not, tree by tree, and at what cost to the tree.
+//! Section on the canopy: success by zone, failure reasons, results by tree, and damage to the tree.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What it costs to compute.
+//! Sections on the cost of computing.
 
 use maud::{Markup, html};
 use orchard_bench::compute::{Compute, TaskCost};
@@ -30,7 +30,7 @@ pub(crate) fn scaling(results: &Results, figures: &Figures) -> Section {
     Section { id: "scaling", title: "Scaling over worlds", body }
 }
 
-/// What the batches ran on.
+/// Returns the hardware that the batches ran on: adapters, or threads and SIMD lanes.
 fn ran_on(scalings: &[Scaling]) -> String {
     let of = |scaling: &Scaling| match &scaling.adapter {
         Some(adapter) if adapter.is_software => format!("{} (in software, for tests)", adapter.name),
@@ -40,7 +40,7 @@ fn ran_on(scalings: &[Scaling]) -> String {
     scalings.iter().map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// How far the paper's solvers go.
+/// Returns the paper's limits of its solvers: most worlds, memory, slowdown.
 fn solvers(paper: &PublishedScaling) -> String {
     let of = |solver: &PublishedSolver| {
         let mut text = format!(", {} up to {} worlds", solver.name, solver.most_worlds);
@@ -94,7 +94,7 @@ fn rows(scalings: &[Scaling]) -> Markup {
     }
 }
 
-/// What each kind of randomisation costs.
+/// Table of the cost of each kind of randomisation.
 fn axes(scalings: &[Scaling]) -> Markup {
     let row = |r: &AxisRow| {
         let [least, most] = r.spread.map(|x| number(Some(x), 2));
@@ -118,7 +118,7 @@ fn axes(scalings: &[Scaling]) -> Markup {
     }
 }
 
-/// What the tasks cost.
+/// Section on the compute cost of the tasks.
 pub(crate) fn compute(results: &Results) -> Section {
     let body = html! {
         @match &results.compute {

@@ -1,4 +1,4 @@
-//! What the metrics are.
+//! Section with the definitions of the metrics.
 
 use maud::html;
 use orchard_tasks::harvest::metrics::METRICS;

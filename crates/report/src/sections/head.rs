@@ -1,4 +1,4 @@
-//! The top of the page: warnings, and what was run.
+//! The top of the page: warnings, and the facts of the run.
 
 use maud::{Markup, html};
 use orchard_bench::compute::Machine;
@@ -9,7 +9,7 @@ use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
 use crate::results::{Results, conditions};
 use crate::table::{Cell, table};
 
-/// What a reader must know before the first figure.
+/// Returns the warnings that precede the first figure.
 pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
     let mut warnings = Vec::new();
     let quarantined = results.harvest.as_ref().map_or(0, |harvest| harvest.quarantined);
@@ -109,7 +109,7 @@ fn code_versions(results: &Results) -> Vec<String> {
     versions
 }
 
-/// What the page is called.
+/// Returns the title of the page.
 pub(crate) fn title(results: &Results) -> String {
     match &results.harvest {
         Some(harvest) => format!("OrchardBench v1: {}", harvest.controller),
@@ -133,7 +133,7 @@ pub(crate) fn subtitle(results: &Results) -> String {
     )
 }
 
-/// What was run, by whom and with which versions.
+/// Table of the run: controller, seeds, scenario, profile, versions and machine.
 pub(crate) fn facts(results: &Results) -> Markup {
     let mut facts: Vec<(&str, Markup)> = Vec::new();
     if let Some(summary) = &results.harvest {
@@ -184,7 +184,7 @@ fn list(seeds: &[u64]) -> String {
     seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Every condition, with how its episodes ended.
+/// Table of the conditions, with the outcomes of their episodes.
 fn condition_table(summary: &Summary) -> Markup {
     let row = |(name, c): (&str, &ConditionSummary)| {
         let p = &c.params;

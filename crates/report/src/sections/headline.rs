@@ -1,4 +1,4 @@
-//! The headline: metrics beside the paper's, what is asked, how single episodes vary.
+//! Headline section: metrics beside the paper's, requirements, variation between episodes.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::results::{Results, conditions, main_condition, principal};
 use crate::table::{Cell, table};
 use crate::words::{digits, interval, number, reason_of, title, unit, why};
 
-/// Metrics that stand above all others.
+/// Headline metrics, shown above all others.
 const CARDS: [&str; 6] = [
     "harvest_completeness",
     "place_success_per_attempt",

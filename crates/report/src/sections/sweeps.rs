@@ -10,7 +10,7 @@ use crate::results::{Results, ends};
 use crate::table::{Cell, table};
 use crate::words::{capital, digits, number, reason_of, title};
 
-/// Sweeps of the benchmark, with what they turn.
+/// Sweeps of the benchmark, with their dials.
 const KNOWN: [(&str, &str); 3] = [
     ("foliage", "Leaves hide fruit: the same trees behind more and more of them."),
     ("fruit", "More fruit a tree: more to pick in the same time, and more in the way."),

@@ -17,17 +17,17 @@ pub struct Gentle;
 /// A point behind the canopy.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointTarget {
-    /// The point [m, world].
+    /// The point \[m, world\].
     pub p_world: [f64; 3],
-    /// Point that the controller gets [m, odom].
+    /// Point that the controller gets \[m, odom\].
     pub p_odom: [f64; 3],
-    /// Level direction from the stand-off to the point that it is told, from the x axis of odom [rad].
+    /// Level direction from the stand-off to the point given to the controller, from the x axis of odom \[rad\].
     pub heading_odom: f64,
     /// Segments of wood near the level line from the stand-off.
     pub segments_before: u32,
 }
 
-/// Longest step between the places where the line outwards is held against the wood [m]: thinner than any twig.
+/// Largest step between the points of the line outwards that are checked for wood \[m\]: thinner than any twig.
 const STEP: f64 = 5e-3;
 
 impl Component for Gentle {
@@ -100,7 +100,7 @@ impl Component for Gentle {
     }
 }
 
-/// The wood as it stands.
+/// Shapes of the wood at its present poses.
 struct Wood {
     /// (shape, pose, whether it is the trunk's).
     segments: Vec<(Shape, orchard_geometry::Pose, bool)>,
@@ -116,7 +116,7 @@ impl Wood {
         Self { segments: segments.collect() }
     }
 
-    /// Segments of wood near the level line outwards from a point, if it is clear of wood and they are enough.
+    /// Number of segments of wood near the level line outwards from a point; `None` if the point is not clear of wood or they are too few.
     fn before(&self, p_world: &Vec3, outwards: &Vec3, rules: &GentleRules) -> Option<u32> {
         let distance = |(shape, x, _): &(Shape, orchard_geometry::Pose, bool), p: &Vec3| {
             shape.signed_distance(&inverse_transform(x, p))

@@ -19,17 +19,17 @@ pub struct ReachAndGrasp;
 pub struct FruitTarget {
     /// The fruit.
     pub fruit: u32,
-    /// Centre at the start [m, world].
+    /// Centre at the start \[m, world\].
     pub p_world: [f64; 3],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Centre that the controller is told [m, odom].
+    /// Centre given to the controller \[m, odom\].
     pub p_odom_told: [f64; 3],
-    /// Radius that it is told [m].
+    /// Radius given to the controller \[m\].
     pub radius_told: f64,
 }
 
-/// Smallest radius that a controller is told [m]: an error never makes a fruit vanish.
+/// Smallest radius given to a controller \[m\]: an error never makes a fruit vanish.
 const SMALLEST_RADIUS: f64 = 1e-3;
 
 impl Component for ReachAndGrasp {

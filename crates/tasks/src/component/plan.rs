@@ -1,4 +1,4 @@
-//! What a run of a component task consists of.
+//! Plan of a run of a component task.
 
 use orchard_bench::digest::{config_hash, config_text};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
@@ -57,7 +57,7 @@ impl ComponentPlan {
     /// Trees `0..trees` of each seed of a scenario.
     ///
     /// # Errors
-    /// The scenario's rules are none of the protocol.
+    /// The protocol does not have the scenario's rules.
     pub fn new(scenario: Scenario, profile: &str, seeds: Vec<u64>, trees: u32) -> Result<Self, ConfigError> {
         let protocol = Protocol::of_scenario(&scenario)?;
         Ok(Self { scenario, profile: profile.to_owned(), seeds, trees, protocol })

@@ -24,7 +24,7 @@ pub struct TreeRecord<C: Component> {
     pub task: PhantomData<C>,
 }
 
-/// How a trial ended.
+/// Outcome of a trial.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Ended {
@@ -32,7 +32,7 @@ pub enum Ended {
     Success,
     /// The time was over.
     TimeOver,
-    /// The robot stood still for too long.
+    /// The robot did not move for too long.
     Stalled,
     /// The world left its plausible state.
     Quarantined {
@@ -48,21 +48,21 @@ pub struct TrialRecord<T> {
     pub target: T,
     /// Outcome of the trial.
     pub ended: Ended,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Frames of it.
     pub frames: u32,
-    /// Path of the point between the finger pads in the world, the base's way included [m].
+    /// Path of the point between the finger pads in the world, the base's way included \[m\].
     pub path_m: f64,
-    /// Impulse of the robot's contacts with wood [N s].
+    /// Impulse of the robot's contacts with wood \[N s\].
     pub contact_impulse_n_s: f64,
-    /// Largest sum of the forces of these contacts [N].
+    /// Largest sum of the forces of these contacts \[N\].
     pub peak_contact_force_n: f64,
     /// Largest bending moment over rupture moment of any joint; gravity's share is in it.
     pub peak_moment_ratio: f64,
     /// Largest excess of a joint's ratio over its value at the start.
     pub peak_moment_excess: f64,
-    /// Integral over time of the largest excess [s].
+    /// Integral over time of the largest excess \[s\].
     pub moment_excess_s: f64,
     /// Ruptures.
     pub branches_snapped: u32,
@@ -80,7 +80,7 @@ impl<T> TrialRecord<T> {
         self.ended == Ended::Success
     }
 
-    /// True if its loads mean anything.
+    /// True if the loads of the trial are valid.
     pub fn sound(&self) -> bool {
         !matches!(self.ended, Ended::Quarantined { .. })
     }

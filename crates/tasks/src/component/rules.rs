@@ -23,7 +23,7 @@ pub struct GraspRules {
     pub time: Quantity,
     /// Time for which both fingers must press on the fruit.
     pub hold: Quantity,
-    /// Standard deviation of the centre that the controller is told, by axis.
+    /// Standard deviation of the error of the centre given to the controller, by axis.
     pub centre_error: Quantity,
     /// Standard deviation of the radius.
     pub radius_error: Quantity,
@@ -39,7 +39,7 @@ pub struct GentleRules {
     pub time: Quantity,
     /// Tolerance: largest distance to the point that counts as reached.
     pub tolerance: Quantity,
-    /// How far the base may stand off the named side, as seen from the point.
+    /// Largest angle of the base off the named side, as seen from the point.
     pub side: Quantity,
     /// Heights of the points.
     pub height: Span,
@@ -55,6 +55,6 @@ pub struct GentleRules {
     pub corridor_radius: Quantity,
     /// Fewest segments of wood near it.
     pub corridor_segments: Count,
-    /// Draws after which there are no more points.
+    /// Largest number of draws of a point; then the tree has no more points.
     pub draws: Count,
 }

@@ -35,7 +35,7 @@ pub struct Trials<'a, C> {
 }
 
 impl<'a, C: Component> Trials<'a, C> {
-    /// Those of a plan.
+    /// Builds the task of a plan.
     pub fn of(plan: &'a ComponentPlan) -> Self {
         Self { plan, task: PhantomData }
     }

@@ -24,7 +24,7 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
     /// Returns the goal that the controller gets.
     fn goal(target: &Self::Target) -> Goal;
 
-    /// Longest trial [s].
+    /// Longest trial \[s\].
     fn time(rules: &ComponentRules) -> f64;
 
     /// Frames for which [`Self::is_met`] must hold without a break; at least 1.

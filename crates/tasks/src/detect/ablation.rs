@@ -7,7 +7,7 @@ use orchard_perception::DetectorConfig;
 pub struct Variant {
     /// Name in result files.
     pub name: &'static str,
-    /// What it means, for people.
+    /// Title for readers.
     pub title: &'static str,
     /// The variant that is this one without the gates against branches, if this one has them and there is such.
     pub without_anti_branch: Option<&'static str>,
@@ -15,7 +15,7 @@ pub struct Variant {
     pub config: DetectorConfig,
 }
 
-/// A name, a title, and what is switched off.
+/// A name, a title, and the function that switches parts off.
 type Change = (&'static str, &'static str, fn(&mut DetectorConfig));
 
 const ALL_GATES: &str = "all_gates";
@@ -47,7 +47,7 @@ fn anti_branch_off(config: &mut DetectorConfig) {
     config.gates.cylinder.on = false;
 }
 
-/// The paper's own way to fit, which knows nothing of what hides a fruit.
+/// Sets the fit of the paper: one sphere a patch, without a model of occlusion.
 fn one_sphere_a_patch(config: &mut DetectorConfig) {
     config.fit.refine = false;
     config.gates.hidden.on = false;
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use serde_json::Value;
 
-    /// Dotted names of what two configs differ in.
+    /// Dotted names of the fields in which two configs differ.
     fn differences(a: &Value, b: &Value, path: &str, out: &mut Vec<String>) {
         match (a, b) {
             (Value::Object(a), Value::Object(b)) => {

@@ -18,7 +18,7 @@ use crate::zones::Zone;
 pub struct FakeTrees {
     /// The label of the apples, whose form does not change with it.
     pub fruit_label: Label,
-    /// How far the fruit moves with the density [m].
+    /// Displacement of the fruit with the density \[m\].
     pub moved: f64,
 }
 
@@ -98,7 +98,7 @@ pub fn record(key: &DetectKey, zones: &[Option<Zone>]) -> DetectRecord {
     }
 }
 
-/// A fruit of which an image shows so many of so many pixels.
+/// A fruit of which an image shows `visible_px` of `unoccluded_px` pixels.
 pub fn seen(fruit: u32, visible_px: u32, unoccluded_px: u32, in_range: bool, ought: bool) -> FruitSeen {
     FruitSeen { fruit, visible_px, unoccluded_px, depth: 1.0, in_range, ought }
 }

@@ -1,21 +1,21 @@
-//! Depth images of a tree, and what the detector gets of them.
+//! Depth images of a tree, and the part of them that the detector gets.
 
 use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
 use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
 
-/// One image: all that the detector gets, and the truth behind it.
+/// One image: the input of the detector, and the truth.
 pub(crate) struct View {
     pub(crate) sight: Sight,
     pub(crate) x_world_camera: Pose,
-    /// What stands before each pixel.
+    /// True depth, label and instance by pixel.
     pub(crate) truth: Frame,
-    /// What it shows of each fruit.
+    /// Visibility of each fruit in the image.
     pub(crate) fruit: Vec<FruitView>,
 }
 
-/// All that the detector gets.
+/// Input of the detector.
 pub(crate) struct Sight {
     pub(crate) depth: DepthImage,
     pub(crate) intrinsics: Intrinsics,
@@ -44,7 +44,7 @@ impl View {
 }
 
 impl Sight {
-    /// What the detector finds.
+    /// Runs the detector on the image.
     pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
         detect(&self.depth, &self.intrinsics, Some(&self.ignored), config)
     }

@@ -1,4 +1,4 @@
-//! What a run of the detection task consists of.
+//! Plan of a run of the detection task.
 
 use orchard_bench::digest::{config_hash, config_text};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
@@ -57,7 +57,7 @@ impl DetectPlan {
     /// Trees `0..trees` of each seed of a scenario, seen by its camera and its detector.
     ///
     /// # Errors
-    /// The scenario's rules are none of the protocol.
+    /// The protocol does not have the scenario's rules.
     pub fn new(scenario: &Scenario, profile: &str, seeds: Vec<u64>, trees: u32) -> Result<Self, ConfigError> {
         Ok(Self {
             scene: scenario.names().scene.clone(),
@@ -84,7 +84,7 @@ impl DetectPlan {
         config_hash(&[("scene", &self.scene_hash), ("protocol", &config_text(&self.protocol))])
     }
 
-    /// Images that are looked at for the record of a key, one by each detector.
+    /// Number of detector runs for the record of a key: images times detectors.
     pub fn steps(&self, key: &DetectKey) -> u64 {
         let rules = &self.protocol.detect;
         let ablation = if key.ablation { variants(&self.detector).len() } else { 0 };

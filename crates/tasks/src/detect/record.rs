@@ -18,7 +18,7 @@ pub struct DetectRecord {
     pub zone_frame: Option<ZoneFrame>,
     /// Every fruit, the same at all densities.
     pub fruit: Vec<HangingFruit>,
-    /// What was seen and found, by ascending density.
+    /// Images, detections and tracks, by ascending density.
     pub densities: Vec<DensityRecord>,
     /// The ablation: the detector with parts of it switched off; empty where the key asks for none.
     pub variants: Vec<VariantRecord>,
@@ -29,9 +29,9 @@ pub struct DetectRecord {
 pub struct HangingFruit {
     /// Index of the fruit in its world.
     pub id: u32,
-    /// Centre [m, world].
+    /// Centre \[m, world\].
     pub p_world: [f64; 3],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// Zone; null where there is no zone frame.
     pub zone: Option<Zone>,
@@ -46,14 +46,14 @@ pub struct DensityRecord {
     pub leaves: u32,
     /// Images.
     pub images: Vec<ImageRecord>,
-    /// What the tracker made of all images together, oldest first.
+    /// Tracks over all images together, oldest first.
     pub tracks: Vec<TrackRecord>,
 }
 
 /// One image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImageRecord {
-    /// Place of the lens [m, world].
+    /// Place of the lens \[m, world\].
     pub p_world_camera: [f64; 3],
     /// Orientation of the optical frame in the world, (x, y, z, w).
     pub r_world_camera: [f64; 4],
@@ -72,7 +72,7 @@ pub struct FruitSeen {
     pub visible_px: u32,
     /// Pixels that it alone would cover.
     pub unoccluded_px: u32,
-    /// Depth of its centre [m].
+    /// Depth of its centre \[m\].
     pub depth: f64,
     /// True if that depth is in the range of [`crate::detect::FoundRules`].
     pub in_range: bool,
@@ -90,21 +90,21 @@ impl FruitSeen {
 /// A detection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DetectionRecord {
-    /// Centre [m, world].
+    /// Centre \[m, world\].
     pub p_world: [f64; 3],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Root mean square of the radial residual [m].
+    /// Root mean square of the radial residual \[m\].
     pub rms: f64,
     /// Pixels that support it.
     pub pixels: u32,
     /// The fruit that it is matched to; null for a false positive.
     pub fruit: Option<u32>,
-    /// Distance between the centres [m]; null for a false positive.
+    /// Distance between the centres \[m\]; null for a false positive.
     pub centre_error: Option<f64>,
-    /// Radius less the fruit's [m]; null for a false positive.
+    /// Radius less the fruit's \[m\]; null for a false positive.
     pub radius_error: Option<f64>,
-    /// What most of its pixels truly show.
+    /// Object that most of its pixels truly show.
     pub on: SitsOn,
     /// Zone; null where there is no zone frame.
     pub zone: Option<Zone>,
@@ -135,9 +135,9 @@ pub enum SitsOn {
 /// A track.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackRecord {
-    /// Centre [m, world].
+    /// Centre \[m, world\].
     pub p_world: [f64; 3],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// Images that showed it.
     pub hits: u32,
@@ -152,7 +152,7 @@ pub struct TrackRecord {
 pub struct VariantRecord {
     /// Name of the variant.
     pub variant: String,
-    /// What it reported, image by image.
+    /// Detections, by image.
     pub images: Vec<Vec<DetectionRecord>>,
 }
 

@@ -15,7 +15,7 @@ pub struct DetectRules {
     pub views: Count,
     /// Distribution of the views.
     pub vantage: VantageSpec,
-    /// Which fruit ought to be found.
+    /// Rules for the fruit that ought to be found.
     pub found: FoundRules,
     /// The gate ablation.
     pub ablation: AblationRules,
@@ -25,7 +25,7 @@ pub struct DetectRules {
     pub asked: BTreeMap<String, Vec<AtFoliage>>,
 }
 
-/// A fruit in an image ought to be found if it keeps all of these.
+/// Rules for the fruit in an image that ought to be found: it meets all of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundRules {

@@ -47,13 +47,13 @@ pub struct Views<'a, T> {
 }
 
 impl<'a, T> Views<'a, T> {
-    /// Those of a plan.
+    /// Builds the task of a plan.
     pub fn new(plan: &'a DetectPlan, trees: &'a T) -> Self {
         Self { plan, trees, sensor: Sensor::new(&plan.camera) }
     }
 }
 
-/// What is the same at all densities.
+/// Values that are the same at all densities.
 struct Stand {
     fruit: Vec<Ball>,
     zones: Option<ZoneFrame>,
@@ -206,7 +206,7 @@ impl<T: Trees> Views<'_, T> {
     }
 }
 
-/// What a detector reports of an image, held against the truth.
+/// Detections in an image, scored against the truth.
 fn detections(
     view: &View,
     config: &DetectorConfig,
@@ -215,7 +215,7 @@ fn detections(
     Ok(score(view, &view.sight.detect(config)?, &stand.fruit, stand.zones.as_ref()))
 }
 
-/// What the tracker makes of all images of a tree. Nothing fades: they are taken at one time.
+/// Tracks over all images of a tree. No track expires, since all images have the same time.
 fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Vec<TrackRecord> {
     let mut tracker = Tracker::new(config);
     for image in images {

@@ -31,7 +31,7 @@ pub(crate) fn fruit_seen(views: &[FruitView], rules: &FoundRules) -> Vec<FruitSe
     views.iter().filter(|view| view.visible_px > 0).map(seen).collect()
 }
 
-/// Matches the detections of an image to the tree's fruit and tells what each sits on.
+/// Matches the detections of an image to the tree's fruit and finds the object that each sits on.
 pub(crate) fn score(
     view: &View,
     detections: &[Detection],
@@ -64,8 +64,8 @@ pub(crate) fn score(
     (0..detections.len()).map(record).collect()
 }
 
-/// What most of a detection's pixels truly show; of fruit also which. Its pixels are those measured nearest to its sphere,
-/// as many as it counts.
+/// Label that most of a detection's pixels truly show, and the index of the fruit if it is one. The pixels are those measured nearest to
+/// its sphere, as many as the detection counts.
 fn surface(view: &View, detection: &Detection) -> (Label, Option<u32>) {
     let sight = &view.sight;
     let k = &sight.intrinsics;

@@ -95,7 +95,7 @@ fn fruit_ought_to_be_found_from_the_thresholds_on() {
         view(0, 100, 1.0),
     ];
     let seen = fruit_seen(&views, &rules);
-    // 14 px of 35 are 40 %. What shows no pixel is not listed.
+    // 14 px of 35 are 40 %. Fruit without a visible pixel is not listed.
     let ought: Vec<bool> = seen.iter().map(|f| f.ought).collect();
     assert_eq!(ought, [true, false, false, false, false, true]);
     let in_range: Vec<bool> = seen.iter().map(|f| f.in_range).collect();

@@ -24,9 +24,9 @@ pub struct Spread {
 pub struct ErrorDefinition {
     /// Name in `detect.json`.
     pub name: &'static str,
-    /// Which quantile, 0 to 1.
+    /// Level of the quantile, 0 to 1.
     pub quantile: f64,
-    /// A tree's errors [m].
+    /// A tree's errors \[m\].
     pub errors: fn(&Tally) -> Vec<f64>,
 }
 

@@ -46,7 +46,7 @@ pub struct DetectSummary {
     pub detector: String,
     /// One line a tree.
     pub trees: Vec<TreeLine>,
-    /// Trees that could not be seen. They say nothing about the rest.
+    /// Trees that could not be imaged. They count in no other metric.
     pub quarantined: u32,
     /// Results by ascending foliage density.
     pub densities: Vec<DensitySummary>,
@@ -109,7 +109,7 @@ pub struct FractionBin {
     pub visible_fraction: [f64; 2],
     /// Fruit in range that shows a pixel, summed over images.
     pub fruit: u32,
-    /// What of it was found.
+    /// Of this fruit, found.
     pub found: u32,
     /// Found over fruit; null without fruit.
     pub recall: Option<f64>,
@@ -126,7 +126,7 @@ pub struct ZoneSummary {
     pub precision: Option<f64>,
     /// Fruit of the zone that ought to be found, summed over images.
     pub ought: u32,
-    /// What of it was found.
+    /// Of this fruit, found.
     pub found: u32,
     /// Their ratio; null without such fruit.
     pub recall: Option<f64>,

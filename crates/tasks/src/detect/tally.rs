@@ -1,4 +1,4 @@
-//! What the metrics count of one tree.
+//! Counts behind the metrics, for one tree.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,28 +12,28 @@ pub struct Tally {
     pub(crate) detections: u32,
     pub(crate) true_positives: u32,
     pub(crate) false_positives: BTreeMap<SitsOn, u32>,
-    /// Fruit that ought to be found, summed over images, and what of it was.
+    /// Fruit that ought to be found, and of these found, summed over images.
     pub(crate) ought: Found,
-    /// The same of fruit that shows a pixel.
+    /// Fruit that shows a pixel, and of these found, summed over images.
     pub(crate) visible: Found,
-    /// The same of fruit that shows a pixel in range, by bins of the visible fraction.
+    /// Fruit that shows a pixel in range, and of these found, by bins of the visible fraction.
     pub(crate) bins: Vec<Found>,
     pub(crate) zones: ZoneTable<ZoneTally>,
-    /// Centre errors of true positives [m].
+    /// Centre errors of true positives \[m\].
     pub(crate) centre_errors: Vec<f64>,
-    /// Radius errors of true positives [m].
+    /// Radius errors of true positives \[m\].
     pub(crate) radius_errors: Vec<f64>,
-    /// Fruit of the tree that ought to be found in some image, and what of it was found in some image.
+    /// Fruit of the tree that ought to be found in some image, and of these found in some image.
     pub(crate) survey: Found,
-    /// The same of all fruit of the tree.
+    /// All fruit of the tree, and of these found in some image.
     pub(crate) survey_all: Found,
-    /// Confirmed tracks, and what of them is matched to a fruit.
+    /// Confirmed tracks, and of these matched to a fruit.
     pub(crate) tracks: Found,
-    /// Fruit of the tree that ought to be found in some image, and what of it a confirmed track is matched to.
+    /// Fruit of the tree that ought to be found in some image, and of these matched to a confirmed track.
     pub(crate) tracked: Found,
 }
 
-/// So many of so many.
+/// Number found, out of a total.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Found {
     pub(crate) of: u32,
@@ -55,14 +55,14 @@ impl Found {
 /// Detections by their zone, fruit by its own.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct ZoneTally {
-    /// Detections, and what of them is right.
+    /// Detections, and of these true positives.
     pub(crate) detections: Found,
-    /// Fruit that ought to be found, and what of it was.
+    /// Fruit that ought to be found, and of these found.
     pub(crate) ought: Found,
 }
 
 impl Tally {
-    /// Counts images: the fruit that each shows and what was detected in it. `bins` is the number of bins.
+    /// Counts images: the fruit that each shows and the detections in it. `bins` is the number of bins.
     pub(crate) fn of<'a>(
         tree: &DetectRecord,
         images: impl Iterator<Item = (&'a [FruitSeen], &'a [DetectionRecord])>,

@@ -39,7 +39,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let steps: u64 = [0, 1, 3, 4].iter().map(|&i: &usize| plan().steps(&keys[i])).sum();
     assert_eq!(u64::from(progress.steps()), steps);
 
-    // World 2 of each seed is counted and says nothing about the rest.
+    // World 2 of each seed is counted and does not affect the other metrics.
     assert_eq!(result.summary.as_ref().unwrap().quarantined, 2);
     assert_eq!(
         result.summary.as_ref().unwrap().trees[2].quarantined.as_deref(),
@@ -63,7 +63,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     assert_eq!(tree.variants[0].images, detections);
     assert_eq!(nominal.results.images, 8);
 
-    // Two threads: the same bytes. A folder with one whole and one damaged file goes on to them.
+    // Two threads: the same bytes. A run continued from a folder with one whole and one damaged file ends with them too.
     fs::create_dir(two.path().join("detect")).unwrap();
     fs::copy(one.path().join("detect/7-001.json"), two.path().join("detect/7-001.json")).unwrap();
     fs::write(two.path().join("detect/8-000.json"), "{").unwrap();
@@ -144,7 +144,7 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     assert_eq!(result.records[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
 }
 
-/// The same solids under another label: what is scored changes, what is detected does not.
+/// Changes only the label of the solids: the scores change, the detections do not.
 #[test]
 fn the_detector_sees_no_label() {
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
@@ -260,7 +260,7 @@ fn nothing_to_measure_is_null() {
     // No image was taken there.
     let empty = &summary.densities[1].results;
     assert!(empty.metrics.values().filter(|m| **m == nothing).count() == METRICS.len() - 1, "{empty:?}");
-    // But there was fruit, none of it found.
+    // There was fruit, but none was found.
     assert_eq!(empty.metrics["survey_recall_all"].mean, Some(0.0));
     for spread in empty.errors.values() {
         assert_eq!((spread.value, spread.ci95, spread.n), (None, [None, None], 0));

@@ -7,7 +7,7 @@ use orchard_world::truth::FruitTruth;
 /// A tree at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RestingTree {
-    /// What can be seen; no robot.
+    /// Visible scene, without a robot.
     pub scene: Scene,
     /// Every fruit, by the instance that the scene gives it.
     pub fruit: Vec<FruitTruth>,
@@ -20,7 +20,7 @@ pub trait Trees: Sync {
     /// The tree of a seed and a world's index at a foliage density. At other densities it differs in leaves alone.
     ///
     /// # Errors
-    /// It cannot be built, with the reason in one line.
+    /// The tree cannot be built; the reason is in one line.
     fn tree(&self, seed: u64, world: u32, foliage: f64) -> Result<RestingTree, String>;
 }
 

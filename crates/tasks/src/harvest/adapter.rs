@@ -79,7 +79,7 @@ impl BenchWorld for World {
     }
 }
 
-/// A controller whose record is read as it grows.
+/// A controller whose event log is read as it grows.
 pub struct Recorded<C> {
     controller: C,
     events_read: usize,

@@ -17,7 +17,7 @@ use crate::zones::Zone;
 pub struct AttemptLog {
     /// Frame of the commitment.
     pub start_frame: u32,
-    /// Committed target [m, odom].
+    /// Committed target \[m, odom\].
     pub p_odom_target: [f64; 3],
     /// Fruit on the tree within one radius of the target.
     pub fruit: Option<u32>,
@@ -29,11 +29,11 @@ pub struct AttemptLog {
     pub end: Option<(u32, Option<String>)>,
     /// Belief of the controller, without its end.
     pub belief: Belief,
-    /// Largest stem force so far [N].
+    /// Largest stem force so far \[N\].
     pub max_stem_pull: f64,
-    /// Largest force on a finger so far [N].
+    /// Largest force on a finger so far \[N\].
     pub max_finger_force: f64,
-    /// Largest force on the hand so far [N].
+    /// Largest force on the hand so far \[N\].
     pub max_wrist_force: f64,
 }
 
@@ -76,7 +76,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
         let (start, end) = spans[owner];
         history.gripped.iter().filter(move |e| e.frame > start && e.frame <= end)
     };
-    // What befalls a fruit off the hand belongs to the attempt that held it last.
+    // Events of a fruit that has left the hand belong to the attempt that held it last.
     let owner = |event: &FruitMoment| {
         let grip = history.gripped.iter().rfind(|g| g.fruit == event.fruit && g.frame <= event.frame)?;
         spans.iter().rposition(|&(start, end)| grip.frame > start && grip.frame <= end)
@@ -87,7 +87,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
     let mut records = Vec::with_capacity(logs.len());
     for (id, log) in logs.iter().enumerate() {
         let (start, end) = spans[id];
-        // To the next commitment.
+        // Time until the next commitment.
         let until = logs.get(id + 1).map_or(last, |next| next.start_frame);
         let within = |frame: u32| frame > start && frame <= until;
         let came_off = || history.detached.iter().filter(|e| within(e.frame));
@@ -146,7 +146,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
     records
 }
 
-/// Name of an end that the controller believed.
+/// Name of an outcome that the controller reported.
 fn believed_end(failure: &Option<String>) -> String {
     failure.clone().unwrap_or_else(|| "deposited".to_owned())
 }
@@ -269,7 +269,7 @@ mod tests {
             held: held(14, 18, HeldEnd::Lost),
             ..History::default()
         };
-        // Whatever the controller believes: that it let go over the bucket, that it was blocked, or that it slipped.
+        // The controller reports a deposit, a block or a slip: the verdict is the same.
         for believed in [None, Some("blocked"), Some("slipped")] {
             let record = &judge_all(&aimed(believed), &history)[0];
             assert_eq!(record.failure_reason.as_deref(), Some(SLIPPED));
@@ -324,7 +324,7 @@ mod tests {
             records[0].snapped.iter().map(|s| (s.segment, s.state.as_deref().unwrap())).collect();
         assert_eq!(snapped, [(40, "align"), (41, "retreat")]);
         assert_eq!((records[1].knocked_off[0].fruit, records[1].snapped[0].segment), (4, 42));
-        // Of the tree, all four, the one before the first attempt too.
+        // Over the whole tree, all four count, the one before the first attempt too.
         let all: Vec<u32> = knocked_off(&logs, &history).iter().map(|e| e.fruit).collect();
         assert_eq!(all, [1, 2, 3, 4]);
     }

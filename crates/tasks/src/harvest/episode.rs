@@ -28,11 +28,11 @@ pub struct EpisodeKey {
     pub world: u32,
     /// Number of the tree's episode: each has another start pose of the robot.
     pub repeat: u32,
-    /// Budget [frames].
+    /// Budget \[frames\].
     pub horizon_frames: u32,
 }
 
-/// How an episode ended.
+/// Outcome of an episode.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
 pub enum Outcome {
@@ -40,7 +40,7 @@ pub enum Outcome {
     BudgetSpent,
     /// No reachable fruit was left on the tree.
     AllReachablePicked,
-    /// The robot stood still for too long.
+    /// The robot did not move for too long.
     Stalled,
     /// The world left its plausible state; it counts as zero harvest.
     Quarantined {
@@ -56,9 +56,9 @@ pub use orchard_world::truth::FruitState;
 pub struct FruitRecord {
     /// Index of the fruit in its world.
     pub id: u32,
-    /// Centre at the start [m, world].
+    /// Centre at the start \[m, world\].
     pub p_world: [f64; 3],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     /// True if it lay inside the reach sphere at the start.
     pub reachable: bool,
@@ -73,11 +73,11 @@ pub struct FruitRecord {
 pub struct StateTime {
     /// Name of the state.
     pub state: String,
-    /// When it was entered [s].
+    /// Time at which it was entered \[s\].
     pub time: f64,
 }
 
-/// How an attempt ended.
+/// Outcome of an attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttemptOutcome {
@@ -96,11 +96,11 @@ pub struct AttemptRecord {
     pub start_frame: u32,
     /// Frame at which the controller ended it, or the episode's last.
     pub end_frame: u32,
-    /// Time of the commitment [s].
+    /// Time of the commitment \[s\].
     pub start_time: f64,
-    /// Time of the end [s].
+    /// Time of the end \[s\].
     pub end_time: f64,
-    /// Committed target [m, odom].
+    /// Committed target \[m, odom\].
     pub p_odom_target: [f64; 3],
     /// Fruit on the tree within one radius of the target at the commitment; null for a false detection.
     pub fruit: Option<u32>,
@@ -116,7 +116,7 @@ pub struct AttemptRecord {
     pub detached: Vec<u32>,
     /// Held fruit that came to rest in the bucket, then or later.
     pub placed: Vec<u32>,
-    /// Duration of a placed attempt [s]; null when failed.
+    /// Duration of a placed attempt \[s\]; null when failed.
     pub cycle_time: Option<f64>,
     /// States that the controller went through.
     pub states: Vec<StateTime>,
@@ -128,43 +128,43 @@ pub struct AttemptRecord {
     pub knocked_off: Vec<KnockedOff>,
     /// Wood that broke, up to the next attempt.
     pub snapped: Vec<AttemptSnap>,
-    /// Largest stem force during the attempt [N].
+    /// Largest stem force during the attempt \[N\].
     pub max_stem_pull_n: Option<f64>,
-    /// Largest sum of normal forces on one finger [N], at the ends of frames.
+    /// Largest sum of normal forces on one finger \[N\], at the ends of frames.
     pub max_finger_force_n: Option<f64>,
-    /// Largest sum of contact forces on the hand [N], at the ends of frames.
+    /// Largest sum of contact forces on the hand \[N\], at the ends of frames.
     pub max_wrist_force_n: Option<f64>,
 }
 
 /// Belief of the controller about an attempt, beside the truth about its target.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
-    /// Radius of the target [m].
+    /// Radius of the target \[m\].
     pub radius_m: f64,
     /// Truth: the hanging fruit nearest to the target at the commitment; null if none hung.
     pub nearest_fruit: Option<u32>,
-    /// Truth: distance from the target to its centre [m].
+    /// Truth: distance from the target to its centre \[m\].
     pub nearest_distance_m: Option<f64>,
-    /// When the controller took something between its fingers for the fruit [s].
+    /// Time at which the controller judged that the fruit was between its fingers \[s\].
     pub grasp_time: Option<f64>,
-    /// Width between the fingers then [m].
+    /// Width between the fingers at that time \[m\].
     pub grasp_width_m: Option<f64>,
-    /// When it took the stem as given way [s].
+    /// Time at which the controller judged that the stem had given way \[s\].
     pub stem_time: Option<f64>,
-    /// Largest pull that it had estimated by then [N].
+    /// Largest pull that it had estimated by then \[N\].
     pub pull_n: Option<f64>,
-    /// When it went back from what the hand pressed on.
+    /// Retreats of the controller from contact with the hand.
     pub yielded: Vec<Yielding>,
-    /// How it believed to have ended: `deposited` or a reason; null if it did not end the attempt.
+    /// Outcome that the controller reported: `deposited` or a reason; null if it did not end the attempt.
     pub end: Option<String>,
 }
 
-/// The hand went back from what it pressed on.
+/// One retreat of the controller from contact with the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Yielding {
-    /// When [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Force that the controller felt [N].
+    /// Force that the controller felt \[N\].
     pub force_n: Option<f64>,
 }
 
@@ -198,7 +198,7 @@ pub struct HeldFruit {
 pub struct KnockedOff {
     /// The fruit.
     pub fruit: u32,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// State of the controller.
     pub state: Option<String>,
@@ -209,7 +209,7 @@ pub struct KnockedOff {
 pub struct AttemptSnap {
     /// Segment whose base joint broke.
     pub segment: u32,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// State of the controller.
     pub state: Option<String>,
@@ -222,7 +222,7 @@ pub struct FruitMoment {
     pub fruit: u32,
     /// Frame.
     pub frame: u32,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
 }
 
@@ -233,11 +233,11 @@ pub struct DetachEvent {
     pub fruit: u32,
     /// Frame.
     pub frame: u32,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Tension of the stem as it gave way [N]; null if it was not finite.
+    /// Tension of the stem as it gave way \[N\]; null if it was not finite.
     pub tension_n: Option<f64>,
-    /// True if that is more than takes most apples off by a straight pull (`rules.stem_pull`).
+    /// True if the tension is above that which takes most apples off by a straight pull (`rules.stem_pull`).
     pub stem_pulled: bool,
 }
 
@@ -248,15 +248,15 @@ pub struct DepositEvent {
     pub fruit: u32,
     /// Frame.
     pub frame: u32,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Height of its fall from the fingers [m]; null where not recorded.
+    /// Height of its fall from the fingers \[m\]; null where not recorded.
     pub drop_height_m: Option<f64>,
-    /// Energy of the hardest impact of that fall [J]; null where not recorded.
+    /// Energy of the hardest impact of that fall \[J\]; null where not recorded.
     pub impact_energy_j: Option<f64>,
-    /// Energy of the hardest impact that the fruit took since the start [J]; null where not recorded.
+    /// Energy of the hardest impact that the fruit took since the start \[J\]; null where not recorded.
     pub bruise_energy_j: Option<f64>,
-    /// True if that is more than leaves no bruise (`rules.bruise_energy`); null where not recorded.
+    /// True if the energy is above the largest one without a bruise (`rules.bruise_energy`); null where not recorded.
     pub bruised: Option<bool>,
 }
 
@@ -267,14 +267,14 @@ pub struct SnapEvent {
     pub segment: u32,
     /// Frame.
     pub frame: u32,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
 }
 
 /// Sums over the depth images of an episode.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DetectionTally {
-    /// Images from which the controller reported detections, be it none.
+    /// Images for which the controller reported its detections, even if there were none.
     pub images: u32,
     /// Detections matched to a fruit.
     pub true_positives: u32,
@@ -296,7 +296,7 @@ pub struct EpisodeRecord {
     pub outcome: Outcome,
     /// Frames stepped.
     pub frames: u32,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Fruit on the tree at the start.
     pub fruit_total: u32,
@@ -326,7 +326,7 @@ pub struct EpisodeRecord {
     pub fruit_dropped: Vec<FruitMoment>,
     /// Detector against truth.
     pub detection: DetectionTally,
-    /// Largest stem force of the episode [N]; null if it was not finite.
+    /// Largest stem force of the episode \[N\]; null if it was not finite.
     pub max_stem_pull_n: Option<f64>,
 }
 
@@ -349,7 +349,7 @@ impl Record for EpisodeRecord {
 }
 
 impl AttemptRecord {
-    /// Time spent in each state up to the end of the attempt [s], in the order of their first entry; times of one state are
+    /// Time spent in each state up to the end of the attempt \[s\], in the order of their first entry; times of one state are
     /// added up.
     pub fn state_durations(&self) -> Vec<(String, f64)> {
         let mut durations: Vec<(String, f64)> = Vec::new();
@@ -383,7 +383,7 @@ impl EpisodeRecord {
         self.fruit_deposited.iter().filter(move |_| counts)
     }
 
-    /// Fruit torn off its stem; a quarantined world's forces mean nothing.
+    /// Fruit torn off its stem; none in a quarantined world, whose forces are invalid.
     pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
         let counts = !self.quarantined();
         self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)

@@ -1,4 +1,4 @@
-//! Drives one world with one controller for an episode and records what truly happened.
+//! Drives one world with one controller for an episode and records the true events.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -117,9 +117,9 @@ pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
 struct EpisodeLog {
     frame: f64,
     visible_pixels: u32,
-    /// Largest energy that leaves no bruise [J].
+    /// Largest energy that leaves no bruise \[J\].
     bruise_energy: f64,
-    /// Stem tension above which a fruit is torn off [N].
+    /// Stem tension above which a fruit is torn off \[N\].
     stem_pull: f64,
     frames: u32,
     x_world_odom: Pose,
@@ -278,7 +278,7 @@ impl EpisodeLog {
         self.detection.recalled += recalled as u32;
     }
 
-    /// The time is over and the robot stands; what it had let go comes to rest, in `frames` frames at most.
+    /// Called at the end of the time: steps with the robot at rest until loose fruit has settled, for `frames` frames at most.
     fn settle<W: BenchWorld>(
         &mut self,
         world: &mut W,
@@ -299,7 +299,7 @@ impl EpisodeLog {
         self.frames = end;
     }
 
-    /// Advances one frame and takes what it did.
+    /// Advances the world one frame and records its events.
     fn step<W: BenchWorld>(&mut self, world: &mut W, command: &Command, observer: &mut impl Observer<W>) {
         world.step(command);
         let events = world.drain_events();
@@ -307,7 +307,7 @@ impl EpisodeLog {
         self.take_world(world, events, command.finger_q);
     }
 
-    /// Takes what a step did; its command told each finger to open so far [m].
+    /// Records the events of a step; `opening` is the commanded opening of each finger \[m\].
     fn take_world<W: BenchWorld>(&mut self, world: &mut W, events: Vec<WorldEvent>, opening: f64) {
         self.frames += 1;
         let (frame, time) = (self.frames, self.time());

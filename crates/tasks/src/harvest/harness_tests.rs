@@ -75,7 +75,7 @@ fn attempts_are_judged_by_truth() {
     assert_eq!(first.max_stem_pull_n, Some(8.0));
     let states: Vec<(&str, f64)> = first.states.iter().map(|s| (s.state.as_str(), s.time)).collect();
     assert_eq!(states, [("reach", 0.5), ("deposit", 2.5)]);
-    // What the controller believed stands beside the truth: the target is the very centre of fruit 0.
+    // The controller's own report is kept beside the truth: the target is the very centre of fruit 0.
     assert_eq!(first.belief.nearest_fruit, Some(0));
     assert!(first.belief.nearest_distance_m.is_some_and(|d| d < 1e-12));
     assert_eq!((first.belief.radius_m, first.belief.end.as_deref()), (0.03, Some("deposited")));

@@ -1,13 +1,13 @@
-//! Which fruit off its stem is between both fingers, from when to when, and how that ended.
+//! Spells in which fruit off its stem is between both fingers: begin, end and outcome.
 
 use orchard_world::truth::FruitState;
 
 use crate::harvest::episode::{HeldEnd, HeldFruit};
 use crate::harvest::interface::{BenchWorld, FruitTruth};
 
-/// Follows fruit that came off its stem in the hand.
+/// Tracks fruit that came off its stem in the hand, in spells of holding.
 ///
-/// Within an attempt a spell goes on through frames in which the contact of a finger flickers; it ends with the last frame in
+/// Within an attempt a spell continues through frames in which the contact of a finger flickers; it ends with the last frame in
 /// which both pressed.
 /// The command of the first frame without contact decides whether the fingers let go of the fruit or lost it.
 #[derive(Debug, Default)]
@@ -40,7 +40,7 @@ impl HoldWatch {
         self.spells.push(HeldFruit { fruit, from_frame: frame, to_frame: frame, end: HeldEnd::InHand });
     }
 
-    /// Looks after a step whose command told each finger to open so far [m].
+    /// Updates the spells after a step; `opening` is the commanded opening of each finger \[m\].
     pub fn look(&mut self, world: &impl BenchWorld, opening: f64, frame: u32) {
         if self.loose.is_empty() {
             return;
@@ -96,7 +96,7 @@ mod tests {
         watch.spells.iter().map(|s| (s.from_frame, s.to_frame, s.end)).collect()
     }
 
-    /// Closed fingers, and fingers that are told to open wider than the fruit of 30 mm.
+    /// Commanded openings: closed, and wider than the fruit of 30 mm.
     const CLOSED: f64 = 0.0;
     const OPEN: f64 = 0.04;
 

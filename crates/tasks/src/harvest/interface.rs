@@ -13,7 +13,7 @@ pub trait BenchWorld {
     fn observe(&mut self) -> Observation;
     /// Advances one frame under a command.
     fn step(&mut self, command: &Command);
-    /// Returns the events of the last step, in order, and forgets them.
+    /// Returns the events of the last step, in order, and clears them.
     fn drain_events(&mut self) -> Vec<WorldEvent>;
     /// Every fruit, by index.
     fn fruit(&self) -> Vec<FruitTruth>;
@@ -27,27 +27,27 @@ pub trait BenchWorld {
     fn reachable_ik_count(&self) -> Option<u32> {
         None
     }
-    /// Largest stem force over all fruit and all substeps of the last step [N].
+    /// Largest stem force over all fruit and all substeps of the last step \[N\].
     fn peak_stem_pull(&self) -> f64;
     /// Contact forces on the hand in the last substep of the last step.
     fn hand_forces(&self) -> HandForces {
         HandForces::default()
     }
-    /// Largest energy of an impact that a fruit took so far [J], where impacts are recorded.
+    /// Largest energy of an impact that a fruit took so far \[J\], where impacts are recorded.
     fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
         let _ = fruit;
         None
     }
-    /// Reason why the world is no longer plausible, if so.
+    /// Reason of the world's quarantine, if its state is no longer plausible.
     fn quarantine(&self) -> Option<String>;
 }
 
 /// Contact forces on the hand.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct HandForces {
-    /// The larger of the two fingers' sums of normal forces [N].
+    /// The larger of the two fingers' sums of normal forces \[N\].
     pub finger: f64,
-    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it [N].
+    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it \[N\].
     pub wrist: f64,
 }
 
@@ -73,43 +73,43 @@ pub trait BenchController {
 /// Event in the log of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControllerEvent {
-    /// It committed to a target.
+    /// The controller committed to a target.
     AttemptStarted {
-        /// Believed fruit centre [m, odom].
+        /// Believed fruit centre \[m, odom\].
         p_odom_target: Vec3,
-        /// Believed radius [m].
+        /// Believed radius \[m\].
         radius: f64,
     },
-    /// It takes what is between the fingers for the fruit.
+    /// The controller judged that the fruit is between the fingers.
     Grasped {
-        /// Width between the fingers [m].
+        /// Width between the fingers \[m\].
         width: f64,
     },
-    /// It takes the stem as given way.
+    /// The controller judged that the stem has given way.
     StemGaveWay {
-        /// Largest pull that it estimated [N].
+        /// Largest pull that the controller estimated \[N\].
         pull: f64,
     },
-    /// It goes back from what the hand pressed on.
+    /// The controller retreats from contact with the hand.
     Yielded {
-        /// Force that it felt [N].
+        /// Force that it felt \[N\].
         force: f64,
     },
-    /// It entered a state.
+    /// The controller entered a state.
     StateChanged {
         /// The state's name.
         state: String,
     },
-    /// It ended the current attempt.
+    /// The controller ended the current attempt.
     AttemptEnded {
-        /// Reason why it failed; `None` if it believes that the fruit was placed.
+        /// Reason why the attempt failed; `None` if the controller reports that the fruit was placed.
         failure: Option<String>,
     },
-    /// It evaluated the observation's depth image.
+    /// The controller evaluated the observation's depth image.
     Detected {
-        /// Centres of all detections in that image [m, odom].
+        /// Centres of all detections in that image \[m, odom\].
         p_odom: Vec<Vec3>,
-        /// Their radii [m].
+        /// Their radii \[m\].
         radius: Vec<f64>,
     },
 }

@@ -11,7 +11,7 @@ use crate::harvest::metrics::METRICS;
 
 /// Name of the preset's own condition.
 pub const NOMINAL: &str = "nominal";
-/// Name of the nominal condition until nothing reachable is left.
+/// Name of the nominal condition that runs until no reachable fruit is left.
 pub const EXHAUSTION: &str = "exhaustion";
 
 /// The values of each dial, and what is tested over them.
@@ -142,12 +142,12 @@ pub struct Dials {
     pub fruit_count: u32,
     /// Foliage density, the paper's dial.
     pub foliage_density: f64,
-    /// Terrain amplitude [m]; 0 is the plane.
+    /// Terrain amplitude \[m\]; 0 is the plane.
     pub terrain_amplitude_m: f64,
 }
 
 impl Dials {
-    /// Those of a config.
+    /// Reads the dials of a config.
     pub fn of(spec: &Spec) -> Self {
         Self {
             fruit_count: spec.fruit.count.get(),
@@ -216,7 +216,7 @@ pub struct Matrix {
 /// A condition that cannot be run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConditionError {
-    /// A name that is none of the matrix.
+    /// A name that is not in the matrix.
     #[error("{name} is neither a condition nor a sweep; there are {known}")]
     Unknown {
         /// The name.
@@ -261,7 +261,7 @@ impl Matrix {
         self.conditions.iter().find(|condition| condition.name == name)
     }
 
-    /// The conditions that names of conditions and sweeps stand for, each once, in the order of the matrix. `DIAL-VALUE` stands for the
+    /// Resolves names of conditions and sweeps to conditions, each once, in the order of the matrix. `DIAL-VALUE` is the
     /// nominal condition where that is its value.
     ///
     /// # Errors
@@ -343,7 +343,7 @@ mod tests {
             values,
             [vec![0.0, 0.3, 0.6, 1.0, 1.5], vec![20.0, 40.0, 60.0], vec![0.0, 0.05, 0.1, 0.2]]
         );
-        // The nominal condition stands in every sweep once.
+        // The nominal condition is in every sweep once.
         for sweep in matrix().sweeps {
             assert_eq!(sweep.points.iter().filter(|p| p.condition == NOMINAL).count(), 1, "{}", sweep.name);
         }

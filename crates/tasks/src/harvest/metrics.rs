@@ -106,8 +106,8 @@ pub(crate) fn harvest_metric(name: &str) -> Option<&'static MetricDefinition<Epi
     METRICS.iter().find(|definition| definition.name == name)
 }
 
-/// Reachable fruit deposited over reachable fruit; a quarantined tree gives 0, others without reachable fruit
-/// say nothing.
+/// Reachable fruit deposited over reachable fruit; 0 for a quarantined tree, undefined for other trees without reachable
+/// fruit.
 pub(crate) fn completeness(e: &EpisodeRecord) -> Share {
     if e.quarantined() {
         Share::of_one(0.0)
@@ -123,7 +123,7 @@ fn throughput(e: &EpisodeRecord) -> Share {
     Share::of_one(if e.frames == 0 { 0.0 } else { 60.0 * e.deposited().count() as f64 / e.duration_s })
 }
 
-/// Largest stem force; a quarantined world's forces mean nothing.
+/// Largest stem force; undefined in a quarantined world, whose forces are invalid.
 fn stem_pull(e: &EpisodeRecord) -> Share {
     e.max_stem_pull_n.filter(|_| !e.quarantined()).map_or_else(Share::default, Share::of_one)
 }
@@ -274,7 +274,7 @@ mod tests {
             (Some(0.0), 8)
         );
         assert_eq!(metrics["branches_snapped_per_tree"].mean, Some(0.5));
-        // The forces of a world that broke mean nothing.
+        // The forces of a quarantined world are invalid.
         assert_eq!((metrics["max_stem_pull_n"].mean, metrics["max_stem_pull_n"].n), (Some(10.0), 1));
         // Even if it broke before the census.
         let mut unborn = record(&[]);

@@ -23,7 +23,7 @@ pub trait Observer<W> {
 /// Input of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameInput<'a> {
-    /// Observation of the controller; none while the robot stands after its time is over.
+    /// Observation of the controller; none while the robot holds still after the end of its time.
     pub observation: Option<&'a Observation>,
     /// Events that the controller logged on this observation.
     pub controller_events: &'a [ControllerEvent],

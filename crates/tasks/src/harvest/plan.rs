@@ -23,7 +23,7 @@ pub struct Extent {
     pub trees: u32,
     /// Episodes a tree under the nominal condition.
     pub repeats: u32,
-    /// Length of an episode [s], but under `exhaustion`.
+    /// Length of an episode \[s\], but under `exhaustion`.
     pub horizon_s: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct ConditionParams {
     pub dials: Dials,
     /// Trees a seed.
     pub trees: u32,
-    /// Budget of an episode [s].
+    /// Budget of an episode \[s\].
     pub horizon_s: f64,
     /// Episodes a tree, each with another start pose of the robot.
     pub repeats: u32,
@@ -67,7 +67,7 @@ pub struct Plan {
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Frame length [s].
+    /// Frame length \[s\].
     pub frame: f64,
     /// SHA-256 over scenario and protocol, from [`orchard_bench::digest::config_hash`].
     pub config_hash: String,
@@ -75,7 +75,7 @@ pub struct Plan {
     pub protocol: Protocol,
 }
 
-/// Longest budget [s]: keeps frame counts far from overflow.
+/// Longest budget \[s\]: keeps frame counts far from overflow.
 const LONGEST_HORIZON: f64 = 360_000.0;
 
 impl Plan {
@@ -103,7 +103,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Budget of an episode under a condition [frames].
+    /// Budget of an episode under a condition \[frames\].
     pub fn horizon_frames(&self, condition: &Condition) -> u32 {
         (condition.params.horizon_s / self.frame).round() as u32
     }

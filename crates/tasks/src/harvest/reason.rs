@@ -4,7 +4,7 @@ use crate::harvest::episode::{HeldEnd, HeldFruit};
 
 /// Reason of an attempt that the end of the episode cut off.
 pub const RUN_ENDED: &str = "run_ended";
-/// Reason of an attempt that the controller believed placed and was not.
+/// Reason of an attempt that the controller reported as placed, although it was not.
 pub const MISSED_BUCKET: &str = "missed_bucket";
 /// Reason of an attempt that the controller left without ending it.
 pub const ABANDONED: &str = "abandoned";
@@ -47,7 +47,7 @@ pub(crate) fn reason<'a>(facts: &Facts<'a>) -> Option<&'a str> {
         _ if facts.held.is_empty() && facts.target_knocked_off => KNOCKED_OFF_BY_ARM,
         None => RUN_ENDED,
         Some(None) => MISSED_BUCKET,
-        // The controller believes what did not happen: the nearest that did. A fruit that came off in the hand was let go.
+        // The controller reported a reason that is untrue: take the nearest true one. A fruit that came off in the hand was let go.
         Some(Some(SLIPPED | STEM_TOO_STRONG | NO_FRUIT)) if !facts.held.is_empty() => MISSED_BUCKET,
         Some(Some(SLIPPED)) if facts.gripped => STEM_TOO_STRONG,
         // Truth decides whether there was a fruit, not what the controller saw.
@@ -66,7 +66,7 @@ mod tests {
         vec![HeldFruit { fruit: 3, from_frame: 10, to_frame, end }]
     }
 
-    /// Of an attempt that ended at frame 30.
+    /// Reason of an attempt that ended at frame 30.
     fn of(placed: bool, knocked: bool, held: &[HeldFruit], believed: Option<Option<&'static str>>) -> String {
         let facts = Facts {
             placed,

@@ -21,7 +21,7 @@ pub trait WorldFactory: Sync {
     type World: BenchWorld;
     /// Their controllers.
     type Controller: BenchController;
-    /// Builds the world of a condition, seed, index and repeat at the start of its episode. A repeat differs from the others in the robot's start pose and in nothing else.
+    /// Builds the world of a condition, seed, index and repeat at the start of its episode. Repeats differ only in the robot's start pose.
     ///
     /// # Errors
     /// The world cannot be built, with the reason in one line; it counts as quarantined.

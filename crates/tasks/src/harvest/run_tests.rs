@@ -98,7 +98,7 @@ fn another_plan_is_refused_before_anything_is_touched() {
         assert!(folder.path().join("compute.json").exists());
     }
 
-    // The same plan with one more seed goes on from there; a file that is no record is named.
+    // The same plan with one more seed continues from there; the error names a file that is not a record.
     fs::write(folder.path().join("episodes/notes.json"), "mine").unwrap();
     let progress = CountingProgress::default();
     go(folder.path(), &Plan { seeds: vec![7, 8, 9], ..plan() }, 1, &progress).unwrap();

@@ -81,9 +81,9 @@ pub struct ConditionSummary {
     pub zones: ZoneTable<ZoneSummary>,
     /// Failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
-    /// How long the controller was in each state of an attempt.
+    /// Time that the controller spent in each state of an attempt.
     pub states: BTreeMap<String, StateSummary>,
-    /// Mean time from the end of an attempt to the next commitment [s]; null without one.
+    /// Mean time from the end of an attempt to the next commitment \[s\]; null without one.
     pub between_attempts_s: Option<f64>,
 }
 
@@ -92,11 +92,11 @@ pub struct ConditionSummary {
 pub struct StateSummary {
     /// Attempts that entered it.
     pub attempts: u32,
-    /// Mean time in it [s].
+    /// Mean time in it \[s\].
     pub mean_s: Option<f64>,
     /// Of these, placed.
     pub placed: u32,
-    /// Their mean time in it [s]; null without one.
+    /// Their mean time in it \[s\]; null without one.
     pub mean_placed_s: Option<f64>,
 }
 
@@ -109,11 +109,11 @@ pub struct EpisodeLine {
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Which of the tree's episodes.
+    /// Number of the tree's episode.
     pub repeat: u32,
     /// Outcome of the episode.
     pub outcome: Outcome,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Fruit on the tree at the start.
     pub fruit: u32,

@@ -1,4 +1,4 @@
-//! One episode of anybody's controller: what a harness needs, without a result folder.
+//! One episode with any controller, without a result folder.
 
 use std::sync::atomic::AtomicBool;
 

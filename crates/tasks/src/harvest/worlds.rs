@@ -25,7 +25,7 @@ impl Harvest {
     /// The matrix around a scenario's own worlds: on preset `paper` 40 fruit, foliage 0.6 and flat ground are nominal.
     ///
     /// # Errors
-    /// The scenario's rules are none of the protocol.
+    /// The protocol does not have the scenario's rules.
     pub fn new(scenario: Scenario) -> Result<Self, ConfigError> {
         let protocol = Protocol::of_scenario(&scenario)?;
         Ok(Self { matrix: Matrix::of(&protocol.sweeps, scenario.spec()), scenario, protocol })
@@ -95,12 +95,12 @@ impl Harvest {
         })
     }
 
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub fn frame(&self) -> f64 {
         self.scenario.spec().sim.frame()
     }
 
-    /// Hash of all that an episode is configured by.
+    /// Hash of the whole configuration of an episode.
     pub fn config_hash(&self) -> String {
         config_hash(&[("scenario", &self.scenario.hash()), ("protocol", &config_text(&self.protocol))])
     }

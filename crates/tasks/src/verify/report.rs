@@ -1,4 +1,4 @@
-//! What a trajectory did to all trees.
+//! Report on a trajectory over all trees.
 
 use std::collections::BTreeMap;
 
@@ -49,7 +49,7 @@ pub struct TrajectoryLine {
     pub sha256: String,
     /// Rows.
     pub rows: u32,
-    /// Time of the last row [s].
+    /// Time of the last row \[s\].
     pub duration_s: f64,
 }
 

@@ -51,9 +51,9 @@ pub struct TreeOutcome {
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Reason why the run has no end: the world could not be built or left its plausible state.
+    /// Reason why the run was not completed: the world could not be built or left its plausible state.
     pub quarantined: Option<String>,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration_s: f64,
     /// Fruit at the start.
     pub fruit: u32,
@@ -67,11 +67,11 @@ pub struct TreeOutcome {
     pub peak_moment_ratio: f64,
     /// Largest excess of a joint's ratio over its value at the start.
     pub peak_moment_excess: f64,
-    /// Integral over time of the largest excess [s].
+    /// Integral over time of the largest excess \[s\].
     pub moment_excess_s: f64,
-    /// Impulse of the robot's contacts with wood [N s].
+    /// Impulse of the robot's contacts with wood \[N s\].
     pub contact_impulse_n_s: f64,
-    /// Largest sum of the forces of these contacts [N].
+    /// Largest sum of the forces of these contacts \[N\].
     pub peak_contact_force_n: f64,
 }
 
@@ -178,7 +178,7 @@ fn one(
     let fruit = world.fruit_truth();
     let dropped = |state| matches!(state, FruitState::Dropped | FruitState::Loose);
     let load = world.wood_load();
-    // A quarantined world's numbers mean nothing, and JSON has no NaN.
+    // A quarantined world's numbers are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };
     Some(TreeOutcome {
         duration_s: f64::from(world.frame()) * frame,
@@ -196,10 +196,10 @@ fn one(
 /// Digits after the point that a recorded trajectory keeps: microns and microradians.
 const DIGITS: f64 = 1e6;
 
-/// Records what a controller commands in a world during `frames` frames, every so many of them.
+/// Records the commands of a controller in a world during `frames` frames: every `every`-th frame and the last.
 ///
 /// # Errors
-/// The controller commands what no trajectory may hold.
+/// A command of the controller is not valid in a trajectory.
 pub fn record_controller(
     world: &mut World,
     robot: &RobotModel,

@@ -47,7 +47,7 @@ fn both_formats_read_the_same_and_write_back() {
         })
         .collect();
     assert_eq!(lines(&json).unwrap(), trajectory);
-    // Columns may stand in any order.
+    // Columns may be in any order.
     let turned: Vec<String> =
         text.lines().map(|line| line.split(',').rev().collect::<Vec<_>>().join(",")).collect();
     assert_eq!(csv(&turned.join("\n")).unwrap(), trajectory);

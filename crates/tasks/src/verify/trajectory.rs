@@ -22,10 +22,10 @@ pub(crate) fn bad(file: &str, line: u64, field: &str, problem: String) -> Trajec
     TrajectoryError { file: file.to_owned(), line, problem: format!("{field}: {problem}") }
 }
 
-/// One row: what is commanded at a time.
+/// One row: the command at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Time since the start [s].
+    /// Time since the start \[s\].
     pub time: f64,
     /// The command.
     pub command: Command,
@@ -59,7 +59,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Checks rows, given with the lines of `file` on which they stand; `longest` is the longest duration [s].
+    /// Checks rows, given with their line numbers in `file`; `longest` is the longest duration \[s\].
     ///
     /// # Errors
     /// No row; a number that is none, outside the limits of the robot's joints and drives, or a time that does not ascend.
@@ -114,13 +114,13 @@ impl Trajectory {
         &self.warnings
     }
 
-    /// Time of the last row [s].
+    /// Time of the last row \[s\].
     pub fn duration(&self) -> f64 {
         self.rows.last().map_or(0.0, |row| row.time)
     }
 
-    /// The command at a time: between two rows linear in every number; before the first row and from the last on that row's, but
-    /// the base stands.
+    /// Command at a time: between two rows linear in every number; before the first row and from the last on that row's, but
+    /// with the base at rest.
     pub fn at(&self, time: f64) -> Command {
         let next = self.rows.partition_point(|row| row.time <= time);
         let standing = |row: &Row| Command { base_velocity: [0.0; 3], ..row.command };
@@ -147,7 +147,7 @@ impl Trajectory {
     }
 }
 
-/// Speeds above the limits: the robot's drives will lag. Only the worst place of each field is told.
+/// Returns a warning for each field with speeds above the limits, where the robot's drives will lag: its worst row.
 fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String> {
     let arm = robot.kinematics();
     let speed = robot.config().base.speed_max.si();
@@ -188,5 +188,5 @@ fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String>
     warnings
 }
 
-/// A first row farther from the start posture than this is told [rad]: 3 degrees, beyond any rounding of a file.
+/// Largest joint distance of the first row from the start posture without a warning \[rad\]: 3 degrees, beyond any rounding of a file.
 const START_TOLERANCE: f64 = 0.05;

@@ -43,9 +43,9 @@ pub struct SweepComparison {
 /// Adjusted p-values; null where the test is undefined.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Adjusted {
-    /// Of the signed-rank test.
+    /// p-value of the signed-rank test.
     pub wilcoxon: Option<f64>,
-    /// Of the permutation test.
+    /// p-value of the permutation test.
     pub permutation: Option<f64>,
 }
 
