@@ -116,7 +116,7 @@ fn suites(backend: Backend) -> [Suite; 6] {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    let suites = suites(args.backend.unwrap_or_else(|| Backend::default()));
+    let suites = suites(args.backend.unwrap_or_default());
     let is_known = suites.iter().any(|suite| suite.name == args.suite);
     if args.backend.is_some() && is_known && args.suite != SCALING {
         let suite = &args.suite;

@@ -1,6 +1,6 @@
 //! Trees of annual shoots are sound over ten thousand seeds and over their config's space, and like the measured trees.
 
-use super::sound;
+use super::common::sound;
 
 use orchard_spec::tree::Grammar;
 use orchard_spec::{Preset, Spec};

@@ -5,6 +5,4 @@ mod common;
 mod config_space;
 mod grown_trees;
 mod habits;
-#[path = "common/sound.rs"]
-mod sound;
 mod trained_trees;

@@ -1,6 +1,6 @@
 //! Trained systems over 300 seeds: sound trees of bounded size in the form that their descriptions state.
 
-use super::sound;
+use super::common::sound;
 
 use orchard_geometry::math;
 use orchard_spec::tree::{Grammar, UprightsSpec, VTrellisSpec};
