@@ -55,8 +55,11 @@ fn packages(root: &Path, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failur
     for name in UNPUBLISHED {
         args.extend(["--exclude", name]);
     }
-    let made = root.join("target/package");
+    let target = folder.join("target");
+    let made = target.join("package");
     let _ = fs::remove_dir_all(&made);
+    let target = target.to_string_lossy().into_owned();
+    args.extend(["--target-dir", &target]);
     cargo(root, &args)?;
     let unpacked = folder.join("packages");
     let _ = fs::remove_dir_all(&unpacked);

@@ -108,14 +108,14 @@ fn a_full_disk_is_told_and_leaves_nothing_half_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let line = format!(
-        "trap '' XFSZ; ulimit -f 4; exec {} {} 2 --out {}",
+        "trap '' XFSZ; ulimit -f 100; exec {} {} 2 --record --out {}",
         env!("CARGO_BIN_EXE_orchard"),
         RUN.join(" "),
         out.display()
     );
     let (code, message) = end(&output(Command::new("bash").args(["-c", &line])));
     assert_eq!(code, Some(1), "{message}");
-    assert!(message.contains("episodes/") && message.contains("File too large"), "{message}");
+    assert!(message.contains("recordings/") && message.contains("File too large"), "{message}");
     let names: Vec<PathBuf> = results(&out).into_keys().collect();
     assert_eq!(names, [PathBuf::from("plan.json")]);
     // The run continues once there is space again.
@@ -188,7 +188,9 @@ fn bad_input_is_told_before_anything_is_computed() {
         (&["--conditions", "windy"], "--conditions: windy is neither a condition nor a sweep"),
         (&["--shard", "4/3"], "'4/3' is not I/N"),
         (&["--seeds", "v2"], "neither 'tuning' nor 'v1'"),
-        (&["--controller", "nobody"], "--controller nobody: there are"),
+        (&["--controller", "nobody"], "--controller: no controller 'nobody'; the controllers are:"),
+        (&["--preset", "lemon"], "--preset: no preset 'lemon'"),
+        (&["--preset", "paper", "--randomisation", "2"], "--randomisation 2: neither a strength in [0, 1]"),
     ] {
         let (code, message) = told(args);
         assert_eq!(code, Some(2), "{args:?}: {message}");

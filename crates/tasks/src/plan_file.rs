@@ -116,8 +116,8 @@ pub struct PlannedTask {
     pub shard: Shard,
     /// The plan.
     pub plan: TaskPlan,
-    /// The scenario, with all its figures.
-    pub scenario: StoredScenario,
+    /// Hash of the scenario, which [`PlanFile::scenarios`] holds.
+    pub scenario: String,
 }
 
 /// `plan.json`.
@@ -127,6 +127,8 @@ pub struct PlanFile {
     pub schema_version: u32,
     /// The last plan of each task, by its name.
     pub tasks: BTreeMap<String, PlannedTask>,
+    /// The scenarios of these tasks, with all their figures, by hash.
+    pub scenarios: BTreeMap<String, StoredScenario>,
 }
 
 /// A `plan.json` that cannot be used.
@@ -169,13 +171,16 @@ impl PlanFile {
         shard: Shard,
     ) -> Result<(), StoreError> {
         // A file that cannot be read is of other code or damaged. It is replaced: each record has its own key.
-        let mut tasks = Self::read(store).map(|file| file.tasks).unwrap_or_default();
+        let (mut tasks, mut scenarios) =
+            Self::read(store).map(|file| (file.tasks, file.scenarios)).unwrap_or_default();
+        scenarios.insert(scenario.hash.clone(), scenario.clone());
         for plan in plans {
-            let (code_version, scenario) = (CODE_VERSION.to_owned(), scenario.clone());
+            let (code_version, scenario) = (CODE_VERSION.to_owned(), scenario.hash.clone());
             let planned = PlannedTask { code_version, shard, plan: plan.clone(), scenario };
             tasks.insert(plan.task().to_owned(), planned);
         }
-        store.write(Self::FILE, &Self { schema_version: SCHEMA_VERSION, tasks })
+        scenarios.retain(|hash, _| tasks.values().any(|task| task.scenario == *hash));
+        store.write(Self::FILE, &Self { schema_version: SCHEMA_VERSION, tasks, scenarios })
     }
 
     /// Reads the scenario of a task of a folder.
@@ -183,12 +188,16 @@ impl PlanFile {
     /// # Errors
     /// As [`PlanFile::read`], or no such task was asked of the folder.
     pub fn scenario_of(store: &Store, task: &str) -> Result<StoredScenario, PlanFileError> {
-        let mut tasks = Self::read(store)?.tasks;
-        let planned = tasks.remove(task).ok_or_else(|| PlanFileError {
+        let file = Self::read(store)?;
+        file.scenario(task).cloned().ok_or_else(|| PlanFileError {
             file: store.path().join(Self::FILE).display().to_string(),
             problem: format!("it has no task {task}"),
-        })?;
-        Ok(planned.scenario)
+        })
+    }
+
+    /// The scenario of a task, if there is such a task.
+    pub fn scenario(&self, task: &str) -> Option<&StoredScenario> {
+        self.tasks.get(task).and_then(|planned| self.scenarios.get(&planned.scenario))
     }
 }
 
@@ -233,7 +242,8 @@ mod tests {
             let early = matches!(plan, TaskPlan::Harvest { .. } | TaskPlan::Detect { .. });
             assert_eq!(planned.shard.is_whole(), !early);
             assert_eq!(planned.plan, plan);
-            let scenario = Scenario::from_stored(&planned.scenario, &orchard_scenario::controllers(), "x");
+            let stored = file.scenario(plan.task()).unwrap();
+            let scenario = Scenario::from_stored(stored, &orchard_scenario::controllers(), "x");
             assert_eq!(scenario.unwrap(), if early { stereo.clone() } else { trellis.clone() });
         }
         let e = PlanFile::scenario_of(&store, "reach-and-grasp").unwrap_err().to_string();

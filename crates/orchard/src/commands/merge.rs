@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use orchard_bench::CODE_VERSION;
 use orchard_bench::Shard;
 use orchard_bench::store::Store;
-use orchard_scenario::Scenario;
+use orchard_scenario::{Scenario, StoredScenario};
 use orchard_tasks::plan_file::{PlanFile, PlannedTask};
 
 use crate::commands::bench_v1::{open, plans};
@@ -46,7 +46,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let planned = common(&args.parts, &files).map_err(Failure::BadInput)?;
     let by = args.parts[0].join(PlanFile::FILE).display().to_string();
     let mut tasks = Vec::new();
-    for PlannedTask { plan, scenario, .. } in &planned {
+    for (PlannedTask { plan, .. }, scenario) in &planned {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
         tasks.push(plans::task(plan, &scenario, None)?);
     }
@@ -56,15 +56,15 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     }
     let from: Vec<&Store> = parts.iter().collect();
     tasks.iter().try_for_each(|task| task.merge(&from, &into))?;
-    let written = planned.iter().try_for_each(|PlannedTask { plan, scenario, .. }| {
+    let written = planned.iter().try_for_each(|(PlannedTask { plan, .. }, scenario)| {
         PlanFile::write(&into, std::slice::from_ref(plan), scenario, Shard::WHOLE)
     });
     written.map_err(|e| Failure::Failed(e.to_string()))
 }
 
 /// The plans of all parts; those of the same task must be equal.
-fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, String> {
-    let mut common: BTreeMap<&str, (&PathBuf, &PlannedTask)> = BTreeMap::new();
+fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<(PlannedTask, StoredScenario)>, String> {
+    let mut common: BTreeMap<&str, (&PathBuf, &PlannedTask, &StoredScenario)> = BTreeMap::new();
     for (folder, file) in folders.iter().zip(files) {
         for (task, planned) in &file.tasks {
             if planned.code_version != CODE_VERSION {
@@ -74,7 +74,10 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, S
                     planned.code_version
                 ));
             }
-            let (first, other) = common.entry(task).or_insert((folder, planned));
+            let Some(scenario) = file.scenario(task) else {
+                return Err(format!("{}: {task} has no scenario in {}", folder.display(), PlanFile::FILE));
+            };
+            let (first, other, _) = common.entry(task).or_insert((folder, planned, scenario));
             if (&other.plan, &other.scenario) != (&planned.plan, &planned.scenario) {
                 return Err(format!(
                     "{} and {} were asked for different things of {task} (see their {})",
@@ -88,7 +91,7 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<PlannedTask>, S
     if common.is_empty() {
         return Err("the plans hold no task".to_owned());
     }
-    Ok(common.into_values().map(|(_, planned)| planned.clone()).collect())
+    Ok(common.into_values().map(|(_, planned, scenario)| (planned.clone(), scenario.clone())).collect())
 }
 
 #[cfg(test)]
@@ -101,8 +104,14 @@ mod tests {
         let trees = TreeExtent { profile: "quick".into(), seeds: vec![1], trees };
         let scenario = Scenario::of(&[("preset", preset)]).unwrap().stored();
         let plan = TaskPlan::Gentle { trees };
-        let planned = PlannedTask { code_version: code.into(), shard: Shard::WHOLE, plan, scenario };
-        PlanFile { schema_version: SCHEMA_VERSION, tasks: [("gentle".to_owned(), planned)].into() }
+        let hash = scenario.hash.clone();
+        let planned =
+            PlannedTask { code_version: code.into(), shard: Shard::WHOLE, plan, scenario: hash.clone() };
+        PlanFile {
+            schema_version: SCHEMA_VERSION,
+            tasks: [("gentle".to_owned(), planned)].into(),
+            scenarios: [(hash, scenario)].into(),
+        }
     }
 
     #[test]

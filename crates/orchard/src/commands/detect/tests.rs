@@ -133,8 +133,8 @@ fn what_cannot_be_used_is_told_with_file_field_and_range() {
         ("depth.png", "camera.json", "--unit 0", "--unit 0: the allowed range is [0.000000001, 1] m"),
         ("depth.png", "camera.json", "--unit NaN", "--unit NaN: the allowed range"),
         ("depth.png", "camera.json", "--camera-height 1e9", "--camera-height 1000000000: the allowed range"),
-        ("depth.png", "camera.json", "--config d415", "--config: no detector 'd415'"),
-        ("depth.png", "camera.json", "--config none.toml", "--config none.toml: No such file"),
+        ("depth.png", "camera.json", "--config d415", "--detector: no detector 'd415'"),
+        ("depth.png", "camera.json", "--config none.toml", "--detector none.toml: No such file"),
         ("depth.png", "camera.json", "--out /", "--out /"),
         (
             "depth.png",

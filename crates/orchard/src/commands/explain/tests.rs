@@ -66,12 +66,18 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     let changed = |from: &str, to: &str| {
         let text = whole.replacen(from, to, 1);
         assert_ne!(text, whole);
-        input::tests::refused(&text)
+        std::fs::write(&file, &text).unwrap();
+        let problem = refused(&[line, "--text"]);
+        std::fs::write(&file, &whole).unwrap();
+        problem
     };
     let controller = changed("\"controller\": \"baseline\"", "\"controller\": \"wizard\"");
-    assert!(controller.starts_with("controller: wizard is unknown; there are baseline"), "{controller}");
+    assert!(controller.contains("no controller 'wizard'; the controllers are: baseline"), "{controller}");
     let hash = &input.record.key.config_hash;
-    assert!(changed(hash, &"0".repeat(64)).starts_with("config_hash: 0000"));
+    assert!(changed(hash, &"0".repeat(64)).contains("config_hash: 0000"));
+    // The record says paper, the options say otherwise.
+    let other = refused(&[line, "--text", "--preset", "v-trellis"]);
+    assert!(other.contains("config_hash: ") && other.contains("is not that of this scenario"), "{other}");
     assert!(input::tests::refused(&whole[..whole.len() / 2]).starts_with("is no record of an episode"));
 
     // A record that was changed by hand is detected by the second run.
