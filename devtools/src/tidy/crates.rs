@@ -14,7 +14,8 @@ use super::LAYERS;
 const BLIND: [&str; 2] = ["perception", "picker"];
 
 /// Crates that those may not depend on, directly or indirectly: seeds and everything that contains tree truth.
-const TRUTH: [&str; 8] = ["spec", "treegen", "camera", "treephys", "fruit", "world", "env", "bench"];
+const TRUTH: [&str; 10] =
+    ["spec", "treegen", "camera", "treephys", "fruit", "world", "scenario", "env", "bench", "tasks"];
 
 /// A workspace package, by its name without the prefix `orchard-`.
 #[derive(Debug, Clone, PartialEq, Eq)]
