@@ -83,7 +83,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
                 cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"], None)
             }),
         ),
-        ("tidy", Box::new(|| tidy::run(&tidy::Args {}).map(|()| Verdict::Agreed))),
+        ("tidy", Box::new(|| tidy::run(&tidy::Args::reading()).map(|()| Verdict::Agreed))),
         ("tests", Box::new(move || cargo(&["test", "--workspace", "--quiet"], Some(&skipped)))),
         ("packages", Box::new(reuse::check)),
         (
@@ -108,7 +108,7 @@ fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {
     }
     let mut steps: Vec<Step> = vec![
         ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], None))),
-        ("tidy", Box::new(|| tidy::run(&tidy::Args {}).map(|()| Verdict::Agreed))),
+        ("tidy", Box::new(|| tidy::run(&tidy::Args::reading()).map(|()| Verdict::Agreed))),
     ];
     if !crates.is_empty() {
         let of = |first: &[&'static str], last: &[&'static str]| -> Vec<String> {

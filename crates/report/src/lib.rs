@@ -23,7 +23,7 @@ mod words;
 
 pub use asked::{Demands, Judged, demands};
 pub use figure::{Figure, FigureError};
-pub use figures::{Figures, detection};
+pub use figures::{Figures, detection, pareto, populations};
 pub use page::page;
 pub use pictures::{Moment, Pick, Picture, Pictures};
 pub use published::{At, PaperFigures, PaperTrees, PaperZones, REPORT_TOML};
