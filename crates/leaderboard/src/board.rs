@@ -50,9 +50,17 @@ pub enum BoardError {
         /// Problem.
         problem: String,
     },
-    /// The board already holds this result.
-    #[error("the same records stand on the board under the same budget, as {name}")]
+    /// The board already holds these records.
+    #[error(
+        "the same records stand on the board as {name}; another name or budget makes no new result of them"
+    )]
     Twice {
+        /// Name of the entry on the board.
+        name: String,
+    },
+    /// The board already holds an entry of this name.
+    #[error("the board has an entry {name}; --replace puts the new result in its place")]
+    NameTaken {
         /// Name of the entry on the board.
         name: String,
     },
@@ -99,8 +107,9 @@ impl Board {
             if board.entries[..i].iter().any(|other| other.name == entry.name) {
                 return Err(wrong("the name is there twice"));
             }
-            if entry.budget.admits(entry.snapped_per_tree, entry.dropped_per_tree) != entry.within_budget {
-                return Err(wrong("within_budget is not what its figures say"));
+            entry.check().map_err(|problem| wrong(&problem))?;
+            if board.entries[..i].iter().any(|other| other.records_sha256 == entry.records_sha256) {
+                return Err(wrong("its records are there twice"));
             }
         }
         Ok(board)
@@ -135,20 +144,22 @@ impl Board {
         Ok(())
     }
 
-    /// Adds an entry; it replaces one of the same name.
+    /// Adds an entry. With `replace`, it takes the place of one of the same name.
     ///
     /// # Errors
-    /// The board already holds the same records under the same budget.
-    pub fn add(&mut self, entry: Entry) -> Result<Added, BoardError> {
-        let same = |other: &&Entry| {
-            other.records_sha256 == entry.records_sha256
-                && (other.budget.snapped, other.budget.dropped)
-                    == (entry.budget.snapped, entry.budget.dropped)
-        };
-        if let Some(other) = self.entries.iter().find(same) {
-            return Err(BoardError::Twice { name: other.name.clone() });
-        }
+    /// The board holds the same records under another name, or an entry of the same name that is not to be replaced.
+    pub fn add(&mut self, entry: Entry, replace: bool) -> Result<Added, BoardError> {
         let old = self.entries.iter().position(|other| other.name == entry.name);
+        let same = |other: &&Entry| other.records_sha256 == entry.records_sha256;
+        match self.entries.iter().find(same) {
+            Some(other) if !(replace && other.name == entry.name) => {
+                return Err(BoardError::Twice { name: other.name.clone() });
+            }
+            _ => {}
+        }
+        if old.is_some() && !replace {
+            return Err(BoardError::NameTaken { name: entry.name });
+        }
         let added = old.map_or(Added::New, |i| Added::InPlaceOf(Box::new(self.entries.remove(i))));
         self.entries.push(entry);
         self.entries = ranking(&self.entries, None).into_iter().map(|ranked| ranked.entry.clone()).collect();

@@ -7,6 +7,12 @@ use orchard_tasks::seeds::SeedSetName;
 
 use super::*;
 
+/// A hash as long as SHA-256, which begins with the first letter of a name.
+fn hash_of(name: &str) -> String {
+    let first = name.bytes().next().unwrap_or_default();
+    format!("{first:02x}{}", "0".repeat(62))
+}
+
 /// An entry with its figures: completeness, snapped, dropped; budget 1 and 2.
 fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
     let budget = Budget::of_figures(1.0, 2.0).unwrap();
@@ -16,7 +22,7 @@ fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
         within_budget: budget.admits(snapped, dropped),
         budget,
         completeness,
-        completeness_ci95: [Some(completeness - 0.1), Some(completeness + 0.1)],
+        completeness_ci95: [Some(completeness - 0.1), Some((completeness + 0.1).min(1.0))],
         snapped_per_tree: snapped,
         dropped_per_tree: dropped,
         throughput_fruit_per_min: Some(1.0),
@@ -25,8 +31,8 @@ fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
         quarantined: 0,
         code_version: CODE_VERSION.into(),
         config_hash: "hash".into(),
-        records_sha256: format!("hash of {name}"),
-        sample: vec!["episodes/a.json".into()],
+        records_sha256: hash_of(name),
+        checked: Checked { class: Class::ReRun, episodes: 8 },
     }
 }
 
@@ -65,9 +71,15 @@ fn order_and_front_in_closed_form() {
     assert_eq!(order[..3], [(Some(1), "b"), (Some(2), "careful"), (Some(3), "worst")]);
     assert_eq!(order[3..], [(None, "over"), (None, "edge"), (None, "a"), (None, "rough")]);
     // By damage: careful 0.5, a and b 1, both with 0.5, edge and over 3, of which over has more.
-    let front: Vec<&str> = pareto_front(&entries).into_iter().map(|i| entries[i].name.as_str()).collect();
+    let front: Vec<&str> =
+        pareto_front(&entries, Class::ReRun).into_iter().map(|i| entries[i].name.as_str()).collect();
     assert_eq!(front, ["careful", "b", "a", "over"]);
-    assert!(pareto_front(&[]).is_empty());
+    assert!(pareto_front(&[], Class::ReRun).is_empty());
+    // Classes stand apart: a claim has a place among claims only.
+    let claim = Checked { class: Class::Claimed, episodes: 0 };
+    let mixed = [Entry { checked: claim, ..entry("claim", 0.99, 0.0, 0.0) }, entry("b", 0.5, 0.0, 1.0)];
+    let order: Vec<_> = ranking(&mixed, None).iter().map(|r| (r.place, &*r.entry.name, r.on_front)).collect();
+    assert_eq!(order, [(Some(1), "b", true), (Some(1), "claim", true)]);
 }
 
 #[test]
@@ -85,21 +97,20 @@ fn budgets_by_name_and_by_figures() {
 #[test]
 fn a_board_takes_a_result_once_and_a_name_once() {
     let mut board = Board::new("v1", SeedSetName::Tuning, &scenario());
-    assert_eq!(board.add(entry("a", 0.4, 0.0, 1.0)), Ok(Added::New));
-    assert_eq!(board.add(entry("b", 0.5, 0.0, 1.0)), Ok(Added::New));
+    assert_eq!(board.add(entry("a", 0.4, 0.0, 1.0), false), Ok(Added::New));
+    assert_eq!(board.add(entry("b", 0.5, 0.0, 1.0), true), Ok(Added::New));
     assert_eq!(board.entries[0].name, "b", "by place");
+    let twice = || BoardError::Twice { name: "a".into() };
+    // Neither another name nor another budget makes a new result of the same records.
     let again = Entry { name: "c".into(), ..entry("a", 0.4, 0.0, 1.0) };
-    assert_eq!(board.add(again).unwrap_err(), BoardError::Twice { name: "a".into() });
-    // Another budget is another submission.
-    let other = Entry {
-        name: "c".into(),
-        budget: Budget::of_figures(0.0, 0.0).unwrap(),
-        within_budget: false,
-        ..entry("a", 0.4, 0.0, 1.0)
-    };
-    assert_eq!(board.add(other), Ok(Added::New));
-    let better = Entry { records_sha256: "new".into(), ..entry("a", 0.6, 0.0, 1.0) };
-    match board.add(better).unwrap() {
+    assert_eq!(board.add(again.clone(), false).unwrap_err(), twice());
+    let other = Entry { budget: Budget::of_figures(0.0, 0.0).unwrap(), within_budget: false, ..again };
+    assert_eq!(board.add(other, true).unwrap_err(), twice());
+    assert_eq!(board.add(entry("c", 0.1, 0.0, 1.0), false), Ok(Added::New));
+    let better = Entry { records_sha256: hash_of("new"), ..entry("a", 0.6, 0.0, 1.0) };
+    let taken = BoardError::NameTaken { name: "a".into() };
+    assert_eq!(board.add(better.clone(), false).unwrap_err(), taken);
+    match board.add(better, true).unwrap() {
         Added::InPlaceOf(old) => assert_eq!(old.completeness, 0.4),
         Added::New => panic!("the name was there"),
     }
@@ -129,6 +140,22 @@ fn a_board_takes_a_result_once_and_a_name_once() {
             "entry a: within_budget is not what its figures say",
         ),
         ("\"name\":\"b\"", "\"name\":\"a\"", "entry a: the name is there twice"),
+        ("\"name\":\"b\"", "\"name\":\"<b>\"", "entry <b>: name \"<b>\": a name has 1 to 40"),
+        ("\"controller\":\"fake\"", "\"controller\":\"f|k\"", "controller \"f|k\": a name has"),
+        ("\"completeness\":0.6", "\"completeness\":6.0", "completeness = 6 is outside [0, 1]"),
+        (
+            "\"completeness_ci95\":[0.5,",
+            "\"completeness_ci95\":[0.7,",
+            "completeness_ci95 = 0.7 is outside [0, 0.6]",
+        ),
+        ("\"dropped_per_tree\":1.0", "\"dropped_per_tree\":-1.0", "dropped_per_tree = -1 is outside"),
+        (
+            "\"episodes\":8,\"quarantined\":0",
+            "\"episodes\":8,\"quarantined\":9",
+            "quarantined = 9 is outside [0, 8]",
+        ),
+        ("\"class\":\"re_run\"", "\"class\":\"sworn\"", "sworn"),
+        ("\"records_sha256\":\"6e", "\"records_sha256\":\"<>", "records_sha256 is no SHA-256"),
         ("\"entries\"", "\"entrees\"", "entrees"),
     ] {
         let bad = text.replacen(from, to, 1);

@@ -1,7 +1,7 @@
 //! The leaderboard: submissions are results of a controller with a budget of damage; they are verified and ranked.
 //!
-//! A result is taken if it is the whole official matrix of this very build, if its summary is what its records give, and if a
-//! sample of its episodes, run again, has the same bytes. `docs/leaderboard.md` describes how to submit.
+//! A result is taken if it is the whole official matrix of this very build, if its summary is what its records give, if its trees are those
+//! of its seeds, and if its episodes, run or replayed again, have the same bytes. `docs/leaderboard.md` describes how to submit.
 
 mod board;
 #[cfg(test)]
@@ -20,9 +20,10 @@ mod verify;
 
 pub use board::{Added, Board, BoardError};
 pub use difference::{Difference, first_difference};
-pub use entry::{Budget, Entry};
+pub use entry::{Budget, Checked, Class, Entry, check_name};
 pub use official::official;
 pub use rank::{Ranked, pareto_front, ranking};
 pub use refusal::Refusal;
 pub use rules::{BudgetRules, LeaderboardRules};
-pub use verify::{Head, Verified, head, verify};
+pub use sample::drawn;
+pub use verify::{Head, Submission, head};

@@ -1,7 +1,7 @@
 //! Why a result is not taken.
 
-use orchard_bench::Missing;
 use orchard_bench::store::StoreError;
+use orchard_bench::{Missing, RunError};
 
 use crate::difference::Difference;
 
@@ -79,6 +79,14 @@ pub enum Refusal {
         /// The first difference.
         difference: Difference,
     },
+    /// A record of another tree than its key names.
+    #[error("{file} is not of the tree of its seed: {difference}")]
+    OtherTree {
+        /// The file.
+        file: String,
+        /// The first difference.
+        difference: Difference,
+    },
     /// No nominal figure to rank by.
     #[error("the nominal condition gives no {metric}: there is nothing to rank")]
     NothingToRank {
@@ -86,11 +94,14 @@ pub enum Refusal {
         metric: &'static str,
     },
     /// The stop flag was raised.
-    #[error("interrupted: the board is as it was")]
+    #[error("interrupted: the board is as it was; the same command goes on from there")]
     Interrupted,
     /// Threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The episodes cannot be run again.
+    #[error("cannot run the episodes again: {0}")]
+    Run(RunError),
     /// The folder cannot be opened.
     #[error(transparent)]
     Store(#[from] StoreError),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use orchard_quantity::{ConfigError, Count, Quantity};
+use orchard_quantity::{ConfigError, Quantity};
 use orchard_tasks::protocol::Protocol;
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +10,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeaderboardRules {
-    /// Episodes of a submission that are run again.
-    pub sample: Count,
     /// Budgets that have a name.
     pub budgets: BTreeMap<String, BudgetRules>,
 }

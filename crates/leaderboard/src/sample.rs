@@ -2,11 +2,10 @@
 
 use orchard_spec::{Purpose, Stream};
 
-/// Indices of `count` of `total` episodes, or all, ascending. They follow from the hash of all records, so that the submitter
-/// cannot choose: another byte anywhere draws another sample.
-pub fn drawn(records: &[u8; 32], total: usize, count: usize) -> Vec<usize> {
-    let seed = records.iter().take(8).fold(0, |seed: u64, &byte| seed << 8 | u64::from(byte));
-    let mut stream = Stream::new(seed, 0, Purpose::LeaderboardSample);
+/// Returns the indices of `count` of `total` episodes, or of all, ascending. `draw` is the verifier's own random number: a sample that
+/// follows from the submitted bytes could be drawn by the submitter again and again until it misses forged episodes.
+pub fn drawn(draw: u64, total: usize, count: usize) -> Vec<usize> {
+    let mut stream = Stream::new(draw, 0, Purpose::LeaderboardSample);
     let mut rest: Vec<usize> = (0..total).collect();
     let mut sample = Vec::new();
     while sample.len() < count && !rest.is_empty() {

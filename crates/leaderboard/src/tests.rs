@@ -7,31 +7,50 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::CODE_VERSION;
 use orchard_bench::gather;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{Session, Silent, run_task};
 use orchard_scenario::{Names, Scenario};
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
-use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::command_log::{CommandLogs, path_of};
 use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
-use orchard_tasks::harvest::run;
 use orchard_tasks::harvest::summary::Summary;
+use orchard_tasks::harvest::{Episodes, Harvest, WorldFactory, never_started};
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
 
 use super::*;
 
-/// A result of the fake plan.
+/// A result of the fake plan, with its command logs.
 fn result() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
-    run(&plan(), &FakeFactory, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    let (plan, logs) = (plan(), CommandLogs::new(folder.path()));
+    let task = Episodes { plan: &plan, factory: &FakeFactory, watch: &logs };
+    run_task(&task, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
     folder
 }
 
-fn verified(folder: &Path, plan: &Plan, sample: usize) -> Result<Verified, String> {
+/// Reads a submission, grows its trees, and runs `sample` of its episodes again.
+fn verified(folder: &Path, plan: &Plan, sample: usize) -> Result<Submission, String> {
+    let submission = grown(folder, plan)?;
+    let chosen = drawn(7, submission.records.len(), sample);
+    repeated(&submission, &FakeFactory, &chosen).map_err(|e| e.to_string())?;
+    Ok(submission)
+}
+
+fn grown(folder: &Path, plan: &Plan) -> Result<Submission, String> {
+    let submission = Submission::read(folder, plan).map_err(|e| e.to_string())?;
     let stop = AtomicBool::new(false);
-    verify(folder, plan, &FakeFactory, sample, 2, &stop, &Silent).map_err(|e| e.to_string())
+    submission.check_trees(plan, &FakeFactory, 2, &stop, &Silent).map_err(|e| e.to_string())?;
+    Ok(submission)
+}
+
+fn repeated<F: WorldFactory>(submission: &Submission, factory: &F, chosen: &[usize]) -> Result<(), Refusal> {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let stop = AtomicBool::new(false);
+    submission.repeat(&plan(), factory, chosen, &Session::whole(&store, 2, &stop), &Silent)
 }
 
 /// Replaces a text in a file of a folder.
@@ -50,25 +69,22 @@ fn sum_up_again(folder: &Path) {
 }
 
 #[test]
-fn an_honest_result_is_taken_and_its_sample_run_again() {
+fn an_honest_result_is_run_again_and_replayed() {
     let folder = result();
-    let progress = CountingProgress::default();
-    let stop = AtomicBool::new(false);
-    let verified = verify(folder.path(), &plan(), &FakeFactory, 3, 2, &stop, &progress).unwrap();
-    assert_eq!((progress.counts(), verified.sample.len()), ((3, 0), 3));
-    assert!(verified.sample.is_sorted() && verified.sample[0].starts_with("episodes/fake-nominal-"));
-    assert_eq!(verified.records_sha256.len(), 64);
-    // The same records draw the same sample; a sample beyond all of them is all of them.
-    assert_eq!(self::verified(folder.path(), &plan(), 3).unwrap(), verified);
-    let all = self::verified(folder.path(), &plan(), 1000).unwrap();
-    assert_eq!(all.sample.len(), plan().episodes().len());
+    let verified = verified(folder.path(), &plan(), 1000).unwrap();
+    assert_eq!((verified.records_sha256.len(), verified.records.len()), (64, 8));
+    assert!(verified.has_commands());
+    let all: Vec<usize> = (0..8).collect();
+    repeated(&verified, &verified.replays(&FakeFactory), &all).unwrap();
 
-    let entry = Entry::new("mine", Budget::of_figures(10.0, 10.0).unwrap(), &verified).unwrap();
+    let checked = Checked { class: Class::ReRun, episodes: 8 };
+    let entry = Entry::new("mine", Budget::of_figures(10.0, 10.0).unwrap(), &verified, checked).unwrap();
+    entry.check().unwrap();
     let nominal = &verified.summary.conditions["nominal"];
     assert_eq!(Some(entry.completeness), nominal.metrics["harvest_completeness"].mean);
     assert_eq!(Some(entry.dropped_per_tree), nominal.metrics["fruit_dropped_per_tree"].mean);
     assert_eq!((entry.episodes, entry.quarantined, entry.within_budget), (8, 2, true));
-    let strict = Entry::new("mine", Budget::of_figures(0.0, 0.0).unwrap(), &verified).unwrap();
+    let strict = Entry::new("mine", Budget::of_figures(0.0, 0.0).unwrap(), &verified, checked).unwrap();
     assert!(!strict.within_budget && strict.damage() > 0.0);
 }
 
@@ -195,9 +211,70 @@ fn a_record_with_one_number_changed_is_refused() {
 #[test]
 fn a_stopped_verification_says_so() {
     let folder = result();
+    let submission = Submission::read(folder.path(), &plan()).unwrap();
     let stop = AtomicBool::new(true);
-    let e = verify(folder.path(), &plan(), &FakeFactory, 8, 1, &stop, &Silent).unwrap_err();
+    let e = submission.check_trees(&plan(), &FakeFactory, 1, &stop, &Silent).unwrap_err();
     assert!(matches!(e, Refusal::Interrupted), "{e}");
+    let kept = tempfile::tempdir().unwrap();
+    let store = Store::open(kept.path()).unwrap();
+    let again = |stop: bool| {
+        let (stop, progress) = (AtomicBool::new(stop), CountingProgress::default());
+        let session = Session::whole(&store, 1, &stop);
+        (submission.repeat(&plan(), &FakeFactory, &[0, 1, 3], &session, &progress), progress.counts())
+    };
+    assert!(matches!(again(true), (Err(Refusal::Interrupted), (0, 0))));
+    assert!(matches!(again(false), (Ok(()), (3, 0))));
+    // What is kept is not run again.
+    assert!(matches!(again(false), (Ok(()), (0, 3))));
+}
+
+#[test]
+fn records_made_up_from_one_tree_are_refused() {
+    let folder = result();
+    let store = Store::open(folder.path()).unwrap();
+    let records = gather::<EpisodeRecord>(&plan().episodes(), &[&store]).unwrap();
+    let best = records.iter().max_by_key(|record| record.deposited().count()).unwrap();
+    for key in plan().episodes().into_iter().filter(|key| *key != best.key) {
+        store.write_record(&EpisodeRecord { key, ..best.clone() }).unwrap();
+    }
+    sum_up_again(folder.path());
+    let e = grown(folder.path(), &plan()).unwrap_err();
+    assert!(e.contains(".json is not of the tree of its seed: "), "{e}");
+    // Nor is a tree that cannot be built made up, or one left out that can be built.
+    let folder = result();
+    let store = Store::open(folder.path()).unwrap();
+    let key = plan().episodes().remove(0);
+    store.write_record(&never_started(key, "no static equilibrium".into())).unwrap();
+    sum_up_again(folder.path());
+    let e = grown(folder.path(), &plan()).unwrap_err();
+    assert!(e.starts_with("episodes/fake-nominal-7-000.json is not of the tree of its seed"), "{e}");
+}
+
+#[test]
+fn forged_episodes_and_commands_do_not_replay() {
+    let episode = "episodes/fake-nominal-7-001.json";
+    let folder = result();
+    change(folder.path(), episode, "\"max_finger_force_n\": 8.0", "\"max_finger_force_n\": 7.5");
+    sum_up_again(folder.path());
+    let submission = grown(folder.path(), &plan()).unwrap();
+    let replayed = |submission: &Submission| {
+        let all: Vec<usize> = (0..8).collect();
+        repeated(submission, &submission.replays(&FakeFactory), &all).map_err(|e| e.to_string())
+    };
+    let e = replayed(&submission).unwrap_err();
+    assert!(e.starts_with(&format!("{episode} comes out otherwise")) && e.contains("7.5, not 8"), "{e}");
+    // The log of another episode is none of this one.
+    let folder = result();
+    let submission = grown(folder.path(), &plan()).unwrap();
+    let log = |world: u32| {
+        let key = plan().episodes().into_iter().find(|key| key.seed == 7 && key.world == world).unwrap();
+        folder.path().join(path_of(&key))
+    };
+    fs::copy(log(0), log(1)).unwrap();
+    let e = replayed(&submission).unwrap_err();
+    assert!(e.contains("comes out otherwise"), "{e}");
+    fs::remove_file(log(1)).unwrap();
+    assert!(!submission.has_commands());
 }
 
 #[test]
@@ -227,22 +304,20 @@ fn what_contradicts_itself() {
 }
 
 #[test]
-fn samples_follow_from_the_records() {
-    let of = |byte| sample::drawn(&[byte; 32], 198, 3);
+fn samples_follow_from_the_verifiers_number() {
+    let of = |draw| drawn(draw, 198, 3);
     assert_eq!(of(1), of(1));
     assert_ne!(of(1), of(2));
-    for byte in 0..50 {
-        let drawn = of(byte);
+    for draw in 0..50 {
+        let drawn = of(draw);
         assert!(drawn.len() == 3 && drawn.is_sorted_by(|a, b| a < b) && drawn[2] < 198);
     }
-    assert_eq!(sample::drawn(&[7; 32], 4, 9), [0, 1, 2, 3]);
-    assert!(sample::drawn(&[7; 32], 0, 3).is_empty());
+    assert_eq!(drawn(7, 4, 9), [0, 1, 2, 3]);
+    assert!(drawn(7, 0, 3).is_empty());
     // All places are drawn about alike: 2,000 samples of 3 in 10 take each 600 times, with a deviation of 20.
     let mut counts = [0; 10];
-    for seed in 0..2000_u32 {
-        let mut hash = [0; 32];
-        hash[..4].copy_from_slice(&seed.to_be_bytes());
-        for index in sample::drawn(&hash, 10, 3) {
+    for draw in 0..2000 {
+        for index in drawn(draw, 10, 3) {
             counts[index] += 1;
         }
     }

@@ -1,14 +1,14 @@
-//! A small submission of real episodes is accepted, and refused when an episode is forged.
+//! A small submission of real episodes is run again and replayed, and refused when an episode is forged.
 
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
-use orchard_leaderboard::{Budget, Entry, verify};
+use orchard_bench::{Session, Silent, run_task};
+use orchard_leaderboard::{Budget, Checked, Class, Entry, Refusal, Submission};
 use orchard_scenario::Scenario;
-use orchard_tasks::harvest::run;
+use orchard_tasks::harvest::command_log::CommandLogs;
 use orchard_tasks::harvest::summary::Summary;
-use orchard_tasks::harvest::{Extent, Harvest};
+use orchard_tasks::harvest::{Episodes, Extent, Harvest, WorldFactory};
 
 #[test]
 fn real_episodes_come_out_as_they_were_submitted() {
@@ -24,20 +24,53 @@ fn real_episodes_come_out_as_they_were_submitted() {
     let plan = harvest.plan_of(extent).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let (store, stop) = (Store::open(folder.path()).unwrap(), AtomicBool::new(false));
-    let result = run(&plan, &harvest, &Session::whole(&store, 2, &stop), &Silent).unwrap();
-    let verified = verify(folder.path(), &plan, &harvest, 2, 2, &stop, &Silent).unwrap();
-    assert_eq!(Some(&verified.summary), result.summary.as_ref());
-    assert_eq!(verified.sample.len(), 2);
-    let entry = Entry::new("expert", Budget::of_figures(0.0, 0.0).unwrap(), &verified).unwrap();
+    let logs = CommandLogs::new(folder.path());
+    let task = Episodes { plan: &plan, factory: &harvest, watch: &logs };
+    let result = run_task(&task, &Session::whole(&store, 2, &stop), &Silent).unwrap();
+    assert_eq!(logs.size().0, 3);
+
+    let submission = Submission::read(folder.path(), &plan).unwrap();
+    submission.check_trees(&plan, &harvest, 2, &stop, &Silent).unwrap();
+    repeat(&submission, &plan, &harvest).unwrap();
+    repeat(&submission, &plan, &submission.replays(&harvest)).unwrap();
+    assert_eq!(Some(&submission.summary), result.summary.as_ref());
+    let checked = Checked { class: Class::ReRun, episodes: 3 };
+    let entry = Entry::new("expert", Budget::of_figures(0.0, 0.0).unwrap(), &submission, checked).unwrap();
     assert_eq!((entry.episodes, entry.quarantined, entry.completeness), (3, 0, 0.0));
 
-    // A position in the 17th digit, with a summary to match.
+    // A position in the 17th digit, with a summary to match, is found by its tree;
     let mut records = result.records;
     let p = &mut records[1].fruit[3].p_world[2];
     *p = p.next_up();
-    store.write_record(&records[1]).unwrap();
-    store.write("summary.json", &Summary::of_run(&plan, &records)).unwrap();
-    let e = verify(folder.path(), &plan, &harvest, 3, 2, &stop, &Silent).unwrap_err().to_string();
-    let forged = "episodes/expert-nominal-20250704-000-r1.json comes out otherwise when run again: fruit[3].p_world[2]";
-    assert!(e.starts_with(forged), "{e}");
+    let forge = |records: &[_]| {
+        store.write_record(&records[1]).unwrap();
+        store.write("summary.json", &Summary::of_run(&plan, records)).unwrap();
+        Submission::read(folder.path(), &plan).unwrap()
+    };
+    let forged = forge(&records);
+    let e = forged.check_trees(&plan, &harvest, 2, &stop, &Silent).unwrap_err().to_string();
+    let file = "episodes/expert-nominal-20250704-000-r1.json";
+    assert!(e.starts_with(&format!("{file} is not of the tree of its seed: fruit[3].p_world[2]")), "{e}");
+    // a force, by its episode: run again or replayed.
+    let p = &mut records[1].fruit[3].p_world[2];
+    *p = p.next_down();
+    records[1].max_stem_pull_n = records[1].max_stem_pull_n.map(f64::next_up);
+    let forged = forge(&records);
+    forged.check_trees(&plan, &harvest, 2, &stop, &Silent).unwrap();
+    for e in [repeat(&forged, &plan, &harvest), repeat(&forged, &plan, &forged.replays(&harvest))] {
+        let e = e.unwrap_err().to_string();
+        assert!(e.starts_with(&format!("{file} comes out otherwise when run again: max_stem_pull_n")), "{e}");
+    }
+}
+
+/// Runs all episodes again.
+fn repeat<F: WorldFactory>(
+    submission: &Submission,
+    plan: &orchard_tasks::harvest::plan::Plan,
+    factory: &F,
+) -> Result<(), Refusal> {
+    let folder = tempfile::tempdir().unwrap();
+    let (store, stop) = (Store::open(folder.path()).unwrap(), AtomicBool::new(false));
+    let all: Vec<usize> = (0..submission.records.len()).collect();
+    submission.repeat(plan, factory, &all, &Session::whole(&store, 2, &stop), &Silent)
 }

@@ -3,9 +3,9 @@
 use std::fmt::Debug;
 
 use orchard_perception::DetectorConfig;
-use orchard_robot::RobotModel;
+use orchard_robot::{Command, Observation, RobotModel};
 
-use crate::{BASELINE_TOML, Controller, GOAL_TOML, Goal, Kind};
+use crate::{BASELINE_TOML, Controller, GOAL_TOML, Goal, Kind, Record};
 
 /// A kind of controller: makes controllers, one an episode.
 pub trait ControllerKind: Debug + Send + Sync {
@@ -75,6 +75,48 @@ where
 
     fn controller(&self, robot: &RobotModel, detector: &DetectorConfig) -> Box<dyn Controller> {
         Box::new((self.make)(robot, detector))
+    }
+}
+
+/// A kind of controller that this program does not have: its name and config texts, as a result gives them. Its controllers keep still.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ForeignKind {
+    name: String,
+    configs: Vec<(String, String)>,
+}
+
+/// Names a kind of controller that this program does not have, with the config texts that its results are hashed with.
+pub fn foreign(name: &str, configs: Vec<(String, String)>) -> ForeignKind {
+    ForeignKind { name: name.to_owned(), configs }
+}
+
+impl ControllerKind for ForeignKind {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn configs(&self) -> Vec<(String, String)> {
+        self.configs.clone()
+    }
+
+    fn controller(&self, _: &RobotModel, _: &DetectorConfig) -> Box<dyn Controller> {
+        Box::new(KeepsStill::default())
+    }
+}
+
+/// A controller that commands no motion.
+#[derive(Debug, Default)]
+struct KeepsStill {
+    record: Record,
+}
+
+impl Controller for KeepsStill {
+    fn act(&mut self, observation: &Observation) -> Command {
+        Command::still(observation)
+    }
+
+    fn record(&self) -> &Record {
+        &self.record
     }
 }
 

@@ -29,7 +29,7 @@ mod task;
 
 pub use baseline::BaselinePicker;
 pub use config::{BASELINE_TOML, PickerConfig};
-pub use controller_kind::{ControllerKind, CustomKind, custom};
+pub use controller_kind::{ControllerKind, CustomKind, ForeignKind, custom, foreign};
 pub use expert::{EXPERT_TOML, ExpertConfig, ExpertPicker};
 pub use goal::Goal;
 pub use kind::Kind;

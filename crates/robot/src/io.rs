@@ -1,6 +1,7 @@
 //! Observations and commands of a controller. Neither can carry a pose or a label of the world.
 
 use orchard_geometry::{DepthImage, Intrinsics};
+use serde::{Deserialize, Serialize};
 
 /// Number of arm joints.
 pub const ARM_DOF: usize = 7;
@@ -35,7 +36,7 @@ pub struct Observation {
 }
 
 /// Command of a controller, valid until its next one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Command {
     /// Arm joint targets: positions of the set points at the end of the frame \[rad\].
     pub arm_q: [f64; ARM_DOF],
@@ -47,4 +48,17 @@ pub struct Command {
     pub finger_q: f64,
     /// Largest force of each finger drive \[N\].
     pub finger_force: f64,
+}
+
+impl Command {
+    /// Commands no motion: the arm's set points stay where its joints are, base and fingers are not driven.
+    pub fn still(observation: &Observation) -> Self {
+        Self {
+            arm_q: observation.arm_q,
+            arm_v: [0.0; ARM_DOF],
+            base_velocity: [0.0; 3],
+            finger_q: observation.finger_q[0],
+            finger_force: 0.0,
+        }
+    }
 }

@@ -11,7 +11,8 @@ use crate::figures::Layers;
 use crate::resolve::{find_controller, find_robot};
 use crate::{Given, Names, Scenario, ScenarioError, TreeFile};
 
-/// A scenario with all its figures. Robot and controller come with a program and are kept by name.
+/// A scenario with all its figures. Robot and controller come with a program and are kept by name; the controller's config texts stand
+/// beside its name, so that a program without it can still check the hash.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredScenario {
     /// Names of all parts.
@@ -25,6 +26,8 @@ pub struct StoredScenario {
     pub tree_file: Option<TreeFile>,
     /// The detector's config.
     pub detector_config: Box<DetectorConfig>,
+    /// Config texts of the controller, by name.
+    pub controller_configs: Vec<(String, String)>,
     /// Figures of the tasks that differ from the protocol's.
     pub rules: toml::Table,
 }
@@ -38,6 +41,7 @@ impl Scenario {
             world: Box::new((*self.spec).clone()),
             tree_file: self.tree.as_deref().cloned(),
             detector_config: Box::new(self.detector.clone()),
+            controller_configs: self.controller.configs(),
             rules: self.rules.clone(),
         }
     }

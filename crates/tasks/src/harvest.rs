@@ -5,6 +5,7 @@
 
 pub mod adapter;
 mod attempts;
+pub mod command_log;
 pub mod episode;
 pub(crate) mod harness;
 #[cfg(test)]
@@ -23,7 +24,7 @@ pub mod summary;
 mod trial;
 mod worlds;
 
-pub use harness::{run_episode, watch_episode};
+pub use harness::{census, never_started, run_episode, watch_episode};
 pub use plan::Extent;
 pub use run::{Episodes, RunResult, WorldFactory, run};
 pub use trial::trial;

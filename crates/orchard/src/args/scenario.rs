@@ -134,6 +134,24 @@ impl ScenarioArgs {
         Scenario::from_stored(&stored()?, program.controllers(), by).map_err(refused)
     }
 
+    /// The options that are given, as words of a command line.
+    pub fn words(&self) -> Vec<String> {
+        let scenario = self.scenario.as_ref().map(|file| file.display().to_string());
+        let options = [
+            ("--scenario", &scenario),
+            ("--preset", &self.preset),
+            ("--config", &self.config),
+            ("--tree", &self.tree),
+            ("--randomisation", &self.randomisation),
+            ("--robot", &self.robot),
+            ("--camera", &self.camera),
+            ("--detector", &self.detector),
+            ("--controller", &self.controller),
+        ];
+        let given = options.into_iter().filter_map(|(name, value)| Some([name.to_owned(), value.clone()?]));
+        given.flatten().collect()
+    }
+
     /// Refuses options that a command has no use for, with the reason.
     ///
     /// # Errors

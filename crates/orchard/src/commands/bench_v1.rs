@@ -196,8 +196,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let scenario = args.scenario.resolve(program)?;
     let plans = plans::plans(args, &scenario)?;
     let out = args.out.clone().unwrap_or_else(|| plans::default_out(args));
-    let record = args.record.then_some(&*out);
-    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, record));
+    let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, args.record));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is found before the first task, and not after an hour.
     scaling::check_device(&plans, &scenario)?;

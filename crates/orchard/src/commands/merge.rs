@@ -48,7 +48,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let mut tasks = Vec::new();
     for (PlannedTask { plan, .. }, scenario) in &planned {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
-        tasks.push(plans::task(plan, &scenario, None)?);
+        tasks.push(plans::task(plan, &scenario, &args.out, false)?);
     }
     let (into, _lock) = open(&args.out)?;
     for task in &tasks {

@@ -2,7 +2,7 @@
 
 mod labels;
 
-use orchard_leaderboard::{Board, Budget, Entry, pareto_front};
+use orchard_leaderboard::{Board, Budget, Class, Entry, pareto_front};
 use orchard_tasks::seeds::SeedSetName;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -90,7 +90,9 @@ fn draw(root: &Area, board: &Board, title: &str) -> Drawn {
         chart.draw_series([EmptyElement::at(at) + Text::new(format!("budget {name}"), (shift, 2), style)])?;
     }
 
-    let front: Vec<&Entry> = pareto_front(entries).into_iter().map(|index| &entries[index]).collect();
+    // The front of the class that is proven best.
+    let class = entries.iter().map(|entry| entry.checked.class).min().unwrap_or(Class::ReRun);
+    let front: Vec<&Entry> = pareto_front(entries, class).into_iter().map(|index| &entries[index]).collect();
     let mut steps: Vec<(f64, f64)> = Vec::new();
     for entry in &front {
         // As much damage as the next allows brings no more than this one's completeness.
@@ -104,7 +106,7 @@ fn draw(root: &Area, board: &Board, title: &str) -> Drawn {
     }
     chart
         .draw_series(LineSeries::new(steps, FRONT.stroke_width(2)))?
-        .label("Pareto front")
+        .label(format!("Pareto front, {}", class.name()))
         .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], FRONT.stroke_width(2)));
 
     for within in [true, false] {
@@ -131,9 +133,13 @@ fn draw(root: &Area, board: &Board, title: &str) -> Drawn {
     let pixels = |entry: &Entry| chart.backend_coord(&(entry.damage(), entry.completeness));
     let mut labels = Labels::around(entries.iter().map(pixels).collect());
     for entry in entries {
-        let (text_at, h, v) = labels.place(pixels(entry), entry.name.chars().count());
+        let label = match entry.checked.class {
+            Class::ReRun => entry.name.clone(),
+            class => format!("{} ({})", entry.name, class.name()),
+        };
+        let (text_at, h, v) = labels.place(pixels(entry), label.chars().count());
         let style = ("sans-serif", FONT).into_font().color(&BLACK).pos(Pos::new(h, v));
-        root.draw(&Text::new(entry.name.clone(), text_at, style))?;
+        root.draw(&Text::new(label, text_at, style))?;
     }
     if !entries.is_empty() {
         chart

@@ -88,8 +88,13 @@ pub fn watch_episode<W: BenchWorld, C: BenchController>(
     Some(log.finish(key, outcome, world))
 }
 
-/// The record of a world that could not be built: nothing but the reason.
-pub(crate) fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
+/// Returns the record of a world before its first frame: its fruit, their reach and zones.
+pub fn census<W: BenchWorld>(key: EpisodeKey, world: &W, protocol: &Protocol, frame: f64) -> EpisodeRecord {
+    EpisodeLog::new(world, protocol, frame).finish(key, Outcome::BudgetSpent, world)
+}
+
+/// Returns the record of a world that could not be built: nothing but the reason.
+pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
     EpisodeRecord {
         key,
         outcome: Outcome::Quarantined { reason },

@@ -6,6 +6,7 @@
 use orchard_geometry::{Pose, Vec3};
 use orchard_robot::io::{Command, Observation};
 use orchard_world::WorldEvent;
+use serde::{Deserialize, Serialize};
 
 /// A world, as the benchmark sees it. Indices of fruit and segments never change during an episode.
 pub trait BenchWorld {
@@ -71,7 +72,7 @@ pub trait BenchController {
 }
 
 /// Event in the log of a controller.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ControllerEvent {
     /// The controller committed to a target.
     AttemptStarted {

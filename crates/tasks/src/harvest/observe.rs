@@ -87,6 +87,36 @@ impl<W, O: Observer<W>> Observer<W> for Option<O> {
     }
 }
 
+/// Two observers of the same episodes.
+impl<W, A: Watch<W>, B: Watch<W>> Watch<W> for (A, B) {
+    type Observer = (A::Observer, B::Observer);
+
+    fn is_kept(&self, key: &EpisodeKey) -> bool {
+        self.0.is_kept(key) && self.1.is_kept(key)
+    }
+
+    fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer {
+        (self.0.begin(key, world), self.1.begin(key, world))
+    }
+
+    fn end(&self, (a, b): Self::Observer, world: &W, record: &EpisodeRecord) -> Result<(), StoreError> {
+        self.0.end(a, world, record)?;
+        self.1.end(b, world, record)
+    }
+}
+
+impl<W, A: Observer<W>, B: Observer<W>> Observer<W> for (A, B) {
+    fn before_step(&mut self, world: &W, frame: &FrameInput<'_>) {
+        self.0.before_step(world, frame);
+        self.1.before_step(world, frame);
+    }
+
+    fn after_step(&mut self, world: &W, events: &[WorldEvent]) {
+        self.0.after_step(world, events);
+        self.1.after_step(world, events);
+    }
+}
+
 /// Keeps nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct KeepNothing;

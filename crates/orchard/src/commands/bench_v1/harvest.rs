@@ -5,6 +5,7 @@ use std::path::Path;
 use orchard_bench::store::Store;
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Episodes;
+use orchard_tasks::harvest::command_log::CommandLogs;
 use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
@@ -38,27 +39,28 @@ fn recordings(_: &Path, _: &Scenario) -> Result<Recordings, Failure> {
 pub struct Harvesting {
     harvest: Harvest,
     plan: Plan,
-    recordings: Option<Recordings>,
+    /// Files beside the records: commands, and recordings where they are asked for.
+    watch: (CommandLogs, Option<Recordings>),
 }
 
 impl Harvesting {
-    /// Plans the conditions; episodes are recorded under the folder `record`, if there is one.
-    pub fn new(scenario: &Scenario, extent: &Extent, record: Option<&Path>) -> Result<Self, Failure> {
+    /// Plans the conditions, with results in the folder `out`. With `record`, episodes are recorded there, too.
+    pub fn new(scenario: &Scenario, extent: &Extent, out: &Path, record: bool) -> Result<Self, Failure> {
         let harvest = Harvest::new(scenario.clone())?;
         let plan = harvest.plan_of(extent.clone())?;
         plan.check()?;
-        let recordings = record.map(|out| recordings(out, scenario)).transpose()?;
-        Ok(Self { harvest, plan, recordings })
+        let recordings = record.then(|| recordings(out, scenario)).transpose()?;
+        Ok(Self { harvest, plan, watch: (CommandLogs::new(out), recordings) })
     }
 }
 
 impl PresentedTask for Harvesting {
     type Record = EpisodeRecord;
     type Summary = Summary;
-    type Task<'a> = Episodes<'a, Harvest, Option<Recordings>>;
+    type Task<'a> = Episodes<'a, Harvest, (CommandLogs, Option<Recordings>)>;
 
     fn task(&self) -> Self::Task<'_> {
-        Episodes { plan: &self.plan, factory: &self.harvest, watch: &self.recordings }
+        Episodes { plan: &self.plan, factory: &self.harvest, watch: &self.watch }
     }
 
     fn steps(&self) -> u64 {
@@ -84,6 +86,22 @@ impl PresentedTask for Harvesting {
 
     fn report(&self, summary: &Summary, _: &Store) -> Result<(), Failure> {
         report(summary, &self.plan);
+        let (logs, bytes) = self.watch.0.size();
+        say!(
+            "commands of {logs} episodes, {:.1} MB, in {}",
+            bytes as f64 * 1e-6,
+            self.watch.0.folder().display()
+        );
+        Ok(())
+    }
+
+    fn merge_files(&self, records: &[EpisodeRecord], from: &[&Store], _: &Store) -> Result<(), Failure> {
+        let roots: Vec<&Path> = from.iter().map(|store| store.path()).collect();
+        let missing = self.watch.0.merge(records.iter().map(|record| &record.key), &roots);
+        match missing.map_err(|e| Failure::Failed(e.to_string()))? {
+            0 => {}
+            n => eprintln!("note: the parts hold no commands of {n} episodes"),
+        }
         Ok(())
     }
 }

@@ -49,14 +49,15 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
     Ok(plans)
 }
 
-/// The task of a plan. Episodes of the harvest are recorded under the folder `record`, if there is one.
+/// The task of a plan with results in the folder `out`. With `record`, episodes of the harvest are recorded there, too.
 pub fn task(
     plan: &TaskPlan,
     scenario: &Scenario,
-    record: Option<&Path>,
+    out: &Path,
+    record: bool,
 ) -> Result<Box<dyn AnyTask>, Failure> {
     Ok(match plan {
-        TaskPlan::Harvest { extent } => Box::new(harvest::Harvesting::new(scenario, extent, record)?),
+        TaskPlan::Harvest { extent } => Box::new(harvest::Harvesting::new(scenario, extent, out, record)?),
         TaskPlan::Detect { trees } => Box::new(detect::Detecting::new(scenario, trees)?),
         TaskPlan::ReachAndGrasp { trees } => Box::new(component::Grasping::new(scenario, trees)?),
         TaskPlan::Gentle { trees } => Box::new(component::Pushing::new(scenario, trees)?),

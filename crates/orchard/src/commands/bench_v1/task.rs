@@ -42,6 +42,11 @@ pub trait PresentedTask {
     fn shown(record: &Self::Record) -> Shown;
     /// Prints a complete result and writes its files, except the summary.
     fn report(&self, summary: &Self::Summary, store: &Store) -> Result<(), Failure>;
+    /// Copies the files that stand beside records from the folders of parts into another.
+    fn merge_files(&self, records: &[Self::Record], from: &[&Store], into: &Store) -> Result<(), Failure> {
+        let _ = (records, from, into);
+        Ok(())
+    }
 }
 
 impl<R: PresentedTask> AnyTask for R {
@@ -76,6 +81,7 @@ impl<R: PresentedTask> AnyTask for R {
             MergeError::Missing(e) => Failure::BadInput(e.to_string()),
             MergeError::Store(e) => Failure::Failed(e.to_string()),
         })?;
+        self.merge_files(&records, from, into)?;
         let summary = finish(&task, &records, into).map_err(|e| Failure::Failed(e.to_string()))?;
         end(self, &summary, into)
     }

@@ -1,6 +1,6 @@
 //! The board as a Markdown table that also reads well on a terminal.
 
-use orchard_leaderboard::{Board, Budget, Entry, Ranked};
+use orchard_leaderboard::{Board, Budget, Class, Entry, Ranked};
 use orchard_tasks::seeds::SeedSetName;
 
 use super::ranking;
@@ -50,14 +50,33 @@ fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
         "place success",
         "budget a tree",
         "",
-        "episodes",
+        "checked",
         "quarantined",
         "code",
         "records",
     ];
-    let mut rows = vec![head.map(str::to_owned)];
-    rows.extend(ranking(&board.entries, budget).iter().map(|ranked| row(ranked, budget)));
-    text + &table(&rows, columns)
+    let ranked = ranking(&board.entries, budget);
+    for class in Class::ALL {
+        let own: Vec<&Ranked<'_>> = ranked.iter().filter(|r| r.entry.checked.class == class).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let mut rows = vec![head.map(str::to_owned)];
+        rows.extend(own.into_iter().map(|ranked| row(ranked, budget)));
+        text += &format!("**{}**: {}.\n\n{}\n", class.name(), meaning(class), table(&rows, columns));
+    }
+    text.trim_end().to_owned() + "\n"
+}
+
+/// What an entry of a class proves, in short.
+fn meaning(class: Class) -> &'static str {
+    match class {
+        Class::ReRun => "the controller was run again and gave the same bytes",
+        Class::Replayed => {
+            "the submitted commands gave the same bytes; that the controller found them blind is not proven"
+        }
+        Class::Claimed => "only the trees were grown again",
+    }
 }
 
 fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; COLUMNS] {
@@ -77,7 +96,7 @@ fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; COLUMNS] {
         optional(entry.place_success_per_attempt, 2),
         budget.unwrap_or(&entry.budget).to_string(),
         if place.is_some() { "" } else { "OVER BUDGET" }.to_owned(),
-        entry.episodes.to_string(),
+        format!("{} of {}", entry.checked.episodes, entry.episodes),
         entry.quarantined.to_string(),
         entry.code_version.clone(),
         entry.records_sha256.chars().take(DIGITS).collect(),

@@ -1,3 +1,7 @@
+use std::fs;
+
+use orchard_scenario::Scenario;
+
 use super::*;
 
 fn scenario() -> Scenario {
@@ -21,8 +25,11 @@ fn entry(name: &str, budget: &Budget, completeness: f64, snapped: f64, dropped: 
         quarantined: 0,
         code_version: "0.1.0+abc".into(),
         config_hash: "hash".into(),
-        records_sha256: name.repeat(8),
-        sample: vec!["episodes/a.json".into()],
+        records_sha256: format!(
+            "{:064x}",
+            name.bytes().fold(0_u128, |sum, byte| 31 * sum + u128::from(byte))
+        ),
+        checked: Checked { class: Class::ReRun, episodes: 330 },
     }
 }
 
@@ -38,7 +45,7 @@ fn board() -> Board {
         entry("careful", &gentle, 0.3, 0.0, 0.1),
         entry("expert again", &gentle, 0.40, 0.05, 0.66),
     ] {
-        board.add(entry).unwrap();
+        board.add(entry, false).unwrap();
     }
     board
 }
@@ -47,7 +54,10 @@ fn board() -> Board {
 fn a_board_is_kept_as_file_table_and_figure() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("new/board.json");
-    save(&board(), &file).unwrap();
+    let place = BoardFile::new(file.clone(), SeedSetName::Tuning).unwrap();
+    let lock = place.lock().unwrap();
+    place.save(&board()).unwrap();
+    drop(lock);
     assert_eq!(Board::from_json(&fs::read_to_string(&file).unwrap()).unwrap(), board());
     let table = fs::read_to_string(file.with_extension("md")).unwrap();
     let lines: Vec<&str> = table.lines().filter(|line| line.starts_with("| ")).collect();
@@ -120,7 +130,38 @@ fn bad_input_is_told() {
 }
 
 #[test]
-fn a_controller_that_the_program_lacks_is_refused() {
+fn entries_added_at_once_are_all_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = BoardFile::new(folder.path().join("board.json"), SeedSetName::Tuning).unwrap();
+    let protocol = Protocol::paper();
+    let budget = Budget::of_figures(1.0, 2.0).unwrap();
+    std::thread::scope(|scope| {
+        for i in 0..8 {
+            let (place, protocol, budget) = (&place, &protocol, &budget);
+            scope.spawn(move || {
+                let _lock = place.lock().unwrap();
+                let empty = || Board::new(&protocol.version, SeedSetName::Tuning, &scenario());
+                let mut board = place.read(protocol, &scenario()).unwrap().unwrap_or_else(empty);
+                board.add(entry(&format!("entry {i}"), budget, 0.4, 0.0, 1.0), false).unwrap();
+                place.save(&board).unwrap();
+            });
+        }
+    });
+    assert_eq!(place.read(&protocol, &scenario()).unwrap().unwrap().entries.len(), 8);
+}
+
+#[test]
+fn the_board_as_json_has_places() {
+    let text = json::text(&board(), None).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let of = |i: usize, field: &str| value["entries"][i][field].clone();
+    assert_eq!((of(0, "place"), of(0, "name"), of(0, "on_front")), (1.into(), "expert".into(), true.into()));
+    assert_eq!(value["entries"][0]["checked"]["class"], "re_run");
+    assert!(of(4, "place").is_null());
+}
+
+#[test]
+fn results_without_a_plan_and_of_other_code_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let schema = orchard_bench::SCHEMA_VERSION;
     let head = format!(
@@ -129,19 +170,14 @@ fn a_controller_that_the_program_lacks_is_refused() {
     );
     fs::write(folder.path().join("summary.json"), head).unwrap();
     let here = folder.path().display().to_string();
-    let line = <Line as clap::Parser>::try_parse_from(["x", "add", &here, "--budget", "gentle"]).unwrap();
-    let Command::Add(args) = line.args.command else { panic!() };
-    let stop = std::sync::atomic::AtomicBool::new(false);
-    let refused = |args: &AddArgs| match checked(args, folder.path(), &scenario(), &Program::new(), &stop) {
-        Err(Failure::BadInput(e)) => e,
-        other => panic!("{other:?}"),
-    };
-    let e = refused(&args);
-    assert!(e.contains("no controller 'greeter'; the controllers are: baseline, paper, expert"), "{e}");
-    assert!(e.contains("docs/leaderboard.md tells how"), "{e}");
+    let board = folder.path().join("board.json").display().to_string();
+    let refused = || said(&["add", &here, "--budget", "gentle", "--board", &board]);
+    // A controller that this program lacks comes with its config texts, in the plan.
+    let e = refused();
+    assert!(e.contains("plan.json") && e.contains("is this a result of bench-v1?"), "{e}");
     // A known one is compared with this build's versions.
     let summary = folder.path().join("summary.json");
     let text = fs::read_to_string(&summary).unwrap();
     fs::write(&summary, text.replace("greeter", "expert")).unwrap();
-    assert!(refused(&args).contains("refused: summary.json: code_version \"x\", but this build has"));
+    assert!(refused().contains("refused: summary.json: code_version \"x\", but this build has"));
 }
