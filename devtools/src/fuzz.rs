@@ -102,13 +102,13 @@ fn run_target(folder: &Path, program: &Path, target: &str, seconds: u32) -> Resu
         .stdin(Stdio::null())
         .output()
         .with_context(|| program.display().to_string())?;
-    let told = String::from_utf8_lossy(&output.stderr);
+    let log = String::from_utf8_lossy(&output.stderr);
     if output.status.success() {
-        let runs = told.lines().find_map(|line| line.strip_prefix("stat::number_of_executed_units:"));
+        let runs = log.lines().find_map(|line| line.strip_prefix("stat::number_of_executed_units:"));
         println!("{target}: {} inputs, none failed", runs.map_or("?", str::trim));
         return Ok(());
     }
-    eprintln!("{told}");
+    eprintln!("{log}");
     Err(Failure::Failed(format!("fuzz target {target} failed; the input is in {}", failures.display())))
 }
 

@@ -11,8 +11,8 @@ pub mod digest;
 #[cfg(test)]
 mod fake;
 mod gather;
-pub mod growing;
-mod holdings;
+pub mod atomic_file;
+mod folder_check;
 pub mod record;
 mod shard;
 pub mod store;
@@ -21,8 +21,8 @@ mod version;
 
 pub use check::{PlanError, check_trees};
 pub use gather::{MergeError, Missing, gather, merge};
-pub use holdings::OtherPlan;
+pub use folder_check::OtherPlan;
 pub use record::Record;
 pub use shard::Shard;
-pub use task::{Progress, RunError, Session, Silent, Task, run_task};
+pub use task::{Progress, RunError, Session, NoProgress, Task, run_task};
 pub use version::{CODE_VERSION, SCHEMA_VERSION};

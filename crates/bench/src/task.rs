@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::check::PlanError;
 use crate::compute::{Compute, RecordCost, TaskCost};
-use crate::holdings::OtherPlan;
+use crate::folder_check::OtherPlan;
 use crate::record::Record;
 use crate::shard::Shard;
 use crate::store::{Store, StoreError, Stored};
@@ -71,9 +71,9 @@ pub trait Progress<R>: Sync {
 }
 
 /// Ignores everything.
-pub struct Silent;
+pub struct NoProgress;
 
-impl<R> Progress<R> for Silent {}
+impl<R> Progress<R> for NoProgress {}
 
 /// A run that did not end.
 #[derive(Debug, thiserror::Error)]

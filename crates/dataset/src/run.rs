@@ -26,9 +26,9 @@ pub trait Progress: Sync {
 }
 
 /// Ignores everything.
-pub struct Silent;
+pub struct NoProgress;
 
-impl Progress for Silent {}
+impl Progress for NoProgress {}
 
 /// A finished data set.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -66,11 +66,11 @@ fn search(found: &Value, expected: &Value, field: &mut String) -> Option<Differe
 }
 
 fn here(field: &str, found: Option<&Value>, expected: Option<&Value>) -> Difference {
-    Difference { field: field.to_owned(), found: told(found), expected: told(expected) }
+    Difference { field: field.to_owned(), found: describe(found), expected: describe(expected) }
 }
 
 /// A value in a few words.
-fn told(value: Option<&Value>) -> String {
+fn describe(value: Option<&Value>) -> String {
     match value {
         None => "absent".to_owned(),
         Some(Value::Object(fields)) => format!("an object of {} fields", fields.len()),

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::CODE_VERSION;
 use orchard_bench::gather;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{Session, NoProgress};
 use orchard_scenario::{Names, Scenario};
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
@@ -25,13 +25,13 @@ use super::*;
 fn result() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
-    run(&plan(), &FakeFactory, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    run(&plan(), &FakeFactory, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
     folder
 }
 
 fn verified(folder: &Path, plan: &Plan, sample: usize) -> Result<Verified, String> {
     let stop = AtomicBool::new(false);
-    verify(folder, plan, &FakeFactory, sample, 2, &stop, &Silent).map_err(|e| e.to_string())
+    verify(folder, plan, &FakeFactory, sample, 2, &stop, &NoProgress).map_err(|e| e.to_string())
 }
 
 /// Replaces a text in a file of a folder.
@@ -196,7 +196,7 @@ fn a_record_with_one_number_changed_is_refused() {
 fn a_stopped_verification_says_so() {
     let folder = result();
     let stop = AtomicBool::new(true);
-    let e = verify(folder.path(), &plan(), &FakeFactory, 8, 1, &stop, &Silent).unwrap_err();
+    let e = verify(folder.path(), &plan(), &FakeFactory, 8, 1, &stop, &NoProgress).unwrap_err();
     assert!(matches!(e, Refusal::Interrupted), "{e}");
 }
 

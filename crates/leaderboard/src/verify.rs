@@ -12,7 +12,7 @@ use orchard_bench::store::{Store, encode};
 use orchard_bench::task::{Progress, Task};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_tasks::harvest::episode::{EpisodeKey, EpisodeRecord};
-use orchard_tasks::harvest::observe::KeepNothing;
+use orchard_tasks::harvest::observe::NoObservers;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, WorldFactory};
@@ -179,7 +179,7 @@ fn check_summary(folder: &Path, summary: &Summary) -> Result<(), Refusal> {
 
 /// Runs an episode again and compares bytes.
 fn repeat<F: WorldFactory>(
-    task: &Episodes<'_, F, KeepNothing>,
+    task: &Episodes<'_, F, NoObservers>,
     record: &EpisodeRecord,
     stop: &AtomicBool,
     progress: &impl Progress<EpisodeRecord>,

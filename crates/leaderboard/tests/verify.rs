@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{Session, NoProgress};
 use orchard_leaderboard::{Budget, Entry, verify};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::run;
@@ -24,8 +24,8 @@ fn real_episodes_come_out_as_they_were_submitted() {
     let plan = harvest.plan_of(extent).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let (store, stop) = (Store::open(folder.path()).unwrap(), AtomicBool::new(false));
-    let result = run(&plan, &harvest, &Session::whole(&store, 2, &stop), &Silent).unwrap();
-    let verified = verify(folder.path(), &plan, &harvest, 2, 2, &stop, &Silent).unwrap();
+    let result = run(&plan, &harvest, &Session::whole(&store, 2, &stop), &NoProgress).unwrap();
+    let verified = verify(folder.path(), &plan, &harvest, 2, 2, &stop, &NoProgress).unwrap();
     assert_eq!(Some(&verified.summary), result.summary.as_ref());
     assert_eq!(verified.sample.len(), 2);
     let entry = Entry::new("expert", Budget::of_figures(0.0, 0.0).unwrap(), &verified).unwrap();
@@ -37,7 +37,7 @@ fn real_episodes_come_out_as_they_were_submitted() {
     *p = p.next_up();
     store.write_record(&records[1]).unwrap();
     store.write("summary.json", &Summary::of_run(&plan, &records)).unwrap();
-    let e = verify(folder.path(), &plan, &harvest, 3, 2, &stop, &Silent).unwrap_err().to_string();
+    let e = verify(folder.path(), &plan, &harvest, 3, 2, &stop, &NoProgress).unwrap_err().to_string();
     let forged = "episodes/expert-nominal-20250704-000-r1.json comes out otherwise when run again: fruit[3].p_world[2]";
     assert!(e.starts_with(forged), "{e}");
 }

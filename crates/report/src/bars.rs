@@ -13,7 +13,7 @@ pub(crate) struct Bar {
     /// Parts of the bar from left to right: size and colour.
     pub parts: Vec<(f64, RGBColor)>,
     /// Text behind the bar.
-    pub told: String,
+    pub label: String,
 }
 
 /// An entry of the legend.
@@ -38,7 +38,7 @@ pub(crate) fn bars(
     let widest =
         |of: &dyn Fn(&Bar) -> &String| bars.iter().map(|bar| text_width(of(bar), size)).max().unwrap_or(0);
     let left = MARGIN + widest(&|bar| &bar.name) + 8;
-    let right = WIDTH as i32 - MARGIN - widest(&|bar| &bar.told) - 6;
+    let right = WIDTH as i32 - MARGIN - widest(&|bar| &bar.label) - 6;
     let total = |bar: &Bar| bar.parts.iter().map(|(size, _)| size).sum::<f64>();
     let longest = bars.iter().map(total).fold(0.0, f64::max);
     let scale = if longest > 0.0 { f64::from(right - left) / longest } else { 0.0 };
@@ -67,7 +67,7 @@ pub(crate) fn bars(
             }
             let end = left + (from * scale).round() as i32 + 6;
             let behind = letters(size, colour::SOFT, HPos::Left, VPos::Center);
-            area.draw(&Text::new(bar.told.clone(), (end, middle), behind))?;
+            area.draw(&Text::new(bar.label.clone(), (end, middle), behind))?;
         }
         Ok(())
     })

@@ -1,9 +1,9 @@
 //! Results of the benchmark for people: figures as SVG, and one self-contained HTML page.
 //!
-//! results (as the files hold them) -> figures -> page. Nothing here opens a file, reads a clock or simulates: the same results give
-//! the same bytes. `docs/report.md` says how to read a page.
+//! results (the content of the files) -> figures -> page. Nothing here opens a file, reads a clock or simulates: the same results give
+//! the same bytes. `docs/report.md` explains the page.
 
-mod asked;
+mod requirements;
 mod axis;
 mod bars;
 mod chart;
@@ -21,10 +21,10 @@ mod sections;
 mod table;
 mod words;
 
-pub use asked::{Demands, Judged, demands};
+pub use requirements::{ConditionRequirements, JudgedRequirement, judge_requirements};
 pub use figure::{Figure, FigureError};
 pub use figures::{Figures, detection};
 pub use page::page;
 pub use pictures::{Moment, Pick, Picture, Pictures};
-pub use published::{At, PaperFigures, PaperTrees, PaperZones, REPORT_TOML};
+pub use published::{DialFigure, PaperFigures, PaperTrees, PaperZones, REPORT_TOML};
 pub use results::{Results, main_condition};

@@ -13,7 +13,7 @@ pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 #[serde(deny_unknown_fields)]
 pub struct PaperFigures {
     /// Sweeps, by name and metric, in the order of the dial.
-    pub sweeps: BTreeMap<String, BTreeMap<String, Vec<At>>>,
+    pub sweeps: BTreeMap<String, BTreeMap<String, Vec<DialFigure>>>,
     /// Place success by canopy zone.
     pub zones: PaperZones,
     /// Fruit deposited a tree.
@@ -77,7 +77,7 @@ impl PaperFigures {
     }
 
     /// A metric's figures over a sweep.
-    pub fn of_sweep(&self, sweep: &str, metric: &str) -> &[At] {
+    pub fn of_sweep(&self, sweep: &str, metric: &str) -> &[DialFigure] {
         self.sweeps.get(sweep).and_then(|metrics| metrics.get(metric)).map_or(&[], Vec::as_slice)
     }
 }

@@ -1,4 +1,4 @@
-//! Reads a result folder: every part of it that is there.
+//! Results of a result folder: every part that is present.
 
 use orchard_bench::compute::Compute;
 use orchard_scaling::Scaling;
@@ -8,7 +8,7 @@ use orchard_tasks::detect::DetectSummary;
 use orchard_tasks::harvest::matrix::NOMINAL;
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 
-/// Results, each where its task was run.
+/// Results; a part is empty if its task was not run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Results {
     /// The harvest, `summary.json`.
@@ -50,8 +50,8 @@ pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
         let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);
         name != NOMINAL && points.any(|point| point.condition == name)
     };
-    let told: Vec<_> = conditions(summary).into_iter().filter(|(name, _)| !swept(name)).collect();
-    if told.is_empty() { conditions(summary) } else { told }
+    let outside: Vec<_> = conditions(summary).into_iter().filter(|(name, _)| !swept(name)).collect();
+    if outside.is_empty() { conditions(summary) } else { outside }
 }
 
 /// A metric under a condition.

@@ -9,7 +9,7 @@ use orchard_statistics::quantile::{ascending, quantile};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
-use crate::cell::{Start, time};
+use crate::cell::{BatchStart, time};
 use crate::device::Gpu;
 use crate::error::ScalingError;
 use crate::plan::{AxesPlan, ScalingPlan};
@@ -107,7 +107,7 @@ pub(crate) fn rows(
         let rate = |worlds: &[TreeWorld]| -> Result<Option<f64>, ScalingError> {
             let worlds =
                 Worlds { count: worlds.len() as u32, world: &|index| worlds[index as usize].clone() };
-            let timed = time(&once, &Start { worlds, solver, gpu }, pool, stop)?;
+            let timed = time(&once, &BatchStart { worlds, solver, gpu }, pool, stop)?;
             Ok(timed.and_then(|timed| timed.rates.first().copied()))
         };
         let mut figures = vec![(Vec::new(), Vec::new()); kinds.len()];

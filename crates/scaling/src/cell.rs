@@ -8,7 +8,7 @@ use rayon::ThreadPool;
 
 use crate::device::{self, Gpu};
 use crate::error::ScalingError;
-use crate::plan::{GoingOn, ScalingPlan};
+use crate::plan::{ContinuousTiming, ScalingPlan};
 use crate::process::processor_time;
 use crate::solver::SolverName;
 use crate::stepper::batch;
@@ -21,7 +21,7 @@ const FRAMES_AWAKE: u32 = 60;
 
 /// Worlds before the first course, with the solver that advances them.
 #[derive(Clone, Copy)]
-pub struct Start<'a> {
+pub struct BatchStart<'a> {
     /// The worlds.
     pub worlds: Worlds<'a>,
     /// Solver.
@@ -32,7 +32,7 @@ pub struct Start<'a> {
 
 /// Time of a piece of work.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Spent {
+pub struct WorkTime {
     /// Time elapsed.
     pub elapsed: Duration,
     /// Processor time of all threads.
@@ -41,7 +41,7 @@ pub struct Spent {
 
 /// A cell's figures.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Timed {
+pub struct CellTiming {
     /// Frames of the whole batch a second, by repeat.
     pub rates: Vec<f64>,
     /// Courses of all repeats.
@@ -56,7 +56,7 @@ pub struct Timed {
     pub unfinite: u32,
 }
 
-impl Start<'_> {
+impl BatchStart<'_> {
     /// The batch.
     pub fn batch(&self) -> Result<Box<dyn Stepper>, ScalingError> {
         batch(self.solver, &self.worlds, self.gpu)
@@ -64,13 +64,13 @@ impl Start<'_> {
 }
 
 /// Some frames of a batch. A frame begins when all worlds have ended the one before.
-pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<Spent, StepperError> {
+pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<WorkTime, StepperError> {
     pool.install(|| {
         let (start, processor) = (Instant::now(), processor_time());
         batch.advance(frames);
         batch.wait()?;
         let processor = processor_time().saturating_sub(processor);
-        Ok(Spent { elapsed: start.elapsed(), processor })
+        Ok(WorkTime { elapsed: start.elapsed(), processor })
     })
 }
 
@@ -98,10 +98,10 @@ pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError>
 /// Times a batch: whole courses for a part of the cell's time, repeated as planned. `None` if `stop` was raised.
 pub fn time(
     plan: &ScalingPlan,
-    start: &Start<'_>,
+    start: &BatchStart<'_>,
     pool: &ThreadPool,
     stop: &AtomicBool,
-) -> Result<Option<Timed>, ScalingError> {
+) -> Result<Option<CellTiming>, ScalingError> {
     let share = plan.cell_time / f64::from(plan.repeats);
     let packing = Instant::now();
     let new_batch = || pool.install(|| start.batch());
@@ -109,8 +109,8 @@ pub fn time(
     batch.wait()?;
     let pack_s = packing.elapsed().as_secs_f64();
     let bytes = batch.bytes();
-    let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
-    if let Some(GoingOn { wake: busy, warm_up, .. }) = plan.going_on {
+    let mut timed = CellTiming { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
+    if let Some(ContinuousTiming { wake: busy, warm_up, .. }) = plan.continuous {
         if let Some(gpu) = start.gpu {
             wake(gpu, &(start.worlds.world)(0), busy)?;
         }
@@ -122,7 +122,7 @@ pub fn time(
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            if plan.going_on.is_none() && timed.courses + courses > 0 {
+            if plan.continuous.is_none() && timed.courses + courses > 0 {
                 // Two of them may not fit.
                 drop(batch);
                 batch = new_batch()?;
@@ -131,14 +131,14 @@ pub fn time(
             elapsed += spent.elapsed.as_secs_f64();
             timed.processor_s += spent.processor.as_secs_f64();
             courses += 1;
-            if plan.going_on.is_none() {
+            if plan.continuous.is_none() {
                 timed.unfinite = timed.unfinite.max(unfinite(&mut *batch)?);
             }
         }
         timed.rates.push(f64::from(plan.frames) * f64::from(courses) / elapsed.max(CLOCK_RESOLUTION));
         timed.courses += courses;
     }
-    if plan.going_on.is_some() {
+    if plan.continuous.is_some() {
         timed.unfinite = unfinite(&mut *batch)?;
     }
     Ok(Some(timed))
@@ -147,7 +147,7 @@ pub fn time(
 impl ScalingPlan {
     /// True if a repeat has another course after `courses` courses. Courses without a reset share the time in which everything moves.
     fn has_course(&self, courses: u32) -> bool {
-        let of = |going_on: &GoingOn| going_on.most.saturating_sub(going_on.warm_up) / self.repeats;
-        self.going_on.as_ref().is_none_or(|going_on| (courses + 1) * self.frames <= of(going_on))
+        let of = |continuous: &ContinuousTiming| continuous.most.saturating_sub(continuous.warm_up) / self.repeats;
+        self.continuous.as_ref().is_none_or(|continuous| (courses + 1) * self.frames <= of(continuous))
     }
 }

@@ -23,7 +23,7 @@ pub use axes::{AxisKind, AxisRow};
 pub use cell::wake;
 pub use device::{Gpu, GpuError};
 pub use error::ScalingError;
-pub use plan::{AxesPlan, Cell, GoingOn, Limits, ScalingPlan};
+pub use plan::{AxesPlan, Cell, ContinuousTiming, Limits, ScalingPlan};
 pub use process::{processor_time, resident_bytes};
 pub use results::{Adapter, MemoryBasis, Omitted, Row, Scaling};
 pub use rules::{

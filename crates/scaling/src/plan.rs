@@ -36,7 +36,7 @@ pub struct Limits {
 
 /// Timing rules for a batch that is not reset before every course.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GoingOn {
+pub struct ContinuousTiming {
     /// Time that the device is kept busy before timing starts \[s\].
     pub wake: f64,
     /// Frames before the first course.
@@ -90,7 +90,7 @@ pub struct ScalingPlan {
     /// Frames of a course.
     pub frames: u32,
     /// True if courses follow each other. Else each begins anew, at the kick.
-    pub going_on: Option<GoingOn>,
+    pub continuous: Option<ContinuousTiming>,
     /// Largest joint rate of a kick \[rad/s\].
     pub kick: f64,
     /// Times that a cell is measured.
@@ -126,11 +126,11 @@ impl ScalingPlan {
         let rules = ScalingRules::of(&protocol)?;
         let (device, spec) = (&rules.device, randomised(scenario.spec()));
         let most = (device.simulated.si() / spec.sim.frame()).round() as u32;
-        let (frames, going_on) = match backend {
+        let (frames, continuous) = match backend {
             Backend::Cpu => (&rules.frames, None),
             Backend::Gpu => {
                 let (wake, warm_up) = (device.wake.si(), device.warm_up.get());
-                (&device.frames, Some(GoingOn { wake, warm_up, most }))
+                (&device.frames, Some(ContinuousTiming { wake, warm_up, most }))
             }
         };
         Ok(Self {
@@ -143,7 +143,7 @@ impl ScalingPlan {
             kinds: rules.kinds.get(),
             solvers: SolverName::built_for(backend),
             frames: frames.get(),
-            going_on,
+            continuous,
             kick: rules.kick.si(),
             repeats: effort.repeats.get(),
             cell_time: effort.cell_time.si(),
@@ -188,7 +188,7 @@ impl ScalingPlan {
         let most = rules.device.software_worlds.get();
         self.worlds.retain(|worlds| *worlds <= most);
         self.frames = rules.device.software_frames.get();
-        self.going_on = self.going_on.map(|going_on| GoingOn { wake: 0.0, ..going_on });
+        self.continuous = self.continuous.map(|continuous| ContinuousTiming { wake: 0.0, ..continuous });
         self.note = Some(format!(
             "an adapter in software, which is for tests: at most {most} worlds, courses of {} frames",
             self.frames

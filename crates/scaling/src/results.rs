@@ -7,7 +7,7 @@ use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
 use crate::axes::AxisRow;
-use crate::cell::Timed;
+use crate::cell::CellTiming;
 use crate::device::GpuInfo;
 use crate::plan::{Cell, ScalingPlan};
 use crate::solver::SolverName;
@@ -166,7 +166,7 @@ impl Row {
     }
 
     /// The figures of a plan's cell.
-    pub(crate) fn new(cell: &Cell, plan: &ScalingPlan, timed: &Timed, batched: &Batched) -> Self {
+    pub(crate) fn new(cell: &Cell, plan: &ScalingPlan, timed: &CellTiming, batched: &Batched) -> Self {
         let rates = ascending(timed.rates.iter().copied());
         let rate = |p: f64| quantile(&rates, p).unwrap_or_default();
         let worlds = f64::from(cell.worlds);

@@ -11,7 +11,7 @@ use orchard_spec::randomisation::Mode;
 use rayon::ThreadPool;
 
 use crate::axes;
-use crate::cell::{Start, Timed, time};
+use crate::cell::{BatchStart, CellTiming, time};
 use crate::device::{self, Gpu};
 use crate::error::ScalingError;
 use crate::plan::{Cell, ScalingPlan};
@@ -41,7 +41,7 @@ pub trait ScalingProgress {
     fn axes(&self) {}
 }
 
-impl ScalingProgress for orchard_bench::Silent {}
+impl ScalingProgress for orchard_bench::NoProgress {}
 
 /// Times every cell on `threads` threads, or on a device, and writes `scaling.json`.
 ///
@@ -153,14 +153,14 @@ impl<P: ScalingProgress> Run<'_, P> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(self.interrupted());
             }
-            if let Some(why) = self.why_not(&cell, each) {
+            if let Some(why) = self.omission_reason(&cell, each) {
                 self.omit(&cell, why);
                 continue;
             }
             let grown = pool.install(|| forest.grow(cell.worlds));
             grown.map_err(|reason| ScalingError::World { mode, reason })?;
             let worlds = Worlds { count: cell.worlds, world: &|index| forest.world(index) };
-            let start = Start { worlds, solver: cell.solver, gpu: self.gpu };
+            let start = BatchStart { worlds, solver: cell.solver, gpu: self.gpu };
             match time(plan, &start, pool, self.stop) {
                 Ok(None) => return Err(self.interrupted()),
                 Ok(Some(timed)) => {
@@ -186,7 +186,7 @@ impl<P: ScalingProgress> Run<'_, P> {
     }
 
     /// Reason why a cell is left out, if it is: judged by the smaller one before it, and by the memory that is free.
-    fn why_not(&self, cell: &Cell, each: Option<f64>) -> Option<String> {
+    fn omission_reason(&self, cell: &Cell, each: Option<f64>) -> Option<String> {
         let limits = self.plan.limits?;
         let before = self.rows.iter().rev().find(|row| (row.mode, row.solver) == (cell.mode, cell.solver));
         if let Some(before) = before {
@@ -219,7 +219,7 @@ pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64
 }
 
 /// Returns the shared values of a cell's worlds; `each` is the memory of one world in f64 \[bytes\].
-fn batched(cell: &Cell, timed: &Timed, forest: &Forest<'_>, each: Option<f64>) -> Batched {
+fn batched(cell: &Cell, timed: &CellTiming, forest: &Forest<'_>, each: Option<f64>) -> Batched {
     let memory = match timed.bytes {
         Some(bytes) => (Some(bytes as f64), MemoryBasis::Numbers),
         None => (each.map(|each| each * f64::from(cell.worlds)), MemoryBasis::Growth),

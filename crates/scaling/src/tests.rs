@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::Silent;
+use orchard_bench::NoProgress;
 use orchard_bench::store::Store;
 use orchard_multibody::{Data, forward_kinematics};
 use orchard_scenario::Scenario;
@@ -15,7 +15,7 @@ use super::{
     AxesPlan, AxisKind, Limits, MemoryBasis, Scaling, ScalingError, ScalingPlan, ScalingRules, SolverName,
     axes, measure, run, trees,
 };
-use crate::cell::{Start, course};
+use crate::cell::{BatchStart, course};
 use crate::plan::Cell;
 use crate::results::Row;
 use crate::trees::Worlds;
@@ -38,7 +38,7 @@ fn go(plan: &ScalingPlan, stop: bool) -> (Result<Scaling, ScalingError>, Option<
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
     store.write("scaling.json", &"an older run's").unwrap();
-    let result = run(plan, None, &store, 2, &AtomicBool::new(stop), &Silent);
+    let result = run(plan, None, &store, 2, &AtomicBool::new(stop), &NoProgress);
     (result, std::fs::read_to_string(folder.path().join("scaling.json")).ok())
 }
 
@@ -142,7 +142,7 @@ fn all_solvers_end_a_course_in_the_same_states() {
     let worlds = trees::worlds(&plan, Mode::DistinctTopology, 2).unwrap();
     let tips = |solver: SolverName| -> Vec<Vec<[f64; 3]>> {
         let worlds_again = Worlds { count: 2, world: &|index| worlds[index as usize].clone() };
-        let mut end = Start { worlds: worlds_again, solver, gpu: None }.batch().unwrap();
+        let mut end = BatchStart { worlds: worlds_again, solver, gpu: None }.batch().unwrap();
         course(&mut *end, 6, &pool).unwrap();
         worlds
             .iter()
@@ -258,7 +258,7 @@ fn cells_over_a_limit_are_left_out() {
             solvers: vec![SolverName::Lanes],
             ..small()
         };
-        measure(&plan, None, 1, &AtomicBool::new(false), &Silent).unwrap()
+        measure(&plan, None, 1, &AtomicBool::new(false), &NoProgress).unwrap()
     };
     let slow = measured(Limits { cell_time: 1e-9, memory_share: 1.0 });
     assert_eq!((slow.rows.len(), slow.omitted.len()), (1, 1));

@@ -17,7 +17,7 @@ mod tree;
 pub use error::ScenarioError;
 pub use figures::Figure;
 pub use names::{Names, SceneNames};
-pub use options::{Given, Options};
+pub use options::{OptionValue, Options};
 pub use resolve::{CAMERA_DETECTORS, ROBOTS, cameras, controllers, detector, detectors, presets, robots};
 pub use stored::StoredScenario;
 pub use tree::{TreeFile, TreeFormat};
@@ -68,7 +68,7 @@ impl Scenario {
     /// None of them has the name.
     pub fn under(
         &self,
-        controller: &Given,
+        controller: &OptionValue,
         controllers: &[Arc<dyn ControllerKind>],
     ) -> Result<Self, ScenarioError> {
         let kind = resolve::find_controller(controller, controllers)?;

@@ -8,14 +8,14 @@ use crate::{Names, ScenarioError, SceneNames};
 
 /// A value with the option that gave it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Given {
+pub struct OptionValue {
     /// The value: a name, a number or a file.
     pub value: String,
     /// The option (`--camera`), or file and field.
     pub by: String,
 }
 
-impl Given {
+impl OptionValue {
     /// A value given by an option.
     pub fn new(value: impl Into<String>, by: impl Into<String>) -> Self {
         Self { value: value.into(), by: by.into() }
@@ -31,21 +31,21 @@ impl Given {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Name of a preset. Excludes `config`.
-    pub preset: Option<Given>,
+    pub preset: Option<OptionValue>,
     /// Config file of the world. Excludes `preset`.
-    pub config: Option<Given>,
+    pub config: Option<OptionValue>,
     /// File of a digitised tree.
-    pub tree: Option<Given>,
+    pub tree: Option<OptionValue>,
     /// Strength in [0, 1] of every axis of the randomisation, or a file of figures that differ.
-    pub randomisation: Option<Given>,
+    pub randomisation: Option<OptionValue>,
     /// Name of a robot.
-    pub robot: Option<Given>,
+    pub robot: Option<OptionValue>,
     /// Name of a camera, or its file.
-    pub camera: Option<Given>,
+    pub camera: Option<OptionValue>,
     /// Name of a detector, or its file.
-    pub detector: Option<Given>,
+    pub detector: Option<OptionValue>,
     /// Name of a controller.
-    pub controller: Option<Given>,
+    pub controller: Option<OptionValue>,
     /// Figures of the tasks that differ from the protocol's, with the file that gave them.
     pub rules: Option<(String, toml::Table)>,
 }
@@ -86,7 +86,7 @@ impl Options {
             .map_err(|e| ScenarioError::new(format!("{}: {}", e.file, e.field), e.problem))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let given = |field: &str, value: Option<String>| {
-            value.map(|value| Given { value, by: format!("{name}: {field}") })
+            value.map(|value| OptionValue { value, by: format!("{name}: {field}") })
         };
         let beside = |field: &str, value: Option<String>| {
             let value = value.map(|file| if names_file(&file) { under(folder, &file) } else { file });
@@ -147,7 +147,7 @@ impl Options {
                 "controller" => &mut options.controller,
                 _ => return Err(ScenarioError::new(by, "a scenario has no such option")),
             };
-            *field = Some(Given::new(value, by));
+            *field = Some(OptionValue::new(value, by));
         }
         Ok(options)
     }

@@ -13,7 +13,7 @@ use orchard_spec::{Preset, Spec};
 
 use crate::figures::Layers;
 use crate::options::names_file;
-use crate::{Given, Names, Options, Scenario, ScenarioError, SceneNames, TreeFile};
+use crate::{OptionValue, Names, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
 /// Names of the robots that come with the program.
 pub const ROBOTS: &[&str] = &["paper"];
@@ -71,10 +71,10 @@ impl Scenario {
             layers.part("world.camera", &given.by);
         }
         let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
-        let by_camera = || Given::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
+        let by_camera = || OptionValue::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         layers.part("detector", &detector.by);
-        let default = |value: &str| Given::new(value, "default");
+        let default = |value: &str| OptionValue::new(value, "default");
         let robot = options.robot.clone().unwrap_or_else(|| default(ROBOTS[0]));
         layers.part("robot", &robot.by);
         let controller = options.controller.clone().unwrap_or_else(|| default(Kind::default().name()));
@@ -107,7 +107,7 @@ impl Scenario {
 ///
 /// # Errors
 /// No such name or file, or a figure out of its range.
-pub fn detector(given: &Given) -> Result<DetectorConfig, ScenarioError> {
+pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
     named_or_file(given, DetectorConfig::named, |file, text| {
         DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
     })
@@ -146,7 +146,7 @@ fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
 }
 
 /// Sets the randomisation: one strength for every axis, or figures of a file laid over the preset's.
-fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
+fn randomise(spec: &mut Spec, given: &OptionValue) -> Result<(), ScenarioError> {
     if names_file(&given.value) {
         let above = parse(&given.value, &read(given)?).map_err(|e| given_error(given, e))?;
         let below = toml::Table::try_from(&spec.randomisation);
@@ -165,12 +165,12 @@ fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
     Ok(())
 }
 
-fn read_tree(given: &Given) -> Result<TreeFile, ScenarioError> {
+fn read_tree(given: &OptionValue) -> Result<TreeFile, ScenarioError> {
     TreeFile::read(Path::new(&given.value)).map_err(|e| given.refuse(e))
 }
 
 /// Looks up a robot.
-pub(crate) fn find_robot(given: &Given) -> Result<Arc<RobotModel>, ScenarioError> {
+pub(crate) fn find_robot(given: &OptionValue) -> Result<Arc<RobotModel>, ScenarioError> {
     if ROBOTS.contains(&given.value.as_str()) {
         return Ok(Arc::new(RobotModel::paper()));
     }
@@ -179,7 +179,7 @@ pub(crate) fn find_robot(given: &Given) -> Result<Arc<RobotModel>, ScenarioError
 
 /// Looks up a controller among those of the program.
 pub(crate) fn find_controller(
-    given: &Given,
+    given: &OptionValue,
     controllers: &[Arc<dyn ControllerKind>],
 ) -> Result<Arc<dyn ControllerKind>, ScenarioError> {
     let found = controllers.iter().find(|kind| kind.name() == given.value);
@@ -192,7 +192,7 @@ pub(crate) fn find_controller(
 
 /// Finds a part by its name, or reads it from the text of its file.
 fn named_or_file<T>(
-    given: &Given,
+    given: &OptionValue,
     named: impl FnOnce(&str) -> Result<T, String>,
     from_toml: impl FnOnce(&str, &str) -> Result<T, String>,
 ) -> Result<T, ScenarioError> {
@@ -202,11 +202,11 @@ fn named_or_file<T>(
     from_toml(&given.value, &read(given)?).map_err(|e| given_error(given, e))
 }
 
-fn read(given: &Given) -> Result<String, ScenarioError> {
+fn read(given: &OptionValue) -> Result<String, ScenarioError> {
     std::fs::read_to_string(&given.value).map_err(|e| given.refuse(e))
 }
 
-fn given_error(given: &Given, problem: impl ToString) -> ScenarioError {
+fn given_error(given: &OptionValue, problem: impl ToString) -> ScenarioError {
     ScenarioError::new(&given.by, problem)
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::figures::Layers;
 use crate::resolve::{find_controller, find_robot};
-use crate::{Given, Names, Scenario, ScenarioError, TreeFile};
+use crate::{OptionValue, Names, Scenario, ScenarioError, TreeFile};
 
 /// A scenario with all its figures. Robot and controller come with a program and are kept by name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ impl Scenario {
         by: &str,
     ) -> Result<Self, ScenarioError> {
         let names = stored.names.clone();
-        let given = |field: &str, value: &str| Given::new(value, format!("{by}: {field}"));
+        let given = |field: &str, value: &str| OptionValue::new(value, format!("{by}: {field}"));
         let scenario = Self {
             robot: find_robot(&given("robot", &names.scene.robot))?,
             controller: find_controller(&given("controller", &names.controller), controllers)?,

@@ -23,7 +23,7 @@ pub mod summary;
 mod trial;
 mod worlds;
 
-pub use harness::{run_episode, watch_episode};
+pub use harness::{run_episode, run_observed_episode};
 pub use plan::Extent;
 pub use run::{Episodes, RunResult, WorldFactory, run};
 pub use trial::trial;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use orchard_scenario::{Given, Options, Scenario, ScenarioError, StoredScenario};
+use orchard_scenario::{OptionValue, Options, Scenario, ScenarioError, StoredScenario};
 
 use crate::failure::Failure;
 use crate::program::Program;
@@ -77,7 +77,7 @@ impl ScenarioArgs {
     /// The scenario file cannot be used.
     pub fn options(&self) -> Result<Options, Failure> {
         let given = |option: &str, value: &Option<String>| {
-            value.as_ref().map(|value| Given::new(value, format!("--{option}")))
+            value.as_ref().map(|value| OptionValue::new(value, format!("--{option}")))
         };
         let here = Options {
             preset: given("preset", &self.preset),
@@ -113,7 +113,7 @@ impl ScenarioArgs {
     /// # Errors
     /// An option that cannot be used.
     pub fn resolve_or(&self, program: &Program, preset: &str) -> Result<Scenario, Failure> {
-        let below = Options { preset: Some(Given::new(preset, "default")), ..Options::default() };
+        let below = Options { preset: Some(OptionValue::new(preset, "default")), ..Options::default() };
         resolve(&self.options()?.over(below), program)
     }
 

@@ -19,7 +19,7 @@ use orchard_tasks::protocol::Protocol;
 use orchard_tasks::seeds::SeedSetName;
 
 use crate::args::{Part, ScenarioArgs};
-use crate::commands::bench_v1::bar::{Bar, Shown};
+use crate::commands::bench_v1::bar::{Bar, RecordProgress};
 use crate::commands::bench_v1::default_threads;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -288,13 +288,13 @@ fn longest(plan: &Plan) -> u64 {
     plan.episodes().iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0)
 }
 
-fn shown(record: &EpisodeRecord) -> Shown {
+fn shown(record: &EpisodeRecord) -> RecordProgress {
     let key = &record.key;
     let line = format!(
         "{}, seed {} tree {} repeat {}: the same bytes",
         key.condition, key.seed, key.world, key.repeat
     );
-    Shown { steps: u64::from(record.frames), line }
+    RecordProgress { steps: u64::from(record.frames), line }
 }
 
 /// Writes the board, its table and its figure, each atomically.

@@ -11,7 +11,7 @@ use orchard_tasks::verify::{
 };
 
 use crate::args::{Part, ScenarioArgs};
-use crate::commands::bench_v1::bar::{Bar, Shown};
+use crate::commands::bench_v1::bar::{Bar, RecordProgress};
 use crate::commands::bench_v1::{Seeds, default_threads};
 use crate::failure::Failure;
 use crate::headline::fine_table;
@@ -131,8 +131,8 @@ fn check_folder(file: &Path) -> Result<(), Failure> {
     }
 }
 
-fn shown(outcome: &TreeOutcome) -> Shown {
-    let told = match &outcome.quarantined {
+fn shown(outcome: &TreeOutcome) -> RecordProgress {
+    let outcome_text = match &outcome.quarantined {
         Some(reason) => format!("quarantined: {reason}"),
         None => format!(
             "{} snapped, {} fruit knocked off, peak moment {:.2} of rupture, impulse {:.1} N s",
@@ -143,7 +143,7 @@ fn shown(outcome: &TreeOutcome) -> Shown {
         ),
     };
     let frames = (outcome.duration_s * FRAMES_PER_SECOND).round() as u64;
-    Shown { steps: frames, line: format!("seed {} tree {}: {told}", outcome.seed, outcome.world) }
+    RecordProgress { steps: frames, line: format!("seed {} tree {}: {outcome_text}", outcome.seed, outcome.world) }
 }
 
 /// Control rate, used only for the progress bar.

@@ -39,11 +39,11 @@ pub(crate) fn endings(condition: &str, results: &ConditionSummary) -> Result<Fig
         .map(|(name, n, colour)| Bar {
             name: plain(name),
             parts: vec![(f64::from(*n), *colour)],
-            told: format!("{n} ({:.0} %)", share(*n)),
+            label: format!("{n} ({:.0} %)", share(*n)),
         })
         .collect();
-    let told: Vec<String> = list.iter().map(|bar| format!("{} {}", bar.name, bar.told)).collect();
-    let description = format!("{attempts} attempts under {condition}: {}.", told.join("; "));
+    let texts: Vec<String> = list.iter().map(|bar| format!("{} {}", bar.name, bar.label)).collect();
+    let description = format!("{attempts} attempts under {condition}: {}.", texts.join("; "));
     bars("failures", &format!("How {attempts} attempts ended"), &description, &list, &[])
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figur
             parts.extend(results.between_attempts_s.map(|gap| (gap, BETWEEN)));
         }
         let total: f64 = parts.iter().map(|(size, _)| size).sum();
-        Bar { name: name.to_owned(), parts, told: format!("{total:.1} s") }
+        Bar { name: name.to_owned(), parts, label: format!("{total:.1} s") }
     };
     let mut list = vec![bar("any attempt", attempts, false)];
     if placed > 0 {
@@ -85,7 +85,7 @@ pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figur
     }
     let mut keys: Vec<Key> = names.iter().enumerate().map(|(i, name)| (plain(name), colour_of(i))).collect();
     keys.extend(results.between_attempts_s.map(|_| ("until the next".to_owned(), BETWEEN)));
-    let told: Vec<String> = list
+    let texts: Vec<String> = list
         .iter()
         .map(|bar| {
             let parts: Vec<String> =
@@ -93,6 +93,6 @@ pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figur
             format!("{}: {}", bar.name, parts.join(", "))
         })
         .collect();
-    let description = format!("Mean time of an attempt by state, under {condition}. {}.", told.join(". "));
+    let description = format!("Mean time of an attempt by state, under {condition}. {}.", texts.join(". "));
     bars("states", "Where an attempt's time goes", &description, &list, &keys)
 }

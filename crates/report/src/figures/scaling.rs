@@ -82,8 +82,8 @@ fn rates(paper: &PublishedScaling) -> Vec<Series> {
 
 /// The memory of the paper's largest batches.
 fn memories(paper: &PublishedScaling) -> Vec<Series> {
-    let told = paper.solvers.iter().filter_map(|solver| Some((solver, solver.memory?)));
-    let series = told.map(|(solver, memory)| {
+    let published_memory = paper.solvers.iter().filter_map(|solver| Some((solver, solver.memory?)));
+    let series = published_memory.map(|(solver, memory)| {
         let point = Point { x: f64::from(solver.most_worlds), y: MIB_PER_GB * memory, ci95: None };
         published(&format!("paper: {}", solver.name), colour::INK, point, 0)
     });
@@ -113,7 +113,7 @@ fn figure(
         SolverName::ALL.into_iter().filter(|s| has(&|row| row.solver == *s)).collect();
     let modes: Vec<Mode> = Mode::ALL.into_iter().filter(|m| has(&|row| row.mode == *m)).collect();
     let mut series = Vec::new();
-    let mut told = Vec::new();
+    let mut texts = Vec::new();
     // The legend has one colour by mode and one line style by solver.
     let key = |name: &str, colour, mark, line| Series {
         name: plain(name),
@@ -142,7 +142,7 @@ fn figure(
             }
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
             let list: Vec<String> = points.iter().map(|p| format!("{:.0} at {}", p.y, p.x)).collect();
-            told.push(format!("{}, {}: {}", mode_name(*mode), plain(solver.name()), list.join(", ")));
+            texts.push(format!("{}, {}: {}", mode_name(*mode), plain(solver.name()), list.join(", ")));
             let line = LINES[j % LINES.len()];
             series.push(Series {
                 name: String::new(),
@@ -161,5 +161,5 @@ fn figure(
     let x = Axis::doublings("parallel worlds", points().map(|p| p.x), 6);
     let y = Axis::decades("", points().map(|p| p.y).chain(compared));
     let chart = Chart { stem: stem.to_owned(), title: title.to_owned(), x, y, series, bands };
-    chart.figure(&format!("{title} over parallel worlds. {}.", told.join("; ")))
+    chart.figure(&format!("{title} over parallel worlds. {}.", texts.join("; ")))
 }

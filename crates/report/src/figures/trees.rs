@@ -91,13 +91,13 @@ impl Histogram {
         const HEIGHT: i32 = 160;
         let bins = &self.bins;
         let highest = bins.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1) as f64;
-        let told: Vec<String> = bins.iter().map(|(name, count)| format!("{name}: {count}")).collect();
+        let texts: Vec<String> = bins.iter().map(|(name, count)| format!("{name}: {count}")).collect();
         let description = format!(
             "{} under {condition}: {}. Episodes by {}: {}.",
             self.title,
             self.spread,
             self.label,
-            told.join("; ")
+            texts.join("; ")
         );
         let size = (WIDTH, (TOP + HEIGHT + 46) as u32);
         drawn(self.stem, self.title, &description, size, |area| {

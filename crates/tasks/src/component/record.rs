@@ -27,7 +27,7 @@ pub struct TreeRecord<C: Component> {
 /// Outcome of a trial.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
-pub enum Ended {
+pub enum TrialOutcome {
     /// The target was met.
     Success,
     /// The time was over.
@@ -47,7 +47,7 @@ pub struct TrialRecord<T> {
     /// Target.
     pub target: T,
     /// Outcome of the trial.
-    pub ended: Ended,
+    pub ended: TrialOutcome,
     /// Simulated time \[s\].
     pub duration_s: f64,
     /// Frames of it.
@@ -77,12 +77,12 @@ pub struct TrialRecord<T> {
 impl<T> TrialRecord<T> {
     /// True if it met its target.
     pub fn success(&self) -> bool {
-        self.ended == Ended::Success
+        self.ended == TrialOutcome::Success
     }
 
     /// True if the loads of the trial are valid.
     pub fn sound(&self) -> bool {
-        !matches!(self.ended, Ended::Quarantined { .. })
+        !matches!(self.ended, TrialOutcome::Quarantined { .. })
     }
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::metrics::metrics;
 use crate::component::plan::{ComponentPlan, ComponentRun};
-use crate::component::record::{Ended, TreeRecord};
+use crate::component::record::{TrialOutcome, TreeRecord};
 use crate::component::task::Component;
 use crate::seeds::SeedSetLabel;
 
@@ -92,11 +92,11 @@ fn line<C: Component>(tree: &TreeRecord<C>) -> TreeLine {
     }
 }
 
-fn status(ended: &Ended) -> &'static str {
+fn status(ended: &TrialOutcome) -> &'static str {
     match ended {
-        Ended::Success => "success",
-        Ended::TimeOver => "time_over",
-        Ended::Stalled => "stalled",
-        Ended::Quarantined { .. } => "quarantined",
+        TrialOutcome::Success => "success",
+        TrialOutcome::TimeOver => "time_over",
+        TrialOutcome::Stalled => "stalled",
+        TrialOutcome::Quarantined { .. } => "quarantined",
     }
 }

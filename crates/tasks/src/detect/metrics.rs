@@ -9,7 +9,7 @@ use crate::detect::tally::{Found, Tally};
 /// All metrics of one foliage density or variant.
 pub const METRICS: &[MetricDefinition<Tally>] = &[
     MetricDefinition { name: "precision", unit: "1", share: |t| per_n(t.true_positives, t.detections) },
-    MetricDefinition { name: "recall", unit: "1", share: |t| found(t.ought) },
+    MetricDefinition { name: "recall", unit: "1", share: |t| found(t.expected) },
     MetricDefinition { name: "recall_visible", unit: "1", share: |t| found(t.visible) },
     MetricDefinition {
         name: "false_positives_per_view",

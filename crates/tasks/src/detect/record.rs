@@ -76,8 +76,9 @@ pub struct FruitSeen {
     pub depth: f64,
     /// True if that depth is in the range of [`crate::detect::FoundRules`].
     pub in_range: bool,
-    /// True if it ought to be found.
-    pub ought: bool,
+    /// True if the detector should find it ([`crate::detect::FoundRules`]).
+    #[serde(rename = "ought")]
+    pub expected: bool,
 }
 
 impl FruitSeen {

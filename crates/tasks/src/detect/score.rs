@@ -23,7 +23,7 @@ pub(crate) fn fruit_seen(views: &[FruitView], rules: &FoundRules) -> Vec<FruitSe
             unoccluded_px: view.unoccluded_px,
             depth: view.p_camera.z,
             in_range,
-            ought: in_range
+            expected: in_range
                 && view.visible_fraction() >= rules.visible_fraction.si()
                 && view.visible_px >= rules.pixels.get(),
         }

@@ -124,8 +124,9 @@ pub struct ZoneSummary {
     pub true_positives: u32,
     /// Their ratio; null without detections.
     pub precision: Option<f64>,
-    /// Fruit of the zone that ought to be found, summed over images.
-    pub ought: u32,
+    /// Fruit of the zone that should be found, summed over images.
+    #[serde(rename = "ought")]
+    pub expected: u32,
     /// Of this fruit, found.
     pub found: u32,
     /// Their ratio; null without such fruit.
@@ -285,15 +286,15 @@ fn zones(trees: &[Tally]) -> ZoneTable<ZoneSummary> {
     for (zone, tally) in trees.iter().flat_map(|tally| &tally.zones) {
         let sum = sums.entry(*zone).or_default();
         sum.detections.add(tally.detections);
-        sum.ought.add(tally.ought);
+        sum.expected.add(tally.expected);
     }
-    let summary = |ZoneTally { detections, ought }| ZoneSummary {
+    let summary = |ZoneTally { detections, expected }| ZoneSummary {
         detections: detections.of,
         true_positives: detections.found,
         precision: rate(detections),
-        ought: ought.of,
-        found: ought.found,
-        recall: rate(ought),
+        expected: expected.of,
+        found: expected.found,
+        recall: rate(expected),
     };
     sums.into_iter().map(|(zone, sum)| (zone, summary(sum))).collect()
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{Progress, RunError, Session, Silent};
+use orchard_bench::task::{Progress, RunError, Session, NoProgress};
 use orchard_camera::Label;
 use orchard_statistics::Metric;
 
@@ -76,7 +76,7 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let mut other = plan();
     other.scene_hash = "another detector".to_owned();
     let store = Store::open(two.path()).unwrap();
-    let error = run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+    let error = run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
         .unwrap_err();
     assert!(error.to_string().contains("has config_hash "), "{error}");
 }
@@ -127,7 +127,7 @@ fn bad_plans_are_refused_before_anything_is_touched() {
         (DetectPlan { trees: 0, ..plan() }, "0 trees: at least 1 tree a seed is needed"),
     ] {
         let error =
-            run(&plan, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+            run(&plan, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
                 .unwrap_err();
         assert_eq!(error.to_string(), message);
     }
@@ -140,7 +140,7 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     let store = Store::open(folder.path()).unwrap();
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
     let trees = FakeTrees { moved: 1e-9, ..FakeTrees::new() };
-    let result = run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    let result = run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
     assert_eq!(result.records[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
 }
 
@@ -152,7 +152,7 @@ fn the_detector_sees_no_label() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let trees = FakeTrees { fruit_label, ..FakeTrees::new() };
-        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
             .unwrap()
             .records
             .remove(0)
@@ -243,7 +243,7 @@ fn closed_forms() {
     assert_eq!(bins, [some(1, 1, 1.0), (0, 0, None), some(2, 1, 0.5), (0, 0, None), some(1, 0, 0.0)]);
     let zone = |zone| {
         let z = &bare.zones[&zone];
-        (z.detections, z.true_positives, z.precision, z.ought, z.found, z.recall)
+        (z.detections, z.true_positives, z.precision, z.expected, z.found, z.recall)
     };
     assert_eq!(zone(Zone::MiddleInner), (2, 1, Some(0.5), 3, 1, Some(1.0 / 3.0)));
     assert_eq!(zone(Zone::UpperOuter), (1, 1, Some(1.0), 0, 0, None));

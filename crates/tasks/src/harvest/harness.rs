@@ -13,7 +13,7 @@ use crate::harvest::episode::{
 };
 use crate::harvest::hold::HoldWatch;
 use crate::harvest::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit};
-use crate::harvest::observe::{FrameInput, Observer, Unwatched};
+use crate::harvest::observe::{FrameInput, Observer, NoObserver};
 use crate::harvest::reason::ABANDONED;
 use crate::json::{array, finite};
 use crate::matching::{Ball, match_detections};
@@ -31,12 +31,12 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     stop: &AtomicBool,
     on_frame: &mut dyn FnMut(),
 ) -> Option<EpisodeRecord> {
-    watch_episode(key, world, controller, protocol, frame, stop, on_frame, &mut Unwatched)
+    run_observed_episode(key, world, controller, protocol, frame, stop, on_frame, &mut NoObserver)
 }
 
 /// [`run_episode`] with an observer.
 #[expect(clippy::too_many_arguments, reason = "one more than run_episode, whose callers have no use for it")]
-pub fn watch_episode<W: BenchWorld, C: BenchController>(
+pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     key: EpisodeKey,
     world: &mut W,
     controller: &mut C,

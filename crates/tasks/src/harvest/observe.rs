@@ -33,12 +33,12 @@ pub struct FrameInput<'a> {
 
 /// Ignores everything.
 #[derive(Debug, Clone, Copy)]
-pub struct Unwatched;
+pub struct NoObserver;
 
-impl<W> Observer<W> for Unwatched {}
+impl<W> Observer<W> for NoObserver {}
 
 /// Makes the observers of a run's episodes and keeps their files, beside the records.
-pub trait Watch<W>: Sync {
+pub trait ObserverFactory<W>: Sync {
     /// Observer of one episode.
     type Observer: Observer<W>;
 
@@ -57,7 +57,7 @@ pub trait Watch<W>: Sync {
 }
 
 /// An optional observer.
-impl<W, O: Watch<W>> Watch<W> for Option<O> {
+impl<W, O: ObserverFactory<W>> ObserverFactory<W> for Option<O> {
     type Observer = Option<O::Observer>;
 
     fn is_kept(&self, key: &EpisodeKey) -> bool {
@@ -89,20 +89,20 @@ impl<W, O: Observer<W>> Observer<W> for Option<O> {
 
 /// Keeps nothing.
 #[derive(Debug, Clone, Copy)]
-pub struct KeepNothing;
+pub struct NoObservers;
 
-impl<W> Watch<W> for KeepNothing {
-    type Observer = Unwatched;
+impl<W> ObserverFactory<W> for NoObservers {
+    type Observer = NoObserver;
 
     fn is_kept(&self, _: &EpisodeKey) -> bool {
         true
     }
 
-    fn begin(&self, _: &EpisodeKey, _: &W) -> Unwatched {
-        Unwatched
+    fn begin(&self, _: &EpisodeKey, _: &W) -> NoObserver {
+        NoObserver
     }
 
-    fn end(&self, _: Unwatched, _: &W, _: &EpisodeRecord) -> Result<(), StoreError> {
+    fn end(&self, _: NoObserver, _: &W, _: &EpisodeRecord) -> Result<(), StoreError> {
         Ok(())
     }
 }

@@ -9,9 +9,9 @@ use orchard_bench::store::StoreError;
 use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 
 use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
-use crate::harvest::harness::{never_started, watch_episode};
+use crate::harvest::harness::{never_started, run_observed_episode};
 use crate::harvest::interface::{BenchController, BenchWorld};
-use crate::harvest::observe::{KeepNothing, Watch};
+use crate::harvest::observe::{NoObservers, ObserverFactory};
 use crate::harvest::plan::Plan;
 use crate::harvest::summary::Summary;
 
@@ -54,14 +54,14 @@ pub struct Episodes<'a, F, O> {
     pub watch: &'a O,
 }
 
-impl<'a, F> Episodes<'a, F, KeepNothing> {
+impl<'a, F> Episodes<'a, F, NoObservers> {
     /// Makes the task of a plan without observers.
     pub fn unwatched(plan: &'a Plan, factory: &'a F) -> Self {
-        Self { plan, factory, watch: &KeepNothing }
+        Self { plan, factory, watch: &NoObservers }
     }
 }
 
-impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
+impl<F: WorldFactory, O: ObserverFactory<F::World>> Task for Episodes<'_, F, O> {
     type Record = EpisodeRecord;
     type Summary = Summary;
     const NAME: &'static str = "harvest";
@@ -88,7 +88,7 @@ impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
         let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
         let mut observer = self.watch.begin(key, &world);
         let (key, world, controller) = (key.clone(), &mut world, &mut controller);
-        let record = watch_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
+        let record = run_observed_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
         if let Some(record) = &record {
             self.watch.end(observer, world, record)?;
         }

@@ -1,6 +1,6 @@
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::task::Silent;
+use orchard_bench::task::NoProgress;
 use orchard_robot::{Command, RobotModel};
 use orchard_scenario::Scenario;
 
@@ -120,14 +120,14 @@ fn plan(text: &str) -> VerifyPlan {
 }
 
 fn report(plan: &VerifyPlan, threads: usize) -> String {
-    let trees = run(plan, threads, &AtomicBool::new(false), &Silent).unwrap();
+    let trees = run(plan, threads, &AtomicBool::new(false), &NoProgress).unwrap();
     serde_json::to_string(&Report::of_run(plan, "t.csv", trees)).unwrap()
 }
 
 #[test]
 fn a_robot_that_stands_touches_nothing() {
     let plan = plan(&table(&[(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)]));
-    for tree in &run(&plan, 2, &AtomicBool::new(false), &Silent).unwrap() {
+    for tree in &run(&plan, 2, &AtomicBool::new(false), &NoProgress).unwrap() {
         assert_eq!((&tree.quarantined, tree.branches_snapped, tree.fruit_dropped), (&None, 0, 0));
         assert_eq!((tree.contact_impulse_n_s, tree.peak_contact_force_n), (0.0, 0.0));
         // At rest under gravity but for roundings of the equilibrium.
@@ -153,7 +153,7 @@ fn a_drive_into_the_tree_is_told_and_repeats_for_any_number_of_threads() {
 #[test]
 fn an_interrupted_run_has_no_report() {
     let plan = plan(&table(&[(0.0, 0.0, 0.0)]));
-    let e = run(&plan, 1, &AtomicBool::new(true), &Silent).unwrap_err();
+    let e = run(&plan, 1, &AtomicBool::new(true), &NoProgress).unwrap_err();
     assert_eq!(e.to_string(), "interrupted after 0 of 2 trees; nothing was written");
 }
 
@@ -163,7 +163,7 @@ fn the_example_runs() {
     let text = include_str!("../../../../assets/trajectories/baseline-reach.csv");
     let plan = VerifyPlan { trees: 3, ..plan(text) };
     assert!(plan.trajectory.rows().len() > 100 && plan.trajectory.duration() == 20.0);
-    let trees = run(&plan, 2, &AtomicBool::new(false), &Silent).unwrap();
+    let trees = run(&plan, 2, &AtomicBool::new(false), &NoProgress).unwrap();
     assert!(trees.iter().all(|tree| tree.quarantined.is_none()));
     assert!(trees.iter().any(|tree| tree.contact_impulse_n_s > 0.0));
 }

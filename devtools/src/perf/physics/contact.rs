@@ -2,7 +2,7 @@
 
 use super::Bench;
 use super::forest::Planting;
-use super::peer::{Course, Watched};
+use super::peer::{Course, ContactCounts};
 use super::pushed::{CONTACTS, Push, PushedTree};
 use crate::perf::timing::{Side, cpu_time};
 use orchardbench::rows::Row;
@@ -64,13 +64,13 @@ pub fn row(bench: &Bench, forest: &[Planting], untouched: Option<f64>) -> anyhow
 
 /// Chooses and loads, of the pushes with enough contacts in OrchardBench, the one with enough contacts in MuJoCo too and the
 /// most similar numbers of contacts (MuJoCo's wood yields by itself). Without MuJoCo it takes the first.
-fn choose(bench: &Bench, mut pushes: Vec<Push>) -> anyhow::Result<(Push, Option<Watched>)> {
-    let mut best: Option<(usize, Watched)> = None;
+fn choose(bench: &Bench, mut pushes: Vec<Push>) -> anyhow::Result<(Push, Option<ContactCounts>)> {
+    let mut best: Option<(usize, ContactCounts)> = None;
     for (index, push) in pushes.iter().enumerate() {
         bench.load(NAME, || Ok(vec![push.start.mjcf()?]))?;
         if let Some(peer) = bench.peer.borrow_mut().as_mut() {
             let theirs = peer.watch(NAME, course(bench, push))?;
-            let apart = |index: usize, theirs: &Watched| {
+            let apart = |index: usize, theirs: &ContactCounts| {
                 let lacking = CONTACTS.saturating_sub(theirs.fewest);
                 (lacking, (theirs.contacts - pushes[index].contacts.contacts).abs())
             };

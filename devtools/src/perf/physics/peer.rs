@@ -44,7 +44,7 @@ pub struct Timed {
 
 /// Contacts of the timed part of a course.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Watched {
+pub struct ContactCounts {
     /// Mean number.
     pub contacts: f64,
     /// Smallest number.
@@ -91,7 +91,7 @@ impl Peer {
     }
 
     /// Counts the contacts on a course.
-    pub fn watch(&mut self, name: &str, course: Course) -> anyhow::Result<Watched> {
+    pub fn watch(&mut self, name: &str, course: Course) -> anyhow::Result<ContactCounts> {
         self.ask(json!({ "do": "watch", "name": name, "lead": course.lead, "steps": course.steps }))
     }
 

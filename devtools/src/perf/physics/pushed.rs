@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::forest::{Planting, kick};
 use super::limit::operations_of;
-use super::peer::Watched;
+use super::peer::ContactCounts;
 
 /// The capsule: upright, over the canopy's whole height, so heavy that wood does not slow it. A thinner one slips
 /// through with too few contacts.
@@ -65,7 +65,7 @@ pub struct Push {
     /// Frames until the timed part.
     pub lead: u32,
     /// Contacts in the timed part.
-    pub contacts: Watched,
+    pub contacts: ContactCounts,
 }
 
 impl PushedTree {
@@ -141,7 +141,7 @@ impl PushedTree {
         Ok(Push {
             start: self,
             lead: lead as u32,
-            contacts: Watched { contacts, fewest: least(lead), finite: true },
+            contacts: ContactCounts { contacts, fewest: least(lead), finite: true },
         })
     }
 

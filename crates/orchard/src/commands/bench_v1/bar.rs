@@ -12,11 +12,11 @@ pub struct Bar<R> {
     /// Steps of a whole record.
     steps: u64,
     done: Mutex<usize>,
-    show: fn(&R) -> Shown,
+    show: fn(&R) -> RecordProgress,
 }
 
 /// Progress information of one record.
-pub struct Shown {
+pub struct RecordProgress {
     /// Steps that it took.
     pub steps: u64,
     /// One line.
@@ -25,7 +25,7 @@ pub struct Shown {
 
 impl<R> Bar<R> {
     /// A bar over a task's `total` records of at most `steps` steps each. It counts steps; a record that ends early counts as complete.
-    pub fn new(task: &'static str, total: usize, steps: u64, show: fn(&R) -> Shown) -> Self {
+    pub fn new(task: &'static str, total: usize, steps: u64, show: fn(&R) -> RecordProgress) -> Self {
         let bar = ProgressBar::new(total as u64 * steps);
         if let Ok(style) = ProgressStyle::with_template(
             "{prefix} {bar:30} {percent:>3} %  {msg}  {elapsed} (about {eta} left)",
@@ -57,7 +57,7 @@ impl<R> Progress<R> for Bar<R> {
     }
 
     fn record(&self, record: &R, reused: bool) {
-        let Shown { steps, line } = (self.show)(record);
+        let RecordProgress { steps, line } = (self.show)(record);
         let computed = if reused { 0 } else { steps };
         self.bar.inc(self.steps.saturating_sub(computed));
         // A poisoned counter only means that another thread panicked; the run ends with that.

@@ -7,7 +7,7 @@ use orchard_tasks::component::{
 };
 use orchard_tasks::plan_file::TreeExtent;
 
-use super::bar::Shown;
+use super::bar::RecordProgress;
 use super::counts;
 use super::task::PresentedTask;
 use crate::failure::Failure;
@@ -46,7 +46,7 @@ impl<C: Component> PresentedTask for ComponentJob<C> {
         self.plan.steps::<C>()
     }
 
-    fn shown(record: &TreeRecord<C>) -> Shown {
+    fn shown(record: &TreeRecord<C>) -> RecordProgress {
         let (seed, world) = (record.key.seed, record.key.world);
         let line = match &record.never_built {
             Some(reason) => format!("seed {seed} tree {world}: never built: {reason}"),
@@ -56,7 +56,7 @@ impl<C: Component> PresentedTask for ComponentJob<C> {
                 record.trials.len()
             ),
         };
-        Shown { steps: record.trials.iter().map(|trial| u64::from(trial.frames)).sum(), line }
+        RecordProgress { steps: record.trials.iter().map(|trial| u64::from(trial.frames)).sum(), line }
     }
 
     fn report(&self, summary: &ComponentSummary, _: &Store) -> Result<(), Failure> {

@@ -9,7 +9,7 @@ use orchard_scenario::Scenario;
 use orchard_tasks::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
 use orchard_tasks::plan_file::TreeExtent;
 
-use super::bar::Shown;
+use super::bar::RecordProgress;
 use super::task::{PresentedTask, unwritten};
 use crate::failure::Failure;
 
@@ -44,10 +44,10 @@ impl PresentedTask for Detecting {
         self.plan.keys().iter().map(|key| self.plan.steps(key)).max().unwrap_or(0)
     }
 
-    fn shown(record: &DetectRecord) -> Shown {
+    fn shown(record: &DetectRecord) -> RecordProgress {
         let images = record.densities.iter().flat_map(|density| &density.images);
         let detections = || images.clone().flat_map(|image| &image.detections);
-        let told = match &record.quarantined {
+        let outcome_text = match &record.quarantined {
             Some(reason) => format!("quarantined: {reason}"),
             None => format!(
                 "{} images, {} detections, {} of them right",
@@ -57,9 +57,9 @@ impl PresentedTask for Detecting {
             ),
         };
         let ablation: usize = record.variants.iter().map(|variant| variant.images.len()).sum();
-        Shown {
+        RecordProgress {
             steps: (images.count() + ablation) as u64,
-            line: format!("seed {} tree {}: {told}", record.key.seed, record.key.world),
+            line: format!("seed {} tree {}: {outcome_text}", record.key.seed, record.key.world),
         }
     }
 
@@ -90,14 +90,14 @@ mod tests {
         let store = Store::open(folder.path()).unwrap();
         let stop = AtomicBool::new(false);
         let session = Session::whole(&store, 1, &stop);
-        let result = run_plan(&plan, &scenario, &session, &orchard_bench::Silent).unwrap();
+        let result = run_plan(&plan, &scenario, &session, &orchard_bench::NoProgress).unwrap();
         let summary = result.summary.unwrap();
         let text = tables::report(&summary, &plan);
         for part in [
             "foliage  precision",
             "upper outer",
             "without cylinder",
-            "is asked of the tuning seeds is not judged",
+            "requirements over the tuning seeds are not judged",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }

@@ -10,7 +10,7 @@ use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Extent, Harvest};
 
-use super::bar::Shown;
+use super::bar::RecordProgress;
 use super::counts;
 use super::task::PresentedTask;
 use crate::failure::Failure;
@@ -22,7 +22,7 @@ use orchard_recording::Recordings;
 
 /// Records nothing: this program was built without recordings.
 #[cfg(not(feature = "recording"))]
-type Recordings = orchard_tasks::harvest::observe::KeepNothing;
+type Recordings = orchard_tasks::harvest::observe::NoObservers;
 
 #[cfg(feature = "recording")]
 fn recordings(out: &Path, scenario: &Scenario) -> Result<Recordings, Failure> {
@@ -65,8 +65,8 @@ impl PresentedTask for Harvesting {
         self.plan.episodes().iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0)
     }
 
-    fn shown(record: &EpisodeRecord) -> Shown {
-        Shown {
+    fn shown(record: &EpisodeRecord) -> RecordProgress {
+        RecordProgress {
             steps: u64::from(record.frames),
             line: format!(
                 "{}, seed {} tree {}{}: {} fruit deposited ({} reachable), {} attempts, {} dropped",

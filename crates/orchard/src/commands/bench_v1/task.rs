@@ -10,7 +10,7 @@ use orchard_bench::{MergeError, OtherPlan, Record, RunError, Session, merge};
 use orchard_tasks::harvest::matrix::ConditionError;
 use serde::Serialize;
 
-use super::bar::{Bar, Shown};
+use super::bar::{Bar, RecordProgress};
 use crate::failure::Failure;
 
 /// A task that can be run without knowing its records.
@@ -39,7 +39,7 @@ pub trait PresentedTask {
     /// Steps of the longest record.
     fn steps(&self) -> u64;
     /// A record in one line.
-    fn shown(record: &Self::Record) -> Shown;
+    fn shown(record: &Self::Record) -> RecordProgress;
     /// Prints a complete result and writes its files, except the summary.
     fn report(&self, summary: &Self::Summary, store: &Store) -> Result<(), Failure>;
 }

@@ -7,7 +7,7 @@ use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 use orchard_perception::{DetectorConfig, mask};
 
 use crate::failure::Failure;
-use orchard_scenario::Given;
+use orchard_scenario::OptionValue;
 
 #[derive(clap::Args)]
 pub struct InputArgs {
@@ -61,7 +61,7 @@ impl InputArgs {
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
-        let config = orchard_scenario::detector(&Given::new(&self.config, "--detector"))
+        let config = orchard_scenario::detector(&OptionValue::new(&self.config, "--detector"))
             .map_err(|e| Failure::BadInput(e.to_string()))?;
         let text = String::from_utf8(bytes("--intrinsics", &self.intrinsics)?)
             .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;

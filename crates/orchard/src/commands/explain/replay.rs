@@ -15,7 +15,7 @@ use orchard_tasks::harvest::{WorldFactory, run_episode};
 use orchard_world::{World, WorldEvent};
 
 use super::input::Input;
-use super::touch::TouchMemory;
+use super::touch::ContactHistory;
 use crate::failure::Failure;
 
 /// Results of the second run.
@@ -41,7 +41,7 @@ pub struct Shot {
 /// The likely cause of an event.
 pub struct Cause {
     /// The event.
-    pub of: Happened,
+    pub of: CausedEvent,
     /// Frame.
     pub frame: u32,
     /// Description of the robot's contacts with it in the half second before.
@@ -50,7 +50,7 @@ pub struct Cause {
 
 /// An event that has a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Happened {
+pub enum CausedEvent {
     /// The end of an attempt, at a target fruit if there was one.
     End {
         /// Attempt.
@@ -73,17 +73,17 @@ pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
         Err(reason) => return Err(Failure::Failed(format!("the world cannot be built: {reason}"))),
     };
     let detected = Rc::new(RefCell::new(Vec::new()));
-    let mut watched = Watched {
+    let mut watched = ReplayedWorld {
         world,
         frames: frames.to_vec(),
         shots: Vec::new(),
         causes: Vec::new(),
-        memory: TouchMemory::default(),
+        memory: ContactHistory::default(),
         ends: input.record.attempts.iter().map(|a| (a.end_frame, a.id, a.fruit)).collect(),
         detected: detected.clone(),
     };
     watched.keep();
-    let mut controller = Overheard { controller, detected };
+    let mut controller = DetectionTap { controller, detected };
     let bar = ProgressBar::new(u64::from(input.record.frames)).with_style(
         ProgressStyle::with_template("{bar:30} {percent:>3} %  second run (about {eta} left)")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
@@ -118,18 +118,18 @@ pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<Strin
 }
 
 /// A world that records snapshots and causes while it runs.
-struct Watched {
+struct ReplayedWorld {
     world: World,
     frames: Vec<u32>,
     shots: Vec<Shot>,
     causes: Vec<Cause>,
-    memory: TouchMemory,
+    memory: ContactHistory,
     /// Ends of attempts: frame, attempt, target fruit.
     ends: Vec<(u32, u32, Option<u32>)>,
     detected: Rc<RefCell<Vec<Vec3>>>,
 }
 
-impl Watched {
+impl ReplayedWorld {
     /// Stores a snapshot if the current frame is requested.
     fn keep(&mut self) {
         let frame = self.world.frame();
@@ -140,7 +140,7 @@ impl Watched {
     }
 }
 
-impl Watched {
+impl ReplayedWorld {
     /// Records the contacts on the robot at an attempt's end, and the position of the target fruit.
     fn explain_end(&mut self) {
         let frame = self.world.frame();
@@ -156,12 +156,12 @@ impl Watched {
                     p.z, p.y, p.x
                 );
             }
-            self.causes.push(Cause { of: Happened::End { attempt, fruit }, frame, text });
+            self.causes.push(Cause { of: CausedEvent::End { attempt, fruit }, frame, text });
         }
     }
 }
 
-impl BenchWorld for Watched {
+impl BenchWorld for ReplayedWorld {
     fn observe(&mut self) -> Observation {
         self.world.observe()
     }
@@ -179,10 +179,10 @@ impl BenchWorld for Watched {
         for event in &events {
             let (of, text) = match *event {
                 WorldEvent::BranchSnapped { segment, .. } => {
-                    (Happened::Branch(segment as u32), self.memory.on_limb(&self.world, segment))
+                    (CausedEvent::Branch(segment as u32), self.memory.on_limb(&self.world, segment))
                 }
                 WorldEvent::FruitDetached { fruit, .. } => {
-                    (Happened::Stem(fruit as u32), self.memory.on_fruit(&self.world, fruit))
+                    (CausedEvent::Stem(fruit as u32), self.memory.on_fruit(&self.world, fruit))
                 }
                 _ => continue,
             };
@@ -229,12 +229,12 @@ impl BenchWorld for Watched {
 }
 
 /// A controller that also copies its detections to `detected`.
-struct Overheard<C> {
+struct DetectionTap<C> {
     controller: C,
     detected: Rc<RefCell<Vec<Vec3>>>,
 }
 
-impl<C: BenchController> BenchController for Overheard<C> {
+impl<C: BenchController> BenchController for DetectionTap<C> {
     fn act(&mut self, observation: &Observation) -> Command {
         self.controller.act(observation)
     }

@@ -2,7 +2,7 @@
 
 use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 
-use super::replay::{Cause, Happened};
+use super::replay::{Cause, CausedEvent};
 
 /// Heading of the episode and its end.
 pub fn head(record: &EpisodeRecord) -> String {
@@ -102,7 +102,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     let within = |frame: u32| frame > start && frame <= until;
     // Frame times of the record are those of its events: the frame length is their ratio.
     let time = |frame: u32| f64::from(frame) * record.duration_s / f64::from(record.frames.max(1));
-    let cause = |of: Happened, frame: u32| {
+    let cause = |of: CausedEvent, frame: u32| {
         causes
             .iter()
             .find(|c| c.of == of && c.frame == frame)
@@ -137,7 +137,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().find(|k| k.fruit == event.fruit);
-        let because = cause(Happened::Stem(event.fruit), event.frame);
+        let because = cause(CausedEvent::Stem(event.fruit), event.frame);
         let line = match knocked {
             Some(k) => format!("fruit {} is KNOCKED OFF{}{because}", event.fruit, state(&k.state)),
             None => format!("the stem of fruit {} gives way{because}", event.fruit),
@@ -147,7 +147,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     for (snap, event) in
         attempt.snapped.iter().zip(record.branches_snapped.iter().filter(|e| within(e.frame)))
     {
-        let because = cause(Happened::Branch(event.segment), event.frame);
+        let because = cause(CausedEvent::Branch(event.segment), event.frame);
         lines.push((
             event.time,
             format!("branch SNAPS at segment {}{}{because}", snap.segment, state(&snap.state)),
@@ -170,7 +170,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
         ));
     }
     // Obstacles are listed where the fruit did not leave its stem in the hand.
-    let end = Happened::End { attempt: attempt.id, fruit: attempt.fruit };
+    let end = CausedEvent::End { attempt: attempt.id, fruit: attempt.fruit };
     let contacts = if attempt.held.is_empty() { cause(end, attempt.end_frame) } else { String::new() };
     lines.push((last, format!("the attempt ends{contacts}")));
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -189,9 +189,9 @@ pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
     let mut text = String::new();
     for cause in causes.iter().filter(|cause| cause.frame <= first) {
         let what = match cause.of {
-            Happened::Branch(segment) => format!("branch snapped at segment {segment}"),
-            Happened::Stem(fruit) => format!("fruit {fruit} came off"),
-            Happened::End { .. } => continue,
+            CausedEvent::Branch(segment) => format!("branch snapped at segment {segment}"),
+            CausedEvent::Stem(fruit) => format!("fruit {fruit} came off"),
+            CausedEvent::End { .. } => continue,
         };
         text += &format!("before the first attempt, frame {}: {what}: {}\n", cause.frame, cause.text);
     }

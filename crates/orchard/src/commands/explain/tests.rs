@@ -3,7 +3,7 @@
 use super::*;
 use clap::Parser;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{Session, NoProgress};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::run as run_plan;
@@ -32,7 +32,7 @@ fn record(folder: &Path) -> PathBuf {
     let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let plan = harvest.plan("quick", vec![20250704], 1, 14.0);
     let store = Store::open(folder).unwrap();
-    run_plan(&plan, &harvest, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    run_plan(&plan, &harvest, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
     folder.join("episodes/baseline-nominal-20250704-000.json")
 }
 

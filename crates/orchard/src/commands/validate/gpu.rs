@@ -229,7 +229,7 @@ impl Events {
         // An event after the end of the comparison cannot be distinguished from one that is a frame late.
         let is_last = wanted.map_or(0, |e| e.frame).max(got.map_or(0, |e| e.frame)) >= end;
         self.late += usize::from(!is_last && off.is_none_or(|frames| frames > 1));
-        self.listed.push(format!("{:?} in f64, {:?} on the device", wanted.map(told), got.map(|e| told(e))));
+        self.listed.push(format!("{:?} in f64, {:?} on the device", wanted.map(describe), got.map(|e| describe(e))));
     }
 }
 
@@ -238,6 +238,6 @@ fn frames_off<'a>(event: &BatchEvent, mut others: impl Iterator<Item = &'a Batch
     others.find(|other| other.event == event.event).map(|other| other.frame.abs_diff(event.frame))
 }
 
-fn told(event: &BatchEvent) -> String {
+fn describe(event: &BatchEvent) -> String {
     format!("world {} frame {} {:?}", event.world, event.frame, event.event)
 }
