@@ -1,4 +1,4 @@
-//! Tools for developers of this project: `cargo xtask COMMAND`, one file a command.
+//! Tools for developers of this project: `cargo xtask COMMAND`, one file per command.
 
 #[macro_use]
 extern crate orchardbench;
@@ -29,7 +29,7 @@ use orchardbench::Failure;
     bin_name = "cargo xtask",
     arg_required_else_help = true,
     after_help = "Examples:\n  cargo xtask test            everything that a change must pass\n  \
-                  cargo xtask test --quick    what a change to a crate or two needs\n\n\
+                  cargo xtask test --quick    only the crates that changed\n\n\
                   Every other command of `cargo xtask` is forwarded to the program `orchard`: `cargo xtask bench-v1`, .."
 )]
 struct Cli {
@@ -83,7 +83,7 @@ fn main() -> ExitCode {
 fn one_line(message: &str) -> String {
     let paragraph = message.split("\n\n").next().unwrap_or_default();
     let words: Vec<&str> = paragraph.split_whitespace().collect();
-    format!("{} (--help tells more)", words.join(" ").trim_start_matches("error: "))
+    format!("{} (see --help)", words.join(" ").trim_start_matches("error: "))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! A file that is written piece by piece and takes its name when it is whole.
+//! A file that is written piece by piece and gets its final name when it is complete.
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use tempfile::NamedTempFile;
 
 use crate::store::{StoreError, temporary_in};
 
-/// A temporary file beside the place where it belongs; dropped, it is gone.
+/// A temporary file in the folder of its final path; it is deleted when dropped before [`AtomicFile::finish`].
 #[derive(Debug)]
 pub struct AtomicFile {
     file: BufWriter<NamedTempFile>,
@@ -15,10 +15,10 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Begins a file, and makes its folder if needed.
+    /// Creates the temporary file, and its folder if needed.
     ///
     /// # Errors
-    /// The folder or the file cannot be made.
+    /// The folder or the file cannot be created.
     pub fn begin(path: &Path) -> Result<Self, StoreError> {
         let begin = || {
             let folder = path.parent().unwrap_or(Path::new("."));
@@ -29,10 +29,10 @@ impl AtomicFile {
         Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
     }
 
-    /// The file takes its name.
+    /// Writes the rest and gives the file its final name.
     ///
     /// # Errors
-    /// Not all of it can be written, or the name cannot be taken.
+    /// The file cannot be written or renamed.
     pub fn finish(self) -> Result<(), StoreError> {
         let Self { file, path } = self;
         let finish = || {

@@ -1,8 +1,8 @@
 //! Runs any task of the benchmark: a list of independent pieces of work, each with a record in a file of its own.
 //!
 //! A [`Task`] lists the keys of its records and computes each of them. [`run_task`] computes them in parallel into a result folder
-//! ([`store::Store`]), reuses those that are there already, and writes their cost ([`compute`]) and the summary. A [`Shard`] is a part of
-//! a run for one of several machines; [`merge`] puts the parts together. The tasks themselves are in `orchard-tasks` and
+//! ([`store::Store`]), reuses records that are already stored, and writes their cost ([`compute`]) and the summary. A [`Shard`] is a
+//! part of a run for one of several machines; [`merge`] combines the parts. The tasks themselves are in `orchard-tasks` and
 //! `orchard-scaling`.
 
 mod check;

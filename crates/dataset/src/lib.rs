@@ -1,7 +1,7 @@
-//! Data sets: images of trees from all sides with the truth behind them.
+//! Data sets: images of trees from all sides with ground truth.
 //!
-//! recipe -> trees (world at rest, views, files, one record a tree) -> annotations, poses, manifest. `docs/dataset.md` states
-//! what each file holds.
+//! recipe -> trees (world at rest, views, files, one record a tree) -> annotations, poses, manifest. `docs/dataset.md` describes
+//! the files.
 
 mod config;
 mod error;

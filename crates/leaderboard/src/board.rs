@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::entry::Entry;
 use crate::rank::ranking;
 
-/// A leaderboard: entries on one seed set under one version of the configs.
+/// A leaderboard: entries for one seed set and one version of the configs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Board {
@@ -16,30 +16,30 @@ pub struct Board {
     pub schema_version: u32,
     /// Version of protocol and configs.
     pub config_version: String,
-    /// The set whose seeds all entries are on.
+    /// The seed set of all entries.
     pub seed_set: SeedSetName,
-    /// Names of the scene that all entries are of.
+    /// Names of the scene of all entries.
     pub scene: SceneNames,
     /// [`orchard_scenario::Scenario::scene_hash`].
     pub scene_hash: String,
-    /// Entries, by place under their own budgets.
+    /// Entries, ranked under their own budgets.
     pub entries: Vec<Entry>,
 }
 
-/// A board that cannot be used, or an entry that it does not take.
+/// A board that cannot be used, or an entry that it does not accept.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BoardError {
     /// Not a board.
     #[error("{0}")]
     Unreadable(String),
     /// Another version, seed set or scene.
-    #[error("the board has {what} {found}, not {own}: give another --board")]
+    #[error("the board has {what} {found}, not {own}; choose another --board")]
     OtherBoard {
-        /// Name of the figure that differs.
+        /// Name of the field that differs.
         what: &'static str,
-        /// Figure of the board.
+        /// Value on the board.
         found: String,
-        /// Figure of the request.
+        /// Requested value.
         own: String,
     },
     /// An entry that contradicts itself.
@@ -51,7 +51,7 @@ pub enum BoardError {
         problem: String,
     },
     /// The board already holds this result.
-    #[error("the same records stand on the board under the same budget, as {name}")]
+    #[error("the board already holds the same records under the same budget, as {name}")]
     Twice {
         /// Name of the entry on the board.
         name: String,
@@ -83,7 +83,7 @@ impl Board {
     /// Reads a board and checks it.
     ///
     /// # Errors
-    /// Not a board, of another layout, an entry that contradicts itself, a name twice.
+    /// The text is not a board or has another layout, an entry contradicts itself, or a name occurs twice.
     pub fn from_json(text: &str) -> Result<Self, BoardError> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|e| BoardError::Unreadable(e.to_string()))?;
@@ -97,16 +97,16 @@ impl Board {
             let wrong =
                 |problem: &str| BoardError::Entry { name: entry.name.clone(), problem: problem.to_owned() };
             if board.entries[..i].iter().any(|other| other.name == entry.name) {
-                return Err(wrong("the name is there twice"));
+                return Err(wrong("the name occurs twice"));
             }
             if entry.budget.admits(entry.snapped_per_tree, entry.dropped_per_tree) != entry.within_budget {
-                return Err(wrong("within_budget is not what its figures say"));
+                return Err(wrong("within_budget contradicts its figures"));
             }
         }
         Ok(board)
     }
 
-    /// Checks that it is of a version, a seed set and a scene.
+    /// Checks that the board has the given version, seed set and scene.
     ///
     /// # Errors
     /// The board has another version, seed set or scene.

@@ -110,10 +110,10 @@ fn a_board_takes_a_result_once_and_a_name_once() {
     assert_eq!(Board::from_json(&text).unwrap(), board);
     assert_eq!(board.check("v1", SeedSetName::Tuning, &scenario()), Ok(()));
     let e = board.check("v1", SeedSetName::V1, &scenario()).unwrap_err().to_string();
-    assert_eq!(e, "the board has seed set Tuning, not V1: give another --board");
+    assert_eq!(e, "the board has seed set Tuning, not V1; choose another --board");
     let stereo = Scenario::of(&[("camera", "d435i")]).unwrap();
     let e = board.check("v1", SeedSetName::Tuning, &stereo).unwrap_err().to_string();
-    assert_eq!(e, "the board has camera paper, not d435i: give another --board");
+    assert_eq!(e, "the board has camera paper, not d435i; choose another --board");
     assert!(
         board
             .check("v2", SeedSetName::Tuning, &scenario())
@@ -126,9 +126,9 @@ fn a_board_takes_a_result_once_and_a_name_once() {
         (
             "\"within_budget\":true",
             "\"within_budget\":false",
-            "entry a: within_budget is not what its figures say",
+            "entry a: within_budget contradicts its figures",
         ),
-        ("\"name\":\"b\"", "\"name\":\"a\"", "entry a: the name is there twice"),
+        ("\"name\":\"b\"", "\"name\":\"a\"", "entry a: the name occurs twice"),
         ("\"entries\"", "\"entrees\"", "entrees"),
     ] {
         let bad = text.replacen(from, to, 1);

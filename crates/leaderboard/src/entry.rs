@@ -8,11 +8,11 @@ use crate::refusal::Refusal;
 use crate::rules::LeaderboardRules;
 use crate::verify::Verified;
 
-/// Damage a tree that a submission may do at most, on average over its nominal episodes.
+/// Largest damage per tree allowed for a submission, mean over its nominal episodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// Name in the protocol; null of one's own figures.
+    /// Name in the protocol; null for a custom budget.
     pub class: Option<String>,
     /// Branches snapped a tree.
     pub snapped: f64,
@@ -21,27 +21,27 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// A budget of the protocol; `None` if it has no such.
+    /// A budget of the protocol by name; `None` if the name is unknown.
     pub fn of_class(rules: &LeaderboardRules, class: &str) -> Option<Self> {
         let budget = rules.budgets.get(class)?;
         let (snapped, dropped) = (budget.snapped.si(), budget.dropped.si());
         Some(Self { class: Some(class.to_owned()), snapped, dropped })
     }
 
-    /// A budget of one's own.
+    /// A custom budget.
     ///
     /// # Errors
-    /// A figure that is not a number from 0 up.
+    /// A figure that is not finite and at least 0.
     pub fn of_figures(snapped: f64, dropped: f64) -> Result<Self, String> {
         for (name, value) in [("snapped", snapped), ("dropped", dropped)] {
             if !value.is_finite() || value < 0.0 {
-                return Err(format!("{name} = {value} is not a number from 0 up, a tree"));
+                return Err(format!("{name} = {value} per tree: must be a finite number >= 0"));
             }
         }
         Ok(Self { class: None, snapped, dropped })
     }
 
-    /// True if an amount of damage a tree is within the budget.
+    /// True if an amount of damage per tree is within the budget.
     pub fn admits(&self, snapped: f64, dropped: f64) -> bool {
         snapped <= self.snapped && dropped <= self.dropped
     }
@@ -56,7 +56,7 @@ impl std::fmt::Display for Budget {
     }
 }
 
-/// A verified submission. Figures are those of the nominal condition; damage and completeness by the definitions of the benchmark.
+/// A verified submission. All figures are of the nominal condition, by the definitions of the benchmark.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
@@ -82,7 +82,7 @@ pub struct Entry {
     pub place_success_per_attempt: Option<f64>,
     /// Episodes of all conditions.
     pub episodes: u32,
-    /// Of these, with a quarantined world.
+    /// Number of these with a quarantined world.
     pub quarantined: u32,
     /// Code version.
     pub code_version: String,
@@ -98,7 +98,7 @@ impl Entry {
     /// A verified result under a name and a budget.
     ///
     /// # Errors
-    /// The result has no nominal figures: for example, no tree had a reachable fruit.
+    /// A nominal figure is undefined: for example, no tree had a reachable fruit.
     pub fn new(name: &str, budget: Budget, verified: &Verified) -> Result<Self, Refusal> {
         let summary = &verified.summary;
         let nominal = summary.conditions.get(NOMINAL);

@@ -1,7 +1,7 @@
-//! The leaderboard: submissions are results of a controller with a budget of damage; they are verified and ranked.
+//! The leaderboard: verifies and ranks submissions. A submission is the result of a controller with a damage budget.
 //!
-//! A result is taken if it is the whole official matrix of this very build, if its summary is what its records give, and if a
-//! sample of its episodes, run again, has the same bytes. `docs/leaderboard.md` describes how to submit.
+//! A result is accepted if it is the whole official matrix, made by this build, if its summary follows from its records, and if a
+//! sample of its episodes has the same bytes when run again. `docs/leaderboard.md` describes how to submit.
 
 mod board;
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use crate::entry::{Budget, Entry};
 
-/// An entry in its place.
+/// An entry with its rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranked<'a> {
-    /// Place from 1; `None` over budget.
+    /// Rank, from 1; `None` over budget.
     pub place: Option<u32>,
     /// The entry.
     pub entry: &'a Entry,
@@ -13,8 +13,8 @@ pub struct Ranked<'a> {
     pub on_front: bool,
 }
 
-/// Entries by place: those within budget by completeness, the most first, then by damage, the least first, then by name; those over
-/// budget after them in the same order. The budget is each entry's own, or one for all.
+/// Ranks the entries: those within budget by descending completeness, then by ascending damage, then by name; those over budget after
+/// them in the same order. The budget is each entry's own, or `budget` for all.
 pub fn ranking<'a>(entries: &'a [Entry], budget: Option<&Budget>) -> Vec<Ranked<'a>> {
     let within = |entry: &Entry| {
         budget.map_or(entry.within_budget, |b| b.admits(entry.snapped_per_tree, entry.dropped_per_tree))
@@ -38,8 +38,8 @@ pub fn ranking<'a>(entries: &'a [Entry], budget: Option<&Budget>) -> Vec<Ranked<
         .collect()
 }
 
-/// Indices of the entries that no other dominates, by damage: another has as much completeness with as little damage, and more of the
-/// one or less of the other. Entries with the same figures are both on the front.
+/// Indices of the entries on the Pareto front, by damage. An entry is dominated if another one is at least as good in completeness and
+/// damage, and better in one of them. Entries with equal figures are both on the front.
 pub fn pareto_front(entries: &[Entry]) -> Vec<usize> {
     let dominates = |a: &Entry, b: &Entry| {
         let (more, less) = (a.completeness - b.completeness, b.damage() - a.damage());

@@ -1,4 +1,4 @@
-//! Why a result is not taken.
+//! Reasons for refusing a result.
 
 use orchard_bench::Missing;
 use orchard_bench::store::StoreError;
@@ -9,16 +9,16 @@ use crate::difference::Difference;
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
     /// No result folder.
-    #[error("{file}: {problem}; a result folder of a harvest that ended is needed")]
+    #[error("{file}: {problem}; the folder of a completed harvest run is needed")]
     NotAResult {
-        /// The file that was looked for.
+        /// The missing or unreadable file.
         file: String,
         /// Problem with it.
         problem: String,
     },
     /// Another version than that of this build.
     #[error(
-        "{file}: {what} {found}, but this build has {own}: results are verified by the build that made them"
+        "{file}: {what} {found}, but this build has {own}: a result can only be verified by the build that made it"
     )]
     Version {
         /// File with the version.
@@ -31,7 +31,7 @@ pub enum Refusal {
         own: String,
     },
     /// Other seeds than those of the board.
-    #[error("summary.json: seed set {found}, but the board is of {own}")]
+    #[error("summary.json: seed set {found}, but the board has {own}")]
     Seeds {
         /// Value in the result.
         found: String,
@@ -48,11 +48,11 @@ pub enum Refusal {
         /// Value of the official plan.
         own: String,
     },
-    /// Episodes of the matrix are not there, or not as this code writes them.
+    /// Episodes of the matrix are missing, or not as this code writes them.
     #[error(transparent)]
     Missing(#[from] Missing),
     /// A record that is not part of the matrix.
-    #[error("{file} is not of the official matrix: a submission holds that and nothing else")]
+    #[error("{file} is not part of the official matrix: a submission may hold no other records")]
     Surplus {
         /// The file.
         file: String,
@@ -66,27 +66,27 @@ pub enum Refusal {
         problem: String,
     },
     /// A summary that does not follow from its records.
-    #[error("summary.json is not what its records give: {difference}")]
+    #[error("summary.json does not follow from its records: {difference}")]
     Summary {
         /// The first difference.
         difference: Difference,
     },
-    /// An episode that has other bytes when run again.
-    #[error("{file} comes out otherwise when run again: {difference}")]
+    /// An episode that has different bytes when run again.
+    #[error("{file} differs when run again: {difference}")]
     NotRepeated {
         /// The file.
         file: String,
         /// The first difference.
         difference: Difference,
     },
-    /// No nominal figure to rank by.
-    #[error("the nominal condition gives no {metric}: there is nothing to rank")]
+    /// A metric that ranking needs is undefined.
+    #[error("{metric} is undefined under the nominal condition: the result cannot be ranked")]
     NothingToRank {
         /// The metric.
         metric: &'static str,
     },
     /// The stop flag was raised.
-    #[error("interrupted: the board is as it was")]
+    #[error("interrupted: the board is unchanged")]
     Interrupted,
     /// Threads cannot be started.
     #[error("cannot start threads: {0}")]

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub struct LeaderboardRules {
     /// Episodes of a submission that are run again.
     pub sample: Count,
-    /// Budgets that have a name.
+    /// Named budgets.
     pub budgets: BTreeMap<String, BudgetRules>,
 }
 
@@ -26,7 +26,7 @@ impl LeaderboardRules {
     }
 }
 
-/// Damage a tree that a submission may do at most.
+/// Largest damage per tree allowed for a submission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BudgetRules {

@@ -2,8 +2,8 @@
 
 use orchard_spec::{Purpose, Stream};
 
-/// Indices of `count` of `total` episodes, or all, ascending. They follow from the hash of all records, so that the submitter
-/// cannot choose: another byte anywhere draws another sample.
+/// Draws `count` of `total` episodes (or all) from the hash of all records; returns their indices, ascending. The submitter cannot
+/// choose the sample: a change of any byte draws another one.
 pub fn drawn(records: &[u8; 32], total: usize, count: usize) -> Vec<usize> {
     let seed = records.iter().take(8).fold(0, |seed: u64, &byte| seed << 8 | u64::from(byte));
     let mut stream = Stream::new(seed, 0, Purpose::LeaderboardSample);

@@ -81,7 +81,7 @@ fn versions_seeds_and_plans_of_others_are_refused() {
     assert!(e.starts_with("summary.json: config_hash \"") && e.contains("this build has \"000"), "{e}");
     let whole = SeedSetLabel { name: SeedSetName::V1, whole: true };
     let e = refused(here, &Plan { seed_set: whole, ..plan() });
-    assert_eq!(e, "summary.json: seed set custom (in part), but the board is of v1");
+    assert_eq!(e, "summary.json: seed set custom (in part), but the board has v1");
     let e = refused(here, &Plan { seeds: vec![7, 9], ..plan() });
     assert!(e.contains("seed set custom (in part) with seeds [7, 8]"), "{e}");
     let e = refused(here, &Plan { scenario: Names::paper("gardener"), ..plan() });
@@ -122,7 +122,7 @@ fn partial_and_swollen_results_are_refused() {
     fs::remove_file(&file).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
     assert!(
-        e.starts_with("1 of 8 episodes are missing, episodes/fake-nominal-7-003.json is the first"),
+        e.starts_with("1 of 8 episodes are missing; the first is episodes/fake-nominal-7-003.json"),
         "{e}"
     );
     fs::write(&file, &text[..text.len() - 9]).unwrap();
@@ -131,7 +131,7 @@ fn partial_and_swollen_results_are_refused() {
     fs::write(&file, &text).unwrap();
     fs::write(folder.path().join("episodes/fake-windy-7-000.json"), &text).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
-    assert!(e.starts_with("episodes/fake-windy-7-000.json is not of the official matrix"), "{e}");
+    assert!(e.starts_with("episodes/fake-windy-7-000.json is not part of the official matrix"), "{e}");
 
     let empty = tempfile::tempdir().unwrap();
     for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 5}")] {
@@ -158,13 +158,13 @@ fn an_edited_summary_is_refused_by_its_field() {
     assert_eq!(
         verified(folder.path(), &plan(), 1).unwrap_err(),
         format!(
-            "summary.json is not what its records give: conditions.nominal.metrics.harvest_completeness.mean is 0.99, not {own}"
+            "summary.json does not follow from its records: conditions.nominal.metrics.harvest_completeness.mean is 0.99, not {own}"
         )
     );
     // Not even another space is taken.
     fs::write(folder.path().join("summary.json"), text.replacen(": ", ":  ", 1)).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
-    assert!(e.contains("written in another way"), "{e}");
+    assert!(e.contains("formatted differently"), "{e}");
 }
 
 #[test]
@@ -174,12 +174,12 @@ fn a_record_with_one_number_changed_is_refused() {
     let folder = result();
     change(folder.path(), episode, "\"final_state\": \"dropped\"", "\"final_state\": \"deposited\"");
     assert!(
-        verified(folder.path(), &plan(), 1).unwrap_err().starts_with("summary.json is not what its records")
+        verified(folder.path(), &plan(), 1).unwrap_err().starts_with("summary.json does not follow from its records")
     );
     // or, where the summary is forged as well, the record itself,
     sum_up_again(folder.path());
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
-    assert!(e.starts_with(episode) && e.contains("is in the bucket without an event"), "{e}");
+    assert!(e.starts_with(episode) && e.contains("is in the bucket, but no deposit is listed"), "{e}");
     // or, where the record is consistent, the episode that is run again.
     let folder = result();
     change(folder.path(), episode, "\"max_finger_force_n\": 8.0", "\"max_finger_force_n\": 7.5");
@@ -187,7 +187,7 @@ fn a_record_with_one_number_changed_is_refused() {
     assert_eq!(
         verified(folder.path(), &plan(), 8).unwrap_err(),
         format!(
-            "{episode} comes out otherwise when run again: attempts[0].max_finger_force_n is 7.5, not 8.0"
+            "{episode} differs when run again: attempts[0].max_finger_force_n is 7.5, not 8.0"
         )
     );
 }
@@ -212,18 +212,18 @@ fn what_contradicts_itself() {
         lie(&mut record);
         consistency::contradiction(&record, plan().frame).unwrap_or_default()
     };
-    assert!(said(|r| r.frames = r.key.horizon_frames + 1).contains("in a budget of"));
-    assert!(said(|r| r.duration_s += 0.5).contains("frames take"));
+    assert!(said(|r| r.frames = r.key.horizon_frames + 1).contains("more than the horizon"));
+    assert!(said(|r| r.duration_s += 0.5).contains("duration_s is"));
     assert!(said(|r| r.fruit_total += 1).contains("fruit are listed"));
-    assert!(said(|r| r.fruit[0].id = 9).contains("not numbered"));
+    assert!(said(|r| r.fruit[0].id = 9).contains("ids of the fruit"));
     assert!(said(|r| r.reachable_count -= 1).contains("fruit are reachable"));
     assert!(said(|r| r.zone_census.clear()).contains("zone_census"));
-    assert!(said(|r| r.fruit_deposited.clear()).contains("without an event"));
+    assert!(said(|r| r.fruit_deposited.clear()).contains("no deposit is listed"));
     assert!(said(|r| r.fruit_deposited[0].time += 1.0).contains("has the time"));
-    assert!(said(|r| r.detection.recalled = 1000).contains("are recalled"));
+    assert!(said(|r| r.detection.recalled = 1000).contains("fruit were found"));
     assert!(said(|r| r.attempts[0].placed.clear()).contains("attempt 0: its outcome"));
-    assert!(said(|r| r.attempts[0].cycle_time = Some(0.1)).contains("its cycle time"));
-    assert!(said(|r| r.attempts[0].end_frame = 0).contains("within the episode"));
+    assert!(said(|r| r.attempts[0].cycle_time = Some(0.1)).contains("cycle_time is not"));
+    assert!(said(|r| r.attempts[0].end_frame = 0).contains("outside the episode"));
 }
 
 #[test]

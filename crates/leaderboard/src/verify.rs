@@ -26,7 +26,7 @@ use crate::difference::{Difference, first_difference};
 use crate::refusal::Refusal;
 use crate::sample::drawn;
 
-/// File that identifies a result.
+/// File of the summary in a result folder.
 const SUMMARY: &str = "summary.json";
 
 /// Fields of a summary that identify its run.
@@ -64,7 +64,7 @@ pub struct Verified {
 /// Reads the summary head of a result folder.
 ///
 /// # Errors
-/// There is no summary, or the file has another layout or is not a summary.
+/// The summary is missing, has another layout, or cannot be parsed.
 pub fn head(folder: &Path) -> Result<Head, Refusal> {
     let file = folder.join(SUMMARY);
     let not = |problem: String| Refusal::NotAResult { file: file.display().to_string(), problem };
@@ -79,7 +79,7 @@ pub fn head(folder: &Path) -> Result<Head, Refusal> {
 /// episodes that are run again on `threads` threads.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// The first failed check.
 pub fn verify<F: WorldFactory>(
     folder: &Path,
     plan: &Plan,
@@ -117,7 +117,7 @@ pub fn verify<F: WorldFactory>(
     Ok(Verified { summary, records_sha256: hex(&hash), sample })
 }
 
-/// Versions, seeds, controller and profile are those of the plan.
+/// Checks that versions, seeds, controller and profile equal those of the plan.
 fn check_head(head: &Head, plan: &Plan) -> Result<(), Refusal> {
     version("code_version", &head.code_version, &CODE_VERSION)?;
     version("config_version", &head.config_version, &plan.protocol.version)?;
@@ -158,7 +158,7 @@ fn named(label: &SeedSetLabel) -> String {
     if label.whole { name.to_owned() } else { format!("{name} (in part)") }
 }
 
-/// All records of the matrix, and no other.
+/// Checks that the folder holds all records of the matrix and no others.
 fn collected(store: &Store, keys: &[EpisodeKey]) -> Result<Vec<EpisodeRecord>, Refusal> {
     let records = gather::<EpisodeRecord>(keys, &[store])?;
     let own: BTreeSet<String> = keys.iter().map(EpisodeRecord::path).collect();
@@ -168,7 +168,7 @@ fn collected(store: &Store, keys: &[EpisodeKey]) -> Result<Vec<EpisodeRecord>, R
     }
 }
 
-/// The file of the summary is, byte by byte, what the records give.
+/// Checks that the summary file equals, byte by byte, the summary of the records.
 fn check_summary(folder: &Path, summary: &Summary) -> Result<(), Refusal> {
     let file = folder.join(SUMMARY);
     let found = fs::read(&file)
@@ -200,12 +200,12 @@ fn bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, Refusal> {
     encode(value).map_err(|e| Refusal::NotAResult { file: file.to_owned(), problem: e.to_string() })
 }
 
-/// The first field in which two JSON files differ; where there is none, their texts do.
+/// The first field in which two JSON files differ; if there is none, the difference is in the formatting.
 fn difference(found: &[u8], own: &[u8]) -> Difference {
     let value = |bytes| serde_json::from_slice::<Value>(bytes).unwrap_or_default();
     first_difference(&value(found), &value(own)).unwrap_or_else(|| Difference {
         field: String::new(),
-        found: "written in another way".to_owned(),
+        found: "formatted differently".to_owned(),
         expected: "as this code writes it".to_owned(),
     })
 }

@@ -38,6 +38,6 @@ fn real_episodes_come_out_as_they_were_submitted() {
     store.write_record(&records[1]).unwrap();
     store.write("summary.json", &Summary::of_run(&plan, &records)).unwrap();
     let e = verify(folder.path(), &plan, &harvest, 3, 2, &stop, &NoProgress).unwrap_err().to_string();
-    let forged = "episodes/expert-nominal-20250704-000-r1.json comes out otherwise when run again: fruit[3].p_world[2]";
+    let forged = "episodes/expert-nominal-20250704-000-r1.json differs when run again: fruit[3].p_world[2]";
     assert!(e.starts_with(forged), "{e}");
 }

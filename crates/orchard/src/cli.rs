@@ -21,7 +21,7 @@ use crate::program::Program;
     after_help = "Examples:\n  orchard bench-v1                        the quick benchmark, results in results/\n  \
                   orchard bench-v1 --profile full         the whole matrix, 3 seeds x 6 trees x 75 s\n  \
                   orchard bench-v1 --preset tall-spindle --camera d435i --controller expert\n  \
-                  orchard scenario show --preset v-trellis    every figure of a scenario, with where it comes from"
+                  orchard scenario show --preset v-trellis    every figure of a scenario, with its origin"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -64,7 +64,7 @@ impl Program {
         self.run(std::env::args_os())
     }
 
-    /// Runs a command line, the program's name first; errors go to the error output, and the exit code gives their kind.
+    /// Runs a command line (first word: the program's name). Errors are printed to stderr; the exit code gives their kind.
     pub fn run(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
         match self.call(line) {
             Ok(()) => ExitCode::SUCCESS,
@@ -75,7 +75,7 @@ impl Program {
         }
     }
 
-    /// Runs a command line, the program's name first. `--help` and `--version` end the process.
+    /// Runs a command line (first word: the program's name). `--help` and `--version` end the process.
     ///
     /// # Errors
     /// The command line does not parse, or the command fails.
@@ -125,11 +125,11 @@ impl Program {
     }
 }
 
-/// The first paragraph of a parser's message as one line.
+/// The first paragraph of a clap error as one line.
 fn one_line(message: &str) -> String {
     let paragraph = message.split("\n\n").next().unwrap_or_default();
     let words: Vec<&str> = paragraph.split_whitespace().collect();
-    format!("{} (--help tells more)", words.join(" ").trim_start_matches("error: "))
+    format!("{} (see --help)", words.join(" ").trim_start_matches("error: "))
 }
 
 #[cfg(test)]

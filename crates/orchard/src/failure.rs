@@ -1,15 +1,15 @@
-//! The ways in which a command can fail, with their exit codes.
+//! Kinds of failure of a command, with their exit codes.
 
 use std::process::ExitCode;
 
-/// Reason for a command's failure; displayed in one line, except that a cause may add lines.
+/// Failure of a command. It is displayed in one line; a cause may add lines.
 #[derive(Debug)]
 pub enum Failure {
-    /// The user asked for something impossible: exit code 2.
+    /// Invalid input of the user: exit code 2.
     BadInput(String),
-    /// Something went wrong, or a check failed: exit code 1.
+    /// An error during the run, or a failed check: exit code 1.
     Failed(String),
-    /// Ctrl-C: exit code 130.
+    /// Interrupted by Ctrl-C: exit code 130.
     Interrupted(String),
 }
 
@@ -38,7 +38,7 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
-/// Outcome of a comparison with something that may be missing: a third-party tool, a graphics device.
+/// Outcome of a comparison that needs a third-party tool or a graphics device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// Both sides agree.

@@ -23,7 +23,7 @@ impl Program {
         Self { controllers: orchard_scenario::controllers() }
     }
 
-    /// Adds a kind of controller, which `--controller NAME` then chooses. One of the same name is replaced.
+    /// Adds a kind of controller, selected by `--controller NAME`; it replaces one of the same name.
     #[must_use]
     pub fn with(mut self, controller: impl ControllerKind + 'static) -> Self {
         self.controllers.retain(|kind| kind.name() != controller.name());

@@ -25,7 +25,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::program::Program;
 
-/// Puts results on a leaderboard, verified, or shows it.
+/// Verifies results and adds them to a leaderboard, or shows a leaderboard.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -38,15 +38,15 @@ enum Command {
     Show(ShowArgs),
 }
 
-/// Verifies results and puts them on a board.
+/// Verifies results and adds them to a board.
 #[derive(clap::Args)]
 #[command(
-    after_help = "A submission is a result of the whole official matrix and a budget of damage a tree. Make the result with this very build:\n  \
+    after_help = "A submission is a result of the whole official matrix and a damage budget per tree. Make the result with this build:\n  \
 orchard bench-v1 --tasks harvest --profile full --seeds v1 --controller NAME --out DIR\n\n\
-Verified are: versions, config hash and seeds; that every episode of the matrix is there, whole; that the summary is, byte by byte, what\n\
-the episodes give; that records agree with themselves; and a sample of episodes, drawn by the hash of all of them, that are run again and\n\
-must have the same bytes. A result that fails is refused with the reason: exit code 2, and the board is as it was.\n\
-A name that is on the board already makes way for the new result; the same records under the same budget are refused.\n\n\
+Checks: versions, config hash and seeds are those of this build; every episode of the matrix is complete; the summary equals, byte by\n\
+byte, the summary of the episodes; the records are consistent; a sample of episodes, drawn from the hash of all records, has the same\n\
+bytes when run again. A result that fails a check is refused with the reason and exit code 2, and the board is unchanged.\n\
+A new result replaces the entry of the same name. The same records under the same budget are refused.\n\n\
 Files:\n  FILE.json   the board\n  FILE.md     the table\n  FILE.svg    completeness against damage, with the Pareto front\n\n\
 Examples:\n  orchard leaderboard add results/bench-v1-full-expert-v1 --budget gentle\n  \
 orchard leaderboard add DIR --snapped 0.05 --dropped 0.5 --name careful --sample 20\n  \
@@ -62,10 +62,10 @@ struct AddArgs {
     board: BoardArgs,
     #[command(flatten)]
     scenario: ScenarioArgs,
-    /// Name of the submission on the board [default: the controller's]
+    /// Name of the submission on the board [default: the name of the controller]
     #[arg(long, value_name = "NAME", value_parser = name)]
     name: Option<String>,
-    /// Episodes to run again; more than there are means all [default: by protocol, 3]
+    /// Number of episodes to run again; a number above the total means all [default: by protocol, 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     sample: Option<u32>,
     /// Threads [default: as many as the machine has]
@@ -73,7 +73,7 @@ struct AddArgs {
     threads: Option<u32>,
 }
 
-/// Shows a board in order: each entry under its own budget, or all under one.
+/// Prints a board, ranked under each entry's own budget or under one budget for all.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  orchard leaderboard show\n  orchard leaderboard show --budget gentle")]
 struct ShowArgs {
@@ -85,16 +85,16 @@ struct ShowArgs {
     scenario: ScenarioArgs,
 }
 
-/// Damage a tree at most.
+/// Damage budget per tree.
 #[derive(clap::Args)]
 struct BudgetArgs {
-    /// Budget of the protocol: gentle, snapped <= 0.1 and dropped <= 1 a tree; paper, 0.2 and 6
+    /// Budget of the protocol, per tree: gentle (snapped <= 0.1, dropped <= 1) or paper (snapped <= 0.2, dropped <= 6)
     #[arg(long, value_name = "NAME", conflicts_with_all = ["snapped", "dropped"])]
     budget: Option<String>,
-    /// Budget of one's own: branches snapped a tree at most
+    /// Custom budget: largest number of branches snapped per tree
     #[arg(long, value_name = "B", requires = "dropped", allow_negative_numbers = true)]
     snapped: Option<f64>,
-    /// Budget of one's own: fruit dropped a tree at most
+    /// Custom budget: largest number of fruit dropped per tree
     #[arg(long, value_name = "D", requires = "snapped", allow_negative_numbers = true)]
     dropped: Option<f64>,
 }
@@ -102,10 +102,10 @@ struct BudgetArgs {
 /// Options that select a board.
 #[derive(clap::Args)]
 struct BoardArgs {
-    /// Seeds of the board; those of different sets are never on one board
+    /// Seed set of the board; a board has one seed set
     #[arg(long, value_enum, default_value_t = SetName::V1)]
     seed_set: SetName,
-    /// The board [default: results/leaderboard-SEEDSET.json]
+    /// File of the board [default: results/leaderboard-SEEDSET.json]
     #[arg(long, value_name = "FILE.json")]
     board: Option<PathBuf>,
 }
@@ -130,12 +130,12 @@ const LONGEST_NAME: usize = 40;
 
 fn name(text: &str) -> Result<String, String> {
     let text = text.trim();
-    // Characters without a meaning in Markdown and SVG.
+    // Characters without special meaning in Markdown and SVG.
     let plain = text.chars().all(|c| c.is_alphanumeric() || " -_.+()".contains(c));
     if (1..=LONGEST_NAME).contains(&text.chars().count()) && plain {
         Ok(text.to_owned())
     } else {
-        Err(format!("a name has 1 to {LONGEST_NAME} letters, digits, spaces or -_.+()"))
+        Err(format!("must have 1 to {LONGEST_NAME} letters, digits, spaces or -_.+()"))
     }
 }
 
@@ -146,7 +146,7 @@ impl BudgetArgs {
         if let Some(class) = &self.budget {
             let known: Vec<&str> = rules.budgets.keys().map(String::as_str).collect();
             return Budget::of_class(rules, class).map(Some).ok_or_else(|| {
-                Failure::BadInput(format!("--budget {class}: there are {}", known.join(", ")))
+                Failure::BadInput(format!("--budget {class}: the budgets are {}", known.join(", ")))
             });
         }
         match (self.snapped, self.dropped) {
@@ -168,11 +168,11 @@ impl BoardArgs {
         if file.extension().is_some_and(|extension| extension == "json") {
             Ok(file)
         } else {
-            Err(Failure::BadInput(format!("--board {}: a name that ends in .json is needed", file.display())))
+            Err(Failure::BadInput(format!("--board {}: the file name must end in .json", file.display())))
         }
     }
 
-    /// The board in its file; none where there is no file.
+    /// Reads the board; none if the file does not exist.
     fn read(&self, protocol: &Protocol, scenario: &Scenario) -> Result<Option<Board>, Failure> {
         let file = self.file()?;
         let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {e}", file.display()));
@@ -201,23 +201,23 @@ fn show(args: &ShowArgs, program: &Program) -> Result<(), Failure> {
     let file = args.board.file()?;
     let board = args.board.read(&protocol, &scenario)?;
     let board =
-        board.ok_or_else(|| Failure::BadInput(format!("{}: there is no such board", file.display())))?;
+        board.ok_or_else(|| Failure::BadInput(format!("{}: no such board", file.display())))?;
     say!("{}", table::short(&board, budget.as_ref()).trim_end());
     Ok(())
 }
 
 fn add(args: &AddArgs, program: &Program) -> Result<(), Failure> {
-    args.scenario.refuse(&[Part::Controller], "every result names its own")?;
+    args.scenario.refuse(&[Part::Controller], "a result names its controller")?;
     let scenario = args.scenario.resolve(program)?;
     let protocol = Protocol::of_scenario(&scenario)?;
     let rules = LeaderboardRules::of(&protocol)?;
     let budget = args.budget.read(&protocol)?.ok_or_else(|| {
         let known: Vec<&str> = rules.budgets.keys().map(String::as_str).collect();
         let known = known.join(" or ");
-        Failure::BadInput(format!("a submission has a budget: --budget {known}, or --snapped B --dropped D"))
+        Failure::BadInput(format!("the budget is missing: give --budget {known}, or --snapped B --dropped D"))
     })?;
     if args.name.is_some() && args.results.len() > 1 {
-        return Err(Failure::BadInput("--name is for one RESULT: names are unique on a board".to_owned()));
+        return Err(Failure::BadInput("--name: only with a single RESULT, because names are unique on a board".to_owned()));
     }
     let file = args.board.file()?;
     let seed_set = args.board.seed_set.name();
@@ -235,12 +235,12 @@ fn add(args: &AddArgs, program: &Program) -> Result<(), Failure> {
         match board.add(entry).map_err(|e| refused(&e))? {
             Added::New => say!("{}: verified, on the board as {name}", result.display()),
             Added::InPlaceOf(old) => say!(
-                "{}: verified, on the board as {name} in the place of a result of completeness {:.3}",
+                "{}: verified, on the board as {name}; it replaces a result of completeness {:.3}",
                 result.display(),
                 old.completeness
             ),
         }
-        say!("run again with the same bytes: {}", verified.sample.join(", "));
+        say!("episodes run again with the same bytes: {}", verified.sample.join(", "));
         save(&board, &file)?;
     }
     say!("\n{}", table::short(&board, None).trim_end());
@@ -264,8 +264,8 @@ fn checked(
     let head = head(result).map_err(refused)?;
     let scenario = program.under(scenario, &head.controller).map_err(|e| {
         Failure::BadInput(format!(
-            "{}: refused: this program cannot run its episodes again: {e}. A controller of your own is put on a board by your own \
-             program; docs/leaderboard.md tells how",
+            "{}: refused: this program cannot run its episodes again: {e}. Submit your own controller with the program that \
+             contains it (docs/leaderboard.md)",
             result.display()
         ))
     })?;
@@ -273,7 +273,7 @@ fn checked(
     let protocol = harvest.protocol();
     let seed_set = args.board.seed_set.name();
     let extent = official(protocol, seed_set)
-        .ok_or_else(|| Failure::BadInput("--seed-set: a board has a whole set".to_owned()))?;
+        .ok_or_else(|| Failure::BadInput("--seed-set: must be a named seed set".to_owned()))?;
     let plan = harvest.plan_of(extent)?;
     let sample = args.sample.unwrap_or(LeaderboardRules::of(protocol)?.sample.get()) as usize;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);

@@ -146,7 +146,7 @@ fn components(name: &str, variance: &BTreeMap<String, VarianceComponents>) -> Ma
         h3 { "Variation between single episodes, " (name) }
         p {
             "Standard deviations between seeds, between the trees of a seed, and between repeats of one tree from other start poses. \
-             what an episode owes to its tree, and what to chance. A component whose estimate is negative is written as 0."
+             They separate the effect of the tree from chance. A component whose estimate is negative is written as 0."
         }
         (table(&format!("Standard deviations, {name}"), &heads, &rows))
     }

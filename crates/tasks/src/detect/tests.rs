@@ -124,7 +124,7 @@ fn bad_plans_are_refused_before_anything_is_touched() {
     for (plan, message) in [
         (DetectPlan { seeds: Vec::new(), ..plan() }, "no seed given"),
         (DetectPlan { seeds: vec![4, 4], ..plan() }, "seed 4 is given twice"),
-        (DetectPlan { trees: 0, ..plan() }, "0 trees: at least 1 tree a seed is needed"),
+        (DetectPlan { trees: 0, ..plan() }, "0 trees: at least 1 tree per seed is needed"),
     ] {
         let error =
             run(&plan, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)

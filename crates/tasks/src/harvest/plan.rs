@@ -151,11 +151,11 @@ mod tests {
         assert_eq!(check(|p| p.seeds = vec![4, 5, 4]), Err("seed 4 is given twice".into()));
         assert_eq!(
             check(|p| p.conditions[0].params.trees = 0),
-            Err("0 trees: at least 1 tree a seed is needed".into())
+            Err("0 trees: at least 1 tree per seed is needed".into())
         );
         assert_eq!(
             check(|p| p.conditions[0].params.repeats = 0),
-            Err("0 repeats: at least 1 episode a tree is needed".into())
+            Err("0 repeats: at least 1 episode per tree is needed".into())
         );
         for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let mut plan = plan();

@@ -60,7 +60,7 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     let progress = CountingProgress::default();
     let result = go(folder.path(), &plan(), 2, &progress).unwrap();
     assert_eq!(progress.counts(), (2, 6));
-    assert_eq!(progress.notes(), ["episodes/fake-nominal-8-003.json is damaged and is computed again"]);
+    assert_eq!(progress.notes(), ["episodes/fake-nominal-8-003.json is damaged and will be computed again"]);
     assert_eq!(files(folder.path(), "episodes"), before);
     let walls = result.cost.records.iter().filter(|e| e.wall_s.is_some()).count();
     assert_eq!(walls, 2);
@@ -103,7 +103,7 @@ fn another_plan_is_refused_before_anything_is_touched() {
     let progress = CountingProgress::default();
     go(folder.path(), &Plan { seeds: vec![7, 8, 9], ..plan() }, 1, &progress).unwrap();
     assert_eq!(progress.counts(), (4, 8));
-    assert_eq!(progress.notes(), ["episodes/notes.json is no record and is left alone"]);
+    assert_eq!(progress.notes(), ["episodes/notes.json is not a record and is ignored"]);
 }
 
 /// Raises the stop flag in the first frame after three episodes (the third is one that cannot be built).
@@ -138,7 +138,7 @@ fn an_interrupted_run_leaves_whole_files_and_goes_on() {
         run(&plan(), &FakeFactory, &Session::whole(&store, 1, &stop), &progress).map(|_| ()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "interrupted: 3 of 8 episodes are whole; the same command goes on from there"
+        "interrupted: 3 of 8 episodes are complete; run the same command again to continue"
     );
     let left = files(cut.path(), "episodes");
     assert_eq!(left.len(), 3);
@@ -159,7 +159,7 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     let mut plan = plan();
     plan.conditions[0].params.trees = 0;
     let error = go(folder.path(), &plan, 1, &NoProgress).map(|_| ()).unwrap_err();
-    assert_eq!(error.to_string(), "0 trees: at least 1 tree a seed is needed");
+    assert_eq!(error.to_string(), "0 trees: at least 1 tree per seed is needed");
     assert!(folder.path().join("summary.json").exists());
 }
 

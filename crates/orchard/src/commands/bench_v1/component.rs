@@ -49,9 +49,9 @@ impl<C: Component> PresentedTask for ComponentJob<C> {
     fn shown(record: &TreeRecord<C>) -> RecordProgress {
         let (seed, world) = (record.key.seed, record.key.world);
         let line = match &record.never_built {
-            Some(reason) => format!("seed {seed} tree {world}: never built: {reason}"),
+            Some(reason) => format!("seed {seed} tree {world}: could not be built: {reason}"),
             None => format!(
-                "seed {seed} tree {world}: {} of {} trials met",
+                "seed {seed} tree {world}: {} of {} trials successful",
                 record.trials.iter().filter(|trial| trial.success()).count(),
                 record.trials.len()
             ),
@@ -71,6 +71,6 @@ fn report<C: Component>(summary: &ComponentSummary, trees: u32) {
     let definitions = metrics::<C>();
     let order = definitions.iter().map(|definition| (definition.name, definition.unit));
     say!("{}", fine_table(order, &summary.metrics).trim_end());
-    say!("trials ended: {}", counts(&summary.outcomes));
-    say!("attempts given up: {}", counts(&summary.failures));
+    say!("outcomes of trials: {}", counts(&summary.outcomes));
+    say!("failure reasons of attempts: {}", counts(&summary.failures));
 }

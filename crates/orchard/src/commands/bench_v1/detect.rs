@@ -50,7 +50,7 @@ impl PresentedTask for Detecting {
         let outcome_text = match &record.quarantined {
             Some(reason) => format!("quarantined: {reason}"),
             None => format!(
-                "{} images, {} detections, {} of them right",
+                "{} images, {} detections, {} of them true positives",
                 images.clone().count(),
                 detections().count(),
                 detections().filter(|d| d.fruit.is_some()).count()
@@ -80,7 +80,7 @@ mod tests {
     use orchard_tasks::detect::run as run_plan;
     use std::sync::atomic::AtomicBool;
 
-    /// One real tree, one view: every table and the figure, with precision and recall side by side.
+    /// One real tree, one view: all tables and the figure show precision and recall side by side.
     #[test]
     fn what_people_get_to_see() {
         let scenario = Scenario::of(&[]).unwrap();

@@ -1,4 +1,4 @@
-//! The harvest task: a robot picks fruit for a while.
+//! The harvest task: a robot picks fruit for a limited time.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ use crate::headline;
 #[cfg(feature = "recording")]
 use orchard_recording::Recordings;
 
-/// Records nothing: this program was built without recordings.
+/// Placeholder in a program built without recordings.
 #[cfg(not(feature = "recording"))]
 type Recordings = orchard_tasks::harvest::observe::NoObservers;
 
@@ -90,14 +90,14 @@ impl PresentedTask for Harvesting {
 
 fn report(summary: &Summary, plan: &Plan) {
     if summary.quarantined > 0 {
-        say!("QUARANTINED: {} worlds became implausible and count as zero harvest", summary.quarantined);
+        say!("QUARANTINED: {} worlds became implausible; they count as zero harvest", summary.quarantined);
     }
     say!("task harvest, controller {}; seeds {:?}", summary.controller, summary.seeds);
     for condition in &plan.conditions {
         let (params, dials) = (&condition.params, &condition.params.dials);
         let ends = summary.conditions.get(&condition.name).map(|of| counts(&of.outcomes));
         say!(
-            "condition {}: {} fruit, foliage {}, ground within {} m; {} trees a seed{} x {} s; ended: {}",
+            "condition {}: {} fruit, foliage {}, terrain amplitude {} m; {} trees per seed{} x {} s; outcomes: {}",
             condition.name,
             dials.fruit_count,
             dials.foliage_density,

@@ -44,11 +44,11 @@ pub struct Cause {
     pub of: CausedEvent,
     /// Frame.
     pub frame: u32,
-    /// Description of the robot's contacts with it in the half second before.
+    /// Description of the robot's contacts in the half second before.
     pub text: String,
 }
 
-/// An event that has a cause.
+/// An event whose cause is described.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CausedEvent {
     /// The end of an attempt, at a target fruit if there was one.
@@ -64,7 +64,7 @@ pub enum CausedEvent {
     Stem(u32),
 }
 
-/// Simulates the episode of a record again and keeps the world at some frames, which ascend.
+/// Simulates the episode of a record again and stores the world at some frames, given in ascending order.
 pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
     let key = input.record.key.clone();
     let plan_frame = input.harvest.frame();
@@ -113,7 +113,7 @@ pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<Strin
             let attempt = pairs.clone().position(|(a, b)| a != b);
             attempt.map(|id| format!("attempt {id} differs"))
         })
-        .or_else(|| first("numbers of attempts", record.attempts.len() != again.attempts.len()))
+        .or_else(|| first("the numbers of attempts", record.attempts.len() != again.attempts.len()))
         .or_else(|| Some("fruit, zones, detections or forces differ".to_owned()))
 }
 
@@ -152,7 +152,7 @@ impl ReplayedWorld {
                 let x_world_tcp = self.world.handle().x_world_tcp(self.world.data());
                 let p = inverse_transform(&x_world_tcp, &fruit.p_world) * 1e3;
                 text += &format!(
-                    "; from the point between the fingers the fruit is {:.0} mm ahead, {:.0} mm along and {:.0} mm across the fingers' way",
+                    "; position of the fruit from the point between the fingers: {:.0} mm ahead, {:.0} mm along and {:.0} mm across the fingers' motion",
                     p.z, p.y, p.x
                 );
             }
@@ -228,7 +228,7 @@ impl BenchWorld for ReplayedWorld {
     }
 }
 
-/// A controller that also copies its detections to `detected`.
+/// Wraps a controller and copies its detections to `detected`.
 struct DetectionTap<C> {
     controller: C,
     detected: Rc<RefCell<Vec<Vec3>>>,

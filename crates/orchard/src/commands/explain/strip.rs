@@ -1,4 +1,4 @@
-//! An attempt as a strip of pictures: outside view over wrist view, moment by moment.
+//! An attempt as a strip of pictures: for each moment the view from outside above the view of the wrist camera.
 
 use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
 use orchard_camera::{Label, Scene};
@@ -26,14 +26,14 @@ pub struct Moment {
 /// Size of a view \[px\].
 const WIDTH: usize = 384;
 const HEIGHT: usize = 288;
-/// Pictures side by side; longer strips go on below.
+/// Pictures per row of a strip.
 const COLUMNS: usize = 5;
-/// Paper between the pictures \[px\], and its colour.
+/// Gap between the pictures \[px\], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
-/// Letters of a caption that fit over a picture of 7 px letters.
+/// Letters of 7 px that fit above a picture.
 const LETTERS: usize = WIDTH / 7;
-/// Moments of one kind that are nearer than this share a picture \[frames\].
+/// Moments closer together than this share a picture \[frames\].
 const SAME: u32 = 3;
 
 /// The moments of an attempt, in the order of time.
@@ -46,10 +46,10 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     let belief = &attempt.belief;
     if let Some(time) = belief.grasp_time {
         let width = belief.grasp_width_m.map_or_else(String::new, |w| format!(" ({:.0} mm)", 1e3 * w));
-        found.push((frame_of(time), format!("believes it holds{width}"), None));
+        found.push((frame_of(time), format!("believes it holds fruit{width}"), None));
     }
     for yielding in &belief.yielded {
-        found.push((frame_of(yielding.time), "goes back".to_owned(), None));
+        found.push((frame_of(yielding.time), "retreats".to_owned(), None));
     }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().any(|k| k.fruit == event.fruit);
@@ -90,7 +90,7 @@ fn frame_length(record: &EpisodeRecord) -> f64 {
     record.duration_s / f64::from(record.frames.max(1))
 }
 
-/// A moment as it is shown.
+/// The pictures and texts of a moment.
 pub struct Panel {
     /// Time and event.
     pub caption: String,
@@ -102,7 +102,7 @@ pub struct Panel {
     pub wrist: Image<[u8; 3]>,
 }
 
-/// Draws every moment of which there is a shot, its views in a size \[px\].
+/// Draws every moment that has a snapshot; `size` is that of a view \[px\].
 pub fn panels(
     record: &EpisodeRecord,
     attempt: &AttemptRecord,

@@ -75,10 +75,10 @@ impl ContactHistory {
                 keep_larger(&mut causes, pull.tension, format!("the stem of touched fruit {}", pull.fruit));
             }
         }
-        describe(causes, "nothing of the robot touched that limb; what hangs on it, or its swing, broke it")
+        describe(causes, "the robot did not touch the limb; it broke under its load or its swing")
     }
 
-    /// Objects that pressed on arm and hand, the largest force first.
+    /// Objects that pressed on the robot, the largest force first.
     pub fn on_robot(&self) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
         for touch in self.frames.iter().flat_map(|(touches, _)| touches) {
@@ -91,7 +91,7 @@ impl ContactHistory {
         describe(causes, "the robot touched nothing")
     }
 
-    /// Robot contacts with a fruit and with the wood that bears it, the largest force first.
+    /// Robot contacts with a fruit and its branch, the largest force first.
     pub fn on_fruit(&self, world: &World, fruit: usize) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
         for (touches, _) in &self.frames {
@@ -100,7 +100,7 @@ impl ContactHistory {
             }
         }
         if causes.is_empty() {
-            // The wood that bears it: its segment and all between that and the trunk's foot.
+            // The branch: the segment of the fruit and all segments between it and the trunk's base.
             let mut bearing = Some(world.fruit().fruit[fruit].segment);
             let mut limb = Vec::new();
             while let Some(segment) = bearing {
@@ -120,7 +120,7 @@ impl ContactHistory {
                 }
             }
         }
-        describe(causes, "nothing of the robot touched it or its branch: it was shaken off")
+        describe(causes, "the robot touched neither the fruit nor its branch: it was shaken off")
     }
 }
 
@@ -131,7 +131,7 @@ fn keep_larger(causes: &mut Vec<(f64, String)>, force: f64, text: String) {
     }
 }
 
-/// Text of the three largest forces.
+/// The three largest forces as text, or `none`.
 fn describe(mut causes: Vec<(f64, String)>, none: &str) -> String {
     causes.retain(|(force, _)| *force > 0.0);
     causes.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
@@ -143,7 +143,7 @@ fn describe(mut causes: Vec<(f64, String)>, none: &str) -> String {
     list.join(", ")
 }
 
-/// Contacts of the robot with wood and fruit, those of a pair of things added up.
+/// Contacts of the robot with wood and fruit; forces between the same two objects are added.
 fn touches(world: &World) -> Vec<RobotContact> {
     let model = world.model();
     let mut found: Vec<(BodyId, ContactPartner, Vec3)> = Vec::new();
@@ -175,7 +175,7 @@ fn touches(world: &World) -> Vec<RobotContact> {
     found.into_iter().map(named).collect()
 }
 
-/// A robot's part in words.
+/// Name of a part of the robot.
 fn part(world: &World, body: BodyId) -> String {
     let handle = world.handle();
     if handle.fingers.contains(&body) {

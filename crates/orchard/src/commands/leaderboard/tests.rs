@@ -76,7 +76,7 @@ fn one_budget_for_all_moves_entries() {
     let budget = Budget::of_figures(0.0, 0.5).unwrap();
     let table = table::short(&board(), Some(&budget));
     assert_eq!(table.matches("OVER BUDGET").count(), 4, "{table}");
-    assert!(table.contains("All under one budget a tree, snapped <= 0, dropped <= 0.5"), "{table}");
+    assert!(table.contains("All entries are ranked under one budget per tree, snapped <= 0, dropped <= 0.5"), "{table}");
 }
 
 #[derive(clap::Parser)]
@@ -101,20 +101,20 @@ fn bad_input_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (board, here) = (path("b.json"), folder.path().display().to_string());
-    assert!(said(&["show", "--board", &board]).ends_with("b.json: there is no such board"));
-    assert!(said(&["show", "--board", &path("b.txt")]).contains("a name that ends in .json is needed"));
+    assert!(said(&["show", "--board", &board]).ends_with("b.json: no such board"));
+    assert!(said(&["show", "--board", &path("b.txt")]).contains("the file name must end in .json"));
     let e = said(&["add", &here, "--board", &board]);
-    assert_eq!(e, "a submission has a budget: --budget gentle or paper, or --snapped B --dropped D");
+    assert_eq!(e, "the budget is missing: give --budget gentle or paper, or --snapped B --dropped D");
     let e = said(&["add", &here, "--budget", "open"]);
-    assert_eq!(e, "--budget open: there are gentle, paper");
+    assert_eq!(e, "--budget open: the budgets are gentle, paper");
     let e = said(&["add", &here, "--snapped", "-1", "--dropped", "1"]);
-    assert_eq!(e, "--snapped, --dropped: snapped = -1 is not a number from 0 up, a tree");
+    assert_eq!(e, "--snapped, --dropped: snapped = -1 per tree: must be a finite number >= 0");
     assert!(said(&["add", &here, "--snapped", "1"]).contains("--dropped"));
     assert!(said(&["add", "--budget", "gentle"]).contains("<RESULT>"));
     assert!(said(&["add", &here, "--budget", "gentle", "--sample", "0"]).contains("--sample"));
-    assert!(said(&["add", &here, "--budget", "gentle", "--name", "a|b"]).contains("a name has 1 to 40"));
+    assert!(said(&["add", &here, "--budget", "gentle", "--name", "a|b"]).contains("must have 1 to 40"));
     let e = said(&["add", &here, &here, "--budget", "gentle", "--name", "x"]);
-    assert!(e.starts_with("--name is for one RESULT"), "{e}");
+    assert!(e.starts_with("--name: only with a single RESULT"), "{e}");
     fs::write(&board, "{}").unwrap();
     assert!(said(&["show", "--board", &board]).contains("the board has schema_version none"));
 }
@@ -138,7 +138,7 @@ fn a_controller_that_the_program_lacks_is_refused() {
     };
     let e = refused(&args);
     assert!(e.contains("no controller 'greeter'; the controllers are: baseline, paper, expert"), "{e}");
-    assert!(e.contains("docs/leaderboard.md tells how"), "{e}");
+    assert!(e.contains("docs/leaderboard.md"), "{e}");
     // A known one is compared with this build's versions.
     let summary = folder.path().join("summary.json");
     let text = fs::read_to_string(&summary).unwrap();

@@ -227,7 +227,7 @@ fn ablation(summary: &DetectSummary, plan: &DetectPlan) -> String {
         let count = |on: SitsOn| results.false_positives.get(&on).copied().unwrap_or(0);
         let shown = [SitsOn::Wood, SitsOn::Leaf, SitsOn::Fruit, SitsOn::FruitAgain];
         let others = results.false_positives.iter().filter(|(on, _)| !shown.contains(on)).map(|(_, n)| n);
-        // By how much the gates against branches change the recall, in parts of that without them.
+        // Relative change of the recall by the anti-branch gates.
         let without = variant.without_anti_branch.and_then(recall);
         let change = recall(variant.name).zip(without).map(|(with, without)| with / without - 1.0);
         let paper = published.get(variant.name);
@@ -261,7 +261,7 @@ fn number3(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))
 }
 
-/// The serialised name of a unit variant, in words.
+/// The serialised name of a unit variant, with spaces for underscores.
 fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name.replace('_', " "),

@@ -158,7 +158,7 @@ pub fn pictures(
     all.iter().map(picture).collect()
 }
 
-/// Bars are the grown trees', lines are measurements, the band is the interval asked of mean, median or mode.
+/// Bars show the grown trees, lines the measurements, the band the target interval of mean, median or mode.
 fn picture(histogram: &Histogram) -> anyhow::Result<Picture> {
     let mut svg = String::new();
     draw(histogram, &mut svg).map_err(|e| anyhow!("{}: {e}", histogram.name))?;
@@ -204,7 +204,7 @@ fn draw(histogram: &Histogram, svg: &mut String) -> Result<(), Box<dyn std::erro
         let band = Rectangle::new([(target.low, 0.0), (target.high, top)], WANTED.mix(0.5).filled());
         chart
             .draw_series(std::iter::once(band))?
-            .label(format!("asked: {} to {}", target.low, target.high))
+            .label(format!("target: {} to {}", target.low, target.high))
             .legend(|(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], WANTED.filled()));
     }
     let bar =
