@@ -203,7 +203,7 @@ fn scaling_on_both_backends() {
     for phrase in [
         "2 threads, lanes of avx2; Device.",
         "Newton up to 256 worlds, 2 to 3 times slower",
-        "device-aba, distinct topology, 65536 worlds: it would take 90 s",
+        "device-aba, distinct topology, 65536 worlds: estimated time 90 s",
         "habit-angles",
     ] {
         assert!(words.contains(phrase), "{phrase}");

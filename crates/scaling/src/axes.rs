@@ -1,4 +1,4 @@
-//! Cost of each kind of randomisation, alone: settled worlds that differ in nothing else, beside as many identical ones.
+//! Cost of each kind of randomisation alone: settled worlds that differ in this kind only, compared with as many identical worlds.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -51,7 +51,7 @@ impl AxisKind {
         }
     }
 
-    /// The axes of the randomisation that it is made of. There is none for damping.
+    /// Its axes of the randomisation. There is none for damping.
     fn axes(self) -> &'static [Axis] {
         match self {
             Self::Mass => &[Axis::WoodDensity],
@@ -77,7 +77,7 @@ pub struct AxisRow {
     pub worlds: u32,
     /// Frames of one world a second: the median of the repeats.
     pub env_steps_per_s: f64,
-    /// That rate over the rate of as many identical worlds, timed in turns in each repeat: the median.
+    /// That rate over the rate of as many identical worlds, timed alternately: the median of the repeats.
     pub relative: f64,
     /// Smallest and largest of the repeats.
     pub spread: [f64; 2],
@@ -135,7 +135,7 @@ pub(crate) fn rows(
     Ok(Some(rows))
 }
 
-/// Settled worlds that differ in one kind; without one, identical worlds.
+/// Builds settled worlds that differ in one kind; with `None`, identical worlds.
 pub(crate) fn worlds_of(
     plan: &ScalingPlan,
     axes: &AxesPlan,

@@ -1,4 +1,4 @@
-//! One batch, timed.
+//! Timing of one batch.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -16,10 +16,10 @@ use crate::trees::Worlds;
 
 /// Resolution of the clock \[s\]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
-/// Frames by call of the world that keeps a device busy.
+/// Frames per call of the world that keeps a device busy.
 const FRAMES_AWAKE: u32 = 60;
 
-/// Worlds before the first course, with the solver that advances them.
+/// Worlds at the start of the first course, and their solver.
 #[derive(Clone, Copy)]
 pub struct BatchStart<'a> {
     /// The worlds.
@@ -30,7 +30,7 @@ pub struct BatchStart<'a> {
     pub gpu: Option<&'a Gpu>,
 }
 
-/// Time of a piece of work.
+/// Elapsed and processor time.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct WorkTime {
     /// Time elapsed.
@@ -44,15 +44,15 @@ pub struct WorkTime {
 pub struct CellTiming {
     /// Frames of the whole batch a second, by repeat.
     pub rates: Vec<f64>,
-    /// Courses of all repeats.
+    /// Number of courses in all repeats.
     pub courses: u32,
     /// Processor time of all courses \[s\].
     pub processor_s: f64,
-    /// Time to kick as many worlds, to make the batch of them, and to send it to a device \[s\].
+    /// Time to kick the worlds, make the batch and send it to a device \[s\].
     pub pack_s: f64,
-    /// Memory of the numbers that a step goes through \[bytes\], if the batch reports it.
+    /// Memory of the numbers read and written by a step \[bytes\], if the batch reports it.
     pub bytes: Option<usize>,
-    /// Worlds that are no longer finite at the end of a course.
+    /// Number of worlds that were not finite at the end of a course.
     pub unfinite: u32,
 }
 
@@ -63,7 +63,7 @@ impl BatchStart<'_> {
     }
 }
 
-/// Some frames of a batch. A frame begins when all worlds have ended the one before.
+/// Steps some frames of a batch. A frame begins when all worlds have ended the previous one.
 pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<WorkTime, StepperError> {
     pool.install(|| {
         let (start, processor) = (Instant::now(), processor_time());
@@ -74,7 +74,7 @@ pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result
     })
 }
 
-/// Worlds that were found to be no longer finite since the last call.
+/// Number of worlds that became non-finite since the last call.
 fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
     let events = batch.events()?;
     let is_stop = |event: &TreeEvent| matches!(event, TreeEvent::Quarantined { .. });
@@ -84,7 +84,7 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
 /// Keeps a device busy with one world for a time \[s\].
 ///
 /// # Errors
-/// The device cannot have the world, or was lost.
+/// The world cannot be sent to the device, or the device was lost.
 pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError> {
     let mut batch = device::single(gpu, world)?;
     let start = Instant::now();
@@ -95,7 +95,7 @@ pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError>
     Ok(())
 }
 
-/// Times a batch: whole courses for a part of the cell's time, repeated as planned. `None` if `stop` was raised.
+/// Times a batch: for each repeat as many courses as fit into its share of the cell's time. `None` if `stop` was raised.
 pub fn time(
     plan: &ScalingPlan,
     start: &BatchStart<'_>,
@@ -145,7 +145,7 @@ pub fn time(
 }
 
 impl ScalingPlan {
-    /// True if a repeat has another course after `courses` courses. Courses without a reset share the time in which everything moves.
+    /// True if a repeat may have another course after `courses` courses. Courses without a reset share the time in which everything moves.
     fn has_course(&self, courses: u32) -> bool {
         let of = |continuous: &ContinuousTiming| continuous.most.saturating_sub(continuous.warm_up) / self.repeats;
         self.continuous.as_ref().is_none_or(|continuous| (courses + 1) * self.frames <= of(continuous))

@@ -1,7 +1,7 @@
-//! Component tasks: one skill at a time, each on targets that the task names.
+//! Component tasks: each tests one skill on given targets.
 //!
 //! `reach-and-grasp`: hold a named fruit. `gentle`: push the hand to a point behind the canopy. trees -> targets (seeded) -> trials
-//! (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md` states what each figure means.
+//! (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md` defines the figures.
 
 mod gentle;
 mod grasp;

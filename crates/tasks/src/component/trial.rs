@@ -65,7 +65,7 @@ pub(super) fn run_trial<C: Component>(
         }
     }
     let load = world.wood_load();
-    // A quarantined world's numbers are invalid, and JSON has no NaN.
+    // The figures of a quarantined world are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };
     let events = &controller.record().events;
     Some(TrialRecord {

@@ -1,11 +1,11 @@
-//! Depth images of a tree, and the part of them that the detector gets.
+//! Depth images of a tree: the detector's input and the ground truth.
 
 use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
 use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
 
-/// One image: the input of the detector, and the truth.
+/// One image: input of the detector and ground truth.
 pub(crate) struct View {
     pub(crate) sight: DetectorInput,
     pub(crate) x_world_camera: Pose,

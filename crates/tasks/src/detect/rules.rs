@@ -29,13 +29,13 @@ pub struct DetectRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundRules {
-    /// Least visible fraction.
+    /// Smallest visible fraction.
     pub visible_fraction: Quantity,
     /// Depth of the centre.
     pub depth: Span,
-    /// Fewest pixels.
+    /// Smallest number of visible pixels.
     pub pixels: Count,
-    /// Bins of equal width into which the visible fraction is cut.
+    /// Number of equal bins of the visible fraction.
     pub bins: Count,
 }
 

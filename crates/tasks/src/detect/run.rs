@@ -26,10 +26,10 @@ use crate::zones::ZoneFrame;
 /// A finished run.
 pub type DetectResult = TaskResult<DetectRecord, DetectSummary>;
 
-/// Runs a session's part of a plan: `detect/*.json`, `compute.json`, and of a whole run `detect.json`.
+/// Runs a session's part of a plan: writes `detect/*.json`, `compute.json`, and for a whole run `detect.json`.
 ///
 /// # Errors
-/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
+/// The plan is invalid, the folder holds records of another plan, a file cannot be written, or `stop` was raised.
 pub fn run(
     plan: &DetectPlan,
     trees: &impl Trees,
@@ -53,14 +53,14 @@ impl<'a, T> Views<'a, T> {
     }
 }
 
-/// Values that are the same at all densities.
+/// Truth of a tree that is the same at all densities.
 struct SharedTruth {
     fruit: Vec<Ball>,
     zones: Option<ZoneFrame>,
     x_world_camera: Vec<Pose>,
 }
 
-/// Reason why there is no record.
+/// Reason why a tree has no images.
 enum NoRecord {
     Stopped,
     Quarantined(String),
@@ -103,7 +103,7 @@ impl<T: Trees> Task for Views<'_, T> {
         self.plan.steps(&record.key)
     }
 
-    /// Nothing moves.
+    /// The tree is at rest.
     fn frame(&self) -> f64 {
         0.0
     }
@@ -134,7 +134,7 @@ impl<T: Trees> Views<'_, T> {
             if let Some((bare, there)) = &first
                 && !(same_but_for_leaves(bare, &tree) && there.x_world_camera == stand.x_world_camera)
             {
-                return Err(NoRecord::Quarantined(format!("at foliage {foliage} it is another tree")));
+                return Err(NoRecord::Quarantined(format!("wood, fruit or views differ at foliage {foliage}")));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
             // A view has the same noise at every density.
@@ -215,7 +215,7 @@ fn detections(
     Ok(score(view, &view.sight.detect(config)?, &stand.fruit, stand.zones.as_ref()))
 }
 
-/// Tracks over all images of a tree. No track expires, since all images have the same time.
+/// Tracks over all images of a tree. All images have the same time, so no track expires.
 fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Vec<TrackRecord> {
     let mut tracker = Tracker::new(config);
     for image in images {
@@ -235,7 +235,7 @@ fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Ve
     tracker.tracks().iter().zip(matched).map(record).collect()
 }
 
-/// True if two trees hold the same solids at the same places, bit for bit.
+/// True if two trees have the same solids at the same poses, bit for bit, except leaves.
 fn same_but_for_leaves(a: &RestingTree, b: &RestingTree) -> bool {
     let solids = |tree: &'_ RestingTree| -> Vec<_> {
         let solid = |item: &&orchard_camera::Item| !matches!(item.geometry, Geometry::Blade { .. });

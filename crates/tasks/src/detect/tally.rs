@@ -12,24 +12,24 @@ pub struct Tally {
     pub(crate) detections: u32,
     pub(crate) true_positives: u32,
     pub(crate) false_positives: BTreeMap<SitsOn, u32>,
-    /// Fruit that ought to be found, and of these found, summed over images.
+    /// Fruit that should be found, and of these found, summed over images.
     pub(crate) expected: Found,
-    /// Fruit that shows a pixel, and of these found, summed over images.
+    /// Fruit with a visible pixel, and of these found, summed over images.
     pub(crate) visible: Found,
-    /// Fruit that shows a pixel in range, and of these found, by bins of the visible fraction.
+    /// Fruit in range with a visible pixel, and of these found, by bins of the visible fraction.
     pub(crate) bins: Vec<Found>,
     pub(crate) zones: ZoneTable<ZoneTally>,
     /// Centre errors of true positives \[m\].
     pub(crate) centre_errors: Vec<f64>,
     /// Radius errors of true positives \[m\].
     pub(crate) radius_errors: Vec<f64>,
-    /// Fruit of the tree that ought to be found in some image, and of these found in some image.
+    /// Fruit of the tree that should be found in some image, and of these found in some image.
     pub(crate) survey: Found,
     /// All fruit of the tree, and of these found in some image.
     pub(crate) survey_all: Found,
     /// Confirmed tracks, and of these matched to a fruit.
     pub(crate) tracks: Found,
-    /// Fruit of the tree that ought to be found in some image, and of these matched to a confirmed track.
+    /// Fruit of the tree that should be found in some image, and of these matched to a confirmed track.
     pub(crate) tracked: Found,
 }
 
@@ -52,12 +52,12 @@ impl Found {
     }
 }
 
-/// Detections by their zone, fruit by its own.
+/// Counts of a zone: detections by their own zone, fruit by the fruit's zone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct ZoneTally {
     /// Detections, and of these true positives.
     pub(crate) detections: Found,
-    /// Fruit that ought to be found, and of these found.
+    /// Fruit that should be found, and of these found.
     pub(crate) expected: Found,
 }
 

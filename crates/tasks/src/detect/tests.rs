@@ -141,7 +141,7 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
     let trees = FakeTrees { moved: 1e-9, ..FakeTrees::new() };
     let result = run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
-    assert_eq!(result.records[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
+    assert_eq!(result.records[0].quarantined.as_deref(), Some("wood, fruit or views differ at foliage 0.3"));
 }
 
 /// Changes only the label of the solids: the scores change, the detections do not.

@@ -15,26 +15,26 @@ use crate::harvest::observe::{NoObservers, ObserverFactory};
 use crate::harvest::plan::Plan;
 use crate::harvest::summary::Summary;
 
-/// Makes the worlds of a run, each with its controller.
+/// Makes the worlds of a run and their controllers.
 pub trait WorldFactory: Sync {
-    /// The worlds.
+    /// Type of the worlds.
     type World: BenchWorld;
-    /// Their controllers.
+    /// Type of the controllers.
     type Controller: BenchController;
     /// Builds the world of a condition, seed, index and repeat at the start of its episode. Repeats differ only in the robot's start pose.
     ///
     /// # Errors
-    /// The world cannot be built, with the reason in one line; it counts as quarantined.
+    /// The world cannot be built (reason in one line); it then counts as quarantined.
     fn build(&self, key: &EpisodeKey) -> Result<(Self::World, Self::Controller), String>;
 }
 
 /// A finished run.
 pub type RunResult = TaskResult<EpisodeRecord, Summary>;
 
-/// Runs a session's part of a plan: `episodes/*.json`, `compute.json`, and of a whole run `summary.json`.
+/// Runs a session's part of a plan: writes `episodes/*.json`, `compute.json`, and for a whole run `summary.json`.
 ///
 /// # Errors
-/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
+/// The plan is invalid, the folder holds records of another plan, a file cannot be written, or `stop` was raised.
 pub fn run<F: WorldFactory>(
     plan: &Plan,
     factory: &F,
@@ -96,7 +96,7 @@ impl<F: WorldFactory, O: ObserverFactory<F::World>> Task for Episodes<'_, F, O> 
     }
 
     fn is_kept(&self, record: &EpisodeRecord) -> bool {
-        // A world that was never built has nothing to watch.
+        // A world that could not be built has no observer.
         record.fruit_total == 0 && record.frames == 0 || self.watch.is_kept(&record.key)
     }
 

@@ -35,9 +35,9 @@ pub fn report(summary: &DetectSummary, plan: &DetectPlan) -> String {
     );
     text += &sweep(summary, plan);
     text += &requirements(summary, plan);
-    text += "\nrecall of all visible fruit, by visible fraction in range, and over the views of a tree\n";
+    text += "\nrecall of all visible fruit, by visible fraction (fruit in range), and over the views of a tree\n";
     text += &recalls(summary);
-    text += "\nfalse positives by what they sit on\n";
+    text += "\nfalse positives by the object that they sit on\n";
     text += &false_positives(summary);
     text += "\nprecision / recall by canopy zone\n";
     text += &zones(summary);
