@@ -190,7 +190,7 @@ fn bad_input_is_told_before_anything_is_computed() {
         (&["--seeds", "v2"], "use 'tuning', 'v1', or whole numbers"),
         (&["--controller", "nobody"], "--controller: no controller 'nobody'; the controllers are:"),
         (&["--preset", "lemon"], "--preset: no preset 'lemon'"),
-        (&["--preset", "paper", "--randomisation", "2"], "--randomisation 2: neither a strength in [0, 1]"),
+        (&["--preset", "paper", "--randomisation", "2"], "--randomisation 2: must be a strength in [0, 1]"),
     ] {
         let (code, message) = told(args);
         assert_eq!(code, Some(2), "{args:?}: {message}");

@@ -12,7 +12,7 @@ pub(crate) struct Axis {
     pub label: String,
     /// Ends, as drawn.
     pub ends: [f64; 2],
-    /// Ticks: place, as drawn, and label.
+    /// Ticks: position, as drawn, and label.
     pub ticks: Vec<(f64, String)>,
     /// True if values are drawn as decimal logarithms.
     pub logarithmic: bool,
@@ -32,7 +32,7 @@ impl Axis {
         Self { label: label.into(), ends: [0.0, f64::from(count) * step], ticks, logarithmic: false }
     }
 
-    /// Builds an axis with ticks at `places` only, which ascend, with a margin before the first and behind the last.
+    /// Builds an axis with ticks only at `places` (ascending), with a margin before the first and after the last.
     pub fn at(label: impl Into<String>, places: &[f64]) -> Self {
         let ends = match places {
             [] => [0.0, 1.0],
@@ -125,7 +125,7 @@ fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
 fn step(length: f64, steps: u32) -> f64 {
     let least = length / f64::from(steps.max(1));
     let mut decade = math::pow(10.0, log10(least).floor());
-    // A power of ten that is a little off would print a little off.
+    // A power of ten with a rounding error would be printed with it.
     if decade < 1.0 {
         decade = 1.0 / (1.0 / decade).round();
     }

@@ -1,4 +1,4 @@
-//! Level bars with a name before and a number behind them, whole or in parts.
+//! Horizontal bars with a name on the left and a number on the right, whole or stacked.
 
 use plotters::element::{Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
@@ -8,11 +8,11 @@ use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading,
 
 /// A bar.
 pub(crate) struct Bar {
-    /// Name of the bar, before it.
+    /// Name, left of the bar.
     pub name: String,
     /// Parts of the bar from left to right: size and colour.
     pub parts: Vec<(f64, RGBColor)>,
-    /// Text behind the bar.
+    /// Text, right of the bar.
     pub label: String,
 }
 
@@ -20,13 +20,13 @@ pub(crate) struct Bar {
 pub(crate) type Key = (String, RGBColor);
 
 const MARGIN: i32 = 10;
-/// Height of a bar with the gap below it, and of the bar itself \[px\].
+/// Height of a bar with and without the gap below it \[px\].
 const ROW: i32 = 27;
 const THICK: i32 = 17;
 /// Height of a line of the legend \[px\].
 const LINE: i32 = 19;
 
-/// Draws bars, all in one scale.
+/// Draws bars at a common scale.
 pub(crate) fn bars(
     stem: &str,
     title: &str,

@@ -8,7 +8,7 @@ use serde::Deserialize;
 /// The file as text.
 pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 
-/// Figures of the paper, printed beside ours.
+/// Figures of the paper, shown beside ours.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigures {
@@ -20,11 +20,11 @@ pub struct PaperFigures {
     pub trees: PaperTrees,
 }
 
-/// A figure at one place of a dial.
+/// A figure at one value of a dial.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct At {
-    /// Setting of the dial, in the sweep's unit.
+    /// Value of the dial, in the sweep's unit.
     pub at: f64,
     /// The figure.
     pub value: f64,

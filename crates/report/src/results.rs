@@ -24,13 +24,13 @@ pub struct Results {
 }
 
 impl Results {
-    /// True if the folder holds no results.
+    /// True if there are no results.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// The nominal condition, or the first where it was not run.
+/// The nominal condition, or the first condition if it was not run.
 pub fn main_condition(summary: &Summary) -> Option<(&str, &ConditionSummary)> {
     let conditions = &summary.conditions;
     let main = conditions.get_key_value(NOMINAL).or_else(|| conditions.first_key_value());
@@ -44,7 +44,7 @@ pub(crate) fn conditions(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     all
 }
 
-/// Conditions that are reported in full: the nominal one and those outside all sweeps; every condition, if there are none of these.
+/// Conditions reported in full: the nominal one and those outside all sweeps; if there are none, every condition.
 pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     let swept = |name: &str| {
         let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);

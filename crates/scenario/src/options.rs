@@ -27,7 +27,7 @@ impl OptionValue {
     }
 }
 
-/// Options of a scenario; those not given are as in the preset `paper`, with the controller `baseline`.
+/// Options of a scenario; the defaults are the preset `paper` and the controller `baseline`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Name of a preset. Excludes `config`.
@@ -36,7 +36,7 @@ pub struct Options {
     pub config: Option<OptionValue>,
     /// File of a digitised tree.
     pub tree: Option<OptionValue>,
-    /// Strength in [0, 1] of every axis of the randomisation, or a file of figures that differ.
+    /// Strength of every axis of the randomisation in [0, 1], or a file of changed figures.
     pub randomisation: Option<OptionValue>,
     /// Name of a robot.
     pub robot: Option<OptionValue>,
@@ -46,11 +46,11 @@ pub struct Options {
     pub detector: Option<OptionValue>,
     /// Name of a controller.
     pub controller: Option<OptionValue>,
-    /// Figures of the tasks that differ from the protocol's, with the file that gave them.
+    /// Changed figures of the protocol, with the file that gave them.
     pub rules: Option<(String, toml::Table)>,
 }
 
-/// A scenario file. Files that it names lie relative to its own folder.
+/// A scenario file. Paths in it are relative to its folder.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ScenarioFile {
@@ -78,7 +78,7 @@ impl Options {
     /// Reads a scenario file.
     ///
     /// # Errors
-    /// The file cannot be read, is not TOML, or has a field that no scenario has.
+    /// The file cannot be read, is not TOML, or has an unknown field.
     pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|e| ScenarioError::new(&name, e))?;
@@ -131,7 +131,7 @@ impl Options {
     /// Options by their names on command lines, without the dashes.
     ///
     /// # Errors
-    /// A name that no option has.
+    /// An unknown option name.
     pub fn of(pairs: &[(&str, &str)]) -> Result<Self, ScenarioError> {
         let mut options = Self::default();
         for &(name, value) in pairs {
@@ -145,17 +145,17 @@ impl Options {
                 "camera" => &mut options.camera,
                 "detector" => &mut options.detector,
                 "controller" => &mut options.controller,
-                _ => return Err(ScenarioError::new(by, "a scenario has no such option")),
+                _ => return Err(ScenarioError::new(by, "unknown option of a scenario")),
             };
             *field = Some(OptionValue::new(value, by));
         }
         Ok(options)
     }
 
-    /// Builds the options for the parts of these names, if all parts come with the program.
+    /// Builds the options for the parts with these names, if all parts are built in.
     ///
     /// # Errors
-    /// A digitised tree or a file, which a name alone does not find.
+    /// A part that was read from a file, or a digitised tree.
     pub fn of_names(names: &Names) -> Result<Self, ScenarioError> {
         let mut pairs = vec![("controller", names.controller.as_str())];
         for (option, name) in names.scene.list() {
@@ -170,7 +170,7 @@ impl Options {
             if option == "tree" || names_file(name) {
                 return Err(ScenarioError::new(
                     format!("--{option} {name}"),
-                    "the result was run with this file: give the option, or keep its plan.json beside it",
+                    "the result was made with this file: give this option, or keep the result's plan.json in its folder",
                 ));
             }
             pairs.push((option, name));
@@ -184,7 +184,7 @@ impl Options {
     }
 }
 
-/// True if a value names a file and not a part that comes with the program.
+/// True if a value is a file name and not a built-in part.
 pub(crate) fn names_file(value: &str) -> bool {
     value.ends_with(".toml")
 }

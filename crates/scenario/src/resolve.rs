@@ -15,10 +15,10 @@ use crate::figures::Layers;
 use crate::options::names_file;
 use crate::{OptionValue, Names, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
-/// Names of the robots that come with the program.
+/// Names of the built-in robots.
 pub const ROBOTS: &[&str] = &["paper"];
 
-/// Detectors that are made for a camera other than `paper`: (camera, detector). Every other camera has the detector `paper`.
+/// Default detectors: (camera, detector). All other cameras have the detector `paper`.
 pub const CAMERA_DETECTORS: &[(&str, &str)] = &[("d435i", "d435i")];
 
 /// Names of the robots.
@@ -47,8 +47,7 @@ pub fn controllers() -> Vec<Arc<dyn ControllerKind>> {
 }
 
 impl Scenario {
-    /// Resolves options: reads the files that they name, looks up all names, and checks every figure. `controllers` are those that
-    /// the program has.
+    /// Resolves options: reads the named files, looks up all names, and checks every figure. `controllers` are those of the program.
     ///
     /// # Errors
     /// An unknown name, a file that cannot be read, a figure out of its range; the error names the option.
@@ -113,18 +112,18 @@ pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
     })
 }
 
-/// Name of the detector that is made for a camera.
+/// Name of the default detector of a camera.
 fn detector_of(camera: &CameraSpec) -> &'static str {
     let made_for = CAMERA_DETECTORS.iter().find(|(name, _)| *name == camera.name());
     made_for.map_or("paper", |(_, detector)| detector)
 }
 
-/// The world's config, and the layers that it is made of.
+/// The world's config and its layers.
 fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
     match (&options.preset, &options.config) {
         (Some(preset), Some(config)) => Err(ScenarioError::new(
             format!("{} and {}", preset.by, config.by),
-            "give one of them: a config file names its preset by `base`",
+            "only one of the two may be given; a config file names its preset in the field `base`",
         )),
         (_, Some(config)) => {
             let text = read(config)?;
@@ -145,7 +144,7 @@ fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
     }
 }
 
-/// Sets the randomisation: one strength for every axis, or figures of a file laid over the preset's.
+/// Sets the randomisation: one strength for every axis, or figures of a file that override the preset's.
 fn randomise(spec: &mut Spec, given: &OptionValue) -> Result<(), ScenarioError> {
     if names_file(&given.value) {
         let above = parse(&given.value, &read(given)?).map_err(|e| given_error(given, e))?;
@@ -157,7 +156,7 @@ fn randomise(spec: &mut Spec, given: &OptionValue) -> Result<(), ScenarioError> 
     }
     let strength = given.value.parse().ok().filter(|strength| (0.0..=1.0).contains(strength));
     let strength =
-        strength.ok_or_else(|| given.refuse("neither a strength in [0, 1] nor the name of a .toml file"))?;
+        strength.ok_or_else(|| given.refuse("must be a strength in [0, 1] or the name of a .toml file"))?;
     for &axis in Axis::ALL {
         let dial = spec.randomisation.strength_mut(axis);
         *dial = dial.with_value(strength).map_err(|e| given_error(given, e))?;
@@ -210,7 +209,7 @@ fn given_error(given: &OptionValue, problem: impl ToString) -> ScenarioError {
     ScenarioError::new(&given.by, problem)
 }
 
-/// A name as it is; of a file its last part.
+/// Returns a name unchanged, and of a path the file name.
 fn file_name(value: &str) -> String {
     let path = Path::new(value);
     let last = path.file_name().filter(|_| names_file(value));

@@ -1,4 +1,4 @@
-//! Scenarios as stored in results, so that a result can be run again without its option files.
+//! Scenarios stored in results, so that a result can be run again without its option files.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::figures::Layers;
 use crate::resolve::{find_controller, find_robot};
 use crate::{OptionValue, Names, Scenario, ScenarioError, TreeFile};
 
-/// A scenario with all its figures. Robot and controller come with a program and are kept by name.
+/// A scenario with all its figures. Robot and controller are part of the program and stored by name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredScenario {
     /// Names of all parts.
@@ -25,12 +25,12 @@ pub struct StoredScenario {
     pub tree_file: Option<TreeFile>,
     /// The detector's config.
     pub detector_config: Box<DetectorConfig>,
-    /// Figures of the tasks that differ from the protocol's.
+    /// Changed figures of the protocol.
     pub rules: toml::Table,
 }
 
 impl Scenario {
-    /// The scenario as results keep it.
+    /// Returns the stored form of the scenario.
     pub fn stored(&self) -> StoredScenario {
         StoredScenario {
             names: self.names.clone(),
@@ -42,7 +42,7 @@ impl Scenario {
         }
     }
 
-    /// A scenario that a result keeps, with this program's robots and controllers. `by` names the result in errors.
+    /// Restores a stored scenario with this program's robots and controllers. `by` names the result in errors.
     ///
     /// # Errors
     /// A robot or controller that this program does not have, or figures that do not match the hash.
@@ -69,7 +69,7 @@ impl Scenario {
         }
         Err(ScenarioError::new(
             by,
-            format!("config hash {} is not that of its own figures in this program, {hash}", stored.hash),
+            format!("the stored hash {} differs from that of its figures in this program, {hash}", stored.hash),
         ))
     }
 }

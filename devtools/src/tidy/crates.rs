@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn unknown_crates_are_found() {
         let errors = check(&[package("utils", &[])]);
-        assert_eq!(errors, ["crate utils has no place in the layers (devtools/src/tidy.rs)"]);
+        assert_eq!(errors, ["crate utils is missing in the layers (devtools/src/tidy.rs)"]);
     }
 
     #[test]

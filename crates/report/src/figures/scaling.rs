@@ -15,12 +15,12 @@ type Value = fn(&Row) -> Option<(f64, Option<[f64; 2]>)>;
 /// Lines of solvers, in their order.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dotted];
 
-/// Bytes of a gigabyte over those of a mebibyte.
+/// Ratio of a gigabyte to a mebibyte.
 const MIB_PER_GB: f64 = 1e9 / 1_048_576.0;
-/// Shift between equal points of the paper, so that both are seen \[px\].
+/// Shift between equal points of the paper, so that both are visible \[px\].
 const APART: i32 = 5;
 
-/// Throughput, step rate and memory over the number of worlds. Of several backends the fastest solver of each is drawn.
+/// Throughput, step rate and memory over the number of worlds. With several backends, only the fastest solver of each is drawn.
 pub(crate) fn figures(scalings: &[Scaling], paper: &PublishedScaling) -> Result<Vec<Figure>, FigureError> {
     // Smallest and largest of the repeats.
     let throughput: Value = |row| {
@@ -42,7 +42,7 @@ pub(crate) fn figures(scalings: &[Scaling], paper: &PublishedScaling) -> Result<
     Ok(figures)
 }
 
-/// The rows that are drawn: all of one backend, those of the fastest solver of each of several.
+/// The rows that are drawn: all rows of a single backend, or those of the fastest solver of each of several backends.
 fn drawn(scalings: &[Scaling]) -> Vec<&Row> {
     let fastest = |scaling: &Scaling| {
         let rows = scaling.rows.iter();
@@ -90,7 +90,7 @@ fn memories(paper: &PublishedScaling) -> Vec<Series> {
     series.collect()
 }
 
-/// A mode's colour, whichever modes are drawn.
+/// Colour of a mode; it does not depend on the drawn modes.
 fn colour_of(mode: Mode) -> RGBColor {
     let place = Mode::ALL.iter().position(|other| *other == mode).unwrap_or_default();
     colour::SERIES[place % colour::SERIES.len()]

@@ -11,7 +11,7 @@ use crate::published::PaperFigures;
 use crate::results::{ends, metric_of};
 use crate::words::{digits, interval, number, plain, title, title_with_unit};
 
-/// Metrics that are drawn, those of one panel together.
+/// Drawn metrics, grouped by panel.
 const PANELS: [&[&str]; 6] = [
     &["harvest_completeness"],
     &["place_success_per_attempt"],

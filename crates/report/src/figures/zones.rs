@@ -1,4 +1,4 @@
-//! Canopy zones: a 3 x 2 map with numbers.
+//! Maps of the 3 x 2 canopy zones with numbers.
 
 use orchard_tasks::harvest::summary::{ConditionSummary, ZoneSummary};
 use orchard_tasks::zones::Zone;
@@ -130,7 +130,7 @@ fn between(rate: f64) -> RGBColor {
     RGBColor(mix(NONE.0, ALL.0), mix(NONE.1, ALL.1), mix(NONE.2, ALL.2))
 }
 
-/// True if bright letters are easier to read on a ground, by its luma (ITU-R BT.601).
+/// True if bright text is easier to read on a background, by its luma (ITU-R BT.601).
 fn is_dark(ground: RGBColor) -> bool {
     0.299 * f64::from(ground.0) + 0.587 * f64::from(ground.1) + 0.114 * f64::from(ground.2) < 140.0
 }

@@ -62,8 +62,8 @@ impl Planting {
         Self { spec: self.spec.clone(), skeleton, fruit: Vec::new() }
     }
 
-    /// Sum over the links of the square of their depth, the root's being 1: what a sparse factorisation of the
-    /// joint-space inertia costs, up to a factor.
+    /// Sum over the links of their squared depth (the root has depth 1): proportional to the cost of a sparse factorisation of the
+    /// joint-space inertia.
     pub fn depth_squares(&self) -> usize {
         self.depths().iter().map(|depth| depth * depth).sum()
     }
