@@ -34,7 +34,7 @@ pub enum PlanError {
     },
 }
 
-/// Checks the seeds and the number of trees a seed.
+/// Checks the seeds and the number of trees per seed.
 ///
 /// # Errors
 /// No seed, a seed given twice, or no tree.

@@ -1,6 +1,6 @@
 //! Data sets: images of trees from all sides with ground truth.
 //!
-//! recipe -> trees (world at rest, views, files, one record a tree) -> annotations, poses, manifest. `docs/dataset.md` describes
+//! recipe -> trees (world at rest, views, files, one record per tree) -> annotations, poses, manifest. `docs/dataset.md` describes
 //! the files.
 
 mod config;

@@ -39,9 +39,9 @@ pub struct Recipe {
     pub preset: String,
     /// Seeds.
     pub seeds: Seeds,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
-    /// Views a tree.
+    /// Views per tree.
     pub views: u32,
     /// The depth camera, with all its figures.
     pub camera: CameraSpec,
@@ -53,7 +53,7 @@ pub struct Recipe {
     pub intrinsics: Intrinsics,
     /// Depth of value 1 in the depth images \[m\].
     pub depth_unit_m: f64,
-    /// Samples a side of a pixel of the colour images.
+    /// Samples per side of a pixel of the colour images.
     pub supersampling: u32,
     /// Light of the colour images.
     pub light: LightFigures,

@@ -94,7 +94,7 @@ fn bytes_do_not_depend_on_threads_or_on_interruptions() {
     let done = make(&plan(), &at("one"));
     assert_eq!((done.trees, done.images, done.unfit_depth_px), (2, 4, 0));
     let whole = contents(&at("one"));
-    // Five images a view, a record a tree, annotations, cameras, intrinsics, recipe, manifest.
+    // Five images a view, a record per tree, annotations, cameras, intrinsics, recipe, manifest.
     assert_eq!(whole.len(), 5 * 4 + 2 + 5);
     Count::default().run(&plan(), &at("two"), 2).unwrap();
     assert!(contents(&at("two")) == whole);

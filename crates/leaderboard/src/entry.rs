@@ -14,9 +14,9 @@ use crate::verify::Verified;
 pub struct Budget {
     /// Name in the protocol; null for a custom budget.
     pub class: Option<String>,
-    /// Branches snapped a tree.
+    /// Branches snapped per tree.
     pub snapped: f64,
-    /// Fruit dropped a tree.
+    /// Fruit dropped per tree.
     pub dropped: f64,
 }
 
@@ -72,11 +72,11 @@ pub struct Entry {
     pub completeness: f64,
     /// 95 % interval.
     pub completeness_ci95: [Option<f64>; 2],
-    /// Branches snapped a tree.
+    /// Branches snapped per tree.
     pub snapped_per_tree: f64,
-    /// Fruit dropped a tree.
+    /// Fruit dropped per tree.
     pub dropped_per_tree: f64,
-    /// Fruit deposited a minute.
+    /// Fruit deposited per minute.
     pub throughput_fruit_per_min: Option<f64>,
     /// Placed attempts over attempts.
     pub place_success_per_attempt: Option<f64>,
@@ -126,7 +126,7 @@ impl Entry {
         })
     }
 
-    /// Damage a tree: branches snapped and fruit dropped.
+    /// Damage per tree: branches snapped and fruit dropped.
     pub fn damage(&self) -> f64 {
         self.snapped_per_tree + self.dropped_per_tree
     }

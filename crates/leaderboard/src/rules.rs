@@ -30,8 +30,8 @@ impl LeaderboardRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BudgetRules {
-    /// Branches snapped a tree.
+    /// Branches snapped per tree.
     pub snapped: Quantity,
-    /// Fruit dropped a tree.
+    /// Fruit dropped per tree.
     pub dropped: Quantity,
 }

@@ -43,15 +43,15 @@ enum Command {
     Dataset(dataset::Args),
     Detect(detect::Args),
     Scenario(scenario::Args),
-    /// Prints the names of the presets, one a line
+    /// Prints the names of the presets, one per line
     Presets,
-    /// Prints the names of the robots, one a line
+    /// Prints the names of the robots, one per line
     Robots,
-    /// Prints the names of the cameras, one a line
+    /// Prints the names of the cameras, one per line
     Cameras,
-    /// Prints the names of the detectors, one a line
+    /// Prints the names of the detectors, one per line
     Detectors,
-    /// Prints the names of the controllers, one a line
+    /// Prints the names of the controllers, one per line
     Controllers,
     Robot(robot::Args),
     Validate(validate::Args),

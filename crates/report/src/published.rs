@@ -16,7 +16,7 @@ pub struct PaperFigures {
     pub sweeps: BTreeMap<String, BTreeMap<String, Vec<DialFigure>>>,
     /// Place success by canopy zone.
     pub zones: PaperZones,
-    /// Fruit deposited a tree.
+    /// Fruit deposited per tree.
     pub trees: PaperTrees,
 }
 
@@ -46,7 +46,7 @@ pub struct PaperZones {
     pub others_high: Quantity,
 }
 
-/// Fruit deposited a tree.
+/// Fruit deposited per tree.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperTrees {

@@ -19,7 +19,7 @@ pub struct Results {
     pub components: Vec<ComponentSummary>,
     /// Compute cost of the harvest task, `compute.json`.
     pub compute: Option<Compute>,
-    /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one a backend.
+    /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one per backend.
     pub scaling: Vec<Scaling>,
 }
 

@@ -75,7 +75,7 @@ pub struct AxisRow {
     pub solver: SolverName,
     /// Worlds, settled.
     pub worlds: u32,
-    /// Frames of one world a second: the median of the repeats.
+    /// Frames of one world per second: the median of the repeats.
     pub env_steps_per_s: f64,
     /// That rate over the rate of as many identical worlds, timed alternately: the median of the repeats.
     pub relative: f64,

@@ -42,7 +42,7 @@ pub struct WorkTime {
 /// A cell's figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellTiming {
-    /// Frames of the whole batch a second, by repeat.
+    /// Frames of the whole batch per second, by repeat.
     pub rates: Vec<f64>,
     /// Number of courses in all repeats.
     pub courses: u32,

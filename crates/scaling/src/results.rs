@@ -111,11 +111,11 @@ pub struct Row {
     pub mode: Mode,
     /// Worlds.
     pub worlds: u32,
-    /// Frames of the whole batch a second of elapsed time: the median of the repeats.
+    /// Frames of the whole batch per second of elapsed time: the median of the repeats.
     pub step_rate_per_s: f64,
-    /// Step rate times the number of worlds: frames of one world a second.
+    /// Step rate times the number of worlds: frames of one world per second.
     pub env_steps_per_s: f64,
-    /// Env-step rate times the substeps of a frame: substeps of one world a second.
+    /// Env-step rate times the substeps of a frame: substeps of one world per second.
     pub substeps_per_s: f64,
     /// Smallest and largest step rate of the repeats \[1/s\].
     pub spread: [f64; 2],

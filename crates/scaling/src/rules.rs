@@ -129,7 +129,7 @@ impl Effort {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedScaling {
-    /// Env-steps a second.
+    /// Env-steps per second.
     pub env_steps_per_s: Vec<PublishedRate>,
     /// Time to build the worlds.
     pub build: Vec<PublishedBuild>,

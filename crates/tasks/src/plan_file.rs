@@ -90,7 +90,7 @@ pub struct TreeExtent {
     pub profile: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
 }
 

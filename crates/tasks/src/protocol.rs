@@ -71,7 +71,7 @@ pub struct Protocol {
 pub struct Profile {
     /// Number of tuning seeds, from the first.
     pub seeds: Count,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: Count,
     /// Length of an episode under all conditions but `exhaustion`.
     pub horizon: Quantity,

@@ -46,9 +46,9 @@ pub struct SeedSets {
 pub struct OfficialSet {
     /// Seeds.
     pub seeds: Count,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: Count,
-    /// Episodes a tree under the nominal condition, each with another start pose.
+    /// Episodes per tree under the nominal condition, each with another start pose.
     pub repeats: Count,
 }
 

@@ -150,7 +150,7 @@ fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
 struct Cell {
     batch: GpuBatch,
     worlds: usize,
-    /// Frames of the whole batch a second.
+    /// Frames of the whole batch per second.
     rates: Rounds,
     bytes: f64,
     build: f64,
@@ -185,7 +185,7 @@ impl Cell {
         Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build, batch })
     }
 
-    /// Substeps of one world a second.
+    /// Substeps of one world per second.
     fn row(&self, name: &str, substeps: f64) -> Row {
         let each = self.worlds as f64 * substeps;
         let row = Row::measured(name, self.rates.median() * each, "substeps/s");

@@ -75,7 +75,7 @@ struct Bench {
     peer: RefCell<Option<Peer>>,
     peaks: Peaks,
     bar: ProgressBar,
-    /// Substeps a frame.
+    /// Substeps per frame.
     substeps: u32,
 }
 
@@ -160,7 +160,7 @@ impl Bench {
         Ok(())
     }
 
-    /// A row of substeps a second.
+    /// A row of substeps per second.
     fn row(&self, name: &str, ours: &Rounds, theirs: Option<&Rounds>) -> Row {
         let mut row = Row::measured(name, ours.median(), "substeps/s");
         row.spread = Some(ours.spread());

@@ -19,7 +19,7 @@ pub struct ComponentPlan {
     pub profile: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// Protocol constants.
     pub protocol: Protocol,

@@ -17,7 +17,7 @@ pub struct ComponentRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GraspRules {
-    /// Fruit a tree.
+    /// Fruit per tree.
     pub targets: Count,
     /// Longest trial.
     pub time: Quantity,
@@ -33,7 +33,7 @@ pub struct GraspRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GentleRules {
-    /// Points a tree.
+    /// Points per tree.
     pub targets: Count,
     /// Longest trial.
     pub time: Quantity,

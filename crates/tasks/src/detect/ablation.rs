@@ -34,8 +34,8 @@ const CHANGES: &[Change] = &[
     ("no_isolation", "without isolation", |c| c.gates.isolation.on = false),
     ("no_cylinder", "without cylinder", |c| c.gates.cylinder.on = false),
     ("no_hidden", "without hidden-pixel rule", |c| c.gates.hidden.on = false),
-    (PATCH, "one sphere a patch", one_sphere_a_patch),
-    (PATCH_NO_ANTI_BRANCH, "one sphere a patch, without the anti-branch gates", |c| {
+    (PATCH, "one sphere per patch", one_sphere_a_patch),
+    (PATCH_NO_ANTI_BRANCH, "one sphere per patch, without the anti-branch gates", |c| {
         one_sphere_a_patch(c);
         anti_branch_off(c);
     }),
@@ -47,7 +47,7 @@ fn anti_branch_off(config: &mut DetectorConfig) {
     config.gates.cylinder.on = false;
 }
 
-/// Sets the fit of the paper: one sphere a patch, without a model of occlusion.
+/// Sets the fit of the paper: one sphere per patch, without a model of occlusion.
 fn one_sphere_a_patch(config: &mut DetectorConfig) {
     config.fit.refine = false;
     config.gates.hidden.on = false;

@@ -23,7 +23,7 @@ pub struct DetectPlan {
     pub profile: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// The camera.
     pub camera: CameraSpec,

@@ -11,7 +11,7 @@ use crate::vantage::VantageSpec;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectRules {
-    /// Views a tree.
+    /// Views per tree.
     pub views: Count,
     /// Distribution of the views.
     pub vantage: VantageSpec,

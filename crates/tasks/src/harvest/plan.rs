@@ -19,9 +19,9 @@ pub struct Extent {
     pub conditions: Vec<String>,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
-    /// Episodes a tree under the nominal condition.
+    /// Episodes per tree under the nominal condition.
     pub repeats: u32,
     /// Length of an episode under all conditions but `exhaustion` \[s\].
     pub horizon_s: f64,
@@ -33,7 +33,7 @@ pub struct ConditionParams {
     /// Worlds.
     #[serde(flatten)]
     pub dials: Dials,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// Budget of an episode \[s\].
     pub horizon_s: f64,

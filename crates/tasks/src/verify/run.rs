@@ -24,7 +24,7 @@ pub struct VerifyPlan {
     pub trajectory: Trajectory,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// Protocol constants.
     pub protocol: Protocol,

@@ -52,7 +52,7 @@ enum Outcome {
 
 #[derive(Debug, Deserialize)]
 struct Timed {
-    /// Substeps of one world a second, and the slowest and fastest round.
+    /// Substeps of one world per second, and the slowest and fastest round.
     rate: f64,
     spread: [f64; 2],
     /// Device memory \[bytes\].

@@ -56,7 +56,7 @@ fn one_tree(bench: &Bench, name: &str, planting: &Planting) -> anyhow::Result<Ro
     Ok(row)
 }
 
-/// Substeps a second of one tree over courses from its start.
+/// Substeps per second of one tree over courses from its start.
 pub fn rate(world: &TreeWorld, substeps: u32, repeats: u32) -> f64 {
     let mut spent = 0.0;
     for _ in 0..repeats {
@@ -107,7 +107,7 @@ fn batches(bench: &Bench, typical: &Planting, forest: &[Planting]) -> anyhow::Re
         let mut row = bench.row(names[which], &ours[which], theirs.as_ref());
         let mean = |of: fn(&TreeWorld) -> f64| worlds.iter().map(of).sum::<f64>() / WORLDS as f64;
         row.note = Some(format!(
-            "{:.1} links and {:.1} fruit a tree on average, {THREADS} threads, {} lanes of f32 ({:?})",
+            "{:.1} links and {:.1} fruit per tree on average, {THREADS} threads, {} lanes of f32 ({:?})",
             mean(|world| world.plant().tree.len() as f64),
             mean(|world| world.plant().fruit.len() as f64),
             Isa::best().lanes(),

@@ -51,7 +51,7 @@ pub fn read(dir: &Path) -> Result<Results, String> {
     Ok(results)
 }
 
-/// Scaling runs, one a backend.
+/// Scaling runs, one per backend.
 fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
     let mut scalings: Vec<Scaling> = Vec::new();
     for file in SCALINGS {
