@@ -93,7 +93,11 @@ fn differences(record: &Map<String, Value>, keys: &[Map<String, Value>], same_co
         .filter(|(name, _)| name.as_str() != CONFIG || (alone && same_code))
         .map(|(_, text)| text)
         .collect();
-    if texts.is_empty() { "a combination of values that is not in the plan".to_owned() } else { texts.join(", ") }
+    if texts.is_empty() {
+        "a combination of values that is not in the plan".to_owned()
+    } else {
+        texts.join(", ")
+    }
 }
 
 /// Some values in words.

@@ -5,14 +5,14 @@
 //! part of a run for one of several machines; [`merge`] combines the parts. The tasks themselves are in `orchard-tasks` and
 //! `orchard-scaling`.
 
+pub mod atomic_file;
 mod check;
 pub mod compute;
 pub mod digest;
 #[cfg(test)]
 mod fake;
-mod gather;
-pub mod atomic_file;
 mod folder_check;
+mod gather;
 pub mod record;
 mod shard;
 pub mod store;
@@ -20,9 +20,9 @@ pub mod task;
 mod version;
 
 pub use check::{PlanError, check_trees};
-pub use gather::{MergeError, Missing, gather, merge};
 pub use folder_check::OtherPlan;
+pub use gather::{MergeError, Missing, gather, merge};
 pub use record::Record;
 pub use shard::Shard;
-pub use task::{Progress, RunError, Session, NoProgress, Task, run_task};
+pub use task::{NoProgress, Progress, RunError, Session, Task, run_task};
 pub use version::{CODE_VERSION, SCHEMA_VERSION};

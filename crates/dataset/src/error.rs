@@ -10,9 +10,7 @@ pub enum DatasetError {
     #[error(transparent)]
     Rules(#[from] orchard_quantity::ConfigError),
     /// No seed in the range.
-    #[error(
-        "--seeds {first}..{end} is empty: the end is not included and must be greater than the start"
-    )]
+    #[error("--seeds {first}..{end} is empty: the end is not included and must be greater than the start")]
     NoSeeds {
         /// The first seed.
         first: u64,

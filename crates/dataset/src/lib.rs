@@ -17,6 +17,6 @@ mod tree;
 pub use config::{DatasetConfig, LightDial, PAPER_TOML};
 pub use error::DatasetError;
 pub use recipe::{Plan, Recipe, Seeds};
-pub use run::{Done, Progress, NoProgress, run};
+pub use run::{Done, NoProgress, Progress, run};
 pub use tables::{CLASSES, Class, NO_INSTANCE};
 pub use tree::view_name;

@@ -101,7 +101,10 @@ fn bytes_do_not_depend_on_threads_or_on_interruptions() {
 
     let stopped = Count { stop_after: Some(3), ..Count::default() };
     let error = stopped.run(&plan(), &at("three"), 1).unwrap_err();
-    assert_eq!(error.to_string(), "interrupted: 1 of 2 trees are complete; run the same command again to continue");
+    assert_eq!(
+        error.to_string(),
+        "interrupted: 1 of 2 trees are complete; run the same command again to continue"
+    );
     assert!(!at("three").join("manifest.json").exists());
     let second = Count::default();
     second.run(&plan(), &at("three"), 1).unwrap();

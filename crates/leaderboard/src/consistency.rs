@@ -12,13 +12,22 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
         let (frames, horizon) = (record.frames, record.key.horizon_frames);
         is(frames <= horizon, format!("frames is {frames}, more than the horizon of {horizon}"))?;
         let spent = record.outcome == Outcome::BudgetSpent;
-        is(!spent || frames == horizon, format!("the outcome is budget_spent after {frames} of {horizon} frames"))?;
-        is(record.duration_s == time(frames), format!("duration_s is {}, which is not the time of {frames} frames", record.duration_s))?;
+        is(
+            !spent || frames == horizon,
+            format!("the outcome is budget_spent after {frames} of {horizon} frames"),
+        )?;
+        is(
+            record.duration_s == time(frames),
+            format!("duration_s is {}, which is not the time of {frames} frames", record.duration_s),
+        )?;
         is(
             record.fruit_total == of(record.fruit.len()),
             format!("fruit_total is {}, but {} fruit are listed", record.fruit_total, record.fruit.len()),
         )?;
-        is((0..).zip(&record.fruit).all(|(i, f)| f.id == i), "the ids of the fruit do not count up from 0".to_owned())?;
+        is(
+            (0..).zip(&record.fruit).all(|(i, f)| f.id == i),
+            "the ids of the fruit do not count up from 0".to_owned(),
+        )?;
         let reachable: Vec<u32> = record.fruit.iter().filter(|f| f.reachable).map(|f| f.id).collect();
         is(
             record.reachable == reachable && record.reachable_count == of(reachable.len()),
@@ -32,7 +41,10 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
         for zone in record.fruit.iter().filter(|f| f.reachable).filter_map(|f| f.zone) {
             *census.entry(zone).or_insert(0) += 1;
         }
-        is(record.zone_census == census, "zone_census differs from the count of reachable fruit by zone".to_owned())?;
+        is(
+            record.zone_census == census,
+            "zone_census differs from the count of reachable fruit by zone".to_owned(),
+        )?;
         for fruit in record.fruit.iter().filter(|f| f.final_state == FruitState::Deposited) {
             let known = record.fruit_deposited.iter().any(|event| event.fruit == fruit.id);
             is(known, format!("fruit {} is in the bucket, but no deposit is listed", fruit.id))?;

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::CODE_VERSION;
 use orchard_bench::gather;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, NoProgress};
+use orchard_bench::{NoProgress, Session};
 use orchard_scenario::{Names, Scenario};
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
@@ -174,7 +174,9 @@ fn a_record_with_one_number_changed_is_refused() {
     let folder = result();
     change(folder.path(), episode, "\"final_state\": \"dropped\"", "\"final_state\": \"deposited\"");
     assert!(
-        verified(folder.path(), &plan(), 1).unwrap_err().starts_with("summary.json does not follow from its records")
+        verified(folder.path(), &plan(), 1)
+            .unwrap_err()
+            .starts_with("summary.json does not follow from its records")
     );
     // or, where the summary is forged as well, the record itself,
     sum_up_again(folder.path());
@@ -186,9 +188,7 @@ fn a_record_with_one_number_changed_is_refused() {
     sum_up_again(folder.path());
     assert_eq!(
         verified(folder.path(), &plan(), 8).unwrap_err(),
-        format!(
-            "{episode} differs when run again: attempts[0].max_finger_force_n is 7.5, not 8.0"
-        )
+        format!("{episode} differs when run again: attempts[0].max_finger_force_n is 7.5, not 8.0")
     );
 }
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, NoProgress};
+use orchard_bench::{NoProgress, Session};
 use orchard_leaderboard::{Budget, Entry, verify};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::run;

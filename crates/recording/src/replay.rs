@@ -88,8 +88,16 @@ pub fn replay<F: WorldFactory<World = World>>(
     let sink = (Shared(comparison.clone()), again);
     let mut recorder = Recorder::begin(sink, config.clone(), frame, &world);
     let mut playback = Playback::new(controller, comparison.clone());
-    let record =
-        run_observed_episode(key.clone(), &mut world, &mut playback, protocol, frame, stop, on_frame, &mut recorder);
+    let record = run_observed_episode(
+        key.clone(),
+        &mut world,
+        &mut playback,
+        protocol,
+        frame,
+        stop,
+        on_frame,
+        &mut recorder,
+    );
     let record = record.ok_or(ReplayError::Interrupted)?;
     let (_, again) = recorder.end(&world);
     let again = again.end(&record, nanoseconds(record.duration_s)).map_err(|e| io_error(recording, e))?;

@@ -3,7 +3,6 @@
 //! results (the content of the files) -> figures -> page. Nothing here opens a file, reads a clock or simulates: the same results give
 //! the same bytes. `docs/report.md` explains the page.
 
-mod requirements;
 mod axis;
 mod bars;
 mod chart;
@@ -16,15 +15,16 @@ mod page;
 mod page_tests;
 mod pictures;
 mod published;
+mod requirements;
 mod results;
 mod sections;
 mod table;
 mod words;
 
-pub use requirements::{ConditionRequirements, JudgedRequirement, judge_requirements};
 pub use figure::{Figure, FigureError};
 pub use figures::{Figures, detection};
 pub use page::page;
 pub use pictures::{Moment, Pick, Picture, Pictures};
 pub use published::{DialFigure, PaperFigures, PaperTrees, PaperZones, REPORT_TOML};
+pub use requirements::{ConditionRequirements, JudgedRequirement, judge_requirements};
 pub use results::{Results, main_condition};

@@ -23,7 +23,7 @@ pub struct PaperFigures {
 /// A figure at one value of a dial.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct At {
+pub struct DialFigure {
     /// Value of the dial, in the sweep's unit.
     pub at: f64,
     /// The figure.

@@ -36,7 +36,10 @@ impl JudgedRequirement<'_> {
 }
 
 /// Judges every condition of a result that has requirements, the nominal one first.
-pub fn judge_requirements<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<ConditionRequirements<'a>> {
+pub fn judge_requirements<'a>(
+    summary: &'a Summary,
+    protocol: &'a Protocol,
+) -> Vec<ConditionRequirements<'a>> {
     let Some(required) = protocol.required.get(&summary.controller) else { return Vec::new() };
     let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {
         let required = required.get(condition)?;

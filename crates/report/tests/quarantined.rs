@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, NoProgress};
+use orchard_bench::{NoProgress, Session};
 use orchard_report::{Figures, PaperFigures, Pictures, Results, page};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;

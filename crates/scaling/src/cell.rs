@@ -109,7 +109,8 @@ pub fn time(
     batch.wait()?;
     let pack_s = packing.elapsed().as_secs_f64();
     let bytes = batch.bytes();
-    let mut timed = CellTiming { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
+    let mut timed =
+        CellTiming { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
     if let Some(ContinuousTiming { wake: busy, warm_up, .. }) = plan.continuous {
         if let Some(gpu) = start.gpu {
             wake(gpu, &(start.worlds.world)(0), busy)?;
@@ -147,7 +148,8 @@ pub fn time(
 impl ScalingPlan {
     /// True if a repeat may have another course after `courses` courses. Courses without a reset share the time in which everything moves.
     fn has_course(&self, courses: u32) -> bool {
-        let of = |continuous: &ContinuousTiming| continuous.most.saturating_sub(continuous.warm_up) / self.repeats;
+        let of =
+            |continuous: &ContinuousTiming| continuous.most.saturating_sub(continuous.warm_up) / self.repeats;
         self.continuous.as_ref().is_none_or(|continuous| (courses + 1) * self.frames <= of(continuous))
     }
 }

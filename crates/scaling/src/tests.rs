@@ -209,7 +209,10 @@ fn an_interrupted_run_leaves_no_figures() {
     let (result, file) = go(&small(), true);
     let line = result.unwrap_err().to_string();
     let cells = small().cells().len();
-    assert_eq!(line, format!("interrupted after 0 of {cells} cells; the scaling task must be run again from the start"));
+    assert_eq!(
+        line,
+        format!("interrupted after 0 of {cells} cells; the scaling task must be run again from the start")
+    );
     assert_eq!(file, None);
 }
 

@@ -13,7 +13,7 @@ use orchard_spec::{Preset, Spec};
 
 use crate::figures::Layers;
 use crate::options::names_file;
-use crate::{OptionValue, Names, Options, Scenario, ScenarioError, SceneNames, TreeFile};
+use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
 /// Names of the built-in robots.
 pub const ROBOTS: &[&str] = &["paper"];
@@ -70,7 +70,8 @@ impl Scenario {
             layers.part("world.camera", &given.by);
         }
         let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
-        let by_camera = || OptionValue::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
+        let by_camera =
+            || OptionValue::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         layers.part("detector", &detector.by);
         let default = |value: &str| OptionValue::new(value, "default");

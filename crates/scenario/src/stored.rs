@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::figures::Layers;
 use crate::resolve::{find_controller, find_robot};
-use crate::{OptionValue, Names, Scenario, ScenarioError, TreeFile};
+use crate::{Names, OptionValue, Scenario, ScenarioError, TreeFile};
 
 /// A scenario with all its figures. Robot and controller are part of the program and stored by name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,7 +69,10 @@ impl Scenario {
         }
         Err(ScenarioError::new(
             by,
-            format!("the stored hash {} differs from that of its figures in this program, {hash}", stored.hash),
+            format!(
+                "the stored hash {} differs from that of its figures in this program, {hash}",
+                stored.hash
+            ),
         ))
     }
 }

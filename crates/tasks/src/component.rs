@@ -20,7 +20,7 @@ pub use gentle::{Gentle, PointTarget};
 pub use grasp::{FruitTarget, ReachAndGrasp};
 pub use metrics::metrics;
 pub use plan::{ComponentKey, ComponentPlan, ComponentRun};
-pub use record::{TrialOutcome, TreeRecord, TrialRecord};
+pub use record::{TreeRecord, TrialOutcome, TrialRecord};
 pub use rules::{ComponentRules, GentleRules, GraspRules};
 pub use run::{ComponentResult, Trials, run};
 pub use summary::{ComponentSummary, TreeLine};

@@ -27,7 +27,7 @@ pub use record::{
     DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord, SitsOn, TrackRecord,
     VariantRecord,
 };
-pub use rules::{AblationRules, PublishedVariant, FoliageFigure, DetectRules, FoundRules};
+pub use rules::{AblationRules, DetectRules, FoliageFigure, FoundRules, PublishedVariant};
 pub use run::{DetectResult, Views, run};
 pub use spread::{ERRORS, Spread};
 pub use summary::{AblationSummary, DensitySummary, DetectSummary, FractionBin, VariantSummary, ZoneSummary};

@@ -150,7 +150,8 @@ impl PlanFile {
     pub fn read(store: &Store) -> Result<Self, PlanFileError> {
         let path = store.path().join(Self::FILE);
         let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
-        let bytes = fs::read(&path).map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
+        let bytes =
+            fs::read(&path).map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
         let head: serde_json::Value =
             serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))?;
         if head.get("schema_version") != Some(&serde_json::json!(SCHEMA_VERSION)) {

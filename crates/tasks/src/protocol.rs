@@ -156,7 +156,7 @@ impl Protocol {
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range, a tuning seed of an official set, fewer tuning seeds than a
-    /// profile asks for, a profile without conditions or with unknown ones, a requirement without exactly one bound, values of a sweep that do
+    /// profile needs, a profile without conditions or with unknown ones, a requirement without exactly one bound, values of a sweep that do
     /// not ascend, foliage densities that lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         Self::of_table(file, parse(file, text)?)
@@ -185,7 +185,10 @@ impl Protocol {
                 return Err(ConfigError {
                     file: file.to_owned(),
                     field: format!("{name}.seeds"),
-                    problem: format!("value {count} exceeds the {} tuning seeds", protocol.tuning_seeds.len()),
+                    problem: format!(
+                        "value {count} exceeds the {} tuning seeds",
+                        protocol.tuning_seeds.len()
+                    ),
                 });
             }
             protocol.check_names(&format!("{name}.conditions"), &profile.conditions)?;
@@ -324,8 +327,12 @@ mod tests {
             unit: "1".into(),
             source: "protocol".into(),
         };
-        assert!(requirement(Some(0.5), None).is_met(Some(0.5)) && !requirement(Some(0.5), None).is_met(Some(0.4)));
-        assert!(requirement(None, Some(0.5)).is_met(Some(0.5)) && !requirement(None, Some(0.5)).is_met(Some(0.6)));
+        assert!(
+            requirement(Some(0.5), None).is_met(Some(0.5)) && !requirement(Some(0.5), None).is_met(Some(0.4))
+        );
+        assert!(
+            requirement(None, Some(0.5)).is_met(Some(0.5)) && !requirement(None, Some(0.5)).is_met(Some(0.6))
+        );
         assert!(!requirement(Some(0.5), None).is_met(None));
         assert_eq!(
             (requirement(Some(0.5), None).bound(), requirement(None, Some(6.0)).bound()),

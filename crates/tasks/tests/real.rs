@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, NoProgress};
+use orchard_bench::{NoProgress, Session};
 use orchard_camera::{Item, Label};
 use orchard_scenario::Scenario;
 use orchard_tasks::detect::{RestingTree, Trees};

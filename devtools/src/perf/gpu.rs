@@ -132,8 +132,7 @@ fn drawn(gpu: &Gpu, of: &Planting, worlds: usize) -> anyhow::Result<Row> {
     let start = Instant::now();
     GpuBatch::randomised(gpu, &base, worlds as u32)?.wait()?;
     let row = Row::measured(&format!("gpu.drawn_{worlds}.build"), start.elapsed().as_secs_f64(), "s");
-    let note =
-        "from one tree in memory to all worlds in equilibrium; drawn and settled on the device";
+    let note = "from one tree in memory to all worlds in equilibrium; drawn and settled on the device";
     Ok(Row { note: Some(note.to_owned()), ..row })
 }
 

@@ -83,7 +83,10 @@ fn left_out(cell: &Omitted) -> Row {
 
 fn build(cell: &CellRow, threads: u32, paper: &PublishedScaling) -> Row {
     let row_name = format!("{}.build", row_name(cell.mode, cell.worlds, cell.solver));
-    let note = format!("elapsed; {threads} threads grow and settle the worlds; of this, packing {:.3} s", cell.pack_s);
+    let note = format!(
+        "elapsed; {threads} threads grow and settle the worlds; of this, packing {:.3} s",
+        cell.pack_s
+    );
     let note = cell.note.as_ref().map_or(note.clone(), |particular| format!("{note}; {particular}"));
     let row = Row { note: Some(note), ..Row::measured(&row_name, cell.build_s(), "s") };
     match paper.build_at(cell.mode, cell.worlds) {

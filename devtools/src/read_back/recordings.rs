@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use orchard_bench::store::{Store, write_json};
-use orchard_bench::{Session, NoProgress, run_task};
+use orchard_bench::{NoProgress, Session, run_task};
 use orchard_camera::Sensor;
 use orchard_geometry::Intrinsics;
 use orchard_recording::{Channel, RecordingConfig, Recordings, name_of};

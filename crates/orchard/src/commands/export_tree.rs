@@ -97,7 +97,9 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let tree = match (scenario.digitised_tree(), args.seed) {
         (Some(file), seed) => import(spec, file, seed.unwrap_or(0), index)?,
         (None, Some(seed)) => BareTree::new(spec, seed, index).map_err(bad_tree)?,
-        (None, None) => return Err(Failure::BadInput("--seed S is missing: it is needed to grow a tree".to_owned())),
+        (None, None) => {
+            return Err(Failure::BadInput("--seed S is missing: it is needed to grow a tree".to_owned()));
+        }
     };
     let bytes = args.format.write(&tree)?;
     write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;

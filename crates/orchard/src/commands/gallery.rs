@@ -20,8 +20,10 @@ use crate::picture_file::{self, paste};
 
 /// Draws a sheet of trees: a hundred randomised ones, then a row for each growth habit and each training system.
 #[derive(clap::Args)]
-#[command(after_help = "All trees of a group are drawn at the same scale, so that their sizes can be compared.\n\n\
-                  Examples:\n  orchard gallery --out trees.png\n  orchard gallery --seed 7 --rows 2 --cell 240 --out few.png")]
+#[command(
+    after_help = "All trees of a group are drawn at the same scale, so that their sizes can be compared.\n\n\
+                  Examples:\n  orchard gallery --out trees.png\n  orchard gallery --seed 7 --rows 2 --cell 240 --out few.png"
+)]
 pub struct Args {
     /// Seed of the population
     #[arg(long, default_value_t = 20250704, value_name = "S")]
@@ -115,7 +117,9 @@ const SYSTEMS: [Preset; 5] =
 fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {
     let mut spec = spec.clone();
     let Grammar::CentralLeader(grammar) = &mut spec.tree.grammar else {
-        return Err(Failure::Failed("the preset `randomised` does not use the central-leader grammar".into()));
+        return Err(Failure::Failed(
+            "the preset `randomised` does not use the central-leader grammar".into(),
+        ));
     };
     for span in [&mut grammar.droop, &mut grammar.form, &mut spec.randomisation.droop.factor] {
         *span = span.at(part);

@@ -200,8 +200,7 @@ fn show(args: &ShowArgs, program: &Program) -> Result<(), Failure> {
     let budget = args.budget.read(&protocol)?;
     let file = args.board.file()?;
     let board = args.board.read(&protocol, &scenario)?;
-    let board =
-        board.ok_or_else(|| Failure::BadInput(format!("{}: no such board", file.display())))?;
+    let board = board.ok_or_else(|| Failure::BadInput(format!("{}: no such board", file.display())))?;
     say!("{}", table::short(&board, budget.as_ref()).trim_end());
     Ok(())
 }
@@ -217,7 +216,9 @@ fn add(args: &AddArgs, program: &Program) -> Result<(), Failure> {
         Failure::BadInput(format!("the budget is missing: give --budget {known}, or --snapped B --dropped D"))
     })?;
     if args.name.is_some() && args.results.len() > 1 {
-        return Err(Failure::BadInput("--name: only with a single RESULT, because names are unique on a board".to_owned()));
+        return Err(Failure::BadInput(
+            "--name: only with a single RESULT, because names are unique on a board".to_owned(),
+        ));
     }
     let file = args.board.file()?;
     let seed_set = args.board.seed_set.name();

@@ -74,7 +74,11 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<(PlannedTask, S
                 ));
             }
             let Some(scenario) = file.scenario(task) else {
-                return Err(format!("{}: the scenario of task {task} is missing in {}", folder.display(), PlanFile::FILE));
+                return Err(format!(
+                    "{}: the scenario of task {task} is missing in {}",
+                    folder.display(),
+                    PlanFile::FILE
+                ));
             };
             let (first, other, _) = common.entry(task).or_insert((folder, planned, scenario));
             if (&other.plan, &other.scenario) != (&planned.plan, &planned.scenario) {

@@ -143,7 +143,10 @@ fn shown(outcome: &TreeOutcome) -> RecordProgress {
         ),
     };
     let frames = (outcome.duration_s * FRAMES_PER_SECOND).round() as u64;
-    RecordProgress { steps: frames, line: format!("seed {} tree {}: {outcome_text}", outcome.seed, outcome.world) }
+    RecordProgress {
+        steps: frames,
+        line: format!("seed {} tree {}: {outcome_text}", outcome.seed, outcome.world),
+    }
 }
 
 /// Control rate, used only for the progress bar.
@@ -168,7 +171,10 @@ fn record(args: &Args, file: &Path, seed: u64, scenario: &Scenario, longest: f64
         return Err(Failure::BadInput(line));
     }
     if file.extension().is_none_or(|extension| extension != "csv") {
-        return Err(Failure::BadInput(format!("--record {}: the file name must end in .csv", file.display())));
+        return Err(Failure::BadInput(format!(
+            "--record {}: the file name must end in .csv",
+            file.display()
+        )));
     }
     check_folder(file)?;
     let world = scenario.world(seed, 0, 0);

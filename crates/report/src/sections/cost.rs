@@ -107,7 +107,8 @@ fn axes(scalings: &[Scaling]) -> Markup {
         ]
     };
     let rows: Vec<_> = scalings.iter().flat_map(|scaling| &scaling.axes).map(row).collect();
-    let heads = ["solver", "kind of difference", "settled worlds", "rate relative to identical worlds", "repeats"];
+    let heads =
+        ["solver", "kind of difference", "settled worlds", "rate relative to identical worlds", "repeats"];
     html! {
         @if !rows.is_empty() {
             details {

@@ -104,7 +104,8 @@ fn comparison(c: &SweepComparison) -> Vec<Cell> {
         figure(&test.mean, digits),
         Cell::number(interval.unwrap_or_else(|| "-".to_owned()))
             .because(test.no_interval.map(|reason| reason_of(reason, true))),
-        Cell::number(test.pairs.to_string()).because(Some(format!("{} of them without a difference", test.equal))),
+        Cell::number(test.pairs.to_string())
+            .because(Some(format!("{} of them without a difference", test.equal))),
         p(c.holm.wilcoxon),
         p(c.holm.permutation),
         figure(&test.rank_biserial, 2),

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::metrics::metrics;
 use crate::component::plan::{ComponentPlan, ComponentRun};
-use crate::component::record::{TrialOutcome, TreeRecord};
+use crate::component::record::{TreeRecord, TrialOutcome};
 use crate::component::task::Component;
 use crate::seeds::SeedSetLabel;
 

@@ -3,7 +3,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{RunError, Session, NoProgress};
+use orchard_bench::task::{NoProgress, RunError, Session};
 use orchard_scenario::Scenario;
 
 use super::*;

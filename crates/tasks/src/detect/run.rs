@@ -134,7 +134,9 @@ impl<T: Trees> Views<'_, T> {
             if let Some((bare, there)) = &first
                 && !(same_but_for_leaves(bare, &tree) && there.x_world_camera == stand.x_world_camera)
             {
-                return Err(NoRecord::Quarantined(format!("wood, fruit or views differ at foliage {foliage}")));
+                return Err(NoRecord::Quarantined(format!(
+                    "wood, fruit or views differ at foliage {foliage}"
+                )));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
             // A view has the same noise at every density.

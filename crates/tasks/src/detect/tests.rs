@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{Progress, RunError, Session, NoProgress};
+use orchard_bench::task::{NoProgress, Progress, RunError, Session};
 use orchard_camera::Label;
 use orchard_statistics::Metric;
 
@@ -76,8 +76,9 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let mut other = plan();
     other.scene_hash = "another detector".to_owned();
     let store = Store::open(two.path()).unwrap();
-    let error = run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
-        .unwrap_err();
+    let error =
+        run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
+            .unwrap_err();
     assert!(error.to_string().contains("has config_hash "), "{error}");
 }
 
@@ -140,7 +141,8 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     let store = Store::open(folder.path()).unwrap();
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
     let trees = FakeTrees { moved: 1e-9, ..FakeTrees::new() };
-    let result = run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
+    let result =
+        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
     assert_eq!(result.records[0].quarantined.as_deref(), Some("wood, fruit or views differ at foliage 0.3"));
 }
 

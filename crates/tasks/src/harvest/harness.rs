@@ -13,7 +13,7 @@ use crate::harvest::episode::{
 };
 use crate::harvest::hold::HoldWatch;
 use crate::harvest::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit};
-use crate::harvest::observe::{FrameInput, Observer, NoObserver};
+use crate::harvest::observe::{FrameInput, NoObserver, Observer};
 use crate::harvest::reason::ABANDONED;
 use crate::json::{array, finite};
 use crate::matching::{Ball, match_detections};

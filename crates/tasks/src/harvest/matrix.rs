@@ -388,7 +388,9 @@ mod tests {
         assert_eq!(check(&[]), Err("no condition".to_owned()));
         let e = check(&["nominal", "fruit-41"]).unwrap_err();
         assert!(
-            e.starts_with("fruit-41 is neither a condition nor a sweep; the names are foliage, fruit, terrain,"),
+            e.starts_with(
+                "fruit-41 is neither a condition nor a sweep; the names are foliage, fruit, terrain,"
+            ),
             "{e}"
         );
     }

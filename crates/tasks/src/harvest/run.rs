@@ -88,7 +88,8 @@ impl<F: WorldFactory, O: ObserverFactory<F::World>> Task for Episodes<'_, F, O> 
         let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
         let mut observer = self.watch.begin(key, &world);
         let (key, world, controller) = (key.clone(), &mut world, &mut controller);
-        let record = run_observed_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
+        let record =
+            run_observed_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
         if let Some(record) = &record {
             self.watch.end(observer, world, record)?;
         }

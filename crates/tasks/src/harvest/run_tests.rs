@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{Progress, RunError, Session, NoProgress};
+use orchard_bench::task::{NoProgress, Progress, RunError, Session};
 use orchard_scenario::Names;
 
 use crate::fake::progress::{CountingProgress, files};
@@ -184,7 +184,7 @@ fn repeats_have_keys_and_files_of_their_own() {
     );
     assert_eq!(files.len(), 17);
     assert!(result.summary.as_ref().unwrap().conditions["nominal"].variance.is_some());
-    // A plan without repeats is another one; one that asks for them as well reuses what is there.
+    // A plan without repeats is refused; a larger plan with these and other episodes reuses the stored ones.
     let other = go(folder.path(), &crate::fake::plan(), 1, &NoProgress);
     assert!(matches!(other, Err(RunError::OtherPlan(_))));
     let progress = CountingProgress::default();

@@ -94,7 +94,8 @@ impl Trajectory {
             if let Some(before) = before
                 && row.time <= before.time
             {
-                let problem = format!("{} s is not greater than the previous time {} s", row.time, before.time);
+                let problem =
+                    format!("{} s is not greater than the previous time {} s", row.time, before.time);
                 return Err(bad(file, *line, FIELDS[0], problem));
             }
             before = Some(row);

@@ -86,7 +86,8 @@ impl Peer {
     fn read(answers: &str) -> Result<Self, String> {
         let mut lines = answers.lines();
         let first = lines.next().ok_or("MuJoCo-Warp did not start")?;
-        let header = serde_json::from_str(first).map_err(|_| format!("unexpected output of MuJoCo-Warp: {first}"))?;
+        let header =
+            serde_json::from_str(first).map_err(|_| format!("unexpected output of MuJoCo-Warp: {first}"))?;
         let cells = lines.map(|line| serde_json::from_str(line).map_err(|e| format!("{line}: {e}")));
         Ok(Self { header, cells: cells.collect::<Result<_, _>>()? })
     }
@@ -129,9 +130,9 @@ impl Cell {
         let rate = self.sound().map_or(f64::NAN, |timed| timed.rate);
         let outcome = match &self.outcome {
             Outcome::Timed(timed) => {
-                let gap = timed
-                    .gap
-                    .map_or("not finite".to_owned(), |gap| format!("relative difference from MuJoCo {gap:.0e}"));
+                let gap = timed.gap.map_or("not finite".to_owned(), |gap| {
+                    format!("relative difference from MuJoCo {gap:.0e}")
+                });
                 let memory = timed.bytes.map(|bytes| format!("{:.0} MB, ", bytes / 1e6)).unwrap_or_default();
                 let verdict = if self.sound().is_some() { "" } else { "WRONG: " };
                 format!("{verdict}{memory}{gap}")

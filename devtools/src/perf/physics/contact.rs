@@ -2,7 +2,7 @@
 
 use super::Bench;
 use super::forest::Planting;
-use super::peer::{Course, ContactCounts};
+use super::peer::{ContactCounts, Course};
 use super::pushed::{CONTACTS, Push, PushedTree};
 use crate::perf::timing::{Side, cpu_time};
 use orchardbench::rows::Row;

@@ -97,7 +97,9 @@ impl Peer {
 
     fn ask<T: DeserializeOwned>(&mut self, request: Value) -> anyhow::Result<T> {
         let requests = self.requests.as_mut().context("the MuJoCo process has ended")?;
-        writeln!(requests, "{request}").and_then(|()| requests.flush()).context("the MuJoCo process has ended")?;
+        writeln!(requests, "{request}")
+            .and_then(|()| requests.flush())
+            .context("the MuJoCo process has ended")?;
         self.answer()
     }
 

@@ -70,7 +70,10 @@ pub fn task(
 fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
     match task {
         TaskName::ReachAndGrasp | TaskName::Gentle if !scenario.controller_kind().takes_goals() => {
-            Err(format!("controller {} cannot be given a goal, which this task needs", scenario.names().controller))
+            Err(format!(
+                "controller {} cannot be given a goal, which this task needs",
+                scenario.names().controller
+            ))
         }
         TaskName::Scaling if scenario.digitised_tree().is_some() => {
             Err("it needs grown trees, but --tree gives a digitised one".to_owned())

@@ -90,7 +90,9 @@ fn conditions_and_sweeps_by_name() {
 #[test]
 fn options_of_tasks_that_are_not_run() {
     let refused = |line: &[&str]| plans_of(line).unwrap_err();
-    assert!(refused(&["--tasks", "detect", "--conditions", "nominal"]).starts_with("--conditions applies to"));
+    assert!(
+        refused(&["--tasks", "detect", "--conditions", "nominal"]).starts_with("--conditions applies to")
+    );
     assert!(refused(&["--tasks", "detect", "--controller", "expert"]).starts_with("--controller applies to"));
     assert_eq!(
         refused(&["--controller", "nobody"]),
@@ -115,7 +117,10 @@ fn the_backend_is_of_the_scaling_task() {
     );
     let line = ["bench-v1", "--backend", "tpu"];
     let e = <Line as clap::Parser>::try_parse_from(line).err().unwrap().to_string();
-    assert!(e.contains("'tpu'") && e.contains("--backend") && e.contains("must be one of cpu and gpu"), "{e}");
+    assert!(
+        e.contains("'tpu'") && e.contains("--backend") && e.contains("must be one of cpu and gpu"),
+        "{e}"
+    );
 }
 
 #[test]

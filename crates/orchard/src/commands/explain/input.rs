@@ -106,6 +106,8 @@ pub mod tests {
             |schema: u32, code: &str| format!(r#"{{"schema_version": {schema}, "code_version": "{code}"}}"#);
         assert!(refused(&head(1, "x")).starts_with("schema_version 1, but this code reads"));
         assert!(refused(&head(SCHEMA_VERSION, "x")).starts_with("written by code version x, but this is"));
-        assert!(refused(&head(SCHEMA_VERSION, CODE_VERSION)).starts_with("not a record of a bench-v1 episode"));
+        assert!(
+            refused(&head(SCHEMA_VERSION, CODE_VERSION)).starts_with("not a record of a bench-v1 episode")
+        );
     }
 }

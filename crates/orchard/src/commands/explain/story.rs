@@ -114,7 +114,10 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     lines.extend(attempt.states.iter().map(|s| (s.time, format!("{} begins", s.state))));
     let belief = &attempt.belief;
     if let (Some(at), Some(width)) = (belief.grasp_time, belief.grasp_width_m) {
-        lines.push((at, format!("the controller believes that it holds the fruit; finger distance {:.0} mm", 1e3 * width)));
+        lines.push((
+            at,
+            format!("the controller believes that it holds the fruit; finger distance {:.0} mm", 1e3 * width),
+        ));
     }
     if let (Some(at), Some(pull)) = (belief.stem_time, belief.pull_n) {
         lines.push((at, format!("the controller believes that the stem broke, after a pull of {pull:.0} N")));

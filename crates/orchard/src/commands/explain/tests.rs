@@ -3,7 +3,7 @@
 use super::*;
 use clap::Parser;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, NoProgress};
+use orchard_bench::{NoProgress, Session};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::run as run_plan;
@@ -77,8 +77,13 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     assert!(changed(hash, &"0".repeat(64)).contains("config_hash 0000"));
     // The record says paper, the options say otherwise.
     let other = refused(&[line, "--text", "--preset", "v-trellis"]);
-    assert!(other.contains("config_hash ") && other.contains("differs from that of this scenario"), "{other}");
-    assert!(input::tests::refused(&whole[..whole.len() / 2]).starts_with("not a record of a bench-v1 episode"));
+    assert!(
+        other.contains("config_hash ") && other.contains("differs from that of this scenario"),
+        "{other}"
+    );
+    assert!(
+        input::tests::refused(&whole[..whole.len() / 2]).starts_with("not a record of a bench-v1 episode")
+    );
 
     // A record that was changed by hand is detected by the second run.
     let segment = 3;

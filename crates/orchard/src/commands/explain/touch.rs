@@ -157,7 +157,9 @@ fn touches(world: &World) -> Vec<RobotContact> {
                 Owner::Point(point) => {
                     world.fruit().points.iter().position(|p| *p == point).map(ContactPartner::Fruit)
                 }
-                Owner::Body(wood) => world.tree().bodies.iter().position(|b| *b == wood).map(ContactPartner::Wood),
+                Owner::Body(wood) => {
+                    world.tree().bodies.iter().position(|b| *b == wood).map(ContactPartner::Wood)
+                }
                 Owner::World => None,
             };
             let Some(touched) = touched else { continue };

@@ -76,7 +76,10 @@ fn one_budget_for_all_moves_entries() {
     let budget = Budget::of_figures(0.0, 0.5).unwrap();
     let table = table::short(&board(), Some(&budget));
     assert_eq!(table.matches("OVER BUDGET").count(), 4, "{table}");
-    assert!(table.contains("All entries are ranked under one budget per tree, snapped <= 0, dropped <= 0.5"), "{table}");
+    assert!(
+        table.contains("All entries are ranked under one budget per tree, snapped <= 0, dropped <= 0.5"),
+        "{table}"
+    );
 }
 
 #[derive(clap::Parser)]

@@ -59,7 +59,11 @@ fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
         let backend = scaling.backend;
         if scalings.iter().any(|other| other.backend == backend) {
             let [a, b] = SCALINGS;
-            return Err(format!("{}: {a} and {b} both have the backend {}; one file per backend is allowed", dir.display(), backend.name()));
+            return Err(format!(
+                "{}: {a} and {b} both have the backend {}; one file per backend is allowed",
+                dir.display(),
+                backend.name()
+            ));
         }
         scalings.push(scaling);
     }

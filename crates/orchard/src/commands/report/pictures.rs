@@ -56,9 +56,7 @@ pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures
     let trees = trees(main, &scenario)?;
     let (pick, left_out) = match placed(dir, main, program) {
         Ok(Some((input, attempt))) => (Some(pick(&input, &attempt)?), None),
-        Ok(None) => {
-            (None, Some("No attempt of this run placed its fruit, so none is shown.".to_owned()))
-        }
+        Ok(None) => (None, Some("No attempt of this run placed its fruit, so none is shown.".to_owned())),
         Err(reason) => (None, Some(format!("The pictures of an attempt were left out: {reason}."))),
     };
     Ok(Pictures { trees, pick, left_out })
@@ -75,8 +73,7 @@ fn trees(main: &ConditionSummary, scenario: &Scenario) -> Result<Vec<Picture>, F
     let plantings: Result<Vec<Planting>, _> = worlds.iter().map(plant).collect();
     let images = portraits(&plantings.context("cannot grow the trees")?, TREE, || ());
     let picture = |(image, (seed, world)): (&Image<[u8; 3]>, &(u64, u32))| {
-        let alt =
-            format!("Apple tree {world} of seed {seed} with its leaves and fruit at the start");
+        let alt = format!("Apple tree {world} of seed {seed} with its leaves and fruit at the start");
         picture(image, alt, format!("Seed {seed}, tree {world}"))
     };
     images.iter().zip(&worlds).map(picture).collect()

@@ -38,8 +38,7 @@ pub fn text(survey: &Survey) -> String {
         }
     }
     for mesh in &survey.meshes {
-        let what =
-            if mesh.is_collision { "collision (mesh shapes are not read)" } else { "visual" };
+        let what = if mesh.is_collision { "collision (mesh shapes are not read)" } else { "visual" };
         let _ = writeln!(text, "mesh of link `{}`, {what}: {}", mesh.link, mesh.file);
     }
     text += "\nparts of a harvester\n";

@@ -229,7 +229,11 @@ impl Events {
         // An event at the end of the comparison may also be one frame late.
         let is_last = wanted.map_or(0, |e| e.frame).max(got.map_or(0, |e| e.frame)) >= end;
         self.late += usize::from(!is_last && off.is_none_or(|frames| frames > 1));
-        self.listed.push(format!("{:?} in f64, {:?} on the device", wanted.map(describe), got.map(|e| describe(e))));
+        self.listed.push(format!(
+            "{:?} in f64, {:?} on the device",
+            wanted.map(describe),
+            got.map(|e| describe(e))
+        ));
     }
 }
 

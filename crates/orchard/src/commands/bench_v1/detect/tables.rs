@@ -3,7 +3,7 @@
 use orchard_scenario::SceneNames;
 use orchard_statistics::Metric;
 use orchard_tasks::detect::{
-    FoliageFigure, DensitySummary, DetectPlan, DetectSummary, SitsOn, VariantSummary, variants,
+    DensitySummary, DetectPlan, DetectSummary, FoliageFigure, SitsOn, VariantSummary, variants,
 };
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::zones::Zone;
@@ -35,7 +35,8 @@ pub fn report(summary: &DetectSummary, plan: &DetectPlan) -> String {
     );
     text += &sweep(summary, plan);
     text += &requirements(summary, plan);
-    text += "\nrecall of all visible fruit, by visible fraction (fruit in range), and over the views of a tree\n";
+    text +=
+        "\nrecall of all visible fruit, by visible fraction (fruit in range), and over the views of a tree\n";
     text += &recalls(summary);
     text += "\nfalse positives by the object that they sit on\n";
     text += &false_positives(summary);
