@@ -18,7 +18,7 @@ mod workspace;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, error::ErrorKind};
+use clap::{Parser, Subcommand};
 
 use orchardbench::Failure;
 
@@ -52,38 +52,24 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::try_parse() {
-        Ok(cli) => match cli.command {
-            Command::CheckCombinations(args) => check_combinations::run(&args),
-            Command::CheckReport(args) => check_report::run(&args),
-            Command::CheckStatistics(args) => check_statistics::run(&args),
-            Command::Fuzz(args) => fuzz::run(&args),
-            Command::Judge(args) => judge::run(&args),
-            Command::Perf(args) => perf::run(&args),
-            Command::ReadBack(args) => read_back::run(&args),
-            Command::CheckReuse(args) => reuse::run(&args),
-            Command::Test(args) => test::run(&args),
-            Command::Tidy(args) => tidy::run(&args),
-        },
-        Err(e) if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            Err(Failure::BadInput(one_line(&e.to_string())))
-        }
-        Err(help) => help.exit(),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            failure.exit_code()
-        }
-    }
+    Failure::finish(
+        Cli::try_parse().map_err(|e| Failure::of_command_line(&e)).and_then(|cli| execute(&cli.command)),
+    )
 }
 
-/// The first paragraph of a parser's message as one line.
-fn one_line(message: &str) -> String {
-    let paragraph = message.split("\n\n").next().unwrap_or_default();
-    let words: Vec<&str> = paragraph.split_whitespace().collect();
-    format!("{} (see --help)", words.join(" ").trim_start_matches("error: "))
+fn execute(command: &Command) -> Result<(), Failure> {
+    match command {
+        Command::CheckCombinations(args) => check_combinations::run(args),
+        Command::CheckReport(args) => check_report::run(args),
+        Command::CheckStatistics(args) => check_statistics::run(args),
+        Command::Fuzz(args) => fuzz::run(args),
+        Command::Judge(args) => judge::run(args),
+        Command::Perf(args) => perf::run(args),
+        Command::ReadBack(args) => read_back::run(args),
+        Command::CheckReuse(args) => reuse::run(args),
+        Command::Test(args) => test::run(args),
+        Command::Tidy(args) => tidy::run(args),
+    }
 }
 
 #[cfg(test)]

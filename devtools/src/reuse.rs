@@ -8,7 +8,8 @@ use orchardbench::{Failure, Verdict};
 
 use crate::workspace;
 
-/// Packages every crate, runs the examples of docs/reuse.md, and builds and runs a controller outside the workspace on the packages.
+/// Packages every crate and builds each from its package, runs the examples of docs/reuse.md, and builds and runs a controller outside the
+/// workspace on the packages.
 #[derive(clap::Args)]
 pub struct Args {}
 
@@ -33,14 +34,18 @@ pub fn check() -> Result<Verdict, Failure> {
     for (package, example) in EXAMPLES {
         cargo(&root, &["run", "--quiet", "--package", package, "--example", example])?;
     }
-    let packages = packages(&root, &folder)?;
+    // One target folder for all: the dependencies are built once.
+    let target = folder.join("target");
+    let packages = packages(&root, &folder, &target)?;
     let project = project(&root, &folder, &packages)?;
+    let target = target.to_string_lossy().into_owned();
     let results = folder.join("results");
     let _ = fs::remove_dir_all(&results);
     let out = results.to_string_lossy().into_owned();
-    let bench = ["run", "--quiet", "--", "bench-v1", "--controller", "drive", "--tasks", "harvest"];
-    let short = ["--conditions", "nominal", "--trees", "1", "--horizon", "1", "--out", &out];
-    cargo(&project, &[&bench[..], &short].concat())?;
+    let run = ["run", "--quiet", "--target-dir", &target, "--"];
+    let bench = ["bench-v1", "--controller", "drive", "--tasks", "harvest", "--conditions", "nominal"];
+    let short = ["--trees", "1", "--horizon", "1", "--out", &out];
+    cargo(&project, &[&run[..], &bench, &short].concat())?;
     let summary = fs::read_to_string(results.join("summary.json"))
         .map_err(|e| Failure::Failed(format!("the controller's summary: {e}")))?;
     if !summary.contains("\"controller\": \"drive\"") {
@@ -49,13 +54,12 @@ pub fn check() -> Result<Verdict, Failure> {
     Ok(Verdict::Agreed)
 }
 
-/// Packages all published crates and unpacks them; returns their names and folders.
-fn packages(root: &Path, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
-    let mut args = vec!["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"];
+/// Packages all published crates, builds each from its package, and unpacks them; returns their names and folders.
+fn packages(root: &Path, folder: &Path, target: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
+    let mut args = vec!["package", "--workspace", "--allow-dirty", "--quiet"];
     for name in UNPUBLISHED {
         args.extend(["--exclude", name]);
     }
-    let target = folder.join("target");
     let made = target.join("package");
     let _ = fs::remove_dir_all(&made);
     let target = target.to_string_lossy().into_owned();

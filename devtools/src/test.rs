@@ -17,7 +17,7 @@ use crate::{
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, and a\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, which builds it, and a\n\
                   controller built outside the workspace on the packaged crates), combinations (every preset x camera x controller, a short\n\
                   episode each), validate gpu, judge, check-statistics, read-back, check-report, fuzz.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
@@ -76,15 +76,27 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
     let skipped = skipped.to_owned();
     vec![
-        ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], None))),
+        ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], &[]))),
         (
             "clippy",
             Box::new(|| {
-                cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"], None)
+                cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"], &[])
             }),
         ),
-        ("tidy", Box::new(|| tidy::run(&tidy::Args {}).map(|()| Verdict::Agreed))),
-        ("tests", Box::new(move || cargo(&["test", "--workspace", "--quiet"], Some(&skipped)))),
+        (
+            "docs",
+            Box::new(|| {
+                cargo(
+                    &["doc", "--workspace", "--no-deps", "--quiet"],
+                    &[("RUSTDOCFLAGS", "-D warnings".as_ref())],
+                )
+            }),
+        ),
+        ("tidy", Box::new(|| tidy::run(&tidy::Args::reading()).map(|()| Verdict::Agreed))),
+        (
+            "tests",
+            Box::new(move || cargo(&["test", "--workspace", "--quiet"], &[(SKIPPED, skipped.as_ref())])),
+        ),
         ("packages", Box::new(reuse::check)),
         (
             "combinations",
@@ -107,8 +119,8 @@ fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {
         eprintln!("changed: {}", crates.join(", "));
     }
     let mut steps: Vec<Step> = vec![
-        ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], None))),
-        ("tidy", Box::new(|| tidy::run(&tidy::Args {}).map(|()| Verdict::Agreed))),
+        ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], &[]))),
+        ("tidy", Box::new(|| tidy::run(&tidy::Args::reading()).map(|()| Verdict::Agreed))),
     ];
     if !crates.is_empty() {
         let of = |first: &[&'static str], last: &[&'static str]| -> Vec<String> {
@@ -119,23 +131,20 @@ fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {
         let clippy = of(&["clippy", "--quiet"], &["--all-targets", "--", "-D", "warnings"]);
         let tests = of(&["test", "--quiet"], &[]);
         let skipped: PathBuf = skipped.to_owned();
-        steps.push(("clippy", Box::new(move || cargo(&clippy, None))));
-        steps.push(("tests", Box::new(move || cargo(&tests, Some(&skipped)))));
+        steps.push(("clippy", Box::new(move || cargo(&clippy, &[]))));
+        steps.push(("tests", Box::new(move || cargo(&tests, &[(SKIPPED, skipped.as_ref())]))));
     }
     Ok(steps)
 }
 
 fn cargo<S: AsRef<std::ffi::OsStr>>(
     args: &[S],
-    skipped: Option<&std::path::Path>,
+    variables: &[(&str, &std::ffi::OsStr)],
 ) -> Result<Verdict, Failure> {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let name = args[0].as_ref().to_string_lossy().into_owned();
     let mut command = Command::new(program);
-    command.args(args).current_dir(workspace::root());
-    if let Some(file) = skipped {
-        command.env(SKIPPED, file);
-    }
+    command.args(args).current_dir(workspace::root()).envs(variables.iter().copied());
     match command.status() {
         Ok(status) if status.success() => Ok(Verdict::Agreed),
         Ok(status) => Err(Failure::Failed(format!("cargo {name} ended with {status}"))),

@@ -4,6 +4,7 @@ mod architecture;
 mod circles;
 mod crates;
 mod lengths;
+mod metrics;
 mod purity;
 mod sources;
 
@@ -20,7 +21,11 @@ the files of a crate have no circular imports\n  \
 crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  \
 every source key in configs/ exists in docs/references.bib\n  no source file is longer than 800 lines (warning above 500)"
 )]
-pub struct Args {}
+pub struct Args {
+    /// Bring the tables of metrics in the documentation up to date instead of comparing them.
+    #[arg(long)]
+    write: bool,
+}
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
 const LAYERS: [&str; 29] = [
@@ -55,6 +60,13 @@ const LAYERS: [&str; 29] = [
     "xtask",
 ];
 
+impl Args {
+    /// Options of a check that writes nothing.
+    pub fn reading() -> Self {
+        Self { write: false }
+    }
+}
+
 /// Findings of a check.
 #[derive(Debug, Default, PartialEq)]
 pub struct Findings {
@@ -70,8 +82,8 @@ impl Findings {
     }
 }
 
-pub fn run(_: &Args) -> Result<(), Failure> {
-    let findings = check(&workspace::root())?;
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let findings = check(&workspace::root(), args.write)?;
     for warning in &findings.warnings {
         eprintln!("warning: {warning}");
     }
@@ -87,7 +99,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
     }
 }
 
-fn check(root: &Path) -> anyhow::Result<Findings> {
+fn check(root: &Path, write: bool) -> anyhow::Result<Findings> {
     let packages = crates::packages(root)?;
     let mut all = Findings::default();
     for found in [
@@ -96,6 +108,7 @@ fn check(root: &Path) -> anyhow::Result<Findings> {
         Findings::errors(purity::check(root)?),
         Findings::errors(architecture::check(root, &packages)?),
         Findings::errors(sources::check(root)?),
+        Findings::errors(metrics::check(root, write)?),
         lengths::check(root)?,
     ] {
         all.errors.extend(found.errors);

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
     bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, render,
@@ -66,13 +66,7 @@ impl Program {
 
     /// Runs a command line (first word: the program's name). Errors are printed to stderr; the exit code gives their kind.
     pub fn run(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
-        match self.call(line) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(failure) => {
-                eprintln!("error: {failure}");
-                failure.exit_code()
-            }
-        }
+        Failure::finish(self.call(line))
     }
 
     /// Runs a command line (first word: the program's name). `--help` and `--version` end the process.
@@ -80,13 +74,8 @@ impl Program {
     /// # Errors
     /// The command line does not parse, or the command fails.
     pub fn call(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<(), Failure> {
-        match self.parse(line) {
-            Ok(cli) => self.execute(&cli.command),
-            Err(e) if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                Err(Failure::BadInput(one_line(&e.to_string())))
-            }
-            Err(help) => help.exit(),
-        }
+        let cli = self.parse(line).map_err(|e| Failure::of_command_line(&e))?;
+        self.execute(&cli.command)
     }
 
     fn parse(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Cli, clap::Error> {
@@ -125,13 +114,6 @@ impl Program {
     }
 }
 
-/// The first paragraph of a clap error as one line.
-fn one_line(message: &str) -> String {
-    let paragraph = message.split("\n\n").next().unwrap_or_default();
-    let words: Vec<&str> = paragraph.split_whitespace().collect();
-    format!("{} (see --help)", words.join(" ").trim_start_matches("error: "))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,7 +127,7 @@ mod tests {
     fn bad_input_is_told_in_one_line() {
         let message = |args: &[&str]| match Cli::try_parse_from(args) {
             Ok(_) => panic!("{args:?} was accepted"),
-            Err(e) => one_line(&e.to_string()),
+            Err(e) => Failure::of_command_line(&e).to_string(),
         };
         let line = message(&["x", "bench-v1", "--trees", "many"]);
         assert!(line.starts_with("invalid value 'many' for '--trees <N>'"), "{line}");

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
+
 /// Failure of a command. It is displayed in one line; a cause may add lines.
 #[derive(Debug)]
 pub enum Failure {
@@ -14,6 +16,25 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// Returns the failure of a command line that does not parse. A call for help or for the version is answered, and ends the process.
+    pub fn of_command_line(e: &clap::Error) -> Self {
+        if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            e.exit();
+        }
+        Self::BadInput(one_line(&e.to_string()))
+    }
+
+    /// Prints the error of a command, if there is one, and returns the exit code of the process.
+    pub fn finish(result: Result<(), Self>) -> ExitCode {
+        match result {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(failure) => {
+                eprintln!("error: {failure}");
+                failure.exit_code()
+            }
+        }
+    }
+
     /// The process exit code.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
@@ -45,4 +66,11 @@ pub enum Verdict {
     Agreed,
     /// The comparison could not be made; holds the reason.
     Skipped(String),
+}
+
+/// The first paragraph of a parser's message as one line.
+fn one_line(message: &str) -> String {
+    let paragraph = message.split("\n\n").next().unwrap_or_default();
+    let words: Vec<&str> = paragraph.split_whitespace().collect();
+    format!("{} (see --help)", words.join(" ").trim_start_matches("error: "))
 }

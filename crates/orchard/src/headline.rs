@@ -86,15 +86,15 @@ fn table(summary: &Summary, plan: &Plan) -> String {
     let unit_column = head.len() - 1;
     let mut rows = vec![head];
     for definition in METRICS {
-        let mut row = vec![definition.name.to_owned()];
+        let mut row = vec![definition.info.name.to_owned()];
         for (_, results) in &conditions {
-            row.extend(match results.metrics.get(definition.name) {
+            row.extend(match results.metrics.get(definition.info.name) {
                 Some(metric) => [number(metric.mean), interval(metric), metric.n.to_string()],
                 None => ["-", "-", "-"].map(str::to_owned),
             });
         }
-        let paper = plan.protocol.published.get(definition.name);
-        row.extend([number(paper.map(|p| p.value)), definition.unit.to_owned()]);
+        let paper = plan.protocol.published.get(definition.info.name);
+        row.extend([number(paper.map(|p| p.value)), definition.info.unit.to_owned()]);
         rows.push(row);
     }
     columns(&rows, &[0, unit_column])
@@ -110,7 +110,7 @@ fn variance(summary: &Summary, plan: &Plan) -> String {
         );
         let mut rows = vec![["metric", "seeds", "trees", "repeats", "episodes", "unit"].map(str::to_owned)];
         for definition in METRICS {
-            let Some(of) = variance.get(definition.name) else { continue };
+            let Some(of) = variance.get(definition.info.name) else { continue };
             let deviation = |component: &Component| {
                 component
                     .variance
@@ -118,8 +118,8 @@ fn variance(summary: &Summary, plan: &Plan) -> String {
             };
             let [seeds, trees, repeats] =
                 [&of.between_seeds, &of.between_trees, &of.within_tree].map(deviation);
-            let unit = definition.unit.to_owned();
-            rows.push([definition.name.to_owned(), seeds, trees, repeats, of.n.to_string(), unit]);
+            let unit = definition.info.unit.to_owned();
+            rows.push([definition.info.name.to_owned(), seeds, trees, repeats, of.n.to_string(), unit]);
         }
         text += &columns(&rows, &[0, 5]);
         text.push('\n');

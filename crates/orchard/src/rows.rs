@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use orchard_bench::compute::Machine;
 use orchard_bench::store::{write_bytes, write_json};
+use orchard_report::Figure;
 use orchard_scaling::Scaling;
 use serde::Serialize;
 
@@ -154,18 +155,9 @@ pub struct Measured {
     /// Versions and instruction sets that affect the figures.
     pub context: BTreeMap<&'static str, Option<String>>,
     /// Pictures of the results, written to the folder `NAME-pictures` beside the file `NAME.json`.
-    pub pictures: Vec<Picture>,
+    pub pictures: Vec<Figure>,
     /// The scaling run behind the rows, for `orchard report`.
     pub scaling: Option<Box<Scaling>>,
-}
-
-/// A picture of a suite's results.
-#[derive(Debug)]
-pub struct Picture {
-    /// Name of the file.
-    pub name: String,
-    /// The file.
-    pub svg: String,
 }
 
 impl From<Vec<Row>> for Measured {
@@ -245,7 +237,7 @@ pub fn run_suite(
 }
 
 /// Writes pictures into the folder `NAME-pictures` beside the file `NAME.json`.
-fn write_pictures(json: &Path, pictures: &[Picture]) -> anyhow::Result<()> {
+fn write_pictures(json: &Path, pictures: &[Figure]) -> anyhow::Result<()> {
     if pictures.is_empty() {
         return Ok(());
     }
@@ -254,7 +246,7 @@ fn write_pictures(json: &Path, pictures: &[Picture]) -> anyhow::Result<()> {
     let folder = json.with_file_name(name);
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     for picture in pictures {
-        write_bytes(&folder.join(&picture.name), picture.svg.as_bytes())?;
+        write_bytes(&folder.join(format!("{}.svg", picture.stem)), picture.svg.as_bytes())?;
     }
     eprintln!("pictures: {}", folder.display());
     Ok(())
@@ -325,7 +317,8 @@ mod tests {
     #[test]
     fn pictures_go_into_a_folder_beside_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        let picture = Picture { name: "a.svg".into(), svg: "<svg/>".into() };
+        let words = String::new;
+        let picture = Figure { stem: "a".into(), title: words(), description: words(), svg: "<svg/>".into() };
         write_pictures(&folder.path().join("rows.json"), &[picture]).unwrap();
         let text = std::fs::read_to_string(folder.path().join("rows-pictures/a.svg")).unwrap();
         assert_eq!(text, "<svg/>");

@@ -97,8 +97,10 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
         name if name.contains("per_tree") => 3.0,
         _ => 0.9 - 0.1 * difficulty,
     };
-    let mut metrics: BTreeMap<String, Metric> =
-        METRICS.iter().map(|m| (m.name.to_owned(), metric(mean(m.name), 0.15 * mean(m.name), 18))).collect();
+    let mut metrics: BTreeMap<String, Metric> = METRICS
+        .iter()
+        .map(|m| (m.info.name.to_owned(), metric(mean(m.info.name), 0.15 * mean(m.info.name), 18)))
+        .collect();
     metrics.insert("mean_drop_height_m".to_owned(), nothing());
     let mut zones = zone_table(ZoneSummary::default());
     for (zone, placed) in Zone::ALL.into_iter().zip([4, 5, 11, 9, 6, 0]) {
@@ -233,7 +235,7 @@ fn detect() -> DetectSummary {
         false_positives: [(SitsOn::Wood, 12), (SitsOn::Leaf, 38)].into(),
         metrics: DETECT_METRICS
             .iter()
-            .map(|m| (m.name.to_owned(), metric(0.98 - 0.1 * difficulty, 0.02, 1500)))
+            .map(|m| (m.info.name.to_owned(), metric(0.98 - 0.1 * difficulty, 0.02, 1500)))
             .collect(),
         errors: ERRORS
             .iter()
@@ -304,7 +306,7 @@ fn component(task: &str) -> ComponentSummary {
         failures: [("grasp_stalled".to_owned(), 1)].into(),
         metrics: component_metrics::<ReachAndGrasp>()
             .iter()
-            .map(|m| (m.name.to_owned(), metric(0.75, 0.2, 4)))
+            .map(|m| (m.info.name.to_owned(), metric(0.75, 0.2, 4)))
             .collect(),
     }
 }

@@ -2,6 +2,8 @@
 
 mod attempts;
 mod detect;
+mod front;
+mod populations;
 mod scaling;
 mod sweep;
 mod trees;
@@ -9,6 +11,8 @@ mod zones;
 
 pub(crate) use attempts::{attempts_of, ranked, seconds_in, states_of};
 pub use detect::detection;
+pub use front::pareto;
+pub use populations::populations;
 pub(crate) use sweep::dial;
 
 use orchard_scaling::{PublishedScaling, ScalingRules};

@@ -10,12 +10,52 @@ use crate::components::{VarianceComponents, variance_components};
 use crate::design::Design;
 use crate::undefined::Undefined;
 
-/// A metric: its name, its unit and one tree's share of it.
-pub struct MetricDefinition<R> {
+/// Name, unit and definition of a metric. Results, reports and documentation all take them from here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MetricInfo {
     /// Name in `summary.json`.
     pub name: &'static str,
-    /// Unit.
+    /// Title in reports.
+    pub title: &'static str,
+    /// Unit; `1` for a ratio of equal units.
     pub unit: &'static str,
+    /// Numerator of one tree.
+    pub numerator: &'static str,
+    /// Denominator of one tree; `1` for a mean over trees.
+    pub denominator: &'static str,
+    /// Edge cases and remarks; empty if there are none.
+    pub note: &'static str,
+}
+
+impl MetricInfo {
+    /// Returns the definition as a sentence: the numerator over the denominator, and the note.
+    pub fn definition(&self) -> String {
+        let Self { numerator, denominator, note, .. } = self;
+        let ratio = match *denominator {
+            "1" => format!("{numerator}; mean over trees"),
+            of => format!("{numerator}, divided by {of}"),
+        };
+        let mut letters = ratio.chars();
+        let ratio =
+            letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect());
+        if note.is_empty() { format!("{ratio}.") } else { format!("{ratio}. {note}.") }
+    }
+
+    /// Returns the rows of a Markdown table, heads included, with a line for each metric.
+    pub fn markdown(infos: &[Self]) -> String {
+        let row = |info: &Self| {
+            let Self { name, title, unit, numerator, denominator, note } = info;
+            format!("| `{name}` | {title} | {unit} | {numerator} | {denominator} | {note} |\n")
+        };
+        "| name | title | unit | a_i | b_i | note |\n|---|---|---|---|---|---|\n".to_owned()
+            + &infos.iter().map(row).collect::<String>()
+    }
+}
+
+/// A metric: its definition in words and one tree's share of it.
+pub struct MetricDefinition<R> {
+    /// Name, unit and definition.
+    pub info: MetricInfo,
     /// One tree's numerator and denominator.
     pub share: fn(&R) -> Share,
 }
@@ -59,7 +99,7 @@ pub fn components_of_metrics<R, B: Borrow<R>>(
         .map(|definition| {
             let values: Vec<Option<f64>> =
                 records.iter().map(|record| value((definition.share)(record.borrow()))).collect();
-            (definition.name.to_owned(), variance_components(design, &values))
+            (definition.info.name.to_owned(), variance_components(design, &values))
         })
         .collect()
 }
@@ -80,7 +120,7 @@ pub fn estimate<R, B: Borrow<R>>(
         .map(|definition| {
             let shares: Vec<Share> =
                 records.iter().map(|record| (definition.share)(record.borrow())).collect();
-            (definition.name.to_owned(), Metric::of(&shares, resamples))
+            (definition.info.name.to_owned(), Metric::of(&shares, resamples))
         })
         .collect()
 }

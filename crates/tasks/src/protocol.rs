@@ -287,11 +287,11 @@ mod tests {
         let protocol = Protocol::from_toml("bench/v1.toml", PAPER_TOML).unwrap();
         assert_eq!(protocol.tuning_seeds, [20250704, 20250705, 20250706]);
         for name in protocol.published.keys() {
-            assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
+            assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.info.name == name), "{name}");
         }
         for conditions in protocol.required.values() {
             for name in conditions.values().flat_map(BTreeMap::keys) {
-                assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.name == name), "{name}");
+                assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.info.name == name), "{name}");
             }
         }
         for controller in protocol.required.keys() {
@@ -299,7 +299,7 @@ mod tests {
         }
         let detect = &protocol.detect;
         for (name, at) in detect.published.iter().chain(&detect.required) {
-            let known = crate::detect::METRICS.iter().any(|m| m.name == name)
+            let known = crate::detect::METRICS.iter().any(|m| m.info.name == name)
                 || crate::detect::ERRORS.iter().any(|e| e.name == name);
             assert!(known, "{name}");
             for at in at {

@@ -1,6 +1,5 @@
 //! `orchard leaderboard`: results of controllers, verified and ranked.
 
-mod figure;
 mod table;
 
 use std::fs;
@@ -305,11 +304,11 @@ fn save(board: &Board, file: &Path) -> Result<(), Failure> {
         fs::create_dir_all(folder)
             .map_err(|e| Failure::BadInput(format!("--board {}: {e}", folder.display())))?;
     }
-    let svg = figure::svg(board)?;
+    let figure = orchard_report::pareto(board).map_err(|e| failed(&e))?;
     write_json(file, board).map_err(|e| failed(&e))?;
     let text = format!("# Leaderboard\n\n{}", table::whole(board));
     write_bytes(&file.with_extension("md"), text.as_bytes()).map_err(|e| failed(&e))?;
-    write_bytes(&file.with_extension("svg"), svg.as_bytes()).map_err(|e| failed(&e))
+    write_bytes(&file.with_extension("svg"), figure.svg.as_bytes()).map_err(|e| failed(&e))
 }
 
 #[cfg(test)]

@@ -153,7 +153,7 @@ fn shown(outcome: &TreeOutcome) -> RecordProgress {
 const FRAMES_PER_SECOND: f64 = 60.0;
 
 fn table(report: &Report) -> String {
-    let order = METRICS.iter().map(|definition| (definition.name, definition.unit));
+    let order = METRICS.iter().map(|definition| (definition.info.name, definition.info.unit));
     format!(
         "{}: {} rows, {:.1} s, on {} trees of preset {}\n{}",
         report.trajectory.file,

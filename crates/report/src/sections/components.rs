@@ -47,7 +47,7 @@ fn side_by_side(tasks: &[ComponentSummary]) -> Markup {
         row.push(Cell::words(unit(name)));
         row
     };
-    let rows: Vec<_> = metrics::<ReachAndGrasp>().iter().map(|m| row(m.name)).collect();
+    let rows: Vec<_> = metrics::<ReachAndGrasp>().iter().map(|m| row(m.info.name)).collect();
     let mut heads = vec!["metric"];
     heads.extend(tasks.iter().flat_map(|task| [task.run.task.as_str(), "95 % interval", "n"]));
     heads.push("unit");

@@ -84,7 +84,7 @@ fn metrics(conditions: &[(&str, &ConditionSummary)], protocol: &Protocol) -> Mar
         row.extend([Cell::number(number(paper, digits)).because(reason), Cell::words(unit(metric))]);
         row
     };
-    let rows: Vec<_> = METRICS.iter().map(|m| row(m.name)).collect();
+    let rows: Vec<_> = METRICS.iter().map(|m| row(m.info.name)).collect();
     let mut heads = vec!["metric"];
     heads.extend(conditions.iter().flat_map(|(name, _)| [*name, "95 % interval", "n"]));
     heads.extend(["paper, nominal", "unit"]);
@@ -139,7 +139,7 @@ fn components(name: &str, variance: &BTreeMap<String, VarianceComponents>) -> Ma
             Cell::words(unit(metric)),
         ]
     };
-    let known = METRICS.iter().filter_map(|m| Some((m.name, variance.get(m.name)?)));
+    let known = METRICS.iter().filter_map(|m| Some((m.info.name, variance.get(m.info.name)?)));
     let rows: Vec<_> = known.map(row).collect();
     let heads = ["metric", "between seeds", "between trees", "between repeats", "episodes", "unit"];
     html! {

@@ -1,38 +1,125 @@
-//! The detection task's metrics, each a ratio of sums over trees. `docs/benchmark-v1.md` states the formulas.
+//! Metrics of the detection task, each a ratio of sums over trees. `docs/benchmark-v1.md` shows this table.
 
-use orchard_statistics::MetricDefinition;
-use orchard_statistics::Share;
+use orchard_statistics::{MetricDefinition, MetricInfo, Share};
 
 use crate::detect::record::SitsOn;
 use crate::detect::tally::{Found, Tally};
 
 /// All metrics of one foliage density or variant.
 pub const METRICS: &[MetricDefinition<Tally>] = &[
-    MetricDefinition { name: "precision", unit: "1", share: |t| per_n(t.true_positives, t.detections) },
-    MetricDefinition { name: "recall", unit: "1", share: |t| found(t.expected) },
-    MetricDefinition { name: "recall_visible", unit: "1", share: |t| found(t.visible) },
     MetricDefinition {
-        name: "false_positives_per_view",
-        unit: "detections",
+        info: MetricInfo {
+            name: "precision",
+            title: "Precision",
+            unit: "1",
+            numerator: "true positives",
+            denominator: "detections",
+            note: "",
+        },
+        share: |t| per_n(t.true_positives, t.detections),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "recall",
+            title: "Recall",
+            unit: "1",
+            numerator: "fruit that should be found and is matched, summed over images",
+            denominator: "fruit that should be found",
+            note: "",
+        },
+        share: |t| found(t.expected),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "recall_visible",
+            title: "Recall, all visible",
+            unit: "1",
+            numerator: "fruit that shows a pixel and is matched",
+            denominator: "fruit that shows a pixel, at any range",
+            note: "",
+        },
+        share: |t| found(t.visible),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "false_positives_per_view",
+            title: "False positives a view",
+            unit: "detections",
+            numerator: "detections that are not matched",
+            denominator: "images",
+            note: "",
+        },
         share: |t| per_n(t.detections - t.true_positives, t.images),
     },
     MetricDefinition {
-        name: "wood_false_positives_per_view",
-        unit: "detections",
+        info: MetricInfo {
+            name: "wood_false_positives_per_view",
+            title: "False positives on wood a view",
+            unit: "detections",
+            numerator: "detections that are not matched and sit on wood",
+            denominator: "images",
+            note: "",
+        },
         share: |t| per_n(t.false_positives_on(SitsOn::Wood), t.images),
     },
     MetricDefinition {
-        name: "radius_bias_m",
-        unit: "m",
+        info: MetricInfo {
+            name: "radius_bias_m",
+            title: "Radius bias",
+            unit: "m",
+            numerator: "detected radius less the fruit's, summed over true positives",
+            denominator: "true positives",
+            note: "",
+        },
         share: |t| Share {
             numerator: t.radius_errors.iter().sum(),
             denominator: t.radius_errors.len() as f64,
         },
     },
-    MetricDefinition { name: "survey_recall", unit: "1", share: |t| found(t.survey) },
-    MetricDefinition { name: "survey_recall_all", unit: "1", share: |t| found(t.survey_all) },
-    MetricDefinition { name: "track_precision", unit: "1", share: |t| found(t.tracks) },
-    MetricDefinition { name: "track_recall", unit: "1", share: |t| found(t.tracked) },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "survey_recall",
+            title: "Recall over views",
+            unit: "1",
+            numerator: "fruit that should be found in some view of the tree and is matched in some view",
+            denominator: "fruit that should be found in some view",
+            note: "",
+        },
+        share: |t| found(t.survey),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "survey_recall_all",
+            title: "Recall over views, all fruit",
+            unit: "1",
+            numerator: "fruit matched in some view",
+            denominator: "fruit of the tree",
+            note: "",
+        },
+        share: |t| found(t.survey_all),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "track_precision",
+            title: "Precision of tracks",
+            unit: "1",
+            numerator: "confirmed tracks matched to a fruit",
+            denominator: "confirmed tracks",
+            note: "",
+        },
+        share: |t| found(t.tracks),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "track_recall",
+            title: "Recall of tracks",
+            unit: "1",
+            numerator: "fruit that should be found in some view and has a confirmed track",
+            denominator: "fruit that should be found in some view",
+            note: "",
+        },
+        share: |t| found(t.tracked),
+    },
 ];
 
 fn found(found: Found) -> Share {

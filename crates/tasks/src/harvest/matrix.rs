@@ -46,7 +46,7 @@ impl Sweeps {
                 return Some((field, "values must ascend without duplicates".to_owned()));
             }
         }
-        let unknown = self.tested.iter().find(|name| !METRICS.iter().any(|m| m.name == **name));
+        let unknown = self.tested.iter().find(|name| !METRICS.iter().any(|m| m.info.name == **name));
         unknown.map(|name| ("sweeps.tested", format!("{name} is not a metric of the harvest")))
     }
 

@@ -1,109 +1,245 @@
-//! Metrics of the harvest, each a ratio of sums over trees. `docs/benchmark-v1.md` states the formulas.
+//! Metrics of the harvest, each a ratio of sums over trees. `docs/benchmark-v1.md` shows this table and states the rules of its events.
 
-use orchard_statistics::{MetricDefinition, Share};
+use orchard_statistics::{MetricDefinition, MetricInfo, Share};
 
 use crate::harvest::episode::EpisodeRecord;
 
 /// All metrics of the harvest.
 pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
-    MetricDefinition { name: "harvest_completeness", unit: "1", share: completeness },
     MetricDefinition {
-        name: "place_success_per_attempt",
-        unit: "1",
+        info: MetricInfo {
+            name: "harvest_completeness",
+            title: "Harvest completeness",
+            unit: "1",
+            numerator: "reachable fruit deposited over reachable fruit",
+            denominator: "1",
+            note: "The primary metric; a tree without reachable fruit is left out, a quarantined one counts 0",
+        },
+        share: completeness,
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "place_success_per_attempt",
+            title: "Place success",
+            unit: "1",
+            numerator: "attempts placed",
+            denominator: "attempts",
+            note: "",
+        },
         share: |e| Share::of_counts(e.placed().count(), e.attempts.len()),
     },
     MetricDefinition {
-        name: "grasp_rate",
-        unit: "1",
+        info: MetricInfo {
+            name: "grasp_rate",
+            title: "Grasp rate",
+            unit: "1",
+            numerator: "attempts with a gripped fruit",
+            denominator: "attempts",
+            note: "",
+        },
         share: |e| {
             Share::of_counts(e.attempts.iter().filter(|a| !a.gripped.is_empty()).count(), e.attempts.len())
         },
     },
     MetricDefinition {
-        name: "detach_rate",
-        unit: "1",
+        info: MetricInfo {
+            name: "detach_rate",
+            title: "Detach rate",
+            unit: "1",
+            numerator: "attempts with a detached fruit",
+            denominator: "attempts",
+            note: "",
+        },
         share: |e| {
             Share::of_counts(e.attempts.iter().filter(|a| !a.detached.is_empty()).count(), e.attempts.len())
         },
     },
-    MetricDefinition { name: "throughput_fruit_per_min", unit: "fruit/min", share: throughput },
-    MetricDefinition { name: "mean_cycle_time_s", unit: "s", share: cycle_time },
     MetricDefinition {
-        name: "branches_snapped_per_tree",
-        unit: "branches",
+        info: MetricInfo {
+            name: "throughput_fruit_per_min",
+            title: "Throughput",
+            unit: "fruit/min",
+            numerator: "60 x fruit deposited over the episode's simulated seconds",
+            denominator: "1",
+            note: "",
+        },
+        share: throughput,
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "mean_cycle_time_s",
+            title: "Cycle time",
+            unit: "s",
+            numerator: "duration of placed attempts, from the commitment to the fruit at rest",
+            denominator: "attempts placed",
+            note: "",
+        },
+        share: cycle_time,
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "branches_snapped_per_tree",
+            title: "Branches snapped a tree",
+            unit: "branches",
+            numerator: "ruptures of wood",
+            denominator: "1",
+            note: "Damage always has a value, 0 included",
+        },
         share: |e| Share::of_one(e.branches_snapped.len() as f64),
     },
     MetricDefinition {
-        name: "fruit_dropped_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_dropped_per_tree",
+            title: "Fruit dropped a tree",
+            unit: "fruit",
+            numerator: "fruit off its stem at the end and neither at rest in the bucket nor between the fingers",
+            denominator: "1",
+            note: "Damage always has a value, 0 included",
+        },
         share: |e| Share::of_one(e.dropped().count() as f64),
     },
     MetricDefinition {
-        name: "fruit_deposited_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_deposited_per_tree",
+            title: "Fruit deposited a tree",
+            unit: "fruit",
+            numerator: "fruit at rest in the bucket at the end",
+            denominator: "1",
+            note: "",
+        },
         share: |e| Share::of_one(e.deposited().count() as f64),
     },
     MetricDefinition {
-        name: "fruit_knocked_off_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_knocked_off_per_tree",
+            title: "Fruit knocked off a tree",
+            unit: "fruit",
+            numerator: "fruit that came off its stem without having been held, before the first attempt too",
+            denominator: "1",
+            note: "",
+        },
         share: |e| Share::of_one(e.fruit_knocked_off.len() as f64),
     },
     MetricDefinition {
-        name: "fruit_stem_pulled_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_stem_pulled_per_tree",
+            title: "Fruit torn off a tree",
+            unit: "fruit",
+            numerator: "fruit that came off at a stem tension above `rules.stem_pull`, 28.3 N",
+            denominator: "1",
+            note: "A quarantined world has none",
+        },
         share: |e| Share::of_one(e.stem_pulled().count() as f64),
     },
     MetricDefinition {
-        name: "fruit_bruised_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_bruised_per_tree",
+            title: "Fruit bruised a tree",
+            unit: "fruit",
+            numerator: "deposited fruit that took an impact above `rules.bruise_energy`",
+            denominator: "1",
+            note: "A quarantined world has none",
+        },
         share: |e| Share::of_one(e.bruised().count() as f64),
     },
     MetricDefinition {
-        name: "reachable_fruit_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "reachable_fruit_per_tree",
+            title: "Reachable fruit a tree",
+            unit: "fruit",
+            numerator: "fruit inside the paper's reach sphere from an admissible stand-off at the start",
+            denominator: "1",
+            note: "",
+        },
         share: |e| Share::of_one(f64::from(e.reachable_count)),
     },
     MetricDefinition {
-        name: "reachable_fruit_by_ik_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "reachable_fruit_by_ik_per_tree",
+            title: "Fruit confirmed reachable a tree",
+            unit: "fruit",
+            numerator: "reachable fruit that inverse kinematics confirms",
+            denominator: "1",
+            note: "A tree for which it is not computed is left out",
+        },
         share: |e| e.reachable_ik_count.map_or_else(Share::default, |count| Share::of_one(f64::from(count))),
     },
     MetricDefinition {
-        name: "attempts_per_tree",
-        unit: "1",
+        info: MetricInfo {
+            name: "attempts_per_tree",
+            title: "Attempts a tree",
+            unit: "attempts",
+            numerator: "commitments to a target, false detections included",
+            denominator: "1",
+            note: "",
+        },
         share: |e| Share::of_one(e.attempts.len() as f64),
     },
     MetricDefinition {
-        name: "mean_drop_height_m",
-        unit: "m",
+        info: MetricInfo {
+            name: "mean_drop_height_m",
+            title: "Drop height",
+            unit: "m",
+            numerator: "height of the fall from the fingers into the bucket",
+            denominator: "deposits with a recorded height",
+            note: "",
+        },
         share: |e| Share::of_values(e.deposits().filter_map(|d| d.drop_height_m)),
     },
     MetricDefinition {
-        name: "unbruised_per_placement",
-        unit: "1",
+        info: MetricInfo {
+            name: "unbruised_per_placement",
+            title: "Unbruised placements",
+            unit: "1",
+            numerator: "deposits of fruit that took no impact above `rules.bruise_energy` since the start",
+            denominator: "deposits with recorded impacts",
+            note: "",
+        },
         share: |e| {
             Share::of_values(e.deposits().filter_map(|d| d.bruised).map(|bruised| f64::from(!bruised)))
         },
     },
-    MetricDefinition { name: "max_stem_pull_n", unit: "N", share: stem_pull },
     MetricDefinition {
-        name: "detection_precision",
-        unit: "1",
+        info: MetricInfo {
+            name: "max_stem_pull_n",
+            title: "Largest stem pull",
+            unit: "N",
+            numerator: "largest stem force of the episode",
+            denominator: "1",
+            note: "A fruit at rest pulls with its weight; a quarantined world is left out, since its forces are invalid",
+        },
+        share: stem_pull,
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "detection_precision",
+            title: "Detection precision",
+            unit: "1",
+            numerator: "detections matched to a fruit, in all images of the picker",
+            denominator: "detections",
+            note: "",
+        },
         share: |e| {
             let hits = e.detection.true_positives;
             Share::of_counts(hits as usize, (hits + e.detection.false_positives) as usize)
         },
     },
     MetricDefinition {
-        name: "detection_recall_visible",
-        unit: "1",
+        info: MetricInfo {
+            name: "detection_recall_visible",
+            title: "Detection recall",
+            unit: "1",
+            numerator: "visible fruit matched by a detection, summed over images",
+            denominator: "visible fruit, summed over images",
+            note: "",
+        },
         share: |e| Share::of_counts(e.detection.recalled as usize, e.detection.visible as usize),
     },
 ];
 
 /// One tree's shares of a metric of the harvest.
 pub(crate) fn harvest_metric(name: &str) -> Option<&'static MetricDefinition<EpisodeRecord>> {
-    METRICS.iter().find(|definition| definition.name == name)
+    METRICS.iter().find(|definition| definition.info.name == name)
 }
 
 /// Reachable fruit deposited over reachable fruit; 0 for a quarantined tree, undefined for other trees without reachable

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use orchard_bench::digest::{config_hash, config_text};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
-use orchard_statistics::{Metric, MetricDefinition, estimate};
+use orchard_statistics::{Metric, MetricDefinition, MetricInfo, estimate};
 use orchard_statistics::{Resamples, Share};
 use serde::{Deserialize, Serialize};
 
@@ -53,33 +53,107 @@ pub struct TrajectoryLine {
     pub duration_s: f64,
 }
 
-/// All metrics: means over trees.
+/// All metrics: means over the trees that were not quarantined.
 pub const METRICS: &[MetricDefinition<TreeOutcome>] = &[
     MetricDefinition {
-        name: "branches_snapped_per_tree",
-        unit: "branches",
+        info: MetricInfo {
+            name: "branches_snapped_per_tree",
+            title: "Branches snapped a tree",
+            unit: "branches",
+            numerator: "ruptures of wood",
+            denominator: "1",
+            note: "",
+        },
         share: |t| tree(t, f64::from(t.branches_snapped)),
     },
     MetricDefinition {
-        name: "trees_with_a_snap",
-        unit: "1",
+        info: MetricInfo {
+            name: "trees_with_a_snap",
+            title: "Trees with a snap",
+            unit: "1",
+            numerator: "1 for a tree of which wood ruptured",
+            denominator: "1",
+            note: "",
+        },
         share: |t| tree(t, f64::from(t.branches_snapped.min(1))),
     },
     MetricDefinition {
-        name: "fruit_knocked_off_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_knocked_off_per_tree",
+            title: "Fruit knocked off a tree",
+            unit: "fruit",
+            numerator: "fruit that came off its stem",
+            denominator: "1",
+            note: "",
+        },
         share: |t| tree(t, f64::from(t.fruit_knocked_off)),
     },
     MetricDefinition {
-        name: "fruit_dropped_per_tree",
-        unit: "fruit",
+        info: MetricInfo {
+            name: "fruit_dropped_per_tree",
+            title: "Fruit dropped a tree",
+            unit: "fruit",
+            numerator: "fruit off its stem at the end and neither at rest in the bucket nor between the fingers",
+            denominator: "1",
+            note: "",
+        },
         share: |t| tree(t, f64::from(t.fruit_dropped)),
     },
-    MetricDefinition { name: "peak_moment_ratio", unit: "1", share: |t| tree(t, t.peak_moment_ratio) },
-    MetricDefinition { name: "peak_moment_excess", unit: "1", share: |t| tree(t, t.peak_moment_excess) },
-    MetricDefinition { name: "moment_excess_s", unit: "s", share: |t| tree(t, t.moment_excess_s) },
-    MetricDefinition { name: "contact_impulse_n_s", unit: "N s", share: |t| tree(t, t.contact_impulse_n_s) },
-    MetricDefinition { name: "peak_contact_force_n", unit: "N", share: |t| tree(t, t.peak_contact_force_n) },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "peak_moment_ratio",
+            title: "Peak moment ratio",
+            unit: "1",
+            numerator: "largest bending moment of a joint over its rupture moment",
+            denominator: "1",
+            note: "",
+        },
+        share: |t| tree(t, t.peak_moment_ratio),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "peak_moment_excess",
+            title: "Peak moment excess",
+            unit: "1",
+            numerator: "largest rise of a joint's moment ratio over its value at the start",
+            denominator: "1",
+            note: "",
+        },
+        share: |t| tree(t, t.peak_moment_excess),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "moment_excess_s",
+            title: "Moment excess",
+            unit: "s",
+            numerator: "rise of the moment ratio over its value at the start, summed over time",
+            denominator: "1",
+            note: "",
+        },
+        share: |t| tree(t, t.moment_excess_s),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "contact_impulse_n_s",
+            title: "Contact impulse",
+            unit: "N s",
+            numerator: "force of the robot on live wood, summed over time",
+            denominator: "1",
+            note: "",
+        },
+        share: |t| tree(t, t.contact_impulse_n_s),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "peak_contact_force_n",
+            title: "Peak contact force",
+            unit: "N",
+            numerator: "largest sum of contact forces of the robot on live wood at one moment",
+            denominator: "1",
+            note: "",
+        },
+        share: |t| tree(t, t.peak_contact_force_n),
+    },
 ];
 
 fn tree(tree: &TreeOutcome, value: f64) -> Share {

@@ -69,7 +69,7 @@ fn report<C: Component>(summary: &ComponentSummary, trees: u32) {
     let (task, controller) = (&summary.run.task, &summary.run.scenario.controller);
     say!("task {task}, controller {controller}; seeds {:?} x {trees} trees", summary.seeds);
     let definitions = metrics::<C>();
-    let order = definitions.iter().map(|definition| (definition.name, definition.unit));
+    let order = definitions.iter().map(|definition| (definition.info.name, definition.info.unit));
     say!("{}", fine_table(order, &summary.metrics).trim_end());
     say!("outcomes of trials: {}", counts(&summary.outcomes));
     say!("failure reasons of attempts: {}", counts(&summary.failures));

@@ -68,7 +68,7 @@ fn a_board_is_kept_as_file_table_and_figure() {
         assert!(svg.contains(name), "{name}");
     }
     // A board without entries has a figure as well.
-    figure::svg(&Board::new("v1", SeedSetName::V1, &scenario())).unwrap();
+    orchard_report::pareto(&Board::new("v1", SeedSetName::V1, &scenario())).unwrap();
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Suite `trees`: populations of the calibrated presets against measured apple trees.
 
 mod crop;
-mod histograms;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_spec::{Preset, Spec};
@@ -34,7 +33,7 @@ pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     bar.set_message("crop");
     checks.extend(crop::checks(&measured, dwarf, SEED, &bar)?);
     bar.finish_and_clear();
-    let pictures = histograms::pictures(&measured, young, mature, dwarf)?;
+    let pictures = orchard_report::populations(&measured, young, mature, dwarf)?;
     Ok(Measured { rows: checks.into_iter().map(row).collect(), pictures, ..Measured::default() })
 }
 

@@ -100,7 +100,7 @@ fn comparison(
     }
     let (bootstrap, paired) = (&plan.protocol.bootstrap, &plan.protocol.paired);
     SweepComparison {
-        metric: metric.name.to_owned(),
+        metric: metric.info.name.to_owned(),
         reference: NOMINAL.to_owned(),
         condition: condition.to_owned(),
         test: compare(&Design::of(places), &first, &second, bootstrap, paired),

@@ -1,13 +1,13 @@
-//! Completeness against damage, with the Pareto front.
+//! Figure of a leaderboard: completeness against damage, with the Pareto front.
 
 mod labels;
 
-use anyhow::anyhow;
 use orchard_leaderboard::{Board, Budget, Entry, pareto_front};
 use orchard_tasks::seeds::SeedSetName;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use crate::figure::{Area, Drawn, Figure, FigureError, drawn};
 use labels::Labels;
 
 /// Size of the figure \[px\].
@@ -27,11 +27,18 @@ const POINT: RGBColor = RGBColor(40, 70, 150);
 const FRONT: RGBColor = RGBColor(170, 60, 40);
 const BUDGET: RGBColor = RGBColor(90, 90, 90);
 
-/// The figure as SVG.
-pub fn svg(board: &Board) -> anyhow::Result<String> {
-    let mut svg = String::new();
-    draw(&mut svg, board).map_err(|e| anyhow!("{e}"))?;
-    Ok(svg)
+/// Draws the entries of a board, their budgets and the Pareto front.
+///
+/// # Errors
+/// The figure cannot be drawn.
+pub fn pareto(board: &Board) -> Result<Figure, FigureError> {
+    let practice = if board.seed_set == SeedSetName::V1 { "" } else { " (practice: not the official seeds)" };
+    let title = format!("OrchardBench {}: completeness against damage{practice}", board.config_version);
+    let line = |entry: &Entry| {
+        format!("{}: completeness {:.2}, damage {:.2}", entry.name, entry.completeness, entry.damage())
+    };
+    let description = board.entries.iter().map(line).collect::<Vec<_>>().join("; ");
+    drawn("leaderboard", &title, &description, SIZE, |area| draw(area, board, &title))
 }
 
 /// Ends of the axes: damage and completeness.
@@ -48,7 +55,7 @@ fn total(budget: &Budget) -> f64 {
     budget.snapped + budget.dropped
 }
 
-fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(root: &Area, board: &Board, title: &str) -> Drawn {
     let entries = &board.entries;
     let mut budgets: Vec<&Budget> = Vec::new();
     for entry in entries {
@@ -58,12 +65,8 @@ fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error
     }
     budgets.sort_by(|a, b| total(a).total_cmp(&total(b)));
     let (most_damage, most_completeness) = ranges(entries, &budgets);
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    let practice = if board.seed_set == SeedSetName::V1 { "" } else { " (practice: not the official seeds)" };
-    let caption = format!("OrchardBench {}: completeness against damage{practice}", board.config_version);
-    let mut chart = ChartBuilder::on(&root)
-        .caption(caption, ("sans-serif", 20))
+    let mut chart = ChartBuilder::on(root)
+        .caption(title, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(55)
@@ -140,6 +143,5 @@ fn draw(svg: &mut String, board: &Board) -> Result<(), Box<dyn std::error::Error
             .border_style(BLACK.mix(0.3))
             .draw()?;
     }
-    root.present()?;
     Ok(())
 }

@@ -1,6 +1,5 @@
-//! Histograms of the grown populations, with measured values drawn over them.
+//! Histograms of generated populations of trees, with measured values drawn over them.
 
-use anyhow::anyhow;
 use orchard_treegen::GrowthUnit;
 use orchard_treegen::calibration::{Measured, Moments, Population, Sample, Target};
 use orchard_treegen::morphometry::allometry::{area_ratios, pipe_exponents};
@@ -8,7 +7,7 @@ use orchard_treegen::morphometry::distribution::{normal_cdf, quantile_cdf};
 use orchard_treegen::morphometry::shoots::{angle_from_vertical, branches_on_leader, divergences};
 use plotters::prelude::*;
 
-use crate::rows::Picture;
+use crate::figure::{Area, Drawn, Figure, FigureError, drawn};
 
 /// Size of a picture \[px\].
 const SIZE: (u32, u32) = (720, 420);
@@ -32,13 +31,16 @@ struct Histogram<'a> {
     target: Option<&'a Target>,
 }
 
-/// All pictures of the suite.
-pub fn pictures(
+/// Draws the histograms of three generated populations beside what was measured.
+///
+/// # Errors
+/// A figure cannot be drawn.
+pub fn populations(
     measured: &Measured,
     young: &Population,
     mature: &Population,
     dwarf: &Population,
-) -> anyhow::Result<Vec<Picture>> {
+) -> Result<Vec<Figure>, FigureError> {
     let degrees = |values: Vec<f64>| values.into_iter().map(f64::to_degrees).collect::<Vec<f64>>();
     let units: Vec<GrowthUnit> = young.trees.iter().flat_map(|tree| tree.units.iter().copied()).collect();
     let on_leaders: Vec<f64> = young
@@ -155,17 +157,18 @@ pub fn pictures(
             )
         },
     ];
-    all.iter().map(picture).collect()
+    all.iter().map(figure).collect()
 }
 
-/// Bars show the grown trees, lines the measurements, the band the target interval of mean, median or mode.
-fn picture(histogram: &Histogram) -> anyhow::Result<Picture> {
-    let mut svg = String::new();
-    draw(histogram, &mut svg).map_err(|e| anyhow!("{}: {e}", histogram.name))?;
-    Ok(Picture { name: format!("{}.svg", histogram.name), svg })
+/// Draws one histogram: bars show the generated trees, lines the measurements, the band the target interval of mean, median or mode.
+fn figure(histogram: &Histogram) -> Result<Figure, FigureError> {
+    let (n, (low, high)) = (histogram.values.len(), histogram.span);
+    let mean = histogram.values.iter().sum::<f64>() / n.max(1) as f64;
+    let description = format!("{n} values of {}, mean {mean:.3}; bars from {low} to {high}", histogram.axis);
+    drawn(histogram.name, &histogram.title, &description, SIZE, |area| draw(area, histogram))
 }
 
-fn draw(histogram: &Histogram, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(root: &Area, histogram: &Histogram) -> Drawn {
     let (low, high) = histogram.span;
     let width = (high - low) / BARS as f64;
     let edge = |k: usize| low + width * k as f64;
@@ -191,9 +194,7 @@ fn draw(histogram: &Histogram, svg: &mut String) -> Result<(), Box<dyn std::erro
     let lines = measured.iter().flat_map(|(_, _, parts)| parts.iter());
     let top = 1.1 * bars.iter().chain(lines).copied().fold(0.0, f64::max);
 
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
+    let mut chart = ChartBuilder::on(root)
         .caption(&histogram.title, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(40)
@@ -227,6 +228,5 @@ fn draw(histogram: &Histogram, svg: &mut String) -> Result<(), Box<dyn std::erro
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.3))
         .draw()?;
-    root.present()?;
     Ok(())
 }
