@@ -217,8 +217,8 @@ mod tests {
             Err(Failure::BadInput(line)) => line,
             other => panic!("{other:?}"),
         };
-        assert_eq!(refused("gpu"), "--backend is for the suite scaling, not for gpu");
+        assert_eq!(refused("gpu"), "--backend applies to the suite scaling, not to gpu");
         assert!(refused("speed").starts_with("no perf suite 'speed'"));
-        assert_eq!("tpu".parse::<Backend>(), Err("there are cpu and gpu".to_owned()));
+        assert_eq!("tpu".parse::<Backend>(), Err("must be one of cpu and gpu".to_owned()));
     }
 }

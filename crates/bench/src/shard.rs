@@ -85,7 +85,7 @@ mod tests {
     fn what_is_no_part() {
         for text in ["", "3", "0/3", "4/3", "1/0", "-1/3", "1/3/5", "a/b", "1/9999999"] {
             let e = text.parse::<Shard>().unwrap_err();
-            assert!(e.starts_with(&format!("'{text}' is not I/N")), "{e}");
+            assert!(e.starts_with(&format!("'{text}' must be I/N")), "{e}");
         }
         assert_eq!(" 2 / 8".parse::<Shard>().unwrap().to_string(), "2/8");
     }

@@ -78,7 +78,7 @@ fn budgets_by_name_and_by_figures() {
     assert!(gentle.admits(0.1, 1.0) && !gentle.admits(0.11, 0.0) && !gentle.admits(0.0, 1.01));
     assert_eq!(Budget::of_class(&rules, "open"), None);
     for (snapped, dropped) in [(-0.1, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
-        assert!(Budget::of_figures(snapped, dropped).unwrap_err().contains("is not a number from 0 up"));
+        assert!(Budget::of_figures(snapped, dropped).unwrap_err().contains("must be a finite number >= 0"));
     }
 }
 

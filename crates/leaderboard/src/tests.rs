@@ -139,7 +139,7 @@ fn partial_and_swollen_results_are_refused() {
             fs::write(empty.path().join("summary.json"), text).unwrap();
         }
         let e = verified(empty.path(), &plan(), 1).unwrap_err();
-        assert!(e.contains("summary.json") && e.contains("a result folder of a harvest that ended"), "{e}");
+        assert!(e.contains("summary.json") && e.contains("the folder of a completed harvest run"), "{e}");
     }
     let nowhere = empty.path().join("nowhere");
     assert!(verified(&nowhere, &plan(), 1).is_err() && !nowhere.exists());

@@ -256,7 +256,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let e = PlanFile::read(&store).unwrap_err().to_string();
-        assert!(e.contains("plan.json: ") && e.ends_with("is this a result of bench-v1?"), "{e}");
+        assert!(e.contains("plan.json: ") && e.ends_with("a result folder of bench-v1 is needed"), "{e}");
         for (text, problem) in [
             ("", "not a plan of bench-v1"),
             ("{}", "schema_version none"),

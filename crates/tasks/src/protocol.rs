@@ -354,7 +354,7 @@ mod tests {
             Protocol::from_toml("x.toml", &text).unwrap_err().to_string()
         };
         let e = refused("{ value = 0.3, range = [0.0, 3.0]", "{ value = 0.0, range = [0.0, 3.0]");
-        assert_eq!(e, "x.toml: sweeps.foliage: values must ascend, each but once");
+        assert_eq!(e, "x.toml: sweeps.foliage: values must ascend without duplicates");
         let e = refused("foliage = { value = 0.6", "foliage = { value = 0.7");
         assert_eq!(e, "x.toml: detect.ablation.foliage: value 0.7 is not in sweeps.foliage");
     }

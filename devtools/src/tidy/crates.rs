@@ -131,7 +131,7 @@ mod tests {
             package("robot", &["multibody"]),
             package("multibody", &["spec"]),
         ]);
-        assert_eq!(errors, ["crate picker reaches spec: it may see sensor data only"]);
+        assert_eq!(errors, ["crate picker depends on spec: it may only use sensor data"]);
     }
 
     fn workspace_with(picker_dependencies: &str) -> Vec<Package> {

@@ -38,7 +38,7 @@ fn a_run_is_all_tasks_unless_told_otherwise() {
     assert_eq!(tasks(&[]), ["harvest", "detect", "reach-and-grasp", "gentle", "scaling"]);
     assert_eq!(tasks(&["--shard", "1/2"]), ["harvest", "detect", "reach-and-grasp", "gentle"]);
     let e = plans_of(&["--shard", "1/2", "--tasks", "scaling"]).unwrap_err();
-    assert_eq!(e, "--shard: the task scaling has no parts; run it alone");
+    assert_eq!(e, "--shard: the task scaling cannot be split into parts; run it without --shard");
     assert_eq!(tasks(&["--tasks", "gentle,harvest"]), ["harvest", "gentle"]);
     assert_eq!(tasks(&["--conditions", "nominal"]), ["harvest"]);
     assert_eq!(tasks(&["--camera", "ideal", "--preset", "v-trellis"]).len(), 5);
