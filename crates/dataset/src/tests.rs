@@ -146,7 +146,7 @@ fn a_folder_holds_one_recipe() {
     assert!(error.is_bad_input(), "{error}");
     fs::write(strange.path().join("recipe.json"), "{").unwrap();
     let error = Count::default().run(&plan(), strange.path(), 1).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains("recipe.json there is damaged"), "{error}");
+    assert!(error.is_bad_input() && error.to_string().contains("its recipe.json is damaged"), "{error}");
 }
 
 #[test]

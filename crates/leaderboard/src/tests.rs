@@ -111,7 +111,7 @@ fn versions_seeds_and_plans_of_others_are_refused() {
     let folder = result();
     change(folder.path(), "episodes/fake-nominal-8-001.json", CODE_VERSION, "0.0.1");
     let e = refused(folder.path(), &plan());
-    assert!(e.contains("fake-nominal-8-001.json is of another plan, config or code version"), "{e}");
+    assert!(e.contains("fake-nominal-8-001.json belongs to another plan, config or code version"), "{e}");
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn partial_and_swollen_results_are_refused() {
     );
     fs::write(&file, &text[..text.len() - 9]).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
-    assert!(e.ends_with("fake-nominal-7-003.json is damaged or was changed"), "{e}");
+    assert!(e.ends_with("fake-nominal-7-003.json is damaged or was edited"), "{e}");
     fs::write(&file, &text).unwrap();
     fs::write(folder.path().join("episodes/fake-windy-7-000.json"), &text).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();

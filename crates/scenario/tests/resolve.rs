@@ -124,7 +124,7 @@ fn stored_scenarios_come_back_and_forged_ones_are_refused() {
         let mut forged = stored.clone();
         forged.world.wood.density = forged.world.wood.density.with_value(800.0).unwrap();
         let e = Scenario::from_stored(&forged, &controllers(), "plan.json").unwrap_err().to_string();
-        assert!(e.starts_with("plan.json: config hash "), "{e}");
+        assert!(e.starts_with("plan.json: the stored hash "), "{e}");
     }
 }
 

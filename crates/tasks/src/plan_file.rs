@@ -248,7 +248,7 @@ mod tests {
             assert_eq!(scenario.unwrap(), if early { stereo.clone() } else { trellis.clone() });
         }
         let e = PlanFile::scenario_of(&store, "reach-and-grasp").unwrap_err().to_string();
-        assert!(e.ends_with("plan.json: it has no task reach-and-grasp"), "{e}");
+        assert!(e.ends_with("plan.json: has no plan of task reach-and-grasp"), "{e}");
     }
 
     #[test]

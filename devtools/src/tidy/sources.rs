@@ -88,6 +88,6 @@ mod tests {
         assert!(errors[0].starts_with("configs/x.toml is not TOML"), "{errors:?}");
         let twice = format!("{0}\n{0}", BIB.1);
         let errors = check_files(&[(BIBLIOGRAPHY, &twice)]);
-        assert!(errors[0].starts_with("docs/references.bib does not read"), "{errors:?}");
+        assert!(errors[0].starts_with("docs/references.bib cannot be parsed"), "{errors:?}");
     }
 }
