@@ -15,7 +15,7 @@ use rayon::prelude::*;
 #[derive(clap::Args)]
 #[command(
     after_help = "An episode is one tree of the first tuning seed. The command fails if a scenario cannot be resolved, a world cannot be built\n\
-                  or leaves its plausible state, or anything panics.\n\nExample:\n  cargo xtask check-combinations --seconds 5"
+                  or becomes implausible, or anything panics.\n\nExample:\n  cargo xtask check-combinations --seconds 5"
 )]
 pub struct Args {
     /// Length of an episode [s]
@@ -23,7 +23,7 @@ pub struct Args {
     seconds: f64,
 }
 
-/// Default length of an episode \[s\], our own choice: the controllers have seen the tree and reach for a first fruit.
+/// Default length of an episode \[s\], our own choice: long enough for a controller to reach for a first fruit.
 pub const SECONDS: f64 = 4.0;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -56,7 +56,7 @@ pub fn check(seconds: f64) -> Result<usize, Failure> {
     });
     bar.finish_and_clear();
     if failed.load(Ordering::Relaxed) {
-        return Err(Failure::Failed("not every combination runs".to_owned()));
+        return Err(Failure::Failed("at least one combination failed".to_owned()));
     }
     Ok(combinations.len())
 }

@@ -11,11 +11,11 @@ use std::ffi::OsString;
 /// Runs a small benchmark, writes its report, and opens it in headless Chromium at 1280 and 390 px, by day and by night.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Checked in the browser: nothing is wider than the window, nothing is asked for beyond the page, no error is written,\n\
-                  every image loads, letters of figures are large enough and do not overlap. Screenshots for people to look at go to\n\
+    after_help = "Checks in the browser: nothing is wider than the window, nothing is loaded from elsewhere, there is no error, every\n\
+                  image loads, text in figures is large enough and does not overlap. Screenshots for inspection are written to\n\
                   target/report/*.png.\n\n\
                   Needs Chromium (Debian: chromium), python3 with venv, and the network on the first run: the driver goes into\n\
-                  target/report/venv, no browser is downloaded. Where they cannot be had, the check is skipped and says so; with CI=true\n\
+                  target/report/venv, no browser is downloaded. If they are missing, the check is skipped with a message; with CI=true\n\
                   in the environment it fails."
 )]
 pub struct Args {
@@ -26,7 +26,7 @@ pub struct Args {
 
 /// Folder of the script and of the screenshots.
 const SUITE: &str = "report";
-/// Names that Chromium goes by.
+/// Program names of Chromium.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Every task and every sweep, each at its smallest size.
 const RUN: [&str; 11] = [
@@ -58,7 +58,7 @@ pub fn check() -> Result<Verdict, Failure> {
 
 fn check_folder(dir: Option<&Path>) -> Result<Verdict, Failure> {
     let Some(browser) = BROWSERS.iter().find_map(|name| in_path(name)) else {
-        let problem = format!("there is no {}", BROWSERS.join(", "));
+        let problem = format!("none of {} found", BROWSERS.join(", "));
         if std::env::var_os("CI").is_some_and(|ci| ci == "true") {
             return Err(Failure::Failed(format!("a browser is needed in continuous integration: {problem}")));
         }
@@ -85,7 +85,7 @@ fn small_run() -> Result<PathBuf, Failure> {
     Ok(dir)
 }
 
-/// A program of the search path.
+/// Finds a program in the search path.
 fn in_path(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path).map(|folder| folder.join(name)).find(|program| program.is_file())

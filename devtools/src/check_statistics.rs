@@ -12,8 +12,8 @@ use orchardbench::Verdict;
 #[derive(clap::Args)]
 #[command(
     after_help = "Needs python3 with venv, and the network on the first run: scipy is installed into target/statistics/venv.\n\
-                  Where that cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails.\n\
-                  The samples and our figures of the last run stand in target/statistics/cases.json."
+                  If they are missing, the comparison is skipped with a message; with CI=true in the environment it fails.\n\
+                  The samples and our figures of the last run are in target/statistics/cases.json."
 )]
 pub struct Args {}
 

@@ -13,12 +13,12 @@ use crate::workspace;
 use orchardbench::Failure;
 use orchardbench::Verdict;
 
-/// Feeds detector and file readers with inputs from libFuzzer, guided by code coverage.
+/// Runs libFuzzer on the detector and the file readers.
 #[derive(clap::Args)]
 #[command(
     after_help = "Targets: detect (any image, intrinsics and choice of gates), image_files (PNG, intrinsics, detector config).\n\
-                  Needs a C++ compiler for libFuzzer; stable Rust is enough. What is found stays in the target folder under fuzz/.\n\
-                  An input that fails is named; run the target's program on it to see it again."
+                  Needs a C++ compiler for libFuzzer; stable Rust is enough. Found inputs are kept in the target folder under fuzz/.\n\
+                  A failing input is named; run the target's program on it to reproduce the failure."
 )]
 pub struct Args {
     /// Time for each target [s]
@@ -35,7 +35,7 @@ const FLAGS: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0 -Ccodegen-units=1";
 
-/// One input may take this long \[s\] and this much memory \[MB\].
+/// Limits of time \[s\] and memory \[MB\] for one input.
 const SLOWEST: u32 = 5;
 const MOST_MEMORY: u32 = 2048;
 /// Longest input \[bytes\].
@@ -102,17 +102,17 @@ fn run_target(folder: &Path, program: &Path, target: &str, seconds: u32) -> Resu
         .stdin(Stdio::null())
         .output()
         .with_context(|| program.display().to_string())?;
-    let told = String::from_utf8_lossy(&output.stderr);
+    let log = String::from_utf8_lossy(&output.stderr);
     if output.status.success() {
-        let runs = told.lines().find_map(|line| line.strip_prefix("stat::number_of_executed_units:"));
+        let runs = log.lines().find_map(|line| line.strip_prefix("stat::number_of_executed_units:"));
         println!("{target}: {} inputs, none failed", runs.map_or("?", str::trim));
         return Ok(());
     }
-    eprintln!("{told}");
+    eprintln!("{log}");
     Err(Failure::Failed(format!("fuzz target {target} failed; the input is in {}", failures.display())))
 }
 
-/// Inputs to begin with: files that can be read.
+/// Initial inputs: valid files.
 fn seeds(target: &str) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
     if target != "image_files" {
         return Ok(Vec::new());
@@ -135,16 +135,16 @@ fn compiler() -> Result<(), String> {
     let name = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
     match Command::new(&name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status() {
         Ok(status) if status.success() => Ok(()),
-        _ => Err(format!("there is no C++ compiler {name}, which libFuzzer needs (CXX names another)")),
+        _ => Err(format!("C++ compiler {name} not found; libFuzzer needs one (set CXX to use another)")),
     }
 }
 
-/// The platform's name: with --target, build scripts stay without counters.
+/// Name of the host platform. With --target, build scripts are compiled without counters.
 fn host() -> Result<String, Failure> {
     let output = Command::new("rustc").arg("-vV").output().context("cannot run rustc")?;
     let text = String::from_utf8_lossy(&output.stdout);
     let host = text.lines().find_map(|line| line.strip_prefix("host: "));
-    host.map(str::to_owned).ok_or_else(|| Failure::Failed("rustc does not tell its host".into()))
+    host.map(str::to_owned).ok_or_else(|| Failure::Failed("rustc -vV prints no host".into()))
 }
 
 fn target_folder() -> PathBuf {

@@ -19,8 +19,8 @@ use paths::TreePaths;
 #[derive(clap::Args)]
 #[command(
     after_help = "Needs python3 with venv, and the network on the first run: MuJoCo is installed into target/judge/venv.\n\
-                  Where that cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails.\n\
-                  Inputs and outcome of the last run stand in target/judge."
+                  If they are missing, the comparison is skipped with a message; with CI=true in the environment it fails.\n\
+                  Inputs and outcome of the last run are in target/judge."
 )]
 pub struct Args {}
 

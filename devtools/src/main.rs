@@ -1,4 +1,4 @@
-//! Tools for developers of this project: `cargo xtask COMMAND`, one file a command.
+//! Tools for developers of this project: `cargo xtask COMMAND`, one file per command.
 
 #[macro_use]
 extern crate orchardbench;
@@ -29,7 +29,7 @@ use orchardbench::Failure;
     bin_name = "cargo xtask",
     arg_required_else_help = true,
     after_help = "Examples:\n  cargo xtask test            everything that a change must pass\n  \
-                  cargo xtask test --quick    what a change to a crate or two needs\n\n\
+                  cargo xtask test --quick    only the crates that changed\n\n\
                   Every other command of `cargo xtask` is forwarded to the program `orchard`: `cargo xtask bench-v1`, .."
 )]
 struct Cli {

@@ -20,7 +20,7 @@ use orchardbench::rows::{Effort, Suite, run_suite};
 /// Measures speed on this machine and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Suites:\n  trees    trees grown a second of one core, and 512 randomised worlds built\n  physics  substeps of trees a second, beside MuJoCo's\n  \
+    after_help = "Suites:\n  trees    trees grown per second on one core; 512 randomised worlds built\n  physics  substeps of trees per second, beside MuJoCo's\n  \
                         episode  nominal episodes of every controller with picker and camera, one core\n  \
                         gpu      substeps of batches of trees on the graphics device\n  \
                         perception  depth images of the wrist camera and the detector on them, one core\n  \
@@ -30,15 +30,15 @@ use orchardbench::rows::{Effort, Suite, run_suite};
                   physics.batch_512             512 trees of one topology, dimensions of their own, 2 threads\n  \
                   physics.batch_512_topologies  512 trees, each of its own topology, 2 threads; .share over the row before\n  \
                   physics.contact_8             one tree with a capsule that is pushed through its canopy, f64\n  \
-                  physics.segments.*            one substep of trees of 50 to 2,000 segments, f64 and a tree of a lane\n  \
+                  physics.segments.*            one substep of trees of 50 to 2,000 segments, f64 and one tree per lane\n  \
                   physics.fruit.*               the same of one tree with 20 to 80 fruit\n  \
-                  *.memory                      bytes a world\n\
-                  Rows of episode (one tree a tuning seed, 75 s; medians of processor time):\n  \
+                  *.memory                      bytes per world\n\
+                  Rows of episode (one tree per tuning seed, 75 s; medians of processor time):\n  \
                   episode.nominal_75s.*         seconds of a whole episode, by controller\n  \
-                  episode.rate.*                the same as world-seconds a second\n\
+                  episode.rate.*                the same as world-seconds per second\n\
                   Rows of gpu (151 links, 30 fruit; medians of the time elapsed; targets are those of one H200):\n  \
                   gpu.dimensions_N              N trees of one topology, dimensions of their own; .memory, .build\n  \
-                  gpu.dimensions_N.dram, ..     shares that the hardware counts: .dram bandwidth, time of .fp32 and .integer units and .multiprocessors, room for .warps\n  \
+                  gpu.dimensions_N.dram, ..     shares from hardware counters: .dram bandwidth; time of .fp32 and .integer units and of .multiprocessors; slots of .warps\n  \
                   gpu.drawn_4096.build          seconds to draw and settle them on the device, from one tree\n  \
                   gpu.same_N, gpu.topologies_N  N equal trees; N trees of 512 topologies; .share over the row before\n  \
                   gpu.mujoco_warp_N.*           MuJoCo-Warp on the first of these, by solver and integrator; the best is the peer of dimensions_N\n\
@@ -50,21 +50,21 @@ use orchardbench::rows::{Effort, Suite, run_suite};
                   perception.detector.192x144             the detector, masks given\n\
                   Rows of scaling (trees of the scaling task; medians of the time elapsed; `cargo xtask report` draws the file as\n                  \
                   DIR/scaling.json or DIR/scaling-gpu.json):\n  \
-                  scaling.MODE_N.SOLVER                   frames of one world a second of N worlds; null where left out, with why\n  \
+                  scaling.MODE_N.SOLVER                   frames of one world per second in a batch of N; null if skipped, with the reason\n  \
                   scaling.MODE_N.SOLVER.build             64 and 512 worlds: seconds to grow, settle and pack them\n  \
-                  scaling.axis.KIND.SOLVER                rate of 8 settled worlds that differ in one thing, over 8 identical ones\n\
+                  scaling.axis.KIND.SOLVER                rate of 8 settled worlds that differ in one kind, over that of 8 identical ones\n\
                   MuJoCo needs python3 with venv and, the first time, the network or the wheels in tests/judge/wheels; without them the peer's columns are null.\n\
-                  docs/performance.md tells how everything is measured. A missed target ends with exit code 1.\n\n\
+                  docs/performance.md describes the measurements. A missed target gives exit code 1.\n\n\
                   Examples:\n  cargo xtask perf physics --json physics.json\n  cargo xtask perf trees --json trees.json\n  \
                   cargo xtask perf scaling --backend gpu --json scaling-gpu.json"
 )]
 pub struct Args {
     /// Suite to measure
     suite: String,
-    /// File for the rows
+    /// JSON file for the rows
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
-    /// Few and short rounds: to see that everything works, not for figures (suites physics, perception, gpu and scaling)
+    /// Few and short rounds, only to check that everything works (suites physics, perception, gpu and scaling)
     #[arg(long)]
     quick: bool,
     /// Processor for the batches of the suite scaling [default: cpu]
@@ -72,7 +72,7 @@ pub struct Args {
     backend: Option<Backend>,
 }
 
-/// The suite that has a choice of backend.
+/// The suite with the option `--backend`.
 const SCALING: &str = "scaling";
 
 /// The suites; one of them runs on a backend.
@@ -80,12 +80,12 @@ fn suites(backend: Backend) -> [Suite; 6] {
     [
         Suite {
             name: "trees",
-            about: "trees grown a second of one core, and 512 randomised worlds built",
+            about: "trees grown per second on one core; 512 randomised worlds built",
             measure: trees::measure,
         },
         Suite {
             name: "physics",
-            about: "substeps of trees a second, beside MuJoCo's",
+            about: "substeps of trees per second, beside MuJoCo's",
             measure: physics::measure,
         },
         Suite {
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let is_known = suites.iter().any(|suite| suite.name == args.suite);
     if args.backend.is_some() && is_known && args.suite != SCALING {
         let suite = &args.suite;
-        return Err(Failure::BadInput(format!("--backend is for the suite {SCALING}, not for {suite}")));
+        return Err(Failure::BadInput(format!("--backend applies to the suite {SCALING}, not to {suite}")));
     }
     run_suite("perf", &suites, &args.suite, &args.json, effort)
 }
@@ -154,7 +154,7 @@ mod tests {
         let json = folder.path().join("scaling.json");
         let backend = Some(backend.parse().unwrap());
         run(&Args { suite: SCALING.to_owned(), json: json.clone(), quick: true, backend })?;
-        // As it is, the file is one that a report is made of.
+        // `orchard report` reads the file unchanged.
         let written =
             orchardbench::commands::report::write(folder.path(), true, &orchardbench::Program::new())?;
         assert_eq!(written.figures, 3);
@@ -190,7 +190,7 @@ mod tests {
                 is_whole(&file, "gpu");
                 let adapter = &file["scaling"]["adapter"];
                 let is_told = |row: &serde_json::Value| {
-                    row["note"].as_str().is_some_and(|note| note.contains("an adapter in software"))
+                    row["note"].as_str().is_some_and(|note| note.contains("a software adapter"))
                 };
                 let is_software = adapter["is_software"].as_bool().unwrap();
                 assert!(file["rows"].as_array().unwrap().iter().all(|row| is_told(row) == is_software));
@@ -217,8 +217,8 @@ mod tests {
             Err(Failure::BadInput(line)) => line,
             other => panic!("{other:?}"),
         };
-        assert_eq!(refused("gpu"), "--backend is for the suite scaling, not for gpu");
+        assert_eq!(refused("gpu"), "--backend applies to the suite scaling, not to gpu");
         assert!(refused("speed").starts_with("no perf suite 'speed'"));
-        assert_eq!("tpu".parse::<Backend>(), Err("there are cpu and gpu".to_owned()));
+        assert_eq!("tpu".parse::<Backend>(), Err("must be one of cpu and gpu".to_owned()));
     }
 }

@@ -1,4 +1,4 @@
-//! Python virtual environments with pinned packages, one a suite, for third-party tools.
+//! Python virtual environments with pinned packages, one per suite, for third-party tools.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -43,7 +43,7 @@ impl Environment {
         Self::install_from(&source(suite), "requirements.txt", &folder(suite))
     }
 
-    /// Installs the environment of a suite's scripts that need other packages: those of `tests/SUITE/requirements-PART.txt`, in
+    /// Installs an additional environment of a suite: the packages of `tests/SUITE/requirements-PART.txt` in
     /// `target/SUITE-PART/venv`.
     pub fn install_part(suite: &str, part: &str) -> Result<Self, String> {
         let requirements = format!("requirements-{part}.txt");
@@ -56,14 +56,14 @@ impl Environment {
         let (venv, installed) = (folder.join("venv"), folder.join("installed.txt"));
         let binaries = if cfg!(windows) { "Scripts" } else { "bin" };
         let environment = Self { python: venv.join(binaries).join("python"), source: source.to_owned() };
-        // Written last: a broken installation is made anew.
+        // Written last, so that an incomplete installation is repeated.
         if environment.python.exists() && std::fs::read(&installed).is_ok_and(|text| text == wanted) {
             return Ok(environment);
         }
         eprintln!("installing pinned packages into {}", venv.display());
         let mut install = environment.make(&venv)?;
         install.args(["install", "--quiet", "--disable-pip-version-check"]);
-        // Wheels in the script's folder replace the network.
+        // Wheels in the script's folder are used instead of the network.
         let wheels = source.join("wheels");
         if wheels.is_dir() {
             install.args(["--no-index", "--find-links"]).arg(&wheels);
@@ -78,7 +78,7 @@ impl Environment {
         let make = |options: &[&str]| {
             let mut make = Command::new("python3");
             make.args(["-m", "venv", "--clear"]).args(options).arg(venv);
-            quiet(&mut make, "cannot make a virtual environment")
+            quiet(&mut make, "cannot create a virtual environment")
         };
         if make(&[]).is_ok() {
             let mut pip = Command::new(&self.python);

@@ -20,7 +20,7 @@ use orchardbench::commands::export_tree::Format;
 #[derive(clap::Args)]
 #[command(
     after_help = "Needs python3 with venv, and the network on the first run: packages go into target/exchange/venv,\n                  target/dataset/venv and target/recording/venv.\n\
-                  Where they cannot be had, the comparison is skipped and says so; with CI=true in the environment it fails."
+                  If they are missing, the comparison is skipped with a message; with CI=true in the environment it fails."
 )]
 pub struct Args {}
 

@@ -1,4 +1,4 @@
-//! `cargo xtask check-reuse`: checks the crates as another project gets them.
+//! `cargo xtask check-reuse`: checks the crates as packaged for other projects.
 
 use std::fs;
 use std::path::{Path, PathBuf};

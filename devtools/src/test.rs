@@ -20,13 +20,13 @@ use crate::{
     after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, which builds it, and a\n\
                   controller built outside the workspace on the packaged crates), combinations (every preset x camera x controller, a short\n\
                   episode each), validate gpu, judge, check-statistics, read-back, check-report, fuzz.\n\
-                  All steps run; the last lines say which passed, how long each took, and how many tests were skipped for want of a graphics\n\
-                  adapter. A step that needs what this machine lacks is skipped and says so; where CI=true is set it fails.\n\n\
+                  All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
+                  adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
                   With --quick: format, tidy, lints and tests of the crates that differ from the last commit (or, if none does, of those\n\
-                  that it changed)."
+                  that the last commit changed)."
 )]
 pub struct Args {
-    /// Only the tests for a change to a crate or two
+    /// Only the checks and tests of the changed crates
     #[arg(long)]
     quick: bool,
 }
@@ -114,7 +114,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
 fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {
     let crates = changed::crates()?;
     if crates.is_empty() {
-        eprintln!("no crate differs from the last commit, nor did it change one: format and tidy only");
+        eprintln!("no crate changed, neither since the last commit nor in it: only format and tidy run");
     } else {
         eprintln!("changed: {}", crates.join(", "));
     }

@@ -16,10 +16,10 @@ use orchardbench::Failure;
 /// Checks the crate graph, the architecture page, source keys and file lengths.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Checks:\n  crates only use crates below them; picker and perception reach no truth\n  \
-no files of a crate use each other in a circle\n  \
+    after_help = "Checks:\n  crates depend only on crates below them; picker and perception have no access to ground truth\n  \
+the files of a crate have no circular imports\n  \
 crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  \
-every source key in configs/ resolves in docs/references.bib\n  no source file is longer than 800 lines (500 is worth a look)"
+every source key in configs/ exists in docs/references.bib\n  no source file is longer than 800 lines (warning above 500)"
 )]
 pub struct Args {
     /// Bring the tables of metrics in the documentation up to date instead of comparing them.
@@ -92,7 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     match findings.errors.len() {
         0 => {
-            eprintln!("tidy: in order, {} warnings", findings.warnings.len());
+            eprintln!("tidy: no rule broken, {} warnings", findings.warnings.len());
             Ok(())
         }
         n => Err(Failure::Failed(format!("tidy: {n} rules broken"))),

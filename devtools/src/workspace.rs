@@ -10,8 +10,7 @@ pub fn root() -> PathBuf {
     package.parent().unwrap_or(package).to_owned()
 }
 
-/// All files under a folder with one of the extensions, sorted. Links and hidden or `target` folders are
-/// passed over.
+/// All files under a folder with one of the extensions, sorted. Links, hidden folders and `target` are skipped.
 pub fn files(folder: &Path, extensions: &[&str]) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     if folder.is_dir() {

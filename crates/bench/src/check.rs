@@ -16,16 +16,16 @@ pub enum PlanError {
     #[error("seed {0} is given twice")]
     SeedTwice(u64),
     /// No tree.
-    #[error("0 trees: at least 1 tree a seed is needed")]
+    #[error("0 trees: at least 1 tree per seed is needed")]
     NoTrees,
     /// No episode.
-    #[error("0 repeats: at least 1 episode a tree is needed")]
+    #[error("0 repeats: at least 1 episode per tree is needed")]
     NoRepeats,
     /// A controller that cannot be given a goal.
-    #[error("controller {0} takes no goals, which this task gives")]
+    #[error("controller {0} cannot be given a goal, which this task needs")]
     NoGoals(String),
-    /// A budget that is not at least a frame or not a sensible number.
-    #[error("a horizon of {horizon} s is not between one frame ({frame:.4} s) and 100 hours")]
+    /// A horizon outside its range.
+    #[error("horizon {horizon} s is outside the allowed range: one frame ({frame:.4} s) to 100 hours")]
     Horizon {
         /// The budget \[s\].
         horizon: f64,
@@ -34,7 +34,7 @@ pub enum PlanError {
     },
 }
 
-/// Checks the seeds and the number of trees a seed.
+/// Checks the seeds and the number of trees per seed.
 ///
 /// # Errors
 /// No seed, a seed given twice, or no tree.
@@ -60,6 +60,6 @@ mod tests {
         assert_eq!(check(&[4, 5], 1), Ok(()));
         assert_eq!(check(&[], 1), Err("no seed given".into()));
         assert_eq!(check(&[4, 5, 4], 1), Err("seed 4 is given twice".into()));
-        assert_eq!(check(&[4], 0), Err("0 trees: at least 1 tree a seed is needed".into()));
+        assert_eq!(check(&[4], 0), Err("0 trees: at least 1 tree per seed is needed".into()));
     }
 }

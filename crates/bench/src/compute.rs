@@ -1,4 +1,4 @@
-//! The cost of runs, `compute.json`: everything that depends on a clock or on the machine.
+//! The cost of runs, `compute.json`: all figures that depend on a clock or on the machine.
 
 use std::collections::BTreeMap;
 
@@ -64,11 +64,11 @@ pub struct TaskCost {
     pub wall_s: f64,
     /// Env-steps (frames of one world) that this run computed; images in the detection task.
     pub env_steps: u64,
-    /// Frames a second of one world on one thread, its controller and camera included.
+    /// Frames per second of one world on one thread, including its controller and camera.
     pub step_rate_per_s: Option<f64>,
-    /// Env-steps a wall second, all threads together.
+    /// Env-steps per wall second, all threads together.
     pub env_steps_per_s: Option<f64>,
-    /// Simulated seconds, summed over worlds, a wall second; null where nothing moves.
+    /// Simulated seconds, summed over worlds, per wall second; null for tasks without motion.
     pub world_seconds_per_s: Option<f64>,
     /// Peak resident memory of the process up to the end of this task \[MiB\].
     pub peak_memory_mib: Option<f64>,
@@ -109,7 +109,7 @@ impl Compute {
     /// File under the result folder.
     pub const FILE: &'static str = "compute.json";
 
-    /// Writes a task's cost into a folder, beside those of other tasks.
+    /// Writes a task's cost into a folder's file and keeps those of other tasks.
     ///
     /// # Errors
     /// The file cannot be written.

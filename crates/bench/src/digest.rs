@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-/// SHA-256 over named files. Names and lengths are hashed too, so that bytes cannot move from one file to another unnoticed.
+/// SHA-256 over named files. Names and lengths are hashed too, so that moving bytes from one file to another changes the hash.
 #[derive(Debug, Clone, Default)]
 pub struct FilesDigest(Sha256);
 
@@ -27,8 +27,8 @@ pub fn hex(hash: &[u8]) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// SHA-256 over named config texts, hexadecimal. Names and lengths are hashed too, so that text cannot move
-/// from one file to another unnoticed.
+/// SHA-256 over named config texts, hexadecimal. Names and lengths are hashed too, so that moving text from one file to another
+/// changes the hash.
 pub fn config_hash(texts: &[(&str, &str)]) -> String {
     let mut digest = FilesDigest::default();
     for (name, text) in texts {
@@ -37,11 +37,11 @@ pub fn config_hash(texts: &[(&str, &str)]) -> String {
     hex(&digest.finish())
 }
 
-/// A config as text, for [`config_hash`]: the order of fields and the shortest digits that give a number back are the same
-/// everywhere.
+/// A config as JSON text for [`config_hash`], the same on every platform: fields in the order of the struct, numbers with the
+/// fewest digits that identify them.
 ///
 /// # Panics
-/// If the config has no form as JSON, as a map with keys that are no texts.
+/// If the config cannot be written as JSON, for example a map whose keys are not text.
 pub fn config_text(config: &impl Serialize) -> String {
     serde_json::to_string(config).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
 }

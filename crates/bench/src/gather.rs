@@ -3,9 +3,9 @@
 use crate::record::Record;
 use crate::store::{Store, StoreError, Stored};
 
-/// Error: records of a plan that no folder holds.
+/// Error: no folder holds some records of a plan.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{missing} of {total} {folder} are missing, {first} is the first: {problem}")]
+#[error("{missing} of {total} {folder} are missing; the first is {first}: {problem}")]
 pub struct Missing {
     /// Folder of the records.
     pub folder: &'static str,
@@ -15,7 +15,7 @@ pub struct Missing {
     pub problem: String,
     /// Number of missing records.
     pub missing: usize,
-    /// Records asked for.
+    /// Number of records in the plan.
     pub total: usize,
 }
 
@@ -30,10 +30,10 @@ pub enum MergeError {
     Store(#[from] StoreError),
 }
 
-/// The records of all keys, each from the first of the folders that holds it whole, in the order of the keys.
+/// The records of all keys, each from the first folder that holds it complete, in the order of the keys.
 ///
 /// # Errors
-/// Records that no folder holds as this code writes them.
+/// A record that no folder holds as this code writes it.
 pub fn gather<R: Record>(keys: &[R::Key], stores: &[&Store]) -> Result<Vec<R>, Missing> {
     let mut records = Vec::with_capacity(keys.len());
     let mut missing: Option<Missing> = None;
@@ -53,7 +53,7 @@ pub fn gather<R: Record>(keys: &[R::Key], stores: &[&Store]) -> Result<Vec<R>, M
 /// Gathers the records of all keys and writes them into one folder.
 ///
 /// # Errors
-/// Records that no folder holds, before anything is written; a file that cannot be written.
+/// A record that no folder holds (nothing is written then), or a file that cannot be written.
 pub fn merge<R: Record>(keys: &[R::Key], from: &[&Store], into: &Store) -> Result<Vec<R>, MergeError> {
     let records = gather::<R>(keys, from)?;
     for record in &records {
@@ -69,9 +69,9 @@ fn find<R: Record>(key: &R::Key, stores: &[&Store]) -> Result<R, String> {
         match store.stored::<R>(key) {
             Stored::Whole(record) => return Ok(*record),
             Stored::Missing => {}
-            Stored::Damaged => problem = format!("{} is damaged or was changed", file()),
+            Stored::Damaged => problem = format!("{} is damaged or was edited", file()),
             Stored::Other => {
-                problem = format!("{} is of another plan, config or code version", file());
+                problem = format!("{} belongs to another plan, config or code version", file());
             }
         }
     }
@@ -93,7 +93,7 @@ mod tests {
         stores[1].write_record(&records[1]).unwrap();
         let from = [&stores[0], &stores[1]];
         let e = merge::<Sum>(&keys, &from, &stores[2]).unwrap_err().to_string();
-        assert_eq!(e, "1 of 3 sums are missing, sums/fake-7-002.json is the first: there is no such file");
+        assert_eq!(e, "1 of 3 sums are missing; the first is sums/fake-7-002.json: there is no such file");
         assert!(stores[2].files("sums").is_empty());
 
         stores[1].write_record(&records[2]).unwrap();

@@ -1,18 +1,18 @@
 //! Runs any task of the benchmark: a list of independent pieces of work, each with a record in a file of its own.
 //!
 //! A [`Task`] lists the keys of its records and computes each of them. [`run_task`] computes them in parallel into a result folder
-//! ([`store::Store`]), reuses those that are there already, and writes their cost ([`compute`]) and the summary. A [`Shard`] is a part of
-//! a run for one of several machines; [`merge`] puts the parts together. The tasks themselves are in `orchard-tasks` and
+//! ([`store::Store`]), reuses records that are already stored, and writes their cost ([`compute`]) and the summary. A [`Shard`] is a
+//! part of a run for one of several machines; [`merge`] combines the parts. The tasks themselves are in `orchard-tasks` and
 //! `orchard-scaling`.
 
+pub mod atomic_file;
 mod check;
 pub mod compute;
 pub mod digest;
 #[cfg(test)]
 mod fake;
+mod folder_check;
 mod gather;
-pub mod growing;
-mod holdings;
 pub mod record;
 mod shard;
 pub mod store;
@@ -20,9 +20,9 @@ pub mod task;
 mod version;
 
 pub use check::{PlanError, check_trees};
+pub use folder_check::OtherPlan;
 pub use gather::{MergeError, Missing, gather, merge};
-pub use holdings::OtherPlan;
 pub use record::Record;
 pub use shard::Shard;
-pub use task::{Progress, RunError, Session, Silent, Task, run_task};
+pub use task::{NoProgress, Progress, RunError, Session, Task, run_task};
 pub use version::{CODE_VERSION, SCHEMA_VERSION};

@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 
 /// A record: the content of one result file.
 pub trait Record: Serialize + DeserializeOwned {
-    /// Everything that the record is a function of. A stored record is reused only if all of this is equal.
+    /// All inputs that determine the record. A stored record is reused only if all of them are equal.
     type Key: PartialEq + Serialize + Sync;
     /// Folder of these records under the result folder.
     const FOLDER: &'static str;

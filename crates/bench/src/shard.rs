@@ -1,4 +1,4 @@
-//! A part of a run, for machines that share the work.
+//! A part of a run, for splitting the work over machines.
 
 use std::fmt;
 use std::str::FromStr;
@@ -19,15 +19,15 @@ pub struct Shard {
 const MOST: u32 = 1_000_000;
 
 impl Shard {
-    /// All of a run.
+    /// The whole run.
     pub const WHOLE: Self = Self { index: 1, of: 1 };
 
-    /// True if it is all of a run.
+    /// True for the whole run.
     pub fn is_whole(self) -> bool {
         self.of == 1
     }
 
-    /// True if a record belongs to it, by its place in the plan, from 0.
+    /// True if the record with this index in the plan, from 0, belongs to the part.
     pub fn holds(self, place: usize) -> bool {
         place % self.of as usize == (self.index - 1) as usize
     }
@@ -48,7 +48,7 @@ impl FromStr for Shard {
             Some((Some(index), Some(of))) if (1..=MOST).contains(&of) && (1..=of).contains(&index) => {
                 Ok(Self { index, of })
             }
-            _ => Err(format!("'{text}' is not I/N with whole numbers 1 <= I <= N <= {MOST}")),
+            _ => Err(format!("'{text}' must be I/N with whole numbers 1 <= I <= N <= {MOST}")),
         }
     }
 }
@@ -85,7 +85,7 @@ mod tests {
     fn what_is_no_part() {
         for text in ["", "3", "0/3", "4/3", "1/0", "-1/3", "1/3/5", "a/b", "1/9999999"] {
             let e = text.parse::<Shard>().unwrap_err();
-            assert!(e.starts_with(&format!("'{text}' is not I/N")), "{e}");
+            assert!(e.starts_with(&format!("'{text}' must be I/N")), "{e}");
         }
         assert_eq!(" 2 / 8".parse::<Shard>().unwrap().to_string(), "2/8");
     }

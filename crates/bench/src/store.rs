@@ -28,11 +28,11 @@ pub struct Lock {
     _file: fs::File,
 }
 
-/// A result folder that cannot be taken.
+/// A result folder that cannot be locked.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
     /// Another process has locked the folder.
-    #[error("{0}: another run is at work in this folder; wait for its end, or give another folder")]
+    #[error("{0}: another run is using this folder; wait until it ends, or choose another folder")]
     Busy(String),
     /// The folder cannot be written to.
     #[error(transparent)]
@@ -54,29 +54,29 @@ impl StoreError {
 pub enum Stored<R> {
     /// No file.
     Missing,
-    /// The whole record of this very key.
+    /// The complete record of exactly this key.
     Whole(Box<R>),
-    /// A whole record of another key: for example, another config or code version.
+    /// A complete record of another key: for example, another config or code version.
     Other,
-    /// Not a record as this code writes it.
+    /// A file that this code would not have written.
     Damaged,
 }
 
 impl Store {
-    /// Opens a result folder and makes it if needed.
+    /// Opens a result folder and creates it if needed.
     ///
     /// # Errors
-    /// The folder cannot be made.
+    /// The folder cannot be created.
     pub fn open(root: &Path) -> Result<Self, StoreError> {
         fs::create_dir_all(root).map_err(|e| error(root, e))?;
         Ok(Self { root: root.to_owned() })
     }
 
-    /// Takes the folder for this process alone, until the lock is dropped or the process ends, however it ends. What earlier
-    /// processes left half written is removed.
+    /// Locks the folder for this process until the lock is dropped or the process ends in any way. Incomplete files of earlier
+    /// processes are removed.
     ///
     /// # Errors
-    /// Another process has it, or it cannot be written to.
+    /// Another process has locked the folder, or it is not writable.
     pub fn lock(&self) -> Result<Lock, LockError> {
         let path = self.root.join(".lock");
         let write = |e| LockError::Store(error(&path, e));
@@ -119,7 +119,7 @@ impl Store {
         }
     }
 
-    /// Writes a record, and makes its folder if needed.
+    /// Writes a record, and creates its folder if needed.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -129,7 +129,7 @@ impl Store {
         self.write(&R::path(record.key()), record)
     }
 
-    /// Writes a JSON file under the folder: to a temporary file first, which then takes the name.
+    /// Writes a JSON file under the folder: first a temporary file, which is then renamed.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -168,7 +168,7 @@ impl Store {
     }
 }
 
-/// Writes a JSON file whole: indented, with a final newline.
+/// Writes a JSON file atomically: indented, with a final newline.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -176,7 +176,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError>
     encode(value).and_then(|bytes| write_file(path, &bytes)).map_err(|e| error(path, e))
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file atomically: completely or not at all.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -196,11 +196,11 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// A file that will take its name later.
+/// A temporary file that is renamed later.
 pub(crate) fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(HALF_WRITTEN);
-    // Results are for everyone that the umask lets read; temporary files are private by default.
+    // Results are readable as the umask allows; temporary files are private by default.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -209,7 +209,7 @@ pub(crate) fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile>
 /// Returns the bytes of a JSON file: indented, with a final newline.
 ///
 /// # Errors
-/// The value has no form as JSON.
+/// The value cannot be written as JSON.
 pub fn encode(value: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut bytes = serde_json::to_vec_pretty(value)?;
     bytes.push(b'\n');
@@ -262,7 +262,7 @@ mod tests {
         let lock = store.lock().unwrap();
         assert_eq!(fs::read_dir(folder.path().join("episodes")).unwrap().count(), 0);
         let e = store.lock().unwrap_err();
-        assert!(e.to_string().ends_with("wait for its end, or give another folder"), "{e}");
+        assert!(e.to_string().ends_with("wait until it ends, or choose another folder"), "{e}");
         drop(lock);
         store.lock().unwrap();
     }

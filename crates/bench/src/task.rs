@@ -1,6 +1,6 @@
 //! A task of the benchmark: independent pieces of work, each with a record in a file of its own.
 //!
-//! Records depend neither on the number of threads nor on the order of completion. A stored whole record with the same key
+//! Records depend neither on the number of threads nor on the order of completion. A complete stored record with the same key
 //! is reused, so that an interrupted run continues where it stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::check::PlanError;
 use crate::compute::{Compute, RecordCost, TaskCost};
-use crate::holdings::OtherPlan;
+use crate::folder_check::OtherPlan;
 use crate::record::Record;
 use crate::shard::Shard;
 use crate::store::{Store, StoreError, Stored};
@@ -24,9 +24,9 @@ pub trait Task: Sync {
     type Summary: Serialize;
     /// Name on command lines and in results.
     const NAME: &'static str;
-    /// The summary's file under the result folder. Until the end of a run the folder holds none, rather than an old one.
+    /// The summary's file under the result folder. An old one is deleted when a run starts.
     const SUMMARY: &'static str;
-    /// Checks what a user can get wrong.
+    /// Checks the user's input.
     ///
     /// # Errors
     /// A plan that cannot be run.
@@ -36,7 +36,7 @@ pub trait Task: Sync {
     /// Computes one record; `None` if `stop` was raised before its end. `on_step` is called after every step.
     ///
     /// # Errors
-    /// A file that the task keeps beside the record cannot be written.
+    /// A file that belongs to the record cannot be written.
     fn compute(
         &self,
         key: &<Self::Record as Record>::Key,
@@ -45,11 +45,11 @@ pub trait Task: Sync {
     ) -> Result<Option<Self::Record>, StoreError>;
     /// Steps that a record took.
     fn steps(&self, record: &Self::Record) -> u64;
-    /// Simulated time of a step \[s\]; 0 where nothing moves.
+    /// Simulated time of a step \[s\]; 0 for tasks without motion.
     fn frame(&self) -> f64;
     /// Sums up all records, given in the order of [`Task::keys`].
     fn sum_up(&self, records: &[Self::Record]) -> Self::Summary;
-    /// True if the files that the task keeps beside a record are there; else the record is computed again.
+    /// True if the files that belong to a record besides its own exist; otherwise the record is computed again.
     fn is_kept(&self, record: &Self::Record) -> bool {
         let _ = record;
         true
@@ -64,16 +64,16 @@ pub trait Progress<R>: Sync {
     fn record(&self, record: &R, reused: bool) {
         let _ = (record, reused);
     }
-    /// Called with a line that a user should read.
+    /// Called with a note for the user.
     fn note(&self, line: &str) {
         let _ = line;
     }
 }
 
 /// Ignores everything.
-pub struct Silent;
+pub struct NoProgress;
 
-impl<R> Progress<R> for Silent {}
+impl<R> Progress<R> for NoProgress {}
 
 /// A run that did not end.
 #[derive(Debug, thiserror::Error)]
@@ -91,7 +91,7 @@ pub enum RunError {
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     /// The stop flag was raised. Finished records are stored and will be reused.
-    #[error("interrupted: {done} of {total} {folder} are whole; the same command goes on from there")]
+    #[error("interrupted: {done} of {total} {folder} are complete; run the same command again to continue")]
     Interrupted {
         /// Folder of the records.
         folder: &'static str,
@@ -111,7 +111,7 @@ pub struct Session<'a> {
     pub threads: usize,
     /// The part of the records that is computed.
     pub shard: Shard,
-    /// Raised to end the run with whole files.
+    /// Stop flag: when raised, the run ends with complete files only.
     pub stop: &'a AtomicBool,
 }
 
@@ -181,7 +181,7 @@ fn records<T: Task>(
     store.remove(T::SUMMARY)?;
     let own: Vec<String> = all.iter().map(T::Record::path).collect();
     for name in store.files(T::Record::FOLDER).iter().filter(|name| !own.contains(name)) {
-        progress.note(&format!("{name} is no record and is left alone"));
+        progress.note(&format!("{name} is not a record and is ignored"));
     }
     let part = all.into_iter().enumerate().filter(|(place, _)| shard.holds(*place));
     let keys: Vec<_> = part.map(|(_, key)| key).collect();
@@ -213,7 +213,7 @@ fn one<T: Task>(
             return Ok(Some((*record, None)));
         }
         Stored::Damaged => {
-            progress.note(&format!("{} is damaged and is computed again", T::Record::path(key)));
+            progress.note(&format!("{} is damaged and will be computed again", T::Record::path(key)));
         }
         Stored::Whole(_) | Stored::Missing | Stored::Other => {}
     }

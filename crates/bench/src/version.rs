@@ -3,5 +3,5 @@
 /// Version of the layout of every result file.
 pub const SCHEMA_VERSION: u32 = 5;
 
-/// Version of the code that made a result: the package's version and a hash over the sources of the workspace.
+/// Version of the code: the package's version and a hash over the sources of the workspace.
 pub const CODE_VERSION: &str = env!("ORCHARD_CODE_VERSION");

@@ -13,11 +13,11 @@ pub const PAPER_TOML: &str = include_str!("../configs/paper/dataset.toml");
 pub struct DatasetConfig {
     /// Depth of value 1 in the depth images.
     pub depth_unit: Quantity,
-    /// Samples a side of a pixel of the colour images.
+    /// Samples per side of a pixel of the colour images.
     pub supersampling: Count,
-    /// Pixels a side of the sun's shadow map.
+    /// Pixels per side of the sun's shadow map.
     pub sun_map: Count,
-    /// Pixels a side of the map of each part of the sky.
+    /// Pixels per side of the map of each part of the sky.
     pub sky_map: Count,
     /// The light of the colour images.
     pub light: LightDial,

@@ -3,34 +3,32 @@
 use orchard_bench::store::StoreError;
 use orchard_world::WorldError;
 
-/// A data set that was not made.
+/// Reason why a data set was not made.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The protocol does not have the scenario's rules.
     #[error(transparent)]
     Rules(#[from] orchard_quantity::ConfigError),
     /// No seed in the range.
-    #[error(
-        "--seeds {first}..{end} holds no seed: the end is left out and must be greater than the beginning"
-    )]
+    #[error("--seeds {first}..{end} is empty: the end is not included and must be greater than the start")]
     NoSeeds {
         /// The first seed.
         first: u64,
         /// Seed after the last.
         end: u64,
     },
-    /// Nothing to draw.
-    #[error("--{option} 0: at least 1 is needed")]
+    /// A number of trees or views that is 0.
+    #[error("--{option} 0: must be at least 1")]
     Nothing {
         /// Option that is 0.
         option: &'static str,
     },
     /// More images than `MOST_VIEWS`.
-    #[error("{0} seeds x trees x views are more images than a data set may hold ({MOST_VIEWS})")]
+    #[error("{0} (seeds x trees x views) exceeds the limit of {MOST_VIEWS} images per data set")]
     TooMany(String),
     /// A colour image that takes too much memory.
     #[error(
-        "{width} x {height} pixels of --supersampling {side} squared are more than the {most} samples that an image may have"
+        "--supersampling {side}: {width} x {height} pixels with {side} x {side} samples each exceed the limit of {most} samples per image"
     )]
     Samples {
         /// Columns.
@@ -50,7 +48,7 @@ pub enum DatasetError {
         /// Reason.
         problem: String,
     },
-    /// The config gives no such tree.
+    /// A tree that cannot be grown.
     #[error("seed {seed}, tree {tree}: {source}")]
     World {
         /// Seed.
@@ -61,7 +59,7 @@ pub enum DatasetError {
         source: WorldError,
     },
     /// More instances of a class than a 16-bit image can number.
-    #[error("seed {seed}, tree {tree}: {class} {instance} does not fit into an image of 16 bits")]
+    #[error("seed {seed}, tree {tree}: {class} {instance} exceeds the range of a 16-bit instance image")]
     Instance {
         /// Seed.
         seed: u64,
@@ -81,18 +79,18 @@ pub enum DatasetError {
     /// The threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-    /// The stop flag was raised. Whole trees are stored and will be kept.
-    #[error("interrupted: {done} of {total} trees are whole; the same command goes on from there")]
+    /// The stop flag was raised. Complete trees are stored and will be reused.
+    #[error("interrupted: {done} of {total} trees are complete; run the same command again to continue")]
     Interrupted {
         /// Trees stored.
         done: usize,
-        /// Trees asked for.
+        /// Trees in the plan.
         total: usize,
     },
 }
 
 impl DatasetError {
-    /// True if the user asked for something impossible.
+    /// True if the user's input is invalid.
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::NoSeeds { .. }

@@ -1,4 +1,4 @@
-//! Folder of a data set: its recipe, its files, and the check of the files that are there already.
+//! Folder of a data set: its recipe, its files, and the check of existing files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::record::{TreeRecord, sha256, stem};
 
 /// Folders under it.
 const FOLDERS: [&str; 5] = ["color", "depth", "label", "instance", "trees"];
-/// Folder of true depth, where the camera errs.
+/// Folder of true depth, for cameras with errors.
 const TRUE_DEPTH: &str = "true_depth";
 /// File name of the recipe, which is written first.
 const RECIPE: &str = "recipe.json";
@@ -24,26 +24,26 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
-    /// Opens a folder and makes it if needed.
+    /// Opens a folder and creates it if needed.
     ///
     /// # Errors
-    /// The folder cannot be made, or it holds something else.
+    /// The folder cannot be created, or it holds something else.
     pub fn open(root: &Path, plan: &Plan) -> Result<Self, DatasetError> {
         let refuse = |problem: String| DatasetError::Folder { folder: root.display().to_string(), problem };
         let wanted = as_json(&plan.recipe);
         match fs::read(root.join(RECIPE)) {
             Ok(bytes) => {
                 let found = serde_json::from_slice(&bytes)
-                    .map_err(|e| refuse(format!("{RECIPE} there is damaged: {e}")))?;
+                    .map_err(|e| refuse(format!("its {RECIPE} is damaged: {e}")))?;
                 if let Some(difference) = difference("", &found, &wanted) {
-                    let advice = "give another folder, or remove this one";
+                    let advice = "choose another folder or delete this one";
                     return Err(refuse(format!("holds another data set ({difference}): {advice}")));
                 }
             }
             Err(_) => {
                 fs::create_dir_all(root).map_err(|e| refuse(e.to_string()))?;
                 if let Some(name) = something(root).map_err(|e| refuse(e.to_string()))? {
-                    return Err(refuse(format!("holds {name} and no data set: give a new folder")));
+                    return Err(refuse(format!("holds {name} but no data set: choose a new folder")));
                 }
                 // Writing the first file fails if the folder is not writable.
                 write_json(&root.join(RECIPE), &wanted).map_err(|e| refuse(e.to_string()))?;
@@ -60,7 +60,7 @@ impl Folder {
         &self.recipe_hash
     }
 
-    /// Writes a file whole.
+    /// Writes a file atomically.
     pub fn write(&self, path: &str, bytes: &[u8]) -> Result<(), StoreError> {
         write_bytes(&self.root.join(path), bytes)
     }
@@ -70,7 +70,7 @@ impl Folder {
         write_json(&self.tree_path(record.seed, record.world), record)
     }
 
-    /// The record of a tree all of whose files are there as they were written.
+    /// The record of a tree if all of its files exist and match their hashes.
     pub fn whole_tree(&self, seed: u64, world: u32, views: u32) -> Option<TreeRecord> {
         let bytes = fs::read(self.tree_path(seed, world)).ok()?;
         let record: TreeRecord = serde_json::from_slice(&bytes).ok()?;
@@ -102,7 +102,7 @@ fn as_json(recipe: &Recipe) -> Value {
     serde_json::to_value(recipe).unwrap_or_else(|e| unreachable!("texts and numbers are JSON: {e}"))
 }
 
-/// Returns a name in a folder, other than of a file that was being written when a run was killed.
+/// Returns the name of a file in a folder, except temporary files of a killed run.
 fn something(root: &Path) -> std::io::Result<Option<String>> {
     for entry in fs::read_dir(root)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
@@ -113,10 +113,10 @@ fn something(root: &Path) -> std::io::Result<Option<String>> {
     Ok(None)
 }
 
-/// The first field in which a recipe differs from the one that was found.
+/// The first field in which a recipe differs from the stored one.
 fn difference(field: &str, found: &Value, wanted: &Value) -> Option<String> {
     if let (Value::Object(found), Value::Object(wanted)) = (found, wanted) {
-        // The hash differs with whatever it covers, so a named field is reported first.
+        // The hash differs if any field that it covers does, so a named field is reported first.
         let last = |name: &&String| matches!(name.as_str(), "config_hash" | "code_version");
         let names = || found.keys().chain(wanted.keys().filter(|name| !found.contains_key(*name)));
         let ordered = names().filter(|name| !last(name)).chain(names().filter(last));

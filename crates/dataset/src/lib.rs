@@ -1,7 +1,7 @@
-//! Data sets: images of trees from all sides with the truth behind them.
+//! Data sets: images of trees from all sides with ground truth.
 //!
-//! recipe -> trees (world at rest, views, files, one record a tree) -> annotations, poses, manifest. `docs/dataset.md` states
-//! what each file holds.
+//! recipe -> trees (world at rest, views, files, one record per tree) -> annotations, poses, manifest. `docs/dataset.md` describes
+//! the files.
 
 mod config;
 mod error;
@@ -17,6 +17,6 @@ mod tree;
 pub use config::{DatasetConfig, LightDial, PAPER_TOML};
 pub use error::DatasetError;
 pub use recipe::{Plan, Recipe, Seeds};
-pub use run::{Done, Progress, Silent, run};
+pub use run::{Done, NoProgress, Progress, run};
 pub use tables::{CLASSES, Class, NO_INSTANCE};
 pub use tree::view_name;

@@ -17,7 +17,7 @@ use crate::error::{DatasetError, MOST_VIEWS};
 /// Version of the layout of a data set's files.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Seeds from `first` up to but without `end`.
+/// Seeds from `first` to `end`, `end` not included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Seeds {
     /// First seed.
@@ -26,7 +26,7 @@ pub struct Seeds {
     pub end: u64,
 }
 
-/// Everything that the bytes of a data set depend on. A folder holds one recipe.
+/// All inputs that determine the bytes of a data set. A folder holds one recipe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Recipe {
     /// [`SCHEMA_VERSION`].
@@ -39,9 +39,9 @@ pub struct Recipe {
     pub preset: String,
     /// Seeds.
     pub seeds: Seeds,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
-    /// Views a tree.
+    /// Views per tree.
     pub views: u32,
     /// The depth camera, with all its figures.
     pub camera: CameraSpec,
@@ -53,7 +53,7 @@ pub struct Recipe {
     pub intrinsics: Intrinsics,
     /// Depth of value 1 in the depth images \[m\].
     pub depth_unit_m: f64,
-    /// Samples a side of a pixel of the colour images.
+    /// Samples per side of a pixel of the colour images.
     pub supersampling: u32,
     /// Light of the colour images.
     pub light: LightFigures,
@@ -83,7 +83,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans `views` of each of the first `trees` of every seed. `intrinsics` take the place of the camera's.
+    /// Plans `views` of each of the first `trees` of every seed. `intrinsics` replace those of the camera.
     ///
     /// # Errors
     /// No seed, no tree, no view, or more than a data set may hold.
@@ -131,7 +131,7 @@ impl Plan {
         Ok(Self { recipe, scenario: scenario.clone(), sensor, vantage, style: config.style() })
     }
 
-    /// Returns the recipe: everything that the data set is a function of.
+    /// Returns the recipe.
     pub fn recipe(&self) -> &Recipe {
         &self.recipe
     }
@@ -142,7 +142,7 @@ impl Plan {
         (seeds.first..seeds.end).flat_map(|seed| (0..trees).map(move |world| (seed, world))).collect()
     }
 
-    /// True if measured depth differs from true depth: by errors, or where the camera's range ends.
+    /// True if measured depth differs from true depth, because the camera has errors or a limited range.
     pub(crate) fn needs_true_depth(&self) -> bool {
         !matches!(self.scenario.spec().camera, CameraSpec::Ideal(_))
     }

@@ -1,30 +1,30 @@
-//! Record of a tree whose images are written.
+//! Record of a tree, written after its images.
 
 use orchard_exchange::coco::Rle;
 use orchard_geometry::Pose;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// A whole tree.
+/// A finished tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TreeRecord {
-    /// SHA-256 of the recipe that it was made by.
+    /// SHA-256 of its recipe.
     pub recipe: String,
     pub seed: u64,
     pub world: u32,
     pub views: Vec<ViewRecord>,
 }
 
-/// The images of one view and what they show.
+/// The images of one view and their content.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ViewRecord {
     /// Stem of its files' names.
     pub name: String,
     pub files: ViewFiles,
     pub pose: PoseRecord,
-    /// Pixels with a depth that the depth image cannot hold.
+    /// Pixels whose depth is outside the range of the depth image.
     pub unfit_depth_px: u64,
-    /// Fruit that it shows.
+    /// Visible fruit.
     pub fruit: Vec<FruitRecord>,
 }
 
@@ -76,7 +76,7 @@ pub(crate) struct FruitTruth {
     /// Value in the instance image.
     pub instance: u16,
     pub visible_fraction: f64,
-    /// Pixels that it would cover alone in the world, cut by the image's border.
+    /// Pixels within the image that it would cover if nothing else existed.
     pub unoccluded_px: u32,
     pub center_camera_m: [f64; 3],
     pub radius_m: f64,

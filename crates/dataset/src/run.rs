@@ -1,4 +1,4 @@
-//! Makes a data set, tree by tree in parallel, and puts the trees together.
+//! Makes a data set, tree by tree in parallel, and writes the files for the whole set.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,16 +19,16 @@ use crate::tree::draw;
 
 /// Progress of a run; its methods are called from several threads.
 pub trait Progress: Sync {
-    /// Some views are there: drawn now, or kept from an earlier run.
+    /// Called when views are finished: drawn now, or kept from an earlier run.
     fn views(&self, count: u64, kept: bool) {
         let _ = (count, kept);
     }
 }
 
 /// Ignores everything.
-pub struct Silent;
+pub struct NoProgress;
 
-impl Progress for Silent {}
+impl Progress for NoProgress {}
 
 /// A finished data set.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -37,9 +37,9 @@ pub struct Done {
     pub trees: u64,
     /// Images of each kind.
     pub images: u64,
-    /// Fruit in them, each as often as it is seen.
+    /// Annotations: visible fruit, counted in each image.
     pub annotations: u64,
-    /// Pixels with a depth that the depth images cannot hold; they read 0 there and keep their label.
+    /// Pixels whose depth is outside the range of the depth images; they are written as 0 and keep their label.
     pub unfit_depth_px: u64,
 }
 
@@ -75,11 +75,11 @@ struct Manifest<'a> {
     counts: &'a Done,
     classes: &'a [Class],
     no_instance: u16,
-    /// All files but this one and the preview pictures.
+    /// All files except this one and the preview pictures.
     files: Vec<FileRecord>,
 }
 
-/// Makes a data set in a folder, on `threads` threads. Whole trees that an earlier run of the same recipe left are kept.
+/// Makes a data set in a folder, on `threads` threads. Finished trees of an earlier run of the same recipe are kept.
 ///
 /// # Errors
 /// The folder holds something else, a tree cannot be built, a file cannot be written, or `stop` was raised.
@@ -127,7 +127,7 @@ fn tree(
     Ok(drawn)
 }
 
-/// Writes what holds for all trees; the manifest last.
+/// Writes the files for the whole set; the manifest last.
 fn finish(plan: &Plan, out: &Path, folder: &Folder, trees: &[TreeRecord]) -> Result<Done, DatasetError> {
     let recipe = &plan.recipe;
     let views = || trees.iter().flat_map(|tree| tree.views.iter().map(move |view| (tree, view)));

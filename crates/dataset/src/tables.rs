@@ -3,7 +3,7 @@
 use orchard_camera::Label;
 use serde::Serialize;
 
-/// Value of an instance image where a pixel shows no numbered object.
+/// Value in the instance image of a pixel without a numbered object.
 pub const NO_INSTANCE: u16 = u16::MAX;
 
 /// A class of the label images.
@@ -15,7 +15,7 @@ pub struct Class {
     pub name: &'static str,
     /// A colour to draw it in (sRGB).
     pub color: [u8; 3],
-    /// Object that an instance number counts; none where the class has no instances.
+    /// Object that an instance number identifies; none for classes without instances.
     pub instance: Option<&'static str>,
 }
 

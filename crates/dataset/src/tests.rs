@@ -94,14 +94,17 @@ fn bytes_do_not_depend_on_threads_or_on_interruptions() {
     let done = make(&plan(), &at("one"));
     assert_eq!((done.trees, done.images, done.unfit_depth_px), (2, 4, 0));
     let whole = contents(&at("one"));
-    // Five images a view, a record a tree, annotations, cameras, intrinsics, recipe, manifest.
+    // Five images a view, a record per tree, annotations, cameras, intrinsics, recipe, manifest.
     assert_eq!(whole.len(), 5 * 4 + 2 + 5);
     Count::default().run(&plan(), &at("two"), 2).unwrap();
     assert!(contents(&at("two")) == whole);
 
     let stopped = Count { stop_after: Some(3), ..Count::default() };
     let error = stopped.run(&plan(), &at("three"), 1).unwrap_err();
-    assert_eq!(error.to_string(), "interrupted: 1 of 2 trees are whole; the same command goes on from there");
+    assert_eq!(
+        error.to_string(),
+        "interrupted: 1 of 2 trees are complete; run the same command again to continue"
+    );
     assert!(!at("three").join("manifest.json").exists());
     let second = Count::default();
     second.run(&plan(), &at("three"), 1).unwrap();
@@ -136,14 +139,14 @@ fn a_folder_holds_one_recipe() {
     fs::write(strange.path().join("letter.txt"), "").unwrap();
     let error = Count::default().run(&plan(), strange.path(), 1).unwrap_err();
     assert!(
-        error.is_bad_input() && error.to_string().contains("holds letter.txt and no data set"),
+        error.is_bad_input() && error.to_string().contains("holds letter.txt but no data set"),
         "{error}"
     );
     let error = Count::default().run(&plan(), &strange.path().join("letter.txt"), 1).unwrap_err();
     assert!(error.is_bad_input(), "{error}");
     fs::write(strange.path().join("recipe.json"), "{").unwrap();
     let error = Count::default().run(&plan(), strange.path(), 1).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains("recipe.json there is damaged"), "{error}");
+    assert!(error.is_bad_input() && error.to_string().contains("its recipe.json is damaged"), "{error}");
 }
 
 #[test]
@@ -224,16 +227,16 @@ fn what_cannot_be_made_is_told() {
             })
     };
     assert_eq!(plan(1, 3, 1, 1), Ok(()));
-    assert!(plan(5, 5, 1, 1).unwrap_err().contains("--seeds 5..5 holds no seed"));
-    assert!(plan(5, 4, 1, 1).unwrap_err().contains("--seeds 5..4 holds no seed"));
-    assert_eq!(plan(1, 2, 0, 1), Err("--trees 0: at least 1 is needed".into()));
-    assert_eq!(plan(1, 2, 1, 0), Err("--views 0: at least 1 is needed".into()));
-    assert!(plan(0, u64::MAX, u32::MAX, u32::MAX).unwrap_err().contains("more images"));
+    assert!(plan(5, 5, 1, 1).unwrap_err().contains("--seeds 5..5 is empty"));
+    assert!(plan(5, 4, 1, 1).unwrap_err().contains("--seeds 5..4 is empty"));
+    assert_eq!(plan(1, 2, 0, 1), Err("--trees 0: must be at least 1".into()));
+    assert_eq!(plan(1, 2, 1, 0), Err("--views 0: must be at least 1".into()));
+    assert!(plan(0, u64::MAX, u32::MAX, u32::MAX).unwrap_err().contains("exceeds the limit"));
     let huge = Intrinsics { width: 8192, height: 8192, ..*Sensor::new(&Spec::paper().camera).intrinsics() };
     let mut config = DatasetConfig::paper();
     config.supersampling = config.supersampling.with_value(8).unwrap();
     let e = Plan::new(&Scenario::of(&[]).unwrap(), &config, Some(huge), SEEDS, 1, 1).map(|_| ()).unwrap_err();
-    assert!(e.is_bad_input() && e.to_string().contains("8192 x 8192 pixels of --supersampling 8"), "{e}");
+    assert!(e.is_bad_input() && e.to_string().contains("--supersampling 8: 8192 x 8192 pixels"), "{e}");
 }
 
 /// A fruit too near or too far to be measured shows in the colour image, so it has a label and an annotation: the truth

@@ -104,7 +104,7 @@ fn numbers((seed, tree): (u64, u32), frame: &Frame) -> Result<Numbers, DatasetEr
     Ok(out)
 }
 
-/// Pixels that have a depth which rounds to no value of the depth image.
+/// Number of pixels whose depth is outside the range of the depth image.
 fn unfit(depth: &DepthImage, unit: f64) -> u64 {
     let is_unfit = |z: &&f32| {
         let steps = (f64::from(**z) / unit).round();
@@ -113,7 +113,7 @@ fn unfit(depth: &DepthImage, unit: f64) -> u64 {
     depth.pixels().iter().filter(is_unfit).count() as u64
 }
 
-/// A fruit that the image shows.
+/// Annotation of a visible fruit.
 fn fruit_record(truth: &Frame, view: &FruitView) -> Option<FruitRecord> {
     let bounds = view.visible_box?;
     let (label, instance) = (truth.label.pixels(), truth.instance.pixels());

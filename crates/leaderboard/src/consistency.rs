@@ -1,4 +1,4 @@
-//! Checks that a record agrees with itself. Records that the harness writes always do.
+//! Checks that the fields of a record are consistent. They always are in records that the harness writes.
 
 use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord, FruitState, Outcome};
 use orchard_tasks::zones::zone_table;
@@ -10,20 +10,29 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
     let is = |holds: bool, what: String| if holds { Ok(()) } else { Err(what) };
     let check = || -> Result<(), String> {
         let (frames, horizon) = (record.frames, record.key.horizon_frames);
-        is(frames <= horizon, format!("{frames} frames in a budget of {horizon}"))?;
+        is(frames <= horizon, format!("frames is {frames}, more than the horizon of {horizon}"))?;
         let spent = record.outcome == Outcome::BudgetSpent;
-        is(!spent || frames == horizon, format!("the budget of {horizon} frames is spent after {frames}"))?;
-        is(record.duration_s == time(frames), format!("{frames} frames take {} s", record.duration_s))?;
+        is(
+            !spent || frames == horizon,
+            format!("the outcome is budget_spent after {frames} of {horizon} frames"),
+        )?;
+        is(
+            record.duration_s == time(frames),
+            format!("duration_s is {}, which is not the time of {frames} frames", record.duration_s),
+        )?;
         is(
             record.fruit_total == of(record.fruit.len()),
-            format!("fruit_total is {}, and {} fruit are listed", record.fruit_total, record.fruit.len()),
+            format!("fruit_total is {}, but {} fruit are listed", record.fruit_total, record.fruit.len()),
         )?;
-        is((0..).zip(&record.fruit).all(|(i, f)| f.id == i), "fruit are not numbered from 0".to_owned())?;
+        is(
+            (0..).zip(&record.fruit).all(|(i, f)| f.id == i),
+            "the ids of the fruit do not count up from 0".to_owned(),
+        )?;
         let reachable: Vec<u32> = record.fruit.iter().filter(|f| f.reachable).map(|f| f.id).collect();
         is(
             record.reachable == reachable && record.reachable_count == of(reachable.len()),
             format!(
-                "reachable_count is {}, and {} fruit are reachable",
+                "reachable_count is {}, but {} fruit are reachable",
                 record.reachable_count,
                 reachable.len()
             ),
@@ -32,23 +41,26 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
         for zone in record.fruit.iter().filter(|f| f.reachable).filter_map(|f| f.zone) {
             *census.entry(zone).or_insert(0) += 1;
         }
-        is(record.zone_census == census, "zone_census is not the count of the reachable fruit".to_owned())?;
+        is(
+            record.zone_census == census,
+            "zone_census differs from the count of reachable fruit by zone".to_owned(),
+        )?;
         for fruit in record.fruit.iter().filter(|f| f.final_state == FruitState::Deposited) {
             let known = record.fruit_deposited.iter().any(|event| event.fruit == fruit.id);
-            is(known, format!("fruit {} is in the bucket without an event", fruit.id))?;
+            is(known, format!("fruit {} is in the bucket, but no deposit is listed", fruit.id))?;
         }
         let moments = record.fruit_knocked_off.iter().chain(&record.fruit_dropped).map(|e| (e.frame, e.time));
         let detached = record.fruit_detached.iter().map(|e| (e.frame, e.time));
         let deposits = record.fruit_deposited.iter().map(|e| (e.frame, e.time));
         let snaps = record.branches_snapped.iter().map(|e| (e.frame, e.time));
-        for (at, told) in moments.chain(detached).chain(deposits).chain(snaps) {
-            is(told == time(at), format!("an event of frame {at} has the time {told} s"))?;
+        for (at, time_s) in moments.chain(detached).chain(deposits).chain(snaps) {
+            is(time_s == time(at), format!("an event of frame {at} has the time {time_s} s"))?;
         }
         let seen = &record.detection;
         is(
             seen.recalled <= seen.visible && seen.recalled <= seen.true_positives,
             format!(
-                "{} of {} visible fruit are recalled by {} hits",
+                "{} of {} visible fruit were found, with {} true positives",
                 seen.recalled, seen.visible, seen.true_positives
             ),
         )?;
@@ -67,13 +79,13 @@ fn check_attempt(
     let placed = attempt.outcome == AttemptOutcome::Placed;
     let cycle = placed.then(|| time(end.saturating_sub(start)));
     let is = |holds: bool, what: &str| if holds { Ok(()) } else { Err(format!("attempt {id}: {what}")) };
-    is(attempt.id == id, "attempts are not numbered from 0")?;
-    is(start <= end && end <= frames, "it does not lie within the episode")?;
+    is(attempt.id == id, "the ids of the attempts do not count up from 0")?;
+    is(start <= end && end <= frames, "its frames are outside the episode")?;
     is(
         attempt.start_time == time(start) && attempt.end_time == time(end),
-        "times are not those of its frames",
+        "its times are not those of its frames",
     )?;
-    is(placed != attempt.placed.is_empty(), "its outcome is not that of the fruit that it placed")?;
-    is(placed != attempt.failure_reason.is_some(), "an attempt either is placed or has a reason")?;
-    is(attempt.cycle_time == cycle, "its cycle time is not its length")
+    is(placed != attempt.placed.is_empty(), "its outcome contradicts its list of placed fruit")?;
+    is(placed != attempt.failure_reason.is_some(), "it must be either placed or have a failure_reason")?;
+    is(attempt.cycle_time == cycle, "cycle_time is not its duration")
 }

@@ -15,7 +15,7 @@ pub struct Difference {
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let field = if self.field.is_empty() { "the whole" } else { &self.field };
+        let field = if self.field.is_empty() { "the document" } else { &self.field };
         write!(f, "{field} is {}, not {}", self.found, self.expected)
     }
 }
@@ -38,7 +38,7 @@ fn search(found: &Value, expected: &Value, field: &mut String) -> Option<Differe
                 field.push_str(name);
                 let difference = match (a.get(name), b.get(name)) {
                     (Some(a), Some(b)) => search(a, b, field),
-                    (a, b) => Some(here(field, a, b)),
+                    (a, b) => Some(difference_at(field, a, b)),
                 };
                 if difference.is_some() {
                     return difference;
@@ -52,7 +52,7 @@ fn search(found: &Value, expected: &Value, field: &mut String) -> Option<Differe
                 field.push_str(&format!("[{index}]"));
                 let difference = match (a.get(index), b.get(index)) {
                     (Some(a), Some(b)) => search(a, b, field),
-                    (a, b) => Some(here(field, a, b)),
+                    (a, b) => Some(difference_at(field, a, b)),
                 };
                 if difference.is_some() {
                     return difference;
@@ -61,16 +61,16 @@ fn search(found: &Value, expected: &Value, field: &mut String) -> Option<Differe
             }
             None
         }
-        (a, b) => (a != b).then(|| here(field, Some(a), Some(b))),
+        (a, b) => (a != b).then(|| difference_at(field, Some(a), Some(b))),
     }
 }
 
-fn here(field: &str, found: Option<&Value>, expected: Option<&Value>) -> Difference {
-    Difference { field: field.to_owned(), found: told(found), expected: told(expected) }
+fn difference_at(field: &str, found: Option<&Value>, expected: Option<&Value>) -> Difference {
+    Difference { field: field.to_owned(), found: describe(found), expected: describe(expected) }
 }
 
 /// A value in a few words.
-fn told(value: Option<&Value>) -> String {
+fn describe(value: Option<&Value>) -> String {
     match value {
         None => "absent".to_owned(),
         Some(Value::Object(fields)) => format!("an object of {} fields", fields.len()),

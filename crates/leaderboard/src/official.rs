@@ -1,11 +1,11 @@
-//! Required content of a submission.
+//! The plan that a submission must contain.
 
 use orchard_tasks::harvest::Extent;
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::seeds::SeedSetName;
 
 /// The official matrix: every condition of the full profile on a whole seed set, as `bench-v1 --profile full --seeds SET` runs it.
-/// `None` of seeds that are no set.
+/// `None` for custom seeds.
 pub fn official(protocol: &Protocol, seed_set: SeedSetName) -> Option<Extent> {
     let (set, full) = (&protocol.seed_sets.v1, &protocol.full);
     let (seeds, trees, repeats) = match seed_set {

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::CODE_VERSION;
 use orchard_bench::gather;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent, run_task};
+use orchard_bench::{NoProgress, Session, run_task};
 use orchard_scenario::{Names, Scenario};
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
@@ -27,7 +27,7 @@ fn result() -> tempfile::TempDir {
     let store = Store::open(folder.path()).unwrap();
     let (plan, logs) = (plan(), CommandLogs::new(folder.path()));
     let task = Episodes { plan: &plan, factory: &FakeFactory, watch: &logs };
-    run_task(&task, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    run_task(&task, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
     folder
 }
 
@@ -42,7 +42,7 @@ fn verified(folder: &Path, plan: &Plan, sample: usize) -> Result<Submission, Str
 fn grown(folder: &Path, plan: &Plan) -> Result<Submission, String> {
     let submission = Submission::read(folder, plan).map_err(|e| e.to_string())?;
     let stop = AtomicBool::new(false);
-    submission.check_trees(plan, &FakeFactory, 2, &stop, &Silent).map_err(|e| e.to_string())?;
+    submission.check_trees(plan, &FakeFactory, 2, &stop, &NoProgress).map_err(|e| e.to_string())?;
     Ok(submission)
 }
 
@@ -50,7 +50,7 @@ fn repeated<F: WorldFactory>(submission: &Submission, factory: &F, chosen: &[usi
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
     let stop = AtomicBool::new(false);
-    submission.repeat(&plan(), factory, chosen, &Session::whole(&store, 2, &stop), &Silent)
+    submission.repeat(&plan(), factory, chosen, &Session::whole(&store, 2, &stop), &NoProgress)
 }
 
 /// Replaces a text in a file of a folder.
@@ -213,7 +213,7 @@ fn a_stopped_verification_says_so() {
     let folder = result();
     let submission = Submission::read(folder.path(), &plan()).unwrap();
     let stop = AtomicBool::new(true);
-    let e = submission.check_trees(&plan(), &FakeFactory, 1, &stop, &Silent).unwrap_err();
+    let e = submission.check_trees(&plan(), &FakeFactory, 1, &stop, &NoProgress).unwrap_err();
     assert!(matches!(e, Refusal::Interrupted), "{e}");
     let kept = tempfile::tempdir().unwrap();
     let store = Store::open(kept.path()).unwrap();

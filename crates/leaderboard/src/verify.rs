@@ -12,7 +12,7 @@ use orchard_bench::task::{Progress, RunError, Session, Task, run_task};
 use orchard_bench::{CODE_VERSION, PlanError, SCHEMA_VERSION, gather};
 use orchard_tasks::harvest::command_log::{Replays, path_of};
 use orchard_tasks::harvest::episode::{EpisodeKey, EpisodeRecord};
-use orchard_tasks::harvest::observe::KeepNothing;
+use orchard_tasks::harvest::observe::NoObservers;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, WorldFactory, census, never_started};
@@ -198,7 +198,7 @@ impl Submission {
 
 /// Episodes that are run again; the first that differs ends the run.
 struct Repetition<'a, F> {
-    episodes: Episodes<'a, F, KeepNothing>,
+    episodes: Episodes<'a, F, NoObservers>,
     submitted: &'a [&'a EpisodeRecord],
     differs: AtomicBool,
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent, run_task};
+use orchard_bench::{NoProgress, Session, run_task};
 use orchard_leaderboard::{Budget, Checked, Class, Entry, Refusal, Submission};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::command_log::CommandLogs;
@@ -26,11 +26,11 @@ fn real_episodes_come_out_as_they_were_submitted() {
     let (store, stop) = (Store::open(folder.path()).unwrap(), AtomicBool::new(false));
     let logs = CommandLogs::new(folder.path());
     let task = Episodes { plan: &plan, factory: &harvest, watch: &logs };
-    let result = run_task(&task, &Session::whole(&store, 2, &stop), &Silent).unwrap();
+    let result = run_task(&task, &Session::whole(&store, 2, &stop), &NoProgress).unwrap();
     assert_eq!(logs.size().0, 3);
 
     let submission = Submission::read(folder.path(), &plan).unwrap();
-    submission.check_trees(&plan, &harvest, 2, &stop, &Silent).unwrap();
+    submission.check_trees(&plan, &harvest, 2, &stop, &NoProgress).unwrap();
     repeat(&submission, &plan, &harvest).unwrap();
     repeat(&submission, &plan, &submission.replays(&harvest)).unwrap();
     assert_eq!(Some(&submission.summary), result.summary.as_ref());
@@ -48,7 +48,7 @@ fn real_episodes_come_out_as_they_were_submitted() {
         Submission::read(folder.path(), &plan).unwrap()
     };
     let forged = forge(&records);
-    let e = forged.check_trees(&plan, &harvest, 2, &stop, &Silent).unwrap_err().to_string();
+    let e = forged.check_trees(&plan, &harvest, 2, &stop, &NoProgress).unwrap_err().to_string();
     let file = "episodes/expert-nominal-20250704-000-r1.json";
     assert!(e.starts_with(&format!("{file} is not of the tree of its seed: fruit[3].p_world[2]")), "{e}");
     // a force, by its episode: run again or replayed.
@@ -56,7 +56,7 @@ fn real_episodes_come_out_as_they_were_submitted() {
     *p = p.next_down();
     records[1].max_stem_pull_n = records[1].max_stem_pull_n.map(f64::next_up);
     let forged = forge(&records);
-    forged.check_trees(&plan, &harvest, 2, &stop, &Silent).unwrap();
+    forged.check_trees(&plan, &harvest, 2, &stop, &NoProgress).unwrap();
     for e in [repeat(&forged, &plan, &harvest), repeat(&forged, &plan, &forged.replays(&harvest))] {
         let e = e.unwrap_err().to_string();
         assert!(e.starts_with(&format!("{file} comes out otherwise when run again: max_stem_pull_n")), "{e}");
@@ -72,5 +72,5 @@ fn repeat<F: WorldFactory>(
     let folder = tempfile::tempdir().unwrap();
     let (store, stop) = (Store::open(folder.path()).unwrap(), AtomicBool::new(false));
     let all: Vec<usize> = (0..submission.records.len()).collect();
-    submission.repeat(plan, factory, &all, &Session::whole(&store, 2, &stop), &Silent)
+    submission.repeat(plan, factory, &all, &Session::whole(&store, 2, &stop), &NoProgress)
 }

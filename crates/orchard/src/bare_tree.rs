@@ -1,4 +1,4 @@
-//! A world's tree and fruit alone, for other engines: effects that they lack are off.
+//! A world's tree and fruit alone, for export to other engines; effects that those lack are switched off.
 
 use anyhow::Context;
 use orchard_exchange::mjcf;
@@ -11,11 +11,11 @@ use orchard_treephys::{TreeBody, TreeGroups};
 use orchard_world::Planting;
 use std::sync::Arc;
 
-/// A tree with its fruit in a model of its own: no drag, no reaction cap, and nothing touches. Link i is segment i.
+/// A tree with its fruit as a model without drag, reaction cap and contacts. Link i is segment i.
 pub struct BareTree {
     /// Name of the model.
     pub name: String,
-    /// The spec with the constants of this tree.
+    /// The world's config with the constants of this tree.
     pub spec: Arc<Spec>,
     /// The grown tree.
     pub skeleton: Skeleton,
@@ -30,7 +30,7 @@ pub struct BareTree {
 }
 
 impl BareTree {
-    /// Makes the tree of a world, as in the benchmark's first episode.
+    /// Makes the tree of a world as in its first episode.
     pub fn new(spec: &Spec, seed: u64, world: u32) -> anyhow::Result<Self> {
         let spec = Arc::new(spec.clone());
         let name = format!("{}-{seed}-{world}", spec.preset);

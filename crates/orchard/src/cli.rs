@@ -21,7 +21,7 @@ use crate::program::Program;
     after_help = "Examples:\n  orchard bench-v1                        the quick benchmark, results in results/\n  \
                   orchard bench-v1 --profile full         the whole matrix, 3 seeds x 6 trees x 75 s\n  \
                   orchard bench-v1 --preset tall-spindle --camera d435i --controller expert\n  \
-                  orchard scenario show --preset v-trellis    every figure of a scenario, with where it comes from"
+                  orchard scenario show --preset v-trellis    every figure of a scenario, with its origin"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -43,15 +43,15 @@ enum Command {
     Dataset(dataset::Args),
     Detect(detect::Args),
     Scenario(scenario::Args),
-    /// Prints the names of the presets, one a line
+    /// Prints the names of the presets, one per line
     Presets,
-    /// Prints the names of the robots, one a line
+    /// Prints the names of the robots, one per line
     Robots,
-    /// Prints the names of the cameras, one a line
+    /// Prints the names of the cameras, one per line
     Cameras,
-    /// Prints the names of the detectors, one a line
+    /// Prints the names of the detectors, one per line
     Detectors,
-    /// Prints the names of the controllers, one a line
+    /// Prints the names of the controllers, one per line
     Controllers,
     Robot(robot::Args),
     Validate(validate::Args),
@@ -64,12 +64,12 @@ impl Program {
         self.run(std::env::args_os())
     }
 
-    /// Runs a command line, the program's name first; errors go to the error output, and the exit code gives their kind.
+    /// Runs a command line (first word: the program's name). Errors are printed to stderr; the exit code gives their kind.
     pub fn run(&self, line: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
         Failure::finish(self.call(line))
     }
 
-    /// Runs a command line, the program's name first. `--help` and `--version` end the process.
+    /// Runs a command line (first word: the program's name). `--help` and `--version` end the process.
     ///
     /// # Errors
     /// The command line does not parse, or the command fails.

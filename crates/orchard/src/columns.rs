@@ -2,8 +2,8 @@
 
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
-/// Lays out rows of as many cells as the first in columns two spaces apart: the columns of `left` aligned to the left, the others to the
-/// right.
+/// Lays out rows as columns two spaces apart. The columns in `left` are aligned left, the others right. All rows have as many cells as
+/// the first.
 pub fn columns<R: AsRef<[String]>>(rows: &[R], left: &[usize]) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

@@ -1,17 +1,17 @@
-//! The ways in which a command can fail, with their exit codes.
+//! Kinds of failure of a command, with their exit codes.
 
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 
-/// Reason for a command's failure; displayed in one line, except that a cause may add lines.
+/// Failure of a command. It is displayed in one line; a cause may add lines.
 #[derive(Debug)]
 pub enum Failure {
-    /// The user asked for something impossible: exit code 2.
+    /// Invalid input of the user: exit code 2.
     BadInput(String),
-    /// Something went wrong, or a check failed: exit code 1.
+    /// An error during the run, or a failed check: exit code 1.
     Failed(String),
-    /// Ctrl-C: exit code 130.
+    /// Interrupted by Ctrl-C: exit code 130.
     Interrupted(String),
 }
 
@@ -59,7 +59,7 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
-/// Outcome of a comparison with something that may be missing: a third-party tool, a graphics device.
+/// Outcome of a comparison that needs a third-party tool or a graphics device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// Both sides agree.
@@ -72,5 +72,5 @@ pub enum Verdict {
 fn one_line(message: &str) -> String {
     let paragraph = message.split("\n\n").next().unwrap_or_default();
     let words: Vec<&str> = paragraph.split_whitespace().collect();
-    format!("{} (--help tells more)", words.join(" ").trim_start_matches("error: "))
+    format!("{} (see --help)", words.join(" ").trim_start_matches("error: "))
 }

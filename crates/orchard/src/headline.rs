@@ -1,8 +1,8 @@
-//! The harvest's results as tables for people: metrics beside the paper's, requirements, failures, times.
+//! The harvest's results as text tables: metrics beside the paper's, requirements, failures, times.
 
 use std::collections::BTreeSet;
 
-use orchard_report::{Judged, demands};
+use orchard_report::{ConditionRequirements, JudgedRequirement, judge_requirements};
 use orchard_statistics::Component;
 use orchard_statistics::Metric;
 use orchard_tasks::harvest::matrix::{NOMINAL, SweepPoint};
@@ -21,7 +21,7 @@ pub fn report(summary: &Summary, plan: &Plan) -> String {
     text += &table(summary, plan);
     text += &sweeps(summary, plan);
     text += &variance(summary, plan);
-    text += &asked(summary, plan);
+    text += &requirements(summary, plan);
     text += "\nfailed attempts by reason\n";
     text += &failures(summary, plan);
     text += "\nseconds in each state of an attempt: mean over the attempts that entered it (over the placed ones)\n";
@@ -41,8 +41,8 @@ fn principal<'a>(summary: &'a Summary, plan: &'a Plan) -> Vec<(&'a str, &'a Cond
     let of_sweep = |name: &str| {
         name != NOMINAL && plan.sweeps.iter().any(|sweep| sweep.points.iter().any(|p| p.condition == name))
     };
-    let told: Vec<_> = all.iter().copied().filter(|(name, _)| !of_sweep(name)).collect();
-    if told.is_empty() { all } else { told }
+    let outside: Vec<_> = all.iter().copied().filter(|(name, _)| !of_sweep(name)).collect();
+    if outside.is_empty() { all } else { outside }
 }
 
 /// Every sweep's conditions side by side.
@@ -75,7 +75,7 @@ fn sweeps(summary: &Summary, plan: &Plan) -> String {
     text
 }
 
-/// The metrics in the order of their definition, a mean, an interval and a number a condition, with the paper's nominal figures.
+/// The metrics in the order of their definition: for each condition mean, interval and n, then the paper's nominal figure.
 fn table(summary: &Summary, plan: &Plan) -> String {
     let conditions = principal(summary, plan);
     let mut head = vec!["metric".to_owned()];
@@ -128,22 +128,21 @@ fn variance(summary: &Summary, plan: &Plan) -> String {
 }
 
 /// Requirements on the controller over the tuning seeds, each with the measured mean and `met` or `MISSED`.
-fn asked(summary: &Summary, plan: &Plan) -> String {
+fn requirements(summary: &Summary, plan: &Plan) -> String {
     let mut text = String::new();
-    for demands in demands(summary, &plan.protocol) {
-        let condition = demands.condition;
-        let Some(judged) = demands.judged else {
+    for ConditionRequirements { condition, judged } in judge_requirements(summary, &plan.protocol) {
+        let Some(judged) = judged else {
             text += &format!(
-                "what is asked of the tuning seeds is not judged ({condition}): another scenario, other seeds, trees, repeats or time\n"
+                "requirements over the tuning seeds are not judged ({condition}): another scenario, other seeds, trees, repeats or time\n"
             );
             continue;
         };
         for figure in judged {
-            let Judged { metric, asked, mean } = figure;
-            let unit = if asked.unit == "1" { String::new() } else { format!(" {}", asked.unit) };
+            let JudgedRequirement { metric, requirement, mean } = figure;
+            let unit = if requirement.unit == "1" { String::new() } else { format!(" {}", requirement.unit) };
             text += &format!(
-                "asked over the tuning seeds, {condition}: {metric} {}{unit}: {}, {}\n",
-                asked.bound(),
+                "required over the tuning seeds, {condition}: {metric} {}{unit}: {}, {}\n",
+                requirement.bound(),
                 mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
                 if figure.is_met() { "met" } else { "MISSED" }
             );
@@ -252,22 +251,22 @@ mod tests {
     }
 
     /// The report of a run without episodes, on some seeds.
-    fn told(seeds: Vec<u64>, trees: u32) -> String {
+    fn text_of(seeds: Vec<u64>, trees: u32) -> String {
         let plan = plan(&[NOMINAL, EXHAUSTION], seeds, trees, 1);
         report(&Summary::of_run(&plan, &[]), &plan)
     }
 
     #[test]
-    fn asked_figures_are_judged_on_the_tuning_seeds_only() {
+    fn requirements_are_judged_on_the_tuning_seeds_only() {
         let seeds = Protocol::paper().tuning_seeds;
-        let text = told(seeds.clone(), 6);
+        let text = text_of(seeds.clone(), 6);
         // Nothing was measured: nothing is met.
         assert!(
-            text.contains("asked over the tuning seeds, nominal: harvest_completeness >= 0.12: -, MISSED"),
+            text.contains("required over the tuning seeds, nominal: harvest_completeness >= 0.12: -, MISSED"),
             "{text}"
         );
         assert!(text.contains("fruit_dropped_per_tree <= 6 fruit: -, MISSED"), "{text}");
-        for text in [told(vec![5], 6), told(seeds, 5)] {
+        for text in [text_of(vec![5], 6), text_of(seeds, 5)] {
             assert!(text.contains("not judged (nominal)") && !text.contains("MISSED"), "{text}");
         }
     }
@@ -295,7 +294,7 @@ mod tests {
 
     #[test]
     fn conditions_stand_side_by_side() {
-        let text = told(vec![5], 1);
+        let text = text_of(vec![5], 1);
         let head = text.lines().find(|line| line.starts_with("metric")).unwrap();
         assert!(head.contains("nominal") && head.contains("exhaustion") && head.contains("paper"), "{head}");
         assert!(text.contains("of all attempts") && text.contains("between attempts"));

@@ -1,4 +1,4 @@
-//! Ctrl-C: the first asks the command to stop with complete files, the second ends the process.
+//! Ctrl-C handling: the first makes the command stop with complete files, the second ends the process at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,6 +14,6 @@ pub fn listen() -> Result<&'static AtomicBool, Failure> {
             std::process::exit(130);
         }
     })
-    .map_err(|e| Failure::Failed(format!("cannot listen to Ctrl-C: {e}")))?;
+    .map_err(|e| Failure::Failed(format!("cannot install the Ctrl-C handler: {e}")))?;
     Ok(&STOP)
 }

@@ -1,7 +1,7 @@
-//! OrchardBench as a program, and as a library for programs with controllers of their own.
+//! OrchardBench as a program, and as a library for programs that add their own controllers.
 //!
 //! [`Program::main`] reads the command line and runs a command: the benchmark, its report and leaderboard, pictures, data sets. A program
-//! that adds its own controller ([`Program::with`]) has all of these commands for it:
+//! that adds its own controller ([`Program::with`]) can use it in all of these commands:
 //!
 //! ```no_run
 //! use orchardbench::{Command, Controller, Observation, Program, Record, custom};
@@ -23,8 +23,8 @@
 //! }
 //! ```
 //!
-//! Features: `gpu` (batches of trees on a graphics device) and `recording` (MCAP files), both on by default. A program for a controller
-//! needs neither.
+//! Features: `gpu` (batches of trees on a graphics device) and `recording` (MCAP files), both on by default. Running a controller needs
+//! neither.
 
 /// Prints a line; a closed pipe is not an error.
 #[macro_export]

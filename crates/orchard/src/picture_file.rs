@@ -8,7 +8,7 @@ use orchard_geometry::Image;
 
 use crate::failure::Failure;
 
-/// Checks that the file of `--out` can be written, before the slow drawing begins.
+/// Checks that the file of `--out` can be written; called before the slow drawing.
 pub fn check_folder(out: &Path) -> Result<(), Failure> {
     check_folder_of("--out", out)
 }
@@ -17,7 +17,7 @@ pub fn check_folder(out: &Path) -> Result<(), Failure> {
 pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
     let bad = |problem: &str| Err(Failure::BadInput(format!("{option} {}: {problem}", out.display())));
     let folder = match out.parent() {
-        None => return bad("is no file name"),
+        None => return bad("not a file name"),
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
         Some(folder) => folder,
     };
@@ -48,7 +48,7 @@ pub fn png(image: &Image<[u8; 3]>) -> Result<Vec<u8>, png::EncodingError> {
     Ok(bytes)
 }
 
-/// Puts one picture on another, its upper left corner at a pixel.
+/// Copies one picture onto another, its upper left corner at a pixel.
 pub fn paste(sheet: &mut Image<[u8; 3]>, image: &Image<[u8; 3]>, left: usize, top: usize) {
     for v in 0..image.height() {
         for u in 0..image.width() {

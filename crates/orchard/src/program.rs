@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orchard_picker::ControllerKind;
-use orchard_scenario::{Given, Scenario, ScenarioError};
+use orchard_scenario::{OptionValue, Scenario, ScenarioError};
 
 /// A program with all commands of OrchardBench.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ impl Program {
         Self { controllers: orchard_scenario::controllers() }
     }
 
-    /// Adds a kind of controller, which `--controller NAME` then chooses. One of the same name is replaced.
+    /// Adds a kind of controller, selected by `--controller NAME`; it replaces one of the same name.
     #[must_use]
     pub fn with(mut self, controller: impl ControllerKind + 'static) -> Self {
         self.controllers.retain(|kind| kind.name() != controller.name());
@@ -38,6 +38,6 @@ impl Program {
 
     /// A scenario under the controller of a name.
     pub(crate) fn under(&self, scenario: &Scenario, controller: &str) -> Result<Scenario, ScenarioError> {
-        scenario.under(&Given::new(controller, "controller"), &self.controllers)
+        scenario.under(&OptionValue::new(controller, "controller"), &self.controllers)
     }
 }

@@ -17,7 +17,7 @@ mod table;
 /// Version of the row layout.
 const SCHEMA_VERSION: u32 = 1;
 
-/// One measured figure. Fields that do not apply are null.
+/// One measured figure. Fields without a value are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// Name of the measured quantity.
@@ -36,7 +36,7 @@ pub struct Row {
     pub target: Option<f64>,
     /// True if the figure meets the target.
     pub pass: Option<bool>,
-    /// Smallest and largest figure of the rounds of which `value` is the median. Rows of one round have none.
+    /// Smallest and largest figure of the rounds; `value` is their median. Null with a single round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spread: Option<[f64; 2]>,
     /// Smallest and largest figure of the peer's rounds.
@@ -45,28 +45,28 @@ pub struct Row {
     /// Target ratio to the peer's figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_ratio: Option<f64>,
-    /// The interval in which the figure is to lie.
+    /// Target interval of the figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_interval: Option<[f64; 2]>,
-    /// Peak rate of the machine, and the reason why the figure is below it.
+    /// Comparison with the machine's peak rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<Limit>,
     /// Description of the measurement, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
-    /// Why the target cannot be met, where that is known.
+    /// Known reason why the target cannot be met.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_missed: Option<String>,
 }
 
-/// A rate compared with the arithmetic peak of the machine, for one core.
+/// A rate compared with the arithmetic peak of one core.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limit {
-    /// Floating-point operations of one piece of the work.
+    /// Floating-point operations per unit of work.
     pub operations: f64,
     /// Achieved rate \[operations/s\].
     pub achieved: f64,
-    /// Measured peak of the kind of instructions in use \[operations/s\].
+    /// Measured peak of the instruction set in use \[operations/s\].
     pub peak: f64,
     /// Achieved rate over this peak.
     pub share: f64,
@@ -74,7 +74,7 @@ pub struct Limit {
     pub widest_peak: f64,
     /// Achieved rate over the widest peak.
     pub widest_share: f64,
-    /// Reason that limits the figure.
+    /// Cause of the limit.
     pub why: String,
 }
 
@@ -152,9 +152,9 @@ impl Row {
 pub struct Measured {
     /// The figures.
     pub rows: Vec<Row>,
-    /// Versions and instruction sets that the figures depend on, beside the machine.
+    /// Versions and instruction sets that affect the figures.
     pub context: BTreeMap<&'static str, Option<String>>,
-    /// Pictures of the results. They go into a folder beside the result file, with the file's name.
+    /// Pictures of the results, written to the folder `NAME-pictures` beside the file `NAME.json`.
     pub pictures: Vec<Figure>,
     /// The scaling run behind the rows, for `orchard report`.
     pub scaling: Option<Box<Scaling>>,
@@ -166,12 +166,12 @@ impl From<Vec<Row>> for Measured {
     }
 }
 
-/// Amount of time to spend on a measurement.
+/// Effort of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Enough for figures to be quoted.
+    /// Figures that can be quoted.
     Full,
-    /// Enough to see that everything works.
+    /// A short check that everything works.
     Quick,
 }
 
@@ -196,8 +196,8 @@ pub struct Suite {
     pub measure: fn(Effort) -> anyhow::Result<Measured>,
 }
 
-/// Measures a suite, prints its rows and writes them to a file. A missed target is a failure, unless its row says why it
-/// cannot be met.
+/// Measures a suite, prints its rows and writes them to a file. A missed target is a failure unless its row gives a reason
+/// (`why_missed`).
 pub fn run_suite(
     kind: &str,
     suites: &[Suite],
@@ -210,7 +210,7 @@ pub fn run_suite(
         let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
         return Err(Failure::BadInput(format!("no {kind} suite '{name}'; the suites are: {known}")));
     };
-    // Reported before the measurement, not after it.
+    // Checked before the measurement starts.
     let folder = json.parent().filter(|folder| !folder.as_os_str().is_empty());
     if json.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));

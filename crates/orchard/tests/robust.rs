@@ -148,7 +148,7 @@ fn folders_that_cannot_be_used_are_told() {
     lock.lock().unwrap();
     let (code, message) = end(&output(&mut bench(&busy)));
     assert_eq!(code, Some(2), "{message}");
-    assert!(message.contains("another run is at work in this folder"), "{message}");
+    assert!(message.contains("another run is using this folder"), "{message}");
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn parts_make_the_bytes_of_the_whole() {
     };
     let (code, message) = merge(&[1, 3], "partial");
     assert_eq!(code, Some(2), "{message}");
-    assert!(message.contains("2 of 6 episodes are missing, episodes/baseline-"), "{message}");
+    assert!(message.contains("2 of 6 episodes are missing; the first is episodes/baseline-"), "{message}");
     assert!(!folder.path().join("partial/summary.json").exists());
     assert_eq!(merge(&[2, 3, 1], "merged").0, Some(0));
     assert_eq!(results(&folder.path().join("merged")), expected);
@@ -186,11 +186,11 @@ fn bad_input_is_told_before_anything_is_computed() {
     for (args, part) in [
         (&["--trees", "0"][..], "--trees: "),
         (&["--conditions", "windy"], "--conditions: windy is neither a condition nor a sweep"),
-        (&["--shard", "4/3"], "'4/3' is not I/N"),
-        (&["--seeds", "v2"], "neither 'tuning' nor 'v1'"),
+        (&["--shard", "4/3"], "'4/3' must be I/N"),
+        (&["--seeds", "v2"], "use 'tuning', 'v1', or whole numbers"),
         (&["--controller", "nobody"], "--controller: no controller 'nobody'; the controllers are:"),
         (&["--preset", "lemon"], "--preset: no preset 'lemon'"),
-        (&["--preset", "paper", "--randomisation", "2"], "--randomisation 2: neither a strength in [0, 1]"),
+        (&["--preset", "paper", "--randomisation", "2"], "--randomisation 2: must be a strength in [0, 1]"),
     ] {
         let (code, message) = told(args);
         assert_eq!(code, Some(2), "{args:?}: {message}");

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use orchard_bench::growing::GrowingFile;
+use orchard_bench::atomic_file::AtomicFile;
 use orchard_bench::record::Record;
 use orchard_bench::store::StoreError;
 use orchard_scenario::{Scenario, StoredScenario};
 use orchard_tasks::harvest::episode::{EpisodeKey, EpisodeRecord};
-use orchard_tasks::harvest::observe::{FrameInput, Observer, Watch};
+use orchard_tasks::harvest::observe::{FrameInput, Observer, ObserverFactory};
 use orchard_world::World;
 use orchard_world::WorldEvent;
 
@@ -50,7 +50,7 @@ impl Recordings {
 /// A recorder into a file, or why there is none.
 pub struct Episode {
     path: PathBuf,
-    recorder: Result<Recorder<FileSink<GrowingFile>>, StoreError>,
+    recorder: Result<Recorder<FileSink<AtomicFile>>, StoreError>,
 }
 
 impl Observer<World> for Episode {
@@ -67,7 +67,7 @@ impl Observer<World> for Episode {
     }
 }
 
-impl Watch<World> for Recordings {
+impl ObserverFactory<World> for Recordings {
     type Observer = Episode;
 
     fn is_kept(&self, key: &EpisodeKey) -> bool {
@@ -77,7 +77,7 @@ impl Watch<World> for Recordings {
 
     fn begin(&self, key: &EpisodeKey, world: &World) -> Episode {
         let path = self.root.join(name_of(key));
-        let sink = GrowingFile::begin(&path)
+        let sink = AtomicFile::begin(&path)
             .and_then(|file| FileSink::begin(file, &self.header(key)).map_err(|e| StoreError::new(&path, e)));
         let recorder = sink.map(|sink| Recorder::begin(sink, self.config.clone(), self.frame, world));
         Episode { path, recorder }

@@ -14,7 +14,7 @@ use std::io;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
-use orchard_tasks::harvest::{WorldFactory, watch_episode};
+use orchard_tasks::harvest::{WorldFactory, run_observed_episode};
 use orchard_tasks::protocol::Protocol;
 use orchard_world::World;
 use sha2::{Digest, Sha256};
@@ -88,8 +88,16 @@ pub fn replay<F: WorldFactory<World = World>>(
     let sink = (Shared(comparison.clone()), again);
     let mut recorder = Recorder::begin(sink, config.clone(), frame, &world);
     let mut playback = Playback::new(controller, comparison.clone());
-    let record =
-        watch_episode(key.clone(), &mut world, &mut playback, protocol, frame, stop, on_frame, &mut recorder);
+    let record = run_observed_episode(
+        key.clone(),
+        &mut world,
+        &mut playback,
+        protocol,
+        frame,
+        stop,
+        on_frame,
+        &mut recorder,
+    );
     let record = record.ok_or(ReplayError::Interrupted)?;
     let (_, again) = recorder.end(&world);
     let again = again.end(&record, nanoseconds(record.duration_s)).map_err(|e| io_error(recording, e))?;

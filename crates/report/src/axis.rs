@@ -1,4 +1,4 @@
-//! Axes: where they begin and end, and their ticks.
+//! Axes: their ends and ticks.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ pub(crate) struct Axis {
     pub label: String,
     /// Ends, as drawn.
     pub ends: [f64; 2],
-    /// Ticks: place, as drawn, and label.
+    /// Ticks: position, as drawn, and label.
     pub ticks: Vec<(f64, String)>,
     /// True if values are drawn as decimal logarithms.
     pub logarithmic: bool,
@@ -28,11 +28,11 @@ impl Axis {
         let largest = if largest > 0.0 { largest } else { 1.0 };
         let step = step(largest, steps);
         let count = ((largest / step) - 1e-9).ceil().max(1.0) as u32;
-        let ticks = (0..=count).map(|i| f64::from(i) * step).map(|x| (x, told(x, step))).collect();
+        let ticks = (0..=count).map(|i| f64::from(i) * step).map(|x| (x, tick_label(x, step))).collect();
         Self { label: label.into(), ends: [0.0, f64::from(count) * step], ticks, logarithmic: false }
     }
 
-    /// Builds an axis with ticks at `places` only, which ascend, with a margin before the first and behind the last.
+    /// Builds an axis with ticks only at `places` (ascending), with a margin before the first and after the last.
     pub fn at(label: impl Into<String>, places: &[f64]) -> Self {
         let ends = match places {
             [] => [0.0, 1.0],
@@ -80,7 +80,7 @@ impl Axis {
     }
 
     /// Returns the label of the tick at a place; empty if there is none.
-    pub fn told(&self, place: f64) -> String {
+    pub fn label_at(&self, place: f64) -> String {
         let near = self.ticks.iter().find(|(at, _)| (at - place).abs() < 1e-9 * (1.0 + place.abs()));
         near.map_or_else(String::new, |(_, text)| text.clone())
     }
@@ -107,7 +107,7 @@ impl Ranged for Axis {
 
 impl ValueFormatter<f64> for Axis {
     fn format_ext(&self, place: &f64) -> String {
-        self.told(*place)
+        self.label_at(*place)
     }
 }
 
@@ -125,7 +125,7 @@ fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
 fn step(length: f64, steps: u32) -> f64 {
     let least = length / f64::from(steps.max(1));
     let mut decade = math::pow(10.0, log10(least).floor());
-    // A power of ten that is a little off would print a little off.
+    // A power of ten with a rounding error would be printed with it.
     if decade < 1.0 {
         decade = 1.0 / (1.0 / decade).round();
     }
@@ -133,7 +133,7 @@ fn step(length: f64, steps: u32) -> f64 {
 }
 
 /// Formats a value with as many digits as the step has.
-fn told(x: f64, step: f64) -> String {
+fn tick_label(x: f64, step: f64) -> String {
     let digits = (0..6).find(|&digits| {
         let scaled = step * math::pow(10.0, f64::from(digits));
         (scaled - scaled.round()).abs() < 1e-6
@@ -175,7 +175,7 @@ mod tests {
     fn logarithms() {
         let axis = Axis::decades("x", [30.0, 4400.0].into_iter());
         assert_eq!(axis.ends, [1.0, 4.0]);
-        assert_eq!(axis.told(4.0), "10 k");
+        assert_eq!(axis.label_at(4.0), "10 k");
         assert!((axis.place(1000.0) - 3.0).abs() < 1e-12);
         let axis = Axis::doublings("x", [1.0, 512.0].into_iter(), 5);
         assert_eq!(
@@ -189,8 +189,8 @@ mod tests {
     #[test]
     fn a_dial_has_its_own_ticks() {
         let axis = Axis::at("foliage", &[0.0, 0.3, 1.5]);
-        assert_eq!(axis.told(0.3), "0.3");
-        assert_eq!(axis.told(0.4), "");
+        assert_eq!(axis.label_at(0.3), "0.3");
+        assert_eq!(axis.label_at(0.4), "");
         assert!(axis.ends[0] < 0.0 && axis.ends[1] > 1.5);
     }
 }

@@ -1,4 +1,4 @@
-//! Level bars with a name before and a number behind them, whole or in parts.
+//! Horizontal bars with a name on the left and a number on the right, whole or stacked.
 
 use plotters::element::{Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
@@ -8,25 +8,25 @@ use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading,
 
 /// A bar.
 pub(crate) struct Bar {
-    /// Name of the bar, before it.
+    /// Name, left of the bar.
     pub name: String,
     /// Parts of the bar from left to right: size and colour.
     pub parts: Vec<(f64, RGBColor)>,
-    /// Text behind the bar.
-    pub told: String,
+    /// Text, right of the bar.
+    pub label: String,
 }
 
 /// An entry of the legend.
 pub(crate) type Key = (String, RGBColor);
 
 const MARGIN: i32 = 10;
-/// Height of a bar with the gap below it, and of the bar itself \[px\].
+/// Height of a bar with and without the gap below it \[px\].
 const ROW: i32 = 27;
 const THICK: i32 = 17;
 /// Height of a line of the legend \[px\].
 const LINE: i32 = 19;
 
-/// Draws bars, all in one scale.
+/// Draws bars at a common scale.
 pub(crate) fn bars(
     stem: &str,
     title: &str,
@@ -38,7 +38,7 @@ pub(crate) fn bars(
     let widest =
         |of: &dyn Fn(&Bar) -> &String| bars.iter().map(|bar| text_width(of(bar), size)).max().unwrap_or(0);
     let left = MARGIN + widest(&|bar| &bar.name) + 8;
-    let right = WIDTH as i32 - MARGIN - widest(&|bar| &bar.told) - 6;
+    let right = WIDTH as i32 - MARGIN - widest(&|bar| &bar.label) - 6;
     let total = |bar: &Bar| bar.parts.iter().map(|(size, _)| size).sum::<f64>();
     let longest = bars.iter().map(total).fold(0.0, f64::max);
     let scale = if longest > 0.0 { f64::from(right - left) / longest } else { 0.0 };
@@ -67,7 +67,7 @@ pub(crate) fn bars(
             }
             let end = left + (from * scale).round() as i32 + 6;
             let behind = letters(size, colour::SOFT, HPos::Left, VPos::Center);
-            area.draw(&Text::new(bar.told.clone(), (end, middle), behind))?;
+            area.draw(&Text::new(bar.label.clone(), (end, middle), behind))?;
         }
         Ok(())
     })

@@ -18,11 +18,11 @@ use crate::figure::{
 pub(crate) struct Chart {
     /// Name of the figure.
     pub stem: String,
-    /// Title above the upright axis: the quantity, with its unit.
+    /// Title above the vertical axis: the quantity with its unit.
     pub title: String,
-    /// The level axis.
+    /// The horizontal axis.
     pub x: Axis,
-    /// The upright axis.
+    /// The vertical axis.
     pub y: Axis,
     /// Series, the last on top.
     pub series: Vec<Series>,
@@ -32,7 +32,7 @@ pub(crate) struct Chart {
 
 /// Points of one kind.
 pub(crate) struct Series {
-    /// Name in the legend; none there without one.
+    /// Name in the legend; if empty, the series is not in the legend.
     pub name: String,
     /// Colour.
     pub colour: RGBColor,
@@ -42,16 +42,16 @@ pub(crate) struct Series {
     pub line: Line,
     /// The points, from left to right.
     pub points: Vec<Point>,
-    /// Shift to the side \[px\], so that intervals do not hide one another.
+    /// Horizontal shift \[px\], so that intervals do not overlap.
     pub shift: i32,
 }
 
 /// A value with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Point {
-    /// Along the level axis.
+    /// Horizontal position.
     pub x: f64,
-    /// Along the upright axis.
+    /// Vertical position.
     pub y: f64,
     /// 95 % interval, if there is one.
     pub ci95: Option<[f64; 2]>,
@@ -62,9 +62,9 @@ pub(crate) struct Point {
 pub(crate) enum Mark {
     /// A disc.
     Disc,
-    /// A small, translucent disc: one of many.
+    /// A small, translucent disc, for many points.
     Dot,
-    /// A hollow diamond: published elsewhere.
+    /// A hollow diamond, for published values.
     Hollow,
     /// Nothing.
     None,
@@ -73,17 +73,17 @@ pub(crate) enum Mark {
 /// Style of the line through the points of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Line {
-    /// A stroke.
+    /// Solid.
     Solid,
-    /// Dashes.
+    /// Dashed.
     Dashed,
-    /// Dots.
+    /// Dotted.
     Dotted,
     /// Nothing.
     None,
 }
 
-/// A reference interval on the upright axis, drawn as a band, or as a line where both ends are equal.
+/// A reference interval on the vertical axis, drawn as a band, or as a line if both ends are equal.
 pub(crate) struct Band {
     /// Name in the legend.
     pub name: String,
@@ -97,7 +97,7 @@ const PLOT: i32 = 234;
 const MARGIN: i32 = 10;
 /// Height of a line of the legend \[px\].
 const LEGEND: i32 = 19;
-/// Room for the level axis, and for the upright one \[px\].
+/// Space for the horizontal and the vertical axis \[px\].
 const BELOW: i32 = 46;
 const BESIDE: i32 = 46;
 /// Half width of the caps of an interval \[px\].
@@ -148,7 +148,7 @@ impl Chart {
             .x_desc(self.x.label.clone())
             .axis_desc_style(letters(LETTERS, colour::INK, HPos::Center, VPos::Center))
             .draw()?;
-        // On the whole figure: marks at the edge of the plot are not cut.
+        // Drawn on the whole figure, so that marks at the edge of the plot are not cut off.
         let (left, top) = area.get_base_pixel();
         let pixel = |x: f64, y: f64, shift: i32| {
             let (u, v) = chart.backend_coord(&(self.x.place(x), self.y.place(y)));

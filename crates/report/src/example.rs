@@ -383,7 +383,7 @@ pub fn scaling(backend: Backend) -> Scaling {
         solver: SolverName::DeviceAba,
         mode: Mode::DistinctTopology,
         worlds: 65536,
-        why: "it would take 90 s, a cell has 60 s".to_owned(),
+        why: "estimated time 90 s, limit 60 s".to_owned(),
     });
     let axes = AxisKind::ALL.map(|axis| AxisRow {
         axis,

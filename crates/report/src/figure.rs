@@ -1,4 +1,4 @@
-//! A figure: SVG with a title and a description for readers who cannot see it, in colours that most people can distinguish.
+//! A figure: SVG with a title and a text description, in colours that are distinguishable with any colour vision.
 
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
@@ -12,11 +12,11 @@ use plotters::style::{FontStyle, IntoFont, TextStyle};
 pub struct Figure {
     /// Name of its file, without the extension; also its identifier on the page.
     pub stem: String,
-    /// Title in a few words.
+    /// Short title.
     pub title: String,
-    /// Description of the figure, with its numbers, for readers who cannot see it.
+    /// Text description of the figure with its numbers, for readers who cannot see it.
     pub description: String,
-    /// The figure itself: the same bytes in its file and on the page.
+    /// The SVG text, the same in its file and on the page.
     pub svg: String,
 }
 
@@ -53,11 +53,11 @@ pub(crate) mod colour {
     pub const SKY: RGBColor = RGBColor(0x56, 0xB4, 0xE9);
     /// Text, and published values.
     pub const INK: RGBColor = RGBColor(0x1F, 0x29, 0x33);
-    /// Letters of less weight.
+    /// Secondary text.
     pub const SOFT: RGBColor = RGBColor(0x5B, 0x67, 0x74);
     /// Axes.
     pub const AXIS: RGBColor = RGBColor(0x8A, 0x95, 0xA1);
-    /// Lines across the plot.
+    /// Grid lines.
     pub const GRID: RGBColor = RGBColor(0xE3, 0xE7, 0xEB);
     /// The background.
     pub const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFF);
@@ -65,7 +65,7 @@ pub(crate) mod colour {
     pub const SERIES: [RGBColor; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY];
 }
 
-/// Dark-mode colours, for a dark page or viewer. Series that would have too little contrast on the ground are lightened.
+/// Dark-mode colours. Series with too little contrast on the dark background are lightened.
 const AT_NIGHT: [(RGBColor, &str); 6] = [
     (colour::INK, "#E6EAEE"),
     (colour::SOFT, "#A9B4BF"),
@@ -75,18 +75,18 @@ const AT_NIGHT: [(RGBColor, &str); 6] = [
     (colour::BLUE, "#3D9BD6"),
 ];
 
-/// Width of a figure \[px\]: that of a telephone, so that its letters are read there and side by side on a desk.
+/// Width of a figure \[px\]: that of a phone screen; on wider screens figures are placed side by side.
 pub(crate) const WIDTH: u32 = 400;
-/// Size of letters \[px\].
+/// Font size \[px\].
 pub(crate) const LETTERS: f64 = 13.0;
-/// Size of a title's letters \[px\].
+/// Font size of a title \[px\].
 const TITLE: f64 = 14.5;
 /// Line height over font size. plotters takes the font size as line height, so sizes are scaled up by this factor.
 const LINE_PER_LETTER: f64 = 1.24;
-/// Approximate width of a letter over its size.
+/// Approximate ratio of a letter's width to the font size.
 const LETTER_WIDTH: f64 = 0.57;
 
-/// Letters of a size and a colour, placed by a point of their box.
+/// Text style with a font size, a colour and an anchor.
 pub(crate) fn letters(size: f64, colour: RGBColor, h: HPos, v: VPos) -> TextStyle<'static> {
     ("sans-serif", size * LINE_PER_LETTER).into_font().color(&colour).pos(Pos::new(h, v))
 }

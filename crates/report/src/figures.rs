@@ -22,7 +22,7 @@ use crate::figure::{Figure, FigureError};
 use crate::published::PaperFigures;
 use crate::results::{Results, main_condition};
 
-/// Figures by part of the page.
+/// Figures by section of the page.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figures {
     /// Figures of each sweep.
@@ -39,12 +39,12 @@ pub struct Figures {
     pub damage: Vec<Figure>,
     /// Throughput over parallel worlds.
     pub scaling: Vec<Figure>,
-    /// Figures of the paper for the scaling task, where it is drawn.
+    /// The paper's figures for the scaling task, if it is drawn.
     pub published_scaling: Option<PublishedScaling>,
 }
 
 impl Figures {
-    /// Draws all that the results have data for.
+    /// Draws all figures for which the results have data.
     ///
     /// # Errors
     /// A figure cannot be drawn.

@@ -1,4 +1,4 @@
-//! The page: one file with all that it shows, nothing to load, nothing to run.
+//! The page: one self-contained HTML file without scripts.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use orchard_tasks::protocol::Protocol;
@@ -13,7 +13,7 @@ use crate::sections::{
 
 const STYLE: &str = include_str!("style.css");
 
-/// The page of a result: HTML, complete in itself. The same results give the same bytes.
+/// The page of a result as self-contained HTML. The same results give the same bytes.
 pub fn page(
     results: &Results,
     figures: &Figures,
@@ -61,7 +61,7 @@ pub fn page(
                     section id="run" { h2 { "What was run" } (head::facts(results)) }
                     @for section in &sections { section id=(section.id) { h2 { (section.title) } (section.body) } }
                 }
-                footer { p { "Figures of this page as SVG: folder figures beside it. Made by cargo xtask report." } }
+                footer { p { "The figures of this page are in the folder figures as SVG. Made by orchard report." } }
             }
         }
     };

@@ -1,4 +1,4 @@
-//! Whole pages of a made-up result.
+//! Whole pages of a synthetic result.
 
 use orchard_tasks::plan_file::Backend;
 use orchard_tasks::protocol::Protocol;
@@ -83,7 +83,7 @@ fn every_section_is_there() {
     let undefined = select(&html, "[title='no figure: there is nothing to measure']");
     assert!(undefined.iter().all(|cell| cell.text().collect::<String>() == "-") && !undefined.is_empty());
     // Requirements are judged only on all tuning seeds.
-    assert!(text.contains(">met<") && text.contains("Asked over the tuning seeds"));
+    assert!(text.contains(">met<") && text.contains("Requirements over the tuning seeds"));
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn scaling_on_both_backends() {
     for phrase in [
         "2 threads, lanes of avx2; Device.",
         "Newton up to 256 worlds, 2 to 3 times slower",
-        "device-aba, distinct topology, 65536 worlds: it would take 90 s",
+        "device-aba, distinct topology, 65536 worlds: estimated time 90 s",
         "habit-angles",
     ] {
         assert!(words.contains(phrase), "{phrase}");

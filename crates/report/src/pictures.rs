@@ -1,4 +1,4 @@
-//! Pictures of a run, drawn elsewhere: here they are only shown.
+//! Pictures of a run, drawn by the caller.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -22,7 +22,7 @@ pub struct Picture {
     pub png: Vec<u8>,
     /// Width and height \[px\].
     pub size: [u32; 2],
-    /// Description of the picture, for readers who cannot see it.
+    /// Text description of the picture, for readers who cannot see it.
     pub alt: String,
     /// Caption below the picture.
     pub caption: String,
@@ -42,7 +42,7 @@ pub struct Pick {
 pub struct Moment {
     /// Caption: time and event.
     pub caption: String,
-    /// Finger distances or opening, in words.
+    /// Text with the opening of the fingers and their distances.
     pub detail: String,
     /// Seen from outside.
     pub outside: Picture,
@@ -51,7 +51,7 @@ pub struct Moment {
 }
 
 impl Picture {
-    /// The picture as an element of a page, with all its bytes.
+    /// The picture as an HTML element with embedded data.
     pub(crate) fn element(&self) -> Markup {
         let source = format!("data:image/png;base64,{}", STANDARD.encode(&self.png));
         html! { img src=(source) alt=(self.alt) width=(self.size[0]) height=(self.size[1]); }

@@ -8,23 +8,23 @@ use serde::Deserialize;
 /// The file as text.
 pub const REPORT_TOML: &str = include_str!("../configs/paper/report.toml");
 
-/// Figures of the paper, printed beside ours.
+/// Figures of the paper, shown beside ours.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigures {
     /// Sweeps, by name and metric, in the order of the dial.
-    pub sweeps: BTreeMap<String, BTreeMap<String, Vec<At>>>,
+    pub sweeps: BTreeMap<String, BTreeMap<String, Vec<DialFigure>>>,
     /// Place success by canopy zone.
     pub zones: PaperZones,
-    /// Fruit deposited a tree.
+    /// Fruit deposited per tree.
     pub trees: PaperTrees,
 }
 
-/// A figure at one place of a dial.
+/// A figure at one value of a dial.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct At {
-    /// Setting of the dial, in the sweep's unit.
+pub struct DialFigure {
+    /// Value of the dial, in the sweep's unit.
     pub at: f64,
     /// The figure.
     pub value: f64,
@@ -46,7 +46,7 @@ pub struct PaperZones {
     pub others_high: Quantity,
 }
 
-/// Fruit deposited a tree.
+/// Fruit deposited per tree.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PaperTrees {
@@ -77,7 +77,7 @@ impl PaperFigures {
     }
 
     /// A metric's figures over a sweep.
-    pub fn of_sweep(&self, sweep: &str, metric: &str) -> &[At] {
+    pub fn of_sweep(&self, sweep: &str, metric: &str) -> &[DialFigure] {
         self.sweeps.get(sweep).and_then(|metrics| metrics.get(metric)).map_or(&[], Vec::as_slice)
     }
 }

@@ -1,4 +1,4 @@
-//! Reads a result folder: every part of it that is there.
+//! Results of a result folder: every part that is present.
 
 use orchard_bench::compute::Compute;
 use orchard_scaling::Scaling;
@@ -8,7 +8,7 @@ use orchard_tasks::detect::DetectSummary;
 use orchard_tasks::harvest::matrix::NOMINAL;
 use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 
-/// Results, each where its task was run.
+/// Results; a part is empty if its task was not run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Results {
     /// The harvest, `summary.json`.
@@ -19,18 +19,18 @@ pub struct Results {
     pub components: Vec<ComponentSummary>,
     /// Compute cost of the harvest task, `compute.json`.
     pub compute: Option<Compute>,
-    /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one a backend.
+    /// Throughput over parallel worlds, `scaling.json` and `scaling-gpu.json`: one per backend.
     pub scaling: Vec<Scaling>,
 }
 
 impl Results {
-    /// True if the folder holds no results.
+    /// True if there are no results.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// The nominal condition, or the first where it was not run.
+/// The nominal condition, or the first condition if it was not run.
 pub fn main_condition(summary: &Summary) -> Option<(&str, &ConditionSummary)> {
     let conditions = &summary.conditions;
     let main = conditions.get_key_value(NOMINAL).or_else(|| conditions.first_key_value());
@@ -44,14 +44,14 @@ pub(crate) fn conditions(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     all
 }
 
-/// Conditions that are reported in full: the nominal one and those outside all sweeps; every condition, if there are none of these.
+/// Conditions reported in full: the nominal one and those outside all sweeps; if there are none, every condition.
 pub(crate) fn principal(summary: &Summary) -> Vec<(&str, &ConditionSummary)> {
     let swept = |name: &str| {
         let mut points = summary.sweeps.values().flat_map(|sweep| &sweep.points);
         name != NOMINAL && points.any(|point| point.condition == name)
     };
-    let told: Vec<_> = conditions(summary).into_iter().filter(|(name, _)| !swept(name)).collect();
-    if told.is_empty() { conditions(summary) } else { told }
+    let outside: Vec<_> = conditions(summary).into_iter().filter(|(name, _)| !swept(name)).collect();
+    if outside.is_empty() { conditions(summary) } else { outside }
 }
 
 /// A metric under a condition.

@@ -20,11 +20,11 @@ pub(crate) struct Section {
     pub id: &'static str,
     /// Title of the section.
     pub title: &'static str,
-    /// Content, or the reason why there is none.
+    /// Content, or the reason for its absence.
     pub body: Markup,
 }
 
-/// Figures side by side where there is room.
+/// Figures side by side if the page is wide enough.
 pub(crate) fn side_by_side(figures: &[Figure]) -> Markup {
     html! {
         div.figures { @for figure in figures {
@@ -33,7 +33,7 @@ pub(crate) fn side_by_side(figures: &[Figure]) -> Markup {
     }
 }
 
-/// Figures with their text beside the first, where there is room for three.
+/// Figures with their text beside the first, if the page is wide enough for three.
 pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
     html! {
         div.figures {
@@ -43,7 +43,7 @@ pub(crate) fn beside(prose: &Markup, figures: &[Figure]) -> Markup {
     }
 }
 
-/// Placeholder of a section without data, with the command that would fill it.
+/// Placeholder of a section without data, with the command that makes the data.
 pub(crate) fn missing(what: &str, command: &str) -> Markup {
-    html! { p.missing { (what) " " code { (command) } " fills this part." } }
+    html! { p.missing { (what) " " code { (command) } " makes this section." } }
 }

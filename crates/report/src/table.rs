@@ -1,4 +1,4 @@
-//! Tables that scroll within their box where they are too wide.
+//! Tables, which scroll horizontally if they are too wide.
 
 use maud::{Markup, html};
 
@@ -29,7 +29,7 @@ pub(crate) enum Kind {
 }
 
 impl Cell {
-    /// Words.
+    /// Text.
     pub fn words(text: impl Into<String>) -> Self {
         Self { text: text.into(), title: None, kind: Kind::Words }
     }
@@ -39,7 +39,7 @@ impl Cell {
         Self { text: text.into(), title: None, kind: Kind::Number }
     }
 
-    /// The number that a row is about.
+    /// Main number of a row.
     pub fn main(text: impl Into<String>) -> Self {
         Self { text: text.into(), title: None, kind: Kind::Main }
     }
@@ -56,7 +56,7 @@ impl Cell {
     }
 }
 
-/// A table of rows under heads, with a caption for readers who cannot see its context. The first cell of a row names the row.
+/// A table with heads and a caption. The first cell of a row is its heading.
 pub(crate) fn table(caption: &str, heads: &[&str], rows: &[Vec<Cell>]) -> Markup {
     let kind_of = |column: usize| rows.first().and_then(|row| row.get(column)).map(|cell| cell.kind);
     html! {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{NoProgress, Session};
 use orchard_report::{Figures, PaperFigures, Pictures, Results, page};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;
@@ -43,7 +43,7 @@ fn harvest(folder: &Path, tree: Option<u32>) -> RunResult {
     let store = Store::open(folder).unwrap();
     let stop = AtomicBool::new(false);
     let session = Session::whole(&store, 2, &stop);
-    run(&plan, &Overwound { harvest, tree }, &session, &Silent).unwrap()
+    run(&plan, &Overwound { harvest, tree }, &session, &NoProgress).unwrap()
 }
 
 fn record(folder: &Path, tree: u32) -> Vec<u8> {

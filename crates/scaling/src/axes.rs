@@ -1,4 +1,4 @@
-//! Cost of each kind of randomisation, alone: settled worlds that differ in nothing else, beside as many identical ones.
+//! Cost of each kind of randomisation alone: settled worlds that differ in this kind only, compared with as many identical worlds.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -9,7 +9,7 @@ use orchard_statistics::quantile::{ascending, quantile};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
-use crate::cell::{Start, time};
+use crate::cell::{BatchStart, time};
 use crate::device::Gpu;
 use crate::error::ScalingError;
 use crate::plan::{AxesPlan, ScalingPlan};
@@ -51,7 +51,7 @@ impl AxisKind {
         }
     }
 
-    /// The axes of the randomisation that it is made of. There is none for damping.
+    /// Its axes of the randomisation. There is none for damping.
     fn axes(self) -> &'static [Axis] {
         match self {
             Self::Mass => &[Axis::WoodDensity],
@@ -75,9 +75,9 @@ pub struct AxisRow {
     pub solver: SolverName,
     /// Worlds, settled.
     pub worlds: u32,
-    /// Frames of one world a second: the median of the repeats.
+    /// Frames of one world per second: the median of the repeats.
     pub env_steps_per_s: f64,
-    /// That rate over the rate of as many identical worlds, timed in turns in each repeat: the median.
+    /// That rate over the rate of as many identical worlds, timed alternately: the median of the repeats.
     pub relative: f64,
     /// Smallest and largest of the repeats.
     pub spread: [f64; 2],
@@ -107,7 +107,7 @@ pub(crate) fn rows(
         let rate = |worlds: &[TreeWorld]| -> Result<Option<f64>, ScalingError> {
             let worlds =
                 Worlds { count: worlds.len() as u32, world: &|index| worlds[index as usize].clone() };
-            let timed = time(&once, &Start { worlds, solver, gpu }, pool, stop)?;
+            let timed = time(&once, &BatchStart { worlds, solver, gpu }, pool, stop)?;
             Ok(timed.and_then(|timed| timed.rates.first().copied()))
         };
         let mut figures = vec![(Vec::new(), Vec::new()); kinds.len()];
@@ -135,7 +135,7 @@ pub(crate) fn rows(
     Ok(Some(rows))
 }
 
-/// Settled worlds that differ in one kind; without one, identical worlds.
+/// Builds settled worlds that differ in one kind; with `None`, identical worlds.
 pub(crate) fn worlds_of(
     plan: &ScalingPlan,
     axes: &AxesPlan,

@@ -1,4 +1,4 @@
-//! One batch, timed.
+//! Timing of one batch.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use rayon::ThreadPool;
 
 use crate::device::{self, Gpu};
 use crate::error::ScalingError;
-use crate::plan::{GoingOn, ScalingPlan};
+use crate::plan::{ContinuousTiming, ScalingPlan};
 use crate::process::processor_time;
 use crate::solver::SolverName;
 use crate::stepper::batch;
@@ -16,12 +16,12 @@ use crate::trees::Worlds;
 
 /// Resolution of the clock \[s\]: keeps rates finite.
 const CLOCK_RESOLUTION: f64 = 1e-9;
-/// Frames by call of the world that keeps a device busy.
+/// Frames per call of the world that keeps a device busy.
 const FRAMES_AWAKE: u32 = 60;
 
-/// Worlds before the first course, with the solver that advances them.
+/// Worlds at the start of the first course, and their solver.
 #[derive(Clone, Copy)]
-pub struct Start<'a> {
+pub struct BatchStart<'a> {
     /// The worlds.
     pub worlds: Worlds<'a>,
     /// Solver.
@@ -30,9 +30,9 @@ pub struct Start<'a> {
     pub gpu: Option<&'a Gpu>,
 }
 
-/// Time of a piece of work.
+/// Elapsed and processor time.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Spent {
+pub struct WorkTime {
     /// Time elapsed.
     pub elapsed: Duration,
     /// Processor time of all threads.
@@ -41,40 +41,40 @@ pub struct Spent {
 
 /// A cell's figures.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Timed {
-    /// Frames of the whole batch a second, by repeat.
+pub struct CellTiming {
+    /// Frames of the whole batch per second, by repeat.
     pub rates: Vec<f64>,
-    /// Courses of all repeats.
+    /// Number of courses in all repeats.
     pub courses: u32,
     /// Processor time of all courses \[s\].
     pub processor_s: f64,
-    /// Time to kick as many worlds, to make the batch of them, and to send it to a device \[s\].
+    /// Time to kick the worlds, make the batch and send it to a device \[s\].
     pub pack_s: f64,
-    /// Memory of the numbers that a step goes through \[bytes\], if the batch reports it.
+    /// Memory of the numbers read and written by a step \[bytes\], if the batch reports it.
     pub bytes: Option<usize>,
-    /// Worlds that are no longer finite at the end of a course.
+    /// Number of worlds that were not finite at the end of a course.
     pub unfinite: u32,
 }
 
-impl Start<'_> {
+impl BatchStart<'_> {
     /// The batch.
     pub fn batch(&self) -> Result<Box<dyn Stepper>, ScalingError> {
         batch(self.solver, &self.worlds, self.gpu)
     }
 }
 
-/// Some frames of a batch. A frame begins when all worlds have ended the one before.
-pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<Spent, StepperError> {
+/// Steps some frames of a batch. A frame begins when all worlds have ended the previous one.
+pub fn course(batch: &mut dyn Stepper, frames: u32, pool: &ThreadPool) -> Result<WorkTime, StepperError> {
     pool.install(|| {
         let (start, processor) = (Instant::now(), processor_time());
         batch.advance(frames);
         batch.wait()?;
         let processor = processor_time().saturating_sub(processor);
-        Ok(Spent { elapsed: start.elapsed(), processor })
+        Ok(WorkTime { elapsed: start.elapsed(), processor })
     })
 }
 
-/// Worlds that were found to be no longer finite since the last call.
+/// Number of worlds that became non-finite since the last call.
 fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
     let events = batch.events()?;
     let is_stop = |event: &TreeEvent| matches!(event, TreeEvent::Quarantined { .. });
@@ -84,7 +84,7 @@ fn unfinite(batch: &mut dyn Stepper) -> Result<u32, StepperError> {
 /// Keeps a device busy with one world for a time \[s\].
 ///
 /// # Errors
-/// The device cannot have the world, or was lost.
+/// The world cannot be sent to the device, or the device was lost.
 pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError> {
     let mut batch = device::single(gpu, world)?;
     let start = Instant::now();
@@ -95,13 +95,13 @@ pub fn wake(gpu: &Gpu, world: &TreeWorld, time: f64) -> Result<(), StepperError>
     Ok(())
 }
 
-/// Times a batch: whole courses for a part of the cell's time, repeated as planned. `None` if `stop` was raised.
+/// Times a batch: for each repeat as many courses as fit into its share of the cell's time. `None` if `stop` was raised.
 pub fn time(
     plan: &ScalingPlan,
-    start: &Start<'_>,
+    start: &BatchStart<'_>,
     pool: &ThreadPool,
     stop: &AtomicBool,
-) -> Result<Option<Timed>, ScalingError> {
+) -> Result<Option<CellTiming>, ScalingError> {
     let share = plan.cell_time / f64::from(plan.repeats);
     let packing = Instant::now();
     let new_batch = || pool.install(|| start.batch());
@@ -109,8 +109,9 @@ pub fn time(
     batch.wait()?;
     let pack_s = packing.elapsed().as_secs_f64();
     let bytes = batch.bytes();
-    let mut timed = Timed { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
-    if let Some(GoingOn { wake: busy, warm_up, .. }) = plan.going_on {
+    let mut timed =
+        CellTiming { rates: Vec::new(), courses: 0, processor_s: 0.0, pack_s, bytes, unfinite: 0 };
+    if let Some(ContinuousTiming { wake: busy, warm_up, .. }) = plan.continuous {
         if let Some(gpu) = start.gpu {
             wake(gpu, &(start.worlds.world)(0), busy)?;
         }
@@ -122,7 +123,7 @@ pub fn time(
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            if plan.going_on.is_none() && timed.courses + courses > 0 {
+            if plan.continuous.is_none() && timed.courses + courses > 0 {
                 // Two of them may not fit.
                 drop(batch);
                 batch = new_batch()?;
@@ -131,23 +132,24 @@ pub fn time(
             elapsed += spent.elapsed.as_secs_f64();
             timed.processor_s += spent.processor.as_secs_f64();
             courses += 1;
-            if plan.going_on.is_none() {
+            if plan.continuous.is_none() {
                 timed.unfinite = timed.unfinite.max(unfinite(&mut *batch)?);
             }
         }
         timed.rates.push(f64::from(plan.frames) * f64::from(courses) / elapsed.max(CLOCK_RESOLUTION));
         timed.courses += courses;
     }
-    if plan.going_on.is_some() {
+    if plan.continuous.is_some() {
         timed.unfinite = unfinite(&mut *batch)?;
     }
     Ok(Some(timed))
 }
 
 impl ScalingPlan {
-    /// True if a repeat has another course after `courses` courses. Courses without a reset share the time in which everything moves.
+    /// True if a repeat may have another course after `courses` courses. Courses without a reset share the time in which everything moves.
     fn has_course(&self, courses: u32) -> bool {
-        let of = |going_on: &GoingOn| going_on.most.saturating_sub(going_on.warm_up) / self.repeats;
-        self.going_on.as_ref().is_none_or(|going_on| (courses + 1) * self.frames <= of(going_on))
+        let of =
+            |continuous: &ContinuousTiming| continuous.most.saturating_sub(continuous.warm_up) / self.repeats;
+        self.continuous.as_ref().is_none_or(|continuous| (courses + 1) * self.frames <= of(continuous))
     }
 }

@@ -1,4 +1,4 @@
-//! The graphics device, in builds that have one (feature `gpu`). The only place where a solver of the device is plugged in.
+//! The graphics device, in builds with the feature `gpu`; stubs in other builds.
 
 #[cfg(feature = "gpu")]
 mod built {
@@ -13,7 +13,7 @@ mod built {
         Gpu::open(Choice::Any)
     }
 
-    /// Packs worlds into a batch on a device; `None` if the solver is none of a device.
+    /// Packs worlds into a batch on a device; `None` if the solver does not run on a device.
     pub fn batch(
         name: SolverName,
         gpu: &Gpu,
@@ -28,12 +28,12 @@ mod built {
         Some(batch.map(|batch| Box::new(batch) as Box<dyn Stepper>))
     }
 
-    /// Packs one world, for a device that is kept busy.
+    /// Packs one world to keep a device busy.
     pub fn single(gpu: &Gpu, world: &TreeWorld) -> Result<GpuBatch, StepperError> {
         GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)
     }
 
-    /// True if the worlds are more than the device has memory for.
+    /// True if the error means that the worlds exceed the memory of the device.
     pub fn is_too_large(e: &GpuError) -> bool {
         matches!(e, GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. })
     }
@@ -45,10 +45,10 @@ mod built {
 
     use crate::solver::SolverName;
 
-    /// A device, of which this build has none.
+    /// Placeholder of a device.
     pub enum Gpu {}
 
-    /// Facts of a device, of which this build has none.
+    /// Placeholder of a device's properties.
     pub struct GpuInfo {
         /// Name.
         pub name: String,
@@ -56,12 +56,12 @@ mod built {
         pub driver: String,
         /// Graphics interface.
         pub backend: String,
-        /// True if the processor does its work.
+        /// True for a software adapter.
         pub is_software: bool,
     }
 
     impl Gpu {
-        /// Facts of the device.
+        /// Properties of the device.
         pub fn info(&self) -> &GpuInfo {
             match *self {}
         }
@@ -72,17 +72,17 @@ mod built {
     #[error("this program was built without the feature `gpu`")]
     pub struct GpuError;
 
-    /// Opens no device.
+    /// Returns an error: this build has no device.
     pub fn open() -> Result<Gpu, GpuError> {
         Err(GpuError)
     }
 
-    /// Packs nothing: there is no device.
+    /// Returns `None`: this build has no device.
     pub fn batch(_: SolverName, gpu: &Gpu, _: &[TreeWorld]) -> Option<Result<Box<dyn Stepper>, GpuError>> {
         match *gpu {}
     }
 
-    /// Packs nothing: there is no device.
+    /// Returns `None`: this build has no device.
     pub fn single(gpu: &Gpu, _: &TreeWorld) -> Result<ReferenceBatch, StepperError> {
         match *gpu {}
     }

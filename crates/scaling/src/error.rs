@@ -8,22 +8,22 @@ use orchard_spec::randomisation::Mode;
 use crate::device::GpuError;
 use crate::solver::SolverName;
 
-/// A scaling run that did not end.
+/// Reason why a scaling run did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum ScalingError {
-    /// The plan has no cell, or more worlds in one than in a later one.
+    /// The plan has no cell, or its numbers of worlds do not ascend.
     #[error(
-        "no cell to time: modes, worlds (ascending, from 1) and solvers are needed, and at least one repeat of one frame"
+        "the plan has no cell: it needs modes, numbers of worlds (ascending, >= 1) and solvers, at least 1 repeat and 1 frame"
     )]
     NoCells,
     /// The protocol does not have the scenario's rules, or a value is out of its range.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// The scenario has a digitised tree.
-    #[error("the scaling task grows its trees: it takes no digitised tree")]
+    #[error("the scaling task needs grown trees; a digitised tree cannot be used")]
     DigitisedTree,
     /// The plan names a solver that this build lacks.
-    #[error("this build has no solver {}: {}", .0.name(), .0.needs())]
+    #[error("this build lacks the solver {}: {}", .0.name(), .0.needs())]
     NotBuilt(SolverName),
     /// A world cannot be built.
     #[error("a world of mode {mode:?} cannot be built: {reason}")]
@@ -33,13 +33,13 @@ pub enum ScalingError {
         /// Reason.
         reason: String,
     },
-    /// Worlds make no batch.
+    /// The worlds cannot be put into a batch.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// There is no device that can be used.
+    /// No usable device.
     #[error("--backend gpu: {0}; --backend cpu is the default")]
     NoDevice(GpuError),
-    /// Worlds make no batch on a device.
+    /// The worlds cannot be put into a batch on the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// A batch stopped working.
@@ -51,8 +51,8 @@ pub enum ScalingError {
     /// The result file cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The stop flag was raised. Figures of one file belong to one run, so nothing is kept.
-    #[error("interrupted after {done} of {total} cells of the scaling task, which begins anew")]
+    /// The stop flag was raised. Nothing is stored, because the figures of a file must be of one run.
+    #[error("interrupted after {done} of {total} cells; the scaling task must be run again from the start")]
     Interrupted {
         /// Cells that were timed.
         done: usize,

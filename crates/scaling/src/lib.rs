@@ -1,8 +1,8 @@
-//! The scaling task: how fast batches of trees step, by the number of worlds, the solver and what differs between worlds.
+//! The scaling task: step rate and memory of batches of trees by number of worlds, solver, and differences between the worlds.
 //!
-//! Physics alone: no robot, no camera. Trees of the nominal condition with their fruit, kicked, which then bend, break and
-//! drop fruit. The figures depend on a clock, so `scaling.json` differs from run to run. `docs/scaling.md`
-//! describes the measurements.
+//! Only physics is measured, without robot and camera: trees with fruit start with random joint rates (the kick), bend, break and
+//! drop fruit. The figures depend on a clock, so `scaling.json` differs from run to run. `docs/scaling.md` describes the
+//! measurements.
 
 mod axes;
 mod cell;
@@ -23,7 +23,7 @@ pub use axes::{AxisKind, AxisRow};
 pub use cell::wake;
 pub use device::{Gpu, GpuError};
 pub use error::ScalingError;
-pub use plan::{AxesPlan, Cell, GoingOn, Limits, ScalingPlan};
+pub use plan::{AxesPlan, Cell, ContinuousTiming, Limits, ScalingPlan};
 pub use process::{processor_time, resident_bytes};
 pub use results::{Adapter, MemoryBasis, Omitted, Row, Scaling};
 pub use rules::{

@@ -17,9 +17,9 @@ use crate::solver::SolverName;
 /// One batch that is timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cell {
-    /// Mode: the differences between its worlds.
+    /// Mode: the differences between the worlds.
     pub mode: Mode,
-    /// Number of worlds: the first of the mode.
+    /// Number of worlds.
     pub worlds: u32,
     /// Solver.
     pub solver: SolverName,
@@ -34,14 +34,14 @@ pub struct Limits {
     pub memory_share: f64,
 }
 
-/// Timing rules for a batch that is not reset before every course.
+/// Timing rules for a batch whose courses follow each other without a reset.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GoingOn {
+pub struct ContinuousTiming {
     /// Time that the device is kept busy before timing starts \[s\].
     pub wake: f64,
     /// Frames before the first course.
     pub warm_up: u32,
-    /// Frames from the kick after which no course begins.
+    /// Largest number of frames from the kick to the start of a course.
     pub most: u32,
 }
 
@@ -71,7 +71,7 @@ impl AxesPlan {
 /// A scaling run: every mode x number of worlds x solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScalingPlan {
-    /// Config of the worlds: that of the scenario, with every axis of the randomisation at strength 1 unless the scenario sets one.
+    /// Config of the worlds: that of the scenario; if it has no randomisation, with every axis at strength 1.
     pub spec: Arc<Spec>,
     /// Profile.
     pub profile: String,
@@ -83,23 +83,23 @@ pub struct ScalingPlan {
     pub modes: Vec<Mode>,
     /// Numbers of worlds, ascending.
     pub worlds: Vec<u32>,
-    /// Worlds with a plant of their own: those beyond repeat the plants of the first.
+    /// Number of different trees; further worlds repeat them.
     pub kinds: u32,
     /// Solvers, in order.
     pub solvers: Vec<SolverName>,
     /// Frames of a course.
     pub frames: u32,
-    /// True if courses follow each other. Else each begins anew, at the kick.
-    pub going_on: Option<GoingOn>,
+    /// Timing rules if courses follow each other; `None` if each course starts again at the kick.
+    pub continuous: Option<ContinuousTiming>,
     /// Largest joint rate of a kick \[rad/s\].
     pub kick: f64,
-    /// Times that a cell is measured.
+    /// Repeats of a cell.
     pub repeats: u32,
     /// Time for all repeats of a cell \[s\].
     pub cell_time: f64,
     /// Limits beyond which a cell is left out; none where no cell is.
     pub limits: Option<Limits>,
-    /// Kinds of randomisation that are timed one by one.
+    /// Plan for timing single kinds of randomisation.
     pub axes: Option<AxesPlan>,
     /// Remark of every row.
     pub note: Option<String>,
@@ -108,7 +108,7 @@ pub struct ScalingPlan {
 }
 
 impl ScalingPlan {
-    /// Plans an effort of the protocol for the worlds of a scenario, with every solver of this build on a backend, on the first tuning
+    /// Makes the plan of an effort of the protocol for the worlds of a scenario: all solvers of this build for a backend, first tuning
     /// seed.
     ///
     /// # Errors
@@ -126,11 +126,11 @@ impl ScalingPlan {
         let rules = ScalingRules::of(&protocol)?;
         let (device, spec) = (&rules.device, randomised(scenario.spec()));
         let most = (device.simulated.si() / spec.sim.frame()).round() as u32;
-        let (frames, going_on) = match backend {
+        let (frames, continuous) = match backend {
             Backend::Cpu => (&rules.frames, None),
             Backend::Gpu => {
                 let (wake, warm_up) = (device.wake.si(), device.warm_up.get());
-                (&device.frames, Some(GoingOn { wake, warm_up, most }))
+                (&device.frames, Some(ContinuousTiming { wake, warm_up, most }))
             }
         };
         Ok(Self {
@@ -143,7 +143,7 @@ impl ScalingPlan {
             kinds: rules.kinds.get(),
             solvers: SolverName::built_for(backend),
             frames: frames.get(),
-            going_on,
+            continuous,
             kick: rules.kick.si(),
             repeats: effort.repeats.get(),
             cell_time: effort.cell_time.si(),
@@ -154,7 +154,7 @@ impl ScalingPlan {
         })
     }
 
-    /// Plans the large sweep, or a short version of it as a smoke test.
+    /// Makes the plan of the large sweep, or of a short version as a smoke test.
     ///
     /// # Errors
     /// As [`ScalingPlan::new`].
@@ -170,10 +170,10 @@ impl ScalingPlan {
         })
     }
 
-    /// Opens the device that the plan needs, if it needs one. On an adapter in software the plan is reduced.
+    /// Opens the device if the plan needs one. On a software adapter the plan is reduced.
     ///
     /// # Errors
-    /// There is no device, or it cannot be used.
+    /// No usable device.
     pub fn with_device(self, rules: &ScalingRules) -> Result<(Self, Option<Gpu>), ScalingError> {
         if self.backend == Backend::Cpu {
             return Ok((self, None));
@@ -183,20 +183,20 @@ impl ScalingPlan {
         Ok((if is_software { self.for_software(rules) } else { self }, Some(gpu)))
     }
 
-    /// Reduces the plan to what an adapter in software can do.
+    /// Reduces the plan for a software adapter.
     pub(crate) fn for_software(mut self, rules: &ScalingRules) -> Self {
         let most = rules.device.software_worlds.get();
         self.worlds.retain(|worlds| *worlds <= most);
         self.frames = rules.device.software_frames.get();
-        self.going_on = self.going_on.map(|going_on| GoingOn { wake: 0.0, ..going_on });
+        self.continuous = self.continuous.map(|continuous| ContinuousTiming { wake: 0.0, ..continuous });
         self.note = Some(format!(
-            "an adapter in software, which is for tests: at most {most} worlds, courses of {} frames",
+            "a software adapter, for tests only: at most {most} worlds, courses of {} frames",
             self.frames
         ));
         self
     }
 
-    /// All cells, mode by mode, from few worlds to many, solver by solver.
+    /// All cells, by mode, ascending number of worlds, and solver.
     pub fn cells(&self) -> Vec<Cell> {
         self.modes.iter().flat_map(|&mode| self.cells_of(mode)).collect()
     }
@@ -210,7 +210,7 @@ impl ScalingPlan {
     /// Checks that every cell can be timed.
     ///
     /// # Errors
-    /// No cell, worlds that do not ascend from 1, no repeat, no frame, a solver that this build lacks.
+    /// No cell, numbers of worlds that do not ascend from at least 1, no repeat, no frame, or a solver that this build lacks.
     pub fn check(&self) -> Result<(), ScalingError> {
         let counts = self.repeats > 0
             && self.frames > 0
@@ -226,7 +226,7 @@ impl ScalingPlan {
     }
 }
 
-/// Returns a config with every axis of the randomisation at strength 1. A config that randomises something keeps its strengths.
+/// Returns a config with every axis of the randomisation at strength 1, unless the config already randomises something.
 fn randomised(spec: &Spec) -> Spec {
     let mut spec = spec.clone();
     if Axis::ALL.iter().all(|&axis| spec.randomisation.strength(axis).si() == 0.0) {

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Processor time of all threads of this process so far. Other processes on the machine do not count.
+/// Processor time of all threads of this process so far.
 pub fn processor_time() -> Duration {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }
 
-/// Resident memory \[bytes\], where the system reports it.
+/// Resident memory \[bytes\], if reported.
 pub fn resident_bytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
@@ -18,7 +18,7 @@ pub fn resident_bytes() -> Option<f64> {
     Some(1024.0 * kib)
 }
 
-/// Memory that the system can still give \[bytes\], where it reports it.
+/// Available memory of the system \[bytes\], if reported.
 pub fn available_bytes() -> Option<f64> {
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = info.lines().find(|line| line.starts_with("MemAvailable:"))?;

@@ -7,12 +7,12 @@ use orchard_tasks::plan_file::Backend;
 use serde::{Deserialize, Serialize};
 
 use crate::axes::AxisRow;
-use crate::cell::Timed;
+use crate::cell::CellTiming;
 use crate::device::GpuInfo;
 use crate::plan::{Cell, ScalingPlan};
 use crate::solver::SolverName;
 
-/// A scaling run. A clock and the machine decide its figures.
+/// Results of a scaling run. They depend on the clock and the machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scaling {
     /// Layout version.
@@ -26,7 +26,7 @@ pub struct Scaling {
     /// Backend that advanced the batches.
     #[serde(default)]
     pub backend: Backend,
-    /// The graphics device, where it is one.
+    /// The graphics device; null on the CPU.
     #[serde(default)]
     pub adapter: Option<Adapter>,
     /// Machine.
@@ -43,18 +43,18 @@ pub struct Scaling {
     pub substeps: u32,
     /// Frames of a course.
     pub frames: u32,
-    /// Wall time of the run, worlds built and all \[s\].
+    /// Wall time of the run, including building the worlds \[s\].
     pub wall_s: f64,
     /// Largest resident memory of the process so far \[MiB\], where the system reports it.
     pub peak_memory_mib: Option<f64>,
     /// Solvers of the backend that this build lacks.
     pub left_out: Vec<SolverName>,
-    /// A row a cell.
+    /// One row per cell.
     pub rows: Vec<Row>,
-    /// Cells that were not timed.
+    /// Skipped cells.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub omitted: Vec<Omitted>,
-    /// Cost of each kind of randomisation, where it was measured.
+    /// Cost of each kind of randomisation, if measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<AxisRow>,
 }
@@ -68,7 +68,7 @@ pub struct Adapter {
     pub driver: String,
     /// Vulkan, Metal or DX12.
     pub api: String,
-    /// True if it is a program on the CPU.
+    /// True for a software adapter.
     pub is_software: bool,
 }
 
@@ -79,7 +79,7 @@ impl From<&GpuInfo> for Adapter {
     }
 }
 
-/// A cell that was not timed.
+/// A skipped cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Omitted {
     /// Solver.
@@ -92,13 +92,13 @@ pub struct Omitted {
     pub why: String,
 }
 
-/// Method by which the memory of a cell was found.
+/// How the memory of a cell was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemoryBasis {
-    /// The numbers that a step goes through, on the device where it is one.
+    /// Memory of the numbers read and written by a step, on the device if there is one.
     Numbers,
-    /// Growth of the process with as many worlds, states and models; memory that a solver keeps beside them is left out.
+    /// Growth of the process by as many worlds (states and models), without the solver's own memory.
     Growth,
 }
 
@@ -111,33 +111,33 @@ pub struct Row {
     pub mode: Mode,
     /// Worlds.
     pub worlds: u32,
-    /// Frames of the whole batch a second of elapsed time: the median of the repeats.
+    /// Frames of the whole batch per second of elapsed time: the median of the repeats.
     pub step_rate_per_s: f64,
-    /// Step rate times the number of worlds: frames of one world a second.
+    /// Step rate times the number of worlds: frames of one world per second.
     pub env_steps_per_s: f64,
-    /// Env-step rate times the substeps of a frame: substeps of one world a second.
+    /// Env-step rate times the substeps of a frame: substeps of one world per second.
     pub substeps_per_s: f64,
     /// Smallest and largest step rate of the repeats \[1/s\].
     pub spread: [f64; 2],
-    /// Processor time of all threads an env-step \[us\], over all repeats: hardly affected by other work on the machine.
+    /// Processor time of all threads per env-step \[us\], over all repeats; hardly affected by other work on the machine.
     pub processor_us_per_env_step: f64,
     /// Memory of the batch \[MiB\]; null where the system does not report it.
     pub memory_mib: Option<f64>,
-    /// Method by which `memory_mib` was found.
+    /// How `memory_mib` was measured.
     pub memory_basis: MemoryBasis,
     /// Time to grow the worlds' plants and let them settle \[s\], on all threads.
     pub grow_s: f64,
-    /// Time to kick the worlds, to make the solver's batch of them and, on a device, to send it \[s\].
+    /// Time to kick the worlds, make the solver's batch and, on a device, send it \[s\].
     pub pack_s: f64,
     /// Segments of a tree on average.
     pub segments_per_tree: f64,
     /// Fruit of a tree on average.
     pub fruit_per_tree: f64,
-    /// Times measured.
+    /// Number of repeats.
     pub repeats: u32,
-    /// Courses of all repeats together.
+    /// Number of courses in all repeats.
     pub courses: u32,
-    /// Worlds that were no longer finite at the end of a course; the figures of a cell with any are invalid.
+    /// Number of worlds that were not finite at the end of a course; if not 0, the figures of the cell are invalid.
     pub unfinite: u32,
     /// Remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -147,7 +147,7 @@ pub struct Row {
 /// Values that all cells with the same worlds share.
 #[derive(Debug, Clone, Copy)]
 pub struct Batched {
-    /// Memory \[bytes\] and the method by which it was found.
+    /// Memory \[bytes\] and how it was measured.
     pub memory: (Option<f64>, MemoryBasis),
     /// Time to grow them \[s\].
     pub grow_s: f64,
@@ -160,13 +160,13 @@ pub struct Batched {
 }
 
 impl Row {
-    /// Time from nothing to a batch that can be stepped \[s\].
+    /// Time to build a batch: growing and packing \[s\].
     pub fn build_s(&self) -> f64 {
         self.grow_s + self.pack_s
     }
 
     /// The figures of a plan's cell.
-    pub(crate) fn new(cell: &Cell, plan: &ScalingPlan, timed: &Timed, batched: &Batched) -> Self {
+    pub(crate) fn new(cell: &Cell, plan: &ScalingPlan, timed: &CellTiming, batched: &Batched) -> Self {
         let rates = ascending(timed.rates.iter().copied());
         let rate = |p: f64| quantile(&rates, p).unwrap_or_default();
         let worlds = f64::from(cell.worlds);

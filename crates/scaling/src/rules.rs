@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScalingRules {
-    /// Backend that advances the batches, unless a command names another.
+    /// Default backend.
     pub backend: Backend,
     /// Frames of a course, which begins at the kick.
     pub frames: Count,
     /// Largest joint rate of a kick.
     pub kick: Quantity,
-    /// Worlds with a plant of their own: those beyond repeat the plants of the first.
+    /// Number of different trees; further worlds repeat them.
     pub kinds: Count,
     /// Constants of runs on a graphics device.
     pub device: DeviceRules,
@@ -44,17 +44,17 @@ impl ScalingRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceRules {
-    /// Time that the device is kept busy before a batch is timed: from idle its clocks rise slowly.
+    /// Time for which the device is kept busy before a batch is timed, since the clocks of an idle device rise slowly.
     pub wake: Quantity,
     /// Frames of a batch before its first course.
     pub warm_up: Count,
     /// Frames of a course.
     pub frames: Count,
-    /// Simulated time from the kick after which no course begins: everything is still on the move.
+    /// Largest simulated time from the kick to the start of a course, within which everything still moves.
     pub simulated: Quantity,
-    /// Worlds of the largest batch on an adapter in software.
+    /// Worlds of the largest batch on a software adapter.
     pub software_worlds: Count,
-    /// Frames of a course there.
+    /// Frames of a course on a software adapter.
     pub software_frames: Count,
 }
 
@@ -62,9 +62,9 @@ pub struct DeviceRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyRules {
-    /// A cell that would take longer is left out.
+    /// Largest estimated time of a cell; longer cells are skipped.
     pub cell_limit: Quantity,
-    /// Part of the memory that the system has free which a cell may take; one that needs more is left out.
+    /// Largest fraction of the system's free memory for a cell; cells that need more are skipped.
     pub memory_share: Quantity,
     /// Effort on the CPU.
     pub cpu: Effort,
@@ -92,7 +92,7 @@ impl StudyRules {
 pub struct AxesRules {
     /// Settled worlds of a batch.
     pub worlds: Count,
-    /// Factors on the damping of wood, which no axis of the presets varies: from the first world to the last, in equal ratios.
+    /// Factors on the damping of wood, which no axis of the presets varies: a geometric sequence from the first world to the last.
     pub damping: Span,
 }
 
@@ -102,11 +102,11 @@ pub struct AxesRules {
 pub struct Effort {
     /// Worlds of the largest batch.
     pub most_worlds: Count,
-    /// Worlds of a batch over those of the one before it; the first has one.
+    /// Ratio of the worlds of successive batches; the first batch has one world.
     pub factor: Count,
-    /// Times that a cell is measured.
+    /// Repeats of a cell.
     pub repeats: Count,
-    /// Time for all repeats of a cell; a repeat has at least one course, however long that takes.
+    /// Time for all repeats of a cell; a repeat has at least one course.
     pub cell_time: Quantity,
 }
 
@@ -129,11 +129,11 @@ impl Effort {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedScaling {
-    /// Env-steps a second.
+    /// Env-steps per second.
     pub env_steps_per_s: Vec<PublishedRate>,
     /// Time to build the worlds.
     pub build: Vec<PublishedBuild>,
-    /// Requirements of the paper's solvers.
+    /// Solvers of the paper.
     pub solvers: Vec<PublishedSolver>,
 }
 
@@ -193,9 +193,9 @@ pub struct PublishedSolver {
     pub most_worlds: u32,
     /// Memory of its largest batch, if the paper gives it.
     pub memory: Option<f64>,
-    /// Time of a step over that of the first solver, at least and at most.
+    /// Ratio of the step time to that of the first solver: smallest and largest.
     pub slower: [f64; 2],
-    /// Memory over that of the first solver.
+    /// Ratio of the memory to that of the first solver.
     pub heavier: f64,
     /// Unit of the memory.
     pub unit: String,

@@ -11,7 +11,7 @@ use orchard_spec::randomisation::Mode;
 use rayon::ThreadPool;
 
 use crate::axes;
-use crate::cell::{Start, Timed, time};
+use crate::cell::{BatchStart, CellTiming, time};
 use crate::device::{self, Gpu};
 use crate::error::ScalingError;
 use crate::plan::{Cell, ScalingPlan};
@@ -33,7 +33,7 @@ pub trait ScalingProgress {
     fn row(&self, row: &Row) {
         let _ = row;
     }
-    /// A cell is left out.
+    /// A cell is skipped.
     fn omitted(&self, omitted: &Omitted) {
         let _ = omitted;
     }
@@ -41,7 +41,7 @@ pub trait ScalingProgress {
     fn axes(&self) {}
 }
 
-impl ScalingProgress for orchard_bench::Silent {}
+impl ScalingProgress for orchard_bench::NoProgress {}
 
 /// Times every cell on `threads` threads, or on a device, and writes `scaling.json`.
 ///
@@ -65,7 +65,7 @@ pub fn run(
 /// Times every cell on `threads` threads, or on a device.
 ///
 /// # Errors
-/// A plan without cells, a solver that is not built, worlds that cannot be built, a device that fails, or `stop` was raised.
+/// A plan without cells, a missing solver, worlds that cannot be built, a device failure, or `stop` was raised.
 pub fn measure(
     plan: &ScalingPlan,
     gpu: Option<&Gpu>,
@@ -113,11 +113,11 @@ pub fn measure(
     })
 }
 
-/// Number of worlds, by mode, whose memory is measured: enough that memory left over from building them hardly counts.
+/// Number of worlds per mode whose memory is measured: enough to make memory left over from building them negligible.
 const MEASURED_WORLDS: u32 = 64;
 
-/// Measures the memory growth of the process by world in f64 \[bytes\], by mode. All worlds are kept until the last are measured, since freed
-/// memory is taken again before the process grows.
+/// Measures the memory growth of the process per world in f64 \[bytes\], by mode. All worlds are kept until the last measurement, because
+/// freed memory would be reused without growth.
 fn memory_of_worlds(plan: &ScalingPlan, pool: &ThreadPool) -> Result<Vec<Option<f64>>, ScalingError> {
     let count = plan.worlds.last().copied().unwrap_or_default().min(MEASURED_WORLDS);
     let mut kept = Vec::new();
@@ -132,7 +132,7 @@ fn memory_of_worlds(plan: &ScalingPlan, pool: &ThreadPool) -> Result<Vec<Option<
     Ok(memory)
 }
 
-/// A run as far as it has come.
+/// State of a running measurement.
 struct Run<'a, P> {
     plan: &'a ScalingPlan,
     gpu: Option<&'a Gpu>,
@@ -144,7 +144,7 @@ struct Run<'a, P> {
 }
 
 impl<P: ScalingProgress> Run<'_, P> {
-    /// The cells of one mode, whose worlds are grown once; in f64 each takes `each` bytes.
+    /// Times the cells of one mode, whose worlds are grown once; each world takes `each` bytes in f64.
     fn mode(&mut self, mode: Mode, each: Option<f64>) -> Result<(), ScalingError> {
         let (plan, pool) = (self.plan, self.pool);
         self.progress.building(mode, plan.worlds.last().copied().unwrap_or_default());
@@ -153,14 +153,14 @@ impl<P: ScalingProgress> Run<'_, P> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(self.interrupted());
             }
-            if let Some(why) = self.why_not(&cell, each) {
+            if let Some(why) = self.omission_reason(&cell, each) {
                 self.omit(&cell, why);
                 continue;
             }
             let grown = pool.install(|| forest.grow(cell.worlds));
             grown.map_err(|reason| ScalingError::World { mode, reason })?;
             let worlds = Worlds { count: cell.worlds, world: &|index| forest.world(index) };
-            let start = Start { worlds, solver: cell.solver, gpu: self.gpu };
+            let start = BatchStart { worlds, solver: cell.solver, gpu: self.gpu };
             match time(plan, &start, pool, self.stop) {
                 Ok(None) => return Err(self.interrupted()),
                 Ok(Some(timed)) => {
@@ -168,7 +168,7 @@ impl<P: ScalingProgress> Run<'_, P> {
                     self.progress.row(&row);
                     self.rows.push(row);
                 }
-                // A plan without limits is to be measured in full.
+                // Without limits no cell is skipped.
                 Err(ScalingError::Gpu(e)) if plan.limits.is_some() && device::is_too_large(&e) => {
                     self.omit(&cell, e.to_string());
                 }
@@ -185,8 +185,8 @@ impl<P: ScalingProgress> Run<'_, P> {
         self.omitted.push(omitted);
     }
 
-    /// Reason why a cell is left out, if it is: judged by the smaller one before it, and by the memory that is free.
-    fn why_not(&self, cell: &Cell, each: Option<f64>) -> Option<String> {
+    /// Reason for skipping a cell, if any, estimated from the previous smaller cell and the free memory.
+    fn omission_reason(&self, cell: &Cell, each: Option<f64>) -> Option<String> {
         let limits = self.plan.limits?;
         let before = self.rows.iter().rev().find(|row| (row.mode, row.solver) == (cell.mode, cell.solver));
         if let Some(before) = before {
@@ -194,14 +194,14 @@ impl<P: ScalingProgress> Run<'_, P> {
             let least = frames * f64::from(cell.worlds) / before.env_steps_per_s;
             if least > limits.cell_time {
                 let limit = limits.cell_time;
-                return Some(format!("it would take {least:.0} s, a cell has {limit:.0} s"));
+                return Some(format!("estimated time {least:.0} s, limit {limit:.0} s"));
             }
         }
         let (free, each) = available_bytes().zip(each)?;
         let more = bytes_needed(cell, each, before);
         let has = limits.memory_share * free;
         let mib = |bytes: f64| bytes / BYTES_PER_MIB;
-        (more > has).then(|| format!("it would take {:.0} MiB, a cell has {:.0} MiB", mib(more), mib(has)))
+        (more > has).then(|| format!("estimated memory {:.0} MiB, limit {:.0} MiB", mib(more), mib(has)))
     }
 
     fn interrupted(&self) -> ScalingError {
@@ -209,8 +209,7 @@ impl<P: ScalingProgress> Run<'_, P> {
     }
 }
 
-/// Estimates the memory of a cell \[bytes\] from worlds in f64 of `each` bytes, which are the batch or are packed into it. The batch's own numbers
-/// are scaled from a smaller cell.
+/// Estimates the memory of a cell \[bytes\]: worlds in f64 of `each` bytes, and the batch's own numbers, scaled from a smaller cell.
 pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64 {
     let numbers = smaller.filter(|row| row.memory_basis == MemoryBasis::Numbers).and_then(|row| {
         Some(row.memory_mib? * BYTES_PER_MIB * f64::from(cell.worlds) / f64::from(row.worlds))
@@ -219,7 +218,7 @@ pub(crate) fn bytes_needed(cell: &Cell, each: f64, smaller: Option<&Row>) -> f64
 }
 
 /// Returns the shared values of a cell's worlds; `each` is the memory of one world in f64 \[bytes\].
-fn batched(cell: &Cell, timed: &Timed, forest: &Forest<'_>, each: Option<f64>) -> Batched {
+fn batched(cell: &Cell, timed: &CellTiming, forest: &Forest<'_>, each: Option<f64>) -> Batched {
     let memory = match timed.bytes {
         Some(bytes) => (Some(bytes as f64), MemoryBasis::Numbers),
         None => (each.map(|each| each * f64::from(cell.worlds)), MemoryBasis::Growth),

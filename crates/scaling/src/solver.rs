@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
-    /// f32, some worlds in the lanes of each vector, by the articulated-body algorithm.
+    /// f32, several worlds per vector register (lanes), by the articulated-body algorithm.
     Lanes,
     /// f64, world by world, by the articulated-body algorithm.
     Aba,
-    /// f64, world by world, by conjugate gradients under the articulated-body preconditioner.
+    /// f64, world by world, by conjugate gradients with the articulated-body preconditioner.
     Cg,
     /// f64, world by world, by a sparse Cholesky factor; only in builds with the feature `cholesky`.
     Cholesky,
@@ -21,7 +21,7 @@ pub enum SolverName {
     DeviceCg,
 }
 
-/// Worlds that are in f64 at once while lanes are packed: some gigabytes, and enough that those of one kind fill whole tiles.
+/// Worlds in f64 at once while lanes are packed: some gigabytes, and enough to fill whole tiles with equal trees.
 pub(crate) const WORLDS_AT_ONCE: u32 = 8192;
 
 impl SolverName {
@@ -54,20 +54,20 @@ impl SolverName {
         Self::ALL.into_iter().filter(|solver| solver.backend() == backend && solver.is_built()).collect()
     }
 
-    /// True if this build has it.
+    /// True if this build has the solver.
     pub fn is_built(self) -> bool {
         self != Self::Cholesky || cfg!(feature = "cholesky")
     }
 
-    /// Returns the condition under which a build has it.
+    /// Returns the condition for a build to have the solver.
     pub fn needs(self) -> &'static str {
         match self {
             Self::Cholesky => "it needs the feature `cholesky`",
-            _ => "it is not there yet",
+            _ => "not implemented",
         }
     }
 
-    /// Returns the largest number of a batch's worlds that are in memory in f64 at once.
+    /// Returns the largest number of worlds of a batch that are in memory in f64 at once.
     pub(crate) fn at_once(self, worlds: u32) -> u32 {
         if self == Self::Lanes { worlds.min(WORLDS_AT_ONCE) } else { worlds }
     }

@@ -8,7 +8,7 @@ use crate::error::ScalingError;
 use crate::solver::{SolverName, WORLDS_AT_ONCE};
 use crate::trees::Worlds;
 
-/// The solver of worlds in f64, where it is one and this build has it.
+/// The f64 solver, if it is one and this build has it.
 fn of_f64(name: SolverName) -> Option<Solver> {
     match name {
         SolverName::Aba => Some(Solver::Aba),
@@ -21,7 +21,7 @@ fn of_f64(name: SolverName) -> Option<Solver> {
     }
 }
 
-/// A batch of worlds under it. Solvers of a device need one.
+/// A batch of worlds for a solver. Solvers on a device need `gpu`.
 pub(crate) fn batch(
     name: SolverName,
     worlds: &Worlds<'_>,

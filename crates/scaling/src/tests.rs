@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use orchard_bench::Silent;
+use orchard_bench::NoProgress;
 use orchard_bench::store::Store;
 use orchard_multibody::{Data, forward_kinematics};
 use orchard_scenario::Scenario;
@@ -15,7 +15,7 @@ use super::{
     AxesPlan, AxisKind, Limits, MemoryBasis, Scaling, ScalingError, ScalingPlan, ScalingRules, SolverName,
     axes, measure, run, trees,
 };
-use crate::cell::{Start, course};
+use crate::cell::{BatchStart, course};
 use crate::plan::Cell;
 use crate::results::Row;
 use crate::trees::Worlds;
@@ -38,7 +38,7 @@ fn go(plan: &ScalingPlan, stop: bool) -> (Result<Scaling, ScalingError>, Option<
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
     store.write("scaling.json", &"an older run's").unwrap();
-    let result = run(plan, None, &store, 2, &AtomicBool::new(stop), &Silent);
+    let result = run(plan, None, &store, 2, &AtomicBool::new(stop), &NoProgress);
     (result, std::fs::read_to_string(folder.path().join("scaling.json")).ok())
 }
 
@@ -103,7 +103,7 @@ fn every_cell_has_a_row_that_reads_back() {
         assert_eq!(row.substeps_per_s, row.env_steps_per_s * f64::from(scaling.substeps));
         assert!(row.grow_s > 0.0 && row.pack_s > 0.0 && row.note.is_none(), "{row:?}");
         assert!(row.repeats == 2 && row.courses >= 2 && row.unfinite == 0, "{row:?}");
-        // Nearly all fruit that is asked for finds a place on every tree.
+        // Nearly all requested fruit is placed on every tree.
         assert!((35.0..=40.0).contains(&row.fruit_per_tree), "{row:?}");
         let is_lanes = row.solver == SolverName::Lanes;
         assert_eq!(row.memory_basis == MemoryBasis::Numbers, is_lanes);
@@ -142,7 +142,7 @@ fn all_solvers_end_a_course_in_the_same_states() {
     let worlds = trees::worlds(&plan, Mode::DistinctTopology, 2).unwrap();
     let tips = |solver: SolverName| -> Vec<Vec<[f64; 3]>> {
         let worlds_again = Worlds { count: 2, world: &|index| worlds[index as usize].clone() };
-        let mut end = Start { worlds: worlds_again, solver, gpu: None }.batch().unwrap();
+        let mut end = BatchStart { worlds: worlds_again, solver, gpu: None }.batch().unwrap();
         course(&mut *end, 6, &pool).unwrap();
         worlds
             .iter()
@@ -196,11 +196,11 @@ fn what_cannot_be_timed_is_refused() {
         ScalingPlan { repeats: 0, ..small() },
         ScalingPlan { frames: 0, ..small() },
     ] {
-        assert!(refused(plan).starts_with("no cell to time"));
+        assert!(refused(plan).starts_with("the plan has no cell"));
     }
     if !SolverName::Cholesky.is_built() {
         let line = refused(ScalingPlan { solvers: vec![SolverName::Cholesky], ..small() });
-        assert_eq!(line, "this build has no solver cholesky: it needs the feature `cholesky`");
+        assert_eq!(line, "this build lacks the solver cholesky: it needs the feature `cholesky`");
     }
 }
 
@@ -209,7 +209,10 @@ fn an_interrupted_run_leaves_no_figures() {
     let (result, file) = go(&small(), true);
     let line = result.unwrap_err().to_string();
     let cells = small().cells().len();
-    assert_eq!(line, format!("interrupted after 0 of {cells} cells of the scaling task, which begins anew"));
+    assert_eq!(
+        line,
+        format!("interrupted after 0 of {cells} cells; the scaling task must be run again from the start")
+    );
     assert_eq!(file, None);
 }
 
@@ -258,12 +261,12 @@ fn cells_over_a_limit_are_left_out() {
             solvers: vec![SolverName::Lanes],
             ..small()
         };
-        measure(&plan, None, 1, &AtomicBool::new(false), &Silent).unwrap()
+        measure(&plan, None, 1, &AtomicBool::new(false), &NoProgress).unwrap()
     };
     let slow = measured(Limits { cell_time: 1e-9, memory_share: 1.0 });
     assert_eq!((slow.rows.len(), slow.omitted.len()), (1, 1));
     assert_eq!(slow.omitted[0].worlds, 3);
-    assert!(slow.omitted[0].why.starts_with("it would take 0 s, a cell has 0 s"), "{:?}", slow.omitted);
+    assert!(slow.omitted[0].why.starts_with("estimated time 0 s, limit 0 s"), "{:?}", slow.omitted);
     let free = measured(Limits { cell_time: 60.0, memory_share: 1.0 });
     assert_eq!((free.rows.len(), free.omitted.len()), (2, 0));
     // A world of a megabyte: in lanes no more than a chunk of them, and the numbers of a smaller batch in proportion.
@@ -307,7 +310,7 @@ fn kinds_of_randomisation_act_alone() {
     }
 }
 
-/// The plan for an adapter in software is short, and its note says so.
+/// The plan for a software adapter is short, and its note says so.
 #[test]
 fn little_is_left_of_the_plan_in_software() {
     let whole = ScalingPlan::study(&scenario(), Backend::Gpu, false).unwrap();

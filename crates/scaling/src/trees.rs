@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::plan::ScalingPlan;
 
-/// Config of a mode, with all fruit of every tree: as the paper, which hides fruit and keeps their bodies.
+/// Config of a mode with all fruit of every tree present. (The paper hides fruit but keeps their bodies.)
 pub fn spec_of(plan: &ScalingPlan, mode: Mode) -> Spec {
     let mut spec = (*plan.spec).clone();
     spec.randomisation.mode = mode;
@@ -20,7 +20,7 @@ pub fn spec_of(plan: &ScalingPlan, mode: Mode) -> Spec {
     spec
 }
 
-/// Takes an axis out of the randomisation.
+/// Switches off an axis of the randomisation.
 pub fn switch_off(spec: &mut Spec, axis: Axis) {
     let dial = spec.randomisation.strength_mut(axis);
     if let Ok(off) = dial.with_value(0.0) {
@@ -35,7 +35,7 @@ pub fn settled(spec: &Arc<Spec>, seed: u64, index: u32) -> Result<TreeWorld, Str
     TreeWorld::new(spec, &skeleton, fruit).map_err(|e| e.to_string())
 }
 
-/// Worlds of a batch, made when they are asked for: not all of them are in memory at once.
+/// Worlds of a batch, built on request, so that not all of them are in memory at once.
 #[derive(Clone, Copy)]
 pub struct Worlds<'a> {
     /// Number of worlds.
@@ -56,25 +56,25 @@ impl Worlds<'_> {
     }
 }
 
-/// The worlds of a mode, each grown at rest, then kicked: every joint at a rate of its own. Equal worlds share their model, and
-/// those beyond the plan's kinds repeat the plants of the first.
+/// The worlds of a mode, grown and settled, then kicked: every joint gets a random rate. Equal worlds share their model; worlds beyond
+/// the plan's number of different trees repeat the trees.
 pub struct Forest<'a> {
     plan: &'a ScalingPlan,
     mode: Mode,
     spec: Arc<Spec>,
-    /// Worlds with their own plants, at rest.
+    /// Worlds with different trees, at rest.
     kinds: Vec<TreeWorld>,
     /// Time that growing them has taken so far \[s\].
     pub grow_s: f64,
 }
 
 impl<'a> Forest<'a> {
-    /// A forest without any plants yet.
+    /// Makes an empty forest.
     pub fn new(plan: &'a ScalingPlan, mode: Mode) -> Self {
         Self { plan, mode, spec: Arc::new(spec_of(plan, mode)), kinds: Vec::new(), grow_s: 0.0 }
     }
 
-    /// Grows what the first `count` worlds need, as far as it is not there.
+    /// Grows the missing trees of the first `count` worlds.
     pub fn grow(&mut self, count: u32) -> Result<(), String> {
         let start = Instant::now();
         let kinds = if self.mode == Mode::Homogeneous { 1 } else { self.plan.kinds }.min(count);
@@ -86,7 +86,7 @@ impl<'a> Forest<'a> {
         Ok(())
     }
 
-    /// A world of those that have been grown, kicked.
+    /// A kicked world; its tree must have been grown.
     pub fn world(&self, index: u32) -> TreeWorld {
         self.kicked(self.kind(index).clone(), index)
     }
@@ -116,7 +116,7 @@ pub fn worlds(plan: &ScalingPlan, mode: Mode, count: u32) -> Result<Vec<TreeWorl
     if forest.kinds.len() < count as usize {
         return Ok(Worlds { count, world: &|index| forest.world(index) }.all());
     }
-    // No world is in memory twice, also not for a while: what the process grows by is measured.
+    // Worlds are never copied, because the growth of the process is measured.
     let kinds = std::mem::take(&mut forest.kinds);
     Ok(kinds.into_iter().zip(0..).map(|(world, index)| forest.kicked(world, index)).collect())
 }

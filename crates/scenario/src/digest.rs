@@ -6,8 +6,8 @@ use sha2::{Digest, Sha256};
 use crate::Scenario;
 
 impl Scenario {
-    /// SHA-256, hexadecimal, over everything that a scenario's results depend on besides code and protocol. Names of files do not count,
-    /// nor which option gave a value.
+    /// SHA-256, hexadecimal, over all inputs of a scenario's results except code and protocol. File names and the option that gave a value
+    /// are not included.
     pub fn hash(&self) -> String {
         let mut parts = self.scene_parts();
         parts.push(("controller".to_owned(), self.controller.name().to_owned()));
@@ -15,7 +15,7 @@ impl Scenario {
         hash(&parts)
     }
 
-    /// SHA-256, hexadecimal, over all parts but the controller: for results without a controller.
+    /// SHA-256, hexadecimal, over all parts except the controller, for results without a controller.
     pub fn scene_hash(&self) -> String {
         hash(&self.scene_parts())
     }
@@ -33,12 +33,12 @@ impl Scenario {
     }
 }
 
-/// A value as JSON: the order of fields and the shortest digits that give a number back are the same everywhere.
+/// A value as JSON text, the same on every platform: fields in the order of the struct, numbers with the fewest digits that identify them.
 fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_else(|e| unreachable!("config from TOML is also JSON: {e}"))
 }
 
-/// Names and lengths are hashed too, so that text cannot move from one part to another unnoticed.
+/// Names and lengths are hashed too, so that moving text from one part to another changes the hash.
 fn hash(parts: &[(String, String)]) -> String {
     let mut hash = Sha256::new();
     for (name, text) in parts {

@@ -22,7 +22,7 @@ pub struct Figure {
     pub from: String,
 }
 
-/// The configs that a world's figures come from, lowest first, and the options that replaced whole parts.
+/// The configs of a world, from the base preset to the last override, and the options that replaced whole parts.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layers {
     worlds: Vec<(String, Value)>,
@@ -44,17 +44,17 @@ impl Layers {
         layers
     }
 
-    /// The layers of a world whose presets and options are unknown.
+    /// The layers of a world with unknown presets and options.
     pub fn of_one(by: &str, spec: &Spec) -> Self {
         Self { worlds: vec![(by.to_owned(), json(spec))], parts: Vec::new() }
     }
 
-    /// Notes the option that gave a part.
+    /// Records the option that gave a part.
     pub fn part(&mut self, path: &'static str, by: &str) {
         self.parts.push((path, by.to_owned()));
     }
 
-    /// Returns the last layer in which a constant of the world changed, or the option that gave the part that contains it.
+    /// Returns the last layer that changed a constant of the world, or the option that gave its part.
     fn origin(&self, path: &str) -> String {
         let within = |part: &str| path.strip_prefix(part).is_some_and(|rest| rest.starts_with(['.', '[']));
         if let Some((_, by)) = self.parts.iter().find(|(part, _)| within(part)) {
@@ -129,7 +129,7 @@ fn walk(path: &str, value: &Value, layers: &Layers, figures: &mut Vec<Figure>) {
     }
 }
 
-/// A value by its path of names and places.
+/// A value by its path of names and indices.
 fn at<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
     path.split('.').try_fold(value, |value, step| {
         let mut parts = step.split(['[', ']']).filter(|part| !part.is_empty());

@@ -1,9 +1,9 @@
 //! Resolved scenarios of runs: world, tree, robot, camera, detector, controller and task rules.
 //!
-//! [`Options`] hold a user's settings, from a file or a command line. [`Scenario::resolve`] turns them into a [`Scenario`] once, at the start of
-//! a program; the code below it uses no name of a preset. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
-//! controllers. A scenario is hashed into every result ([`Scenario::hash`]), stored beside it ([`StoredScenario`]) and can list where
-//! each of its figures comes from ([`Scenario::figures`]).
+//! [`Options`] hold a user's settings, from a file or a command line. [`Scenario::resolve`] resolves them once, at the start of a program,
+//! into a [`Scenario`]; later code uses no preset names. [`Scenario::world`] builds worlds and [`Scenario::controller`] makes their
+//! controllers. Every result contains the scenario's hash ([`Scenario::hash`]) and the scenario itself ([`StoredScenario`]).
+//! [`Scenario::figures`] lists every figure with its origin.
 
 mod digest;
 mod error;
@@ -17,7 +17,7 @@ mod tree;
 pub use error::ScenarioError;
 pub use figures::Figure;
 pub use names::{Names, SceneNames};
-pub use options::{Given, Options};
+pub use options::{OptionValue, Options};
 pub use resolve::{CAMERA_DETECTORS, ROBOTS, cameras, controllers, detector, detectors, presets, robots};
 pub use stored::StoredScenario;
 pub use tree::{TreeFile, TreeFormat};
@@ -40,14 +40,14 @@ pub struct Scenario {
     robot: Arc<RobotModel>,
     detector: DetectorConfig,
     controller: Arc<dyn ControllerKind>,
-    /// Figures of the tasks that differ from the protocol's, as tables of TOML.
+    /// Changed figures of the protocol, as TOML tables.
     rules: toml::Table,
     layers: figures::Layers,
 }
 
 impl Scenario {
     /// Resolves options, given by their names on command lines, with the controllers of this project:
-    /// `Scenario::of(&[("preset", "tall-spindle"), ("camera", "d435i")])`. No options are the benchmark's own scenario.
+    /// `Scenario::of(&[("preset", "tall-spindle"), ("camera", "d435i")])`. Without options it is the benchmark's own scenario.
     ///
     /// # Errors
     /// As [`Scenario::resolve`].
@@ -65,10 +65,10 @@ impl Scenario {
     /// Returns the scenario under one of a program's controllers.
     ///
     /// # Errors
-    /// None of them has the name.
+    /// No controller has this name.
     pub fn under(
         &self,
-        controller: &Given,
+        controller: &OptionValue,
         controllers: &[Arc<dyn ControllerKind>],
     ) -> Result<Self, ScenarioError> {
         let kind = resolve::find_controller(controller, controllers)?;
@@ -81,7 +81,7 @@ impl Scenario {
         &self.names
     }
 
-    /// The parts in which the scenario differs from the benchmark's own, but for the controller; `None` if it is the benchmark's own.
+    /// The parts except the controller in which the scenario differs from the benchmark's own; `None` if there are none.
     pub fn differences(&self) -> Option<String> {
         let own = SceneNames::paper();
         let named = self.names.scene.list().into_iter().zip(own.list());
@@ -90,7 +90,7 @@ impl Scenario {
         if !parts.is_empty() {
             return Some(parts.join(", "));
         }
-        (!self.rules.is_empty()).then(|| "rules of its own".to_owned())
+        (!self.rules.is_empty()).then(|| "changed rules".to_owned())
     }
 
     /// The world's config, with its camera and randomisation.
@@ -98,7 +98,7 @@ impl Scenario {
         &self.spec
     }
 
-    /// The digitised tree of every world; none where each world grows its own.
+    /// The digitised tree of every world; none if each world grows its own tree.
     pub fn digitised_tree(&self) -> Option<&TreeFile> {
         self.tree.as_deref()
     }
@@ -118,19 +118,19 @@ impl Scenario {
         &*self.controller
     }
 
-    /// Figures of the tasks that differ from the protocol's. Each task reads its own.
+    /// Changed figures of the protocol. Each task reads its own.
     pub fn rules(&self) -> &toml::Table {
         &self.rules
     }
 
-    /// Returns the scenario in a world of another config, with the same names: a condition of a benchmark, for example.
+    /// Returns the scenario with another world config and the same names, for example for a condition of a benchmark.
     #[must_use]
     pub fn with_spec(&self, spec: Spec) -> Self {
         Self { spec: Arc::new(spec), ..self.clone() }
     }
 
-    /// Builds the world of an index of a seed, at rest, the robot at the start pose of a repeat. With a digitised tree every world has that
-    /// tree; seed and index draw its fruit and the leaves that the file lacks.
+    /// Builds the world with an index of a seed, at rest, with the robot at the start pose of a repeat. With a digitised tree every world
+    /// has that tree; seed and index determine its fruit and, if the file has none, its leaves.
     ///
     /// # Errors
     /// The world cannot be built.
@@ -145,7 +145,7 @@ impl Scenario {
         }
     }
 
-    /// Tree, fruit, colours and constants of the world of an index of a seed, before there is a model of it.
+    /// Tree, fruit, colours and constants of the world with an index of a seed, without a model.
     ///
     /// # Errors
     /// The tree does not grow.
@@ -164,7 +164,7 @@ impl Scenario {
         self.controller.controller(&self.robot, &self.detector)
     }
 
-    /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller takes no goals.
+    /// Makes a controller at the start of a trial with a goal; `None` if this kind of controller cannot be given a goal.
     pub fn controller_with_goal(&self, goal: &Goal) -> Option<Box<dyn Controller>> {
         self.controller.with_goal(goal, &self.robot, &self.detector)
     }

@@ -1,15 +1,15 @@
-//! Names of a scenario's parts, as results give them.
+//! Names of a scenario's parts in results.
 
 use serde::{Deserialize, Serialize};
 
 /// Names of the scene: all parts but the controller.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SceneNames {
-    /// Preset, or own name of a config file.
+    /// Preset, or the name in a config file.
     pub preset: String,
-    /// File name of a digitised tree; `grown` where every world grows its own.
+    /// File name of a digitised tree; `grown` if every world grows its own tree.
     pub tree: String,
-    /// Strength of the randomisation or name of its file; `preset` where the config's own is kept.
+    /// Strength of the randomisation or name of its file; `preset` for the config's own.
     pub randomisation: String,
     /// Robot.
     pub robot: String,
@@ -30,9 +30,9 @@ pub struct Names {
 }
 
 impl SceneNames {
-    /// Name of the tree where every world grows its own.
+    /// Name for grown trees.
     pub const GROWN: &str = "grown";
-    /// Name of the randomisation where the config's own is kept.
+    /// Name for the config's own randomisation.
     pub const OF_PRESET: &str = "preset";
 
     /// The names with their options, in the order of the command line.

@@ -8,14 +8,14 @@ use crate::{Names, ScenarioError, SceneNames};
 
 /// A value with the option that gave it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Given {
+pub struct OptionValue {
     /// The value: a name, a number or a file.
     pub value: String,
     /// The option (`--camera`), or file and field.
     pub by: String,
 }
 
-impl Given {
+impl OptionValue {
     /// A value given by an option.
     pub fn new(value: impl Into<String>, by: impl Into<String>) -> Self {
         Self { value: value.into(), by: by.into() }
@@ -27,30 +27,30 @@ impl Given {
     }
 }
 
-/// Options of a scenario; those not given are as in the preset `paper`, with the controller `baseline`.
+/// Options of a scenario; the defaults are the preset `paper` and the controller `baseline`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Name of a preset. Excludes `config`.
-    pub preset: Option<Given>,
+    pub preset: Option<OptionValue>,
     /// Config file of the world. Excludes `preset`.
-    pub config: Option<Given>,
+    pub config: Option<OptionValue>,
     /// File of a digitised tree.
-    pub tree: Option<Given>,
-    /// Strength in [0, 1] of every axis of the randomisation, or a file of figures that differ.
-    pub randomisation: Option<Given>,
+    pub tree: Option<OptionValue>,
+    /// Strength of every axis of the randomisation in [0, 1], or a file of changed figures.
+    pub randomisation: Option<OptionValue>,
     /// Name of a robot.
-    pub robot: Option<Given>,
+    pub robot: Option<OptionValue>,
     /// Name of a camera, or its file.
-    pub camera: Option<Given>,
+    pub camera: Option<OptionValue>,
     /// Name of a detector, or its file.
-    pub detector: Option<Given>,
+    pub detector: Option<OptionValue>,
     /// Name of a controller.
-    pub controller: Option<Given>,
-    /// Figures of the tasks that differ from the protocol's, with the file that gave them.
+    pub controller: Option<OptionValue>,
+    /// Changed figures of the protocol, with the file that gave them.
     pub rules: Option<(String, toml::Table)>,
 }
 
-/// A scenario file. Files that it names lie relative to its own folder.
+/// A scenario file. Paths in it are relative to its folder.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ScenarioFile {
@@ -78,7 +78,7 @@ impl Options {
     /// Reads a scenario file.
     ///
     /// # Errors
-    /// The file cannot be read, is not TOML, or has a field that no scenario has.
+    /// The file cannot be read, is not TOML, or has an unknown field.
     pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|e| ScenarioError::new(&name, e))?;
@@ -86,7 +86,7 @@ impl Options {
             .map_err(|e| ScenarioError::new(format!("{}: {}", e.file, e.field), e.problem))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let given = |field: &str, value: Option<String>| {
-            value.map(|value| Given { value, by: format!("{name}: {field}") })
+            value.map(|value| OptionValue { value, by: format!("{name}: {field}") })
         };
         let beside = |field: &str, value: Option<String>| {
             let value = value.map(|file| if names_file(&file) { under(folder, &file) } else { file });
@@ -131,7 +131,7 @@ impl Options {
     /// Options by their names on command lines, without the dashes.
     ///
     /// # Errors
-    /// A name that no option has.
+    /// An unknown option name.
     pub fn of(pairs: &[(&str, &str)]) -> Result<Self, ScenarioError> {
         let mut options = Self::default();
         for &(name, value) in pairs {
@@ -145,17 +145,17 @@ impl Options {
                 "camera" => &mut options.camera,
                 "detector" => &mut options.detector,
                 "controller" => &mut options.controller,
-                _ => return Err(ScenarioError::new(by, "a scenario has no such option")),
+                _ => return Err(ScenarioError::new(by, "unknown option of a scenario")),
             };
-            *field = Some(Given::new(value, by));
+            *field = Some(OptionValue::new(value, by));
         }
         Ok(options)
     }
 
-    /// Builds the options for the parts of these names, if all parts come with the program.
+    /// Builds the options for the parts with these names, if all parts are built in.
     ///
     /// # Errors
-    /// A digitised tree or a file, which a name alone does not find.
+    /// A part that was read from a file, or a digitised tree.
     pub fn of_names(names: &Names) -> Result<Self, ScenarioError> {
         let mut pairs = vec![("controller", names.controller.as_str())];
         for (option, name) in names.scene.list() {
@@ -170,7 +170,7 @@ impl Options {
             if option == "tree" || names_file(name) {
                 return Err(ScenarioError::new(
                     format!("--{option} {name}"),
-                    "the result was run with this file: give the option, or keep its plan.json beside it",
+                    "the result was made with this file: give this option, or keep the result's plan.json in its folder",
                 ));
             }
             pairs.push((option, name));
@@ -184,7 +184,7 @@ impl Options {
     }
 }
 
-/// True if a value names a file and not a part that comes with the program.
+/// True if a value is a file name and not a built-in part.
 pub(crate) fn names_file(value: &str) -> bool {
     value.ends_with(".toml")
 }

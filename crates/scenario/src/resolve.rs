@@ -13,12 +13,12 @@ use orchard_spec::{Preset, Spec};
 
 use crate::figures::Layers;
 use crate::options::names_file;
-use crate::{Given, Names, Options, Scenario, ScenarioError, SceneNames, TreeFile};
+use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
-/// Names of the robots that come with the program.
+/// Names of the built-in robots.
 pub const ROBOTS: &[&str] = &["paper"];
 
-/// Detectors that are made for a camera other than `paper`: (camera, detector). Every other camera has the detector `paper`.
+/// Default detectors: (camera, detector). All other cameras have the detector `paper`.
 pub const CAMERA_DETECTORS: &[(&str, &str)] = &[("d435i", "d435i")];
 
 /// Names of the robots.
@@ -47,8 +47,7 @@ pub fn controllers() -> Vec<Arc<dyn ControllerKind>> {
 }
 
 impl Scenario {
-    /// Resolves options: reads the files that they name, looks up all names, and checks every figure. `controllers` are those that
-    /// the program has.
+    /// Resolves options: reads the named files, looks up all names, and checks every figure. `controllers` are those of the program.
     ///
     /// # Errors
     /// An unknown name, a file that cannot be read, a figure out of its range; the error names the option.
@@ -71,10 +70,11 @@ impl Scenario {
             layers.part("world.camera", &given.by);
         }
         let camera = camera.unwrap_or_else(|| spec.camera.name().to_owned());
-        let by_camera = || Given::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
+        let by_camera =
+            || OptionValue::new(detector_of(&spec.camera), format!("the detector for camera {camera}"));
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         layers.part("detector", &detector.by);
-        let default = |value: &str| Given::new(value, "default");
+        let default = |value: &str| OptionValue::new(value, "default");
         let robot = options.robot.clone().unwrap_or_else(|| default(ROBOTS[0]));
         layers.part("robot", &robot.by);
         let controller = options.controller.clone().unwrap_or_else(|| default(Kind::default().name()));
@@ -107,24 +107,24 @@ impl Scenario {
 ///
 /// # Errors
 /// No such name or file, or a figure out of its range.
-pub fn detector(given: &Given) -> Result<DetectorConfig, ScenarioError> {
+pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
     named_or_file(given, DetectorConfig::named, |file, text| {
         DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
     })
 }
 
-/// Name of the detector that is made for a camera.
+/// Name of the default detector of a camera.
 fn detector_of(camera: &CameraSpec) -> &'static str {
     let made_for = CAMERA_DETECTORS.iter().find(|(name, _)| *name == camera.name());
     made_for.map_or("paper", |(_, detector)| detector)
 }
 
-/// The world's config, and the layers that it is made of.
+/// The world's config and its layers.
 fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
     match (&options.preset, &options.config) {
         (Some(preset), Some(config)) => Err(ScenarioError::new(
             format!("{} and {}", preset.by, config.by),
-            "give one of them: a config file names its preset by `base`",
+            "only one of the two may be given; a config file names its preset in the field `base`",
         )),
         (_, Some(config)) => {
             let text = read(config)?;
@@ -145,8 +145,8 @@ fn world(options: &Options) -> Result<(Spec, Layers), ScenarioError> {
     }
 }
 
-/// Sets the randomisation: one strength for every axis, or figures of a file laid over the preset's.
-fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
+/// Sets the randomisation: one strength for every axis, or figures of a file that override the preset's.
+fn randomise(spec: &mut Spec, given: &OptionValue) -> Result<(), ScenarioError> {
     if names_file(&given.value) {
         let above = parse(&given.value, &read(given)?).map_err(|e| given_error(given, e))?;
         let below = toml::Table::try_from(&spec.randomisation);
@@ -157,7 +157,7 @@ fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
     }
     let strength = given.value.parse().ok().filter(|strength| (0.0..=1.0).contains(strength));
     let strength =
-        strength.ok_or_else(|| given.refuse("neither a strength in [0, 1] nor the name of a .toml file"))?;
+        strength.ok_or_else(|| given.refuse("must be a strength in [0, 1] or the name of a .toml file"))?;
     for &axis in Axis::ALL {
         let dial = spec.randomisation.strength_mut(axis);
         *dial = dial.with_value(strength).map_err(|e| given_error(given, e))?;
@@ -165,12 +165,12 @@ fn randomise(spec: &mut Spec, given: &Given) -> Result<(), ScenarioError> {
     Ok(())
 }
 
-fn read_tree(given: &Given) -> Result<TreeFile, ScenarioError> {
+fn read_tree(given: &OptionValue) -> Result<TreeFile, ScenarioError> {
     TreeFile::read(Path::new(&given.value)).map_err(|e| given.refuse(e))
 }
 
 /// Looks up a robot.
-pub(crate) fn find_robot(given: &Given) -> Result<Arc<RobotModel>, ScenarioError> {
+pub(crate) fn find_robot(given: &OptionValue) -> Result<Arc<RobotModel>, ScenarioError> {
     if ROBOTS.contains(&given.value.as_str()) {
         return Ok(Arc::new(RobotModel::paper()));
     }
@@ -179,7 +179,7 @@ pub(crate) fn find_robot(given: &Given) -> Result<Arc<RobotModel>, ScenarioError
 
 /// Looks up a controller among those of the program.
 pub(crate) fn find_controller(
-    given: &Given,
+    given: &OptionValue,
     controllers: &[Arc<dyn ControllerKind>],
 ) -> Result<Arc<dyn ControllerKind>, ScenarioError> {
     let found = controllers.iter().find(|kind| kind.name() == given.value);
@@ -192,7 +192,7 @@ pub(crate) fn find_controller(
 
 /// Finds a part by its name, or reads it from the text of its file.
 fn named_or_file<T>(
-    given: &Given,
+    given: &OptionValue,
     named: impl FnOnce(&str) -> Result<T, String>,
     from_toml: impl FnOnce(&str, &str) -> Result<T, String>,
 ) -> Result<T, ScenarioError> {
@@ -202,15 +202,15 @@ fn named_or_file<T>(
     from_toml(&given.value, &read(given)?).map_err(|e| given_error(given, e))
 }
 
-fn read(given: &Given) -> Result<String, ScenarioError> {
+fn read(given: &OptionValue) -> Result<String, ScenarioError> {
     std::fs::read_to_string(&given.value).map_err(|e| given.refuse(e))
 }
 
-fn given_error(given: &Given, problem: impl ToString) -> ScenarioError {
+fn given_error(given: &OptionValue, problem: impl ToString) -> ScenarioError {
     ScenarioError::new(&given.by, problem)
 }
 
-/// A name as it is; of a file its last part.
+/// Returns a name unchanged, and of a path the file name.
 fn file_name(value: &str) -> String {
     let path = Path::new(value);
     let last = path.file_name().filter(|_| names_file(value));

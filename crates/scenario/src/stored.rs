@@ -1,4 +1,4 @@
-//! Scenarios as stored in results, so that a result can be run again without its option files.
+//! Scenarios stored in results, so that a result can be run again without its option files.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::figures::Layers;
 use crate::resolve::{find_controller, find_robot};
-use crate::{Given, Names, Scenario, ScenarioError, TreeFile};
+use crate::{Names, OptionValue, Scenario, ScenarioError, TreeFile};
 
 /// A scenario with all its figures. Robot and controller come with a program and are kept by name; the controller's config texts stand
 /// beside its name, so that a program without it can still check the hash.
@@ -33,7 +33,7 @@ pub struct StoredScenario {
 }
 
 impl Scenario {
-    /// The scenario as results keep it.
+    /// Returns the stored form of the scenario.
     pub fn stored(&self) -> StoredScenario {
         StoredScenario {
             names: self.names.clone(),
@@ -46,7 +46,7 @@ impl Scenario {
         }
     }
 
-    /// A scenario that a result keeps, with this program's robots and controllers. `by` names the result in errors.
+    /// Restores a stored scenario with this program's robots and controllers. `by` names the result in errors.
     ///
     /// # Errors
     /// A robot or controller that this program does not have, or figures that do not match the hash.
@@ -56,7 +56,7 @@ impl Scenario {
         by: &str,
     ) -> Result<Self, ScenarioError> {
         let names = stored.names.clone();
-        let given = |field: &str, value: &str| Given::new(value, format!("{by}: {field}"));
+        let given = |field: &str, value: &str| OptionValue::new(value, format!("{by}: {field}"));
         let scenario = Self {
             robot: find_robot(&given("robot", &names.scene.robot))?,
             controller: find_controller(&given("controller", &names.controller), controllers)?,
@@ -73,7 +73,10 @@ impl Scenario {
         }
         Err(ScenarioError::new(
             by,
-            format!("config hash {} is not that of its own figures in this program, {hash}", stored.hash),
+            format!(
+                "the stored hash {} differs from that of its figures in this program, {hash}",
+                stored.hash
+            ),
         ))
     }
 }

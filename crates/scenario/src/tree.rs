@@ -1,4 +1,4 @@
-//! Digitised trees that take the place of grown ones.
+//! Digitised trees that replace grown ones.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub struct TreeFile {
     tree: DigitisedTree,
 }
 
-/// The form in which results keep a tree's file.
+/// The form of a tree's file in results.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawTree {
@@ -59,7 +59,7 @@ impl TreeFile {
         let format = match path.extension().and_then(|extension| extension.to_str()) {
             Some("json") => TreeFormat::Json,
             Some("mtg") => TreeFormat::Mtg,
-            _ => return Err("trees are read from .json and .mtg".to_owned()),
+            _ => return Err("the file name must end in .json or .mtg".to_owned()),
         };
         let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -79,7 +79,7 @@ impl TreeFile {
         &self.name
     }
 
-    /// The tree as a skeleton. Seed and world draw its leaves where the file has none.
+    /// The tree as a skeleton. Seed and world determine its leaves if the file has none.
     pub fn skeleton(&self, spec: &Spec, seed: u64, world: u32) -> Skeleton {
         self.tree.clone().into_skeleton(spec, seed, world)
     }

@@ -54,7 +54,7 @@ fn randomisation_is_one_strength_on_all_axes() {
     assert_eq!(off.spec().randomisation, paper.spec().randomisation);
     for bad in ["2", "-0.1", "much", "nan"] {
         let e = refused(&[("randomisation", bad)]);
-        assert!(e.starts_with(&format!("--randomisation {bad}: neither a strength in [0, 1]")), "{e}");
+        assert!(e.starts_with(&format!("--randomisation {bad}: must be a strength in [0, 1]")), "{e}");
     }
 }
 
@@ -71,7 +71,7 @@ fn what_a_user_can_get_wrong_names_the_option_and_what_there_is() {
     let e = refused(&[("config", "no/such.toml")]);
     assert!(e.starts_with("--config no/such.toml: "), "{e}");
     let e = refused(&[("tree", "tree.txt")]);
-    assert_eq!(e, "--tree tree.txt: trees are read from .json and .mtg");
+    assert_eq!(e, "--tree tree.txt: the file name must end in .json or .mtg");
     let e = refused(&[("preset", "paper"), ("config", "mine.toml")]);
     assert!(e.starts_with("--preset and --config: "), "{e}");
 }
@@ -124,7 +124,7 @@ fn stored_scenarios_come_back_and_forged_ones_are_refused() {
         let mut forged = stored.clone();
         forged.world.wood.density = forged.world.wood.density.with_value(800.0).unwrap();
         let e = Scenario::from_stored(&forged, &controllers(), "plan.json").unwrap_err().to_string();
-        assert!(e.starts_with("plan.json: config hash "), "{e}");
+        assert!(e.starts_with("plan.json: the stored hash "), "{e}");
     }
 }
 

@@ -1,7 +1,7 @@
-//! Component tasks: one skill at a time, each on targets that the task names.
+//! Component tasks: each tests one skill on given targets.
 //!
 //! `reach-and-grasp`: hold a named fruit. `gentle`: push the hand to a point behind the canopy. trees -> targets (seeded) -> trials
-//! (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md` states what each figure means.
+//! (world and controller, frame by frame) -> records -> metrics -> summary. `docs/benchmark-v1.md` defines the figures.
 
 mod gentle;
 mod grasp;
@@ -20,7 +20,7 @@ pub use gentle::{Gentle, PointTarget};
 pub use grasp::{FruitTarget, ReachAndGrasp};
 pub use metrics::metrics;
 pub use plan::{ComponentKey, ComponentPlan, ComponentRun};
-pub use record::{Ended, TreeRecord, TrialRecord};
+pub use record::{TreeRecord, TrialOutcome, TrialRecord};
 pub use rules::{ComponentRules, GentleRules, GraspRules};
 pub use run::{ComponentResult, Trials, run};
 pub use summary::{ComponentSummary, TreeLine};

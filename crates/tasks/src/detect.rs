@@ -1,7 +1,7 @@
-//! The detection task: single depth images of resting trees, seen by a free camera at several foliage densities.
+//! The detection task: single depth images of trees at rest by a free camera, at several foliage densities.
 //!
-//! trees -> views -> images -> detections -> scores -> records -> metrics -> summary. The trees, the fruit and the places of the
-//! camera are the same at every density. `docs/benchmark-v1.md` states what each figure means.
+//! trees -> views -> images -> detections -> scores -> records -> metrics -> summary. Trees, fruit and camera
+//! poses are the same at every density. `docs/benchmark-v1.md` defines the figures.
 
 mod ablation;
 #[cfg(test)]
@@ -27,7 +27,7 @@ pub use record::{
     DensityRecord, DetectRecord, DetectionRecord, FruitSeen, HangingFruit, ImageRecord, SitsOn, TrackRecord,
     VariantRecord,
 };
-pub use rules::{AblationRules, Anchor, AtFoliage, DetectRules, FoundRules};
+pub use rules::{AblationRules, DetectRules, FoliageFigure, FoundRules, PublishedVariant};
 pub use run::{DetectResult, Views, run};
 pub use spread::{ERRORS, Spread};
 pub use summary::{AblationSummary, DensitySummary, DetectSummary, FractionBin, VariantSummary, ZoneSummary};

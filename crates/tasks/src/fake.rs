@@ -1,4 +1,4 @@
-//! Test fixtures: a scripted world with its controller, and hand-made records. Feature `fake` makes them public.
+//! Test fixtures: a scripted world with a controller, and hand-made records. Feature `fake` makes them public.
 
 pub mod progress;
 
@@ -45,8 +45,8 @@ pub fn observation(time: f64) -> Observation {
     }
 }
 
-/// A world in which a command does not matter: every 10 frames the next fruit is gripped, at +2 detached, at +4
-/// deposited or, for every third, dropped.
+/// A world that ignores commands. Every 10 frames the next fruit is gripped; 2 frames later it is detached, 4 frames later
+/// deposited or, for every third fruit, dropped.
 pub struct FakeWorld {
     /// Frames stepped.
     pub frame: u32,
@@ -133,7 +133,7 @@ impl BenchWorld for FakeWorld {
     }
 
     fn visible_fruit(&self) -> Vec<VisibleFruit> {
-        // Fruit 0 shows plenty of pixels, fruit 1 one too few.
+        // Fruit 0 shows enough pixels, fruit 1 one too few.
         vec![VisibleFruit { fruit: 0, pixels: 50 }, VisibleFruit { fruit: 1, pixels: 13 }]
     }
 
@@ -165,7 +165,7 @@ impl BenchWorld for FakeWorld {
     }
 }
 
-/// A controller whose log follows the fake world's rhythm: an attempt from frame 10 k + 1 to 10 k + 8.
+/// A controller whose log matches the fake world: an attempt from frame 10 k + 1 to 10 k + 8.
 pub struct FakeController {
     /// Fruit centres \[m, odom\], known to tests only.
     pub targets: Vec<Vec3>,

@@ -1,7 +1,7 @@
-//! The harvest task: a controller picks fruit for a time, under every condition of the matrix.
+//! The harvest task: a controller picks fruit for a limited time, under every condition of the matrix.
 //!
 //! plan -> episodes (world and controller, frame by frame) -> records -> metrics -> summary. [`Harvest`] makes the worlds of a scenario,
-//! [`run`] computes a plan into a result folder, [`trial`] runs a single episode. `docs/benchmark-v1.md` states what each figure means.
+//! [`run`] computes a plan into a result folder, [`trial`] runs a single episode. `docs/benchmark-v1.md` defines the figures.
 
 pub mod adapter;
 mod attempts;
@@ -24,7 +24,7 @@ pub mod summary;
 mod trial;
 mod worlds;
 
-pub use harness::{census, never_started, run_episode, watch_episode};
+pub use harness::{census, never_started, run_episode, run_observed_episode};
 pub use plan::Extent;
 pub use run::{Episodes, RunResult, WorldFactory, run};
 pub use trial::trial;

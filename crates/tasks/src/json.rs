@@ -1,4 +1,4 @@
-//! Vectors and numbers as they are written in result files.
+//! Formats of vectors and numbers in result files.
 
 use orchard_geometry::Vec3;
 

@@ -1,8 +1,8 @@
 //! The tasks of the OrchardBench benchmark, and the protocol that they share.
 //!
-//! [`harvest`]: a controller picks fruit. [`detect`]: a detector sees single images. [`component`]: a controller reaches one target.
-//! [`verify`]: a recorded trajectory is played back. Each turns a plan into records, and records into a summary, by means of
-//! `orchard-bench`; [`protocol::Protocol`] holds their constants. `docs/benchmark-v1.md` states what each figure means.
+//! [`harvest`]: a controller picks fruit. [`detect`]: a detector finds fruit in single images. [`component`]: a controller reaches one
+//! target. [`verify`]: a recorded trajectory is played back. `orchard-bench` computes the records of a plan and a summary of them;
+//! [`protocol::Protocol`] holds the constants. `docs/benchmark-v1.md` defines the figures.
 
 pub mod component;
 pub mod detect;

@@ -1,4 +1,4 @@
-//! `plan.json`: the plan of each task of a folder. Results are a function of it, the configs and the code.
+//! `plan.json`: the plan of each task of a folder. The plan, the configs and the code determine the results.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,35 +11,35 @@ use serde::{Deserialize, Serialize};
 
 use crate::harvest::plan::Extent;
 
-/// The plan of one task, as a user asked for it.
+/// The plan of one task, as requested by the user.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "task", rename_all = "kebab-case")]
 pub enum TaskPlan {
-    /// Conditions of the matrix.
+    /// The harvest: conditions of the matrix.
     Harvest {
         /// Conditions, seeds and trees.
         #[serde(flatten)]
         extent: Extent,
     },
-    /// Single images of every tree.
+    /// Detection: single images of every tree.
     Detect {
         /// Seeds and trees.
         #[serde(flatten)]
         trees: TreeExtent,
     },
-    /// Hold named fruit.
+    /// Reach and grasp: hold named fruit.
     ReachAndGrasp {
         /// Seeds and trees.
         #[serde(flatten)]
         trees: TreeExtent,
     },
-    /// Push through the canopy.
+    /// Gentle interaction: push through the canopy.
     Gentle {
         /// Seeds and trees.
         #[serde(flatten)]
         trees: TreeExtent,
     },
-    /// Time batches of trees.
+    /// Scaling: time batches of trees.
     Scaling {
         /// Profile.
         profile: String,
@@ -79,7 +79,7 @@ impl std::str::FromStr for Backend {
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::ALL.map(Self::name).join(" and ");
         let found = Self::ALL.into_iter().find(|backend| backend.name() == text);
-        found.ok_or_else(|| format!("there are {known}"))
+        found.ok_or_else(|| format!("must be one of {known}"))
     }
 }
 
@@ -90,7 +90,7 @@ pub struct TreeExtent {
     pub profile: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
 }
 
@@ -112,7 +112,7 @@ impl TaskPlan {
 pub struct PlannedTask {
     /// [`CODE_VERSION`].
     pub code_version: String,
-    /// The part of the work that this folder was asked for.
+    /// The part of the run that this folder holds.
     pub shard: Shard,
     /// The plan.
     pub plan: TaskPlan,
@@ -143,24 +143,25 @@ impl PlanFile {
     /// File under the result folder.
     pub const FILE: &'static str = "plan.json";
 
-    /// Reads that of a folder.
+    /// Reads the plan of a folder.
     ///
     /// # Errors
-    /// The file is missing, is not as this code writes it, or has another schema.
+    /// The file is missing, cannot be parsed, or has another schema.
     pub fn read(store: &Store) -> Result<Self, PlanFileError> {
         let path = store.path().join(Self::FILE);
         let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
-        let bytes = fs::read(&path).map_err(|e| bad(format!("{e}; is this a result of bench-v1?")))?;
+        let bytes =
+            fs::read(&path).map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
         let head: serde_json::Value =
-            serde_json::from_slice(&bytes).map_err(|e| bad(format!("no plan of bench-v1: {e}")))?;
+            serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))?;
         if head.get("schema_version") != Some(&serde_json::json!(SCHEMA_VERSION)) {
             let found = head.get("schema_version").map_or_else(|| "none".to_owned(), ToString::to_string);
-            return Err(bad(format!("schema version {found}; this code reads {SCHEMA_VERSION}")));
+            return Err(bad(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}")));
         }
-        serde_json::from_slice(&bytes).map_err(|e| bad(format!("no plan of bench-v1: {e}")))
+        serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))
     }
 
-    /// Writes plans of a scenario into a folder's file, beside those of other tasks.
+    /// Writes plans of a scenario into a folder's file and keeps those of other tasks.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -170,7 +171,7 @@ impl PlanFile {
         scenario: &StoredScenario,
         shard: Shard,
     ) -> Result<(), StoreError> {
-        // A file that cannot be read is of other code or damaged. It is replaced: each record has its own key.
+        // An unreadable file is damaged or of another code version. It is replaced, since each record has its own key.
         let (mut tasks, mut scenarios) =
             Self::read(store).map(|file| (file.tasks, file.scenarios)).unwrap_or_default();
         scenarios.insert(scenario.hash.clone(), scenario.clone());
@@ -186,12 +187,12 @@ impl PlanFile {
     /// Reads the scenario of a task of a folder.
     ///
     /// # Errors
-    /// As [`PlanFile::read`], or no such task was asked of the folder.
+    /// As [`PlanFile::read`], or the task is not in the folder's plan.
     pub fn scenario_of(store: &Store, task: &str) -> Result<StoredScenario, PlanFileError> {
         let file = Self::read(store)?;
         file.scenario(task).cloned().ok_or_else(|| PlanFileError {
             file: store.path().join(Self::FILE).display().to_string(),
-            problem: format!("it has no task {task}"),
+            problem: format!("has no plan of task {task}"),
         })
     }
 
@@ -247,7 +248,7 @@ mod tests {
             assert_eq!(scenario.unwrap(), if early { stereo.clone() } else { trellis.clone() });
         }
         let e = PlanFile::scenario_of(&store, "reach-and-grasp").unwrap_err().to_string();
-        assert!(e.ends_with("plan.json: it has no task reach-and-grasp"), "{e}");
+        assert!(e.ends_with("plan.json: has no plan of task reach-and-grasp"), "{e}");
     }
 
     #[test]
@@ -255,12 +256,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let e = PlanFile::read(&store).unwrap_err().to_string();
-        assert!(e.contains("plan.json: ") && e.ends_with("is this a result of bench-v1?"), "{e}");
+        assert!(e.contains("plan.json: ") && e.ends_with("a result folder of bench-v1 is needed"), "{e}");
         for (text, problem) in [
-            ("", "no plan of bench-v1"),
-            ("{}", "schema version none"),
-            ("{\"schema_version\": 1}", "schema version 1; this code reads"),
-            ("{\"schema_version\": 5, \"tasks\": 5}", "no plan of bench-v1"),
+            ("", "not a plan of bench-v1"),
+            ("{}", "schema_version none"),
+            ("{\"schema_version\": 1}", "schema_version 1, but this code reads"),
+            ("{\"schema_version\": 5, \"tasks\": 5}", "not a plan of bench-v1"),
         ] {
             fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
             let e = PlanFile::read(&store).unwrap_err().to_string();

@@ -22,11 +22,11 @@ pub const PAPER_TOML: &str = include_str!("../configs/bench/v1.toml");
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// Version of the protocol and of the configs that belong to it; a change of a constant that results depend on raises it.
+    /// Version of the protocol and of the configs that belong to it; it is raised when a constant that affects results changes.
     pub version: String,
     /// Name of the preset.
     pub preset: String,
-    /// Seeds that anyone may tune on.
+    /// Seeds for tuning.
     pub tuning_seeds: Vec<u64>,
     /// The other seed sets.
     pub seed_sets: SeedSets,
@@ -46,9 +46,9 @@ pub struct Protocol {
     pub component: ComponentRules,
     /// Open-loop verification.
     pub verify: VerifyRules,
-    /// Section of the scaling task, unread: [`Protocol::section`] reads it.
+    /// Section of the scaling task as a raw table, parsed by [`Protocol::section`].
     scaling: toml::Table,
-    /// Section of the leaderboard, unread.
+    /// Section of the leaderboard as a raw table.
     leaderboard: toml::Table,
     /// Percentiles of the zone frame.
     pub zones: ZoneRules,
@@ -59,8 +59,8 @@ pub struct Protocol {
     /// Figures of the paper's nominal baseline, by metric name.
     pub published: BTreeMap<String, Published>,
     /// Requirements on each controller over the tuning seeds, by controller, condition and metric name.
-    pub asked: BTreeMap<String, BTreeMap<String, BTreeMap<String, Requirement>>>,
-    /// File that it was read from, for errors in the unread sections.
+    pub required: BTreeMap<String, BTreeMap<String, BTreeMap<String, Requirement>>>,
+    /// Name of the protocol's file, for errors in the raw sections.
     #[serde(skip)]
     file: String,
 }
@@ -71,11 +71,11 @@ pub struct Protocol {
 pub struct Profile {
     /// Number of tuning seeds, from the first.
     pub seeds: Count,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: Count,
-    /// Length of an episode, but under `exhaustion`.
+    /// Length of an episode under all conditions but `exhaustion`.
     pub horizon: Quantity,
-    /// Conditions that are run, or sweeps of them.
+    /// Names of the conditions and sweeps that are run.
     pub conditions: Vec<String>,
 }
 
@@ -93,7 +93,7 @@ pub struct ExhaustionRules {
 pub struct Rules {
     /// Time without motion after which the robot counts as stalled.
     pub stall_time: Quantity,
-    /// Longest time that loose fruit may come to rest after the budget is spent.
+    /// Longest time that moving fruit gets to come to rest after the budget is spent.
     pub settle_time: Quantity,
     /// Base displacement that counts as motion.
     pub stall_base: Quantity,
@@ -101,7 +101,7 @@ pub struct Rules {
     pub stall_joint: Quantity,
     /// Fewest valid pixels of a visible fruit.
     pub visible_pixels: Count,
-    /// Stem tension at its end above which a fruit counts as torn off.
+    /// Stem tension at detachment above which a fruit counts as torn off.
     pub stem_pull: Quantity,
     /// Largest energy of an impact that leaves no bruise.
     pub bruise_energy: Quantity,
@@ -156,7 +156,7 @@ impl Protocol {
     ///
     /// # Errors
     /// Not TOML, a field missing or unknown, a value outside its range, a tuning seed of an official set, fewer tuning seeds than a
-    /// profile asks for, a profile without conditions or with unknown ones, an asked figure without one bound, values of a sweep that do
+    /// profile needs, a profile without conditions or with unknown ones, a requirement without exactly one bound, values of a sweep that do
     /// not ascend, foliage densities that lack that of the ablation.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         Self::of_table(file, parse(file, text)?)
@@ -180,26 +180,29 @@ impl Protocol {
             });
         }
         for (name, profile) in [("quick", &protocol.quick), ("full", &protocol.full)] {
-            let asked = profile.seeds.get() as usize;
-            if asked > protocol.tuning_seeds.len() {
+            let count = profile.seeds.get() as usize;
+            if count > protocol.tuning_seeds.len() {
                 return Err(ConfigError {
                     file: file.to_owned(),
                     field: format!("{name}.seeds"),
-                    problem: format!("{asked} seeds, but tuning_seeds lists {}", protocol.tuning_seeds.len()),
+                    problem: format!(
+                        "value {count} exceeds the {} tuning seeds",
+                        protocol.tuning_seeds.len()
+                    ),
                 });
             }
             protocol.check_names(&format!("{name}.conditions"), &profile.conditions)?;
         }
-        for (controller, conditions) in &protocol.asked {
+        for (controller, conditions) in &protocol.required {
             for (condition, metrics) in conditions {
                 let name = std::slice::from_ref(condition);
-                protocol.check_names(&format!("asked.{controller}"), name)?;
+                protocol.check_names(&format!("required.{controller}"), name)?;
                 let unclear = metrics.iter().find(|(_, a)| a.at_least.is_some() == a.at_most.is_some());
                 if let Some((metric, _)) = unclear {
                     return Err(ConfigError {
                         file: file.to_owned(),
-                        field: format!("asked.{controller}.{condition}.{metric}"),
-                        problem: "either at_least or at_most is needed".to_owned(),
+                        field: format!("required.{controller}.{condition}.{metric}"),
+                        problem: "needs exactly one of at_least and at_most".to_owned(),
                     });
                 }
             }
@@ -207,7 +210,7 @@ impl Protocol {
         Ok(protocol)
     }
 
-    /// The protocol, with the figures of a scenario's rules in place of its own.
+    /// The protocol with the figures of a scenario's rules replaced.
     ///
     /// # Errors
     /// Rules that the protocol does not have, or a value outside its range.
@@ -228,7 +231,7 @@ impl Protocol {
         let table = match name {
             "scaling" => &self.scaling,
             "leaderboard" => &self.leaderboard,
-            _ => return Err(self.error(name, "there is no such section".to_owned())),
+            _ => return Err(self.error(name, "no such section".to_owned())),
         };
         from_table(&self.file, table.clone()).map_err(|e: ConfigError| {
             let field = if e.field == "." { name.to_owned() } else { format!("{name}.{}", e.field) };
@@ -286,16 +289,16 @@ mod tests {
         for name in protocol.published.keys() {
             assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.info.name == name), "{name}");
         }
-        for conditions in protocol.asked.values() {
+        for conditions in protocol.required.values() {
             for name in conditions.values().flat_map(BTreeMap::keys) {
                 assert!(crate::harvest::metrics::METRICS.iter().any(|m| m.info.name == name), "{name}");
             }
         }
-        for controller in protocol.asked.keys() {
+        for controller in protocol.required.keys() {
             assert!(["baseline", "expert"].contains(&controller.as_str()), "{controller}");
         }
         let detect = &protocol.detect;
-        for (name, at) in detect.published.iter().chain(&detect.asked) {
+        for (name, at) in detect.published.iter().chain(&detect.required) {
             let known = crate::detect::METRICS.iter().any(|m| m.info.name == name)
                 || crate::detect::ERRORS.iter().any(|e| e.name == name);
             assert!(known, "{name}");
@@ -313,29 +316,33 @@ mod tests {
     fn more_seeds_than_listed_are_refused() {
         let text = PAPER_TOML.replacen("seeds = { value = 3", "seeds = { value = 4", 1);
         let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
-        assert_eq!(e, "x.toml: full.seeds: 4 seeds, but tuning_seeds lists 3");
+        assert_eq!(e, "x.toml: full.seeds: value 4 exceeds the 3 tuning seeds");
     }
 
     #[test]
-    fn asked_figures_have_one_bound() {
-        let asked = |at_least, at_most| Requirement {
+    fn requirements_have_one_bound() {
+        let requirement = |at_least, at_most| Requirement {
             at_least,
             at_most,
             unit: "1".into(),
             source: "protocol".into(),
         };
-        assert!(asked(Some(0.5), None).is_met(Some(0.5)) && !asked(Some(0.5), None).is_met(Some(0.4)));
-        assert!(asked(None, Some(0.5)).is_met(Some(0.5)) && !asked(None, Some(0.5)).is_met(Some(0.6)));
-        assert!(!asked(Some(0.5), None).is_met(None));
+        assert!(
+            requirement(Some(0.5), None).is_met(Some(0.5)) && !requirement(Some(0.5), None).is_met(Some(0.4))
+        );
+        assert!(
+            requirement(None, Some(0.5)).is_met(Some(0.5)) && !requirement(None, Some(0.5)).is_met(Some(0.6))
+        );
+        assert!(!requirement(Some(0.5), None).is_met(None));
         assert_eq!(
-            (asked(Some(0.5), None).bound(), asked(None, Some(6.0)).bound()),
+            (requirement(Some(0.5), None).bound(), requirement(None, Some(6.0)).bound()),
             (">= 0.5".into(), "<= 6".into())
         );
         let text = PAPER_TOML.replacen("{ at_least = 0.45,", "{ at_least = 0.45, at_most = 1.0,", 1);
         let e = Protocol::from_toml("x.toml", &text).unwrap_err().to_string();
         assert_eq!(
             e,
-            "x.toml: asked.baseline.nominal.place_success_per_attempt: either at_least or at_most is needed"
+            "x.toml: required.baseline.nominal.place_success_per_attempt: needs exactly one of at_least and at_most"
         );
     }
 
@@ -347,8 +354,8 @@ mod tests {
             Protocol::from_toml("x.toml", &text).unwrap_err().to_string()
         };
         let e = refused("{ value = 0.3, range = [0.0, 3.0]", "{ value = 0.0, range = [0.0, 3.0]");
-        assert_eq!(e, "x.toml: sweeps.foliage: values must ascend, each but once");
+        assert_eq!(e, "x.toml: sweeps.foliage: values must ascend without duplicates");
         let e = refused("foliage = { value = 0.6", "foliage = { value = 0.7");
-        assert_eq!(e, "x.toml: detect.ablation.foliage: 0.7 is not among sweeps.foliage");
+        assert_eq!(e, "x.toml: detect.ablation.foliage: value 0.7 is not in sweeps.foliage");
     }
 }

@@ -1,4 +1,4 @@
-//! Seed sets: which seeds a result is on. A set's name is its version; another set gets another name.
+//! Named seed sets. The name of a set is its version: a changed set gets another name.
 
 use orchard_quantity::Count;
 use serde::{Deserialize, Serialize};
@@ -8,25 +8,25 @@ use sha2::{Digest, Sha256};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SeedSetName {
-    /// Seeds that anyone may tune on.
+    /// Seeds for tuning.
     Tuning,
-    /// The official set of OrchardBench-v1, held out: nobody tunes on it.
+    /// The official, held-out set of OrchardBench-v1; it must not be used for tuning.
     V1,
     /// Any other seeds.
     Custom,
 }
 
-/// The set that a result's seeds belong to.
+/// The seed set of a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SeedSetLabel {
     /// Name.
     pub name: SeedSetName,
-    /// True if the result is on all seeds of the set, in its order, with as many trees a seed as the set has.
+    /// True if the result has all seeds of the set, in its order, with the set's number of trees per seed.
     pub whole: bool,
 }
 
 impl SeedSetLabel {
-    /// Seeds of no set.
+    /// Custom seeds.
     pub fn custom() -> Self {
         Self { name: SeedSetName::Custom, whole: false }
     }
@@ -46,16 +46,16 @@ pub struct SeedSets {
 pub struct OfficialSet {
     /// Seeds.
     pub seeds: Count,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: Count,
-    /// Episodes a tree under the nominal condition, each with another start pose.
+    /// Episodes per tree under the nominal condition, each with another start pose.
     pub repeats: Count,
 }
 
-/// Text that is hashed into a seed of the official set, without the seed's number.
+/// Text that is hashed, followed by the number of the seed, into a seed of the official set.
 const V1_RULE: &str = "orchardbench/v1/seed/";
 
-/// Bytes of the hash that make a seed: 48 bits, which every reader of JSON keeps.
+/// Bytes of the hash used for a seed: 48 bits, which every JSON reader represents exactly.
 const SEED_BYTES: usize = 6;
 
 /// Seed number `k`, from 0, of the official set v1: the first 12 hexadecimal digits of SHA-256 of "orchardbench/v1/seed/K" in ASCII,

@@ -1,14 +1,14 @@
-//! Unrecoverable stall: the robot has not moved for too long.
+//! Stall detection: ends an episode if the robot has not moved for too long.
 
 use orchard_geometry::math;
 use orchard_robot::io::{ARM_DOF, Observation};
 
 use crate::protocol::Rules;
 
-/// Watches the measured joints and the base for motion.
+/// Detects motion in the measured joints and base pose.
 ///
-/// The place is an anchor; the first observation that leaves it by more than a threshold becomes the next
-/// anchor. A robot that keeps within the thresholds for the stall time has stalled.
+/// The reference is an observation, the anchor; the first observation that differs from it by more than a threshold becomes the
+/// next anchor. A robot that stays within the thresholds for the stall time has stalled.
 #[derive(Debug, Clone)]
 pub struct StallWatch {
     base: f64,
@@ -19,7 +19,7 @@ pub struct StallWatch {
 }
 
 impl StallWatch {
-    /// A watch under the protocol's rules, for frames of a given length \[s\].
+    /// Makes a detector with the protocol's rules, for frames of a given length \[s\].
     pub fn new(rules: &Rules, frame: f64) -> Self {
         Self {
             base: rules.stall_base.si(),
@@ -30,7 +30,7 @@ impl StallWatch {
         }
     }
 
-    /// Takes one frame's observation; true once the robot has stalled.
+    /// Adds the observation of a frame; returns true once the robot has stalled.
     pub fn stalled(&mut self, observation: &Observation) -> bool {
         let (arm, base) = (observation.arm_q, observation.base_pose);
         let moved = self.anchor.is_none_or(|(arm0, base0)| {

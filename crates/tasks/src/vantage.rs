@@ -7,7 +7,7 @@ use orchard_quantity::{Quantity, Span};
 use orchard_spec::{Purpose, Stream};
 use serde::{Deserialize, Serialize};
 
-/// The part of space that the views of a tree fill evenly.
+/// The range of lens positions and aims of a tree's views.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VantageSpec {
@@ -15,9 +15,9 @@ pub struct VantageSpec {
     pub distance: Span,
     /// Height of the lens over the trunk's base.
     pub height: Span,
-    /// Height on the trunk's axis at which it looks.
+    /// Height of the point on the trunk's axis at which the camera is aimed.
     pub aim: Span,
-    /// Least distance of the lens from wood and fruit; where they are nearer it steps back.
+    /// Smallest distance of the lens from wood and fruit; a lens that is nearer is moved back.
     pub clearance: Quantity,
 }
 
@@ -28,8 +28,8 @@ const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_70
 /// Step by which a lens that is too near moves back \[m\].
 const STEP: f64 = 0.05;
 
-/// Poses of the optical frame in the world, `count` of them: bearings evenly round the tree, distances, heights and aims by a
-/// low-discrepancy sequence that starts at a place of the world's own.
+/// Returns `count` poses of the optical frame in the world: even bearings around the tree; distances, heights and aims from a
+/// low-discrepancy sequence with a start that depends on the world.
 pub fn vantages(spec: &VantageSpec, scene: &Scene, seed: u64, world: u32, count: u32) -> Vec<Pose> {
     let mut stream = Stream::new(seed, world, Purpose::Vantage);
     let first_bearing = stream.unit();

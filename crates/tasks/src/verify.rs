@@ -1,4 +1,4 @@
-//! Open-loop verification: the effect of a fixed trajectory of joints and base on trees.
+//! Open-loop verification: measures the damage of a fixed trajectory of joints and base on trees.
 //!
 //! file -> [`Trajectory`] (checked) -> a run on every tree -> loads, ruptures, fruit -> [`Report`]. `docs/verify.md` describes the
 //! file and the report.

@@ -1,4 +1,4 @@
-//! Canopy zones: a 3 x 2 grid (vertical x radial) that each tree calibrates from its own reachable fruit.
+//! Canopy zones: a 3 x 2 grid (vertical x radial), calibrated for each tree from its reachable fruit.
 //!
 //! OrchardBench, "Canopy-zone breakdown": the trunk axis is at the horizontal median of the reachable
 //! fruit; thirds are cut between the 5th and the 95th height percentile; inner and outer part at the median
@@ -87,7 +87,7 @@ impl ZoneFrame {
         })
     }
 
-    /// The zone of a point \[m, world\]. A canopy without vertical extent is all middle.
+    /// The zone of a point \[m, world\]. In a canopy without vertical extent all points are in the middle third.
     pub fn zone(&self, p_world: &Vec3) -> Zone {
         let extent = self.z_high - self.z_low;
         let height = p_world.z - self.z_low;

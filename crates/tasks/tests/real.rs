@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{NoProgress, Session};
 use orchard_camera::{Item, Label};
 use orchard_scenario::Scenario;
 use orchard_tasks::detect::{RestingTree, Trees};
@@ -19,7 +19,7 @@ fn go(folder: &Path, threads: usize) -> RunResult {
     let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let plan = harvest.plan("quick", vec![20250704, 11], 1, 1.5);
     let store = Store::open(folder).unwrap();
-    run(&plan, &harvest, &Session::whole(&store, threads, &AtomicBool::new(false)), &Silent).unwrap()
+    run(&plan, &harvest, &Session::whole(&store, threads, &AtomicBool::new(false)), &NoProgress).unwrap()
 }
 
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {

@@ -11,12 +11,12 @@ use super::timing::{Rounds, cpu_time};
 use super::{say, spinner};
 use orchardbench::rows::{Effort, Measured, Row};
 
-/// World-seconds a wall second of the released OrchardBench while picking, on its laptop GPU.
+/// World-seconds per wall second of the released OrchardBench while picking, on its laptop GPU.
 const RELEASED_RATE: f64 = 0.45;
 /// Target time of a whole nominal episode, picker and camera included \[s of one core\].
 const ASKED: f64 = 3.0;
 
-/// Episodes of the full profile's length, one tree a tuning seed, one after the other: two rows a controller.
+/// Runs episodes of the full profile's length, one tree per tuning seed, in sequence; two rows per controller.
 pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     let bar = spinner();
     let mut rows = Vec::new();
@@ -35,7 +35,7 @@ pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     Ok(rows.into())
 }
 
-/// Processor seconds of whole episodes, and world-seconds a processor second.
+/// Processor seconds of whole episodes, and world-seconds per processor second.
 fn episodes(controller: &str) -> anyhow::Result<(Rounds, Rounds)> {
     let harvest = Harvest::new(Scenario::of(&[("controller", controller)])?)?;
     let protocol = harvest.protocol();

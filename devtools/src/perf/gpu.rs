@@ -36,16 +36,16 @@ const MANY: usize = 4096;
 const MEMORY: f64 = 150e6;
 const BUILD: f64 = 0.5;
 const TOPOLOGIES: f64 = 0.5;
-/// Worlds on a software adapter, which is for tests.
+/// Worlds on a software adapter.
 const SOFTWARE_WORLDS: usize = 32;
 /// Seed of the draws of the worlds that the device builds.
 const SEED: u64 = 1;
 
 const NOTE: &str =
     "151 links, 30 fruit; every joint kicked at up to 1 rad/s before the first of 5 s; elapsed";
-const SOFTWARE_NOTE: &str = "an adapter in software: nothing is asked of it";
+const SOFTWARE_NOTE: &str = "a software adapter: no target applies";
 
-/// Substeps a second, memory and time to build.
+/// Measures substeps per second, memory and build time.
 pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let gpu = Gpu::open(Choice::Any).context("the suite gpu needs a graphics adapter")?;
     let is_real = !gpu.info().is_software;
@@ -94,7 +94,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
                 Row::measured(&format!("gpu.dimensions_{worlds}.memory"), cell.bytes, "bytes")
                     .at_most(MEMORY),
             );
-            let note = "packed and sent, from settled trees on the processor".to_owned();
+            let note = "time to pack and send settled trees".to_owned();
             let build =
                 Row::measured(&format!("gpu.dimensions_{worlds}.build"), cell.build, "s").at_most(BUILD);
             rows.push(Row { note: Some(note), ..build });
@@ -102,7 +102,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         }
     }
     for &(worlds, _) in targets {
-        say(&bar, &format!("{worlds} worlds of one topology, and of as many"));
+        say(&bar, &format!("{worlds} worlds of one topology and of many topologies"));
         let of_one = Cell::measure(&gpu, &same, worlds, awake)?;
         let of_many = Cell::measure(&gpu, &topologies, worlds, awake)?;
         rows.push(of_one.row(&format!("gpu.same_{worlds}"), substeps));
@@ -122,7 +122,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     Ok(measured)
 }
 
-/// Seconds in which the device draws so many worlds of one tree, in every physical axis, and settles them. The kernels are compiled before.
+/// Time in which the device draws the worlds from one tree, with every physical axis, and settles them. The kernels are compiled before.
 fn drawn(gpu: &Gpu, of: &Planting, worlds: usize) -> anyhow::Result<Row> {
     let mut spec = Spec::clone(&of.spec);
     spec.randomisation = Spec::preset(Preset::Randomised).randomisation;
@@ -132,8 +132,7 @@ fn drawn(gpu: &Gpu, of: &Planting, worlds: usize) -> anyhow::Result<Row> {
     let start = Instant::now();
     GpuBatch::randomised(gpu, &base, worlds as u32)?.wait()?;
     let row = Row::measured(&format!("gpu.drawn_{worlds}.build"), start.elapsed().as_secs_f64(), "s");
-    let note =
-        "from one tree in memory to as many worlds in equilibrium, all axes drawn and settled on the device";
+    let note = "from one tree in memory to all worlds in equilibrium; drawn and settled on the device";
     Ok(Row { note: Some(note.to_owned()), ..row })
 }
 
@@ -150,14 +149,14 @@ fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
 struct Cell {
     batch: GpuBatch,
     worlds: usize,
-    /// Frames of the whole batch a second.
+    /// Frames of the whole batch per second.
     rates: Rounds,
     bytes: f64,
     build: f64,
 }
 
 impl Cell {
-    /// Makes `count` worlds, of the given kinds in turns, each with its own kick.
+    /// Makes `count` worlds that repeat the given trees, each with its own kick.
     fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize, awake: f64) -> anyhow::Result<Self> {
         let all: Vec<TreeWorld> = (0..worlds)
             .into_par_iter()
@@ -185,7 +184,7 @@ impl Cell {
         Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build, batch })
     }
 
-    /// Substeps of one world a second.
+    /// Substeps of one world per second.
     fn row(&self, name: &str, substeps: f64) -> Row {
         let each = self.worlds as f64 * substeps;
         let row = Row::measured(name, self.rates.median() * each, "substeps/s");

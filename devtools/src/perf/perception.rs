@@ -35,7 +35,7 @@ const TIMES: [f64; 6] = [0.0, 2.0, 4.0, 8.0, 12.0, 20.0];
 /// Amount of measurement.
 struct Plan {
     rounds: usize,
-    /// Times that a view is taken in a round.
+    /// Images of a view per round.
     repeats: u32,
 }
 
@@ -44,7 +44,7 @@ struct View {
     world: World,
     scene: Scene,
     x_world_camera: Pose,
-    /// The robot's shapes in the camera frame, those that lie wholly behind it left out.
+    /// The robot's shapes in the camera frame, without those completely behind it.
     links: Vec<(Shape, Pose)>,
     small: Capture,
     large: Capture,
@@ -173,7 +173,7 @@ fn view(vision: &Vision, world: World) -> anyhow::Result<View> {
     let links = scene.items.iter().filter_map(link).filter(|(shape, x)| shape.aabb(x).max.z > 0.0).collect();
     let [small, large] =
         [&vision.small, &vision.large].map(|sensor| sensor.capture(&scene, &x_world_camera, KEY));
-    anyhow::ensure!(small.measured.pixels().iter().any(|&z| z > 0.0), "the image shows nothing");
+    anyhow::ensure!(small.measured.pixels().iter().any(|&z| z > 0.0), "the image has no valid depth");
     let none = Image::filled(0, 0, false);
     let mut view = View { world, scene, x_world_camera, links, small, large, ignored: none };
     view.ignored = ignored(vision, &view);

@@ -1,4 +1,4 @@
-//! Suite `physics`: substeps of tree worlds a second, ours and MuJoCo's in turns. Every timed world is kicked, and
+//! Suite `physics`: substeps of tree worlds per second, ours and MuJoCo's measured alternately. Every timed world is kicked, and
 //! may break and drop fruit. `docs/performance.md` explains each row.
 
 mod contact;
@@ -33,19 +33,19 @@ pub(super) const WORLDS: usize = 512;
 const THREADS: usize = 2;
 /// Worlds of the seed among which the trees are looked for.
 pub(super) const SEARCHED: u32 = 8192;
-/// Frames of a course: short enough that everything is still on the move at its end.
+/// Frames of a course: short enough that all bodies still move at its end.
 const FRAMES: u32 = 15;
 
 /// Amount of measurement.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     rounds: usize,
-    /// Courses of one tree a round, and of MuJoCo's slower one.
+    /// Courses per round of one tree, and of MuJoCo's slower one.
     repeats: u32,
     peer_repeats: u32,
-    /// Courses of the batches a round.
+    /// Courses per round of the batches.
     batch_repeats: u32,
-    /// Worlds of MuJoCo's batch, whose models take long to load.
+    /// Worlds of MuJoCo's batch; its models take long to load.
     peer_worlds: usize,
     /// Approximate product of substeps and links in a round of one tree size.
     work: f64,
@@ -69,13 +69,13 @@ impl Plan {
     }
 }
 
-/// Everything that the rows share.
+/// Settings and processes shared by all rows.
 struct Bench {
     plan: Plan,
     peer: RefCell<Option<Peer>>,
     peaks: Peaks,
     bar: ProgressBar,
-    /// Substeps a frame.
+    /// Substeps per frame.
     substeps: u32,
 }
 
@@ -92,7 +92,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     context.insert("mujoco", peer.as_ref().map(|peer| peer.version.clone()));
     context.insert("rustc", rustc_version());
     context.insert("instructions_f32", Some(format!("{:?}", Isa::best())));
-    context.insert("instructions_f64", Some(format!("those of every {} processor", std::env::consts::ARCH)));
+    context.insert("instructions_f64", Some(format!("baseline of {}", std::env::consts::ARCH)));
 
     say(&bar, "growing trees");
     let spec = forest::spec_with_fruit(FRUIT)?;
@@ -111,7 +111,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     Ok(Measured { rows, context, ..Measured::default() })
 }
 
-/// The compiler beside which this runs, which is the one that `cargo xtask` built it with.
+/// Version of the compiler on the search path, which is the one that `cargo xtask` uses.
 fn rustc_version() -> Option<String> {
     let output = Command::new("rustc").arg("--version").output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
@@ -123,8 +123,8 @@ impl Bench {
         say(&self.bar, what);
     }
 
-    /// Figures of ours, and of MuJoCo's subject of a name, in turns. Ours give substeps/s, MuJoCo's is a course
-    /// of some worlds on some threads.
+    /// Measures ours and MuJoCo's subject `name` alternately. Ours returns substeps/s; MuJoCo's runs a course of some worlds on some
+    /// threads.
     fn beside_peer<'a>(
         &'a self,
         name: &'a str,
@@ -138,7 +138,7 @@ impl Bench {
             sides.push(Box::new(move || {
                 let mut peer = self.peer.borrow_mut();
                 let timed = peer.as_mut().context("no MuJoCo")?.time(name, course)?;
-                anyhow::ensure!(timed.fastest > 0.0, "MuJoCo's {name} stands still");
+                anyhow::ensure!(timed.fastest > 0.0, "MuJoCo's {name} is at rest");
                 let substeps = f64::from(course.steps * course.repeats) * worlds as f64;
                 Ok(substeps * threads as f64 / timed.seconds)
             }));
@@ -160,7 +160,7 @@ impl Bench {
         Ok(())
     }
 
-    /// A row of substeps a second.
+    /// A row of substeps per second.
     fn row(&self, name: &str, ours: &Rounds, theirs: Option<&Rounds>) -> Row {
         let mut row = Row::measured(name, ours.median(), "substeps/s");
         row.spread = Some(ours.spread());

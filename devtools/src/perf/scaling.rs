@@ -1,5 +1,5 @@
-//! Suite `scaling`: the scaling task's own code on a larger plan, `[scaling.study]` of the protocol, and what each kind of
-//! randomisation costs.
+//! Suite `scaling`: the scaling task on a larger plan, `[scaling.study]` of the protocol, and the cost of each kind of
+//! randomisation.
 
 use std::sync::atomic::AtomicBool;
 
@@ -16,7 +16,7 @@ use orchardbench::commands::bench_v1::default_threads;
 use orchardbench::commands::bench_v1::scaling::{Cells, name};
 use orchardbench::rows::{Effort, Measured, Row};
 
-/// Worlds whose time to build has a row: those that the paper reports.
+/// Numbers of worlds with a row of the build time: those that the paper reports.
 const BUILT: [u32; 2] = [64, 512];
 /// Solver that the paper's rates refer to.
 const PAPER: &str = "the paper's conjugate gradients, at most";
@@ -50,7 +50,7 @@ fn measure(effort: Effort, backend: Backend) -> anyhow::Result<Measured> {
     Ok(measured)
 }
 
-/// A row a cell, timed or left out; the time to build; the kinds of randomisation.
+/// One row per cell, timed or skipped; the build times; the kinds of randomisation.
 fn rows(scaling: &Scaling, paper: &PublishedScaling) -> Vec<Row> {
     let cells = scaling.rows.iter().map(|row| rate(row, paper));
     let omitted = scaling.omitted.iter().map(left_out);
@@ -78,12 +78,15 @@ fn rate(cell: &CellRow, paper: &PublishedScaling) -> Row {
 
 fn left_out(cell: &Omitted) -> Row {
     let row = Row::measured(&row_name(cell.mode, cell.worlds, cell.solver), f64::NAN, "env-steps/s");
-    Row { note: Some(format!("left out: {}", cell.why)), ..row }
+    Row { note: Some(format!("skipped: {}", cell.why)), ..row }
 }
 
 fn build(cell: &CellRow, threads: u32, paper: &PublishedScaling) -> Row {
     let row_name = format!("{}.build", row_name(cell.mode, cell.worlds, cell.solver));
-    let note = format!("elapsed, grown and settled by {threads} threads, then packed: {:.3} s", cell.pack_s);
+    let note = format!(
+        "elapsed; {threads} threads grow and settle the worlds; of this, packing {:.3} s",
+        cell.pack_s
+    );
     let note = cell.note.as_ref().map_or(note.clone(), |particular| format!("{note}; {particular}"));
     let row = Row { note: Some(note), ..Row::measured(&row_name, cell.build_s(), "s") };
     match paper.build_at(cell.mode, cell.worlds) {

@@ -5,7 +5,7 @@ pub use orchard_scaling::processor_time as cpu_time;
 /// Rounds of a measurement; the median is reported.
 const ROUNDS: usize = 5;
 
-/// Shortest time that a round may take \[s\]: long against the clock's resolution and a scheduler's slice.
+/// Shortest time of a round \[s\]: long compared with the clock's resolution and a scheduler's time slice.
 const ROUND_SECONDS: f64 = 0.4;
 
 /// Runs of `work` per second of processor time: the median over rounds. `work` gets a counter that counts over all
@@ -44,7 +44,7 @@ impl Rounds {
         if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
     }
 
-    /// Ratios to the figures of another side, round by round; measured in turns, a slowdown of the machine affects both.
+    /// Ratios to the figures of another side, round by round. Both are measured alternately, so that a slowdown of the machine affects both.
     pub fn over(&self, other: &Self) -> Self {
         Self(self.0.iter().zip(&other.0).map(|(a, b)| a / b).collect())
     }
@@ -58,7 +58,7 @@ impl Rounds {
 /// A measurement that can be repeated.
 pub type Side<'a> = Box<dyn FnMut() -> anyhow::Result<f64> + 'a>;
 
-/// Measures all sides in turns, round by round, so that a slowdown of the machine affects them alike.
+/// Measures all sides alternately, round by round, so that a slowdown of the machine affects them alike.
 pub fn alternate(rounds: usize, sides: &mut [Side<'_>]) -> anyhow::Result<Vec<Rounds>> {
     let mut figures = vec![Rounds(Vec::with_capacity(rounds)); sides.len()];
     for _ in 0..rounds {

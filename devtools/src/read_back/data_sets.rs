@@ -44,7 +44,7 @@ fn write_set(camera: &str, preset: Preset) -> anyhow::Result<PathBuf> {
         &folder,
         rayon::current_num_threads(),
         &AtomicBool::new(false),
-        &orchard_dataset::Silent,
+        &orchard_dataset::NoProgress,
     )?;
     Ok(folder)
 }

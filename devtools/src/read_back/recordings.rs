@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use orchard_bench::store::{Store, write_json};
-use orchard_bench::{Session, Silent, run_task};
+use orchard_bench::{NoProgress, Session, run_task};
 use orchard_camera::Sensor;
 use orchard_geometry::Intrinsics;
 use orchard_recording::{Channel, RecordingConfig, Recordings, name_of};
@@ -64,7 +64,7 @@ fn write_case() -> anyhow::Result<PathBuf> {
     let recordings = Recordings::new(&folder, config.clone(), harvest.scenario());
     let stop = AtomicBool::new(false);
     let task = Episodes { plan: &plan, factory: &harvest, watch: &recordings };
-    let result = run_task(&task, &Session::whole(&store, 1, &stop), &Silent)?;
+    let result = run_task(&task, &Session::whole(&store, 1, &stop), &NoProgress)?;
     let episode = result.records.first().context("an episode of one tree")?;
     let case = Case {
         file: folder.join(name_of(&episode.key)),

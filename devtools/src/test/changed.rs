@@ -17,7 +17,7 @@ pub fn crates() -> Result<Vec<String>, Failure> {
 
 /// The packages that hold the files that some git commands list.
 fn packages_of(commands: &[&[&str]]) -> Result<Vec<String>, Failure> {
-    let failed = |problem: String| Failure::Failed(format!("cannot find out what has changed: {problem}"));
+    let failed = |problem: String| Failure::Failed(format!("cannot determine the changed crates: {problem}"));
     let root = workspace::root();
     let metadata = MetadataCommand::new().manifest_path(root.join("Cargo.toml")).no_deps().exec();
     let metadata = metadata.map_err(|e| failed(e.to_string()))?;

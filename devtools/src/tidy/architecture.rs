@@ -1,4 +1,4 @@
-//! The architecture page names every crate once, lowest first, and no crate that is not there.
+//! Checks that the architecture page names every crate once, lowest first, and no other.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ fn compare(text: &str, packages: &[Package]) -> Vec<String> {
     let exists = |name: &str| packages.iter().any(|p| p.name == name);
     for name in &listed {
         if !exists(name) {
-            errors.push(format!("{PAGE} lists `{name}`, which is no crate"));
+            errors.push(format!("{PAGE} lists `{name}`, which is not a crate"));
         }
     }
     for mention in mentions(text) {
@@ -86,7 +86,7 @@ mod tests {
         );
         assert_eq!(
             check_page("- `spec`: a.\n- `treegen`: trees.\n- `gpu`: later.\n"),
-            ["docs/architecture.md lists `gpu`, which is no crate"]
+            ["docs/architecture.md lists `gpu`, which is not a crate"]
         );
         assert_eq!(
             check_page("- `treegen`: trees.\n- `spec`: a, see crates/viewer.\n"),

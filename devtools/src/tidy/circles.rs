@@ -1,7 +1,7 @@
-//! Circles of imports between the files of a crate.
+//! Finds circular imports between the files of a crate.
 //!
-//! A file that uses another, which uses the first over any number of steps, cannot be understood, tested or moved without it. A module and the
-//! modules below it are one piece in this: a parent may re-export what its children define, and children may use what their parent does.
+//! Files that import each other, directly or indirectly, can only be understood, tested and moved together. A module and its submodules
+//! count as one: a parent may re-export items of its children, and children may use items of their parent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,7 +11,7 @@ use syn::visit::{self, Visit};
 
 use crate::workspace;
 
-/// The circles of all crates, a line each.
+/// The circular imports of all crates, one line each.
 pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
     let mut errors = Vec::new();
     let crates = std::fs::read_dir(root.join("crates")).context("crates")?;
@@ -23,7 +23,7 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
         let graph = graph(&folder)?;
         for circle in circles(&graph) {
             let name = workspace::relative(root, &folder);
-            errors.push(format!("{name}: circle of imports: {}", circle.join(", ")));
+            errors.push(format!("{name}: circular import: {}", circle.join(", ")));
         }
     }
     Ok(errors)
@@ -63,7 +63,7 @@ fn module(file: &str) -> Module {
     parts.map(str::to_owned).collect()
 }
 
-/// The file in which a path ends: the deepest module that is a part of it.
+/// The file of a path: the deepest module on it.
 fn file_of(path: &[String], modules: &BTreeSet<Module>) -> Option<Module> {
     (1..=path.len()).rev().map(|n| path[..n].to_vec()).find(|module| modules.contains(module))
 }
@@ -71,7 +71,7 @@ fn file_of(path: &[String], modules: &BTreeSet<Module>) -> Option<Module> {
 /// Collects the paths of a file that begin at its crate, from the crate's root.
 struct Uses<'a> {
     own: &'a Module,
-    /// Modules within the file around the present place.
+    /// Number of inline modules around the current position.
     depth: usize,
     paths: Vec<Vec<String>>,
 }
@@ -182,7 +182,7 @@ mod tests {
                 ("devtools/src/main.rs", "fn main() {}"),
             ])
         };
-        let circle = ["crates/x/src: circle of imports: a, b"];
+        let circle = ["crates/x/src: circular import: a, b"];
         assert_eq!(check(crate_of("pub struct B; fn f() { crate::a::g() }").path()).unwrap(), circle);
         assert_eq!(check(crate_of("use super::a::{A}; pub struct B;").path()).unwrap(), circle);
         let tests = "pub struct B; #[cfg(test)] mod tests { use crate::a::A; }";

@@ -1,4 +1,4 @@
-//! The crate graph: layers, and the bans that keep truth away from the picker.
+//! Checks the crate graph: the layers, and that picker and perception have no access to ground truth.
 //!
 //! Development dependencies are free: a test may compare with anything, and users of a crate do not get them.
 
@@ -10,10 +10,10 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 use super::LAYERS;
 
-/// Crates that may see sensor data only.
+/// Crates that may only use sensor data.
 const BLIND: [&str; 2] = ["perception", "picker"];
 
-/// Crates that those may not depend on, directly or indirectly: seeds and everything that contains tree truth.
+/// Crates that [`BLIND`] may not depend on, directly or indirectly: they contain seeds or ground truth.
 const TRUTH: [&str; 10] =
     ["spec", "treegen", "camera", "treephys", "fruit", "world", "scenario", "env", "bench", "tasks"];
 
@@ -52,25 +52,25 @@ pub fn packages(root: &Path) -> anyhow::Result<Vec<Package>> {
     Ok(packages)
 }
 
-/// Every package stands in the layers, uses only what stands before it, and keeps the bans.
+/// Checks that every package is in the layers, uses only packages before it, and has no forbidden dependency.
 pub fn check(packages: &[Package]) -> Vec<String> {
     let mut errors = Vec::new();
     let layer = |name: &str| LAYERS.iter().position(|l| *l == name);
     for package in packages {
         let Some(own) = layer(&package.name) else {
-            errors.push(format!("crate {} has no place in the layers (devtools/src/tidy.rs)", package.name));
+            errors.push(format!("crate {} is missing in the layers (devtools/src/tidy.rs)", package.name));
             continue;
         };
         for used in &package.uses {
             if layer(used).is_none_or(|used| used >= own) {
-                errors.push(format!("crate {} uses {used}, which does not stand below it", package.name));
+                errors.push(format!("crate {} uses {used}, which is not below it", package.name));
             }
         }
     }
     for blind in BLIND {
         for reached in reach(packages, blind) {
             if TRUTH.contains(&reached.as_str()) {
-                errors.push(format!("crate {blind} reaches {reached}: it may see sensor data only"));
+                errors.push(format!("crate {blind} depends on {reached}: it may only use sensor data"));
             }
         }
     }
@@ -112,8 +112,8 @@ mod tests {
         assert_eq!(
             errors,
             [
-                "crate spec uses treegen, which does not stand below it",
-                "crate fruit uses fruit, which does not stand below it"
+                "crate spec uses treegen, which is not below it",
+                "crate fruit uses fruit, which is not below it"
             ]
         );
     }
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn unknown_crates_are_found() {
         let errors = check(&[package("utils", &[])]);
-        assert_eq!(errors, ["crate utils has no place in the layers (devtools/src/tidy.rs)"]);
+        assert_eq!(errors, ["crate utils is missing in the layers (devtools/src/tidy.rs)"]);
     }
 
     #[test]
@@ -131,7 +131,7 @@ mod tests {
             package("robot", &["multibody"]),
             package("multibody", &["spec"]),
         ]);
-        assert_eq!(errors, ["crate picker reaches spec: it may see sensor data only"]);
+        assert_eq!(errors, ["crate picker depends on spec: it may only use sensor data"]);
     }
 
     fn workspace_with(picker_dependencies: &str) -> Vec<Package> {
@@ -156,7 +156,7 @@ mod tests {
             ));
             assert_eq!(
                 check(&packages),
-                ["crate picker reaches treegen: it may see sensor data only"],
+                ["crate picker depends on treegen: it may only use sensor data"],
                 "{table}"
             );
         }

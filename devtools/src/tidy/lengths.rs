@@ -1,4 +1,4 @@
-//! Source files stay short enough to be read.
+//! Checks the length of source files.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Crates from `quantity` to `picker`, and `report`, open no files and read no clock: they take text, bytes or numbers.
+//! Checks that crates from `quantity` to `picker`, and `report`, open no files and read no clock.
 //!
 //! The source is read as Rust tokens, so that comments and strings do not count and
 //! `use std::{fs, time::Instant}` does.
@@ -11,7 +11,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use super::LAYERS;
 use crate::workspace::{files, relative};
 
-/// The last crate of those at the bottom that the rule holds for, and one above them.
+/// The last of the lowest crates under the rule, and one more crate.
 const LAST: &str = "picker";
 const ABOVE: &str = "report";
 
@@ -28,7 +28,7 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
             let tokens: TokenStream = text
                 .parse()
                 .map_err(|e| anyhow::anyhow!("{e}"))
-                .with_context(|| format!("{} is not Rust", path.display()))?;
+                .with_context(|| format!("{} is not valid Rust", path.display()))?;
             let mut found = Vec::new();
             scan(tokens, &mut found);
             for (line, module) in found {

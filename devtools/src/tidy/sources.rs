@@ -1,4 +1,4 @@
-//! Every `source = "key"` in `configs/` resolves in `docs/references.bib`.
+//! Checks that every `source = "key"` in `configs/` exists in `docs/references.bib`.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
     let text = std::fs::read_to_string(root.join(BIBLIOGRAPHY)).context(BIBLIOGRAPHY)?;
     let bibliography = match Bibliography::parse(&text) {
         Ok(bibliography) => bibliography,
-        Err(e) => return Ok(vec![format!("{BIBLIOGRAPHY} does not read: {e}")]),
+        Err(e) => return Ok(vec![format!("{BIBLIOGRAPHY} cannot be parsed: {e}")]),
     };
     let known: BTreeSet<String> = bibliography.keys().map(str::to_owned).collect();
     let mut errors = Vec::new();
@@ -88,6 +88,6 @@ mod tests {
         assert!(errors[0].starts_with("configs/x.toml is not TOML"), "{errors:?}");
         let twice = format!("{0}\n{0}", BIB.1);
         let errors = check_files(&[(BIBLIOGRAPHY, &twice)]);
-        assert!(errors[0].starts_with("docs/references.bib does not read"), "{errors:?}");
+        assert!(errors[0].starts_with("docs/references.bib cannot be parsed"), "{errors:?}");
     }
 }

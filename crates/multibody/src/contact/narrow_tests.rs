@@ -311,7 +311,7 @@ fn reach(shape: &parry::SharedShape, pose: &DPose3, along: &Vec3) -> f64 {
 /// - along parry's normal they are no farther apart, else ours would not be the largest;
 /// - parry's distance, that of two points of the shapes, is no smaller.
 ///
-/// How much larger it may be is up to parry: its GJK and EPA stall (1e-5 m off with capsules, and two in 9,000 pairs by
+/// It may be larger because parry's GJK and EPA stall (errors of 1e-5 m with capsules, and in two of 9,000 pairs of
 /// millimetres, with overlapping boxes, along the same normal). One pair in 300 may be off by more than a micrometre; where the distances agree to
 /// 1e-9 m, so do the normals to `sqrt(2 1e-9 / 2e-3)` = 1e-3 rad, capsules being 2 mm thick at least.
 #[test]

@@ -293,9 +293,9 @@ impl Ridge {
         Some(if side == 0 { across.normalize() } else { -across.normalize() })
     }
 
-    /// Where an edge of the body, with the normals of its faces, passes the ridge: along their common normal, or
-    /// where that leans over one of the four faces, along the normal of that face. An edge that comes to lie in a
-    /// face thus keeps its contact.
+    /// Crossing of the ridge and an edge of the body with the normals of its faces, along their common normal. If that
+    /// normal leans over one of the four faces, the normal of that face is used, so that an edge that comes to lie in
+    /// a face keeps its contact.
     fn cross(&self, start: &Vec3, along: &Vec3, arc: Option<[Vec3; 2]>) -> Option<Crossing> {
         let common = self.along.cross(along);
         let size = common.norm();

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use orchard_scenario::{Given, Options, Scenario, ScenarioError, StoredScenario};
+use orchard_scenario::{OptionValue, Options, Scenario, ScenarioError, StoredScenario};
 
 use crate::failure::Failure;
 use crate::program::Program;
@@ -11,28 +11,28 @@ use crate::program::Program;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Scenario")]
 pub struct ScenarioArgs {
-    /// Scenario file: any of the options below, as TOML; options on the command line win
+    /// Scenario file (TOML) with any of the options below; options on the command line override it
     #[arg(long, value_name = "FILE.toml")]
     scenario: Option<PathBuf>,
-    /// World config that comes with the program; `orchard presets` lists them [default: paper]
+    /// Built-in world config; `orchard presets` lists them [default: paper]
     #[arg(long, value_name = "NAME", conflicts_with = "config")]
     preset: Option<String>,
-    /// World config from a file; with a name of its own and `base = "NAME"` it holds only what differs from that preset
+    /// World config from a file (TOML); with `base = "NAME"` it holds only the fields that differ from that preset
     #[arg(long, value_name = "FILE.toml")]
     config: Option<String>,
-    /// Digitised tree that stands in every world: a skeleton (.json) or a multiscale tree graph (.mtg)
+    /// Digitised tree, used in every world instead of grown trees: a skeleton (.json) or a multiscale tree graph (.mtg)
     #[arg(long, alias = "from", value_name = "FILE")]
     tree: Option<String>,
-    /// Strength of the randomisation on all axes, 0 to 1, or a file of figures that differ [default: the config's]
+    /// Strength of the randomisation on all axes, 0 to 1, or a file of changed figures [default: the config's]
     #[arg(long, value_name = "STRENGTH|FILE.toml", allow_negative_numbers = true)]
     randomisation: Option<String>,
     /// Robot; `orchard robots` lists them [default: paper]
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
-    /// Depth camera, or a file of figures that differ; `orchard cameras` lists them [default: the config's]
+    /// Depth camera, or a file of changed figures; `orchard cameras` lists the cameras [default: the config's]
     #[arg(long, value_name = "NAME|FILE.toml")]
     camera: Option<String>,
-    /// Fruit detector, or a file of figures that differ; `orchard detectors` lists them [default: the one made for the camera]
+    /// Fruit detector, or a file of changed figures; `orchard detectors` lists the detectors [default: the one for the camera]
     #[arg(long, value_name = "NAME|FILE.toml")]
     detector: Option<String>,
     /// Controller of the robot; `orchard controllers` lists them [default: baseline]
@@ -40,7 +40,7 @@ pub struct ScenarioArgs {
     controller: Option<String>,
 }
 
-/// A part of a scenario that some commands have no use for.
+/// A part of a scenario that some commands do not use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// `--robot`.
@@ -53,16 +53,16 @@ pub enum Part {
     Controller,
 }
 
-/// Which of a seed's trees a command shows.
+/// Index of the tree that a command shows.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub struct IndexArgs {
-    /// Which of the seed's trees; `--tree N` with a number means the same
+    /// Index of the tree within the seed, from 0; `--tree N` with a number means the same
     #[arg(long, value_name = "N")]
     index: Option<u32>,
 }
 
 impl IndexArgs {
-    /// The index, and the options without a `--tree` that gave it.
+    /// The index, and the options without the `--tree N` that may have given it.
     pub fn of(self, scenario: &ScenarioArgs) -> (u32, ScenarioArgs) {
         let number = scenario.tree.as_ref().and_then(|tree| tree.parse().ok());
         let tree = scenario.tree.clone().filter(|_| number.is_none());
@@ -71,13 +71,13 @@ impl IndexArgs {
 }
 
 impl ScenarioArgs {
-    /// The options that are given, those of the scenario file among them.
+    /// The given options, including those of the scenario file.
     ///
     /// # Errors
     /// The scenario file cannot be used.
     pub fn options(&self) -> Result<Options, Failure> {
         let given = |option: &str, value: &Option<String>| {
-            value.as_ref().map(|value| Given::new(value, format!("--{option}")))
+            value.as_ref().map(|value| OptionValue::new(value, format!("--{option}")))
         };
         let here = Options {
             preset: given("preset", &self.preset),
@@ -108,12 +108,12 @@ impl ScenarioArgs {
         resolve(&self.options()?, program)
     }
 
-    /// Resolves the scenario, with a preset of the command's own where no world is given.
+    /// Resolves the scenario, with `preset` as the command's default world.
     ///
     /// # Errors
     /// An option that cannot be used.
     pub fn resolve_or(&self, program: &Program, preset: &str) -> Result<Scenario, Failure> {
-        let below = Options { preset: Some(Given::new(preset, "default")), ..Options::default() };
+        let below = Options { preset: Some(OptionValue::new(preset, "default")), ..Options::default() };
         resolve(&self.options()?.over(below), program)
     }
 
@@ -171,7 +171,7 @@ impl ScenarioArgs {
         Ok(())
     }
 
-    /// The given options in the order of the command line, for names of result folders: without scenario file and controller.
+    /// The given options except scenario file and controller, in the order of the command line, for the names of result folders.
     pub fn given(&self) -> Vec<&str> {
         let all = [
             &self.preset,

@@ -23,31 +23,31 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::program::Program;
 
-/// Grows trees, lets the robot harvest them or the detector look at them, and writes the metrics.
+/// Runs the benchmark: grows trees, lets the robot harvest them or a detector find fruit, and writes the metrics.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Tasks:\n  harvest   the robot picks fruit for a while, under every condition of the matrix on the same trees\n  \
-detect    single depth images by a free camera, 8 a tree at each of 5 foliage densities: precision and recall,\n            \
+    after_help = "Tasks:\n  harvest   the robot picks fruit for a limited time, under every condition of the matrix on the same trees\n  \
+detect    single depth images by a free camera, 8 per tree at each of 5 foliage densities: precision, recall,\n            \
 errors, canopy zones, and the detector with each of its gates switched off\n  \
 reach-and-grasp\n            hold a named fruit: success, time, path, loads on the wood\n  \
 gentle    push the hand through the canopy to a point behind it: success, time, loads on the wood\n  \
-scaling   frames a second of batches of 1 to 512 trees, by solver and by what differs between trees; no robot\n            \
---backend gpu runs this task, and no other, on a graphics device: robot and camera stay on the CPU\n\n\
-Files:\n  DIR/plan.json         what was asked for\n  \
-DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the sweeps'\n                        \
-conditions tested against the nominal one tree by tree\n  \
-DIR/episodes/*.json   one a tree: every attempt, event and fruit\n  \
-DIR/recordings/*.mcap with --record: one an episode, for Foxglove and `orchard replay` (docs/recording.md)\n  \
+scaling   frames per second of batches of 1 to 512 trees, by solver and by the differences between trees; no robot\n            \
+--backend gpu runs this task only on a graphics device; robot and camera always run on the CPU\n\n\
+Files:\n  DIR/plan.json         the options of every task\n  \
+DIR/summary.json      harvest: metrics with 95 % intervals, zones, failure reasons, times of states, and the\n                        \
+sweeps' conditions tested against the nominal one, tree by tree\n  \
+DIR/episodes/*.json   one per episode: every attempt, event and fruit\n  \
+DIR/recordings/*.mcap with --record: one per episode, for Foxglove and `orchard replay` (docs/recording.md)\n  \
 DIR/detect.json       detect: metrics with 95 % intervals by foliage density, zones, ablation\n  \
-DIR/detect/*.json     one a tree: every image, fruit seen and detection\n  \
+DIR/detect/*.json     one per tree: every image, fruit seen and detection\n  \
 DIR/detect.svg        precision and recall against foliage density\n  \
 DIR/TASK.json         reach-and-grasp, gentle: metrics with 95 % intervals\n  \
-DIR/TASK/*.json       one a tree: every trial\n  \
+DIR/TASK/*.json       one per tree: every trial\n  \
 DIR/scaling.json      scaling: step rates and memory by worlds, solver and mode\n  \
-DIR/compute.json      wall times, step rates, memory and machine, and nothing else\n\
-All but compute.json and scaling.json are the same bytes on every run of one command, for any number of threads or shards.\n\
-Ctrl-C leaves whole files only; the same command then goes on where it stopped. A folder of another plan (controller,\n\
-condition, seeds, horizon, camera, ..) is refused, and so is one in which another run is at work.\n\n\
+DIR/compute.json      wall times, step rates, memory and machine\n\
+All files but compute.json and scaling.json have the same bytes on every run of one command, for any number of threads or shards.\n\
+Ctrl-C leaves only complete files; the same command continues from there. A folder with results of another plan (controller,\n\
+condition, seeds, horizon, camera, ..) or in use by another run is refused.\n\n\
 Examples:\n  orchard bench-v1                            the quick profile\n  \
 orchard bench-v1 --profile full --controller expert\n  \
 orchard bench-v1 --profile full --controller expert --seeds v1      an official score\n  \
@@ -60,32 +60,32 @@ orchard bench-v1 --tasks scaling --backend gpu\n  \
 orchard bench-v1 --profile full --shard 3/8 --out parts/3    one part of eight, then orchard merge"
 )]
 pub struct Args {
-    /// Tasks to run [default: all, or the tasks that the given options are for]
+    /// Tasks to run [default: all, or those that the given options belong to]
     #[arg(long, value_enum, value_delimiter = ',')]
     tasks: Option<Vec<TaskName>>,
     /// Size of the run: quick is 1 seed x 6 trees x 40 s, full is 3 seeds x 6 trees x 75 s, of every condition of the matrix
     #[arg(long, value_enum, default_value_t = ProfileName::Quick)]
     profile: ProfileName,
-    /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
-    /// [default: tuning, as many as the profile says]
+    /// Seeds: `tuning` (three seeds for tuning), `v1` (the five official seeds, not for tuning), or a list A,B,..
+    /// [default: tuning, as many as the profile sets]
     #[arg(long, value_name = "tuning|v1|A,B,..")]
     seeds: Option<Seeds>,
-    /// Trees a seed [default: by seed set and profile, 6]
+    /// Trees per seed [default: by seed set and profile, 6]
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
-    /// Nominal episodes a tree, each with another start pose of the robot: separates the spread within trees from that between them
+    /// Nominal episodes per tree, each from another start pose of the robot, to separate the variance within trees from that between trees
     /// [default: 3 with --seeds v1, else 1]
     #[arg(long, value_name = "N")]
     repeats: Option<u32>,
-    /// Length of an episode of the harvest in seconds, but under exhaustion [default: by profile]
+    /// Length of a harvest episode in seconds; does not apply to exhaustion [default: by profile]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     horizon: Option<f64>,
-    /// Conditions of the harvest, or sweeps of them: nominal; foliage (0, 0.3, 0.6, 1, 1.5), fruit (20, 40, 60), terrain (0, 0.05, 0.1,
-    /// 0.2 m); one of a sweep such as foliage-1.5; exhaustion, the nominal one until nothing reachable is left, at most 600 s
+    /// Conditions or sweeps of the harvest: nominal; foliage (0, 0.3, 0.6, 1, 1.5), fruit (20, 40, 60), terrain (0, 0.05, 0.1,
+    /// 0.2 m); one value of a sweep, such as foliage-1.5; exhaustion: nominal until no reachable fruit is left, at most 600 s
     /// [default: nominal and all sweeps]
     #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
     conditions: Option<Vec<String>>,
-    /// Records every episode of the harvest as an MCAP file, some 20 MB for 75 s; episodes that have no whole one are run again
+    /// Record every harvest episode as an MCAP file, about 20 MB for 75 s; episodes without a complete recording are run again
     #[arg(long)]
     record: bool,
     #[command(flatten)]
@@ -93,15 +93,15 @@ pub struct Args {
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Compute part I of N of the records only, every N-th; `orchard merge` puts the parts together
+    /// Compute only part I of N: every N-th record; `orchard merge` combines the parts
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Folder for the results: a new folder, or one of the same plan [default: results/bench-v1-PROFILE, followed by what else makes
-    /// another plan of it, such as -expert or -v1]
+    /// Folder for the results: new, or with results of the same plan [default: results/bench-v1-PROFILE, followed by the options that
+    /// change the plan, such as -expert or -v1]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Processor for the batches of the scaling task: cpu or gpu, any Vulkan, Metal or DirectX 12 device. Robot and camera stay on the
-    /// CPU [default: cpu]
+    /// Processor for the batches of the scaling task: cpu, or gpu (any Vulkan, Metal or DirectX 12 device). Robot and camera always run
+    /// on the CPU [default: cpu]
     #[arg(long, value_name = "cpu|gpu")]
     backend: Option<Backend>,
 }
@@ -128,7 +128,7 @@ impl TaskName {
         }
     }
 
-    /// In the order in which they are run.
+    /// All tasks, in the order in which they are run.
     const ALL: [Self; 5] = [Self::Harvest, Self::Detect, Self::ReachAndGrasp, Self::Gentle, Self::Scaling];
 }
 
@@ -147,7 +147,7 @@ impl ProfileName {
     }
 }
 
-/// Seeds that a command runs on.
+/// Seeds of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Seeds {
     Tuning,
@@ -156,7 +156,7 @@ pub enum Seeds {
 }
 
 impl Seeds {
-    /// The seeds themselves.
+    /// Returns the seeds as a list.
     pub fn resolve(&self, protocol: &Protocol) -> Vec<u64> {
         match self {
             Seeds::List(seeds) => seeds.clone(),
@@ -166,7 +166,7 @@ impl Seeds {
     }
 }
 
-/// As many threads as the machine has.
+/// Number of threads of the machine.
 pub fn default_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
@@ -184,7 +184,7 @@ impl std::str::FromStr for Seeds {
             .map(|seed| {
                 seed.trim()
                     .parse()
-                    .map_err(|_| format!("'{seed}' is neither 'tuning' nor 'v1' nor a whole number >= 0"))
+                    .map_err(|_| format!("'{seed}' is not a seed: use 'tuning', 'v1', or whole numbers >= 0"))
             })
             .collect::<Result<_, _>>()
             .map(Seeds::List)
@@ -192,16 +192,16 @@ impl std::str::FromStr for Seeds {
 }
 
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
-    // All input is read before anything is computed.
+    // All input is checked before anything is computed.
     let scenario = args.scenario.resolve(program)?;
     let plans = plans::plans(args, &scenario)?;
     let out = args.out.clone().unwrap_or_else(|| plans::default_out(args));
     let tasks = plans.iter().map(|plan| plans::task(plan, &scenario, &out, args.record));
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
-    // A missing device is found before the first task, and not after an hour.
+    // A missing device is reported before the first task starts.
     scaling::check_device(&plans, &scenario)?;
     let (store, _lock) = open(&out)?;
-    // So is a folder that holds something else.
+    // So is a folder with other content.
     for task in &tasks {
         task.check(&store).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
     }
@@ -217,7 +217,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     tasks.iter().try_for_each(|task| task.run(&session))
 }
 
-/// Opens a result folder for this process alone.
+/// Opens and locks a result folder.
 pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
     let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("--out: {e}"));
     let store = Store::open(folder).map_err(|e| bad(&e))?;
@@ -225,7 +225,7 @@ pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
     Ok((store, lock))
 }
 
-/// Text that lists names with their counts.
+/// Lists names with their counts.
 fn counts(counts: &BTreeMap<String, u32>) -> String {
     let list: Vec<String> = counts.iter().map(|(name, n)| format!("{name} {n}")).collect();
     if list.is_empty() { "none".to_owned() } else { list.join(", ") }

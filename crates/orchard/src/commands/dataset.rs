@@ -18,53 +18,53 @@ use crate::program::Program;
 /// Draws trees from all sides: colour, depth, labels, instances, fruit annotations and camera poses.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Files (docs/dataset.md tells all of them):\n  DIR/color, depth, label, instance   PNG images, one a view; depth in millimetres\n  \
-DIR/annotations.json                fruit, in the form of COCO, with visible fractions\n  \
+    after_help = "Files (all are listed in docs/dataset.md):\n  DIR/color, depth, label, instance   PNG images, one per view; depth in millimetres\n  \
+DIR/annotations.json                fruit in COCO format, with visible fractions\n  \
 DIR/cameras.json                    intrinsics, and the pose of each view\n  \
-DIR/manifest.json                   what was asked for, classes, all files with SHA-256; written last\n  \
-DIR/contact_sheet.png               a look at some views\n\
+DIR/manifest.json                   all settings, classes, all files with SHA-256; written last\n  \
+DIR/contact_sheet.png               overview of some views\n\
 The same command gives the same bytes, for any number of threads.\n\
-Ctrl-C leaves whole files only; the same command then goes on where it stopped.\n\
-The light changes the colour images alone, and is no photometric model.\n\n\
+Ctrl-C leaves only complete files; the same command continues from there.\n\
+The light changes only the colour images; it is not a photometric model.\n\n\
 Examples:\n  orchard dataset --seeds 1..126 --views 8 --out data/apples\n  \
 orchard dataset --seeds 1..11 --preset randomised --sun-elevation 15 --out data/evening\n  \
 orchard dataset --seeds 1..11 --camera d435i --overcast 1 --out data/grey\n  \
 orchard dataset --seeds 1..11 --intrinsics camera.json --out data/mine"
 )]
 pub struct Args {
-    /// Seeds from A up to but without B; a tree each
+    /// Seeds from A to B, B not included; one tree per seed unless --trees is given
     #[arg(long, value_name = "A..B", allow_negative_numbers = true, value_parser = seeds)]
     seeds: Seeds,
-    /// Trees a seed
+    /// Trees per seed
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = count)]
     trees: u32,
-    /// Views a tree, evenly about it
+    /// Views per tree, at even bearings around it
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = count)]
     views: u32,
-    /// Folder that the files go into: a new one, or one that the same command left unfinished
+    /// Folder for the files: new, or left unfinished by the same command
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     scenario: ScenarioArgs,
-    /// Pinhole in place of the camera's: JSON with width, height, fx, fy, cx, cy, or as RealSense and ROS write it
+    /// Intrinsics that replace the camera's: JSON with width, height, fx, fy, cx, cy, or as RealSense and ROS write them
     #[arg(long, value_name = "FILE.json")]
     intrinsics: Option<PathBuf>,
-    /// Bearing of the sun in degrees from the world's x axis, counter-clockwise from above [default: 228]
+    /// Azimuth of the sun from the world's x axis, counter-clockwise seen from above, -360 to 360 degrees [default: 228]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     sun_azimuth: Option<f64>,
-    /// Height of the sun over the horizon in degrees, 0 to 90; a low one is redder [default: 48]
+    /// Elevation of the sun above the horizon, 0 to 90 degrees; a low sun is redder [default: 48]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     sun_elevation: Option<f64>,
-    /// Strength of the sun beside the sky, 0 to 4 [default: 1]
+    /// Strength of the sun relative to the sky, 0 to 4 [default: 1]
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     sun_strength: Option<f64>,
-    /// Part of the sky that cloud covers, 0 to 1; at 1 nothing casts a shadow [default: 0]
+    /// Cloud cover, 0 to 1; at 1 there are no cast shadows [default: 0]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     overcast: Option<f64>,
-    /// Depth of value 1 in the depth images, in millimetres; depths beyond 65535 of it read 0 [default: 1]
+    /// Unit of the depth images in millimetres; depths above 65535 units are written as 0 [default: 1]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     depth_unit: Option<f64>,
-    /// Samples a side of a pixel of the colour images, 1 to 8 [default: 2]
+    /// Samples per pixel side of the colour images, 1 to 8 (N x N samples per pixel) [default: 2]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     supersampling: Option<u32>,
     /// Threads [default: as many as the machine has]
@@ -76,11 +76,11 @@ fn seeds(text: &str) -> Result<Seeds, String> {
     let parsed = text.split_once("..").and_then(|(first, end)| {
         Some(Seeds { first: first.trim().parse().ok()?, end: end.trim().parse().ok()? })
     });
-    parsed.ok_or_else(|| format!("two whole numbers in [0, {}] are wanted, as in 1..126", u64::MAX))
+    parsed.ok_or_else(|| format!("must be two whole numbers in [0, {}], such as 1..126", u64::MAX))
 }
 
 fn count(text: &str) -> Result<u32, String> {
-    text.parse().map_err(|_| format!("the allowed range is the whole numbers [1, {}]", u32::MAX))
+    text.parse().map_err(|_| format!("must be a whole number in [1, {}]", u32::MAX))
 }
 
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
@@ -110,7 +110,7 @@ fn failure(e: DatasetError) -> Failure {
 fn plan(args: &Args, program: &Program) -> Result<Plan, Failure> {
     let config = config(args).map_err(Failure::BadInput)?;
     let intrinsics = args.intrinsics.as_deref().map(read_intrinsics).transpose()?;
-    let still = "a data set has no robot and no detections";
+    let still = "data sets have no robot and no detections";
     args.scenario.refuse(&[Part::Detector, Part::Controller], still)?;
     let scenario = args.scenario.resolve(program)?;
     Plan::new(&scenario, &config, intrinsics, args.seeds, args.trees, args.views).map_err(failure)
@@ -145,11 +145,11 @@ fn read_intrinsics(file: &Path) -> Result<Intrinsics, Failure> {
 }
 
 fn report(done: &Done, out: &Path, plan: &Plan) {
-    say!("{} trees, {} views, {} fruit seen", done.trees, done.images, done.annotations);
+    say!("{} trees, {} views, {} visible fruit", done.trees, done.images, done.annotations);
     if done.unfit_depth_px > 0 {
         let farthest = plan.recipe().depth_unit_m * f64::from(u16::MAX);
         eprintln!(
-            "note: {} pixels are farther than {farthest:.3} m, or nearer than half a unit, and read 0 in the depth images",
+            "note: {} pixels are farther than {farthest:.3} m or nearer than half a unit; the depth images have 0 there",
             done.unfit_depth_px
         );
     }

@@ -17,12 +17,12 @@ use crate::picture_file;
 /// Finds fruit in a depth image of any camera, simulated or real.
 #[derive(clap::Args)]
 #[command(
-    after_help = "The image is a grey PNG of 16 bits whose values times --unit are metres along the optical axis, 0 where\n\
-                  nothing was measured, as RealSense and ROS tools write it. Intrinsics are JSON: width, height, fx, fy,\n\
-                  cx, cy [px] (also ppx and ppy, or a ROS camera_info with K). Pixel (0, 0) is the middle of the first.\n\n\
+    after_help = "The image is a 16-bit grey PNG: value x --unit = metres along the optical axis, 0 = no measurement, as RealSense\n\
+                  and ROS tools write it. Intrinsics are JSON: width, height, fx, fy, cx, cy [px] (also ppx and ppy, or a ROS\n\
+                  camera_info with K). Pixel coordinates (0, 0) are the centre of the first pixel.\n\n\
                   The result is JSON in metres and pixels; p_camera is the centre of a fruit with x right, y down and z\n\
-                  forward. Ground is left out where the camera's height over it is told; --up is the vertical in the\n\
-                  camera's axes, 0,-1,0 for a level camera. docs/computation/perception.md tells what each gate asks.\n\n\
+                  forward. With --camera-height, pixels of level ground are left out; --up is the vertical in the camera's\n\
+                  axes, 0,-1,0 for a level camera. docs/computation/perception.md defines the gates.\n\n\
                   Examples:\n  orchard detect --depth depth.png --intrinsics camera.json\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --config d435i --picture seen.png --all\n  \
                   orchard detect --depth depth.png --intrinsics camera.json --camera-height 1.1 --up 0,-0.94,-0.34"
@@ -30,13 +30,13 @@ use crate::picture_file;
 pub struct Args {
     #[command(flatten)]
     input: input::InputArgs,
-    /// Also list the spheres that were refused, each with the first gate that refused it
+    /// Also list the rejected spheres, each with the first gate that rejected it
     #[arg(long)]
     all: bool,
-    /// A picture to write: depth in false colour, bright is near, with circles round the fruit
+    /// PNG to write: depth in false colour (bright is near) with circles around the fruit
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
-    /// The JSON to write; - is the terminal
+    /// JSON file to write; - prints to the terminal
     #[arg(long, value_name = "FILE.json", default_value = "-")]
     out: PathBuf,
 }
@@ -73,7 +73,7 @@ struct Refused {
 const FORMAT: &str = "orchard-detections";
 const SCHEMA_VERSION: u32 = 1;
 
-/// Reads, detects, writes.
+/// Reads the input, detects the fruit and writes the result.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let to_terminal = args.out.as_os_str() == "-";
     if !to_terminal {

@@ -19,35 +19,36 @@ use crate::failure::Failure;
 use crate::picture_file;
 use crate::program::Program;
 
-/// Explains an episode of the benchmark, and draws every attempt.
+/// Describes an episode of the benchmark in words and draws every attempt.
 #[derive(clap::Args)]
 #[command(
-    after_help = "The episode is simulated again from its record: seed, tree and controller. The story is told from the record, and\n\
-                  the causes of snaps and falls from the contacts of the second run, which must agree with the record.\n\n\
-                  A strip holds the attempt's moments from left to right: state changes, and what befell fruit and wood. Above, the view\n\
-                  from outside (leaves in the foreground are left out); below, what the wrist camera looks at. A green circle is the\n\
-                  true fruit, an orange one what is knocked off or snaps, a cross the target as the controller believes it,\n\
-                  dots are the detections of the last image.\n\n\
-                  The scenario is that of the plan.json of the record's folder; give the scenario's options where there is none.\n\
-                  A record tells only of the code that wrote it: after a change of the code run bench-v1 again.\n\
-                  Exit code 1: the second run differs from the record. Exit code 2: no record of an episode, or of other code.\n\n\
+    after_help = "The episode is simulated again with the seed, tree and controller of its record. The description is made from the record;\n\
+                  the causes of snapped branches and fallen fruit come from the contacts of the second run, which must agree with\n\
+                  the record.\n\n\
+                  A strip shows the moments of an attempt from left to right: state changes, and events of fruit and wood. Above: the\n\
+                  view from outside, without leaves in the foreground; below: the view of the wrist camera. Green circle: the true\n\
+                  fruit. Orange circles: fruit knocked off and branches snapped. Cross: the target as the controller believes it.\n\
+                  Dots: the detections of the last image.\n\n\
+                  The scenario is read from the plan.json of the result folder; without one, give the scenario's options.\n\
+                  A record can only be explained by the code version that wrote it: after a change of the code run bench-v1 again.\n\
+                  Exit code 1: the second run differs from the record. Exit code 2: not a record of an episode, or of another code version.\n\n\
                   Examples:\n  orchard explain results/bench-v1-quick/episodes/baseline-nominal-20250704-000.json\n  \
                   orchard explain EPISODE.json --failed --out strips\n  orchard explain EPISODE.json --attempt 3"
 )]
 pub struct Args {
-    /// The episode's record, from the folder episodes of a result
+    /// Record of the episode, from the folder `episodes` of a result
     #[arg(value_name = "EPISODE.json")]
     episode: PathBuf,
-    /// This attempt only
+    /// Only this attempt
     #[arg(long, value_name = "N", conflicts_with = "failed")]
     attempt: Option<u32>,
-    /// Failed attempts only
+    /// Only failed attempts
     #[arg(long)]
     failed: bool,
     /// Folder for the strips [default: that of the record, under the record's name]
     #[arg(long, value_name = "DIR", conflicts_with = "text")]
     out: Option<PathBuf>,
-    /// The story only, no strips
+    /// Text only, no strips
     #[arg(long)]
     text: bool,
     #[command(flatten)]
@@ -89,7 +90,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     })
 }
 
-/// Attempts that the command line asks for.
+/// Attempts selected on the command line.
 fn chosen<'a>(args: &Args, record: &'a EpisodeRecord) -> Result<Vec<&'a AttemptRecord>, String> {
     let attempts = &record.attempts;
     let Some(id) = args.attempt else {
@@ -103,7 +104,7 @@ fn chosen<'a>(args: &Args, record: &'a EpisodeRecord) -> Result<Vec<&'a AttemptR
     }
 }
 
-/// Draws the strips, several at once.
+/// Draws the strips in parallel.
 fn draw(
     record: &EpisodeRecord,
     chosen: &[&AttemptRecord],

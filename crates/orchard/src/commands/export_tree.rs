@@ -1,4 +1,4 @@
-//! `orchard export-tree`: a tree as a file of other tools.
+//! `orchard export-tree`: writes a tree in a file format of other tools.
 
 use std::path::{Path, PathBuf};
 
@@ -14,18 +14,18 @@ use crate::bare_tree::BareTree;
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Writes a tree as a file of other tools.
+/// Writes a tree in a file format of other tools.
 #[derive(clap::Args)]
 #[command(
-    after_help = "docs/exchange.md tells what each format holds. The MuJoCo model holds the very equations of the simulator, fruit\n\
-                  included; drag, the tether's reaction cap, rupture and contacts are left out (docs/computation/judge.md).\n\
-                  With --tree FILE a digitised tree takes the place of a grown one; seed and tree then choose its leaves and fruit.\n\n\
+    after_help = "docs/exchange.md lists the content of each format. The MuJoCo model has the same equations as the simulator, with fruit;\n\
+                  drag, the tether's reaction cap, rupture and contacts are left out (docs/computation/judge.md).\n\
+                  With --tree FILE a digitised tree replaces the grown one; seed and tree index then only choose its leaves and fruit.\n\n\
                   Examples:\n  orchard export-tree --seed 20250704 --out tree.xml\n  \
                   orchard export-tree --seed 20250704 --format gltf --out tree.glb\n  \
                   orchard export-tree --tree measured.mtg --format mjcf --out tree.xml"
 )]
 pub struct Args {
-    /// Seed of the population; 0 where --tree gives a digitised tree
+    /// Seed of the population [default with a digitised tree: 0]
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
     #[command(flatten)]
@@ -40,10 +40,10 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A format of trees.
+/// A file format for trees.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Format {
-    /// MuJoCo's model, with springs and fruit
+    /// MuJoCo model with springs and fruit
     Mjcf,
     /// Links and joints, without springs
     Urdf,
@@ -53,15 +53,15 @@ pub enum Format {
     Gltf,
     /// Multiscale tree graph
     Mtg,
-    /// The skeleton, every bit of it
+    /// The skeleton without loss
     Json,
 }
 
-/// Time step that an MJCF file asks for \[s\].
+/// Time step of an MJCF file \[s\].
 const TIME_STEP: f64 = 1e-3;
 
 impl Format {
-    /// Usual ending of a file's name.
+    /// Usual file extension.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Mjcf => "xml",
@@ -89,7 +89,7 @@ impl Format {
 }
 
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
-    let no_robot = "the file holds a tree, and no robot";
+    let no_robot = "the file holds a tree without a robot";
     args.scenario.refuse(&[Part::Robot, Part::Camera, Part::Detector, Part::Controller], no_robot)?;
     let (index, scenario) = args.index.of(&args.scenario);
     let scenario = scenario.resolve(program)?;
@@ -97,7 +97,9 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let tree = match (scenario.digitised_tree(), args.seed) {
         (Some(file), seed) => import(spec, file, seed.unwrap_or(0), index)?,
         (None, Some(seed)) => BareTree::new(spec, seed, index).map_err(bad_tree)?,
-        (None, None) => return Err(Failure::BadInput("--seed S is missing: which tree to grow".to_owned())),
+        (None, None) => {
+            return Err(Failure::BadInput("--seed S is missing: it is needed to grow a tree".to_owned()));
+        }
     };
     let bytes = args.format.write(&tree)?;
     write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
@@ -110,7 +112,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A tree is a function of its config, its file and its seed: a tree that cannot be built is the user's error.
+/// Error for a tree that cannot be built: trees depend on the user's input only, so it is bad input.
 fn bad_tree(e: anyhow::Error) -> Failure {
     Failure::BadInput(format!("{e:#}"))
 }

@@ -18,10 +18,12 @@ use rayon::prelude::*;
 use crate::failure::Failure;
 use crate::picture_file::{self, paste};
 
-/// Draws a sheet of trees: a hundred randomised ones, a row a habit and a row a training system.
+/// Draws a sheet of trees: a hundred randomised ones, then a row for each growth habit and each training system.
 #[derive(clap::Args)]
-#[command(after_help = "All trees of a group are drawn in one scale, so that their sizes compare.\n\n\
-                  Examples:\n  orchard gallery --out trees.png\n  orchard gallery --seed 7 --rows 2 --cell 240 --out few.png")]
+#[command(
+    after_help = "All trees of a group are drawn at the same scale, so that their sizes can be compared.\n\n\
+                  Examples:\n  orchard gallery --out trees.png\n  orchard gallery --seed 7 --rows 2 --cell 240 --out few.png"
+)]
 pub struct Args {
     /// Seed of the population
     #[arg(long, default_value_t = 20250704, value_name = "S")]
@@ -29,20 +31,20 @@ pub struct Args {
     /// Rows of ten randomised trees
     #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     rows: u32,
-    /// Foliage dial of all trees: 0 is none, 1 the reference density
+    /// Foliage density of all trees: 0 is none, 1 the reference density
     #[arg(long, default_value_t = 1.2, value_name = "DIAL", allow_negative_numbers = true)]
     foliage: f64,
-    /// Width of a tree's picture [px]
+    /// Width of the picture of one tree [px]
     #[arg(long, default_value_t = 150, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(48..=512))]
     cell: u32,
-    /// The PNG to write
+    /// PNG file to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
 
-/// Trees before any reset.
+/// Episode of the trees: the first.
 const EPISODE: u32 = 0;
-/// Trees a row.
+/// Trees per row.
 const COLUMNS: u32 = 10;
 /// Ratio of a cell's height to its width: trees are taller than wide.
 const ASPECT: f64 = 1.25;
@@ -52,9 +54,9 @@ const EYE_HEIGHT: f64 = 1.7;
 /// Height that a cell shows at the trunk \[m\]; more where a group's tallest tree needs it.
 const SHOWN: f64 = 3.0;
 const SHOWN_OVER_TOP: f64 = 1.16;
-/// Bearing of the camera from straight across the row \[rad\]: rows are seen slantwise, so that their planes show.
+/// Bearing of the camera from the direction across the row \[rad\]; an oblique view shows the planes of trained trees.
 const SLANT: f64 = 0.7;
-/// Paper between the cells \[px\], and its colour.
+/// Gap between the cells \[px\], and its colour.
 const GAP: usize = 3;
 const PAPER: [u8; 3] = [250, 249, 246];
 
@@ -93,7 +95,7 @@ fn groups(rows: u32, foliage: f64) -> Result<Vec<Group>, Failure> {
         let trees = (0..rows * COLUMNS).map(|world| (spec.clone(), world)).collect();
         Group { caption: caption.to_owned(), trees }
     };
-    let all = "randomised: every tree has its own topology, dimensions, habit, fruit, leaves and colours";
+    let all = "randomised: each tree with its own topology, dimensions, habit, fruit, leaves and colours";
     let mut groups = vec![group(all, randomised.clone(), rows)];
     for (caption, part) in HABITS {
         groups.push(group(&format!("habit: {caption}"), of_habit(&randomised, part)?, 1));
@@ -104,18 +106,20 @@ fn groups(rows: u32, foliage: f64) -> Result<Vec<Group>, Failure> {
     Ok(groups)
 }
 
-/// Habits, as parts of the way from the least droop to the most.
+/// Habits, as fractions of the droop interval.
 const HABITS: [(&str, f64); 4] = [("upright", 0.0), ("spreading", 0.35), ("arching", 0.7), ("weeping", 1.0)];
 
-/// Presets of other systems and populations.
+/// Presets of training systems and other populations.
 const SYSTEMS: [Preset; 5] =
     [Preset::Calibrated, Preset::CalibratedYoung, Preset::TallSpindle, Preset::VTrellis, Preset::VerticalUfo];
 
-/// A population whose trees all droop by a part of the intervals of the grammar and of the randomisation.
+/// A population with a fixed droop: a fraction of the intervals of grammar and randomisation.
 fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {
     let mut spec = spec.clone();
     let Grammar::CentralLeader(grammar) = &mut spec.tree.grammar else {
-        return Err(Failure::Failed("the randomised preset has another grammar".into()));
+        return Err(Failure::Failed(
+            "the preset `randomised` does not use the central-leader grammar".into(),
+        ));
     };
     for span in [&mut grammar.droop, &mut grammar.form, &mut spec.randomisation.droop.factor] {
         *span = span.at(part);
@@ -124,7 +128,7 @@ fn of_habit(spec: &Spec, part: f64) -> Result<Spec, Failure> {
 }
 
 impl Group {
-    /// All its trees, in one scale.
+    /// All its trees at the same scale.
     fn draw(&self, seed: u64, cell: [usize; 2], bar: &ProgressBar) -> anyhow::Result<Vec<Image<[u8; 3]>>> {
         let plant = |(spec, world): &(Arc<Spec>, u32)| Ok(Planting::draw(spec, seed, *world, EPISODE)?);
         let plantings: Vec<Planting> = self.trees.par_iter().map(plant).collect::<anyhow::Result<_>>()?;
@@ -132,7 +136,7 @@ impl Group {
     }
 }
 
-/// Trees in one scale, each in the middle of a picture of this width and height \[px\].
+/// Draws trees at the same scale, each centred in a picture of the given width and height \[px\].
 pub fn portraits(plantings: &[Planting], cell: [usize; 2], drawn: impl Fn() + Sync) -> Vec<Image<[u8; 3]>> {
     let tips = plantings.iter().flat_map(|planting| &planting.skeleton.segments);
     let top = tips.map(|segment| segment.p_tip_world().z).fold(0.0, f64::max);
@@ -155,11 +159,11 @@ fn draw(planting: &Planting, shown: f64, [width, height]: [usize; 2]) -> Image<[
     let (left, right) = sides.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
     let foot = across * (0.5 * (left + right));
     let eye = foot + towards * DISTANCE + Vec3::z() * EYE_HEIGHT;
-    // A little of the ground before the trunk shows too.
+    // Some ground in front of the trunk is visible.
     let target = foot + Vec3::z() * (0.44 * shown);
     let mut scene = tree_scene(planting);
     scene.push(Geometry::Shape(Shape::HalfSpace), Pose::identity(), Label::Ground, NO_INSTANCE);
-    // The camera stands far off, so that a tree's crown is as large as its foot; the air between must not be visible.
+    // The camera is far away to reduce perspective; the haze over that distance must not be visible.
     let style = PictureStyle { haze_length: 1.0e3, ..PictureStyle::default() };
     let fov = 2.0 * math::atan2(0.5 * shown, (eye - target).norm());
     let intrinsics = Intrinsics::from_vertical_fov(width, height, fov);

@@ -1,18 +1,18 @@
-//! `orchard gpu-info`: the graphics device that batches of trees would run on.
+//! `orchard gpu-info`: prints the graphics device for batches of trees.
 
 use orchard_gpu::{Choice, Gpu, GpuError};
 
 use crate::failure::Failure;
 
-/// Prints the graphics adapter, its limits and the kernel that would run on it.
+/// Prints the graphics adapter, its limits and the kernel for it.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Any Vulkan, Metal or DirectX 12 adapter does. Without one, batches run on the processor; Debian's package \
-                  mesa-vulkan-drivers has one in software, which is slow and for tests.\n\n\
-                  Exit code: 0, also without an adapter; 1 if there is one that cannot be used.\n\nExample:\n  orchard gpu-info"
+    after_help = "Any Vulkan, Metal or DirectX 12 adapter can be used. Without one, batches run on the CPU. Debian's package \
+                  mesa-vulkan-drivers has a software adapter, which is slow and meant for tests.\n\n\
+                  Exit code: 0, also without an adapter; 1 if the adapter cannot be used.\n\nExample:\n  orchard gpu-info"
 )]
 pub struct Args {
-    /// Look for an adapter in software only
+    /// Use a software adapter only
     #[arg(long)]
     software: bool,
 }

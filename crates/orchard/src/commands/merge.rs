@@ -1,4 +1,4 @@
-//! `orchard merge`: the parts of a run as one result.
+//! `orchard merge`: combines the parts of a run into one result.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,13 +13,12 @@ use crate::commands::bench_v1::{open, plans};
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Puts the parts of a run of bench-v1 together, byte for byte what one run would have written.
+/// Combines the parts of a bench-v1 run; the result has the same bytes as a single run.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Parts are what `bench-v1 --shard I/N` wrote, each into a folder of its own, on one machine or many. All tasks of their\n\
-                  plans are merged; the plans must be equal but for the part, and all records there. compute.json is each machine's\n\
-                  own and is not merged.\n\n\
-                  Exit code 2: a folder without a plan, plans that differ, missing or changed records: nothing is written then.\n\n\
+    after_help = "A part is the folder that `bench-v1 --shard I/N` wrote, on any machine. All tasks of the plans are merged. The plans must\n\
+                  be equal except for the part, and together the folders must hold all records. compute.json is not merged.\n\n\
+                  Exit code 2: a folder without a plan, plans that differ, missing or changed records. Nothing is written then.\n\n\
                   Example, on one machine:\n  \
                   for i in 1 2 3 4; do orchard bench-v1 --shard $i/4 --out parts/$i; done\n  \
                   orchard merge parts/* --out results/whole"
@@ -28,7 +27,7 @@ pub struct Args {
     /// Folders of the parts
     #[arg(value_name = "DIR", required = true)]
     parts: Vec<PathBuf>,
-    /// Folder for the whole result
+    /// Folder for the merged result
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -38,7 +37,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let mut parts = Vec::new();
     for path in &args.parts {
         if !path.is_dir() {
-            return Err(Failure::BadInput(format!("{}: there is no such folder", path.display())));
+            return Err(Failure::BadInput(format!("{}: no such folder", path.display())));
         }
         parts.push(Store::open(path).map_err(|e| bad(&e))?);
     }
@@ -69,18 +68,22 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<(PlannedTask, S
         for (task, planned) in &file.tasks {
             if planned.code_version != CODE_VERSION {
                 return Err(format!(
-                    "{}: {task} was run by code version {}, this is {CODE_VERSION}",
+                    "{}: task {task} was run by code version {}, but this is {CODE_VERSION}",
                     folder.display(),
                     planned.code_version
                 ));
             }
             let Some(scenario) = file.scenario(task) else {
-                return Err(format!("{}: {task} has no scenario in {}", folder.display(), PlanFile::FILE));
+                return Err(format!(
+                    "{}: the scenario of task {task} is missing in {}",
+                    folder.display(),
+                    PlanFile::FILE
+                ));
             };
             let (first, other, _) = common.entry(task).or_insert((folder, planned, scenario));
             if (&other.plan, &other.scenario) != (&planned.plan, &planned.scenario) {
                 return Err(format!(
-                    "{} and {} were asked for different things of {task} (see their {})",
+                    "{} and {} have different plans of task {task} (see their {})",
                     first.display(),
                     folder.display(),
                     PlanFile::FILE
@@ -89,7 +92,7 @@ fn common(folders: &[PathBuf], files: &[PlanFile]) -> Result<Vec<(PlannedTask, S
         }
     }
     if common.is_empty() {
-        return Err("the plans hold no task".to_owned());
+        return Err("the plans contain no task".to_owned());
     }
     Ok(common.into_values().map(|(_, planned, scenario)| (planned.clone(), scenario.clone())).collect())
 }
@@ -122,9 +125,9 @@ mod tests {
         assert_eq!(of([here(2), here(2)]).unwrap().len(), 1);
         for other in [here(3), file(CODE_VERSION, 2, "v-trellis")] {
             let e = of([here(2), other]).unwrap_err();
-            assert_eq!(e, "a and b were asked for different things of gentle (see their plan.json)");
+            assert_eq!(e, "a and b have different plans of task gentle (see their plan.json)");
         }
         let e = of([here(2), file("x", 2, "paper")]).unwrap_err();
-        assert!(e.starts_with("b: gentle was run by code version x, this is "), "{e}");
+        assert!(e.starts_with("b: task gentle was run by code version x, but this is "), "{e}");
     }
 }

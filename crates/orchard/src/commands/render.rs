@@ -13,11 +13,11 @@ use orchard_world::World;
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 
-/// Draws a moment of an episode: tree, leaves, fruit, robot and ground, and the wrist camera's image.
+/// Draws one moment of an episode: the scene from outside, and the wrist camera's depth image.
 #[derive(clap::Args)]
 #[command(
-    after_help = "The episode runs under the controller up to --time. Beside the outside view stands the latest wrist\n\
-                  depth image (bright is near) with a circle for every fruit that the controller detected in it.\n\n\
+    after_help = "The episode is simulated up to --time. Beside the view from outside is the latest depth image of the wrist camera\n\
+                  (bright is near) with a circle around every fruit that the controller detected in it.\n\n\
                   Examples:\n  orchard render --seed 20250704 --time 12 --out tree.png\n  \
                   orchard render --tree measured.mtg --out tree.png"
 )]
@@ -29,22 +29,22 @@ pub struct Args {
     index: IndexArgs,
     #[command(flatten)]
     scenario: ScenarioArgs,
-    /// Moment of the episode [s]
+    /// Time in the episode [s]
     #[arg(long, default_value_t = 0.0, value_name = "SECONDS", allow_negative_numbers = true)]
     time: f64,
-    /// Largest bump or hollow of the ground [m]; the config's ground if not given
+    /// Terrain amplitude: largest bump or hollow of the ground [m] [default: the config's ground]
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     terrain: Option<f64>,
     /// Height of the picture [px]
     #[arg(long, default_value_t = 720, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(64..=4096))]
     height: u32,
-    /// The PNG to write
+    /// PNG file to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
 
 fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("the allowed range is the whole numbers [0, {}]", u64::MAX))
+    text.parse().map_err(|_| format!("must be a whole number in [0, {}]", u64::MAX))
 }
 
 /// Longest episode that is drawn \[s\]: the benchmark's run to exhaustion.
@@ -65,7 +65,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         scenario = scenario.with_spec(spec);
     }
     let seed = args.seed;
-    // A world depends on the user's options only, so a failure is bad input.
+    // Worlds depend on the user's options only, so a failure is bad input.
     let built = scenario.world(seed, index, 0);
     let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {index}: {e}")))?;
     let mut picker = scenario.controller();
@@ -83,8 +83,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     picture_file::write(&args.out, &sheet)
 }
 
-/// From a little above head height: at right angles to the robot's way to the trunk, or from the robot's alley across
-/// the row. Trees taller than the default are seen from farther away.
+/// Camera pose a little above head height: at right angles to the robot's path to the trunk, or, for trees in a row, in the
+/// robot's alley. It is farther away for trees taller than the default.
 fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     const VERTICAL_FOV: f64 = 0.75;
     let intrinsics = Intrinsics::from_vertical_fov(height * 4 / 3, height, VERTICAL_FOV);
@@ -101,7 +101,7 @@ fn outside_view(world: &World, height: usize) -> Image<[u8; 3]> {
     let scale = (world.spec().tree.height.si() / 2.4).max(1.0);
     let eye = Vec3::new(4.4 * math::cos(bearing), 4.4 * math::sin(bearing), 1.9) * scale;
     let target = Vec3::new(0.25 * base.x, 0.25 * base.y, 1.1 * scale);
-    // In a row the view moves along it to the tree's middle.
+    // For a row the camera looks at the middle of the tree.
     let segments = &world.skeleton().segments;
     let x_middle = segments.iter().map(|s| s.p_tip_world().x).sum::<f64>() / segments.len() as f64;
     let aside = world.spec().scenery.as_ref().map_or_else(Vec3::zeros, |_| Vec3::x() * x_middle);
@@ -131,7 +131,7 @@ fn wrist_picture(world: &World, observation: &Observation, picker: &impl Control
     depth_picture_enlarged(&depth, &circles, scale)
 }
 
-/// Two pictures side by side on a dark sheet, the lower one centred.
+/// Two pictures side by side on a dark background, the smaller one centred vertically.
 fn beside(left: &Image<[u8; 3]>, right: &Image<[u8; 3]>) -> Image<[u8; 3]> {
     const SHEET: [u8; 3] = [24, 26, 28];
     let height = left.height().max(right.height());

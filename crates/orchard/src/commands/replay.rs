@@ -15,20 +15,20 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::program::Program;
 
-/// Simulates a recorded episode again and proves that the bytes agree.
+/// Simulates a recorded episode again and checks that all bytes agree.
 #[derive(clap::Args)]
 #[command(
-    after_help = "The world is built from the recording's seed and driven by its commands alone; everything that it tells (poses, images,\n\
-                  joints, events, hashes of the state of every frame) is written again and compared byte by byte. The controller is shown\n\
-                  what this world shows; its commands move nothing and are compared too, with what it notes.\n\n\
-                  Recordings are made by bench-v1 --record. They replay with the code and the configs that wrote them.\n\
-                  Exit code 1: something differs; the first difference is named. Exit code 2: no recording, a damaged one, or one\n\
-                  of other code.\n\n\
+    after_help = "The world is built from the recording's seed and driven by the recorded commands. Its poses, images, joints, events and\n\
+                  state hashes are written again and compared byte by byte. The controller runs beside it on the observations of this\n\
+                  world; its commands and its log are compared too, but its commands are not executed.\n\n\
+                  Recordings are made by bench-v1 --record. They can only be replayed by the code version and configs that wrote them.\n\
+                  Exit code 1: something differs; the first difference is printed. Exit code 2: not a recording, a damaged one, or one\n\
+                  of another code version.\n\n\
                   Example:\n  orchard bench-v1 --conditions nominal --trees 1 --record\n  \
                   orchard replay results/bench-v1-quick-nominal/recordings/baseline-nominal-20250704-000.mcap"
 )]
 pub struct Args {
-    /// The recording, from the folder recordings of a result
+    /// Recording (.mcap), from the folder `recordings` of a result
     #[arg(value_name = "FILE.mcap")]
     file: PathBuf,
     #[command(flatten)]
@@ -57,8 +57,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     report(&args.file, &replayed)
 }
 
-/// The worlds and the controller of a recording, if this is the code that made it. The recording holds its scenario; options given
-/// instead must resolve to the same scenario.
+/// The worlds and the controller of a recording of this code version. The recording holds its scenario; given options must resolve to
+/// the same one.
 fn harvest(
     recording: &Recording,
     config: &RecordingConfig,
@@ -103,13 +103,13 @@ fn report(file: &Path, replayed: &Replayed) -> Result<(), Failure> {
         }
     }
     if !replayed.record_agrees {
-        say!("record: DIFFERS from the attached one");
-        problems.push("the episode's record differs from the attached one".to_owned());
+        say!("record: DIFFERS from the attached record");
+        problems.push("the episode's record differs from the attached record".to_owned());
     }
     match replayed.file_agrees {
-        true => say!("file: written again, it has the same bytes"),
+        true => say!("file: the replay has the same bytes"),
         false if problems.is_empty() => {
-            problems.push("every message agrees, but the file around them has other bytes".to_owned());
+            problems.push("all messages agree, but other bytes of the file differ".to_owned());
         }
         false => {}
     }

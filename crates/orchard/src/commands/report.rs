@@ -16,26 +16,26 @@ use crate::program::Program;
 /// Writes a result folder's report: one HTML page with tables, figures and pictures, and the figures as SVG files.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Reads what the folder holds of summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json and\n\
-                  scaling.json; parts without data say which command fills them. Files:\n  \
-                  DIR/report.html      the page: complete in itself, opens without a network in any browser\n  \
+    after_help = "Reads those of summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json and scaling.json that exist;\n\
+                  a section without data names the command that makes it. Files:\n  \
+                  DIR/report.html      the page: self-contained, opens in any browser without a network\n  \
                   DIR/figures/*.svg    its figures, the same bytes\n\
-                  Figures are drawn from the JSON files alone. Pictures need the episodes' records and this very code: trees are\n\
-                  grown and one episode is simulated again; --no-pictures leaves them out.\n\
-                  Exit code 2: no result in the folder, or a file that does not read.\n\n\
+                  Figures are drawn from the JSON files alone. Pictures need the episodes' records and the same code version, because\n\
+                  trees are grown and one episode is simulated again; --no-pictures leaves them out.\n\
+                  Exit code 2: no result in the folder, or an unreadable file.\n\n\
                   Examples:\n  orchard bench-v1 && orchard report results/bench-v1-quick\n  \
                   orchard report results/full --no-pictures"
 )]
 pub struct Args {
-    /// A result folder of bench-v1
+    /// Result folder of bench-v1
     #[arg(value_name = "DIR")]
     dir: PathBuf,
-    /// Figures and tables only: nothing is simulated
+    /// Write figures and tables only, without simulation
     #[arg(long)]
     no_pictures: bool,
 }
 
-/// The page under the result folder, and the folder of its figures.
+/// Names of the page and of the folder of its figures, under the result folder.
 pub const PAGE: &str = "report.html";
 const FIGURES: &str = "figures";
 

@@ -6,7 +6,7 @@ mod table;
 
 use crate::failure::Failure;
 
-/// Looks into robot descriptions.
+/// Checks robot descriptions.
 #[derive(clap::Args)]
 #[command(arg_required_else_help = true)]
 pub struct Args {

@@ -1,4 +1,4 @@
-//! `orchard scenario`: the configuration that the options of a scenario give.
+//! `orchard scenario`: shows the configuration that results from the options of a scenario.
 
 use clap::Subcommand;
 use orchard_scenario::{Figure, Names};
@@ -9,7 +9,7 @@ use crate::columns::columns;
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Shows the configuration that the options of a scenario give.
+/// Shows the configuration that results from the options of a scenario.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -21,15 +21,15 @@ enum Command {
     Show(ShowArgs),
 }
 
-/// Prints a resolved scenario: its parts, its hash, and every figure with unit, source and the preset, file or option that set it.
+/// Prints a resolved scenario: parts, hash, and every figure with unit, source and the preset, file or option that set it.
 #[derive(clap::Args)]
 #[command(
     after_help = "Sources are keys of docs/references.bib. A scenario file is TOML; every field may be left out:\n  \
                   preset = \"tall-spindle\"     # or config = \"mine.toml\"\n  \
                   tree = \"measured.mtg\"       # a digitised tree in every world\n  \
-                  randomisation = 0.5         # or a file of figures that differ\n  \
+                  randomisation = 0.5         # or a file of changed figures\n  \
                   robot = \"paper\"\n  camera = \"d435i\"            # or a file\n  detector = \"d435i\"\n  controller = \"expert\"\n  \
-                  [rules]                     # figures of the tasks that differ from configs/bench/v1.toml\n\n\
+                  [rules]                     # changed figures of configs/bench/v1.toml\n\n\
                   Examples:\n  orchard scenario show --preset v-trellis --camera d435i\n  \
                   orchard scenario show --scenario mine.toml --json"
 )]

@@ -1,4 +1,4 @@
-//! `orchard validate`: compares the simulator with closed forms and measurements, and writes a file of rows.
+//! `orchard validate`: compares the simulator with measurements and with f64 results, and writes a file of rows.
 
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -11,18 +11,18 @@ use crate::failure::Failure;
 use crate::failure::Verdict;
 use crate::rows::{Effort, Suite, run_suite};
 
-/// Compares the simulator with closed forms and published measurements and writes the rows to a file.
+/// Compares the simulator with published measurements, or the graphics device with f64, and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
     after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n  gpu    trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
-                  A row has the figure of the grown trees, the measured one as its target, and the interval in which the\n\
-                  figure is to lie. Histograms go into the folder FILE-pictures beside FILE. A missed target ends with exit\n\
-                  code 1, unless its row says why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json"
+                  A row has the figure of the grown trees, the measured figure as its target, and the target interval.\n\
+                  Histograms are written to the folder FILE-pictures beside FILE. A missed target gives exit code 1 unless\n\
+                  its row has a reason why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json"
 )]
 pub struct Args {
-    /// Suite to run.
+    /// Suite to run
     suite: String,
-    /// File for the rows.
+    /// JSON file for the rows
     #[arg(long, value_name = "FILE")]
     json: PathBuf,
 }

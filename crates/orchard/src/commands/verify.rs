@@ -1,4 +1,4 @@
-//! `orchard verify`: runs third-party controllers in open loop.
+//! `orchard verify`: runs a trajectory of a third-party controller in open loop.
 
 use std::path::{Path, PathBuf};
 
@@ -11,28 +11,28 @@ use orchard_tasks::verify::{
 };
 
 use crate::args::{Part, ScenarioArgs};
-use crate::commands::bench_v1::bar::{Bar, Shown};
+use crate::commands::bench_v1::bar::{Bar, RecordProgress};
 use crate::commands::bench_v1::{Seeds, default_threads};
 use crate::failure::Failure;
 use crate::headline::fine_table;
 use crate::interrupt;
 use crate::program::Program;
 
-/// Runs a trajectory of joints and base on trees that it does not see, and reports what it breaks.
+/// Runs a trajectory of joints and base in open loop on trees, and reports the damage.
 #[derive(clap::Args)]
-#[command(after_help = "The file is a table (.csv) with the columns\n  \
+#[command(after_help = "The trajectory is a table (.csv) with the columns\n  \
 time,q1,q2,q3,q4,q5,q6,q7,vx,vy,wz,finger_q,finger_force\n\
 or JSON lines (.jsonl) of {\"time\":0,\"arm_q\":[7 angles],\"base_velocity\":[vx,vy,wz],\"finger_q\":0.04,\"finger_force\":70}:\n\
-seconds, radians, m/s and rad/s in the base frame, metres of each finger, newtons. Rows ascend in time; between rows all numbers\n\
-are linear, sampled 60 times a second; the end is held for 1.5 s. Nothing is fed back. docs/verify.md tells more.\n\n\
-Reported, with 95 % intervals over trees: branches snapped, fruit knocked off and dropped, peak and integrated bending moment\n\
-over rupture moment, impulse and peak force of the robot's contacts with wood. The JSON file is the same bytes on every run, for any\n\
-number of threads; Ctrl-C leaves no file.\n\n\
+seconds, radians, m/s and rad/s in the base frame, metres of each finger, newtons. Times must ascend; between rows all values\n\
+are interpolated linearly at 60 Hz; the last posture is held for 1.5 s. There is no feedback. See docs/verify.md.\n\n\
+The report has 95 % intervals over trees of: branches snapped, fruit knocked off and dropped, peak and integrated bending moment\n\
+over rupture moment, impulse and peak force of the robot's contacts with wood. The JSON file has the same bytes on every run, for any\n\
+number of threads. Ctrl-C leaves no file.\n\n\
 Examples:\n  orchard verify --trajectory assets/trajectories/baseline-reach.csv --trees 20 --out verify.json\n  \
 orchard verify --trajectory mine.jsonl --seeds 1,2,3 --trees 6 --preset paper\n  \
 orchard verify --record mine.csv --seconds 12 --preset paper")]
 pub struct Args {
-    /// The trajectory
+    /// Trajectory file (.csv or .jsonl)
     #[arg(
         long,
         value_name = "FILE.csv|.jsonl",
@@ -40,10 +40,10 @@ pub struct Args {
         conflicts_with = "record"
     )]
     trajectory: Option<PathBuf>,
-    /// Trees a seed
+    /// Trees per seed
     #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     trees: u32,
-    /// Seeds: `tuning` for the three tuning seeds, `v1` for the five official ones, which are not for tuning, or a list A,B,..
+    /// Seeds: `tuning` (three seeds for tuning), `v1` (the five official seeds, not for tuning), or a list A,B,..
     #[arg(long, default_value = "20250704", value_name = "tuning|v1|A,B,..")]
     seeds: Seeds,
     #[command(flatten)]
@@ -51,23 +51,23 @@ pub struct Args {
     /// Threads [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// File for the report; without it only the table is printed
+    /// JSON file for the report [default: only the table is printed]
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
-    /// Records the controller's commands on the first seed's tree 0 instead, as an example of the format
+    /// Instead, record the controller's commands on tree 0 of the first seed as a .csv trajectory
     #[arg(long, value_name = "FILE.csv")]
     record: Option<PathBuf>,
     /// Length of the recording [s]
     #[arg(long, default_value_t = 12.0, value_name = "SECONDS", allow_negative_numbers = true)]
     seconds: f64,
-    /// Frames (60 a second) between rows of the recording
+    /// Frames (1/60 s) between rows of the recording
     #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3600))]
     every: u32,
 }
 
 pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     if args.record.is_none() {
-        let blind = "a trajectory runs open loop: nothing sees and nothing decides";
+        let blind = "not used: a trajectory runs in open loop, without camera, detector and controller";
         args.scenario.refuse(&[Part::Camera, Part::Detector, Part::Controller], blind)?;
     }
     let scenario = args.scenario.resolve_or(program, "randomised")?;
@@ -116,7 +116,7 @@ fn read(file: &Path, robot: &RobotModel, longest: f64) -> Result<Trajectory, Fai
     let read = match file.extension().and_then(|extension| extension.to_str()) {
         Some("csv") => Trajectory::from_csv,
         Some("jsonl") => Trajectory::from_json_lines,
-        _ => return Err(bad(format!("{name}: trajectories are read from .csv and .jsonl"))),
+        _ => return Err(bad(format!("{name}: the file name must end in .csv or .jsonl"))),
     };
     let text = std::fs::read_to_string(file).map_err(|e| bad(format!("{name}: {e}")))?;
     read(&name, &text, robot, longest).map_err(|e| bad(e.to_string()))
@@ -131,11 +131,11 @@ fn check_folder(file: &Path) -> Result<(), Failure> {
     }
 }
 
-fn shown(outcome: &TreeOutcome) -> Shown {
-    let told = match &outcome.quarantined {
+fn shown(outcome: &TreeOutcome) -> RecordProgress {
+    let outcome_text = match &outcome.quarantined {
         Some(reason) => format!("quarantined: {reason}"),
         None => format!(
-            "{} snapped, {} fruit knocked off, peak moment {:.2} of rupture, impulse {:.1} N s",
+            "{} snapped, {} fruit knocked off, peak moment {:.2} x rupture moment, impulse {:.1} N s",
             outcome.branches_snapped,
             outcome.fruit_knocked_off,
             outcome.peak_moment_ratio,
@@ -143,7 +143,10 @@ fn shown(outcome: &TreeOutcome) -> Shown {
         ),
     };
     let frames = (outcome.duration_s * FRAMES_PER_SECOND).round() as u64;
-    Shown { steps: frames, line: format!("seed {} tree {}: {told}", outcome.seed, outcome.world) }
+    RecordProgress {
+        steps: frames,
+        line: format!("seed {} tree {}: {outcome_text}", outcome.seed, outcome.world),
+    }
 }
 
 /// Control rate, used only for the progress bar.
@@ -168,7 +171,10 @@ fn record(args: &Args, file: &Path, seed: u64, scenario: &Scenario, longest: f64
         return Err(Failure::BadInput(line));
     }
     if file.extension().is_none_or(|extension| extension != "csv") {
-        return Err(Failure::BadInput(format!("--record {}: recordings are .csv", file.display())));
+        return Err(Failure::BadInput(format!(
+            "--record {}: the file name must end in .csv",
+            file.display()
+        )));
     }
     check_folder(file)?;
     let world = scenario.world(seed, 0, 0);

@@ -2,10 +2,10 @@
 
 use crate::failure::Failure;
 
-/// Prints the graphics adapter, its limits and the kernel that would run on it.
+/// Prints the graphics adapter, its limits and the kernel for it.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Options, of which none counts
+    /// Options, which are ignored
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _rest: Vec<String>,
 }

@@ -3,10 +3,10 @@
 use crate::failure::Failure;
 use crate::program::Program;
 
-/// Simulates a recorded episode again and proves that the bytes agree.
+/// Simulates a recorded episode again and checks that all bytes agree.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Options, of which none counts
+    /// Options, which are ignored
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _rest: Vec<String>,
 }

@@ -1,10 +1,10 @@
-//! Rows for people: a Markdown table that also reads well on a terminal, then the limits and the notes.
+//! Rows as a Markdown table that is also readable on a terminal, followed by notes and limits.
 
 use super::Row;
 
 /// The rows as text.
 pub fn markdown(rows: &[Row]) -> String {
-    let head = ["row", "figure", "unit", "rounds", "peer", "peer's figure", "ratio", "asked", ""];
+    let head = ["row", "figure", "unit", "rounds", "peer", "peer's figure", "ratio", "target", ""];
     let mut cells = vec![head.map(str::to_owned)];
     cells.extend(rows.iter().map(|row| {
         [
@@ -47,8 +47,8 @@ pub fn markdown(rows: &[Row]) -> String {
         }
         if let Some(limit) = &row.limit {
             text += &format!(
-                "\n{}: {} operations a substep, {:.1} Gflop/s a core; {:.0} % of the {:.1} that these instructions reach, {:.0} % of \
-                 the {:.1} of the widest vectors. {}.",
+                "\n{}: {} operations per substep, {:.1} Gflop/s per core; {:.0} % of the peak of these instructions ({:.1}), {:.0} % of \
+                 the peak of the widest vectors ({:.1}). {}.",
                 row.name,
                 number(Some(limit.operations)),
                 1e-9 * limit.achieved,

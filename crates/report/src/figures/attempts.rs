@@ -11,7 +11,7 @@ use crate::words::plain;
 
 /// States of an attempt in the order of a harvest cycle; others follow in the order of their names.
 const CYCLE: [&str; 5] = ["align", "reach", "grasp", "pull", "deposit"];
-/// Colour of the time that no state has.
+/// Colour of the time between attempts.
 const BETWEEN: RGBColor = RGBColor(0xB4, 0xBC, 0xC4);
 
 /// All attempts of a condition.
@@ -39,12 +39,12 @@ pub(crate) fn endings(condition: &str, results: &ConditionSummary) -> Result<Fig
         .map(|(name, n, colour)| Bar {
             name: plain(name),
             parts: vec![(f64::from(*n), *colour)],
-            told: format!("{n} ({:.0} %)", share(*n)),
+            label: format!("{n} ({:.0} %)", share(*n)),
         })
         .collect();
-    let told: Vec<String> = list.iter().map(|bar| format!("{} {}", bar.name, bar.told)).collect();
-    let description = format!("{attempts} attempts under {condition}: {}.", told.join("; "));
-    bars("failures", &format!("How {attempts} attempts ended"), &description, &list, &[])
+    let texts: Vec<String> = list.iter().map(|bar| format!("{} {}", bar.name, bar.label)).collect();
+    let description = format!("{attempts} attempts under {condition}: {}.", texts.join("; "));
+    bars("failures", &format!("Outcomes of {attempts} attempts"), &description, &list, &[])
 }
 
 /// Names of the states of a condition in their order.
@@ -77,15 +77,15 @@ pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figur
             parts.extend(results.between_attempts_s.map(|gap| (gap, BETWEEN)));
         }
         let total: f64 = parts.iter().map(|(size, _)| size).sum();
-        Bar { name: name.to_owned(), parts, told: format!("{total:.1} s") }
+        Bar { name: name.to_owned(), parts, label: format!("{total:.1} s") }
     };
-    let mut list = vec![bar("any attempt", attempts, false)];
+    let mut list = vec![bar("all attempts", attempts, false)];
     if placed > 0 {
         list.push(bar("placed", placed, true));
     }
     let mut keys: Vec<Key> = names.iter().enumerate().map(|(i, name)| (plain(name), colour_of(i))).collect();
-    keys.extend(results.between_attempts_s.map(|_| ("until the next".to_owned(), BETWEEN)));
-    let told: Vec<String> = list
+    keys.extend(results.between_attempts_s.map(|_| ("until the next attempt".to_owned(), BETWEEN)));
+    let texts: Vec<String> = list
         .iter()
         .map(|bar| {
             let parts: Vec<String> =
@@ -93,6 +93,6 @@ pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figur
             format!("{}: {}", bar.name, parts.join(", "))
         })
         .collect();
-    let description = format!("Mean time of an attempt by state, under {condition}. {}.", told.join(". "));
-    bars("states", "Where an attempt's time goes", &description, &list, &keys)
+    let description = format!("Mean time of an attempt by state, under {condition}. {}.", texts.join(". "));
+    bars("states", "Time of an attempt by state", &description, &list, &keys)
 }

@@ -43,14 +43,14 @@ pub fn detection(summary: &DetectSummary, rules: &DetectRules) -> Result<Figure,
             Some(Point { x: density.foliage, y: m.mean?, ci95: ends(m.ci95) })
         };
         let points: Vec<Point> = summary.densities.iter().filter_map(at).collect();
-        let told: Vec<String> = points
+        let texts: Vec<String> = points
             .iter()
             .map(|p| {
                 let ci95 = p.ci95.map_or([None; 2], |ends| ends.map(Some));
                 format!("at {} {} ({})", p.x, number(Some(p.y), 3), interval(ci95, 3))
             })
             .collect();
-        description.push(format!("{name}: {}", told.join("; ")));
+        description.push(format!("{name}: {}", texts.join("; ")));
         series.push(Series { name, colour, mark: Mark::Disc, line: Line::Solid, points, shift });
     }
     let places: Vec<f64> = summary.densities.iter().map(|density| density.foliage).collect();
@@ -83,8 +83,8 @@ pub(crate) fn errors(summary: &DetectSummary) -> Result<Figure, FigureError> {
             })
         };
         let points: Vec<Point> = summary.densities.iter().filter_map(at).collect();
-        let told: Vec<String> = points.iter().map(|p| format!("at {} {:.2}", p.x, p.y)).collect();
-        description.push(format!("{name}: {}", told.join("; ")));
+        let texts: Vec<String> = points.iter().map(|p| format!("at {} {:.2}", p.x, p.y)).collect();
+        description.push(format!("{name}: {}", texts.join("; ")));
         Series { name: name.to_owned(), colour, mark: Mark::Disc, line: Line::Solid, points, shift }
     };
     let series: Vec<Series> = lines.into_iter().map(line).collect();

@@ -14,13 +14,13 @@ use labels::Labels;
 const SIZE: (u32, u32) = (760, 500);
 /// Margin beyond the largest value, as a share of the range.
 const MARGIN: f64 = 0.12;
-/// Least range of the damage, so that a board of harmless entries has an axis.
+/// Smallest range of the damage axis.
 const LEAST_DAMAGE: f64 = 0.5;
 /// Size of names \[px\].
 const FONT: i32 = 13;
 /// Share of the range that is shown below 0.
 const BEFORE: f64 = 0.04;
-/// Up to here of the range, the name of a budget stands to the right of its line.
+/// Fraction of the range up to which the name of a budget is to the right of its line.
 const TURN: f64 = 0.2;
 
 const POINT: RGBColor = RGBColor(40, 70, 150);
@@ -50,7 +50,7 @@ fn ranges(entries: &[Entry], budgets: &[&Budget]) -> (f64, f64) {
     (damage * (1.0 + MARGIN), (completeness * (1.0 + MARGIN)).clamp(0.1, 1.05))
 }
 
-/// The most damage that a budget admits, of both kinds.
+/// Largest total damage that a budget allows.
 fn total(budget: &Budget) -> f64 {
     budget.snapped + budget.dropped
 }
@@ -70,12 +70,12 @@ fn draw(root: &Area, board: &Board, title: &str) -> Drawn {
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(55)
-        // A point of an entry without damage must not lie on the axis.
+        // Points without damage must not lie on the axis.
         .build_cartesian_2d(-BEFORE * most_damage..most_damage, 0.0..most_completeness)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .x_desc("damage a tree: branches snapped + fruit dropped")
+        .x_desc("damage per tree: branches snapped + fruit dropped")
         .y_desc("harvest completeness")
         .draw()?;
 
@@ -95,7 +95,7 @@ fn draw(root: &Area, board: &Board, title: &str) -> Drawn {
     let front: Vec<&Entry> = pareto_front(entries, class).into_iter().map(|index| &entries[index]).collect();
     let mut steps: Vec<(f64, f64)> = Vec::new();
     for entry in &front {
-        // As much damage as the next allows brings no more than this one's completeness.
+        // The front is a step function: up to the damage of the next entry the best completeness is that of this one.
         if let Some(&(_, below)) = steps.last() {
             steps.push((entry.damage(), below));
         }

@@ -160,7 +160,7 @@ pub fn populations(
     all.iter().map(figure).collect()
 }
 
-/// Draws one histogram: bars are the generated trees', lines are measurements, the band is the interval that is asked of mean, median or mode.
+/// Draws one histogram: bars show the generated trees, lines the measurements, the band the target interval of mean, median or mode.
 fn figure(histogram: &Histogram) -> Result<Figure, FigureError> {
     let (n, (low, high)) = (histogram.values.len(), histogram.span);
     let mean = histogram.values.iter().sum::<f64>() / n.max(1) as f64;
@@ -205,7 +205,7 @@ fn draw(root: &Area, histogram: &Histogram) -> Drawn {
         let band = Rectangle::new([(target.low, 0.0), (target.high, top)], WANTED.mix(0.5).filled());
         chart
             .draw_series(std::iter::once(band))?
-            .label(format!("asked: {} to {}", target.low, target.high))
+            .label(format!("target: {} to {}", target.low, target.high))
             .legend(|(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], WANTED.filled()));
     }
     let bar =

@@ -15,12 +15,12 @@ type Value = fn(&Row) -> Option<(f64, Option<[f64; 2]>)>;
 /// Lines of solvers, in their order.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dotted];
 
-/// Bytes of a gigabyte over those of a mebibyte.
+/// Ratio of a gigabyte to a mebibyte.
 const MIB_PER_GB: f64 = 1e9 / 1_048_576.0;
-/// Shift between equal points of the paper, so that both are seen \[px\].
+/// Shift between equal points of the paper, so that both are visible \[px\].
 const APART: i32 = 5;
 
-/// Throughput, step rate and memory over the number of worlds. Of several backends the fastest solver of each is drawn.
+/// Throughput, step rate and memory over the number of worlds. With several backends, only the fastest solver of each is drawn.
 pub(crate) fn figures(scalings: &[Scaling], paper: &PublishedScaling) -> Result<Vec<Figure>, FigureError> {
     // Smallest and largest of the repeats.
     let throughput: Value = |row| {
@@ -42,7 +42,7 @@ pub(crate) fn figures(scalings: &[Scaling], paper: &PublishedScaling) -> Result<
     Ok(figures)
 }
 
-/// The rows that are drawn: all of one backend, those of the fastest solver of each of several.
+/// The rows that are drawn: all rows of a single backend, or those of the fastest solver of each of several backends.
 fn drawn(scalings: &[Scaling]) -> Vec<&Row> {
     let fastest = |scaling: &Scaling| {
         let rows = scaling.rows.iter();
@@ -82,15 +82,15 @@ fn rates(paper: &PublishedScaling) -> Vec<Series> {
 
 /// The memory of the paper's largest batches.
 fn memories(paper: &PublishedScaling) -> Vec<Series> {
-    let told = paper.solvers.iter().filter_map(|solver| Some((solver, solver.memory?)));
-    let series = told.map(|(solver, memory)| {
+    let published_memory = paper.solvers.iter().filter_map(|solver| Some((solver, solver.memory?)));
+    let series = published_memory.map(|(solver, memory)| {
         let point = Point { x: f64::from(solver.most_worlds), y: MIB_PER_GB * memory, ci95: None };
         published(&format!("paper: {}", solver.name), colour::INK, point, 0)
     });
     series.collect()
 }
 
-/// A mode's colour, whichever modes are drawn.
+/// Colour of a mode; it does not depend on the drawn modes.
 fn colour_of(mode: Mode) -> RGBColor {
     let place = Mode::ALL.iter().position(|other| *other == mode).unwrap_or_default();
     colour::SERIES[place % colour::SERIES.len()]
@@ -113,7 +113,7 @@ fn figure(
         SolverName::ALL.into_iter().filter(|s| has(&|row| row.solver == *s)).collect();
     let modes: Vec<Mode> = Mode::ALL.into_iter().filter(|m| has(&|row| row.mode == *m)).collect();
     let mut series = Vec::new();
-    let mut told = Vec::new();
+    let mut texts = Vec::new();
     // The legend has one colour by mode and one line style by solver.
     let key = |name: &str, colour, mark, line| Series {
         name: plain(name),
@@ -142,7 +142,7 @@ fn figure(
             }
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
             let list: Vec<String> = points.iter().map(|p| format!("{:.0} at {}", p.y, p.x)).collect();
-            told.push(format!("{}, {}: {}", mode_name(*mode), plain(solver.name()), list.join(", ")));
+            texts.push(format!("{}, {}: {}", mode_name(*mode), plain(solver.name()), list.join(", ")));
             let line = LINES[j % LINES.len()];
             series.push(Series {
                 name: String::new(),
@@ -161,5 +161,5 @@ fn figure(
     let x = Axis::doublings("parallel worlds", points().map(|p| p.x), 6);
     let y = Axis::decades("", points().map(|p| p.y).chain(compared));
     let chart = Chart { stem: stem.to_owned(), title: title.to_owned(), x, y, series, bands };
-    chart.figure(&format!("{title} over parallel worlds. {}.", told.join("; ")))
+    chart.figure(&format!("{title} over parallel worlds. {}.", texts.join("; ")))
 }

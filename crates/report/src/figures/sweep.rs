@@ -11,7 +11,7 @@ use crate::published::PaperFigures;
 use crate::results::{ends, metric_of};
 use crate::words::{digits, interval, number, plain, title, title_with_unit};
 
-/// Metrics that are drawn, those of one panel together.
+/// Drawn metrics, grouped by panel.
 const PANELS: [&[&str]; 6] = [
     &["harvest_completeness"],
     &["place_success_per_attempt"],
@@ -35,7 +35,7 @@ pub(crate) fn figures(
 pub(crate) fn dial(sweep: &Sweep) -> String {
     let dial = match &*sweep.dial {
         "foliage" => "foliage density".to_owned(),
-        "fruit" => "fruit asked for a tree".to_owned(),
+        "fruit" => "fruit requested per tree".to_owned(),
         "terrain" => "terrain amplitude".to_owned(),
         other => plain(other),
     };
@@ -85,11 +85,11 @@ fn panel(
             shift: if several { 4 * i as i32 - 2 } else { 0 },
         });
         let digits = digits(metric);
-        let told: Vec<String> = measured
+        let texts: Vec<String> = measured
             .iter()
             .map(|(x, m)| format!("at {x} {} ({})", number(m.mean, digits), interval(m.ci95, digits)))
             .collect();
-        description.push(format!("{} over {}: {}", title(metric), dial(sweep), told.join("; ")));
+        description.push(format!("{} over {}: {}", title(metric), dial(sweep), texts.join("; ")));
     }
     let places: Vec<f64> = sweep.points.iter().map(|point| point.value).collect();
     let all = series.iter().flat_map(|s| &s.points).flat_map(|p| [p.y, p.ci95.map_or(p.y, |[_, high]| high)]);

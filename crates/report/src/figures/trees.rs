@@ -11,11 +11,11 @@ use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading,
 use crate::results::{conditions, ends, main_condition, metric_of};
 use crate::words::{number, title_with_unit};
 
-/// Fruit deposited, episode by episode, as a histogram.
+/// Histogram of fruit deposited per episode.
 pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<Figure, FigureError> {
     let counts: Vec<u32> = results.episodes.iter().map(|episode| episode.deposited).collect();
     let most = counts.iter().copied().max().unwrap_or(0);
-    // Largest number of bins; bins are wider where trees yield more.
+    // Largest number of bins; the bins get wider for larger numbers of fruit.
     let width = (most + 1).div_ceil(14).max(1);
     let bin = |bin: u32| {
         let (first, next) = (bin * width, (bin + 1) * width);
@@ -33,7 +33,7 @@ pub(crate) fn deposited(condition: &str, results: &ConditionSummary) -> Result<F
     .figure(condition)
 }
 
-/// Completeness, episode by episode, as a histogram; none where no tree has reachable fruit.
+/// Histogram of completeness per episode; none if no tree has reachable fruit.
 pub(crate) fn completeness(
     condition: &str,
     results: &ConditionSummary,
@@ -50,7 +50,7 @@ pub(crate) fn completeness(
     Histogram {
         stem: "trees-completeness",
         title: "Harvest completeness",
-        label: "completeness, from this to 0.1 more",
+        label: "completeness (lower end of a bin of 0.1)",
         spread: spread(&values),
         bins: (0..=last).map(bin).collect(),
     }
@@ -91,18 +91,18 @@ impl Histogram {
         const HEIGHT: i32 = 160;
         let bins = &self.bins;
         let highest = bins.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1) as f64;
-        let told: Vec<String> = bins.iter().map(|(name, count)| format!("{name}: {count}")).collect();
+        let texts: Vec<String> = bins.iter().map(|(name, count)| format!("{name}: {count}")).collect();
         let description = format!(
             "{} under {condition}: {}. Episodes by {}: {}.",
             self.title,
             self.spread,
             self.label,
-            told.join("; ")
+            texts.join("; ")
         );
         let size = (WIDTH, (TOP + HEIGHT + 46) as u32);
         drawn(self.stem, self.title, &description, size, |area| {
             area.draw(&Text::new(
-                format!("{}, episodes by number", self.title),
+                format!("{}, number of episodes", self.title),
                 (MARGIN, MARGIN),
                 heading(),
             ))?;
@@ -131,7 +131,7 @@ impl Histogram {
     }
 }
 
-/// Damage against throughput: a point an episode of the main condition, and every condition's mean.
+/// Damage against throughput: a point for each episode of the main condition, and the mean of every condition.
 pub(crate) fn damage(harvest: &Summary, damage: &'static str) -> Result<Option<Figure>, FigureError> {
     const THROUGHPUT: &str = "throughput_fruit_per_min";
     let Some((main, results)) = main_condition(harvest) else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! Canopy zones: a 3 x 2 map with numbers.
+//! Maps of the 3 x 2 canopy zones with numbers.
 
 use orchard_tasks::harvest::summary::{ConditionSummary, ZoneSummary};
 use orchard_tasks::zones::Zone;
@@ -16,7 +16,7 @@ const ROWS: [(&str, [Zone; 2]); 3] = [
     ("middle", [Zone::MiddleInner, Zone::MiddleOuter]),
     ("lower", [Zone::LowerInner, Zone::LowerOuter]),
 ];
-/// Colours of 0 and of 1, and the letters that are read on light and on dark ground.
+/// Colours of the rates 0 and 1 and of an unknown rate, and of letters on light and on dark ground.
 const NONE: RGBColor = RGBColor(0xE9, 0xF1, 0xF8);
 const ALL: RGBColor = RGBColor(0x08, 0x45, 0x7E);
 const UNKNOWN: RGBColor = RGBColor(0xD5, 0xDA, 0xDF);
@@ -24,7 +24,7 @@ const DARK: RGBColor = RGBColor(0x10, 0x18, 0x20);
 const BRIGHT: RGBColor = RGBColor(0xFD, 0xFD, 0xFD);
 
 /// Values of one zone on a map.
-struct Told {
+struct ZoneRate {
     rate: Option<f64>,
     part: u32,
     of: u32,
@@ -33,24 +33,24 @@ struct Told {
 
 /// Place success by zone, over the attempts there.
 pub(crate) fn success(results: &ConditionSummary) -> Result<Figure, FigureError> {
-    let told = |z: &ZoneSummary| Told {
+    let rate = |z: &ZoneSummary| ZoneRate {
         rate: z.place_success,
         part: z.placed,
         of: z.attempts,
         ci95: z.place_success_ci95,
     };
-    map("zones-success", "Place success by canopy zone", "attempts", results, told)
+    map("zones-success", "Place success by canopy zone", "attempts", results, rate)
 }
 
-/// Completeness by zone, over the reachable fruit there: the census.
+/// Completeness by zone, over the reachable fruit in the zone.
 pub(crate) fn completeness(results: &ConditionSummary) -> Result<Figure, FigureError> {
-    let told = |z: &ZoneSummary| Told {
+    let rate = |z: &ZoneSummary| ZoneRate {
         rate: z.completeness,
         part: z.deposited,
         of: z.reachable,
         ci95: z.completeness_ci95,
     };
-    map("zones-completeness", "Completeness by canopy zone", "reachable", results, told)
+    map("zones-completeness", "Completeness by canopy zone", "reachable", results, rate)
 }
 
 fn map(
@@ -58,7 +58,7 @@ fn map(
     title: &str,
     counted: &str,
     results: &ConditionSummary,
-    told: impl Fn(&ZoneSummary) -> Told,
+    rate: impl Fn(&ZoneSummary) -> ZoneRate,
 ) -> Result<Figure, FigureError> {
     const MARGIN: i32 = 10;
     const LEFT: i32 = 66;
@@ -67,7 +67,7 @@ fn map(
     const GAP: i32 = 4;
     let cell_width = (WIDTH as i32 - LEFT - MARGIN - GAP) / 2;
     let cell = |zone: &Zone| {
-        results.zones.get(zone).map_or(Told { rate: None, part: 0, of: 0, ci95: [None; 2] }, &told)
+        results.zones.get(zone).map_or(ZoneRate { rate: None, part: 0, of: 0, ci95: [None; 2] }, &rate)
     };
     let words: Vec<String> = ROWS
         .iter()
@@ -75,13 +75,13 @@ fn map(
             zones.iter().zip(["inner", "outer"]).map(move |(zone, column)| (row, column, zone))
         })
         .map(|(row, column, zone)| {
-            let told = cell(zone);
-            let ci95 = interval(told.ci95, 2);
+            let cell = cell(zone);
+            let ci95 = interval(cell.ci95, 2);
             format!(
                 "{row} {column} {} ({ci95}), {} of {} {counted}",
-                number(told.rate, 2),
-                told.part,
-                told.of
+                number(cell.rate, 2),
+                cell.part,
+                cell.of
             )
         })
         .collect();
@@ -102,18 +102,18 @@ fn map(
             area.draw(&Text::new((*name).to_owned(), (LEFT - 10, y + HEIGHT / 2), style))?;
             for (j, zone) in zones.iter().enumerate() {
                 let x = LEFT + j as i32 * (cell_width + GAP);
-                let told = cell(zone);
-                let ground = told.rate.map_or(UNKNOWN, between);
+                let cell = cell(zone);
+                let ground = cell.rate.map_or(UNKNOWN, between);
                 area.draw(&Rectangle::new([(x, y), (x + cell_width, y + HEIGHT)], ground.filled()))?;
                 let ink = if is_dark(ground) { BRIGHT } else { DARK };
                 let middle = x + cell_width / 2;
                 let large = letters(19.0, ink, HPos::Center, VPos::Center);
-                area.draw(&Text::new(number(told.rate, 2), (middle, y + HEIGHT / 2 - 17), large))?;
+                area.draw(&Text::new(number(cell.rate, 2), (middle, y + HEIGHT / 2 - 17), large))?;
                 let small = letters(LETTERS - 1.0, ink, HPos::Center, VPos::Center);
-                let count = format!("{} of {} {counted}", told.part, told.of);
+                let count = format!("{} of {} {counted}", cell.part, cell.of);
                 area.draw(&Text::new(count, (middle, y + HEIGHT / 2 + 22), small.clone()))?;
-                if ends(told.ci95).is_some() {
-                    area.draw(&Text::new(interval(told.ci95, 2), (middle, y + HEIGHT / 2 + 5), small))?;
+                if ends(cell.ci95).is_some() {
+                    area.draw(&Text::new(interval(cell.ci95, 2), (middle, y + HEIGHT / 2 + 5), small))?;
                 }
             }
         }
@@ -130,7 +130,7 @@ fn between(rate: f64) -> RGBColor {
     RGBColor(mix(NONE.0, ALL.0), mix(NONE.1, ALL.1), mix(NONE.2, ALL.2))
 }
 
-/// True if bright letters are easier to read on a ground, by its luma (ITU-R BT.601).
+/// True if bright text is easier to read on a background, by its luma (ITU-R BT.601).
 fn is_dark(ground: RGBColor) -> bool {
     0.299 * f64::from(ground.0) + 0.587 * f64::from(ground.1) + 0.114 * f64::from(ground.2) < 140.0
 }

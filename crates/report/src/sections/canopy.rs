@@ -22,9 +22,9 @@ pub(crate) fn zones(results: &Results, figures: &Figures, paper: &PaperFigures) 
             None => (missing("No harvest in this folder.", COMMAND)),
             Some((name, _)) => {
                 (beside(&html! { p {
-                    "Each tree cuts its own canopy in three by height and in two by distance from the trunk, by its reachable fruit. "
-                    strong { "Place success" } " is over attempts on targets in the zone, " strong { "completeness" }
-                    " over the reachable fruit that hangs there: the census. Pooled over the trees of " (name)
+                    "The canopy of each tree is divided in three by height and in two by distance from the trunk, based on its reachable fruit. "
+                    strong { "Place success" } " is relative to attempts on targets in the zone, " strong { "completeness" }
+                    " to the reachable fruit in the zone. Pooled over the trees of " (name)
                     "; the paper has place success of about " (paper.zones.middle.si()) " in the middle canopy and "
                     (paper.zones.others_low.si()) " to " (paper.zones.others_high.si()) " in the lower outer and the upper zones."
                 } }, &figures.zones))
@@ -40,8 +40,8 @@ pub(crate) fn attempts(results: &Results, figures: &Figures) -> Section {
         @match &results.harvest {
             Some(harvest) if !figures.attempts.is_empty() => {
                 (beside(&html! { p {
-                    "Every failed attempt has one reason, by the truth of the world first and by the controller's own word where the world does \
-                     not tell. Times are means over attempts, the time before the next commitment included."
+                    "Every failed attempt has one reason. Facts of the world decide; where they leave it open, the controller's report \
+                     does. Times are means over attempts, including the time until the next commitment."
                 } }, &figures.attempts))
                 (failures(harvest))
                 (times(harvest))
@@ -70,9 +70,9 @@ fn failures(harvest: &Summary) -> Markup {
         })
         .collect();
     let attempts = all.iter().map(|(_, c)| Cell::main(attempts_of(c).to_string()));
-    rows.push(std::iter::once(Cell::words("all attempts, placed ones too")).chain(attempts).collect());
+    rows.push(std::iter::once(Cell::words("all attempts, including placed")).chain(attempts).collect());
     html! { @if all.len() > 1 {
-        details { summary { "Failed attempts by reason, every condition" } (table("Failed attempts by reason", &heads, &rows)) }
+        details { summary { "Failed attempts by reason, all conditions" } (table("Failed attempts by reason", &heads, &rows)) }
     } }
 }
 
@@ -88,9 +88,9 @@ fn times(harvest: &Summary) -> Markup {
                 Cell::words(plain(state)),
                 Cell::number(s.attempts.to_string()),
                 Cell::number(number(s.mean_s, 2))
-                    .because(s.mean_s.is_none().then_some("no attempt entered it")),
+                    .because(s.mean_s.is_none().then_some("no attempt entered this state")),
                 Cell::number(number(s.mean_placed_s, 2))
-                    .because(s.mean_placed_s.is_none().then_some("no placed attempt entered it")),
+                    .because(s.mean_placed_s.is_none().then_some("no placed attempt entered this state")),
                 Cell::main(number(Some(seconds_in(s, attempts, false)), 2)),
                 Cell::main(number((placed > 0).then(|| seconds_in(s, placed, true)), 2)),
             ]
@@ -109,11 +109,11 @@ fn times(harvest: &Summary) -> Markup {
     ]);
     let heads = [
         "state",
-        "entered by",
+        "attempts",
         "mean when entered [s]",
-        "of these, placed [s]",
-        "share of any attempt [s]",
-        "of a placed one [s]",
+        "mean of placed [s]",
+        "mean over all attempts [s]",
+        "mean over all placed [s]",
     ];
     html! { details { summary { "Seconds in each state, " (name) } (table("Seconds in each state", &heads, &rows)) } }
 }
@@ -125,8 +125,8 @@ pub(crate) fn trees(results: &Results, figures: &Figures, paper: &PaperFigures) 
             None => (missing("No harvest in this folder.", COMMAND)),
             Some(harvest) => {
                 (beside(&html! { p {
-                    "Trees differ, and one episode on one tree says little. The histograms count episodes: by the fruit that they brought \
-                     into the bucket, and by completeness (paper: fruit " (paper.trees.mean.si()) " \u{b1} " (paper.trees.deviation.si()) " a tree)."
+                    "Trees differ, so a single episode says little. The histograms count episodes by the number of fruit deposited \
+                     and by completeness (paper: fruit " (paper.trees.mean.si()) " \u{b1} " (paper.trees.deviation.si()) " per tree)."
                 } }, &figures.trees))
                 (episodes(harvest))
             },
@@ -171,7 +171,7 @@ pub(crate) fn damage(results: &Results, figures: &Figures) -> Section {
         @if results.harvest.is_none() || figures.damage.is_empty() {
             (missing("No harvest in this folder.", COMMAND))
         } @else {
-            (beside(&html! { p { "Fast picking is worth little if it costs the tree: lower right is best. Faint dots are single episodes, stronger ones several that coincide." } }, &figures.damage))
+            (beside(&html! { p { "Damage per tree against throughput; lower right is best. Faint dots are single episodes, stronger ones several coinciding episodes." } }, &figures.damage))
         }
     };
     Section { id: "damage", title: "Damage against throughput", body }

@@ -1,4 +1,4 @@
-//! The component tasks: one skill at a time.
+//! Section on the component tasks.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub(crate) fn section(results: &Results) -> Section {
         } @else {
             p {
                 strong { "reach-and-grasp" } ": hold a named fruit. " strong { "gentle" } ": push the hand through the canopy to a point behind it. \
-                 Loads are those of the robot on live wood; without contact they are 0."
+                 Loads are measured on live wood; without contact of the robot they are 0."
             }
             (side_by_side(&results.components))
             @for summary in &results.components { (endings(summary)) }
@@ -27,7 +27,7 @@ pub(crate) fn section(results: &Results) -> Section {
     Section { id: "components", title: "Component tasks", body }
 }
 
-/// A column a task.
+/// One column per task.
 fn side_by_side(tasks: &[ComponentSummary]) -> Markup {
     let row = |name: &str| {
         let digits = digits(name);
@@ -61,8 +61,8 @@ fn endings(summary: &ComponentSummary) -> Markup {
     };
     html! {
         p.note {
-            strong { (summary.run.task) } ", controller " (summary.run.scenario.controller) ", trees: " (summary.trees.len()) ". Trials ended: "
-            (counts(&summary.outcomes)) ". Attempts given up: " (counts(&summary.failures)) "."
+            strong { (summary.run.task) } ", controller " (summary.run.scenario.controller) ", trees: " (summary.trees.len()) ". Outcomes of trials: "
+            (counts(&summary.outcomes)) ". Failed attempts: " (counts(&summary.failures)) "."
         }
     }
 }

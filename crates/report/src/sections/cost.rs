@@ -17,10 +17,10 @@ pub(crate) fn scaling(results: &Results, figures: &Figures) -> Section {
             (missing("No scaling run in this folder.", "cargo xtask bench-v1 --tasks scaling"))
         } @else {
             p {
-                "Physics alone, no rendering, both axes logarithmic; an env-step is one frame (1/60 s) of one world. Marks are medians of the \
+                "Physics only, without rendering; both axes are logarithmic; an env-step is one frame (1/60 s) of one world. Marks are medians of the \
                  repeats, caps the slowest and the fastest; " (ran_on(&results.scaling)) ". "
-                @if results.scaling.len() > 1 { "Of each the fastest solver is drawn, the table has all. " }
-                "Grey and hollow are the paper's rates on its laptop GPU" @if let Some(paper) = &figures.published_scaling { (solvers(paper)) } "."
+                @if results.scaling.len() > 1 { "The fastest solver of each backend is drawn; the table has all. " }
+                "Grey bands and hollow marks are the paper's rates on its laptop GPU" @if let Some(paper) = &figures.published_scaling { (solvers(paper)) } "."
             }
             (side_by_side(&figures.scaling))
             (rows(&results.scaling))
@@ -82,10 +82,10 @@ fn rows(scalings: &[Scaling]) -> Markup {
     ];
     let omitted: Vec<&Omitted> = scalings.iter().flat_map(|scaling| &scaling.omitted).collect();
     html! {
-        details { summary { "Every row" } (table("Scaling over worlds", &heads, &rows)) }
+        details { summary { "All rows" } (table("Scaling over worlds", &heads, &rows)) }
         @if !omitted.is_empty() {
             details {
-                summary { "Left out" }
+                summary { "Skipped cells" }
                 ul { @for cell in omitted {
                     li { (cell.solver.name()) ", " (mode(cell.mode)) ", " (cell.worlds) " worlds: " (cell.why) }
                 } }
@@ -107,12 +107,13 @@ fn axes(scalings: &[Scaling]) -> Markup {
         ]
     };
     let rows: Vec<_> = scalings.iter().flat_map(|scaling| &scaling.axes).map(row).collect();
-    let heads = ["solver", "what differs", "settled worlds", "rate over identical worlds", "repeats"];
+    let heads =
+        ["solver", "kind of difference", "settled worlds", "rate relative to identical worlds", "repeats"];
     html! {
         @if !rows.is_empty() {
             details {
-                summary { "Each kind of randomisation alone" }
-                (table("Rate of worlds that differ in one thing", &heads, &rows))
+                summary { "Single kinds of randomisation" }
+                (table("Rate of worlds that differ in one kind", &heads, &rows))
             }
         }
     }
@@ -126,8 +127,8 @@ pub(crate) fn compute(results: &Results) -> Section {
             Some(compute) => {
                 (costs(compute))
                 p.note {
-                    "Sensing and control included; env-steps of the detection task are images. These figures and those of scaling depend on \
-                     the machine; nothing else on this page does."
+                    "Including sensing and control; env-steps of the detection task are images. Only these figures and those of scaling depend on \
+                     the machine."
                 }
             },
         }
@@ -135,7 +136,7 @@ pub(crate) fn compute(results: &Results) -> Section {
     Section { id: "compute", title: "Compute", body }
 }
 
-/// A column a task.
+/// One column per task.
 fn costs(compute: &Compute) -> Markup {
     let costs: Vec<&TaskCost> = compute.tasks.values().collect();
     let row = |name: &str, unit: &str, cell: &dyn Fn(&TaskCost) -> Cell| -> Vec<Cell> {
@@ -143,7 +144,7 @@ fn costs(compute: &Compute) -> Markup {
         std::iter::once(Cell::words(name)).chain(cells).chain([Cell::words(unit)]).collect()
     };
     let number_of = |value: Option<f64>, digits| {
-        let reason = "every record was reused, or the system does not tell";
+        let reason = "every record was reused, or the system does not report it";
         Cell::main(number(value, digits)).because(value.is_none().then_some(reason))
     };
     let count = |n: usize| Cell::number(grouped(n as u64));
@@ -157,9 +158,9 @@ fn costs(compute: &Compute) -> Markup {
         row("simulated time", "world-seconds/s", &|cost| number_of(cost.world_seconds_per_s, 1)),
         row("peak memory", "MiB", &|cost| number_of(cost.peak_memory_mib, 0)),
         row("records", "", &|cost| count(cost.records.len())),
-        row("of these, reused", "", &|cost| count(reused(cost))),
+        row("reused records", "", &|cost| count(reused(cost))),
     ];
     let tasks = compute.tasks.keys().map(String::as_str);
     let heads: Vec<&str> = std::iter::once("figure").chain(tasks).chain(["unit"]).collect();
-    table("Cost of every task's last run", &heads, &rows)
+    table("Cost of the last run of each task", &heads, &rows)
 }

@@ -1,4 +1,4 @@
-//! The detection task.
+//! Section on the detection task.
 
 use std::collections::BTreeMap;
 
@@ -21,8 +21,8 @@ pub(crate) fn section(results: &Results, figures: &Figures, protocol: &Protocol)
         Some(summary) => html! {
             (beside(&html! { p {
                 "Single depth images of resting trees, camera " (summary.camera.name()) ", detector " (summary.detector)
-                ". A detection is right if it lies within one fruit radius of a fruit's centre, one to one. Recall is over fruit that ought to be \
-                 found: at least " (number(Some(100.0 * protocol.detect.found.visible_fraction.si()), 0)) " % visible, in range and not too small."
+                ". A detection is correct if its centre is within one fruit radius of a fruit's centre, matched one to one. Recall is over fruit \
+                 that should be found: at least " (number(Some(100.0 * protocol.detect.found.visible_fraction.si()), 0)) " % visible, in range and large enough."
             } }, &figures.detect))
             (densities(summary, protocol))
             (ablation(summary))
@@ -95,7 +95,7 @@ fn ablation(summary: &DetectSummary) -> Markup {
     let heads = ["variant", "precision", "recall", "false positives", "on wood", "on leaves"];
     html! { @if rows.iter().any(|row| row[1].text != "-") {
         details {
-            summary { "The detector with each of its gates switched off, foliage " (summary.ablation.foliage) }
+            summary { "Gate ablation: the detector with single gates switched off, foliage " (summary.ablation.foliage) }
             (table("Gate ablation", &heads, &rows))
         }
     } }

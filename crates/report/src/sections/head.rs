@@ -16,14 +16,14 @@ pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
     if quarantined > 0 {
         warnings.push(html! {
             strong { (worlds(quarantined)) " quarantined." }
-            " Their state left what is plausible, so that they count as zero harvest; attempts, ruptures and drops count as they \
-             happened. The means below are not those of a sound run."
+            " Their state became implausible, so they count as zero harvest; their attempts, ruptures and drops count. The means \
+             below are not those of a valid run."
         });
     }
     let unseen = results.detect.as_ref().map_or(0, |detect| detect.quarantined);
     if unseen > 0 {
         warnings.push(html! {
-            strong { (worlds(unseen)) " quarantined in the detection task" } " and left out of its figures."
+            strong { (worlds(unseen)) " quarantined in the detection task" } " and not in its figures."
         });
     }
     for component in &results.components {
@@ -31,7 +31,7 @@ pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
         let trees = component.trees.iter().filter(|tree| tree.never_built.is_some()).count();
         if trials > 0 || trees > 0 {
             warnings.push(html! {
-                strong { (component.run.task) ": " (trials) " trials quarantined, " (trees) " trees never built." }
+                strong { (component.run.task) ": " (trials) " trials quarantined, " (trees) " trees could not be built." }
             });
         }
     }
@@ -44,7 +44,7 @@ pub(crate) fn warnings(results: &Results, protocol: &Protocol) -> Vec<Markup> {
     if code_versions(results).len() > 1 {
         warnings.push(html! {
             strong { "Results of several code versions." }
-            " The tasks of this folder were run by different code and need not agree with one another: " (code_versions(results).join(", ")) "."
+            " The tasks of this folder were run by different code versions and may be inconsistent: " (code_versions(results).join(", ")) "."
         });
     }
     warnings
@@ -78,10 +78,10 @@ fn of_seeds(label: &SeedSetLabel, tasks: &[String]) -> Option<Markup> {
         },
         (SeedSetName::Tuning, whole) => html! {
             strong { @if whole { "Tuning seeds" } @else { "Some of the tuning seeds" } " (" (tasks) ")." }
-            " Anyone may tune on them: no figure on this page is an official score."
+            " They are for tuning: no figure on this page is an official score."
         },
         (SeedSetName::Custom, _) => html! {
-            strong { "Seeds of no set (" (tasks) ")." } " No figure on this page is an official score."
+            strong { "Custom seeds (" (tasks) ")." } " No figure on this page is an official score."
         },
     })
 }
@@ -174,9 +174,9 @@ fn seed_set(label: &SeedSetLabel) -> String {
     let name = match label.name {
         SeedSetName::Tuning => "tuning",
         SeedSetName::V1 => "v1 (official)",
-        SeedSetName::Custom => "of no set",
+        SeedSetName::Custom => "custom",
     };
-    let part = if label.whole || label.name == SeedSetName::Custom { "" } else { ", not the whole set" };
+    let part = if label.whole || label.name == SeedSetName::Custom { "" } else { ", incomplete set" };
     format!("{name}{part}")
 }
 
@@ -207,10 +207,10 @@ fn condition_table(summary: &Summary) -> Markup {
         "fruit",
         "foliage",
         "terrain [m]",
-        "trees a seed",
+        "trees per seed",
         "repeats",
-        "longest [s]",
-        "episodes ended",
+        "time limit [s]",
+        "outcomes of episodes",
     ];
     html! {
         details open[rows.len() <= 4] {

@@ -9,7 +9,7 @@ use orchard_tasks::harvest::summary::{ConditionSummary, Summary};
 use orchard_tasks::protocol::Protocol;
 
 use super::{Section, missing};
-use crate::asked::demands;
+use crate::requirements::judge_requirements;
 use crate::results::{Results, conditions, main_condition, principal};
 use crate::table::{Cell, table};
 use crate::words::{digits, interval, number, reason_of, title, unit, why};
@@ -32,13 +32,13 @@ pub(crate) fn section(results: &Results, protocol: &Protocol) -> Section {
             @if let Some((name, main)) = main_condition(harvest) {
                 p {
                     "Under the condition " strong { (name) } ". Every metric is a ratio of sums over trees, with a 95 % percentile \
-                     interval of a hierarchical bootstrap over seeds and trees; its definition stands "
-                    a href="#definitions" { "below" } ". The paper's figures are landmarks: its released code assists the grasp and counts otherwise."
+                     interval of a hierarchical bootstrap over seeds and trees; its definition is "
+                    a href="#definitions" { "below" } ". The paper's figures are for orientation only: its released code assists the grasp and counts by other rules."
                 }
                 (cards(main, protocol))
             }
             (metrics(&principal(harvest), protocol))
-            (asked(harvest, protocol))
+            (requirements_table(harvest, protocol))
             @for (name, results) in conditions(harvest) {
                 @if let Some(variance) = &results.variance { (components(name, variance)) }
             }
@@ -63,11 +63,11 @@ fn cards(results: &ConditionSummary, protocol: &Protocol) -> Markup {
 }
 
 /// All metrics, conditions side by side.
-fn metrics(told: &[(&str, &ConditionSummary)], protocol: &Protocol) -> Markup {
+fn metrics(conditions: &[(&str, &ConditionSummary)], protocol: &Protocol) -> Markup {
     let row = |metric: &'static str| {
         let digits = digits(metric);
         let mut row = vec![Cell::words(title(metric)).because(Some(metric))];
-        for (_, results) in told {
+        for (_, results) in conditions {
             match results.metrics.get(metric) {
                 Some(found) => row.extend([
                     Cell::main(number(found.mean, digits)).because(why(found)),
@@ -86,37 +86,37 @@ fn metrics(told: &[(&str, &ConditionSummary)], protocol: &Protocol) -> Markup {
     };
     let rows: Vec<_> = METRICS.iter().map(|m| row(m.info.name)).collect();
     let mut heads = vec!["metric"];
-    heads.extend(told.iter().flat_map(|(name, _)| [*name, "95 % interval", "n"]));
+    heads.extend(conditions.iter().flat_map(|(name, _)| [*name, "95 % interval", "n"]));
     heads.extend(["paper, nominal", "unit"]);
     table("All metrics: means with 95 % intervals", &heads, &rows)
 }
 
-fn asked(harvest: &Summary, protocol: &Protocol) -> Markup {
-    let demands = demands(harvest, protocol);
+fn requirements_table(harvest: &Summary, protocol: &Protocol) -> Markup {
+    let requirements = judge_requirements(harvest, protocol);
     let mut rows = Vec::new();
-    for demand in &demands {
-        for judged in demand.judged.iter().flatten() {
+    for condition in &requirements {
+        for judged in condition.judged.iter().flatten() {
             let digits = digits(judged.metric);
             let met = judged.is_met();
             rows.push(vec![
                 Cell::words(title(judged.metric)).because(Some(judged.metric)),
-                Cell::words(demand.condition),
-                Cell::number(judged.asked.bound().replace(">=", "\u{2265}").replace("<=", "\u{2264}")),
+                Cell::words(condition.condition),
+                Cell::number(judged.requirement.bound().replace(">=", "\u{2265}").replace("<=", "\u{2264}")),
                 Cell::main(number(judged.mean, digits)),
                 Cell::verdict(if met { "met" } else { "missed" }, met),
             ]);
         }
     }
     let unjudged: Vec<&str> =
-        demands.iter().filter(|demand| demand.judged.is_none()).map(|demand| demand.condition).collect();
+        requirements.iter().filter(|c| c.judged.is_none()).map(|c| c.condition).collect();
     html! {
         @if !rows.is_empty() {
-            h3 { "What this project asks of the controller" }
-            (table("Asked over the tuning seeds", &["metric", "condition", "asked", "mean", "verdict"], &rows))
+            h3 { "Requirements of this project on the controller" }
+            (table("Requirements over the tuning seeds", &["metric", "condition", "required", "mean", "verdict"], &rows))
         }
         @if !unjudged.is_empty() {
             p.note {
-                "What is asked over the tuning seeds is not judged here (" (unjudged.join(", "))
+                "The requirements hold for the tuning seeds and are not judged here (" (unjudged.join(", "))
                 "): this run has other seeds, trees, repeats or time."
             }
         }
@@ -143,10 +143,10 @@ fn components(name: &str, variance: &BTreeMap<String, VarianceComponents>) -> Ma
     let rows: Vec<_> = known.map(row).collect();
     let heads = ["metric", "between seeds", "between trees", "between repeats", "episodes", "unit"];
     html! {
-        h3 { "How single episodes vary, " (name) }
+        h3 { "Variation between single episodes, " (name) }
         p {
-            "Standard deviations between seeds, between the trees of a seed, and between repeats of one tree from other start poses: \
-             what an episode owes to its tree, and what to chance. A component whose estimate is negative is written as 0."
+            "Standard deviations between seeds, between the trees of a seed, and between repeats of one tree from other start poses. \
+             They separate the effect of the tree from chance. A component whose estimate is negative is written as 0."
         }
         (table(&format!("Standard deviations, {name}"), &heads, &rows))
     }

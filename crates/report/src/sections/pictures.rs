@@ -10,7 +10,7 @@ pub(crate) fn section(pictures: &Pictures) -> Section {
     let body = html! {
         @if let Some(reason) = &pictures.left_out { p.missing { (reason) } }
         @if !pictures.trees.is_empty() {
-            p { "Trees of this run at the start, in one scale." }
+            p { "Trees of this run at the start, at the same scale." }
             div.pictures.trees { @for tree in &pictures.trees { (shown(tree)) } }
         }
         @if let Some(pick) = &pictures.pick { (one_pick(pick)) }
@@ -26,9 +26,9 @@ fn one_pick(pick: &Pick) -> Markup {
     html! {
         h3 { (pick.title) }
         p {
-            "The episode was simulated again from its record. From left to right and down: what happens, seen from outside (leaves in the foreground are \
-             left out) and below it by the wrist camera. The green circle is the true fruit, the cross the target as the controller believes it, \
-             dots are the detections of the last image."
+            "The episode was simulated again from its record. The moments are in reading order; above is the view from outside (without leaves in \
+             the foreground), below that of the wrist camera. Green circle: the true fruit; cross: the target as the controller believes it; \
+             dots: the detections of the last image."
         }
         div.pictures.moments { @for moment in &pick.moments {
             figure {

@@ -12,9 +12,9 @@ use crate::words::{capital, digits, number, reason_of, title};
 
 /// Sweeps of the benchmark, with their dials.
 const KNOWN: [(&str, &str); 3] = [
-    ("foliage", "Leaves hide fruit: the same trees behind more and more of them."),
-    ("fruit", "More fruit a tree: more to pick in the same time, and more in the way."),
-    ("terrain", "Bumpier ground: the robot drives and stands on a height field of this amplitude."),
+    ("foliage", "Leaves hide fruit: the same trees with increasing foliage."),
+    ("fruit", "More fruit per tree: more to pick in the same time, and more obstacles."),
+    ("terrain", "Bumpy ground: the robot drives on a height field of this amplitude."),
 ];
 
 /// Adjusted p-values below this are marked.
@@ -31,7 +31,7 @@ pub(crate) fn section(results: &Results, figures: &Figures) -> Section {
         sweeps.into_iter().flat_map(|s| s.keys()).filter(|name| !known(name)).collect();
     let body = html! {
         p {
-            "Every point is a condition on the same trees: mean and 95 % interval. Hollow diamonds are the paper's figures. \
+            "Every point is the mean of a condition with its 95 % interval, on the same trees. Hollow diamonds are the paper's figures. \
              The table under each sweep compares conditions tree by tree with the nominal one."
         }
         @for (name, what) in KNOWN {
@@ -75,7 +75,7 @@ fn tests(name: &str, sweep: &Sweep) -> Markup {
             summary { "Paired tests against nominal, Holm-adjusted over the sweep" }
             (table(&format!("Paired tests, {name}"), &heads, &rows))
             p.note {
-                "difference: condition less reference, mean over trees. p: two-sided, adjusted after Holm over the whole sweep; * marks p < "
+                "difference: condition minus reference, mean over trees. p: two-sided, Holm-adjusted over the whole sweep; * marks p < "
                 (LEVEL) ". r: matched-pairs rank-biserial correlation, \u{2212}1 to 1. d_z: mean difference over its standard deviation."
             }
         }
@@ -104,7 +104,8 @@ fn comparison(c: &SweepComparison) -> Vec<Cell> {
         figure(&test.mean, digits),
         Cell::number(interval.unwrap_or_else(|| "-".to_owned()))
             .because(test.no_interval.map(|reason| reason_of(reason, true))),
-        Cell::number(test.pairs.to_string()).because(Some(format!("{} of them equal", test.equal))),
+        Cell::number(test.pairs.to_string())
+            .because(Some(format!("{} of them without a difference", test.equal))),
         p(c.holm.wilcoxon),
         p(c.holm.permutation),
         figure(&test.rank_biserial, 2),

@@ -19,7 +19,7 @@ pub struct Gentle;
 pub struct PointTarget {
     /// The point \[m, world\].
     pub p_world: [f64; 3],
-    /// Point that the controller gets \[m, odom\].
+    /// Point given to the controller \[m, odom\].
     pub p_odom: [f64; 3],
     /// Level direction from the stand-off to the point given to the controller, from the x axis of odom \[rad\].
     pub heading_odom: f64,
@@ -27,7 +27,7 @@ pub struct PointTarget {
     pub segments_before: u32,
 }
 
-/// Largest step between the points of the line outwards that are checked for wood \[m\]: thinner than any twig.
+/// Largest step between the checked points of the line outwards \[m\]: less than the thickness of a twig.
 const STEP: f64 = 5e-3;
 
 impl Component for Gentle {
@@ -116,7 +116,7 @@ impl Wood {
         Self { segments: segments.collect() }
     }
 
-    /// Number of segments of wood near the level line outwards from a point; `None` if the point is not clear of wood or they are too few.
+    /// Number of wood segments near the level line outwards from a point; `None` if the point is too close to wood or there are too few.
     fn before(&self, p_world: &Vec3, outwards: &Vec3, rules: &GentleRules) -> Option<u32> {
         let distance = |(shape, x, _): &(Shape, orchard_geometry::Pose, bool), p: &Vec3| {
             shape.signed_distance(&inverse_transform(x, p))

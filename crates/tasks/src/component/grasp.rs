@@ -29,7 +29,7 @@ pub struct FruitTarget {
     pub radius_told: f64,
 }
 
-/// Smallest radius given to a controller \[m\]: an error never makes a fruit vanish.
+/// Smallest radius given to a controller \[m\]: keeps the radius positive.
 const SMALLEST_RADIUS: f64 = 1e-3;
 
 impl Component for ReachAndGrasp {
@@ -37,7 +37,7 @@ impl Component for ReachAndGrasp {
     const NAME: &'static str = "reach-and-grasp";
     const SUMMARY: &'static str = "reach-and-grasp.json";
 
-    /// Reachable fruit that inverse kinematics confirms, shuffled; the first ones.
+    /// The first of the reachable fruit confirmed by inverse kinematics, in random order.
     fn targets(world: &World, rules: &ComponentRules, seed: u64) -> Vec<FruitTarget> {
         let (truth, reachable) = (world.fruit_truth(), world.reachable());
         let mut fruit: Vec<usize> = (0..truth.len()).filter(|&i| reachable[i]).collect();

@@ -15,11 +15,11 @@ use crate::protocol::Protocol;
 pub struct ComponentPlan {
     /// Worlds, robot and controller.
     pub scenario: Scenario,
-    /// Profile whose defaults the run took.
+    /// Profile that set the defaults of the run.
     pub profile: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// Protocol constants.
     pub protocol: Protocol,
@@ -41,7 +41,7 @@ pub struct ComponentRun {
     pub task: String,
 }
 
-/// Key of a tree's record: everything that it is a function of.
+/// Key of a tree's record: all inputs that determine it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ComponentKey {
     /// The run.
@@ -63,10 +63,10 @@ impl ComponentPlan {
         Ok(Self { scenario, profile: profile.to_owned(), seeds, trees, protocol })
     }
 
-    /// Checks what a user can get wrong.
+    /// Checks the user's input.
     ///
     /// # Errors
-    /// No seed, a seed given twice, no tree, a controller that takes no goals.
+    /// No seed, a seed given twice, no tree, or a controller that cannot be given a goal.
     pub fn check(&self) -> Result<(), PlanError> {
         if !self.scenario.controller_kind().takes_goals() {
             return Err(PlanError::NoGoals(self.scenario.names().controller.clone()));
@@ -74,13 +74,13 @@ impl ComponentPlan {
         check_trees(&self.seeds, self.trees)
     }
 
-    /// Frames of a tree's trials at most.
+    /// Largest number of frames of a tree's trials.
     pub fn steps<C: Component>(&self) -> u64 {
         let rules = &self.protocol.component;
         u64::from(C::trials(rules)) * (C::time(rules) / self.scenario.spec().sim.frame()).round() as u64
     }
 
-    /// SHA-256 over everything that a result depends on besides the code.
+    /// SHA-256 over all inputs of a result except the code.
     pub fn config_hash(&self) -> String {
         config_hash(&[("scenario", &self.scenario.hash()), ("protocol", &config_text(&self.protocol))])
     }

@@ -12,7 +12,7 @@ use crate::component::task::Component;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct TreeRecord<C: Component> {
-    /// Key: everything that it is a function of.
+    /// Key: all inputs that determine the record.
     #[serde(flatten)]
     pub key: ComponentKey,
     /// Reason why the world could not be built, if so.
@@ -27,10 +27,10 @@ pub struct TreeRecord<C: Component> {
 /// Outcome of a trial.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "snake_case")]
-pub enum Ended {
+pub enum TrialOutcome {
     /// The target was met.
     Success,
-    /// The time was over.
+    /// The time limit was reached.
     TimeOver,
     /// The robot did not move for too long.
     Stalled,
@@ -47,18 +47,18 @@ pub struct TrialRecord<T> {
     /// Target.
     pub target: T,
     /// Outcome of the trial.
-    pub ended: Ended,
+    pub ended: TrialOutcome,
     /// Simulated time \[s\].
     pub duration_s: f64,
-    /// Frames of it.
+    /// Number of frames.
     pub frames: u32,
-    /// Path of the point between the finger pads in the world, the base's way included \[m\].
+    /// Path length of the point between the finger pads in the world, including the base's motion \[m\].
     pub path_m: f64,
     /// Impulse of the robot's contacts with wood \[N s\].
     pub contact_impulse_n_s: f64,
     /// Largest sum of the forces of these contacts \[N\].
     pub peak_contact_force_n: f64,
-    /// Largest bending moment over rupture moment of any joint; gravity's share is in it.
+    /// Largest ratio of bending moment to rupture moment of any joint, including gravity.
     pub peak_moment_ratio: f64,
     /// Largest excess of a joint's ratio over its value at the start.
     pub peak_moment_excess: f64,
@@ -66,23 +66,23 @@ pub struct TrialRecord<T> {
     pub moment_excess_s: f64,
     /// Ruptures.
     pub branches_snapped: u32,
-    /// Fruit that came off its stem, but for the named one.
+    /// Fruit that came off its stem, except the named one.
     pub fruit_knocked_off: u32,
     /// Attempts that the controller began.
     pub attempts: u32,
-    /// Reasons for which it gave attempts up, in order.
+    /// Failure reasons of its attempts, in order.
     pub failures: Vec<String>,
 }
 
 impl<T> TrialRecord<T> {
     /// True if it met its target.
     pub fn success(&self) -> bool {
-        self.ended == Ended::Success
+        self.ended == TrialOutcome::Success
     }
 
     /// True if the loads of the trial are valid.
     pub fn sound(&self) -> bool {
-        !matches!(self.ended, Ended::Quarantined { .. })
+        !matches!(self.ended, TrialOutcome::Quarantined { .. })
     }
 }
 

@@ -17,13 +17,13 @@ pub struct ComponentRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GraspRules {
-    /// Fruit a tree.
+    /// Fruit per tree.
     pub targets: Count,
     /// Longest trial.
     pub time: Quantity,
-    /// Time for which both fingers must press on the fruit.
+    /// Time for which both fingers must press on the fruit without a break.
     pub hold: Quantity,
-    /// Standard deviation of the error of the centre given to the controller, by axis.
+    /// Standard deviation of the error of the given centre, per axis.
     pub centre_error: Quantity,
     /// Standard deviation of the radius.
     pub radius_error: Quantity,
@@ -33,28 +33,28 @@ pub struct GraspRules {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GentleRules {
-    /// Points a tree.
+    /// Points per tree.
     pub targets: Count,
     /// Longest trial.
     pub time: Quantity,
     /// Tolerance: largest distance to the point that counts as reached.
     pub tolerance: Quantity,
-    /// Largest angle of the base off the named side, as seen from the point.
+    /// Largest angle of the base from the named side, as seen from the point.
     pub side: Quantity,
     /// Heights of the points.
     pub height: Span,
     /// Distances from the trunk's axis.
     pub axis_distance: Span,
-    /// Bearings about the trunk, from that of the robot's start.
+    /// Bearings about the trunk, relative to that of the robot's start.
     pub bearing: Span,
     /// Least distance from wood.
     pub clearance: Quantity,
-    /// Length of the line outwards that must meet wood.
+    /// Length of the line outwards on which wood is counted.
     pub corridor_length: Quantity,
-    /// Largest distance of that wood from the line.
+    /// Largest distance of counted wood from the line.
     pub corridor_radius: Quantity,
-    /// Fewest segments of wood near it.
+    /// Smallest number of wood segments near it.
     pub corridor_segments: Count,
-    /// Largest number of draws of a point; then the tree has no more points.
+    /// Largest number of draws for a point; after that the tree has no more points.
     pub draws: Count,
 }

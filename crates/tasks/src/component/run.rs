@@ -16,10 +16,10 @@ use crate::component::trial::run_trial;
 /// A finished run.
 pub type ComponentResult<C> = TaskResult<TreeRecord<C>, ComponentSummary>;
 
-/// Runs a session's part of a plan: a record a tree, `compute.json`, and of a whole run the summary.
+/// Runs a session's part of a plan: writes a record per tree, `compute.json`, and for a whole run the summary.
 ///
 /// # Errors
-/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
+/// The plan is invalid, the folder holds records of another plan, a file cannot be written, or `stop` was raised.
 pub fn run<C: Component>(
     plan: &ComponentPlan,
     session: &Session<'_>,

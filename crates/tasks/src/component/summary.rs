@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::metrics::metrics;
 use crate::component::plan::{ComponentPlan, ComponentRun};
-use crate::component::record::{Ended, TreeRecord};
+use crate::component::record::{TreeRecord, TrialOutcome};
 use crate::component::task::Component;
 use crate::seeds::SeedSetLabel;
 
@@ -23,21 +23,21 @@ pub struct ComponentSummary {
     pub config_version: String,
     /// Profile.
     pub profile: String,
-    /// Seed set that the trees are of.
+    /// Seed set of the trees.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// One line a tree.
+    /// One entry per tree.
     pub trees: Vec<TreeLine>,
-    /// Trials by the way they ended.
+    /// Number of trials by outcome.
     pub outcomes: BTreeMap<String, u32>,
-    /// Reasons for which the controller gave attempts up.
+    /// Number of failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
     /// Estimates by name.
     pub metrics: BTreeMap<String, Metric>,
 }
 
-/// A tree in short.
+/// Summary of a tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TreeLine {
     /// File under the result folder.
@@ -48,7 +48,7 @@ pub struct TreeLine {
     pub world: u32,
     /// Reason why it could not be built, if so.
     pub never_built: Option<String>,
-    /// Trials; fewer than asked for where the tree has no more targets.
+    /// Trials; fewer than planned if the tree has too few targets.
     pub trials: u32,
     /// Of these, with success.
     pub successes: u32,
@@ -92,11 +92,11 @@ fn line<C: Component>(tree: &TreeRecord<C>) -> TreeLine {
     }
 }
 
-fn status(ended: &Ended) -> &'static str {
+fn status(ended: &TrialOutcome) -> &'static str {
     match ended {
-        Ended::Success => "success",
-        Ended::TimeOver => "time_over",
-        Ended::Stalled => "stalled",
-        Ended::Quarantined { .. } => "quarantined",
+        TrialOutcome::Success => "success",
+        TrialOutcome::TimeOver => "time_over",
+        TrialOutcome::Stalled => "stalled",
+        TrialOutcome::Quarantined { .. } => "quarantined",
     }
 }

@@ -21,7 +21,7 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
     /// The targets of a tree, in the order of their trials; a function of seed and world.
     fn targets(world: &World, rules: &ComponentRules, seed: u64) -> Vec<Self::Target>;
 
-    /// Returns the goal that the controller gets.
+    /// Returns the goal given to the controller.
     fn goal(target: &Self::Target) -> Goal;
 
     /// Longest trial \[s\].
@@ -33,9 +33,9 @@ pub trait Component: Debug + Clone + PartialEq + Send + Sync + 'static {
     /// True if the world meets the target now.
     fn is_met(world: &World, target: &Self::Target, rules: &ComponentRules) -> bool;
 
-    /// Returns the fruit that may come off its stem without fault.
+    /// Returns the fruit whose detachment is not counted as damage.
     fn named_fruit(target: &Self::Target) -> Option<u32>;
 
-    /// Trials a tree at most.
+    /// Largest number of trials per tree.
     fn trials(rules: &ComponentRules) -> u32;
 }

@@ -3,7 +3,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{RunError, Session, Silent};
+use orchard_bench::task::{NoProgress, RunError, Session};
 use orchard_scenario::Scenario;
 
 use super::*;
@@ -24,7 +24,7 @@ fn repeats<C: Component>() -> ComponentResult<C> {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let go = |folder: &Path, threads: usize, stop: bool| {
         let store = Store::open(folder).unwrap();
-        run::<C>(&short(), &Session::whole(&store, threads, &AtomicBool::new(stop)), &Silent)
+        run::<C>(&short(), &Session::whole(&store, threads, &AtomicBool::new(stop)), &NoProgress)
     };
     let result = go(one.path(), 1, false).unwrap();
     let again = go(two.path(), 2, false).unwrap();
@@ -52,7 +52,7 @@ fn both_tasks_repeat_and_go_on() {
     let grasp = repeats::<ReachAndGrasp>();
     let gentle = repeats::<Gentle>();
     let trial = &grasp.records[0].trials[0];
-    assert_eq!((&trial.ended, trial.duration_s), (&Ended::TimeOver, 1.0));
+    assert_eq!((&trial.ended, trial.duration_s), (&TrialOutcome::TimeOver, 1.0));
     // In the first second the base sets out and nothing is touched.
     assert_eq!((trial.contact_impulse_n_s, trial.branches_snapped), (0.0, 0));
     assert!(trial.path_m > 0.0 && trial.path_m < 2.0);

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use orchard_picker::{AttemptEnd, Controller, Event};
 use orchard_world::{Status, World, WorldEvent};
 
-use crate::component::record::{Ended, TrialRecord};
+use crate::component::record::{TrialOutcome, TrialRecord};
 use crate::component::rules::ComponentRules;
 use crate::component::task::Component;
 use crate::protocol::Protocol;
@@ -35,7 +35,7 @@ pub(super) fn run_trial<C: Component>(
         }
         let observation = world.observe();
         if stall.stalled(&observation) {
-            ended = Some(Ended::Stalled);
+            ended = Some(TrialOutcome::Stalled);
             break;
         }
         let command = controller.act(&observation);
@@ -51,7 +51,7 @@ pub(super) fn run_trial<C: Component>(
             }
         }
         if let Status::Quarantined { frame, reason } = world.status() {
-            ended = Some(Ended::Quarantined { reason: format!("frame {frame}: {reason}") });
+            ended = Some(TrialOutcome::Quarantined { reason: format!("frame {frame}: {reason}") });
             break;
         }
         let p_now = p_world_tcp(world);
@@ -59,18 +59,18 @@ pub(super) fn run_trial<C: Component>(
         p_tcp = p_now;
         met = if C::is_met(world, target, rules) { met + 1 } else { 0 };
         if met >= needed {
-            ended = Some(Ended::Success);
+            ended = Some(TrialOutcome::Success);
         } else if world.frame() >= frames {
-            ended = Some(Ended::TimeOver);
+            ended = Some(TrialOutcome::TimeOver);
         }
     }
     let load = world.wood_load();
-    // A quarantined world's numbers are invalid, and JSON has no NaN.
+    // The figures of a quarantined world are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };
     let events = &controller.record().events;
     Some(TrialRecord {
         target: target.clone(),
-        ended: ended.unwrap_or(Ended::TimeOver),
+        ended: ended.unwrap_or(TrialOutcome::TimeOver),
         duration_s: f64::from(world.frame()) * frame,
         frames: world.frame(),
         path_m: number(path),

@@ -1,4 +1,4 @@
-//! The detector with parts of it switched off.
+//! Variants of the detector with parts switched off.
 
 use orchard_perception::DetectorConfig;
 
@@ -9,7 +9,7 @@ pub struct Variant {
     pub name: &'static str,
     /// Title for readers.
     pub title: &'static str,
-    /// The variant that is this one without the gates against branches, if this one has them and there is such.
+    /// Name of the variant that equals this one without the anti-branch gates, if there is one.
     pub without_anti_branch: Option<&'static str>,
     /// The detector.
     pub config: DetectorConfig,
@@ -33,28 +33,28 @@ const CHANGES: &[Change] = &[
     ("no_elongation", "without elongation", |c| c.gates.elongation.on = false),
     ("no_isolation", "without isolation", |c| c.gates.isolation.on = false),
     ("no_cylinder", "without cylinder", |c| c.gates.cylinder.on = false),
-    ("no_hidden", "without account of what hides", |c| c.gates.hidden.on = false),
-    (PATCH, "one sphere a patch", one_sphere_a_patch),
-    (PATCH_NO_ANTI_BRANCH, "one sphere a patch, without the anti-branch gates", |c| {
+    ("no_hidden", "without hidden-pixel rule", |c| c.gates.hidden.on = false),
+    (PATCH, "one sphere per patch", one_sphere_a_patch),
+    (PATCH_NO_ANTI_BRANCH, "one sphere per patch, without the anti-branch gates", |c| {
         one_sphere_a_patch(c);
         anti_branch_off(c);
     }),
 ];
 
-/// The gates against branches: elongation and cylinder.
+/// Switches off the gates against branches: elongation and cylinder.
 fn anti_branch_off(config: &mut DetectorConfig) {
     config.gates.elongation.on = false;
     config.gates.cylinder.on = false;
 }
 
-/// Sets the fit of the paper: one sphere a patch, without a model of occlusion.
+/// Sets the fit of the paper: one sphere per patch, without a model of occlusion.
 fn one_sphere_a_patch(config: &mut DetectorConfig) {
     config.fit.refine = false;
     config.gates.hidden.on = false;
 }
 
-/// Every variant of a detector: as it is; without both gates against branches; without each gate; and with one sphere
-/// through each whole patch, which is the paper's own way to fit, with and without the gates against branches.
+/// All variants of a detector: unchanged; without both anti-branch gates; without each single gate; and with one sphere fitted to
+/// each whole patch, as in the paper, with and without the anti-branch gates.
 pub fn variants(config: &DetectorConfig) -> Vec<Variant> {
     let variant = |&(name, title, change): &Change| {
         let mut config = config.clone();

@@ -99,8 +99,8 @@ pub fn record(key: &DetectKey, zones: &[Option<Zone>]) -> DetectRecord {
 }
 
 /// A fruit of which an image shows `visible_px` of `unoccluded_px` pixels.
-pub fn seen(fruit: u32, visible_px: u32, unoccluded_px: u32, in_range: bool, ought: bool) -> FruitSeen {
-    FruitSeen { fruit, visible_px, unoccluded_px, depth: 1.0, in_range, ought }
+pub fn seen(fruit: u32, visible_px: u32, unoccluded_px: u32, in_range: bool, expected: bool) -> FruitSeen {
+    FruitSeen { fruit, visible_px, unoccluded_px, depth: 1.0, in_range, expected }
 }
 
 /// A true positive.

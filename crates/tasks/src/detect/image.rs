@@ -1,13 +1,13 @@
-//! Depth images of a tree, and the part of them that the detector gets.
+//! Depth images of a tree: the detector's input and the ground truth.
 
 use orchard_camera::{Frame, FruitView, ImageKey, Scene, Sensor, fruit_views};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Vec3};
 use orchard_perception::mask::ground_mask;
 use orchard_perception::{Detection, DetectorConfig, PerceptionError, detect};
 
-/// One image: the input of the detector, and the truth.
+/// One image: input of the detector and ground truth.
 pub(crate) struct View {
-    pub(crate) sight: Sight,
+    pub(crate) sight: DetectorInput,
     pub(crate) x_world_camera: Pose,
     /// True depth, label and instance by pixel.
     pub(crate) truth: Frame,
@@ -16,7 +16,7 @@ pub(crate) struct View {
 }
 
 /// Input of the detector.
-pub(crate) struct Sight {
+pub(crate) struct DetectorInput {
     pub(crate) depth: DepthImage,
     pub(crate) intrinsics: Intrinsics,
     /// Pixels of the ground, by the camera's pose.
@@ -38,12 +38,12 @@ impl View {
         let up_camera = x_world_camera.rotation.inverse() * Vec3::z();
         let height = x_world_camera.translation.z;
         let ignored = ground_mask(&capture.measured, &intrinsics, &up_camera, height, ground_margin);
-        let sight = Sight { depth: capture.measured, intrinsics, ignored };
+        let sight = DetectorInput { depth: capture.measured, intrinsics, ignored };
         Self { sight, x_world_camera: *x_world_camera, truth: capture.truth, fruit }
     }
 }
 
-impl Sight {
+impl DetectorInput {
     /// Runs the detector on the image.
     pub(crate) fn detect(&self, config: &DetectorConfig) -> Result<Vec<Detection>, PerceptionError> {
         detect(&self.depth, &self.intrinsics, Some(&self.ignored), config)

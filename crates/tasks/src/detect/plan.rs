@@ -19,11 +19,11 @@ pub struct DetectPlan {
     pub scene: SceneNames,
     /// [`orchard_scenario::Scenario::scene_hash`].
     pub scene_hash: String,
-    /// Profile whose defaults the run took.
+    /// Profile that set the defaults of the run.
     pub profile: String,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// The camera.
     pub camera: CameraSpec,
@@ -33,7 +33,7 @@ pub struct DetectPlan {
     pub protocol: Protocol,
 }
 
-/// Key of a tree's record: everything that it is a function of.
+/// Key of a tree's record: all inputs that determine it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DetectKey {
     /// [`SCHEMA_VERSION`].
@@ -71,7 +71,7 @@ impl DetectPlan {
         })
     }
 
-    /// Checks what a user can get wrong.
+    /// Checks the user's input.
     ///
     /// # Errors
     /// No seed, a seed given twice, no tree.
@@ -79,7 +79,7 @@ impl DetectPlan {
         check_trees(&self.seeds, self.trees)
     }
 
-    /// SHA-256 over everything that a result depends on besides the code.
+    /// SHA-256 over all inputs of a result except the code.
     pub fn config_hash(&self) -> String {
         config_hash(&[("scene", &self.scene_hash), ("protocol", &config_text(&self.protocol))])
     }

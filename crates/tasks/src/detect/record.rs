@@ -9,18 +9,18 @@ use crate::zones::{Zone, ZoneFrame};
 /// One tree at every foliage density.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DetectRecord {
-    /// Key: everything that the record is a function of.
+    /// Key: all inputs that determine the record.
     #[serde(flatten)]
     pub key: DetectKey,
-    /// Reason why there is nothing to see, if so.
+    /// Reason why the tree could not be imaged, if so.
     pub quarantined: Option<String>,
-    /// Zone frame; null where no fruit is reachable.
+    /// Zone frame; null if no fruit is reachable.
     pub zone_frame: Option<ZoneFrame>,
     /// Every fruit, the same at all densities.
     pub fruit: Vec<HangingFruit>,
     /// Images, detections and tracks, by ascending density.
     pub densities: Vec<DensityRecord>,
-    /// The ablation: the detector with parts of it switched off; empty where the key asks for none.
+    /// The ablation: detections of the detector's variants; empty if the key has no ablation.
     pub variants: Vec<VariantRecord>,
 }
 
@@ -33,7 +33,7 @@ pub struct HangingFruit {
     pub p_world: [f64; 3],
     /// Radius \[m\].
     pub radius: f64,
-    /// Zone; null where there is no zone frame.
+    /// Zone; null without a zone frame.
     pub zone: Option<Zone>,
 }
 
@@ -53,11 +53,11 @@ pub struct DensityRecord {
 /// One image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImageRecord {
-    /// Place of the lens \[m, world\].
+    /// Position of the lens \[m, world\].
     pub p_world_camera: [f64; 3],
     /// Orientation of the optical frame in the world, (x, y, z, w).
     pub r_world_camera: [f64; 4],
-    /// Every fruit that shows a pixel, by index.
+    /// Every fruit with a visible pixel, by index.
     pub fruit: Vec<FruitSeen>,
     /// Detections.
     pub detections: Vec<DetectionRecord>,
@@ -68,20 +68,21 @@ pub struct ImageRecord {
 pub struct FruitSeen {
     /// Index of the fruit.
     pub fruit: u32,
-    /// Pixels that show it.
+    /// Visible pixels.
     pub visible_px: u32,
-    /// Pixels that it alone would cover.
+    /// Pixels that it would cover if nothing else existed.
     pub unoccluded_px: u32,
     /// Depth of its centre \[m\].
     pub depth: f64,
     /// True if that depth is in the range of [`crate::detect::FoundRules`].
     pub in_range: bool,
-    /// True if it ought to be found.
-    pub ought: bool,
+    /// True if the detector should find it ([`crate::detect::FoundRules`]).
+    #[serde(rename = "ought")]
+    pub expected: bool,
 }
 
 impl FruitSeen {
-    /// Visible part of what the image could show of it.
+    /// Visible fraction: visible over unoccluded pixels.
     pub fn visible_fraction(&self) -> f64 {
         f64::from(self.visible_px) / f64::from(self.unoccluded_px.max(1))
     }
@@ -102,11 +103,11 @@ pub struct DetectionRecord {
     pub fruit: Option<u32>,
     /// Distance between the centres \[m\]; null for a false positive.
     pub centre_error: Option<f64>,
-    /// Radius less the fruit's \[m\]; null for a false positive.
+    /// Radius error, detected minus true \[m\]; null for a false positive.
     pub radius_error: Option<f64>,
-    /// Object that most of its pixels truly show.
+    /// Object that most of its pixels show, by ground truth.
     pub on: SitsOn,
-    /// Zone; null where there is no zone frame.
+    /// Zone; null without a zone frame.
     pub zone: Option<Zone>,
 }
 
@@ -114,7 +115,7 @@ pub struct DetectionRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SitsOn {
-    /// An apple. A false positive: the centre is off by more than its radius.
+    /// An apple. For a false positive: the centre is off by more than the apple's radius.
     Fruit,
     /// A false positive on an apple that another detection is matched to.
     FruitAgain,
@@ -128,7 +129,7 @@ pub enum SitsOn {
     Ground,
     /// A post or a wire.
     Scenery,
-    /// Nothing that the camera should have measured.
+    /// Nothing: the camera measured an object that does not exist.
     Nothing,
 }
 
@@ -139,9 +140,9 @@ pub struct TrackRecord {
     pub p_world: [f64; 3],
     /// Radius \[m\].
     pub radius: f64,
-    /// Images that showed it.
+    /// Number of images with a sighting.
     pub hits: u32,
-    /// True if these are enough to act on.
+    /// True if it is confirmed by enough sightings.
     pub confirmed: bool,
     /// The fruit that it is matched to, one to one among all tracks.
     pub fruit: Option<u32>,
@@ -171,7 +172,7 @@ impl Record for DetectRecord {
 }
 
 impl DetectRecord {
-    /// The record of a tree that cannot be seen: nothing but the reason.
+    /// The record of a tree that could not be imaged: only the reason.
     pub(crate) fn never_seen(key: DetectKey, reason: String) -> Self {
         Self {
             key,

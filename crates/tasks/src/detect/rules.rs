@@ -11,31 +11,31 @@ use crate::vantage::VantageSpec;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectRules {
-    /// Views a tree.
+    /// Views per tree.
     pub views: Count,
     /// Distribution of the views.
     pub vantage: VantageSpec,
-    /// Rules for the fruit that ought to be found.
+    /// Rules for the fruit that should be found.
     pub found: FoundRules,
     /// The gate ablation.
     pub ablation: AblationRules,
     /// The paper's figures of the foliage sweep, by metric.
-    pub published: BTreeMap<String, Vec<AtFoliage>>,
-    /// Requirements on the detector over the tuning seeds, by metric: least values, for errors largest values.
-    pub asked: BTreeMap<String, Vec<AtFoliage>>,
+    pub published: BTreeMap<String, Vec<FoliageFigure>>,
+    /// Requirements on the detector over the tuning seeds, by metric: smallest values; for errors, largest values.
+    pub required: BTreeMap<String, Vec<FoliageFigure>>,
 }
 
-/// Rules for the fruit in an image that ought to be found: it meets all of them.
+/// Rules for the fruit in an image that the detector should find: it meets all of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundRules {
-    /// Least visible fraction.
+    /// Smallest visible fraction.
     pub visible_fraction: Quantity,
     /// Depth of the centre.
     pub depth: Span,
-    /// Fewest pixels.
+    /// Smallest number of visible pixels.
     pub pixels: Count,
-    /// Bins of equal width into which the visible fraction is cut.
+    /// Number of equal bins of the visible fraction.
     pub bins: Count,
 }
 
@@ -46,13 +46,13 @@ pub struct AblationRules {
     /// The density, one of those of the sweep.
     pub foliage: Quantity,
     /// The paper's figures, by variant.
-    pub published: BTreeMap<String, Anchor>,
+    pub published: BTreeMap<String, PublishedVariant>,
 }
 
 /// The paper's figures of one variant of the ablation; for comparison only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Anchor {
+pub struct PublishedVariant {
     /// False positives on wood in 48 views.
     pub wood: u32,
     /// Precision.
@@ -66,7 +66,7 @@ pub struct Anchor {
 /// A figure at one foliage density; for comparison only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AtFoliage {
+pub struct FoliageFigure {
     /// The density.
     pub foliage: f64,
     /// The figure.
@@ -80,8 +80,8 @@ pub struct AtFoliage {
 impl DetectRules {
     /// Returns a conflict with the foliage densities of the sweep, as (field, problem).
     pub(crate) fn problem(&self, densities: &[f64]) -> Option<(&'static str, String)> {
-        let asked = self.ablation.foliage.si();
-        (!densities.contains(&asked))
-            .then(|| ("detect.ablation.foliage", format!("{asked} is not among sweeps.foliage")))
+        let foliage = self.ablation.foliage.si();
+        (!densities.contains(&foliage))
+            .then(|| ("detect.ablation.foliage", format!("value {foliage} is not in sweeps.foliage")))
     }
 }

@@ -26,10 +26,10 @@ use crate::zones::ZoneFrame;
 /// A finished run.
 pub type DetectResult = TaskResult<DetectRecord, DetectSummary>;
 
-/// Runs a session's part of a plan: `detect/*.json`, `compute.json`, and of a whole run `detect.json`.
+/// Runs a session's part of a plan: writes `detect/*.json`, `compute.json`, and for a whole run `detect.json`.
 ///
 /// # Errors
-/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
+/// The plan is invalid, the folder holds records of another plan, a file cannot be written, or `stop` was raised.
 pub fn run(
     plan: &DetectPlan,
     trees: &impl Trees,
@@ -53,22 +53,22 @@ impl<'a, T> Views<'a, T> {
     }
 }
 
-/// Values that are the same at all densities.
-struct Stand {
+/// Truth of a tree that is the same at all densities.
+struct SharedTruth {
     fruit: Vec<Ball>,
     zones: Option<ZoneFrame>,
     x_world_camera: Vec<Pose>,
 }
 
-/// Reason why there is no record.
-enum Ended {
+/// Reason why a tree has no images.
+enum NoRecord {
     Stopped,
-    Unseen(String),
+    Quarantined(String),
 }
 
-impl From<PerceptionError> for Ended {
+impl From<PerceptionError> for NoRecord {
     fn from(e: PerceptionError) -> Self {
-        Ended::Unseen(e.to_string())
+        NoRecord::Quarantined(e.to_string())
     }
 }
 
@@ -94,8 +94,8 @@ impl<T: Trees> Task for Views<'_, T> {
     ) -> Result<Option<DetectRecord>, StoreError> {
         Ok(match self.record(key, stop, on_step) {
             Ok(record) => Some(record),
-            Err(Ended::Unseen(reason)) => Some(DetectRecord::never_seen(key.clone(), reason)),
-            Err(Ended::Stopped) => None,
+            Err(NoRecord::Quarantined(reason)) => Some(DetectRecord::never_seen(key.clone(), reason)),
+            Err(NoRecord::Stopped) => None,
         })
     }
 
@@ -103,7 +103,7 @@ impl<T: Trees> Task for Views<'_, T> {
         self.plan.steps(&record.key)
     }
 
-    /// Nothing moves.
+    /// The tree is at rest.
     fn frame(&self) -> f64 {
         0.0
     }
@@ -119,22 +119,24 @@ impl<T: Trees> Views<'_, T> {
         key: &DetectKey,
         stop: &AtomicBool,
         on_step: &mut dyn FnMut(),
-    ) -> Result<DetectRecord, Ended> {
+    ) -> Result<DetectRecord, NoRecord> {
         let rules = &self.plan.protocol.detect;
         let mut step = || {
             on_step();
-            if stop.load(Ordering::Relaxed) { Err(Ended::Stopped) } else { Ok(()) }
+            if stop.load(Ordering::Relaxed) { Err(NoRecord::Stopped) } else { Ok(()) }
         };
-        let mut first: Option<(RestingTree, Stand)> = None;
+        let mut first: Option<(RestingTree, SharedTruth)> = None;
         let mut densities = Vec::new();
         let mut records = Vec::new();
         for foliage in self.plan.protocol.sweeps.densities() {
-            let tree = self.trees.tree(key.seed, key.world, foliage).map_err(Ended::Unseen)?;
+            let tree = self.trees.tree(key.seed, key.world, foliage).map_err(NoRecord::Quarantined)?;
             let stand = self.stand(key, &tree);
             if let Some((bare, there)) = &first
                 && !(same_but_for_leaves(bare, &tree) && there.x_world_camera == stand.x_world_camera)
             {
-                return Err(Ended::Unseen(format!("at foliage {foliage} it is another tree")));
+                return Err(NoRecord::Quarantined(format!(
+                    "wood, fruit or views differ at foliage {foliage}"
+                )));
             }
             let margin = self.plan.detector.mask.ground_margin.si();
             // A view has the same noise at every density.
@@ -150,14 +152,14 @@ impl<T: Trees> Views<'_, T> {
                         step()?;
                         Ok(detections(view, &variant.config, &stand)?)
                     };
-                    let images = views.iter().map(detections).collect::<Result<_, Ended>>()?;
+                    let images = views.iter().map(detections).collect::<Result<_, NoRecord>>()?;
                     records.push(VariantRecord { variant: variant.name.to_owned(), images });
                 }
             }
             first.get_or_insert((tree, stand));
         }
-        let Some((_, Stand { fruit, zones, .. })) = first else {
-            return Err(Ended::Unseen("no foliage density".to_owned()));
+        let Some((_, SharedTruth { fruit, zones, .. })) = first else {
+            return Err(NoRecord::Quarantined("no foliage density".to_owned()));
         };
         let hanging = |(id, ball): (u32, &Ball)| HangingFruit {
             id,
@@ -170,11 +172,11 @@ impl<T: Trees> Views<'_, T> {
         Ok(DetectRecord { key, quarantined: None, zone_frame: zones, fruit, densities, variants: records })
     }
 
-    fn stand(&self, key: &DetectKey, tree: &RestingTree) -> Stand {
+    fn stand(&self, key: &DetectKey, tree: &RestingTree) -> SharedTruth {
         let rules = &self.plan.protocol.detect;
         let reachable: Vec<Vec3> =
             tree.fruit.iter().zip(&tree.reachable).filter(|(_, r)| **r).map(|(f, _)| f.p_world).collect();
-        Stand {
+        SharedTruth {
             fruit: tree.fruit.iter().map(|f| Ball { p_world: f.p_world, radius: f.radius }).collect(),
             zones: ZoneFrame::calibrate(&reachable, &self.plan.protocol.zones),
             x_world_camera: vantages(&rules.vantage, &tree.scene, key.seed, key.world, rules.views.get()),
@@ -186,9 +188,9 @@ impl<T: Trees> Views<'_, T> {
         foliage: f64,
         scene: &Scene,
         views: &[View],
-        stand: &Stand,
-        step: &mut impl FnMut() -> Result<(), Ended>,
-    ) -> Result<DensityRecord, Ended> {
+        stand: &SharedTruth,
+        step: &mut impl FnMut() -> Result<(), NoRecord>,
+    ) -> Result<DensityRecord, NoRecord> {
         let mut images = Vec::new();
         for view in views {
             step()?;
@@ -210,12 +212,12 @@ impl<T: Trees> Views<'_, T> {
 fn detections(
     view: &View,
     config: &DetectorConfig,
-    stand: &Stand,
+    stand: &SharedTruth,
 ) -> Result<Vec<DetectionRecord>, PerceptionError> {
     Ok(score(view, &view.sight.detect(config)?, &stand.fruit, stand.zones.as_ref()))
 }
 
-/// Tracks over all images of a tree. No track expires, since all images have the same time.
+/// Tracks over all images of a tree. All images have the same time, so no track expires.
 fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Vec<TrackRecord> {
     let mut tracker = Tracker::new(config);
     for image in images {
@@ -235,7 +237,7 @@ fn tracks(images: &[ImageRecord], config: &DetectorConfig, fruit: &[Ball]) -> Ve
     tracker.tracks().iter().zip(matched).map(record).collect()
 }
 
-/// True if two trees hold the same solids at the same places, bit for bit.
+/// True if two trees have the same solids at the same poses, bit for bit, except leaves.
 fn same_but_for_leaves(a: &RestingTree, b: &RestingTree) -> bool {
     let solids = |tree: &'_ RestingTree| -> Vec<_> {
         let solid = |item: &&orchard_camera::Item| !matches!(item.geometry, Geometry::Blade { .. });

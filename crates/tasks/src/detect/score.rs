@@ -1,4 +1,4 @@
-//! Detections of one image against the truth.
+//! Compares the detections of one image with the ground truth.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::json::array;
 use crate::matching::{Ball, match_detections};
 use crate::zones::ZoneFrame;
 
-/// Every fruit that shows a pixel.
+/// Every fruit with a visible pixel.
 pub(crate) fn fruit_seen(views: &[FruitView], rules: &FoundRules) -> Vec<FruitSeen> {
     let seen = |view: &FruitView| {
         let in_range = rules.depth.contains_si(view.p_camera.z);
@@ -23,7 +23,7 @@ pub(crate) fn fruit_seen(views: &[FruitView], rules: &FoundRules) -> Vec<FruitSe
             unoccluded_px: view.unoccluded_px,
             depth: view.p_camera.z,
             in_range,
-            ought: in_range
+            expected: in_range
                 && view.visible_fraction() >= rules.visible_fraction.si()
                 && view.visible_px >= rules.pixels.get(),
         }
@@ -64,8 +64,8 @@ pub(crate) fn score(
     (0..detections.len()).map(record).collect()
 }
 
-/// Label that most of a detection's pixels truly show, and the index of the fruit if it is one. The pixels are those measured nearest to
-/// its sphere, as many as the detection counts.
+/// Most frequent true label of a detection's pixels, and the index of the fruit if it is one. The pixels are those measured nearest to
+/// its sphere, as many as the detection has.
 fn surface(view: &View, detection: &Detection) -> (Label, Option<u32>) {
     let sight = &view.sight;
     let k = &sight.intrinsics;
@@ -92,7 +92,7 @@ fn surface(view: &View, detection: &Detection) -> (Label, Option<u32>) {
     (label, instance.filter(|_| label == Label::Fruit))
 }
 
-/// Pixels of a row or a column within a distance of a place.
+/// Range of pixels of a row or column within a distance of a position.
 fn span(center: f64, half: f64, size: usize) -> std::ops::Range<usize> {
     // A float-to-integer cast saturates.
     let low = ((center - half).ceil().max(0.0) as usize).min(size);
@@ -100,7 +100,7 @@ fn span(center: f64, half: f64, size: usize) -> std::ops::Range<usize> {
     low..high.clamp(low, size)
 }
 
-/// The most frequent value; of equally frequent ones the least.
+/// The most frequent value; among equally frequent ones the smallest.
 fn most_frequent<T: Ord + Copy>(values: impl Iterator<Item = T>) -> Option<T> {
     let mut counts: BTreeMap<T, u32> = BTreeMap::new();
     for value in values {

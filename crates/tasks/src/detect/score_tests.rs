@@ -96,8 +96,8 @@ fn fruit_ought_to_be_found_from_the_thresholds_on() {
     ];
     let seen = fruit_seen(&views, &rules);
     // 14 px of 35 are 40 %. Fruit without a visible pixel is not listed.
-    let ought: Vec<bool> = seen.iter().map(|f| f.ought).collect();
-    assert_eq!(ought, [true, false, false, false, false, true]);
+    let expected: Vec<bool> = seen.iter().map(|f| f.expected).collect();
+    assert_eq!(expected, [true, false, false, false, false, true]);
     let in_range: Vec<bool> = seen.iter().map(|f| f.in_range).collect();
     assert_eq!(in_range, [true, true, true, false, false, true]);
     assert_eq!((seen[0].fruit, seen[0].visible_px, seen[0].depth), (5, 14, 1.35));

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::detect::tally::Tally;
 
-/// A quantile with its interval. Without a true positive all is null and `n` is 0.
+/// A quantile with its interval. Without a true positive all fields are null and `n` is 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// The quantile.
@@ -20,7 +20,7 @@ pub struct Spread {
     pub n: u64,
 }
 
-/// A quantile of errors: its name, which one, and a tree's errors.
+/// Definition of a quantile of errors.
 pub struct ErrorDefinition {
     /// Name in `detect.json`.
     pub name: &'static str,

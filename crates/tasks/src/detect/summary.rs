@@ -36,7 +36,7 @@ pub struct DetectSummary {
     pub profile: String,
     /// Version of protocol and configs.
     pub config_version: String,
-    /// The set that the seeds belong to.
+    /// Seed set.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
@@ -44,9 +44,9 @@ pub struct DetectSummary {
     pub camera: CameraSpec,
     /// Name of the detector's config.
     pub detector: String,
-    /// One line a tree.
+    /// One entry per tree.
     pub trees: Vec<TreeLine>,
-    /// Trees that could not be imaged. They count in no other metric.
+    /// Number of trees that could not be imaged; they are in no other metric.
     pub quarantined: u32,
     /// Results by ascending foliage density.
     pub densities: Vec<DensitySummary>,
@@ -54,7 +54,7 @@ pub struct DetectSummary {
     pub ablation: AblationSummary,
 }
 
-/// A tree in short.
+/// Summary of a tree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TreeLine {
     /// File under the result folder.
@@ -65,7 +65,7 @@ pub struct TreeLine {
     pub world: u32,
     /// Fruit on the tree.
     pub fruit: u32,
-    /// Reason why it could not be seen, if so.
+    /// Reason why it could not be imaged, if so.
     pub quarantined: Option<String>,
 }
 
@@ -76,7 +76,7 @@ pub struct DensitySummary {
     pub foliage: f64,
     /// Leaves, summed over trees.
     pub leaves: u32,
-    /// Results by the detector as it is.
+    /// Results of the unchanged detector.
     #[serde(flatten)]
     pub results: VariantSummary,
     /// Recall over fruit in range by visible fraction.
@@ -94,7 +94,7 @@ pub struct VariantSummary {
     pub detections: u32,
     /// Detections that are matched to a fruit.
     pub true_positives: u32,
-    /// The others, by what they sit on.
+    /// False positives by the object that they sit on.
     pub false_positives: BTreeMap<SitsOn, u32>,
     /// Estimates by name.
     pub metrics: BTreeMap<String, Metric>,
@@ -102,12 +102,12 @@ pub struct VariantSummary {
     pub errors: BTreeMap<String, Spread>,
 }
 
-/// A bin of the visible fraction, its upper end excluded but for the last.
+/// A bin of the visible fraction; the upper end is excluded, except in the last bin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FractionBin {
     /// Ends.
     pub visible_fraction: [f64; 2],
-    /// Fruit in range that shows a pixel, summed over images.
+    /// Fruit in range with a visible pixel, summed over images.
     pub fruit: u32,
     /// Of this fruit, found.
     pub found: u32,
@@ -124,8 +124,9 @@ pub struct ZoneSummary {
     pub true_positives: u32,
     /// Their ratio; null without detections.
     pub precision: Option<f64>,
-    /// Fruit of the zone that ought to be found, summed over images.
-    pub ought: u32,
+    /// Fruit of the zone that should be found, summed over images.
+    #[serde(rename = "ought")]
+    pub expected: u32,
     /// Of this fruit, found.
     pub found: u32,
     /// Their ratio; null without such fruit.
@@ -137,7 +138,7 @@ pub struct ZoneSummary {
 pub struct AblationSummary {
     /// The foliage density.
     pub foliage: f64,
-    /// The seed whose trees were seen.
+    /// Seed of the trees.
     pub seed: Option<u64>,
     /// Results by name of the variant.
     pub variants: BTreeMap<String, VariantSummary>,
@@ -175,7 +176,7 @@ impl DetectSummary {
         }
     }
 
-    /// Results at a density, if it was looked at.
+    /// Results at a density, if it is in the run.
     pub fn at(&self, foliage: f64) -> Option<&DensitySummary> {
         self.densities.iter().find(|density| density.foliage == foliage)
     }
@@ -285,15 +286,15 @@ fn zones(trees: &[Tally]) -> ZoneTable<ZoneSummary> {
     for (zone, tally) in trees.iter().flat_map(|tally| &tally.zones) {
         let sum = sums.entry(*zone).or_default();
         sum.detections.add(tally.detections);
-        sum.ought.add(tally.ought);
+        sum.expected.add(tally.expected);
     }
-    let summary = |ZoneTally { detections, ought }| ZoneSummary {
+    let summary = |ZoneTally { detections, expected }| ZoneSummary {
         detections: detections.of,
         true_positives: detections.found,
         precision: rate(detections),
-        ought: ought.of,
-        found: ought.found,
-        recall: rate(ought),
+        expected: expected.of,
+        found: expected.found,
+        recall: rate(expected),
     };
     sums.into_iter().map(|(zone, sum)| (zone, summary(sum))).collect()
 }

@@ -12,24 +12,24 @@ pub struct Tally {
     pub(crate) detections: u32,
     pub(crate) true_positives: u32,
     pub(crate) false_positives: BTreeMap<SitsOn, u32>,
-    /// Fruit that ought to be found, and of these found, summed over images.
-    pub(crate) ought: Found,
-    /// Fruit that shows a pixel, and of these found, summed over images.
+    /// Fruit that should be found, and of these found, summed over images.
+    pub(crate) expected: Found,
+    /// Fruit with a visible pixel, and of these found, summed over images.
     pub(crate) visible: Found,
-    /// Fruit that shows a pixel in range, and of these found, by bins of the visible fraction.
+    /// Fruit in range with a visible pixel, and of these found, by bins of the visible fraction.
     pub(crate) bins: Vec<Found>,
     pub(crate) zones: ZoneTable<ZoneTally>,
     /// Centre errors of true positives \[m\].
     pub(crate) centre_errors: Vec<f64>,
     /// Radius errors of true positives \[m\].
     pub(crate) radius_errors: Vec<f64>,
-    /// Fruit of the tree that ought to be found in some image, and of these found in some image.
+    /// Fruit of the tree that should be found in some image, and of these found in some image.
     pub(crate) survey: Found,
     /// All fruit of the tree, and of these found in some image.
     pub(crate) survey_all: Found,
     /// Confirmed tracks, and of these matched to a fruit.
     pub(crate) tracks: Found,
-    /// Fruit of the tree that ought to be found in some image, and of these matched to a confirmed track.
+    /// Fruit of the tree that should be found in some image, and of these matched to a confirmed track.
     pub(crate) tracked: Found,
 }
 
@@ -52,13 +52,13 @@ impl Found {
     }
 }
 
-/// Detections by their zone, fruit by its own.
+/// Counts of a zone: detections by their own zone, fruit by the fruit's zone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct ZoneTally {
     /// Detections, and of these true positives.
     pub(crate) detections: Found,
-    /// Fruit that ought to be found, and of these found.
-    pub(crate) ought: Found,
+    /// Fruit that should be found, and of these found.
+    pub(crate) expected: Found,
 }
 
 impl Tally {
@@ -70,7 +70,7 @@ impl Tally {
         bins: u32,
     ) -> Self {
         let mut tally = Self::nothing(bins);
-        let (mut ought, mut found) = (BTreeSet::new(), BTreeSet::new());
+        let (mut expected, mut found) = (BTreeSet::new(), BTreeSet::new());
         for (fruit, detections) in images {
             tally.images += 1;
             detections.iter().for_each(|d| tally.detection(d));
@@ -78,11 +78,11 @@ impl Tally {
             for seen in fruit {
                 tally.fruit(tree, seen, matched.contains(&seen.fruit));
             }
-            ought.extend(fruit.iter().filter(|f| f.ought).map(|f| f.fruit));
+            expected.extend(fruit.iter().filter(|f| f.expected).map(|f| f.fruit));
             found.extend(matched);
         }
         let tracked: BTreeSet<u32> = tracks.iter().filter(|t| t.confirmed).filter_map(|t| t.fruit).collect();
-        for fruit in &ought {
+        for fruit in &expected {
             tally.survey.count(found.contains(fruit));
             tally.tracked.count(tracked.contains(fruit));
         }
@@ -98,7 +98,7 @@ impl Tally {
             detections: 0,
             true_positives: 0,
             false_positives: BTreeMap::new(),
-            ought: Found::default(),
+            expected: Found::default(),
             visible: Found::default(),
             bins: vec![Found::default(); bins as usize],
             zones: zone_table(ZoneTally::default()),
@@ -133,11 +133,11 @@ impl Tally {
             let bin = (seen.visible_fraction() * self.bins.len() as f64) as usize;
             self.bins[bin.min(last)].count(found);
         }
-        if seen.ought {
-            self.ought.count(found);
+        if seen.expected {
+            self.expected.count(found);
             let zone = tree.fruit.get(seen.fruit as usize).and_then(|fruit| fruit.zone);
             if let Some(zone) = zone {
-                self.zones.entry(zone).or_default().ought.count(found);
+                self.zones.entry(zone).or_default().expected.count(found);
             }
         }
     }

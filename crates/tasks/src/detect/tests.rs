@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{Progress, RunError, Session, Silent};
+use orchard_bench::task::{NoProgress, Progress, RunError, Session};
 use orchard_camera::Label;
 use orchard_statistics::Metric;
 
@@ -76,8 +76,9 @@ fn runs_repeat_go_on_and_count_what_cannot_be_built() {
     let mut other = plan();
     other.scene_hash = "another detector".to_owned();
     let store = Store::open(two.path()).unwrap();
-    let error = run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
-        .unwrap_err();
+    let error =
+        run(&other, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
+            .unwrap_err();
     assert!(error.to_string().contains("has config_hash "), "{error}");
 }
 
@@ -124,10 +125,10 @@ fn bad_plans_are_refused_before_anything_is_touched() {
     for (plan, message) in [
         (DetectPlan { seeds: Vec::new(), ..plan() }, "no seed given"),
         (DetectPlan { seeds: vec![4, 4], ..plan() }, "seed 4 is given twice"),
-        (DetectPlan { trees: 0, ..plan() }, "0 trees: at least 1 tree a seed is needed"),
+        (DetectPlan { trees: 0, ..plan() }, "0 trees: at least 1 tree per seed is needed"),
     ] {
         let error =
-            run(&plan, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+            run(&plan, &FakeTrees::new(), &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
                 .unwrap_err();
         assert_eq!(error.to_string(), message);
     }
@@ -140,8 +141,9 @@ fn trees_that_differ_in_more_than_leaves_are_no_pairs() {
     let store = Store::open(folder.path()).unwrap();
     let plan = DetectPlan { seeds: vec![7], trees: 1, ..plan() };
     let trees = FakeTrees { moved: 1e-9, ..FakeTrees::new() };
-    let result = run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
-    assert_eq!(result.records[0].quarantined.as_deref(), Some("at foliage 0.3 it is another tree"));
+    let result =
+        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
+    assert_eq!(result.records[0].quarantined.as_deref(), Some("wood, fruit or views differ at foliage 0.3"));
 }
 
 /// Changes only the label of the solids: the scores change, the detections do not.
@@ -152,7 +154,7 @@ fn the_detector_sees_no_label() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let trees = FakeTrees { fruit_label, ..FakeTrees::new() };
-        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent)
+        run(&plan, &trees, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress)
             .unwrap()
             .records
             .remove(0)
@@ -243,7 +245,7 @@ fn closed_forms() {
     assert_eq!(bins, [some(1, 1, 1.0), (0, 0, None), some(2, 1, 0.5), (0, 0, None), some(1, 0, 0.0)]);
     let zone = |zone| {
         let z = &bare.zones[&zone];
-        (z.detections, z.true_positives, z.precision, z.ought, z.found, z.recall)
+        (z.detections, z.true_positives, z.precision, z.expected, z.found, z.recall)
     };
     assert_eq!(zone(Zone::MiddleInner), (2, 1, Some(0.5), 3, 1, Some(1.0 / 3.0)));
     assert_eq!(zone(Zone::UpperOuter), (1, 1, Some(1.0), 0, 0, None));

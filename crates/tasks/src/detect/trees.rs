@@ -7,9 +7,9 @@ use orchard_world::truth::FruitTruth;
 /// A tree at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RestingTree {
-    /// Visible scene, without a robot.
+    /// Scene without robot.
     pub scene: Scene,
-    /// Every fruit, by the instance that the scene gives it.
+    /// Every fruit, by its instance number in the scene.
     pub fruit: Vec<FruitTruth>,
     /// True if each fruit counts as reachable, for the zone frame.
     pub reachable: Vec<bool>,
@@ -17,7 +17,7 @@ pub struct RestingTree {
 
 /// Grows trees.
 pub trait Trees: Sync {
-    /// The tree of a seed and a world's index at a foliage density. At other densities it differs in leaves alone.
+    /// The tree of a seed and world index at a foliage density. Trees at different densities differ only in leaves.
     ///
     /// # Errors
     /// The tree cannot be built; the reason is in one line.

@@ -1,4 +1,4 @@
-//! The real world and the real picker behind the benchmark's interface.
+//! Implements the benchmark's interfaces for the simulated world and the picker.
 
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::Owner;
@@ -79,7 +79,7 @@ impl BenchWorld for World {
     }
 }
 
-/// A controller whose event log is read as it grows.
+/// A controller whose event log is read incrementally.
 pub struct Recorded<C> {
     controller: C,
     events_read: usize,
@@ -87,7 +87,7 @@ pub struct Recorded<C> {
 }
 
 impl<C: Controller> Recorded<C> {
-    /// Wraps a controller at the start of its episode.
+    /// Wraps a controller at the start of an episode.
     pub fn new(controller: C) -> Self {
         Self { controller, events_read: 0, images_read: 0 }
     }
@@ -111,7 +111,7 @@ impl<C: Controller> BenchController for Recorded<C> {
     }
 }
 
-/// Returns the items that a list has gained since it was read; none if it has become shorter.
+/// Returns the new items of a list since the last read; none if it has become shorter.
 fn since<'a, T>(list: &'a [T], read: &mut usize) -> &'a [T] {
     let new = list.get(*read..).unwrap_or_default();
     *read = list.len();
@@ -136,7 +136,7 @@ fn logged(event: &Event) -> ControllerEvent {
     }
 }
 
-/// The serialised name of a state or reason, so that records and code never disagree.
+/// The serialised name of a state or reason.
 fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,

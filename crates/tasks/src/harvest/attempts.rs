@@ -1,8 +1,8 @@
-//! From the controller's log and the world's truth to attempt records.
+//! Makes attempt records from the controller's log and the world's events.
 //!
-//! An attempt starts when a target is committed, false detections included. It is placed if a fruit comes to
-//! rest in the bucket that both fingers last held during this attempt; the controller's own verdict decides
-//! nothing. Events of fruit and wood after the end of an attempt belong to it until the next attempt starts.
+//! An attempt starts when a target is committed, false detections included. It is placed if a fruit that both fingers last held
+//! during this attempt comes to rest in the bucket; the controller's own verdict is not used. Events of fruit and wood after the
+//! end of an attempt belong to it until the next attempt starts.
 
 use crate::harvest::episode::{
     AttemptOutcome, AttemptRecord, AttemptSnap, Belief, FruitMoment, HeldFruit, KnockedOff, SnapEvent,
@@ -12,7 +12,7 @@ use crate::harvest::reason::{Facts, reason};
 use crate::json::finite;
 use crate::zones::Zone;
 
-/// Log of an attempt, before it is judged.
+/// Log of an attempt before its outcome is determined.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AttemptLog {
     /// Frame of the commitment.
@@ -27,7 +27,7 @@ pub struct AttemptLog {
     pub states: Vec<(u32, String)>,
     /// Frame of the end and the controller's reason for failure; `None` while it runs.
     pub end: Option<(u32, Option<String>)>,
-    /// Belief of the controller, without its end.
+    /// Belief of the controller, without the reported outcome.
     pub belief: Belief,
     /// Largest stem force so far \[N\].
     pub max_stem_pull: f64,
@@ -40,35 +40,35 @@ pub struct AttemptLog {
 /// Events of fruit and wood, and states of the controller, each list in time order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
-    /// Both fingers closed on a fruit.
+    /// Fruit gripped by both fingers.
     pub gripped: Vec<FruitMoment>,
-    /// A stem gave way.
+    /// Broken stems.
     pub detached: Vec<FruitMoment>,
-    /// A fruit came to rest in the bucket.
+    /// Fruit that came to rest in the bucket.
     pub deposited: Vec<FruitMoment>,
-    /// A fruit reached the ground.
+    /// Fruit that reached the ground.
     pub dropped: Vec<FruitMoment>,
-    /// Spells of fruit off their stems in the hand.
+    /// Intervals in which a detached fruit was held.
     pub held: Vec<HeldFruit>,
-    /// Wood broke.
+    /// Ruptures of wood.
     pub snapped: Vec<SnapEvent>,
     /// States that the controller entered, within attempts and between them.
     pub states: Vec<(u32, String)>,
 }
 
 impl History {
-    /// State in which the controller gave the command that led to a frame.
+    /// State in which the controller gave the command of the step to a frame.
     fn state(&self, frame: u32) -> Option<String> {
         self.states.iter().rfind(|(since, _)| *since < frame).map(|(_, state)| state.clone())
     }
 
-    /// True if the fingers had closed on a fruit between two frames, the first left out.
+    /// True if the fingers closed on a fruit between two frames, the first not included.
     pub fn was_gripped(&self, fruit: u32, after: u32, until: u32) -> bool {
         self.gripped.iter().any(|g| g.fruit == fruit && g.frame > after && g.frame <= until)
     }
 }
 
-/// Judges every attempt of an episode of `last` frames of `frame` seconds.
+/// Makes the records of all attempts of an episode with `last` frames of `frame` seconds.
 pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> Vec<AttemptRecord> {
     let spans: Vec<(u32, u32)> =
         logs.iter().map(|log| (log.start_frame, log.end.as_ref().map_or(last, |end| end.0))).collect();
@@ -87,7 +87,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
     let mut records = Vec::with_capacity(logs.len());
     for (id, log) in logs.iter().enumerate() {
         let (start, end) = spans[id];
-        // Time until the next commitment.
+        // Frame of the next commitment.
         let until = logs.get(id + 1).map_or(last, |next| next.start_frame);
         let within = |frame: u32| frame > start && frame <= until;
         let came_off = || history.detached.iter().filter(|e| within(e.frame));
@@ -151,7 +151,7 @@ fn believed_end(failure: &Option<String>) -> String {
     failure.clone().unwrap_or_else(|| "deposited".to_owned())
 }
 
-/// Fruit that came off its stem and had not been held before in the same attempt; between the start and the first attempt, all.
+/// Fruit that came off its stem without having been held before in the same attempt; before the first attempt, all.
 pub fn knocked_off(logs: &[AttemptLog], history: &History) -> Vec<FruitMoment> {
     let start_of = |frame: u32| logs.iter().rfind(|log| log.start_frame < frame).map(|log| log.start_frame);
     let unheld = |e: &&FruitMoment| {
@@ -160,7 +160,7 @@ pub fn knocked_off(logs: &[AttemptLog], history: &History) -> Vec<FruitMoment> {
     history.detached.iter().filter(unheld).cloned().collect()
 }
 
-/// The fruit of a list of events, each once, in the order of their first event.
+/// The fruit of a list of events without duplicates, in the order of their first event.
 fn distinct<'a>(events: impl Iterator<Item = &'a FruitMoment>) -> Vec<u32> {
     let mut fruit = Vec::new();
     for event in events {

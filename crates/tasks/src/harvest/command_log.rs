@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
 use crate::harvest::interface::{BenchController, ControllerEvent};
-use crate::harvest::observe::{FrameInput, Observer, Watch};
+use crate::harvest::observe::{FrameInput, Observer, ObserverFactory};
 use crate::harvest::run::WorldFactory;
 
 /// Folder of the command logs under a result folder.
@@ -160,7 +160,7 @@ impl CommandLogs {
     }
 }
 
-impl<W> Watch<W> for CommandLogs {
+impl<W> ObserverFactory<W> for CommandLogs {
     type Observer = CommandLog;
 
     fn is_kept(&self, key: &EpisodeKey) -> bool {
@@ -272,7 +272,7 @@ mod tests {
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
         assert!(CommandLog::read(folder.path(), &key()).is_err());
-        assert!(!Watch::<()>::is_kept(&logs, &key()));
+        assert!(!ObserverFactory::<()>::is_kept(&logs, &key()));
     }
 
     #[test]

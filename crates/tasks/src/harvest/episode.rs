@@ -1,6 +1,6 @@
 //! The record of one world's episode, as written to `episodes/*.json`.
 //!
-//! Everything here is a function of (code version, config, seed, world, repeat, horizon): no clock, no machine.
+//! All fields are a function of (code version, config, seed, world, repeat, horizon); none depends on a clock or the machine.
 
 use orchard_bench::record::Record;
 use orchard_scenario::Names;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
 
-/// Key of an episode: everything that it is a function of. A stored episode is reused only if all of this is equal.
+/// Key of an episode: all inputs that determine it. A stored episode is reused only if all of them are equal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EpisodeKey {
     /// [`orchard_bench::SCHEMA_VERSION`].
@@ -26,9 +26,9 @@ pub struct EpisodeKey {
     pub seed: u64,
     /// World index under the seed.
     pub world: u32,
-    /// Number of the tree's episode: each has another start pose of the robot.
+    /// Repeat number, from 0: each repeat has another start pose of the robot.
     pub repeat: u32,
-    /// Budget \[frames\].
+    /// Time budget \[frames\].
     pub horizon_frames: u32,
 }
 
@@ -62,7 +62,7 @@ pub struct FruitRecord {
     pub radius: f64,
     /// True if it lay inside the reach sphere at the start.
     pub reachable: bool,
-    /// Zone at the start; null where no fruit is reachable.
+    /// Zone at the start; null if no fruit is reachable.
     pub zone: Option<Zone>,
     /// State at the end.
     pub final_state: FruitState,
@@ -83,11 +83,11 @@ pub struct StateTime {
 pub enum AttemptOutcome {
     /// A fruit that the fingers last held in this attempt came to rest in the bucket.
     Placed,
-    /// None did.
+    /// No such fruit came to rest in the bucket.
     Failed,
 }
 
-/// One attempt: from the commitment to a target until the controller gave it up or finished it.
+/// One attempt: from the commitment to a target until the controller ended it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AttemptRecord {
     /// Index in the episode.
@@ -104,7 +104,7 @@ pub struct AttemptRecord {
     pub p_odom_target: [f64; 3],
     /// Fruit on the tree within one radius of the target at the commitment; null for a false detection.
     pub fruit: Option<u32>,
-    /// Zone of that fruit at the start of the episode, or of the target where there is none.
+    /// Zone of that fruit at the start of the episode; without a fruit, zone of the target.
     pub zone: Option<Zone>,
     /// Outcome by the world's truth.
     pub outcome: AttemptOutcome,
@@ -122,9 +122,9 @@ pub struct AttemptRecord {
     pub states: Vec<StateTime>,
     /// Belief of the controller.
     pub belief: Belief,
-    /// Spells in which a fruit was off its stem and between both fingers.
+    /// Intervals in which a detached fruit was between both fingers.
     pub held: Vec<HeldFruit>,
-    /// Fruit that came off its stem and had not been held before in this attempt, up to the next attempt.
+    /// Fruit that came off its stem without having been held before in this attempt, up to the next attempt.
     pub knocked_off: Vec<KnockedOff>,
     /// Wood that broke, up to the next attempt.
     pub snapped: Vec<AttemptSnap>,
@@ -136,7 +136,7 @@ pub struct AttemptRecord {
     pub max_wrist_force_n: Option<f64>,
 }
 
-/// Belief of the controller about an attempt, beside the truth about its target.
+/// Belief of the controller about an attempt, and the truth about its target.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
     /// Radius of the target \[m\].
@@ -153,13 +153,13 @@ pub struct Belief {
     pub stem_time: Option<f64>,
     /// Largest pull that it had estimated by then \[N\].
     pub pull_n: Option<f64>,
-    /// Retreats of the controller from contact with the hand.
+    /// Retreats of the controller after contacts of the hand.
     pub yielded: Vec<Yielding>,
     /// Outcome that the controller reported: `deposited` or a reason; null if it did not end the attempt.
     pub end: Option<String>,
 }
 
-/// One retreat of the controller from contact with the hand.
+/// One retreat of the controller after a contact of the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Yielding {
     /// Time \[s\].
@@ -168,7 +168,7 @@ pub struct Yielding {
     pub force_n: Option<f64>,
 }
 
-/// End of a spell in which the fingers held a fruit.
+/// End of an interval in which the fingers held a fruit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldEnd {
@@ -180,7 +180,7 @@ pub enum HeldEnd {
     Lost,
 }
 
-/// A spell in which a fruit was off its stem and between both fingers.
+/// An interval in which a detached fruit was between both fingers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldFruit {
     /// The fruit.
@@ -189,11 +189,11 @@ pub struct HeldFruit {
     pub from_frame: u32,
     /// Last frame.
     pub to_frame: u32,
-    /// End of the spell.
+    /// End of the interval.
     pub end: HeldEnd,
 }
 
-/// A fruit that came off its stem unheld.
+/// A fruit that came off its stem without being held.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KnockedOff {
     /// The fruit.
@@ -235,9 +235,9 @@ pub struct DetachEvent {
     pub frame: u32,
     /// Time \[s\].
     pub time: f64,
-    /// Tension of the stem as it gave way \[N\]; null if it was not finite.
+    /// Tension of the stem when it broke \[N\]; null if not finite.
     pub tension_n: Option<f64>,
-    /// True if the tension is above that which takes most apples off by a straight pull (`rules.stem_pull`).
+    /// True if the tension exceeds `rules.stem_pull`, the force that detaches most apples in a straight pull.
     pub stem_pulled: bool,
 }
 
@@ -250,13 +250,13 @@ pub struct DepositEvent {
     pub frame: u32,
     /// Time \[s\].
     pub time: f64,
-    /// Height of its fall from the fingers \[m\]; null where not recorded.
+    /// Height of the fall from the fingers \[m\]; null if not recorded.
     pub drop_height_m: Option<f64>,
-    /// Energy of the hardest impact of that fall \[J\]; null where not recorded.
+    /// Energy of the hardest impact of that fall \[J\]; null if not recorded.
     pub impact_energy_j: Option<f64>,
-    /// Energy of the hardest impact that the fruit took since the start \[J\]; null where not recorded.
+    /// Energy of the hardest impact of the fruit since the start \[J\]; null if not recorded.
     pub bruise_energy_j: Option<f64>,
-    /// True if the energy is above the largest one without a bruise (`rules.bruise_energy`); null where not recorded.
+    /// True if the energy exceeds `rules.bruise_energy`; null if not recorded.
     pub bruised: Option<bool>,
 }
 
@@ -278,18 +278,18 @@ pub struct DetectionTally {
     pub images: u32,
     /// Detections matched to a fruit.
     pub true_positives: u32,
-    /// Detections matched to none.
+    /// Detections without a matched fruit.
     pub false_positives: u32,
     /// Visible fruit.
     pub visible: u32,
-    /// Visible fruit that a detection matched.
+    /// Visible fruit matched to a detection.
     pub recalled: u32,
 }
 
 /// One world's episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeRecord {
-    /// Key: everything that the episode is a function of.
+    /// Key: all inputs that determine the episode.
     #[serde(flatten)]
     pub key: EpisodeKey,
     /// Outcome of the episode.
@@ -304,9 +304,9 @@ pub struct EpisodeRecord {
     pub reachable_count: u32,
     /// Their indices.
     pub reachable: Vec<u32>,
-    /// Fruit that inverse kinematics confirms; null where not computed.
+    /// Number of reachable fruit confirmed by inverse kinematics; null if not computed.
     pub reachable_ik_count: Option<u32>,
-    /// Zone frame; null where no fruit is reachable.
+    /// Zone frame; null if no fruit is reachable.
     pub zone_frame: Option<ZoneFrame>,
     /// Reachable fruit by zone.
     pub zone_census: ZoneTable<u32>,
@@ -318,13 +318,13 @@ pub struct EpisodeRecord {
     pub branches_snapped: Vec<SnapEvent>,
     /// Fruit that came off its stem.
     pub fruit_detached: Vec<DetachEvent>,
-    /// Fruit that came off its stem and had not been held before in the same attempt, whatever took it off.
+    /// Fruit that came off its stem, by any cause, without having been held before in the same attempt.
     pub fruit_knocked_off: Vec<FruitMoment>,
     /// Fruit that came to rest in the bucket.
     pub fruit_deposited: Vec<DepositEvent>,
     /// Fruit that reached the ground.
     pub fruit_dropped: Vec<FruitMoment>,
-    /// Detector against truth.
+    /// Counts of the detector against truth.
     pub detection: DetectionTally,
     /// Largest stem force of the episode \[N\]; null if it was not finite.
     pub max_stem_pull_n: Option<f64>,
@@ -349,8 +349,7 @@ impl Record for EpisodeRecord {
 }
 
 impl AttemptRecord {
-    /// Time spent in each state up to the end of the attempt \[s\], in the order of their first entry; times of one state are
-    /// added up.
+    /// Total time in each state up to the end of the attempt \[s\], in the order of the first entry.
     pub fn state_durations(&self) -> Vec<(String, f64)> {
         let mut durations: Vec<(String, f64)> = Vec::new();
         for (i, entered) in self.states.iter().enumerate() {
@@ -383,7 +382,7 @@ impl EpisodeRecord {
         self.fruit_deposited.iter().filter(move |_| counts)
     }
 
-    /// Fruit torn off its stem; none in a quarantined world, whose forces are invalid.
+    /// Stem-pulled fruit; none in a quarantined world, whose forces are invalid.
     pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
         let counts = !self.quarantined();
         self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)
@@ -394,7 +393,7 @@ impl EpisodeRecord {
         self.deposits().filter(|event| event.bruised == Some(true))
     }
 
-    /// Fruit off its stem at the end that neither rests in the bucket nor is in the hand.
+    /// Fruit that at the end is off its stem and neither at rest in the bucket nor in the hand.
     pub fn dropped(&self) -> impl Iterator<Item = &FruitRecord> {
         self.fruit.iter().filter(|f| matches!(f.final_state, FruitState::Dropped | FruitState::Loose))
     }

@@ -1,4 +1,4 @@
-//! Drives one world with one controller for an episode and records the true events.
+//! Runs an episode of one world with one controller and records the true events.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,7 +13,7 @@ use crate::harvest::episode::{
 };
 use crate::harvest::hold::HoldWatch;
 use crate::harvest::interface::{BenchController, BenchWorld, ControllerEvent, FruitTruth, VisibleFruit};
-use crate::harvest::observe::{FrameInput, Observer, Unwatched};
+use crate::harvest::observe::{FrameInput, NoObserver, Observer};
 use crate::harvest::reason::ABANDONED;
 use crate::json::{array, finite};
 use crate::matching::{Ball, match_detections};
@@ -31,12 +31,12 @@ pub fn run_episode<W: BenchWorld, C: BenchController>(
     stop: &AtomicBool,
     on_frame: &mut dyn FnMut(),
 ) -> Option<EpisodeRecord> {
-    watch_episode(key, world, controller, protocol, frame, stop, on_frame, &mut Unwatched)
+    run_observed_episode(key, world, controller, protocol, frame, stop, on_frame, &mut NoObserver)
 }
 
 /// [`run_episode`] with an observer.
 #[expect(clippy::too_many_arguments, reason = "one more than run_episode, whose callers have no use for it")]
-pub fn watch_episode<W: BenchWorld, C: BenchController>(
+pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     key: EpisodeKey,
     world: &mut W,
     controller: &mut C,
@@ -118,13 +118,13 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
     }
 }
 
-/// Log of an episode as it runs.
+/// Log of a running episode.
 struct EpisodeLog {
     frame: f64,
     visible_pixels: u32,
-    /// Largest energy that leaves no bruise \[J\].
+    /// Largest impact energy without a bruise \[J\].
     bruise_energy: f64,
-    /// Stem tension above which a fruit is torn off \[N\].
+    /// Stem tension above which a fruit counts as stem-pulled \[N\].
     stem_pull: f64,
     frames: u32,
     x_world_odom: Pose,
@@ -145,7 +145,7 @@ impl EpisodeLog {
     fn new<W: BenchWorld>(world: &W, protocol: &Protocol, frame: f64) -> Self {
         let mut start = world.fruit();
         if start.iter().any(|f| !f.p_world.iter().chain([&f.radius]).all(|x| x.is_finite())) {
-            // A world that is broken before its first frame: no census can be taken of it.
+            // The world was quarantined before its first frame: its fruit cannot be counted.
             start.clear();
         }
         let mut reachable = world.reachable();
@@ -265,7 +265,7 @@ impl EpisodeLog {
         self.zones.as_ref().map(|frame| frame.zone(p_world))
     }
 
-    /// Precision counts against every fruit, recall against those that show enough pixels.
+    /// Precision is relative to every fruit, recall to fruit with enough visible pixels.
     fn tally(&mut self, p_odom: &[Vec3], fruit: &[FruitTruth], visible: &[VisibleFruit]) {
         let detections: Vec<Vec3> = p_odom.iter().map(|p| transform(&self.x_world_odom, p)).collect();
         let balls: Vec<Ball> = fruit.iter().map(ball).collect();
@@ -283,7 +283,7 @@ impl EpisodeLog {
         self.detection.recalled += recalled as u32;
     }
 
-    /// Called at the end of the time: steps with the robot at rest until loose fruit has settled, for `frames` frames at most.
+    /// Called when the time is over: steps with the robot at rest until loose fruit has settled, for at most `frames` frames.
     fn settle<W: BenchWorld>(
         &mut self,
         world: &mut W,
@@ -347,7 +347,7 @@ impl EpisodeLog {
                 WorldEvent::BranchSnapped { segment, .. } => {
                     self.history.snapped.push(SnapEvent { segment: segment as u32, frame, time });
                 }
-                // The largest impact of a fruit is asked of the world when it lies in the bucket.
+                // The largest impact of the fruit is known when it is at rest in the bucket.
                 WorldEvent::FruitImpact { .. } => {}
             }
         }
@@ -361,10 +361,10 @@ impl EpisodeLog {
         }
     }
 
-    /// No reachable fruit hangs any more, and none is on its way to the bucket.
+    /// True if no reachable fruit is left on the tree and none is on its way to the bucket.
     fn all_reachable_picked<W: BenchWorld>(&self, world: &W) -> bool {
         let settled = |f: &FruitTruth| matches!(f.state, FruitState::Deposited | FruitState::Dropped);
-        // The truth is asked for only when enough events make the answer possible.
+        // The state of all fruit is only read once there were enough events.
         let events = self.history.deposited.len() + self.history.dropped.len();
         let reachable = self.reachable.iter().filter(|r| **r).count();
         reachable > 0
@@ -417,7 +417,7 @@ impl EpisodeLog {
     }
 }
 
-/// The larger force. `max` would drop a NaN; keep it, so that it is written as null.
+/// The larger force; NaN if either is (`max` would drop it), so that it is written as null.
 fn larger(old: f64, new: f64) -> f64 {
     if new > old || new.is_nan() { new } else { old }
 }

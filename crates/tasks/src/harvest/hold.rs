@@ -1,22 +1,21 @@
-//! Spells in which fruit off its stem is between both fingers: begin, end and outcome.
+//! Intervals in which a detached fruit is held between both fingers: begin, end and outcome.
 
 use orchard_world::truth::FruitState;
 
 use crate::harvest::episode::{HeldEnd, HeldFruit};
 use crate::harvest::interface::{BenchWorld, FruitTruth};
 
-/// Tracks fruit that came off its stem in the hand, in spells of holding.
+/// Tracks the intervals in which detached fruit is held.
 ///
-/// Within an attempt a spell continues through frames in which the contact of a finger flickers; it ends with the last frame in
-/// which both pressed.
-/// The command of the first frame without contact decides whether the fingers let go of the fruit or lost it.
+/// Within an attempt an interval continues over frames without contact of a finger if contact returns; it ends with the last frame
+/// in which both pressed. The command of the first frame without contact decides if the fingers let go of the fruit or lost it.
 #[derive(Debug, Default)]
 pub(crate) struct HoldWatch {
-    /// Fruit off its stem that has not settled.
+    /// Detached fruit that has not settled.
     loose: Vec<u32>,
-    /// Spells, in the order of their beginnings.
+    /// Intervals, in the order of their begin.
     pub spells: Vec<HeldFruit>,
-    /// Spells from here on belong to the present attempt.
+    /// Index of the first interval of the current attempt.
     present: usize,
 }
 
@@ -40,7 +39,7 @@ impl HoldWatch {
         self.spells.push(HeldFruit { fruit, from_frame: frame, to_frame: frame, end: HeldEnd::InHand });
     }
 
-    /// Updates the spells after a step; `opening` is the commanded opening of each finger \[m\].
+    /// Updates the intervals after a step; `opening` is the commanded opening of each finger \[m\].
     pub fn look(&mut self, world: &impl BenchWorld, opening: f64, frame: u32) {
         if self.loose.is_empty() {
             return;

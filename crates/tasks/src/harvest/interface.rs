@@ -1,16 +1,16 @@
-//! Interfaces of a world and of a controller, as an episode needs them.
+//! Interfaces of the world and the controller of an episode.
 //!
-//! The benchmark sees truth ([`BenchWorld`]); the controller sees [`Observation`]s only and reports what it
-//! believes ([`ControllerEvent`]).
+//! The benchmark has access to the truth ([`BenchWorld`]); the controller gets only [`Observation`]s and reports its beliefs
+//! ([`ControllerEvent`]).
 
 use orchard_geometry::{Pose, Vec3};
 use orchard_robot::io::{Command, Observation};
 use orchard_world::WorldEvent;
 use serde::{Deserialize, Serialize};
 
-/// A world, as the benchmark sees it. Indices of fruit and segments never change during an episode.
+/// A world with access to the truth. Indices of fruit and segments do not change during an episode.
 pub trait BenchWorld {
-    /// The sensors now. Called once before every step.
+    /// Reads the sensors. Called once before every step.
     fn observe(&mut self) -> Observation;
     /// Advances one frame under a command.
     fn step(&mut self, command: &Command);
@@ -24,7 +24,7 @@ pub trait BenchWorld {
     fn x_world_odom(&self) -> Pose;
     /// True if each fruit lies inside the arm's reach sphere from an admissible stand-off, now.
     fn reachable(&self) -> Vec<bool>;
-    /// Number of fruit that inverse kinematics confirms as reachable, where that is computed.
+    /// Number of fruit confirmed as reachable by inverse kinematics, if computed.
     fn reachable_ik_count(&self) -> Option<u32> {
         None
     }
@@ -34,7 +34,7 @@ pub trait BenchWorld {
     fn hand_forces(&self) -> HandForces {
         HandForces::default()
     }
-    /// Largest energy of an impact that a fruit took so far \[J\], where impacts are recorded.
+    /// Largest impact energy of a fruit so far \[J\], if recorded.
     fn fruit_bruise(&self, fruit: u32) -> Option<f64> {
         let _ = fruit;
         None
@@ -48,7 +48,7 @@ pub trait BenchWorld {
 pub struct HandForces {
     /// The larger of the two fingers' sums of normal forces \[N\].
     pub finger: f64,
-    /// Size of the sum of all contact forces on hand and fingers, as a force sensor in the wrist would feel it \[N\].
+    /// Norm of the sum of all contact forces on hand and fingers, as measured by a wrist force sensor \[N\].
     pub wrist: f64,
 }
 
@@ -63,9 +63,9 @@ pub struct VisibleFruit {
     pub pixels: u32,
 }
 
-/// A harvest controller, as the benchmark sees it.
+/// A harvest controller.
 pub trait BenchController {
-    /// The command for the next frame.
+    /// Returns the command for the next frame.
     fn act(&mut self, observation: &Observation) -> Command;
     /// Returns the events that the controller logged during the last call of [`BenchController::act`], in order.
     fn drain_log(&mut self) -> Vec<ControllerEvent>;

@@ -1,7 +1,7 @@
-//! The benchmark's matrix: its conditions, and the sweeps that they make up.
+//! The benchmark's matrix: its conditions, grouped in sweeps.
 //!
-//! A sweep turns one dial of the worlds. Trees, fruit sites and start poses are those of the nominal condition as far as the dial
-//! lets them be, so that conditions are compared tree by tree.
+//! A sweep varies one dial of the worlds. Except for the effect of the dial, trees, fruit sites and start poses are those of the nominal
+//! condition, so that conditions can be compared tree by tree.
 
 use orchard_quantity::{Count, Quantity};
 use orchard_spec::Spec;
@@ -14,17 +14,17 @@ pub const NOMINAL: &str = "nominal";
 /// Name of the nominal condition that runs until no reachable fruit is left.
 pub const EXHAUSTION: &str = "exhaustion";
 
-/// The values of each dial, and what is tested over them.
+/// The values of each dial, and the tested metrics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweeps {
     /// Foliage densities, the paper's dial; those of the detection task too.
     pub foliage: Vec<Quantity>,
-    /// Fruit that a tree is asked to carry.
+    /// Requested number of fruit per tree.
     pub fruit: Vec<Count>,
     /// Amplitudes of the ground.
     pub terrain: Vec<Quantity>,
-    /// Metrics by which conditions are tested against the nominal one.
+    /// Metrics for the paired tests against the nominal condition.
     pub tested: Vec<String>,
 }
 
@@ -43,14 +43,14 @@ impl Sweeps {
                 return Some((field, "no value".to_owned()));
             }
             if !values.is_sorted_by(|a, b| a < b) {
-                return Some((field, "values must ascend, each but once".to_owned()));
+                return Some((field, "values must ascend without duplicates".to_owned()));
             }
         }
         let unknown = self.tested.iter().find(|name| !METRICS.iter().any(|m| m.info.name == **name));
-        unknown.map(|name| ("sweeps.tested", format!("{name} is no metric of the harvest")))
+        unknown.map(|name| ("sweeps.tested", format!("{name} is not a metric of the harvest")))
     }
 
-    /// Names that [`Matrix::choose`] accepts around any worlds: sweeps, conditions, and `DIAL-VALUE` for every value of a sweep.
+    /// Names that [`Matrix::choose`] accepts for any worlds: sweeps, conditions, and `DIAL-VALUE` for every value of a sweep.
     fn names(&self) -> Vec<String> {
         let of = |dial: Dial| dial.values(self).into_iter().map(move |value| dial.condition(value));
         let mut names: Vec<String> = Dial::ALL.map(|dial| dial.name().to_owned()).into();
@@ -73,7 +73,7 @@ impl Sweeps {
     }
 }
 
-/// A dial that a sweep turns.
+/// The dial of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Dial {
     Foliage,
@@ -93,7 +93,7 @@ impl Dial {
         }
     }
 
-    /// Name of the condition that turns it to a value.
+    /// Name of the condition with the dial at a value.
     fn condition(self, value: f64) -> String {
         format!("{}-{value}", self.name())
     }
@@ -138,7 +138,7 @@ impl Dial {
 /// Values of the dials of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Dials {
-    /// Fruit that a tree is asked to carry.
+    /// Requested number of fruit per tree.
     pub fruit_count: u32,
     /// Foliage density, the paper's dial.
     pub foliage_density: f64,
@@ -156,7 +156,7 @@ impl Dials {
         }
     }
 
-    /// A config with its dials turned to these.
+    /// Returns a config with these dial values.
     ///
     /// # Errors
     /// A value outside the range that the config allows.
@@ -217,7 +217,7 @@ pub struct Matrix {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConditionError {
     /// A name that is not in the matrix.
-    #[error("{name} is neither a condition nor a sweep; there are {known}")]
+    #[error("{name} is neither a condition nor a sweep; the names are {known}")]
     Unknown {
         /// The name.
         name: String,
@@ -235,7 +235,7 @@ pub enum ConditionError {
 }
 
 impl Matrix {
-    /// The matrix of sweeps around a config's own worlds.
+    /// The matrix with a config's own worlds as the nominal condition.
     pub fn of(rules: &Sweeps, spec: &Spec) -> Self {
         let nominal = Dials::of(spec);
         let condition = |name: &str, dials| MatrixCondition { name: name.to_owned(), dials };
@@ -282,7 +282,7 @@ impl Matrix {
         Ok(self.conditions.iter().filter(|condition| chosen.contains(&condition.name.as_str())).collect())
     }
 
-    /// The sweeps as far as some conditions are theirs; those of which fewer than two are left out.
+    /// The sweeps restricted to some conditions; sweeps with fewer than two of them are left out.
     pub fn sweeps_of(&self, conditions: &[&str]) -> Vec<MatrixSweep> {
         let cut = |sweep: &MatrixSweep| {
             let mut sweep = sweep.clone();
@@ -292,7 +292,7 @@ impl Matrix {
         self.sweeps.iter().map(cut).filter(|sweep| sweep.points.len() > 1).collect()
     }
 
-    /// True if a name is DIAL-VALUE with a value of a sweep that the nominal condition has.
+    /// True if the name is `DIAL-VALUE` with the nominal value of the dial.
     fn names_nominal(&self, name: &str) -> bool {
         Dial::ALL.iter().zip(&self.sweeps).any(|(dial, sweep)| {
             let nominal = |point: &&SweepPoint| point.condition == NOMINAL;
@@ -358,18 +358,18 @@ mod tests {
         };
         assert_eq!(choose(&["terrain-0.2", "nominal"]).unwrap(), ["nominal", "terrain-0.2"]);
         assert_eq!(choose(&["fruit", "nominal"]).unwrap(), ["nominal", "fruit-20", "fruit-60"]);
-        // A value of a sweep that the worlds have anyway is the nominal condition.
+        // `DIAL-VALUE` with the nominal value is the nominal condition.
         assert_eq!(choose(&["fruit-40", "foliage-0.6", "terrain-0"]).unwrap(), ["nominal"]);
         assert!(choose(&["fruit-41"]).is_err());
         assert!(choose(&[]).unwrap().is_empty());
         let e = choose(&["windy"]).unwrap_err();
         assert!(
             e.starts_with(
-                "windy is neither a condition nor a sweep; there are foliage, fruit, terrain, nominal"
+                "windy is neither a condition nor a sweep; the names are foliage, fruit, terrain, nominal"
             ),
             "{e}"
         );
-        // A sweep of which one condition is run is none.
+        // A sweep with only one condition is left out.
         assert!(matrix.sweeps_of(&["nominal", "exhaustion"]).is_empty());
         let cut = matrix.sweeps_of(&["nominal", "fruit-60"]);
         assert_eq!((cut.len(), cut[0].name.as_str(), cut[0].points.len()), (1, "fruit", 2));
@@ -388,7 +388,9 @@ mod tests {
         assert_eq!(check(&[]), Err("no condition".to_owned()));
         let e = check(&["nominal", "fruit-41"]).unwrap_err();
         assert!(
-            e.starts_with("fruit-41 is neither a condition nor a sweep; there are foliage, fruit, terrain,"),
+            e.starts_with(
+                "fruit-41 is neither a condition nor a sweep; the names are foliage, fruit, terrain,"
+            ),
             "{e}"
         );
     }

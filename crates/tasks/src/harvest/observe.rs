@@ -1,4 +1,4 @@
-//! Observers of episodes: they see every frame and change nothing.
+//! Observers of episodes: read-only access to every frame.
 
 use orchard_bench::store::StoreError;
 use orchard_robot::io::{Command, Observation};
@@ -9,12 +9,12 @@ use crate::harvest::interface::ControllerEvent;
 
 /// Observer of one episode, frame by frame.
 pub trait Observer<W> {
-    /// Called before frame k is stepped: the world is as the observation shows it.
+    /// Called before frame k is stepped; the world is in the state of the observation.
     fn before_step(&mut self, world: &W, frame: &FrameInput<'_>) {
         let _ = (world, frame);
     }
 
-    /// Called after the step, with its events: the world is at frame k + 1.
+    /// Called after the step, with its events; the world is at frame k + 1.
     fn after_step(&mut self, world: &W, events: &[WorldEvent]) {
         let _ = (world, events);
     }
@@ -23,7 +23,7 @@ pub trait Observer<W> {
 /// Input of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameInput<'a> {
-    /// Observation of the controller; none while the robot holds still after the end of its time.
+    /// Observation of the controller; none while the robot stands still after the end of the time.
     pub observation: Option<&'a Observation>,
     /// Events that the controller logged on this observation.
     pub controller_events: &'a [ControllerEvent],
@@ -31,19 +31,19 @@ pub struct FrameInput<'a> {
     pub command: &'a Command,
 }
 
-/// Ignores everything.
+/// Observer that does nothing.
 #[derive(Debug, Clone, Copy)]
-pub struct Unwatched;
+pub struct NoObserver;
 
-impl<W> Observer<W> for Unwatched {}
+impl<W> Observer<W> for NoObserver {}
 
-/// Makes the observers of a run's episodes and keeps their files, beside the records.
-pub trait Watch<W>: Sync {
+/// Makes the observers of a run's episodes and manages their files.
+pub trait ObserverFactory<W>: Sync {
     /// Observer of one episode.
     type Observer: Observer<W>;
 
-    /// True if the files of an episode are there, whole and of this episode. Otherwise the episode is run again although its record is
-    /// there.
+    /// True if the files of an episode exist, are complete and belong to it. Otherwise the episode is run again even if its record
+    /// is stored.
     fn is_kept(&self, key: &EpisodeKey) -> bool;
 
     /// Makes the observer of an episode that begins.
@@ -57,7 +57,7 @@ pub trait Watch<W>: Sync {
 }
 
 /// An optional observer.
-impl<W, O: Watch<W>> Watch<W> for Option<O> {
+impl<W, O: ObserverFactory<W>> ObserverFactory<W> for Option<O> {
     type Observer = Option<O::Observer>;
 
     fn is_kept(&self, key: &EpisodeKey) -> bool {
@@ -88,7 +88,7 @@ impl<W, O: Observer<W>> Observer<W> for Option<O> {
 }
 
 /// Two observers of the same episodes.
-impl<W, A: Watch<W>, B: Watch<W>> Watch<W> for (A, B) {
+impl<W, A: ObserverFactory<W>, B: ObserverFactory<W>> ObserverFactory<W> for (A, B) {
     type Observer = (A::Observer, B::Observer);
 
     fn is_kept(&self, key: &EpisodeKey) -> bool {
@@ -119,20 +119,20 @@ impl<W, A: Observer<W>, B: Observer<W>> Observer<W> for (A, B) {
 
 /// Keeps nothing.
 #[derive(Debug, Clone, Copy)]
-pub struct KeepNothing;
+pub struct NoObservers;
 
-impl<W> Watch<W> for KeepNothing {
-    type Observer = Unwatched;
+impl<W> ObserverFactory<W> for NoObservers {
+    type Observer = NoObserver;
 
     fn is_kept(&self, _: &EpisodeKey) -> bool {
         true
     }
 
-    fn begin(&self, _: &EpisodeKey, _: &W) -> Unwatched {
-        Unwatched
+    fn begin(&self, _: &EpisodeKey, _: &W) -> NoObserver {
+        NoObserver
     }
 
-    fn end(&self, _: Unwatched, _: &W, _: &EpisodeRecord) -> Result<(), StoreError> {
+    fn end(&self, _: NoObserver, _: &W, _: &EpisodeRecord) -> Result<(), StoreError> {
         Ok(())
     }
 }

@@ -13,17 +13,17 @@ use crate::seeds::SeedSetLabel;
 /// Extent of a run: the part of the matrix, its seeds and its time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
-    /// Profile whose defaults these are.
+    /// Profile that set the defaults.
     pub profile: String,
     /// Names of conditions and sweeps.
     pub conditions: Vec<String>,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
-    /// Episodes a tree under the nominal condition.
+    /// Episodes per tree under the nominal condition.
     pub repeats: u32,
-    /// Length of an episode \[s\], but under `exhaustion`.
+    /// Length of an episode under all conditions but `exhaustion` \[s\].
     pub horizon_s: f64,
 }
 
@@ -33,11 +33,11 @@ pub struct ConditionParams {
     /// Worlds.
     #[serde(flatten)]
     pub dials: Dials,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// Budget of an episode \[s\].
     pub horizon_s: f64,
-    /// Episodes a tree, each with another start pose of the robot.
+    /// Episodes per tree, each with another start pose of the robot.
     pub repeats: u32,
 }
 
@@ -57,13 +57,13 @@ pub struct Plan {
     pub scenario: Names,
     /// [`orchard_scenario::Scenario::hash`].
     pub scenario_hash: String,
-    /// Profile whose defaults the run took.
+    /// Profile that set the defaults of the run.
     pub profile: String,
     /// Conditions, in order.
     pub conditions: Vec<Condition>,
-    /// The sweeps that they make up.
+    /// Sweeps of these conditions.
     pub sweeps: Vec<MatrixSweep>,
-    /// The set that the seeds belong to.
+    /// Seed set.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
@@ -75,14 +75,14 @@ pub struct Plan {
     pub protocol: Protocol,
 }
 
-/// Longest budget \[s\]: keeps frame counts far from overflow.
+/// Longest budget \[s\]; prevents an overflow of frame counts.
 const LONGEST_HORIZON: f64 = 360_000.0;
 
 impl Plan {
-    /// Checks what a user can get wrong.
+    /// Checks the user's input.
     ///
     /// # Errors
-    /// No condition, one given twice, no seed, a seed given twice, no tree, no repeat, a budget shorter than a frame.
+    /// No condition, a condition given twice, no seed, a seed given twice, no tree, no repeat, or a budget shorter than a frame.
     pub fn check(&self) -> Result<(), PlanError> {
         if self.conditions.is_empty() {
             return Err(PlanError::NoConditions);
@@ -151,11 +151,11 @@ mod tests {
         assert_eq!(check(|p| p.seeds = vec![4, 5, 4]), Err("seed 4 is given twice".into()));
         assert_eq!(
             check(|p| p.conditions[0].params.trees = 0),
-            Err("0 trees: at least 1 tree a seed is needed".into())
+            Err("0 trees: at least 1 tree per seed is needed".into())
         );
         assert_eq!(
             check(|p| p.conditions[0].params.repeats = 0),
-            Err("0 repeats: at least 1 episode a tree is needed".into())
+            Err("0 repeats: at least 1 episode per tree is needed".into())
         );
         for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let mut plan = plan();

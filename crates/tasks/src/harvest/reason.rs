@@ -1,22 +1,22 @@
-//! Reasons of failed attempts. Facts of the world come before the belief of the controller.
+//! Failure reasons of attempts. Facts of the world take precedence over the belief of the controller.
 
 use crate::harvest::episode::{HeldEnd, HeldFruit};
 
-/// Reason of an attempt that the end of the episode cut off.
+/// The episode ended during the attempt.
 pub const RUN_ENDED: &str = "run_ended";
-/// Reason of an attempt that the controller reported as placed, although it was not.
+/// The controller reported the attempt as placed, but it was not.
 pub const MISSED_BUCKET: &str = "missed_bucket";
-/// Reason of an attempt that the controller left without ending it.
+/// The controller started another attempt without ending this one.
 pub const ABANDONED: &str = "abandoned";
-/// Reason of an attempt whose fruit was off its stem and in the hand, and was lost without being let go.
+/// A detached fruit was held and lost without being let go.
 pub const SLIPPED: &str = "slipped";
-/// Reason of an attempt whose target came off its stem unheld.
+/// The target came off its stem without being held.
 pub const KNOCKED_OFF_BY_ARM: &str = "knocked_off_by_arm";
-/// Reason of an attempt whose fruit stayed on its stem in spite of the fingers.
+/// The fruit was gripped but stayed on its stem.
 const STEM_TOO_STRONG: &str = "stem_too_strong";
-/// Reason of an attempt that did not take the fruit at its target, although one hung there.
+/// A fruit hung at the target, but the attempt did not grip it.
 pub const GRASP_MISSED: &str = "grasp_missed";
-/// Reason of an attempt at a target where no fruit hung: a false detection.
+/// No fruit hung at the target: a false detection.
 const NO_FRUIT: &str = "no_fruit_at_detection";
 
 /// Facts on which the reason depends.
@@ -24,21 +24,21 @@ const NO_FRUIT: &str = "no_fruit_at_detection";
 pub(crate) struct Facts<'a> {
     /// A fruit that the attempt held came to rest in the bucket.
     pub placed: bool,
-    /// A fruit hung at the target as the controller committed to it.
+    /// A fruit hung at the target when the controller committed to it.
     pub target_is_fruit: bool,
     /// The target came off its stem before the end of the attempt, and had not been held in it.
     pub target_knocked_off: bool,
-    /// Spells of fruit off their stems in the hand.
+    /// Intervals in which a detached fruit was held.
     pub held: &'a [HeldFruit],
     /// Frame of the end.
     pub end: u32,
     /// Both fingers closed on a fruit.
     pub gripped: bool,
-    /// The controller's own end: its reason, or none if it believed the fruit placed; `None` if the episode cut it off.
+    /// The outcome that the controller reported: its reason, or `Some(None)` if it believed the fruit placed; `None` if it reported none.
     pub believed: Option<Option<&'a str>>,
 }
 
-/// The reason of a failed attempt; `None` if it was placed. The first that holds, as `docs/benchmark-v1.md` lists them.
+/// The reason of a failed attempt; `None` if it was placed. The first rule that applies, in the order of `docs/benchmark-v1.md`.
 pub(crate) fn reason<'a>(facts: &Facts<'a>) -> Option<&'a str> {
     let lost = |h: &HeldFruit| h.end == HeldEnd::Lost && h.to_frame <= facts.end;
     let reason = match facts.believed {
@@ -47,10 +47,10 @@ pub(crate) fn reason<'a>(facts: &Facts<'a>) -> Option<&'a str> {
         _ if facts.held.is_empty() && facts.target_knocked_off => KNOCKED_OFF_BY_ARM,
         None => RUN_ENDED,
         Some(None) => MISSED_BUCKET,
-        // The controller reported a reason that is untrue: take the nearest true one. A fruit that came off in the hand was let go.
+        // The reported reason is not true: use the nearest true one. A fruit detached in the hand was let go.
         Some(Some(SLIPPED | STEM_TOO_STRONG | NO_FRUIT)) if !facts.held.is_empty() => MISSED_BUCKET,
         Some(Some(SLIPPED)) if facts.gripped => STEM_TOO_STRONG,
-        // Truth decides whether there was a fruit, not what the controller saw.
+        // Truth, not the controller's perception, decides if there was a fruit.
         Some(Some(SLIPPED | KNOCKED_OFF_BY_ARM | NO_FRUIT)) if facts.target_is_fruit => GRASP_MISSED,
         Some(Some(SLIPPED | KNOCKED_OFF_BY_ARM)) => NO_FRUIT,
         Some(Some(believed)) => believed,

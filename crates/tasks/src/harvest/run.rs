@@ -9,32 +9,32 @@ use orchard_bench::store::StoreError;
 use orchard_bench::task::{Progress, RunError, Session, Task, TaskResult, run_task};
 
 use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
-use crate::harvest::harness::{never_started, watch_episode};
+use crate::harvest::harness::{never_started, run_observed_episode};
 use crate::harvest::interface::{BenchController, BenchWorld};
-use crate::harvest::observe::{KeepNothing, Watch};
+use crate::harvest::observe::{NoObservers, ObserverFactory};
 use crate::harvest::plan::Plan;
 use crate::harvest::summary::Summary;
 
-/// Makes the worlds of a run, each with its controller.
+/// Makes the worlds of a run and their controllers.
 pub trait WorldFactory: Sync {
-    /// The worlds.
+    /// Type of the worlds.
     type World: BenchWorld;
-    /// Their controllers.
+    /// Type of the controllers.
     type Controller: BenchController;
     /// Builds the world of a condition, seed, index and repeat at the start of its episode. Repeats differ only in the robot's start pose.
     ///
     /// # Errors
-    /// The world cannot be built, with the reason in one line; it counts as quarantined.
+    /// The world cannot be built (reason in one line); it then counts as quarantined.
     fn build(&self, key: &EpisodeKey) -> Result<(Self::World, Self::Controller), String>;
 }
 
 /// A finished run.
 pub type RunResult = TaskResult<EpisodeRecord, Summary>;
 
-/// Runs a session's part of a plan: `episodes/*.json`, `compute.json`, and of a whole run `summary.json`.
+/// Runs a session's part of a plan: writes `episodes/*.json`, `compute.json`, and for a whole run `summary.json`.
 ///
 /// # Errors
-/// The plan is unusable, the folder holds another one's records, a file cannot be written, or `stop` was raised.
+/// The plan is invalid, the folder holds records of another plan, a file cannot be written, or `stop` was raised.
 pub fn run<F: WorldFactory>(
     plan: &Plan,
     factory: &F,
@@ -54,14 +54,14 @@ pub struct Episodes<'a, F, O> {
     pub watch: &'a O,
 }
 
-impl<'a, F> Episodes<'a, F, KeepNothing> {
+impl<'a, F> Episodes<'a, F, NoObservers> {
     /// Makes the task of a plan without observers.
     pub fn unwatched(plan: &'a Plan, factory: &'a F) -> Self {
-        Self { plan, factory, watch: &KeepNothing }
+        Self { plan, factory, watch: &NoObservers }
     }
 }
 
-impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
+impl<F: WorldFactory, O: ObserverFactory<F::World>> Task for Episodes<'_, F, O> {
     type Record = EpisodeRecord;
     type Summary = Summary;
     const NAME: &'static str = "harvest";
@@ -88,7 +88,8 @@ impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
         let (protocol, frame) = (&self.plan.protocol, self.plan.frame);
         let mut observer = self.watch.begin(key, &world);
         let (key, world, controller) = (key.clone(), &mut world, &mut controller);
-        let record = watch_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
+        let record =
+            run_observed_episode(key, world, controller, protocol, frame, stop, on_step, &mut observer);
         if let Some(record) = &record {
             self.watch.end(observer, world, record)?;
         }
@@ -96,7 +97,7 @@ impl<F: WorldFactory, O: Watch<F::World>> Task for Episodes<'_, F, O> {
     }
 
     fn is_kept(&self, record: &EpisodeRecord) -> bool {
-        // A world that was never built has nothing to watch.
+        // A world that could not be built has no observer.
         record.fruit_total == 0 && record.frames == 0 || self.watch.is_kept(&record.key)
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use orchard_bench::store::Store;
-use orchard_bench::task::{Progress, RunError, Session, Silent};
+use orchard_bench::task::{NoProgress, Progress, RunError, Session};
 use orchard_scenario::Names;
 
 use crate::fake::progress::{CountingProgress, files};
@@ -28,7 +28,7 @@ fn go(
 fn same_bytes_for_any_thread_count() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     for (folder, threads) in folders.iter().zip([1, 2, 2]) {
-        go(folder.path(), &plan(), threads, &Silent).unwrap();
+        go(folder.path(), &plan(), threads, &NoProgress).unwrap();
     }
     let first = files(folders[0].path(), "episodes");
     assert_eq!(first.len(), 9);
@@ -41,7 +41,7 @@ fn same_bytes_for_any_thread_count() {
 #[test]
 fn a_world_that_cannot_be_built_is_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let result = go(folder.path(), &plan(), 1, &Silent).unwrap();
+    let result = go(folder.path(), &plan(), 1, &NoProgress).unwrap();
     let nominal = &result.summary.as_ref().unwrap().conditions["nominal"];
     assert_eq!(nominal.outcomes["quarantined"], 2);
     assert_eq!(nominal.metrics["fruit_deposited_per_tree"].n, 8);
@@ -51,7 +51,7 @@ fn a_world_that_cannot_be_built_is_counted() {
 #[test]
 fn whole_episodes_are_reused_and_others_computed_again() {
     let folder = tempfile::tempdir().unwrap();
-    go(folder.path(), &plan(), 1, &Silent).unwrap();
+    go(folder.path(), &plan(), 1, &NoProgress).unwrap();
     let before = files(folder.path(), "episodes");
 
     let episodes = folder.path().join("episodes");
@@ -60,7 +60,7 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     let progress = CountingProgress::default();
     let result = go(folder.path(), &plan(), 2, &progress).unwrap();
     assert_eq!(progress.counts(), (2, 6));
-    assert_eq!(progress.notes(), ["episodes/fake-nominal-8-003.json is damaged and is computed again"]);
+    assert_eq!(progress.notes(), ["episodes/fake-nominal-8-003.json is damaged and will be computed again"]);
     assert_eq!(files(folder.path(), "episodes"), before);
     let walls = result.cost.records.iter().filter(|e| e.wall_s.is_some()).count();
     assert_eq!(walls, 2);
@@ -78,7 +78,7 @@ fn whole_episodes_are_reused_and_others_computed_again() {
 #[test]
 fn another_plan_is_refused_before_anything_is_touched() {
     let folder = tempfile::tempdir().unwrap();
-    go(folder.path(), &plan(), 1, &Silent).unwrap();
+    go(folder.path(), &plan(), 1, &NoProgress).unwrap();
     let before = files(folder.path(), "episodes");
     let longer = |mut plan: Plan| {
         plan.conditions[0].params.horizon_s += 1.0;
@@ -90,7 +90,7 @@ fn another_plan_is_refused_before_anything_is_touched() {
         (Plan { seeds: vec![7], ..plan() }, "seed 8, not 7"),
         (longer(plan()), "horizon_frames "),
     ] {
-        let error = go(folder.path(), &other, 1, &Silent).map(|_| ()).unwrap_err();
+        let error = go(folder.path(), &other, 1, &NoProgress).map(|_| ()).unwrap_err();
         assert!(matches!(error, RunError::OtherPlan(_)), "{error}");
         let line = error.to_string();
         assert!(line.contains(what) && line.contains(&folder.path().display().to_string()), "{line}");
@@ -103,7 +103,7 @@ fn another_plan_is_refused_before_anything_is_touched() {
     let progress = CountingProgress::default();
     go(folder.path(), &Plan { seeds: vec![7, 8, 9], ..plan() }, 1, &progress).unwrap();
     assert_eq!(progress.counts(), (4, 8));
-    assert_eq!(progress.notes(), ["episodes/notes.json is no record and is left alone"]);
+    assert_eq!(progress.notes(), ["episodes/notes.json is not a record and is ignored"]);
 }
 
 /// Raises the stop flag in the first frame after three episodes (the third is one that cannot be built).
@@ -127,7 +127,7 @@ impl Progress<EpisodeRecord> for StopEarly<'_> {
 #[test]
 fn an_interrupted_run_leaves_whole_files_and_goes_on() {
     let (cut, whole) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    go(whole.path(), &plan(), 1, &Silent).unwrap();
+    go(whole.path(), &plan(), 1, &NoProgress).unwrap();
     // A summary of an earlier run must not outlive the start of this one.
     fs::write(cut.path().join("summary.json"), "old").unwrap();
 
@@ -138,7 +138,7 @@ fn an_interrupted_run_leaves_whole_files_and_goes_on() {
         run(&plan(), &FakeFactory, &Session::whole(&store, 1, &stop), &progress).map(|_| ()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "interrupted: 3 of 8 episodes are whole; the same command goes on from there"
+        "interrupted: 3 of 8 episodes are complete; run the same command again to continue"
     );
     let left = files(cut.path(), "episodes");
     assert_eq!(left.len(), 3);
@@ -158,8 +158,8 @@ fn zero_trees_are_refused_before_anything_is_touched() {
     fs::write(folder.path().join("summary.json"), "old").unwrap();
     let mut plan = plan();
     plan.conditions[0].params.trees = 0;
-    let error = go(folder.path(), &plan, 1, &Silent).map(|_| ()).unwrap_err();
-    assert_eq!(error.to_string(), "0 trees: at least 1 tree a seed is needed");
+    let error = go(folder.path(), &plan, 1, &NoProgress).map(|_| ()).unwrap_err();
+    assert_eq!(error.to_string(), "0 trees: at least 1 tree per seed is needed");
     assert!(folder.path().join("summary.json").exists());
 }
 
@@ -173,7 +173,7 @@ fn repeated(repeats: u32) -> Plan {
 fn repeats_have_keys_and_files_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
     let plan = repeated(2);
-    let result = go(folder.path(), &plan, 2, &Silent).unwrap();
+    let result = go(folder.path(), &plan, 2, &NoProgress).unwrap();
     assert_eq!(result.records.len(), 16);
     let places: Vec<(u64, u32, u32)> =
         result.records.iter().map(|e| (e.key.seed, e.key.world, e.key.repeat)).collect();
@@ -184,8 +184,8 @@ fn repeats_have_keys_and_files_of_their_own() {
     );
     assert_eq!(files.len(), 17);
     assert!(result.summary.as_ref().unwrap().conditions["nominal"].variance.is_some());
-    // A plan without repeats is another one; one that asks for them as well reuses what is there.
-    let other = go(folder.path(), &crate::fake::plan(), 1, &Silent);
+    // A plan without repeats is refused; a larger plan with these and other episodes reuses the stored ones.
+    let other = go(folder.path(), &crate::fake::plan(), 1, &NoProgress);
     assert!(matches!(other, Err(RunError::OtherPlan(_))));
     let progress = CountingProgress::default();
     go(folder.path(), &plan, 1, &progress).unwrap();

@@ -39,13 +39,13 @@ pub struct Summary {
     pub scenario: ScenarioLine,
     /// Profile.
     pub profile: String,
-    /// Controller that harvested.
+    /// Controller.
     pub controller: String,
-    /// The set that the seeds belong to.
+    /// Seed set.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Quarantined worlds of all conditions: they count as zero harvest.
+    /// Number of quarantined worlds of all conditions; they count as zero harvest.
     pub quarantined: u32,
     /// Results by condition.
     pub conditions: BTreeMap<String, ConditionSummary>,
@@ -53,7 +53,7 @@ pub struct Summary {
     pub sweeps: BTreeMap<String, Sweep>,
 }
 
-/// A scenario in short.
+/// Names and hash of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScenarioLine {
     /// Names of all parts.
@@ -68,22 +68,22 @@ pub struct ScenarioLine {
 pub struct ConditionSummary {
     /// Parameters.
     pub params: ConditionParams,
-    /// One line an episode.
+    /// One entry per episode.
     pub episodes: Vec<EpisodeLine>,
-    /// Episodes by the way they ended.
+    /// Number of episodes by outcome.
     pub outcomes: BTreeMap<String, u32>,
     /// Estimates by name.
     pub metrics: BTreeMap<String, Metric>,
-    /// Variance between seeds, between trees and within a tree, by metric; absent where no tree is repeated.
+    /// Variance between seeds, between trees and within a tree, by metric; absent without repeats.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variance: Option<BTreeMap<String, VarianceComponents>>,
     /// Results by canopy zone, pooled over trees.
     pub zones: ZoneTable<ZoneSummary>,
     /// Failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
-    /// Time that the controller spent in each state of an attempt.
+    /// Time in each state of an attempt.
     pub states: BTreeMap<String, StateSummary>,
-    /// Mean time from the end of an attempt to the next commitment \[s\]; null without one.
+    /// Mean time from the end of an attempt to the next commitment \[s\]; null without a next commitment.
     pub between_attempts_s: Option<f64>,
 }
 
@@ -94,13 +94,13 @@ pub struct StateSummary {
     pub attempts: u32,
     /// Mean time in it \[s\].
     pub mean_s: Option<f64>,
-    /// Of these, placed.
+    /// Number of these that were placed.
     pub placed: u32,
-    /// Their mean time in it \[s\]; null without one.
+    /// Mean time in it of the placed attempts \[s\]; null without a placed attempt.
     pub mean_placed_s: Option<f64>,
 }
 
-/// An episode in short.
+/// Summary of an episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeLine {
     /// File under the result folder.
@@ -109,7 +109,7 @@ pub struct EpisodeLine {
     pub seed: u64,
     /// World index.
     pub world: u32,
-    /// Number of the tree's episode.
+    /// Repeat number, from 0.
     pub repeat: u32,
     /// Outcome of the episode.
     pub outcome: Outcome,
@@ -131,7 +131,7 @@ pub struct EpisodeLine {
     pub dropped: u32,
     /// Branches snapped.
     pub snapped: u32,
-    /// Fruit torn off its stem.
+    /// Stem-pulled fruit.
     pub stem_pulled: u32,
     /// Fruit deposited with a bruise.
     pub bruised: u32,

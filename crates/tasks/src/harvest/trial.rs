@@ -1,4 +1,4 @@
-//! One episode with any controller, without a result folder.
+//! Runs one episode with any controller, without a result folder.
 
 use std::sync::atomic::AtomicBool;
 
@@ -11,8 +11,7 @@ use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
 use crate::harvest::harness::run_episode;
 use crate::protocol::Protocol;
 
-/// Lets a scenario's controller harvest tree `tree` of `seed` for `seconds` (at least one frame) and returns the record of what truly
-/// happened.
+/// Runs a scenario's controller on tree `tree` of `seed` for `seconds` (at least one frame) and returns the record of true events.
 ///
 /// # Errors
 /// The world cannot be built.

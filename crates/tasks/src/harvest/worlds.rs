@@ -22,7 +22,7 @@ pub struct Harvest {
 }
 
 impl Harvest {
-    /// The matrix around a scenario's own worlds: on preset `paper` 40 fruit, foliage 0.6 and flat ground are nominal.
+    /// Makes the matrix with a scenario's own worlds as nominal; on preset `paper`: 40 fruit, foliage 0.6 and flat ground.
     ///
     /// # Errors
     /// The protocol does not have the scenario's rules.
@@ -112,7 +112,7 @@ impl WorldFactory for Harvest {
 
     fn build(&self, key: &EpisodeKey) -> Result<(World, Self::Controller), String> {
         let condition = self.matrix.condition(&key.condition);
-        let dials = condition.ok_or_else(|| format!("there is no condition {}", key.condition))?.dials;
+        let dials = condition.ok_or_else(|| format!("no condition {}", key.condition))?.dials;
         let turned = self.scenario.with_spec(dials.turn(self.scenario.spec())?);
         let world = turned.world(key.seed, key.world, key.repeat).map_err(|e| e.to_string())?;
         Ok((world, Recorded::new(self.scenario.controller())))

@@ -1,4 +1,4 @@
-//! Trajectories as files: tables (CSV) and JSON lines.
+//! Reads and writes trajectory files: tables (CSV) and JSON lines.
 
 use orchard_robot::RobotModel;
 use serde::Deserialize;
@@ -20,7 +20,7 @@ impl Trajectory {
     /// Reads a table with the columns [`FIELDS`] in any order.
     ///
     /// # Errors
-    /// A column missing, unknown or given twice, a cell that is no number, and what [`Trajectory::new`] refuses.
+    /// A missing, unknown or duplicate column, a cell that is not a number, or an error of [`Trajectory::new`].
     pub fn from_csv(
         file: &str,
         text: &str,
@@ -33,7 +33,7 @@ impl Trajectory {
             let line = e.position().map_or(1, csv::Position::line);
             let problem = match e.kind() {
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                    format!("{len} cells, but the first line names {expected_len} columns")
+                    format!("{len} cells, but the header has {expected_len} columns")
                 }
                 _ => e.to_string(),
             };
@@ -48,8 +48,8 @@ impl Trajectory {
             let mut places = header.iter().enumerate().filter(|(_, name)| *name == field);
             match (places.next(), places.next()) {
                 (Some((place, _)), None) => *column = place,
-                (None, _) => return Err(at(1, format!("no column '{field}'"))),
-                (Some(_), Some(_)) => return Err(at(1, format!("column '{field}' stands twice"))),
+                (None, _) => return Err(at(1, format!("column '{field}' is missing"))),
+                (Some(_), Some(_)) => return Err(at(1, format!("column '{field}' occurs twice"))),
             }
         }
         let mut rows = Vec::new();
@@ -67,10 +67,10 @@ impl Trajectory {
         Self::new(file, &rows, robot, longest)
     }
 
-    /// Reads JSON lines: an object a line, empty lines left out.
+    /// Reads JSON lines: one object per line; empty lines are ignored.
     ///
     /// # Errors
-    /// A line that is no such object, and what [`Trajectory::new`] refuses.
+    /// A line that is not such an object, or an error of [`Trajectory::new`].
     pub fn from_json_lines(
         file: &str,
         text: &str,
@@ -96,7 +96,7 @@ impl Trajectory {
     pub fn to_csv(&self) -> String {
         let mut text = FIELDS.join(",") + "\n";
         for row in self.rows() {
-            // Numbers need no quotes, and their shortest digits give them back.
+            // Numbers need no quotes; the shortest digits identify them exactly.
             text += &row.values().map(|value| value.to_string()).join(",");
             text.push('\n');
         }

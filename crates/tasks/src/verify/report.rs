@@ -28,11 +28,11 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Version of protocol and configs.
     pub config_version: String,
-    /// The set that the seeds belong to.
+    /// Seed set.
     pub seed_set: SeedSetLabel,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees that could not be built or left their plausible state; they are in no metric.
+    /// Number of trees that could not be built or became implausible; they are in no metric.
     pub quarantined: u32,
     /// Estimates by name.
     pub metrics: BTreeMap<String, Metric>,
@@ -40,7 +40,7 @@ pub struct Report {
     pub trees: Vec<TreeOutcome>,
 }
 
-/// A trajectory in short.
+/// Name, hash and size of a trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryLine {
     /// Name of the file, without its folder.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VerifyRules {
-    /// Time that the end of a trajectory is held.
+    /// Time for which the last posture is held.
     pub settle: Quantity,
     /// Longest trajectory.
     pub longest: Quantity,

@@ -24,7 +24,7 @@ pub struct VerifyPlan {
     pub trajectory: Trajectory,
     /// Seeds, in order.
     pub seeds: Vec<u64>,
-    /// Trees a seed.
+    /// Trees per seed.
     pub trees: u32,
     /// Protocol constants.
     pub protocol: Protocol,
@@ -63,7 +63,7 @@ pub struct TreeOutcome {
     pub fruit_knocked_off: u32,
     /// Fruit that at the end is off its stem and neither in the bucket nor in the hand.
     pub fruit_dropped: u32,
-    /// Largest bending moment over rupture moment of any joint; gravity's share is in it.
+    /// Largest ratio of bending moment to rupture moment of any joint, including gravity.
     pub peak_moment_ratio: f64,
     /// Largest excess of a joint's ratio over its value at the start.
     pub peak_moment_excess: f64,
@@ -75,7 +75,7 @@ pub struct TreeOutcome {
     pub peak_contact_force_n: f64,
 }
 
-/// A run without an end.
+/// Reason why a verification did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// The plan cannot be run.
@@ -89,7 +89,7 @@ pub enum VerifyError {
     Interrupted {
         /// Trees done.
         done: usize,
-        /// Trees asked for.
+        /// Trees in the plan.
         total: usize,
     },
 }
@@ -97,7 +97,7 @@ pub enum VerifyError {
 /// Runs the trajectory on every tree on `threads` threads; outcomes in the order of [`VerifyPlan::worlds`].
 ///
 /// # Errors
-/// The plan is unusable, or `stop` was raised.
+/// The plan is invalid, or `stop` was raised.
 pub fn run(
     plan: &VerifyPlan,
     threads: usize,
@@ -178,7 +178,7 @@ fn one(
     let fruit = world.fruit_truth();
     let dropped = |state| matches!(state, FruitState::Dropped | FruitState::Loose);
     let load = world.wood_load();
-    // A quarantined world's numbers are invalid, and JSON has no NaN.
+    // The figures of a quarantined world are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };
     Some(TreeOutcome {
         duration_s: f64::from(world.frame()) * frame,
@@ -193,7 +193,7 @@ fn one(
     })
 }
 
-/// Digits after the point that a recorded trajectory keeps: microns and microradians.
+/// Decimal places of a recorded trajectory: micrometres and microradians.
 const DIGITS: f64 = 1e6;
 
 /// Records the commands of a controller in a world during `frames` frames: every `every`-th frame and the last.

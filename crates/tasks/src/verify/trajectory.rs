@@ -62,7 +62,7 @@ impl Trajectory {
     /// Checks rows, given with their line numbers in `file`; `longest` is the longest duration \[s\].
     ///
     /// # Errors
-    /// No row; a number that is none, outside the limits of the robot's joints and drives, or a time that does not ascend.
+    /// No row, a non-finite number, a number outside the limits of the robot's joints and drives, or a time that does not ascend.
     pub fn new(
         file: &str,
         lines: &[(u64, Row)],
@@ -94,7 +94,8 @@ impl Trajectory {
             if let Some(before) = before
                 && row.time <= before.time
             {
-                let problem = format!("{} does not come after {} s, the time before", row.time, before.time);
+                let problem =
+                    format!("{} s is not greater than the previous time {} s", row.time, before.time);
                 return Err(bad(file, *line, FIELDS[0], problem));
             }
             before = Some(row);
@@ -109,7 +110,7 @@ impl Trajectory {
         &self.rows
     }
 
-    /// Returns the commands that exceed the robot's limits, a line a field.
+    /// Returns the commands that exceed the robot's limits, one line per field.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -119,8 +120,8 @@ impl Trajectory {
         self.rows.last().map_or(0.0, |row| row.time)
     }
 
-    /// Command at a time: between two rows linear in every number; before the first row and from the last on that row's, but
-    /// with the base at rest.
+    /// Command at a time: linear interpolation between rows. Before the first and after the last row: the arm and fingers of that
+    /// row, with the base at rest.
     pub fn at(&self, time: f64) -> Command {
         let next = self.rows.partition_point(|row| row.time <= time);
         let standing = |row: &Row| Command { base_velocity: [0.0; 3], ..row.command };
@@ -147,7 +148,7 @@ impl Trajectory {
     }
 }
 
-/// Returns a warning for each field with speeds above the limits, where the robot's drives will lag: its worst row.
+/// Returns a warning for each field that exceeds the robot's speed limits, for its worst row.
 fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String> {
     let arm = robot.kinematics();
     let speed = robot.config().base.speed_max.si();
@@ -158,7 +159,7 @@ fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String>
             && value > limit
         {
             warnings.push(format!(
-                "{file}: line {line}: {field}: {value:.3} {unit} is faster than the robot's {limit} {unit}; it will lag"
+                "{file}: line {line}: {field}: {value:.3} {unit} exceeds the robot's limit of {limit} {unit}; the robot will lag"
             ));
         }
     };
@@ -182,11 +183,11 @@ fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String>
     let off = first.command.arm_q.iter().zip(&start).map(|(q, q0)| (q - q0).abs()).fold(0.0, f64::max);
     if off > START_TOLERANCE {
         warnings.push(format!(
-            "{file}: line {line}: the arm begins {off:.3} rad off the robot's start posture {start:?} and jumps there"
+            "{file}: line {line}: the first posture is {off:.3} rad from the robot's start posture {start:?}; the arm will jump"
         ));
     }
     warnings
 }
 
-/// Largest joint distance of the first row from the start posture without a warning \[rad\]: 3 degrees, beyond any rounding of a file.
+/// Largest joint distance of the first row from the start posture without a warning \[rad\]: 3 degrees, above any rounding error.
 const START_TOLERANCE: f64 = 0.05;

@@ -27,11 +27,11 @@ pub struct Branch {
     pub angle: f64,
     /// Volume of its wood [m^3].
     pub volume: f64,
-    /// Its length plus that of the longest path from its tip \[m\].
+    /// Length of the piece plus that of the longest path from its tip \[m\].
     pub path_length: f64,
-    /// Its length plus that of all pieces above \[m\].
+    /// Length of the piece plus that of all pieces above \[m\].
     pub subtree_length: f64,
-    /// Its volume plus that of all pieces above [m^3].
+    /// Volume of the piece plus that of all pieces above [m^3].
     pub subtree_volume: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Hardware counters while a batch runs: share of the memory's and of the arithmetic units' time that a step uses.
+//! Hardware counters of a running batch: used share of memory bandwidth and of the time of the arithmetic units.
 
 use std::time::{Duration, Instant};
 
@@ -13,10 +13,10 @@ use orchardbench::rows::Row;
 /// Counters: metric, name in a row, description.
 const COUNTED: [(GpmMetricId, &str, &str); 5] = [
     (GpmMetricId::DramBwUtil, "dram", "of the memory's bandwidth"),
-    (GpmMetricId::Fp32Util, "fp32", "of the time the multiprocessors' units for f32 are at work"),
-    (GpmMetricId::IntegerUtil, "integer", "of the time their integer units are"),
-    (GpmMetricId::SmUtil, "multiprocessors", "of the time a multiprocessor has a warp"),
-    (GpmMetricId::SmOccupancy, "warps", "of the warps that multiprocessors have room for are there"),
+    (GpmMetricId::Fp32Util, "fp32", "of the time the f32 units are active"),
+    (GpmMetricId::IntegerUtil, "integer", "of the time the integer units are active"),
+    (GpmMetricId::SmUtil, "multiprocessors", "of the time a multiprocessor has at least one warp"),
+    (GpmMetricId::SmOccupancy, "warps", "of the largest number of resident warps"),
 ];
 /// Counting interval; intervals below 0.1 s are inexact.
 const COUNTED_TIME: Duration = Duration::from_secs(2);
@@ -42,16 +42,16 @@ impl Counters {
             device.and_then(|device| device.name()).is_ok_and(|name| name == adapter)
         };
         let devices = nvml.device_count().map_err(|e| e.to_string())?;
-        let device = (0..devices).find(has_name).ok_or_else(|| format!("NVML knows no {adapter}"))?;
+        let device = (0..devices).find(has_name).ok_or_else(|| format!("NVML does not list {adapter}"))?;
         let is_supported = nvml.device_by_index(device).and_then(|device| device.gpm_support());
         match is_supported {
             Ok(true) => Ok(Self { nvml, device }),
-            Ok(false) => Err(format!("{adapter} does not count")),
+            Ok(false) => Err(format!("{adapter} has no performance counters")),
             Err(e) => Err(e.to_string()),
         }
     }
 
-    /// Rows of a batch that runs for a while.
+    /// Runs a batch for two seconds and returns the rows of the counters.
     pub fn rows(&self, name: &str, batch: &mut GpuBatch) -> anyhow::Result<Vec<Row>> {
         let device = self.nvml.device_by_index(self.device)?;
         batch.advance(FRAMES);
@@ -68,7 +68,7 @@ impl Counters {
         let rows = COUNTED.iter().zip(found).map(|((_, short, about), found)| {
             let share = found.map_or(f64::NAN, |found| found.value / PERCENT);
             let row = Row::measured(&format!("{name}.{short}"), share, "1");
-            Row { note: Some(format!("counted by the hardware: {about}")), ..row }
+            Row { note: Some(format!("hardware counter: share {about}")), ..row }
         });
         Ok(rows.collect())
     }

@@ -52,7 +52,7 @@ enum Outcome {
 
 #[derive(Debug, Deserialize)]
 struct Timed {
-    /// Substeps of one world a second, and the slowest and fastest round.
+    /// Substeps of one world per second, and the slowest and fastest round.
     rate: f64,
     spread: [f64; 2],
     /// Device memory \[bytes\].
@@ -79,14 +79,15 @@ impl Peer {
         let worlds: Vec<String> = worlds.iter().map(usize::to_string).collect();
         command.arg(model).args(["--worlds", &worlds.join(","), "--seconds", ROUND]).stderr(Stdio::inherit());
         let output = command.output().map_err(|e| format!("cannot run Python: {e}"))?;
-        // Cells measured before an early end of the script are kept.
+        // Cells measured before an early end of the script are used.
         Self::read(&String::from_utf8_lossy(&output.stdout)).map_err(|e| format!("{e} ({})", output.status))
     }
 
     fn read(answers: &str) -> Result<Self, String> {
         let mut lines = answers.lines();
-        let first = lines.next().ok_or("MuJoCo-Warp does not start")?;
-        let header = serde_json::from_str(first).map_err(|_| format!("MuJoCo-Warp answers {first}"))?;
+        let first = lines.next().ok_or("MuJoCo-Warp did not start")?;
+        let header =
+            serde_json::from_str(first).map_err(|_| format!("unexpected output of MuJoCo-Warp: {first}"))?;
         let cells = lines.map(|line| serde_json::from_str(line).map_err(|e| format!("{line}: {e}")));
         Ok(Self { header, cells: cells.collect::<Result<_, _>>()? })
     }
@@ -129,9 +130,9 @@ impl Cell {
         let rate = self.sound().map_or(f64::NAN, |timed| timed.rate);
         let outcome = match &self.outcome {
             Outcome::Timed(timed) => {
-                let gap = timed
-                    .gap
-                    .map_or("not finite".to_owned(), |gap| format!("{gap:.0e} of its way off MuJoCo's"));
+                let gap = timed.gap.map_or("not finite".to_owned(), |gap| {
+                    format!("relative difference from MuJoCo {gap:.0e}")
+                });
                 let memory = timed.bytes.map(|bytes| format!("{:.0} MB, ", bytes / 1e6)).unwrap_or_default();
                 let verdict = if self.sound().is_some() { "" } else { "WRONG: " };
                 format!("{verdict}{memory}{gap}")

@@ -2,22 +2,22 @@
 
 use super::Bench;
 use super::forest::Planting;
-use super::peer::{Course, Watched};
+use super::peer::{ContactCounts, Course};
 use super::pushed::{CONTACTS, Push, PushedTree};
 use crate::perf::timing::{Side, cpu_time};
 use orchardbench::rows::Row;
 
 const NAME: &str = "physics.contact_8";
-/// Frames of a course: the capsule goes 0.15 m.
+/// Frames of a course: the capsule moves 0.15 m.
 const FRAMES: u32 = 30;
 /// Target: multiple of MuJoCo's rate.
 const RATIO: f64 = 5.0;
-const LIMIT: &str = "Only the operations without contacts are counted: those of contacts go with the iterations. Limited by the rest, \
-                     which is small dense algebra in data-dependent order: pairs, their coupling through the wood, the iterations";
+const LIMIT: &str = "Only the operations without contacts are counted, since those of contacts depend on the number of iterations. The \
+                     limit is small dense algebra in data-dependent order: contact pairs, their coupling through the wood, iterations";
 
 /// Row of a capsule inside a canopy, with enough contacts in every substep. `untouched` is the rate of a tree alone.
 pub fn row(bench: &Bench, forest: &[Planting], untouched: Option<f64>) -> anyhow::Result<Row> {
-    bench.say(&format!("{NAME}: ways through the canopy"));
+    bench.say(&format!("{NAME}: searching paths through the canopy"));
     let (push, theirs_watched) = choose(bench, PushedTree::busiest(forest, FRAMES)?)?;
     let course = course(bench, &push);
     let mut reached = push.start;
@@ -62,15 +62,15 @@ pub fn row(bench: &Bench, forest: &[Planting], untouched: Option<f64>) -> anyhow
     Ok(row)
 }
 
-/// Chooses and loads, of the pushes with enough contacts in OrchardBench, the one with enough contacts in MuJoCo too and the
-/// most similar numbers of contacts (MuJoCo's wood yields by itself). Without MuJoCo it takes the first.
-fn choose(bench: &Bench, mut pushes: Vec<Push>) -> anyhow::Result<(Push, Option<Watched>)> {
-    let mut best: Option<(usize, Watched)> = None;
+/// Of the pushes with enough contacts in OrchardBench, chooses and loads the one that has enough contacts in MuJoCo too and the most
+/// similar mean number (MuJoCo computes its own motion). Without MuJoCo it takes the first.
+fn choose(bench: &Bench, mut pushes: Vec<Push>) -> anyhow::Result<(Push, Option<ContactCounts>)> {
+    let mut best: Option<(usize, ContactCounts)> = None;
     for (index, push) in pushes.iter().enumerate() {
         bench.load(NAME, || Ok(vec![push.start.mjcf()?]))?;
         if let Some(peer) = bench.peer.borrow_mut().as_mut() {
             let theirs = peer.watch(NAME, course(bench, push))?;
-            let apart = |index: usize, theirs: &Watched| {
+            let apart = |index: usize, theirs: &ContactCounts| {
                 let lacking = CONTACTS.saturating_sub(theirs.fewest);
                 (lacking, (theirs.contacts - pushes[index].contacts.contacts).abs())
             };

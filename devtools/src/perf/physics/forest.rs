@@ -41,7 +41,7 @@ impl Planting {
         Ok(world)
     }
 
-    /// Returns the tree without fruit, with every segment split into pieces that make up the count.
+    /// Returns the tree without fruit, with its segments split so that there are `count` pieces.
     pub fn refined(&self, segments: usize) -> Self {
         let coarse = &self.skeleton.segments;
         let mut fine: Vec<Segment> = Vec::with_capacity(segments);
@@ -62,8 +62,8 @@ impl Planting {
         Self { spec: self.spec.clone(), skeleton, fruit: Vec::new() }
     }
 
-    /// Sum over the links of the square of their depth, the root's being 1: what a sparse factorisation of the
-    /// joint-space inertia costs, up to a factor.
+    /// Sum over the links of their squared depth (the root has depth 1): proportional to the cost of a sparse factorisation of the
+    /// joint-space inertia.
     pub fn depth_squares(&self) -> usize {
         self.depths().iter().map(|depth| depth * depth).sum()
     }
@@ -109,7 +109,7 @@ pub fn mjcf_of(world: &TreeWorld) -> anyhow::Result<String> {
     Ok(mjcf::write_for_timing("tree", &plant.model, world.data(), &settings.gravity, settings.h)?)
 }
 
-/// The paper's orchard with a count of fruit a tree.
+/// The paper's config with a number of fruit per tree.
 pub fn spec_with_fruit(fruit: u32) -> anyhow::Result<Spec> {
     let mut spec = Spec::paper();
     spec.fruit.count = spec.fruit.count.with_value(fruit).map_err(anyhow::Error::msg)?;
@@ -144,7 +144,7 @@ pub fn nearest(spec: Spec, links: usize, count: usize, searched: u32) -> anyhow:
 pub fn spec_with_segments(most: u32) -> anyhow::Result<Spec> {
     let mut spec = spec_with_fruit(0)?;
     let Grammar::CentralLeader(grammar) = &mut spec.tree.grammar else {
-        bail!("the paper's grammar is another")
+        bail!("the preset `paper` does not use the expected grammar")
     };
     grammar.segments_max = grammar.segments_max.with_value(most).map_err(anyhow::Error::msg)?;
     Ok(spec)

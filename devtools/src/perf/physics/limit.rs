@@ -11,22 +11,22 @@ use pulp::{Simd, WithSimd};
 use crate::perf::timing::cpu_time;
 use orchardbench::rows::Limit;
 
-/// Operations a link: kinematics and right-hand side 279, inertia at the joint 148, elimination 256, way back 57.
+/// Operations per link: kinematics and right-hand side 279, inertia at the joint 148, elimination 256, root-to-leaf pass 57.
 const LINK: usize = 279 + 148 + 256 + 57;
 /// Operations to add a branch to its siblings at a fork.
 const SIBLING: usize = 27;
-/// Operations a fruit: elimination 112, its mass on the link 32, way back 30.
+/// Operations per fruit: elimination 112, its mass on the link 32, root-to-leaf pass 30.
 const FRUIT: usize = 112 + 32 + 30;
 
-/// Independent chains: the latency of a product and sum times how many start a cycle, on the widest cores there are.
+/// Independent chains: latency of a product and sum times the number started per cycle, on the widest cores.
 const CHAINS: usize = 12;
-/// Independent chains for portable code: product and sum one after the other, two numbers a register.
+/// Independent chains for portable code: product and sum one after the other, two numbers per register.
 const PORTABLE_CHAINS: usize = 24;
-/// Products and sums a chain in one call.
+/// Products and sums per chain in one call.
 const CHAIN_STEPS: usize = 4096;
 /// Shortest time of a measurement \[s\].
 const PEAK_SECONDS: f64 = 0.05;
-/// Measurements of which the best counts: a peak is an upper bound.
+/// Measurements; the best counts, since a peak is an upper bound.
 const PEAK_ROUNDS: usize = 5;
 
 /// Floating-point operations of a substep of a world.
@@ -48,11 +48,11 @@ pub fn operations_of(tree: &TreeBody, fruit: usize) -> f64 {
 /// Peak rates of one core \[operations/s\].
 #[derive(Debug, Clone, Copy)]
 pub struct Peaks {
-    /// f64 with the instructions that every processor of this architecture has: what code compiles to by default.
+    /// f64 with the baseline instructions of the architecture, the compiler's default.
     pub portable_f64: f64,
-    /// Vectors of f64, the widest there are.
+    /// f64 in the widest vectors of the processor.
     pub vector_f64: f64,
-    /// Vectors of f32, the widest there are.
+    /// f32 in the widest vectors of the processor.
     pub vector_f32: f64,
 }
 
@@ -92,7 +92,7 @@ fn best_rate(chains: impl Fn() -> usize) -> f64 {
     (0..PEAK_ROUNDS).map(round).fold(0.0, f64::max)
 }
 
-/// `x <- a x + b` with a fixed point at 1, so that numbers stay ordinary.
+/// `x <- a x + b` with the fixed point 1, which avoids overflow and subnormal numbers.
 const FACTOR: f64 = 0.5;
 
 fn portable_chains() -> usize {

@@ -44,7 +44,7 @@ pub struct Timed {
 
 /// Contacts of the timed part of a course.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Watched {
+pub struct ContactCounts {
     /// Mean number.
     pub contacts: f64,
     /// Smallest number.
@@ -61,9 +61,9 @@ impl Peer {
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = command.spawn().map_err(|e| format!("cannot run Python: {e}"))?;
         let (requests, answers) = (process.stdin.take(), process.stdout.take());
-        let answers = BufReader::new(answers.ok_or("Python has no output")?);
+        let answers = BufReader::new(answers.ok_or("the Python process has no output")?);
         let mut peer = Self { process, requests, answers, version: String::new() };
-        let hello: Value = peer.answer().map_err(|e| format!("MuJoCo does not start: {e:#}"))?;
+        let hello: Value = peer.answer().map_err(|e| format!("MuJoCo did not start: {e:#}"))?;
         peer.version = hello["version"].as_str().unwrap_or("of unknown version").to_owned();
         Ok(peer)
     }
@@ -81,7 +81,7 @@ impl Peer {
         let loaded: Value =
             self.ask(json!({ "do": "load", "name": name, "files": files, "threads": threads }))?;
         remove(&files, &folder);
-        loaded["dofs"].as_u64().context("MuJoCo does not tell its degrees of freedom")
+        loaded["dofs"].as_u64().context("MuJoCo did not report its degrees of freedom")
     }
 
     /// Times a course.
@@ -91,21 +91,23 @@ impl Peer {
     }
 
     /// Counts the contacts on a course.
-    pub fn watch(&mut self, name: &str, course: Course) -> anyhow::Result<Watched> {
+    pub fn watch(&mut self, name: &str, course: Course) -> anyhow::Result<ContactCounts> {
         self.ask(json!({ "do": "watch", "name": name, "lead": course.lead, "steps": course.steps }))
     }
 
     fn ask<T: DeserializeOwned>(&mut self, request: Value) -> anyhow::Result<T> {
-        let requests = self.requests.as_mut().context("MuJoCo has ended")?;
-        writeln!(requests, "{request}").and_then(|()| requests.flush()).context("MuJoCo has ended")?;
+        let requests = self.requests.as_mut().context("the MuJoCo process has ended")?;
+        writeln!(requests, "{request}")
+            .and_then(|()| requests.flush())
+            .context("the MuJoCo process has ended")?;
         self.answer()
     }
 
     fn answer<T: DeserializeOwned>(&mut self) -> anyhow::Result<T> {
         let mut line = String::new();
-        self.answers.read_line(&mut line).context("MuJoCo has ended")?;
-        anyhow::ensure!(!line.is_empty(), "MuJoCo has ended");
-        serde_json::from_str(&line).with_context(|| format!("MuJoCo answers {line}"))
+        self.answers.read_line(&mut line).context("the MuJoCo process has ended")?;
+        anyhow::ensure!(!line.is_empty(), "the MuJoCo process has ended");
+        serde_json::from_str(&line).with_context(|| format!("unexpected answer of MuJoCo: {line}"))
     }
 }
 

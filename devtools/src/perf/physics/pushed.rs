@@ -13,10 +13,10 @@ use rayon::prelude::*;
 
 use super::forest::{Planting, kick};
 use super::limit::operations_of;
-use super::peer::Watched;
+use super::peer::ContactCounts;
 
-/// The capsule: upright, over the canopy's whole height, so heavy that wood does not slow it. A thinner one slips
-/// through with too few contacts.
+/// Radius of the capsule. It is upright, as high as the canopy, and too heavy to be slowed by wood. A thinner one has too few
+/// contacts.
 const RADIUS: f64 = 0.2;
 const LENGTH: f64 = 1.6;
 const MASS: f64 = 1000.0;
@@ -65,7 +65,7 @@ pub struct Push {
     /// Frames until the timed part.
     pub lead: u32,
     /// Contacts in the timed part.
-    pub contacts: Watched,
+    pub contacts: ContactCounts,
 }
 
 impl PushedTree {
@@ -124,15 +124,15 @@ impl PushedTree {
         pushes.retain(|push| push.contacts.fewest >= CONTACTS);
         pushes.sort_by_key(|push| std::cmp::Reverse(push.contacts.fewest));
         pushes.truncate(WAYS);
-        anyhow::ensure!(!pushes.is_empty(), "no way through a canopy keeps {CONTACTS} contacts");
+        anyhow::ensure!(!pushes.is_empty(), "no path through a canopy keeps {CONTACTS} contacts");
         Ok(pushes)
     }
 
-    /// Finds the part of the capsule's way, `frames` frames long, with the most contacts.
+    /// Finds the part of the capsule's path, `frames` frames long, with the most contacts.
     fn watch(self, frames: u32) -> anyhow::Result<Push> {
         let mut world = self.clone();
         let counts: Vec<Vec<u32>> = (0..FRAMES).map(|_| world.step()).collect();
-        anyhow::ensure!(world.data.is_finite(), "a pushed tree is not finite");
+        anyhow::ensure!(world.data.is_finite(), "the state of a pushed tree is not finite");
         let fewest: Vec<u32> = counts.iter().map(|f| f.iter().copied().min().unwrap_or(0)).collect();
         let least = |lead: usize| fewest[lead..lead + frames as usize].iter().copied().min().unwrap_or(0);
         let lead = (0..=fewest.len() - frames as usize).rev().max_by_key(|&lead| least(lead)).unwrap_or(0);
@@ -141,7 +141,7 @@ impl PushedTree {
         Ok(Push {
             start: self,
             lead: lead as u32,
-            contacts: Watched { contacts, fewest: least(lead), finite: true },
+            contacts: ContactCounts { contacts, fewest: least(lead), finite: true },
         })
     }
 

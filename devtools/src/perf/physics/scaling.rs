@@ -1,4 +1,4 @@
-//! Cost and memory against the size of a tree.
+//! Cost and memory as functions of the size of a tree.
 
 use orchard_batch::{Batch, Isa, TreeWorld};
 use orchard_geometry::math;
@@ -29,7 +29,7 @@ pub fn rows(bench: &Bench) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Cost of a substep of each tree, in f64 and in lanes, and how it grows with its size, which stands beside it.
+/// Cost of a substep of each tree, in f64 and in lanes, and its growth with the size, given beside each tree.
 fn series(
     bench: &Bench,
     name: &str,
@@ -75,9 +75,9 @@ fn series(
         let each: Vec<String> = points.iter().map(|(count, us)| format!("{:.0}", 1e3 * us / count)).collect();
         fit.note = Some(match growth {
             Growth::Power => {
-                format!("the cost goes with this power of the count; {} ns a piece", each.join(", "))
+                format!("exponent of the cost over the count; {} ns per piece", each.join(", "))
             }
-            Growth::Line => "what one more costs".to_owned(),
+            Growth::Line => "cost of one more".to_owned(),
         });
         rows.push(fit);
     }
@@ -92,7 +92,7 @@ fn series(
 enum Growth {
     /// Exponent of the cost over the count.
     Power,
-    /// Cost of one more, where there is a fixed cost.
+    /// Cost of one more, for series with a fixed cost.
     Line,
 }
 

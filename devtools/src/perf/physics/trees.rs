@@ -15,12 +15,12 @@ const ONE_TREE_RATIO: f64 = 6.0;
 const BATCH_RATIO: f64 = 45.0;
 const TOPOLOGIES_SHARE: f64 = 0.5;
 
-const ONE_TREE_LIMIT: &str = "Limited by bringing two links into each register and back, by the copies and spills that its two-operand \
-                              instructions need, and by sines and quotients, which are long chains";
-const BATCH_LIMIT: &str = "Limited by loads and stores, which pass the numbers of a link between registers and cache, about one for every two \
-                           operations, by chains from link to link, and by sums and products that have no partner to make one instruction";
+const ONE_TREE_LIMIT: &str = "Limited by gathering two links into each register and scattering them back, by copies and spills of two-operand \
+                              instructions, and by the long dependency chains of sines and quotients";
+const BATCH_LIMIT: &str = "Limited by loads and stores between registers and cache, about one for every two operations, by dependency chains \
+                           from link to link, and by sums and products that cannot be fused into one instruction";
 
-/// Rows of one tree and of batches. The forest goes from shallow to deep trees.
+/// Rows of one tree and of batches. The forest is sorted from shallow to deep trees.
 pub fn rows(bench: &Bench, forest: &[Planting]) -> anyhow::Result<Vec<Row>> {
     let typical = &forest[forest.len() / 2];
     let mut rows = vec![
@@ -42,7 +42,7 @@ fn one_tree(bench: &Bench, name: &str, planting: &Planting) -> anyhow::Result<Ro
     let mut end = world.clone();
     let events: usize = (0..FRAMES).map(|_| end.step().len()).sum();
     let fastest = end.data().v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    anyhow::ensure!(fastest > 0.0, "the tree stands still");
+    anyhow::ensure!(fastest > 0.0, "the tree is at rest");
     let plant = world.plant();
     row.note = Some(format!(
         "{} links, {:.1} deep on average, {} fruit, {} degrees of freedom; {events} breaks and detachments in a course, at whose end the \
@@ -56,7 +56,7 @@ fn one_tree(bench: &Bench, name: &str, planting: &Planting) -> anyhow::Result<Ro
     Ok(row)
 }
 
-/// Substeps a second of one tree over courses from its start.
+/// Substeps per second of one tree over courses from its start.
 pub fn rate(world: &TreeWorld, substeps: u32, repeats: u32) -> f64 {
     let mut spent = 0.0;
     for _ in 0..repeats {
@@ -107,7 +107,7 @@ fn batches(bench: &Bench, typical: &Planting, forest: &[Planting]) -> anyhow::Re
         let mut row = bench.row(names[which], &ours[which], theirs.as_ref());
         let mean = |of: fn(&TreeWorld) -> f64| worlds.iter().map(of).sum::<f64>() / WORLDS as f64;
         row.note = Some(format!(
-            "{:.1} links and {:.1} fruit a tree on average, {THREADS} threads, {} lanes of f32 ({:?})",
+            "{:.1} links and {:.1} fruit per tree on average, {THREADS} threads, {} lanes of f32 ({:?})",
             mean(|world| world.plant().tree.len() as f64),
             mean(|world| world.plant().fruit.len() as f64),
             Isa::best().lanes(),

@@ -5,27 +5,27 @@ use std::sync::{Mutex, PoisonError};
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_bench::Progress;
 
-/// A progress bar on a terminal, a line a record elsewhere.
+/// Progress bar on a terminal, otherwise a line for each record.
 pub struct Bar<R> {
     bar: ProgressBar,
     total: usize,
-    /// Steps of a whole record.
+    /// Steps of a complete record.
     steps: u64,
     done: Mutex<usize>,
-    show: fn(&R) -> Shown,
+    show: fn(&R) -> RecordProgress,
 }
 
 /// Progress information of one record.
-pub struct Shown {
-    /// Steps that it took.
+pub struct RecordProgress {
+    /// Steps of the record.
     pub steps: u64,
     /// One line.
     pub line: String,
 }
 
 impl<R> Bar<R> {
-    /// A bar over a task's `total` records of at most `steps` steps each. It counts steps; a record that ends early counts as complete.
-    pub fn new(task: &'static str, total: usize, steps: u64, show: fn(&R) -> Shown) -> Self {
+    /// Bar over `total` records of at most `steps` steps each. It counts steps; a record that ends early counts as complete.
+    pub fn new(task: &'static str, total: usize, steps: u64, show: fn(&R) -> RecordProgress) -> Self {
         let bar = ProgressBar::new(total as u64 * steps);
         if let Ok(style) = ProgressStyle::with_template(
             "{prefix} {bar:30} {percent:>3} %  {msg}  {elapsed} (about {eta} left)",
@@ -57,10 +57,10 @@ impl<R> Progress<R> for Bar<R> {
     }
 
     fn record(&self, record: &R, reused: bool) {
-        let Shown { steps, line } = (self.show)(record);
+        let RecordProgress { steps, line } = (self.show)(record);
         let computed = if reused { 0 } else { steps };
         self.bar.inc(self.steps.saturating_sub(computed));
-        // A poisoned counter only means that another thread panicked; the run ends with that.
+        // A poisoned counter means that another thread panicked, which ends the run anyway.
         let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
         *done += 1;
         self.bar.set_message(format!("{done}/{}", self.total));

@@ -7,7 +7,7 @@ use orchard_tasks::component::{
 };
 use orchard_tasks::plan_file::TreeExtent;
 
-use super::bar::Shown;
+use super::bar::RecordProgress;
 use super::counts;
 use super::task::PresentedTask;
 use crate::failure::Failure;
@@ -46,17 +46,17 @@ impl<C: Component> PresentedTask for ComponentJob<C> {
         self.plan.steps::<C>()
     }
 
-    fn shown(record: &TreeRecord<C>) -> Shown {
+    fn shown(record: &TreeRecord<C>) -> RecordProgress {
         let (seed, world) = (record.key.seed, record.key.world);
         let line = match &record.never_built {
-            Some(reason) => format!("seed {seed} tree {world}: never built: {reason}"),
+            Some(reason) => format!("seed {seed} tree {world}: could not be built: {reason}"),
             None => format!(
-                "seed {seed} tree {world}: {} of {} trials met",
+                "seed {seed} tree {world}: {} of {} trials successful",
                 record.trials.iter().filter(|trial| trial.success()).count(),
                 record.trials.len()
             ),
         };
-        Shown { steps: record.trials.iter().map(|trial| u64::from(trial.frames)).sum(), line }
+        RecordProgress { steps: record.trials.iter().map(|trial| u64::from(trial.frames)).sum(), line }
     }
 
     fn report(&self, summary: &ComponentSummary, _: &Store) -> Result<(), Failure> {
@@ -71,6 +71,6 @@ fn report<C: Component>(summary: &ComponentSummary, trees: u32) {
     let definitions = metrics::<C>();
     let order = definitions.iter().map(|definition| (definition.info.name, definition.info.unit));
     say!("{}", fine_table(order, &summary.metrics).trim_end());
-    say!("trials ended: {}", counts(&summary.outcomes));
-    say!("attempts given up: {}", counts(&summary.failures));
+    say!("outcomes of trials: {}", counts(&summary.outcomes));
+    say!("failure reasons of attempts: {}", counts(&summary.failures));
 }

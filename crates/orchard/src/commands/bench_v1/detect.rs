@@ -9,7 +9,7 @@ use orchard_scenario::Scenario;
 use orchard_tasks::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
 use orchard_tasks::plan_file::TreeExtent;
 
-use super::bar::Shown;
+use super::bar::RecordProgress;
 use super::task::{PresentedTask, unwritten};
 use crate::failure::Failure;
 
@@ -44,22 +44,22 @@ impl PresentedTask for Detecting {
         self.plan.keys().iter().map(|key| self.plan.steps(key)).max().unwrap_or(0)
     }
 
-    fn shown(record: &DetectRecord) -> Shown {
+    fn shown(record: &DetectRecord) -> RecordProgress {
         let images = record.densities.iter().flat_map(|density| &density.images);
         let detections = || images.clone().flat_map(|image| &image.detections);
-        let told = match &record.quarantined {
+        let outcome_text = match &record.quarantined {
             Some(reason) => format!("quarantined: {reason}"),
             None => format!(
-                "{} images, {} detections, {} of them right",
+                "{} images, {} detections, {} of them true positives",
                 images.clone().count(),
                 detections().count(),
                 detections().filter(|d| d.fruit.is_some()).count()
             ),
         };
         let ablation: usize = record.variants.iter().map(|variant| variant.images.len()).sum();
-        Shown {
+        RecordProgress {
             steps: (images.count() + ablation) as u64,
-            line: format!("seed {} tree {}: {told}", record.key.seed, record.key.world),
+            line: format!("seed {} tree {}: {outcome_text}", record.key.seed, record.key.world),
         }
     }
 
@@ -80,7 +80,7 @@ mod tests {
     use orchard_tasks::detect::run as run_plan;
     use std::sync::atomic::AtomicBool;
 
-    /// One real tree, one view: every table and the figure, with precision and recall side by side.
+    /// One real tree, one view: all tables and the figure show precision and recall side by side.
     #[test]
     fn what_people_get_to_see() {
         let scenario = Scenario::of(&[]).unwrap();
@@ -90,14 +90,14 @@ mod tests {
         let store = Store::open(folder.path()).unwrap();
         let stop = AtomicBool::new(false);
         let session = Session::whole(&store, 1, &stop);
-        let result = run_plan(&plan, &scenario, &session, &orchard_bench::Silent).unwrap();
+        let result = run_plan(&plan, &scenario, &session, &orchard_bench::NoProgress).unwrap();
         let summary = result.summary.unwrap();
         let text = tables::report(&summary, &plan);
         for part in [
             "foliage  precision",
             "upper outer",
             "without cylinder",
-            "is asked of the tuning seeds is not judged",
+            "requirements over the tuning seeds are not judged",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }

@@ -1,4 +1,4 @@
-//! The harvest task: a robot picks fruit for a while.
+//! The harvest task: a robot picks fruit for a limited time.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Extent, Harvest};
 
-use super::bar::Shown;
+use super::bar::RecordProgress;
 use super::counts;
 use super::task::PresentedTask;
 use crate::failure::Failure;
@@ -21,9 +21,9 @@ use crate::headline;
 #[cfg(feature = "recording")]
 use orchard_recording::Recordings;
 
-/// Records nothing: this program was built without recordings.
+/// Placeholder in a program built without recordings.
 #[cfg(not(feature = "recording"))]
-type Recordings = orchard_tasks::harvest::observe::KeepNothing;
+type Recordings = orchard_tasks::harvest::observe::NoObservers;
 
 #[cfg(feature = "recording")]
 fn recordings(out: &Path, scenario: &Scenario) -> Result<Recordings, Failure> {
@@ -67,8 +67,8 @@ impl PresentedTask for Harvesting {
         self.plan.episodes().iter().map(|key| u64::from(key.horizon_frames)).max().unwrap_or(0)
     }
 
-    fn shown(record: &EpisodeRecord) -> Shown {
-        Shown {
+    fn shown(record: &EpisodeRecord) -> RecordProgress {
+        RecordProgress {
             steps: u64::from(record.frames),
             line: format!(
                 "{}, seed {} tree {}{}: {} fruit deposited ({} reachable), {} attempts, {} dropped",
@@ -108,14 +108,14 @@ impl PresentedTask for Harvesting {
 
 fn report(summary: &Summary, plan: &Plan) {
     if summary.quarantined > 0 {
-        say!("QUARANTINED: {} worlds became implausible and count as zero harvest", summary.quarantined);
+        say!("QUARANTINED: {} worlds became implausible; they count as zero harvest", summary.quarantined);
     }
     say!("task harvest, controller {}; seeds {:?}", summary.controller, summary.seeds);
     for condition in &plan.conditions {
         let (params, dials) = (&condition.params, &condition.params.dials);
         let ends = summary.conditions.get(&condition.name).map(|of| counts(&of.outcomes));
         say!(
-            "condition {}: {} fruit, foliage {}, ground within {} m; {} trees a seed{} x {} s; ended: {}",
+            "condition {}: {} fruit, foliage {}, terrain amplitude {} m; {} trees per seed{} x {} s; outcomes: {}",
             condition.name,
             dials.fruit_count,
             dials.foliage_density,

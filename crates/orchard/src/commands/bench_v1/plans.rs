@@ -14,7 +14,7 @@ use super::task::AnyTask;
 use super::{Args, ProfileName, Seeds, TaskName, component, detect, harvest, scaling};
 use crate::failure::Failure;
 
-/// The plans that the command line asks for, in the order in which they are run.
+/// The plans requested on the command line, in the order in which they are run.
 pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure> {
     check_options(args).map_err(Failure::BadInput)?;
     let harvest = Harvest::new(scenario.clone())?;
@@ -26,7 +26,7 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             if args.tasks.is_some() {
                 return Err(Failure::BadInput(format!("--tasks {}: {why}", task.name())));
             }
-            eprintln!("note: task {} is left out: {why}", task.name());
+            eprintln!("note: task {} is skipped: {why}", task.name());
             continue;
         }
         plans.push(match task {
@@ -71,10 +71,13 @@ pub fn task(
 fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
     match task {
         TaskName::ReachAndGrasp | TaskName::Gentle if !scenario.controller_kind().takes_goals() => {
-            Err(format!("controller {} takes no goals, which this task gives", scenario.names().controller))
+            Err(format!(
+                "controller {} cannot be given a goal, which this task needs",
+                scenario.names().controller
+            ))
         }
         TaskName::Scaling if scenario.digitised_tree().is_some() => {
-            Err("it times populations of grown trees, and --tree gives a single digitised one".to_owned())
+            Err("it needs grown trees, but --tree gives a digitised one".to_owned())
         }
         _ => Ok(()),
     }
@@ -84,7 +87,7 @@ fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
 pub fn default_out(args: &Args) -> PathBuf {
     let mut folder = format!("results/bench-v1-{}", args.profile.name());
     let mut add = |part: &str| folder = format!("{folder}-{part}");
-    // A file counts by its own name, without folders and ending.
+    // A file is represented by its name, without folders and extension.
     let stem = |value: &str| match std::path::Path::new(value).file_stem() {
         Some(stem) if value.ends_with(".toml") || value.contains('/') => stem.to_string_lossy().into_owned(),
         _ => value.to_owned(),
@@ -110,27 +113,27 @@ pub fn default_out(args: &Args) -> PathBuf {
     PathBuf::from(folder)
 }
 
-/// The tasks that are named; else the one that the options are for; else all.
+/// The tasks of `--tasks`; without it, those that the given options belong to; otherwise all.
 fn tasks(args: &Args) -> Vec<TaskName> {
     if let Some(tasks) = &args.tasks {
         return TaskName::ALL.into_iter().filter(|task| tasks.contains(task)).collect();
     }
     let of_harvest =
         args.conditions.is_some() || args.horizon.is_some() || args.repeats.is_some() || args.record;
-    let asked = |task: &TaskName| match task {
+    let applies = |task: &TaskName| match task {
         TaskName::Harvest => true,
         // Timings belong to one machine, so the task cannot be split into parts.
         TaskName::Scaling if is_part(args) => false,
         _ => !of_harvest,
     };
-    TaskName::ALL.into_iter().filter(asked).collect()
+    TaskName::ALL.into_iter().filter(applies).collect()
 }
 
 fn is_part(args: &Args) -> bool {
     args.shard.is_some_and(|shard| !shard.is_whole())
 }
 
-/// Refuses an option of a task that is not run: it would have no effect.
+/// Refuses options that only affect tasks that are not run.
 fn check_options(args: &Args) -> Result<(), String> {
     use TaskName::{Gentle, Harvest, ReachAndGrasp, Scaling};
     let options: [(&str, bool, &[TaskName], &str); 6] = [
@@ -149,11 +152,11 @@ fn check_options(args: &Args) -> Result<(), String> {
     let run = tasks(args);
     for (option, given, tasks, names) in options {
         if given && !tasks.iter().any(|task| run.contains(task)) {
-            return Err(format!("{option} is for {names}, which --tasks does not name"));
+            return Err(format!("{option} applies to {names}, which --tasks does not include"));
         }
     }
     if is_part(args) && run.contains(&Scaling) {
-        return Err("--shard: the task scaling has no parts; run it alone".to_owned());
+        return Err("--shard: the task scaling cannot be split into parts; run it without --shard".to_owned());
     }
     Ok(())
 }
@@ -187,10 +190,10 @@ fn extent(args: &Args, harvest: &Harvest, trees: &TreeExtent) -> Result<Extent, 
     let chosen = harvest.matrix().choose(names).map_err(|e| format!("--conditions: {e}"))?;
     let conditions: Vec<String> = chosen.iter().map(|condition| condition.name.clone()).collect();
     if args.repeats.is_some() && !conditions.iter().any(|name| name == NOMINAL) {
-        return Err("--repeats: these are of the nominal condition, which --conditions does not name".into());
+        return Err("--repeats: applies to the condition nominal, which --conditions does not include".into());
     }
     if args.horizon.is_some() && conditions.iter().all(|name| name == EXHAUSTION) {
-        return Err(format!("--horizon: {EXHAUSTION} has one of its own, and no other condition is run"));
+        return Err(format!("--horizon: does not apply to {EXHAUSTION}, and no other condition is run"));
     }
     let horizon = args.horizon.unwrap_or_else(|| profile.horizon.value());
     let horizon = profile.horizon.with_value(horizon).map_err(|e| format!("--horizon: {e}"))?;

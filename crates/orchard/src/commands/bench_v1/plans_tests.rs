@@ -38,7 +38,7 @@ fn a_run_is_all_tasks_unless_told_otherwise() {
     assert_eq!(tasks(&[]), ["harvest", "detect", "reach-and-grasp", "gentle", "scaling"]);
     assert_eq!(tasks(&["--shard", "1/2"]), ["harvest", "detect", "reach-and-grasp", "gentle"]);
     let e = plans_of(&["--shard", "1/2", "--tasks", "scaling"]).unwrap_err();
-    assert_eq!(e, "--shard: the task scaling has no parts; run it alone");
+    assert_eq!(e, "--shard: the task scaling cannot be split into parts; run it without --shard");
     assert_eq!(tasks(&["--tasks", "gentle,harvest"]), ["harvest", "gentle"]);
     assert_eq!(tasks(&["--conditions", "nominal"]), ["harvest"]);
     assert_eq!(tasks(&["--camera", "ideal", "--preset", "v-trellis"]).len(), 5);
@@ -73,16 +73,16 @@ fn conditions_and_sweeps_by_name() {
     let refused = |line: &[&str]| plans_of(line).unwrap_err();
     let e = refused(&["--conditions", "windy"]);
     assert!(
-        e.starts_with("--conditions: windy is neither a condition nor a sweep; there are foliage,"),
+        e.starts_with("--conditions: windy is neither a condition nor a sweep; the names are foliage,"),
         "{e}"
     );
     assert!(
         refused(&["--conditions", "fruit-20", "--repeats", "2"])
-            .starts_with("--repeats: these are of the nominal")
+            .starts_with("--repeats: applies to the condition nominal")
     );
     assert!(
         refused(&["--conditions", "exhaustion", "--horizon", "2"])
-            .starts_with("--horizon: exhaustion has one")
+            .starts_with("--horizon: does not apply to exhaustion")
     );
     assert!(refused(&["--horizon", "-1"]).starts_with("--horizon: "));
 }
@@ -90,8 +90,10 @@ fn conditions_and_sweeps_by_name() {
 #[test]
 fn options_of_tasks_that_are_not_run() {
     let refused = |line: &[&str]| plans_of(line).unwrap_err();
-    assert!(refused(&["--tasks", "detect", "--conditions", "nominal"]).starts_with("--conditions is for"));
-    assert!(refused(&["--tasks", "detect", "--controller", "expert"]).starts_with("--controller is for"));
+    assert!(
+        refused(&["--tasks", "detect", "--conditions", "nominal"]).starts_with("--conditions applies to")
+    );
+    assert!(refused(&["--tasks", "detect", "--controller", "expert"]).starts_with("--controller applies to"));
     assert_eq!(
         refused(&["--controller", "nobody"]),
         "--controller: no controller 'nobody'; the controllers are: baseline, paper, expert"
@@ -111,11 +113,14 @@ fn the_backend_is_of_the_scaling_task() {
     assert_eq!(plans_of(&["--backend", "gpu"]).unwrap().len(), 5);
     assert_eq!(
         plans_of(&["--tasks", "detect", "--backend", "gpu"]).unwrap_err(),
-        "--backend is for the task scaling, which --tasks does not name"
+        "--backend applies to the task scaling, which --tasks does not include"
     );
     let line = ["bench-v1", "--backend", "tpu"];
     let e = <Line as clap::Parser>::try_parse_from(line).err().unwrap().to_string();
-    assert!(e.contains("'tpu'") && e.contains("--backend") && e.contains("there are cpu and gpu"), "{e}");
+    assert!(
+        e.contains("'tpu'") && e.contains("--backend") && e.contains("must be one of cpu and gpu"),
+        "{e}"
+    );
 }
 
 #[test]
@@ -141,7 +146,7 @@ fn a_task_that_a_scenario_does_not_fit_says_why() {
     let names: Vec<_> = plans(&args(&[]), &scenario).unwrap().iter().map(TaskPlan::task).collect();
     assert_eq!(names, ["harvest", "detect", "scaling"]);
     let e = plans(&args(&["--tasks", "gentle"]), &scenario).unwrap_err().to_string();
-    assert_eq!(e, "--tasks gentle: controller still takes no goals, which this task gives");
+    assert_eq!(e, "--tasks gentle: controller still cannot be given a goal, which this task needs");
 }
 
 /// A controller that is never called.

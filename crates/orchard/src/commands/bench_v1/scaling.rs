@@ -29,7 +29,7 @@ impl Timing {
         let rules = ScalingRules::of(&Protocol::of_scenario(scenario)?)?;
         let efforts = [(ProfileName::Quick, &rules.quick), (ProfileName::Full, &rules.full)];
         let Some((_, effort)) = efforts.into_iter().find(|(name, _)| name.name() == profile) else {
-            return Err(Failure::BadInput(format!("scaling: there is no profile {profile}")));
+            return Err(Failure::BadInput(format!("scaling: no profile {profile}")));
         };
         let plan = ScalingPlan::new(scenario, profile, effort, backend)
             .and_then(|plan| plan.check().map(|()| plan))
@@ -59,7 +59,7 @@ fn failure(e: ScalingError) -> Failure {
 }
 
 impl AnyTask for Timing {
-    /// Accepts any folder: every run overwrites the result file.
+    /// Accepts any folder, since every run overwrites the result file.
     fn check(&self, _: &Store) -> Result<(), OtherPlan> {
         Ok(())
     }
@@ -76,7 +76,7 @@ impl AnyTask for Timing {
     }
 
     fn merge(&self, _: &[&Store], _: &Store) -> Result<(), Failure> {
-        say!("{RESULT} is each machine's own and is not merged");
+        say!("{RESULT} belongs to one machine and is not merged");
         Ok(())
     }
 }
@@ -127,16 +127,16 @@ impl ScalingProgress for Cells {
 
     fn omitted(&self, omitted: &Omitted) {
         let Omitted { solver, mode, worlds, why } = omitted;
-        self.say(format!("scaling, {}: {worlds} x {} left out: {why}", name(*mode), solver.name()));
+        self.say(format!("scaling, {}: {worlds} x {} skipped: {why}", name(*mode), solver.name()));
         self.bar.inc(1);
     }
 
     fn axes(&self) {
-        self.say("scaling: each kind of randomisation alone".to_owned());
+        self.say("scaling: single kinds of randomisation".to_owned());
     }
 }
 
-/// A mode as files name it.
+/// Name of a mode in files.
 pub fn name(mode: Mode) -> &'static str {
     match mode {
         Mode::Homogeneous => "homogeneous",
@@ -146,7 +146,7 @@ pub fn name(mode: Mode) -> &'static str {
     }
 }
 
-/// All figures as tables, one a mode.
+/// All figures as tables, one per mode.
 fn report(scaling: &Scaling, rules: &ScalingRules) -> String {
     let from = match &scaling.adapter {
         Some(adapter) => format!("{}, courses of {} frames", adapter.name, scaling.frames),
@@ -156,7 +156,7 @@ fn report(scaling: &Scaling, rules: &ScalingRules) -> String {
         }
     };
     let mut text = format!(
-        "scaling: {from}, {} substeps a frame; env-steps (frames of one world) and frames of the whole batch a second, memory of \
+        "scaling: {from}, {} substeps per frame; env-steps (frames of one world) and frames of the whole batch per second, memory of \
          the batch\n",
         scaling.substeps
     );
@@ -167,11 +167,11 @@ fn report(scaling: &Scaling, rules: &ScalingRules) -> String {
         text += &of_mode(scaling, rules, mode);
     }
     for solver in &scaling.left_out {
-        text += &format!("\nthis build has no solver {}: {}\n", solver.name(), solver.needs());
+        text += &format!("\nthis build lacks the solver {}: {}\n", solver.name(), solver.needs());
     }
     let unfinite: u32 = scaling.rows.iter().map(|row| row.unfinite).sum();
     if unfinite > 0 {
-        text += &format!("\nWRONG: {unfinite} worlds were no longer finite at the end of a course\n");
+        text += &format!("\nWRONG: {unfinite} worlds were not finite at the end of a course\n");
     }
     text += &format!("\n{:.0} s", scaling.wall_s);
     if let Some(peak) = scaling.peak_memory_mib {
@@ -180,7 +180,7 @@ fn report(scaling: &Scaling, rules: &ScalingRules) -> String {
     text
 }
 
-/// A row a number of worlds: rates of every solver, the paper's, memory.
+/// One row per number of worlds: rates of every solver, the paper's rate, memory.
 fn of_mode(scaling: &Scaling, rules: &ScalingRules, mode: Mode) -> String {
     let own: Vec<&Row> = scaling.rows.iter().filter(|row| row.mode == mode).collect();
     let Some(last) = own.last() else { return String::new() };
@@ -222,7 +222,7 @@ fn of_mode(scaling: &Scaling, rules: &ScalingRules, mode: Mode) -> String {
         rows.push(row);
     }
     format!(
-        "\n{}: {:.1} segments and {:.1} fruit a tree\n{}",
+        "\n{}: {:.1} segments and {:.1} fruit per tree\n{}",
         name(mode),
         last.segments_per_tree,
         last.fruit_per_tree,
@@ -230,7 +230,7 @@ fn of_mode(scaling: &Scaling, rules: &ScalingRules, mode: Mode) -> String {
     )
 }
 
-/// Three digits or all before the point.
+/// Three significant digits, or all digits before the point.
 fn figure(value: Option<f64>) -> String {
     match value {
         None => "-".to_owned(),

@@ -10,16 +10,16 @@ use orchard_bench::{MergeError, OtherPlan, Record, RunError, Session, merge};
 use orchard_tasks::harvest::matrix::ConditionError;
 use serde::Serialize;
 
-use super::bar::{Bar, Shown};
+use super::bar::{Bar, RecordProgress};
 use crate::failure::Failure;
 
-/// A task that can be run without knowing its records.
+/// A task independent of the type of its records.
 pub trait AnyTask {
-    /// Checks that the folder takes the task's records.
+    /// Checks that the task's records may be written into the folder.
     fn check(&self, store: &Store) -> Result<(), OtherPlan>;
-    /// Runs a session's part of the task, and prints the report of a whole one.
+    /// Runs a session's part of the task; prints the report if the session is the whole run.
     fn run(&self, session: &Session<'_>) -> Result<(), Failure>;
-    /// Puts the parts in some folders together into another, and prints the report.
+    /// Merges the parts in some folders into another folder, and prints the report.
     fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure>;
 }
 
@@ -38,8 +38,8 @@ pub trait PresentedTask {
     fn task(&self) -> Self::Task<'_>;
     /// Steps of the longest record.
     fn steps(&self) -> u64;
-    /// A record in one line.
-    fn shown(record: &Self::Record) -> Shown;
+    /// Progress line of a record.
+    fn shown(record: &Self::Record) -> RecordProgress;
     /// Prints a complete result and writes its files, except the summary.
     fn report(&self, summary: &Self::Summary, store: &Store) -> Result<(), Failure>;
     /// Copies the files that stand beside records from the folders of parts into another.
@@ -64,7 +64,7 @@ impl<R: PresentedTask> AnyTask for R {
         match &result.summary {
             Some(summary) => end(self, summary, store)?,
             None => say!(
-                "part {} of {name}: {} records in {}; `orchard merge` puts the parts together",
+                "part {} of {name}: {} records in {}; `orchard merge` combines the parts",
                 session.shard,
                 result.records.len(),
                 store.path().display()
@@ -97,7 +97,7 @@ fn end<R: PresentedTask>(task: &R, summary: &R::Summary, store: &Store) -> Resul
 fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
     let rate = |rate: Option<f64>| rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.0}"));
     format!(
-        "{task}: {:.0} s on {} threads; {} {} a second, {} on one thread; peak memory {} MiB",
+        "{task}: {:.0} s on {} threads; {} {} per second, {} on one thread; peak memory {} MiB",
         cost.wall_s,
         cost.threads,
         rate(cost.env_steps_per_s),
@@ -107,12 +107,12 @@ fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
     )
 }
 
-/// Converts the error of a file that cannot be written into the command's failure.
+/// Failure for a file that cannot be written.
 pub fn unwritten(path: &Path, e: impl std::fmt::Display) -> Failure {
     Failure::Failed(format!("{}: {e}", path.display()))
 }
 
-/// Converts the end of a run into the command's result.
+/// Converts a run's error into the command's failure.
 fn ended<T>(result: Result<T, RunError>) -> Result<T, Failure> {
     result.map_err(|e| match e {
         RunError::Interrupted { .. } => Failure::Interrupted(e.to_string()),

@@ -13,13 +13,13 @@ use crate::picture_file::{self, paste};
 
 /// Most views on a sheet.
 const MOST_VIEWS: usize = 6;
-/// Depths beyond this are drawn alike \[m\], so that those of the tree differ.
+/// Largest depth of the colour scale \[m\].
 const SHOWN_DEPTH: f32 = 4.0;
-/// Paper between the pictures \[px\], and its colour.
+/// Gap between the pictures \[px\], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
 
-/// Writes `contact_sheet.png` from the files of a whole data set.
+/// Writes `contact_sheet.png` from the files of a finished data set.
 pub fn write(folder: &Path, plan: &Plan) -> Result<(), Failure> {
     let rows = chosen(plan).iter().map(|name| row(folder, plan, name)).collect::<anyhow::Result<Vec<_>>>()?;
     let (width, height) = (plan.recipe().intrinsics.width, plan.recipe().intrinsics.height);
@@ -32,7 +32,7 @@ pub fn write(folder: &Path, plan: &Plan) -> Result<(), Failure> {
     picture_file::write(&folder.join("contact_sheet.png"), &sheet)
 }
 
-/// Names of views, spread over the trees and round them.
+/// Names of views, spread over trees and bearings.
 fn chosen(plan: &Plan) -> Vec<String> {
     let (trees, views) = (plan.trees(), plan.recipe().views as usize);
     let total = trees.len() * views;

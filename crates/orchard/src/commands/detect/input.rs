@@ -1,4 +1,4 @@
-//! Input of the detector: reads the files and checks that they agree with one another.
+//! Input of the detector: reads the files and checks that they are consistent.
 
 use std::path::{Path, PathBuf};
 
@@ -7,26 +7,26 @@ use orchard_geometry::{DepthImage, Image, Intrinsics, Vec3};
 use orchard_perception::{DetectorConfig, mask};
 
 use crate::failure::Failure;
-use orchard_scenario::Given;
+use orchard_scenario::OptionValue;
 
 #[derive(clap::Args)]
 pub struct InputArgs {
-    /// The depth image: grey, 16 bits
+    /// Depth image: 16-bit grey PNG
     #[arg(long, value_name = "IMAGE.png")]
     pub depth: PathBuf,
-    /// The camera's pinhole intrinsics
+    /// Pinhole intrinsics of the camera (JSON)
     #[arg(long, value_name = "FILE.json")]
     pub intrinsics: PathBuf,
-    /// Depth of value 1 [m]
+    /// Depth of pixel value 1 [m]
     #[arg(long, value_name = "METRES", default_value_t = depth_png::MILLIMETRE, allow_negative_numbers = true)]
     pub unit: f64,
-    /// Pixels to leave out, such as the robot's: grey of 1 or 8 bits, black is kept
+    /// Mask of pixels to ignore, such as the robot's: 1-bit or 8-bit grey PNG; black pixels are kept
     #[arg(long, value_name = "MASK.png")]
     pub mask: Option<PathBuf>,
-    /// Detector, or a file of figures that differ; `orchard detectors` lists them
+    /// Detector, or a file of changed figures; `orchard detectors` lists the detectors
     #[arg(long = "detector", alias = "config", value_name = "NAME|FILE.toml", default_value = "paper")]
     pub config: String,
-    /// Height of the camera over level ground [m]; pixels of the ground are left out
+    /// Height of the camera above level ground [m]; pixels of the ground are ignored
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub camera_height: Option<f64>,
     /// The vertical in the camera's axes (x right, y down, z forward)
@@ -43,9 +43,9 @@ pub struct Input {
     pub config: DetectorConfig,
 }
 
-/// Units that depth can have \[m\]: from a nanometre to a metre.
+/// Allowed depth units \[m\]: a nanometre to a metre.
 const UNITS: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
-/// Heights that a camera can have \[m\].
+/// Allowed heights of the camera \[m\].
 const HEIGHTS: std::ops::RangeInclusive<f64> = -100.0..=100.0;
 
 impl InputArgs {
@@ -61,7 +61,7 @@ impl InputArgs {
         if let Some(height) = self.camera_height {
             within("--camera-height", height, &HEIGHTS)?;
         }
-        let config = orchard_scenario::detector(&Given::new(&self.config, "--detector"))
+        let config = orchard_scenario::detector(&OptionValue::new(&self.config, "--detector"))
             .map_err(|e| Failure::BadInput(e.to_string()))?;
         let text = String::from_utf8(bytes("--intrinsics", &self.intrinsics)?)
             .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
@@ -106,13 +106,13 @@ impl InputArgs {
         if (width, height) == (k.width, k.height) {
             return Ok(());
         }
-        let told = format!(
+        let problem = format!(
             "is {width} x {height}, but --intrinsics {} is for {} x {}",
             self.intrinsics.display(),
             k.width,
             k.height
         );
-        Err(bad(option, file, told))
+        Err(bad(option, file, problem))
     }
 }
 
@@ -124,16 +124,16 @@ fn bad(option: &str, file: &Path, problem: impl std::fmt::Display) -> Failure {
     Failure::BadInput(format!("{option} {}: {problem}", file.display()))
 }
 
-/// A direction of any length but zero as a unit vector.
+/// Parses a direction of any length but zero and returns the unit vector.
 fn vertical(text: &str) -> Result<Vec3, String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
     let Ok(&[x, y, z]) = numbers.as_deref() else {
-        return Err("three numbers are needed, as in 0,-1,0".into());
+        return Err("must be three numbers, such as 0,-1,0".into());
     };
     let up = Vec3::new(x, y, z);
     let length = up.norm();
     if !(length.is_finite() && length > 0.0) {
-        return Err("the vertical must be finite and not zero".into());
+        return Err("must be finite and not the zero vector".into());
     }
     Ok(up / length)
 }

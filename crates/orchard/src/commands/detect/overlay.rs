@@ -1,4 +1,4 @@
-//! Picture of a depth image with the detections in it.
+//! Picture of a depth image with its detections.
 
 use orchard_camera::picture::depth_picture_enlarged;
 use orchard_geometry::{DepthImage, Image, Intrinsics};
@@ -6,7 +6,7 @@ use orchard_perception::Detection;
 
 use crate::commands::gallery::caption;
 
-/// Width that a picture has at least, unless the image is wider \[px\].
+/// Smallest width of a picture \[px\].
 const WIDTH: usize = 960;
 
 /// Height of the letters \[px\].

@@ -1,4 +1,4 @@
-//! Reads an episode's record, or reports why it cannot be explained.
+//! Reads an episode's record and checks that it can be explained.
 
 use std::path::Path;
 
@@ -29,8 +29,8 @@ struct Head {
     code_version: String,
 }
 
-/// Reads the record of an episode of this code version. The scenario is the options', or else the one that the result folder keeps, or else
-/// the one that the record names.
+/// Reads the record of an episode of this code version. The scenario is that of the options; without options, that stored in the result
+/// folder; without one there, that named in the record.
 pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<Input, Failure> {
     let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
@@ -45,7 +45,7 @@ pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<I
     let (own, key) = (harvest.config_hash(), &record.key);
     if own != key.config_hash {
         return Err(bad(format!(
-            "config_hash: {} is not that of this scenario and code, {own}",
+            "config_hash {} differs from that of this scenario and code, {own}",
             key.config_hash
         )));
     }
@@ -69,27 +69,27 @@ fn of_result(file: &Path, record: &EpisodeRecord, program: &Program) -> Result<S
 
 fn of_text(text: &str, code_version: &str) -> Result<EpisodeRecord, String> {
     let head: Head =
-        serde_json::from_str(text).map_err(|e| format!("is no record of an episode of bench-v1: {e}"))?;
+        serde_json::from_str(text).map_err(|e| format!("not a record of a bench-v1 episode: {e}"))?;
     if head.schema_version != SCHEMA_VERSION {
         return Err(format!(
-            "has schema version {}, this code reads {SCHEMA_VERSION}: run bench-v1 again",
+            "schema_version {}, but this code reads {SCHEMA_VERSION}: run bench-v1 again",
             head.schema_version
         ));
     }
     if head.code_version != code_version {
         return Err(format!(
-            "was written by code version {}, this is {code_version}, which may act otherwise: run bench-v1 again",
+            "written by code version {}, but this is {code_version}, whose results may differ: run bench-v1 again",
             head.code_version
         ));
     }
-    serde_json::from_str(text).map_err(|e| format!("is no record of an episode of bench-v1: {e}"))
+    serde_json::from_str(text).map_err(|e| format!("not a record of a bench-v1 episode: {e}"))
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
 
-    /// Reason why a text is refused.
+    /// Returns the error for a text.
     pub fn refused(text: &str) -> String {
         match of_text(text, CODE_VERSION) {
             Ok(_) => panic!("accepted"),
@@ -100,12 +100,14 @@ pub mod tests {
     #[test]
     fn what_is_no_record_is_refused() {
         for text in ["", "{}", "[1, 2]", "{\"schema_version\": 2}", "PNG"] {
-            assert!(refused(text).starts_with("is no record of an episode"), "{text}");
+            assert!(refused(text).starts_with("not a record of a bench-v1 episode"), "{text}");
         }
         let head =
             |schema: u32, code: &str| format!(r#"{{"schema_version": {schema}, "code_version": "{code}"}}"#);
-        assert!(refused(&head(1, "x")).starts_with("has schema version 1, this code reads"));
-        assert!(refused(&head(SCHEMA_VERSION, "x")).starts_with("was written by code version x, this is"));
-        assert!(refused(&head(SCHEMA_VERSION, CODE_VERSION)).starts_with("is no record of an episode"));
+        assert!(refused(&head(1, "x")).starts_with("schema_version 1, but this code reads"));
+        assert!(refused(&head(SCHEMA_VERSION, "x")).starts_with("written by code version x, but this is"));
+        assert!(
+            refused(&head(SCHEMA_VERSION, CODE_VERSION)).starts_with("not a record of a bench-v1 episode")
+        );
     }
 }

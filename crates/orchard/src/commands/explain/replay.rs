@@ -15,7 +15,7 @@ use orchard_tasks::harvest::{WorldFactory, run_episode};
 use orchard_world::{World, WorldEvent};
 
 use super::input::Input;
-use super::touch::TouchMemory;
+use super::touch::ContactHistory;
 use crate::failure::Failure;
 
 /// Results of the second run.
@@ -41,16 +41,16 @@ pub struct Shot {
 /// The likely cause of an event.
 pub struct Cause {
     /// The event.
-    pub of: Happened,
+    pub of: CausedEvent,
     /// Frame.
     pub frame: u32,
-    /// Description of the robot's contacts with it in the half second before.
+    /// Description of the robot's contacts in the half second before.
     pub text: String,
 }
 
-/// An event that has a cause.
+/// An event whose cause is described.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Happened {
+pub enum CausedEvent {
     /// The end of an attempt, at a target fruit if there was one.
     End {
         /// Attempt.
@@ -64,7 +64,7 @@ pub enum Happened {
     Stem(u32),
 }
 
-/// Simulates the episode of a record again and keeps the world at some frames, which ascend.
+/// Simulates the episode of a record again and stores the world at some frames, given in ascending order.
 pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
     let key = input.record.key.clone();
     let plan_frame = input.harvest.frame();
@@ -73,17 +73,17 @@ pub fn replay(input: &Input, frames: &[u32]) -> Result<Replay, Failure> {
         Err(reason) => return Err(Failure::Failed(format!("the world cannot be built: {reason}"))),
     };
     let detected = Rc::new(RefCell::new(Vec::new()));
-    let mut watched = Watched {
+    let mut watched = ReplayedWorld {
         world,
         frames: frames.to_vec(),
         shots: Vec::new(),
         causes: Vec::new(),
-        memory: TouchMemory::default(),
+        memory: ContactHistory::default(),
         ends: input.record.attempts.iter().map(|a| (a.end_frame, a.id, a.fruit)).collect(),
         detected: detected.clone(),
     };
     watched.keep();
-    let mut controller = Overheard { controller, detected };
+    let mut controller = DetectionTap { controller, detected };
     let bar = ProgressBar::new(u64::from(input.record.frames)).with_style(
         ProgressStyle::with_template("{bar:30} {percent:>3} %  second run (about {eta} left)")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
@@ -113,23 +113,23 @@ pub fn difference(record: &EpisodeRecord, again: &EpisodeRecord) -> Option<Strin
             let attempt = pairs.clone().position(|(a, b)| a != b);
             attempt.map(|id| format!("attempt {id} differs"))
         })
-        .or_else(|| first("numbers of attempts", record.attempts.len() != again.attempts.len()))
+        .or_else(|| first("the numbers of attempts", record.attempts.len() != again.attempts.len()))
         .or_else(|| Some("fruit, zones, detections or forces differ".to_owned()))
 }
 
 /// A world that records snapshots and causes while it runs.
-struct Watched {
+struct ReplayedWorld {
     world: World,
     frames: Vec<u32>,
     shots: Vec<Shot>,
     causes: Vec<Cause>,
-    memory: TouchMemory,
+    memory: ContactHistory,
     /// Ends of attempts: frame, attempt, target fruit.
     ends: Vec<(u32, u32, Option<u32>)>,
     detected: Rc<RefCell<Vec<Vec3>>>,
 }
 
-impl Watched {
+impl ReplayedWorld {
     /// Stores a snapshot if the current frame is requested.
     fn keep(&mut self) {
         let frame = self.world.frame();
@@ -140,7 +140,7 @@ impl Watched {
     }
 }
 
-impl Watched {
+impl ReplayedWorld {
     /// Records the contacts on the robot at an attempt's end, and the position of the target fruit.
     fn explain_end(&mut self) {
         let frame = self.world.frame();
@@ -152,16 +152,16 @@ impl Watched {
                 let x_world_tcp = self.world.handle().x_world_tcp(self.world.data());
                 let p = inverse_transform(&x_world_tcp, &fruit.p_world) * 1e3;
                 text += &format!(
-                    "; from the point between the fingers the fruit is {:.0} mm ahead, {:.0} mm along and {:.0} mm across the fingers' way",
+                    "; position of the fruit from the point between the fingers: {:.0} mm ahead, {:.0} mm along and {:.0} mm across the fingers' motion",
                     p.z, p.y, p.x
                 );
             }
-            self.causes.push(Cause { of: Happened::End { attempt, fruit }, frame, text });
+            self.causes.push(Cause { of: CausedEvent::End { attempt, fruit }, frame, text });
         }
     }
 }
 
-impl BenchWorld for Watched {
+impl BenchWorld for ReplayedWorld {
     fn observe(&mut self) -> Observation {
         self.world.observe()
     }
@@ -179,10 +179,10 @@ impl BenchWorld for Watched {
         for event in &events {
             let (of, text) = match *event {
                 WorldEvent::BranchSnapped { segment, .. } => {
-                    (Happened::Branch(segment as u32), self.memory.on_limb(&self.world, segment))
+                    (CausedEvent::Branch(segment as u32), self.memory.on_limb(&self.world, segment))
                 }
                 WorldEvent::FruitDetached { fruit, .. } => {
-                    (Happened::Stem(fruit as u32), self.memory.on_fruit(&self.world, fruit))
+                    (CausedEvent::Stem(fruit as u32), self.memory.on_fruit(&self.world, fruit))
                 }
                 _ => continue,
             };
@@ -228,13 +228,13 @@ impl BenchWorld for Watched {
     }
 }
 
-/// A controller that also copies its detections to `detected`.
-struct Overheard<C> {
+/// Wraps a controller and copies its detections to `detected`.
+struct DetectionTap<C> {
     controller: C,
     detected: Rc<RefCell<Vec<Vec3>>>,
 }
 
-impl<C: BenchController> BenchController for Overheard<C> {
+impl<C: BenchController> BenchController for DetectionTap<C> {
     fn act(&mut self, observation: &Observation) -> Command {
         self.controller.act(observation)
     }

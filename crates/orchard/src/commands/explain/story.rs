@@ -2,13 +2,13 @@
 
 use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd, Outcome};
 
-use super::replay::{Cause, Happened};
+use super::replay::{Cause, CausedEvent};
 
 /// Heading of the episode and its end.
 pub fn head(record: &EpisodeRecord) -> String {
     let key = &record.key;
     let ended = match &record.outcome {
-        Outcome::BudgetSpent => "the time was over".to_owned(),
+        Outcome::BudgetSpent => "the time limit was reached".to_owned(),
         Outcome::AllReachablePicked => "no reachable fruit was left".to_owned(),
         Outcome::Stalled => "the robot stood still for too long".to_owned(),
         Outcome::Quarantined { reason } => format!("the world was quarantined: {reason}"),
@@ -33,7 +33,7 @@ pub fn head(record: &EpisodeRecord) -> String {
     )
 }
 
-/// One attempt: its head, what happened when, and its forces.
+/// One attempt: heading, events with times, and forces.
 pub fn attempt(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> String {
     let mut text = format!(
         "attempt {}, {:.1} to {:.1} s: {}\n  {}\n",
@@ -49,7 +49,7 @@ pub fn attempt(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]
     let newton = |force: Option<f64>| force.map_or_else(|| "-".to_owned(), |n| format!("{n:.0} N"));
     let estimate = attempt.belief.pull_n;
     text += &format!(
-        "  largest forces: stem {}, finger {}, wrist {}; the controller estimated a pull of {}\n",
+        "  largest forces: stem {}, finger {}, wrist {}; pull estimated by the controller: {}\n",
         newton(attempt.max_stem_pull_n),
         newton(attempt.max_finger_force_n),
         newton(attempt.max_wrist_force_n),
@@ -58,14 +58,14 @@ pub fn attempt(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]
     text
 }
 
-/// End of an attempt in truth and in the controller's belief.
+/// End of an attempt: the true outcome and the controller's report.
 pub fn verdict(attempt: &AttemptRecord) -> String {
     let truth = match &attempt.failure_reason {
         None => format!("PLACED in {:.1} s", attempt.cycle_time.unwrap_or(0.0)),
         Some(reason) => format!("FAILED, {}", words(reason)),
     };
     match &attempt.belief.end {
-        None => format!("{truth} (the controller had not ended it)"),
+        None => format!("{truth} (not ended by the controller)"),
         Some(end) => format!("{truth} (the controller believes: {})", words(end)),
     }
 }
@@ -82,16 +82,16 @@ fn target(record: &EpisodeRecord, attempt: &AttemptRecord) -> String {
             let off = nearest.filter(|(id, _)| *id == fruit).map_or(0.0, |(_, distance)| distance);
             let reachable = record.reachable.contains(&fruit);
             format!(
-                "is fruit {fruit}, radius {:.0} mm, {:.0} mm off{}",
+                "is fruit {fruit}, radius {:.0} mm, {:.0} mm away{}",
                 1e3 * radius,
                 1e3 * off,
                 if reachable { "" } else { ", out of reach" }
             )
         }
         (None, Some((id, distance))) => {
-            format!("is NO FRUIT: the nearest, {id}, hangs {:.0} mm off", 1e3 * distance)
+            format!("is NO FRUIT: the nearest, fruit {id}, is {:.0} mm away", 1e3 * distance)
         }
-        (None, None) => "is NO FRUIT: none hangs any more".to_owned(),
+        (None, None) => "is NO FRUIT: none is left on the tree".to_owned(),
     };
     format!("{believed}: {truth}{zone}")
 }
@@ -102,7 +102,7 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     let within = |frame: u32| frame > start && frame <= until;
     // Frame times of the record are those of its events: the frame length is their ratio.
     let time = |frame: u32| f64::from(frame) * record.duration_s / f64::from(record.frames.max(1));
-    let cause = |of: Happened, frame: u32| {
+    let cause = |of: CausedEvent, frame: u32| {
         causes
             .iter()
             .find(|c| c.of == of && c.frame == frame)
@@ -114,20 +114,23 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     lines.extend(attempt.states.iter().map(|s| (s.time, format!("{} begins", s.state))));
     let belief = &attempt.belief;
     if let (Some(at), Some(width)) = (belief.grasp_time, belief.grasp_width_m) {
-        lines.push((at, format!("believes that it holds the fruit, {:.0} mm wide", 1e3 * width)));
+        lines.push((
+            at,
+            format!("the controller believes that it holds the fruit; finger distance {:.0} mm", 1e3 * width),
+        ));
     }
     if let (Some(at), Some(pull)) = (belief.stem_time, belief.pull_n) {
-        lines.push((at, format!("believes that the stem gave way, after {pull:.0} N")));
+        lines.push((at, format!("the controller believes that the stem broke, after a pull of {pull:.0} N")));
     }
     for yielding in &belief.yielded {
         let force = yielding.force_n.map_or_else(String::new, |force| format!(" with {force:.0} N"));
         lines
-            .push((yielding.time, format!("feels that the hand presses on something{force}, and goes back")));
+            .push((yielding.time, format!("the controller feels a contact of the hand{force} and retreats")));
     }
     let last = lines.last().map_or(attempt.end_time, |(at, _)| at.max(attempt.end_time));
     for held in &attempt.held {
         let fruit = held.fruit;
-        lines.push((time(held.from_frame), format!("fruit {fruit} is off its stem in the hand")));
+        lines.push((time(held.from_frame), format!("fruit {fruit} is off its stem and held")));
         let lost = match held.end {
             HeldEnd::InHand => continue,
             HeldEnd::LetGo => format!("the fingers let go of fruit {fruit}"),
@@ -137,17 +140,17 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().find(|k| k.fruit == event.fruit);
-        let because = cause(Happened::Stem(event.fruit), event.frame);
+        let because = cause(CausedEvent::Stem(event.fruit), event.frame);
         let line = match knocked {
             Some(k) => format!("fruit {} is KNOCKED OFF{}{because}", event.fruit, state(&k.state)),
-            None => format!("the stem of fruit {} gives way{because}", event.fruit),
+            None => format!("the stem of fruit {} breaks{because}", event.fruit),
         };
         lines.push((event.time, line));
     }
     for (snap, event) in
         attempt.snapped.iter().zip(record.branches_snapped.iter().filter(|e| within(e.frame)))
     {
-        let because = cause(Happened::Branch(event.segment), event.frame);
+        let because = cause(CausedEvent::Branch(event.segment), event.frame);
         lines.push((
             event.time,
             format!("branch SNAPS at segment {}{}{because}", snap.segment, state(&snap.state)),
@@ -169,8 +172,8 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
             ),
         ));
     }
-    // Obstacles are listed where the fruit did not leave its stem in the hand.
-    let end = Happened::End { attempt: attempt.id, fruit: attempt.fruit };
+    // Contacts are listed unless a fruit left its stem in the hand.
+    let end = CausedEvent::End { attempt: attempt.id, fruit: attempt.fruit };
     let contacts = if attempt.held.is_empty() { cause(end, attempt.end_frame) } else { String::new() };
     lines.push((last, format!("the attempt ends{contacts}")));
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -183,15 +186,15 @@ pub fn span(record: &EpisodeRecord, attempt: &AttemptRecord) -> (u32, u32) {
     (attempt.start_frame, next.map_or(record.frames, |next| next.start_frame))
 }
 
-/// Events before the first attempt, and the fruit that remain.
+/// Events before the first attempt, and the reachable fruit left on the tree.
 pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
     let first = record.attempts.first().map_or(record.frames, |a| a.start_frame);
     let mut text = String::new();
     for cause in causes.iter().filter(|cause| cause.frame <= first) {
         let what = match cause.of {
-            Happened::Branch(segment) => format!("branch snapped at segment {segment}"),
-            Happened::Stem(fruit) => format!("fruit {fruit} came off"),
-            Happened::End { .. } => continue,
+            CausedEvent::Branch(segment) => format!("branch snapped at segment {segment}"),
+            CausedEvent::Stem(fruit) => format!("fruit {fruit} came off"),
+            CausedEvent::End { .. } => continue,
         };
         text += &format!("before the first attempt, frame {}: {what}: {}\n", cause.frame, cause.text);
     }
@@ -202,7 +205,7 @@ pub fn tail(record: &EpisodeRecord, causes: &[Cause]) -> String {
     text + &format!("reachable fruit left on the tree: {}\n", left.count())
 }
 
-/// A name in words.
+/// A name with spaces for underscores.
 pub fn words(name: &str) -> String {
     name.replace('_', " ")
 }

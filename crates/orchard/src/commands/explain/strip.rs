@@ -1,4 +1,4 @@
-//! An attempt as a strip of pictures: outside view over wrist view, moment by moment.
+//! An attempt as a strip of pictures: for each moment the view from outside above the view of the wrist camera.
 
 use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
 use orchard_camera::{Label, Scene};
@@ -7,7 +7,7 @@ use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd};
 use orchard_world::World;
 
 use super::marks::{BELIEF, HARMED, Marked, SEEN, TRUTH};
-use super::replay::{Happened, Shot};
+use super::replay::{CausedEvent, Shot};
 use super::story::{span, verdict, words};
 use crate::commands::gallery::caption;
 use crate::picture_file::paste;
@@ -20,20 +20,20 @@ pub struct Moment {
     /// Caption of the moment.
     pub caption: String,
     /// Fruit knocked off and segments at whose base a branch snaps.
-    pub harmed: Vec<Happened>,
+    pub harmed: Vec<CausedEvent>,
 }
 
 /// Size of a view \[px\].
 const WIDTH: usize = 384;
 const HEIGHT: usize = 288;
-/// Pictures side by side; longer strips go on below.
+/// Pictures per row of a strip.
 const COLUMNS: usize = 5;
-/// Paper between the pictures \[px\], and its colour.
+/// Gap between the pictures \[px\], and its colour.
 const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
-/// Letters of a caption that fit over a picture of 7 px letters.
+/// Letters of 7 px that fit above a picture.
 const LETTERS: usize = WIDTH / 7;
-/// Moments of one kind that are nearer than this share a picture \[frames\].
+/// Moments closer together than this share a picture \[frames\].
 const SAME: u32 = 3;
 
 /// The moments of an attempt, in the order of time.
@@ -41,20 +41,20 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
     let (start, until) = span(record, attempt);
     let within = |frame: u32| frame > start && frame <= until;
     let frame_of = |time: f64| (time / frame_length(record)).round() as u32;
-    let mut found: Vec<(u32, String, Option<Happened>)> =
+    let mut found: Vec<(u32, String, Option<CausedEvent>)> =
         attempt.states.iter().map(|s| (frame_of(s.time), s.state.to_uppercase(), None)).collect();
     let belief = &attempt.belief;
     if let Some(time) = belief.grasp_time {
         let width = belief.grasp_width_m.map_or_else(String::new, |w| format!(" ({:.0} mm)", 1e3 * w));
-        found.push((frame_of(time), format!("believes it holds{width}"), None));
+        found.push((frame_of(time), format!("believes it holds fruit{width}"), None));
     }
     for yielding in &belief.yielded {
-        found.push((frame_of(yielding.time), "goes back".to_owned(), None));
+        found.push((frame_of(yielding.time), "retreats".to_owned(), None));
     }
     for event in record.fruit_detached.iter().filter(|e| within(e.frame)) {
         let knocked = attempt.knocked_off.iter().any(|k| k.fruit == event.fruit);
         let what = if knocked { "KNOCKED OFF" } else { "off its stem" };
-        let harmed = knocked.then_some(Happened::Stem(event.fruit));
+        let harmed = knocked.then_some(CausedEvent::Stem(event.fruit));
         found.push((event.frame, format!("fruit {} {what}", event.fruit), harmed));
     }
     for held in &attempt.held {
@@ -66,7 +66,7 @@ pub fn moments(record: &EpisodeRecord, attempt: &AttemptRecord) -> Vec<Moment> {
         found.push((held.to_frame, format!("fruit {} {what}", held.fruit), None));
     }
     for event in record.branches_snapped.iter().filter(|e| within(e.frame)) {
-        let harmed = Some(Happened::Branch(event.segment));
+        let harmed = Some(CausedEvent::Branch(event.segment));
         found.push((event.frame, format!("branch SNAPS ({})", event.segment), harmed));
     }
     let end = attempt.failure_reason.as_deref().map_or_else(|| "placed".to_owned(), words);
@@ -90,7 +90,7 @@ fn frame_length(record: &EpisodeRecord) -> f64 {
     record.duration_s / f64::from(record.frames.max(1))
 }
 
-/// A moment as it is shown.
+/// The pictures and texts of a moment.
 pub struct Panel {
     /// Time and event.
     pub caption: String,
@@ -102,7 +102,7 @@ pub struct Panel {
     pub wrist: Image<[u8; 3]>,
 }
 
-/// Draws every moment of which there is a shot, its views in a size \[px\].
+/// Draws every moment that has a snapshot; `size` is that of a view \[px\].
 pub fn panels(
     record: &EpisodeRecord,
     attempt: &AttemptRecord,
@@ -175,10 +175,10 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn of(attempt: &AttemptRecord, shot: &'a Shot, harmed: &[Happened]) -> Self {
+    fn of(attempt: &AttemptRecord, shot: &'a Shot, harmed: &[CausedEvent]) -> Self {
         let world = &shot.world;
         let target = attempt.fruit.or(attempt.gripped.first().copied());
-        let fruit = target.and_then(|fruit| place_of(world, Happened::Stem(fruit)));
+        let fruit = target.and_then(|fruit| place_of(world, CausedEvent::Stem(fruit)));
         let p_world_target = transform(&world.x_world_odom(), &Vec3::from(attempt.p_odom_target));
         let base = world.handle().x_world_base(world.data()).translation.vector;
         let away = base - p_world_target;
@@ -273,17 +273,17 @@ impl<'a> View<'a> {
 }
 
 /// Sphere around a fruit, or around the base of a segment.
-fn place_of(world: &World, happened: Happened) -> Option<(Vec3, f64)> {
+fn place_of(world: &World, happened: CausedEvent) -> Option<(Vec3, f64)> {
     const ABOUT_A_BREAK: f64 = 0.02;
     match happened {
-        Happened::Stem(fruit) => {
+        CausedEvent::Stem(fruit) => {
             world.fruit_truth().get(fruit as usize).map(|truth| (truth.p_world, truth.radius))
         }
-        Happened::Branch(segment) => {
+        CausedEvent::Branch(segment) => {
             let body = *world.tree().bodies.get(segment as usize)?;
             Some((world.data().x_world_body(body).translation.vector, ABOUT_A_BREAK))
         }
-        Happened::End { .. } => None,
+        CausedEvent::End { .. } => None,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use clap::Parser;
 use orchard_bench::store::Store;
-use orchard_bench::{Session, Silent};
+use orchard_bench::{NoProgress, Session};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::run as run_plan;
@@ -32,7 +32,7 @@ fn record(folder: &Path) -> PathBuf {
     let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
     let plan = harvest.plan("quick", vec![20250704], 1, 14.0);
     let store = Store::open(folder).unwrap();
-    run_plan(&plan, &harvest, &Session::whole(&store, 1, &AtomicBool::new(false)), &Silent).unwrap();
+    run_plan(&plan, &harvest, &Session::whole(&store, 1, &AtomicBool::new(false)), &NoProgress).unwrap();
     folder.join("episodes/baseline-nominal-20250704-000.json")
 }
 
@@ -74,11 +74,16 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     let controller = changed("\"controller\": \"baseline\"", "\"controller\": \"wizard\"");
     assert!(controller.contains("no controller 'wizard'; the controllers are: baseline"), "{controller}");
     let hash = &input.record.key.config_hash;
-    assert!(changed(hash, &"0".repeat(64)).contains("config_hash: 0000"));
+    assert!(changed(hash, &"0".repeat(64)).contains("config_hash 0000"));
     // The record says paper, the options say otherwise.
     let other = refused(&[line, "--text", "--preset", "v-trellis"]);
-    assert!(other.contains("config_hash: ") && other.contains("is not that of this scenario"), "{other}");
-    assert!(input::tests::refused(&whole[..whole.len() / 2]).starts_with("is no record of an episode"));
+    assert!(
+        other.contains("config_hash ") && other.contains("differs from that of this scenario"),
+        "{other}"
+    );
+    assert!(
+        input::tests::refused(&whole[..whole.len() / 2]).starts_with("not a record of a bench-v1 episode")
+    );
 
     // A record that was changed by hand is detected by the second run.
     let segment = 3;
@@ -113,5 +118,5 @@ fn what_is_not_there_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let summary = folder.path().join("summary.json");
     std::fs::write(&summary, "{\"schema_version\": 2, \"conditions\": {}}").unwrap();
-    assert!(refused(&[summary.to_str().unwrap()]).contains("is no record of an episode of bench-v1"));
+    assert!(refused(&[summary.to_str().unwrap()]).contains("not a record of a bench-v1 episode"));
 }

@@ -11,16 +11,16 @@ const MEMORY: usize = 30;
 
 /// Object that the robot touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Touched {
+enum ContactPartner {
     Wood(usize),
     Fruit(usize),
 }
 
 /// A contact of the robot at the end of a frame.
 #[derive(Debug, Clone, PartialEq)]
-struct Touch {
+struct RobotContact {
     part: String,
-    touched: Touched,
+    touched: ContactPartner,
     force: f64,
 }
 
@@ -33,17 +33,17 @@ struct Pull {
 
 /// Contacts and pulls of the last frames.
 #[derive(Debug, Default)]
-pub struct TouchMemory {
-    frames: VecDeque<(Vec<Touch>, Vec<Pull>)>,
+pub struct ContactHistory {
+    frames: VecDeque<(Vec<RobotContact>, Vec<Pull>)>,
 }
 
-impl TouchMemory {
+impl ContactHistory {
     /// Records the contacts at the end of a frame.
     pub fn note(&mut self, world: &World) {
         let touches = touches(world);
         let mut pulls: Vec<Pull> = Vec::new();
         for touch in &touches {
-            let Touched::Fruit(fruit) = touch.touched else { continue };
+            let ContactPartner::Fruit(fruit) = touch.touched else { continue };
             if pulls.iter().all(|pull| pull.fruit != fruit) {
                 let point = world.fruit().points[fruit];
                 let tension = world.data().tether_spring_force(world.model(), point).norm();
@@ -64,7 +64,7 @@ impl TouchMemory {
         for (touches, pulls) in &self.frames {
             for touch in touches {
                 let text = match touch.touched {
-                    Touched::Wood(wood) if limb.contains(&wood) => {
+                    ContactPartner::Wood(wood) if limb.contains(&wood) => {
                         format!("{} on segment {wood}", touch.part)
                     }
                     _ => continue,
@@ -75,32 +75,32 @@ impl TouchMemory {
                 keep_larger(&mut causes, pull.tension, format!("the stem of touched fruit {}", pull.fruit));
             }
         }
-        told(causes, "nothing of the robot touched that limb; what hangs on it, or its swing, broke it")
+        describe(causes, "the robot did not touch the limb; it broke under its load or its swing")
     }
 
-    /// Objects that pressed on arm and hand, the largest force first.
+    /// Objects that pressed on the robot, the largest force first.
     pub fn on_robot(&self) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
         for touch in self.frames.iter().flat_map(|(touches, _)| touches) {
             let text = match touch.touched {
-                Touched::Wood(wood) => format!("{} on segment {wood}", touch.part),
-                Touched::Fruit(fruit) => format!("{} on fruit {fruit}", touch.part),
+                ContactPartner::Wood(wood) => format!("{} on segment {wood}", touch.part),
+                ContactPartner::Fruit(fruit) => format!("{} on fruit {fruit}", touch.part),
             };
             keep_larger(&mut causes, touch.force, text);
         }
-        told(causes, "the robot touched nothing")
+        describe(causes, "the robot touched nothing")
     }
 
-    /// Robot contacts with a fruit and with the wood that bears it, the largest force first.
+    /// Robot contacts with a fruit and its branch, the largest force first.
     pub fn on_fruit(&self, world: &World, fruit: usize) -> String {
         let mut causes: Vec<(f64, String)> = Vec::new();
         for (touches, _) in &self.frames {
-            for touch in touches.iter().filter(|touch| touch.touched == Touched::Fruit(fruit)) {
+            for touch in touches.iter().filter(|touch| touch.touched == ContactPartner::Fruit(fruit)) {
                 keep_larger(&mut causes, touch.force, format!("{} on it", touch.part));
             }
         }
         if causes.is_empty() {
-            // The wood that bears it: its segment and all between that and the trunk's foot.
+            // The branch: the segment of the fruit and all segments between it and the trunk's base.
             let mut bearing = Some(world.fruit().fruit[fruit].segment);
             let mut limb = Vec::new();
             while let Some(segment) = bearing {
@@ -109,7 +109,7 @@ impl TouchMemory {
             }
             for (touches, _) in &self.frames {
                 for touch in touches {
-                    let Touched::Wood(wood) = touch.touched else { continue };
+                    let ContactPartner::Wood(wood) = touch.touched else { continue };
                     if limb.contains(&wood) {
                         keep_larger(
                             &mut causes,
@@ -120,7 +120,7 @@ impl TouchMemory {
                 }
             }
         }
-        told(causes, "nothing of the robot touched it or its branch: it was shaken off")
+        describe(causes, "the robot touched neither the fruit nor its branch: it was shaken off")
     }
 }
 
@@ -131,8 +131,8 @@ fn keep_larger(causes: &mut Vec<(f64, String)>, force: f64, text: String) {
     }
 }
 
-/// Text of the three largest forces.
-fn told(mut causes: Vec<(f64, String)>, none: &str) -> String {
+/// The three largest forces as text, or `none`.
+fn describe(mut causes: Vec<(f64, String)>, none: &str) -> String {
     causes.retain(|(force, _)| *force > 0.0);
     causes.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     if causes.is_empty() {
@@ -143,10 +143,10 @@ fn told(mut causes: Vec<(f64, String)>, none: &str) -> String {
     list.join(", ")
 }
 
-/// Contacts of the robot with wood and fruit, those of a pair of things added up.
-fn touches(world: &World) -> Vec<Touch> {
+/// Contacts of the robot with wood and fruit; forces between the same two objects are added.
+fn touches(world: &World) -> Vec<RobotContact> {
     let model = world.model();
-    let mut found: Vec<(BodyId, Touched, Vec3)> = Vec::new();
+    let mut found: Vec<(BodyId, ContactPartner, Vec3)> = Vec::new();
     for contact in &world.report().contacts {
         for (one, other) in [(contact.a, contact.b), (contact.b, contact.a)] {
             let Owner::Body(body) = model.collider(one).owner else { continue };
@@ -155,9 +155,11 @@ fn touches(world: &World) -> Vec<Touch> {
             }
             let touched = match model.collider(other).owner {
                 Owner::Point(point) => {
-                    world.fruit().points.iter().position(|p| *p == point).map(Touched::Fruit)
+                    world.fruit().points.iter().position(|p| *p == point).map(ContactPartner::Fruit)
                 }
-                Owner::Body(wood) => world.tree().bodies.iter().position(|b| *b == wood).map(Touched::Wood),
+                Owner::Body(wood) => {
+                    world.tree().bodies.iter().position(|b| *b == wood).map(ContactPartner::Wood)
+                }
                 Owner::World => None,
             };
             let Some(touched) = touched else { continue };
@@ -167,7 +169,7 @@ fn touches(world: &World) -> Vec<Touch> {
             }
         }
     }
-    let named = |(body, touched, force): (BodyId, Touched, Vec3)| Touch {
+    let named = |(body, touched, force): (BodyId, ContactPartner, Vec3)| RobotContact {
         part: part(world, body),
         touched,
         force: force.norm(),
@@ -175,7 +177,7 @@ fn touches(world: &World) -> Vec<Touch> {
     found.into_iter().map(named).collect()
 }
 
-/// A robot's part in words.
+/// Name of a part of the robot.
 fn part(world: &World, body: BodyId) -> String {
     let handle = world.handle();
     if handle.fingers.contains(&body) {

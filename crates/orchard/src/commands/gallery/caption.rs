@@ -1,4 +1,4 @@
-//! Words on a picture.
+//! Text on a picture.
 
 use embedded_graphics::mono_font::{MonoTextStyle, MonoTextStyleBuilder, ascii::FONT_7X13_BOLD};
 use embedded_graphics::pixelcolor::Rgb888;
@@ -14,14 +14,14 @@ const MARGIN: usize = 5;
 /// Colour of the letters.
 const INK: Rgb888 = Rgb888::new(40, 44, 40);
 
-/// Writes a line of ASCII letters with its upper left corner at a pixel; what passes the edge is cut off.
+/// Writes a line of ASCII text with its upper left corner at a pixel; text beyond the edge is cut off.
 pub fn write(image: &mut Image<[u8; 3]>, text: &str, left: usize, top: usize) {
     let style = MonoTextStyle::new(&FONT_7X13_BOLD, INK);
     let corner = Point::new(left as i32, (top + MARGIN) as i32);
     let Ok(_) = Text::with_baseline(text, corner, style, Baseline::Top).draw(&mut Canvas(image));
 }
 
-/// Writes bright letters on a dark label, its upper left corner at a pixel that may lie outside the picture.
+/// Writes bright text on a dark label with its upper left corner at a pixel, which may be outside the picture.
 pub fn write_label(image: &mut Image<[u8; 3]>, text: &str, left: i32, top: i32) {
     const PAPER: Rgb888 = Rgb888::new(12, 14, 16);
     const INK: Rgb888 = Rgb888::new(235, 240, 235);

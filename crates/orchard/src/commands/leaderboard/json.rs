@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 
 #[derive(Serialize)]
-struct Shown<'a> {
+struct ShownBoard<'a> {
     schema_version: u32,
     config_version: &'a str,
     seed_set: SeedSetName,
@@ -31,7 +31,7 @@ struct RankedEntry<'a> {
 /// The board does not encode.
 pub fn text(board: &Board, budget: Option<&Budget>) -> Result<String, Failure> {
     let ranked = ranking(&board.entries, budget).into_iter();
-    let shown = Shown {
+    let shown = ShownBoard {
         schema_version: board.schema_version,
         config_version: &board.config_version,
         seed_set: board.seed_set,

@@ -1,4 +1,4 @@
-//! The board as a Markdown table that also reads well on a terminal.
+//! The board as a Markdown table that is also readable on a terminal.
 
 use orchard_leaderboard::{Board, Budget, Class, Entry, Ranked};
 use orchard_tasks::seeds::SeedSetName;
@@ -10,15 +10,15 @@ const COLUMNS: usize = 15;
 /// Hexadecimal digits of a hash that are shown.
 const DIGITS: usize = 12;
 
-/// Columns that fit a terminal: all except those only for the file.
+/// Columns shown on a terminal.
 const SHORT: usize = 11;
 
-/// The board in order, under each entry's own budget or one for all, for a terminal.
+/// The ranked board for a terminal, under each entry's own budget or one for all.
 pub fn short(board: &Board, budget: Option<&Budget>) -> String {
     text(board, budget, SHORT)
 }
 
-/// The board in order, each entry under its own budget, with all its fields.
+/// The ranked board with all fields, each entry under its own budget.
 pub fn whole(board: &Board) -> String {
     text(board, None, COLUMNS)
 }
@@ -26,15 +26,15 @@ pub fn whole(board: &Board) -> String {
 fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
     let set = match board.seed_set {
         SeedSetName::V1 => "the official seeds `v1`",
-        SeedSetName::Tuning => "the tuning seeds: practice, no official score",
-        SeedSetName::Custom => "seeds of no set",
+        SeedSetName::Tuning => "the tuning seeds (practice, not an official score)",
+        SeedSetName::Custom => "custom seeds",
     };
     let mut text = format!("Protocol {}, on {set}. ", board.config_version);
     text += &match budget {
-        None => "Every entry under its own budget".to_owned(),
-        Some(budget) => format!("All under one budget a tree, {budget}"),
+        None => "Each entry is ranked under its own budget".to_owned(),
+        Some(budget) => format!("All entries are ranked under one budget per tree, {budget}"),
     };
-    text += "; within budget first, by completeness, then by damage. `*`: no other entry has as much completeness for as little damage.\n\n";
+    text += ": entries within budget first, by completeness, then by damage. `*`: on the Pareto front of completeness and damage.\n\n";
     if board.entries.is_empty() {
         return text + "No entry.\n";
     }
@@ -48,7 +48,7 @@ fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
         "dropped",
         "fruit/min",
         "place success",
-        "budget a tree",
+        "budget per tree",
         "",
         "checked",
         "quarantined",

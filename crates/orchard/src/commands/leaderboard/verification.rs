@@ -9,7 +9,7 @@ use orchard_bench::store::Store;
 use orchard_bench::{Session, gather};
 use orchard_leaderboard::{Checked, Class, Head, Refusal, Submission, drawn, head, official};
 use orchard_picker::foreign;
-use orchard_scenario::{Given, Scenario};
+use orchard_scenario::{OptionValue, Scenario};
 use orchard_tasks::harvest::command_log::Replays;
 use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
@@ -19,7 +19,7 @@ use orchard_tasks::seeds::SeedSetName;
 
 use super::AddArgs;
 use super::board_file::BoardFile;
-use crate::commands::bench_v1::bar::{Bar, Shown};
+use crate::commands::bench_v1::bar::{Bar, RecordProgress};
 use crate::commands::bench_v1::default_threads;
 use crate::failure::Failure;
 use crate::program::Program;
@@ -82,7 +82,7 @@ fn under_foreign(result: &Path, head: &Head, scenario: &Scenario) -> Result<Scen
     let plan = PlanFile::read(&store).map_err(|e| bad(&e))?;
     let stored = plan.scenario("harvest").ok_or_else(|| bad(&"plan.json has no scenario of the harvest"))?;
     let kind = foreign(&head.controller, stored.controller_configs.clone());
-    let controller = Given::new(&head.controller, "summary.json: controller");
+    let controller = OptionValue::new(&head.controller, "summary.json: controller");
     scenario.under(&controller, &[Arc::new(kind)]).map_err(|e| bad(&e))
 }
 
@@ -175,9 +175,9 @@ fn random() -> Result<u64, Failure> {
     getrandom::u64().map_err(|e| Failure::Failed(format!("no random number from the system: {e}")))
 }
 
-fn shown(record: &EpisodeRecord, steps: u64, done: &str) -> Shown {
+fn shown(record: &EpisodeRecord, steps: u64, done: &str) -> RecordProgress {
     let key = &record.key;
     let line =
         format!("{}, seed {} tree {} repeat {}: {done}", key.condition, key.seed, key.world, key.repeat);
-    Shown { steps, line }
+    RecordProgress { steps, line }
 }

@@ -12,10 +12,10 @@ use serde::de::DeserializeOwned;
 /// Summaries of the component tasks.
 const COMPONENTS: [&str; 2] = ["reach-and-grasp.json", "gentle.json"];
 
-/// Scaling runs, of any backend each.
+/// Scaling runs, each of any backend.
 const SCALINGS: [&str; 2] = ["scaling.json", "scaling-gpu.json"];
 
-/// Part of a `perf scaling` file that is read in addition to its rows.
+/// The part of a `perf scaling` file that is read.
 #[derive(Deserialize)]
 struct PerfFile {
     scaling: serde_json::Value,
@@ -27,10 +27,10 @@ struct Head {
     schema_version: u32,
 }
 
-/// Reads all summaries that are there. The error names the file and the problem.
+/// Reads all existing summaries. The error names the file and the problem.
 pub fn read(dir: &Path) -> Result<Results, String> {
     if !dir.is_dir() {
-        return Err(format!("{}: there is no such folder", dir.display()));
+        return Err(format!("{}: no such folder", dir.display()));
     }
     let mut components = Vec::new();
     for file in COMPONENTS {
@@ -46,12 +46,12 @@ pub fn read(dir: &Path) -> Result<Results, String> {
     if results.is_empty() {
         let names = "summary.json, detect.json, reach-and-grasp.json, gentle.json, compute.json, scaling.json, \
              scaling-gpu.json";
-        return Err(format!("{}: holds no result of bench-v1: none of {names}", dir.display()));
+        return Err(format!("{}: no result of bench-v1; it contains none of {names}", dir.display()));
     }
     Ok(results)
 }
 
-/// Scaling runs, one a backend.
+/// Scaling runs, one per backend.
 fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
     let mut scalings: Vec<Scaling> = Vec::new();
     for file in SCALINGS {
@@ -59,7 +59,11 @@ fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
         let backend = scaling.backend;
         if scalings.iter().any(|other| other.backend == backend) {
             let [a, b] = SCALINGS;
-            return Err(format!("{}: {a} and {b} are both of the backend {}", dir.display(), backend.name()));
+            return Err(format!(
+                "{}: {a} and {b} both have the backend {}; one file per backend is allowed",
+                dir.display(),
+                backend.name()
+            ));
         }
         scalings.push(scaling);
     }
@@ -90,14 +94,14 @@ fn text_of(path: &Path) -> Result<Option<String>, String> {
 
 fn result_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, String> {
     let bad = |problem: String| format!("{}: {problem}", path.display());
-    let head: Head = serde_json::from_str(text).map_err(|e| bad(format!("is no result of bench-v1: {e}")))?;
+    let head: Head = serde_json::from_str(text).map_err(|e| bad(format!("not a result of bench-v1: {e}")))?;
     if head.schema_version != SCHEMA_VERSION {
         let found = head.schema_version;
         return Err(bad(format!(
-            "has schema version {found}, this code reads {SCHEMA_VERSION}: run bench-v1 again"
+            "schema_version {found}, but this code reads {SCHEMA_VERSION}: run bench-v1 again"
         )));
     }
-    serde_json::from_str(text).map_err(|e| bad(format!("does not read: {e}")))
+    serde_json::from_str(text).map_err(|e| bad(format!("cannot be parsed: {e}")))
 }
 
 #[cfg(test)]
@@ -110,25 +114,25 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path();
         let refused = || read(dir).unwrap_err();
-        assert!(refused().contains("holds no result of bench-v1"));
-        assert!(read(&dir.join("none")).unwrap_err().contains("there is no such folder"));
+        assert!(refused().contains("no result of bench-v1"));
+        assert!(read(&dir.join("none")).unwrap_err().contains("no such folder"));
         let compute = Compute { schema_version: SCHEMA_VERSION, tasks: std::collections::BTreeMap::new() };
         let text = serde_json::to_string(&compute).unwrap();
         std::fs::write(dir.join("compute.json"), &text).unwrap();
         assert_eq!(read(dir).unwrap().compute, Some(compute));
         for (name, text, problem) in [
-            ("summary.json", "{", "summary.json: is no result of bench-v1: EOF"),
+            ("summary.json", "{", "summary.json: not a result of bench-v1: EOF"),
             (
                 "summary.json",
                 "{\"schema_version\": 1}",
-                "summary.json: has schema version 1, this code reads",
+                "summary.json: schema_version 1, but this code reads",
             ),
             (
                 "detect.json",
                 &format!("{{\"schema_version\": {SCHEMA_VERSION}}}"),
-                "detect.json: does not read: missing field",
+                "detect.json: cannot be parsed: missing field",
             ),
-            ("scaling.json", "[]", "scaling.json: is no result"),
+            ("scaling.json", "[]", "scaling.json: not a result"),
         ] {
             std::fs::write(dir.join(name), text).unwrap();
             assert!(refused().contains(problem), "{}", refused());

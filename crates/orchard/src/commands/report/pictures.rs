@@ -1,4 +1,4 @@
-//! Pictures of a run: some of its trees, and one attempt that placed its fruit.
+//! Pictures of a run: some trees, and one attempt that placed its fruit.
 
 use std::path::Path;
 
@@ -21,27 +21,27 @@ use crate::failure::Failure;
 use crate::picture_file::png;
 use crate::program::Program;
 
-/// Trees that are shown.
+/// Number of trees that are shown.
 const TREES: usize = 3;
 /// Width and height of a tree's picture \[px\].
 const TREE: [usize; 2] = [360, 450];
 /// Width and height of a view of a moment \[px\]: smaller than in `orchard explain`, to keep the page small.
 const VIEW: [usize; 2] = [300, 225];
 
-/// Draws the worlds of the results; none if other code made the results.
+/// Draws the pictures; none if another code version made the results.
 pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures, Failure> {
     let left_out = |reason: &str| Pictures { left_out: Some(reason.to_owned()), ..Pictures::default() };
     let Some(harvest) = &results.harvest else {
-        return Ok(left_out("Pictures are of a harvest, and this folder has none."));
+        return Ok(left_out("Pictures need a harvest, and this folder has none."));
     };
     if harvest.code_version != CODE_VERSION {
         return Ok(left_out(&format!(
-            "Pictures were left out: the run is of code version {}, this is {CODE_VERSION}, which may act otherwise.",
+            "Pictures were left out: the run was made by code version {}, but this is {CODE_VERSION}, whose results may differ.",
             harvest.code_version
         )));
     }
     let Some((_, main)) = main_condition(harvest) else {
-        return Ok(left_out("Pictures are of episodes, and this folder has none."));
+        return Ok(left_out("Pictures need episode records, and this folder has none."));
     };
     let stored = Store::open(dir)
         .map_err(|e| e.to_string())
@@ -56,9 +56,7 @@ pub fn draw(dir: &Path, results: &Results, program: &Program) -> Result<Pictures
     let trees = trees(main, &scenario)?;
     let (pick, left_out) = match placed(dir, main, program) {
         Ok(Some((input, attempt))) => (Some(pick(&input, &attempt)?), None),
-        Ok(None) => {
-            (None, Some("No attempt of this run placed its fruit: there is none to show.".to_owned()))
-        }
+        Ok(None) => (None, Some("No attempt of this run placed its fruit, so none is shown.".to_owned())),
         Err(reason) => (None, Some(format!("The pictures of an attempt were left out: {reason}."))),
     };
     Ok(Pictures { trees, pick, left_out })
@@ -75,8 +73,7 @@ fn trees(main: &ConditionSummary, scenario: &Scenario) -> Result<Vec<Picture>, F
     let plantings: Result<Vec<Planting>, _> = worlds.iter().map(plant).collect();
     let images = portraits(&plantings.context("cannot grow the trees")?, TREE, || ());
     let picture = |(image, (seed, world)): (&Image<[u8; 3]>, &(u64, u32))| {
-        let alt =
-            format!("Apple tree {world} of seed {seed} with its leaves and fruit, as it stands at the start");
+        let alt = format!("Apple tree {world} of seed {seed} with its leaves and fruit at the start");
         picture(image, alt, format!("Seed {seed}, tree {world}"))
     };
     images.iter().zip(&worlds).map(picture).collect()
@@ -107,7 +104,7 @@ fn pick(input: &Input, attempt: &AttemptRecord) -> Result<Pick, Failure> {
     let replay = replay::replay(input, &frames)?;
     let panels = strip::panels(record, attempt, &moments, &replay.shots, VIEW);
     let moment = |panel: &strip::Panel| {
-        let alt = |whence: &str| format!("{}, {whence}", panel.caption);
+        let alt = |view: &str| format!("{}, {view}", panel.caption);
         Ok(Moment {
             caption: panel.caption.clone(),
             detail: panel.distances.clone(),

@@ -1,4 +1,4 @@
-//! `orchard robot check`: lists the contents of a URDF file and the parts that a harvester lacks.
+//! `orchard robot check`: lists the content of a URDF file and the missing parts of a harvester.
 
 use std::path::{Path, PathBuf};
 
@@ -8,33 +8,33 @@ use orchard_robot::{PAPER_TOML, RobotConfig, Survey};
 use super::{meshes, table};
 use crate::failure::Failure;
 
-/// Reads any URDF file and reports joints, limits, masses and what is missing for this project.
+/// Reads any URDF file and reports joints, limits, masses, and the parts missing for the benchmark.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Printed:\n  joints   type, axis and the limits of position, velocity and effort (rad or m, rad/s or m/s, N m or N)\n  \
-                  links    mass, and whether a body could have such an inertia: positive definite, and no principal moment\n           \
+    after_help = "Output:\n  joints   type, axis and the limits of position, velocity and effort (rad or m, rad/s or m/s, N m or N)\n  \
+                  links    mass, and a check of the inertia: positive definite, and no principal moment\n           \
                   larger than the sum of the others\n  \
                   totals, the outline of the base on the ground, and the parts that a harvester needs: a planar base,\n  \
                   a height servo, an arm of seven hinges, two fingers, hand, tool point and bucket, by the names in the\n  \
-                  config. A file without them is a good file, but no robot for the benchmark.\n\n\
-                  Refused, with exit code 2 and one line that names the place: no file or no XML; a mesh file that is\n\
-                  not there; joints in a circle; two roots; names used twice; a moving link without mass; an unknown joint\n\
-                  type; a revolute or prismatic joint without limits, a limit without velocity; a mimic of no joint.\n\n\
-                  Meshes are looked for beside the URDF; package://NAME/PATH in each folder above it, as NAME/PATH or, in\n\
-                  a folder called NAME, as PATH. Their shapes are not read: collisions here are boxes, cylinders,\n\
-                  capsules and spheres.\n\n\
+                  config. A file without these parts is valid but cannot be used in the benchmark.\n\n\
+                  Errors (exit code 2, one line that names the place): a missing file; invalid XML; a missing mesh file;\n\
+                  a cycle of joints; two roots; duplicate names; a moving link without mass; an unknown joint type; a\n\
+                  revolute or prismatic joint without limits; a limit without velocity; a mimic of a missing joint.\n\n\
+                  Meshes are searched relative to the URDF; package://NAME/PATH in each parent folder, as NAME/PATH or, in\n\
+                  a folder called NAME, as PATH. Mesh shapes are not read: collision shapes are boxes, cylinders, capsules\n\
+                  and spheres.\n\n\
                   Examples:\n  orchard robot check --urdf assets/robots/ridgeback_fr3.urdf\n  \
                   orchard robot check --urdf my_arm.urdf --json my_arm.json\n  \
-                  orchard robot check --urdf my_robot.urdf --config my_robot.toml    parts by your own names"
+                  orchard robot check --urdf my_robot.urdf --config my_robot.toml    with your own names of the parts"
 )]
 pub struct Args {
-    /// The robot
+    /// URDF file of the robot
     #[arg(long, value_name = "FILE")]
     urdf: PathBuf,
-    /// Also write the report as JSON; a number that is not limited is null
+    /// Also write the report to a JSON file; missing limits are null
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Names of the parts, as in configs/paper/robot.toml, which is taken if none is given
+    /// Config with the names of the parts [default: configs/paper/robot.toml]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 }

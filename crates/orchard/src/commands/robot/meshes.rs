@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use orchard_robot::MeshUse;
 
-/// Looks for every mesh; the error names the first that is not there.
+/// Searches every mesh; the error names the first missing one.
 pub fn find_all(urdf: &Path, meshes: &[MeshUse]) -> Result<(), String> {
     let urdf = urdf.canonicalize().map_err(|e| e.to_string())?;
     for mesh in meshes {
         if !places(&urdf, &mesh.file).iter().any(|path| path.is_file()) {
-            return Err(format!("link `{}`: mesh `{}` is not there", mesh.link, mesh.file));
+            return Err(format!("link `{}`: mesh file `{}` does not exist", mesh.link, mesh.file));
         }
     }
     Ok(())

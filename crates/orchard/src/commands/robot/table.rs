@@ -32,14 +32,13 @@ pub fn text(survey: &Survey) -> String {
     );
     let corners: Vec<String> = survey.footprint.iter().map(|[x, y]| format!("({x:.3}, {y:.3})")).collect();
     match corners.is_empty() {
-        true => text += "no shapes to stand on the ground with\n",
+        true => text += "no shapes near the ground\n",
         false => {
             let _ = writeln!(text, "outline of the base on the ground [m]: {}", corners.join(" "));
         }
     }
     for mesh in &survey.meshes {
-        let what =
-            if mesh.is_collision { "for collisions, which are not read from meshes" } else { "for show" };
+        let what = if mesh.is_collision { "collision (mesh shapes are not read)" } else { "visual" };
         let _ = writeln!(text, "mesh of link `{}`, {what}: {}", mesh.link, mesh.file);
     }
     text += "\nparts of a harvester\n";
@@ -47,20 +46,20 @@ pub fn text(survey: &Survey) -> String {
         .roles
         .iter()
         .map(|role| {
-            let found = if role.is_there { "there" } else { "MISSING" };
+            let found = if role.is_there { "found" } else { "MISSING" };
             let candidates = match role.is_there || role.candidates.is_empty() {
                 true => String::new(),
                 false => format!("the file has: {}", role.candidates.join(" ")),
             };
-            let wanted = format!("{}, by the name {}", role.needs, role.wanted);
+            let wanted = format!("{}, named {}", role.needs, role.wanted);
             [role.role.to_owned(), found.to_owned(), wanted, candidates]
         })
         .collect();
     text += &columns(&rows, &[0, 1, 2, 3]);
     match &survey.obstacle {
-        None => text += "\nThis robot can harvest here.\n",
+        None => text += "\nThis robot can be used in the benchmark.\n",
         Some(reason) => {
-            let _ = writeln!(text, "\nThis robot cannot harvest here yet: {reason}");
+            let _ = writeln!(text, "\nThis robot cannot be used in the benchmark: {reason}");
         }
     }
     text
@@ -88,10 +87,10 @@ fn inertia(facts: &InertiaFacts) -> String {
         InertiaFacts::None => "none".to_owned(),
         InertiaFacts::Possible => "ok".to_owned(),
         InertiaFacts::NotPositive { smallest } => {
-            format!("of no body: a principal moment is {smallest:e} kg m2")
+            format!("impossible: a principal moment is {smallest:e} kg m2")
         }
         InertiaFacts::Unbalanced { ratio } => {
-            format!("of no body: a principal moment is {ratio:.2} times the sum of the others")
+            format!("impossible: a principal moment is {ratio:.2} times the sum of the others")
         }
     }
 }

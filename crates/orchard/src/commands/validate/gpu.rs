@@ -40,7 +40,7 @@ const GENTLE_TIPS: usize = 8;
 const NEAR_GROUND: f64 = 0.2;
 const SEED: u64 = 1;
 
-/// Runs the suite as a step of the tests. Without an adapter it is skipped, but in CI it fails.
+/// Runs the suite as a step of `cargo xtask test`. Without an adapter it is skipped; with CI=true it fails.
 pub fn check() -> Result<Verdict, Failure> {
     let gpu = match Gpu::open(Choice::Any) {
         Ok(gpu) => gpu,
@@ -60,7 +60,7 @@ pub fn check() -> Result<Verdict, Failure> {
     }
 }
 
-/// Same state after a second of pull and release, same events.
+/// Compares states after a second of pull and release, and events.
 pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     measure_on(&Gpu::open(Choice::Any).context("the suite gpu needs a graphics adapter")?)
 }
@@ -109,7 +109,7 @@ fn pull_and_release(gpu: &Gpu, count: u32) -> anyhow::Result<(f64, f64)> {
         for (index, world) in worlds.iter_mut().enumerate() {
             let parent = world.plant().tree.parent.clone();
             for segment in (0..parent.len()).filter(|i| !parent.contains(&Some(*i))).take(GENTLE_TIPS) {
-                ensure!(batch.push(index, segment, force, Vec3::zeros()), "no room for a force");
+                ensure!(batch.push(index, segment, force, Vec3::zeros()), "the batch has no free force slot");
                 let body = world.plant().tree.bodies[segment];
                 world.data_mut().body_force_world[body.index()] = force;
             }
@@ -117,7 +117,7 @@ fn pull_and_release(gpu: &Gpu, count: u32) -> anyhow::Result<(f64, f64)> {
         batch.advance(HALF);
         worlds.par_iter_mut().for_each(|world| (0..HALF).for_each(|_| drop(world.step())));
     }
-    ensure!(batch.events()?.is_empty(), "something broke that was to be pulled gently");
+    ensure!(batch.events()?.is_empty(), "a joint or stem broke in the comparison without ruptures");
     let (mut state, mut tip) = (0.0_f64, 0.0_f64);
     for (index, world) in worlds.iter().enumerate() {
         let mut data = world.data().clone();
@@ -139,7 +139,7 @@ fn tips(world: &TreeWorld, mut data: Data) -> Vec<Vec3> {
     plant.tree.bodies.iter().map(tip).collect()
 }
 
-/// True if a broken limb is about to meet the ground, where CPU and GPU have different contact laws.
+/// True if a broken limb is near the ground, where CPU and GPU have different contact laws.
 fn is_landing(world: &TreeWorld) -> bool {
     let (plant, data) = (world.plant(), world.data());
     let is_low = |(segment, id): (usize, &BodyId)| {
@@ -149,7 +149,7 @@ fn is_landing(world: &TreeWorld) -> bool {
     plant.tree.bodies.iter().enumerate().any(is_low)
 }
 
-/// Events of all worlds up to each one's first mismatch, which is one of them.
+/// Counts of the events of all worlds, up to and including the first mismatch of each.
 struct Events {
     all: usize,
     /// Not in the same frame.
@@ -169,7 +169,7 @@ fn breaking(gpu: &Gpu, count: u32) -> anyhow::Result<Events> {
         for _ in 0..LIMBS {
             let segment = stream.integer(1, plant.tree.len() as u32 - 1) as usize;
             let force = Vec3::new(0.0, 0.0, -stream.uniform(LIMB_FORCE.0, LIMB_FORCE.1));
-            ensure!(batch.push(index, segment, force, Vec3::zeros()), "no room for a force");
+            ensure!(batch.push(index, segment, force, Vec3::zeros()), "the batch has no free force slot");
             world.data_mut().body_force_world[plant.tree.bodies[segment].index()] = force;
         }
         for fruit in 0..FRUIT.min(plant.fruit.len()) {
@@ -210,7 +210,7 @@ fn breaking(gpu: &Gpu, count: u32) -> anyhow::Result<Events> {
 }
 
 impl Events {
-    /// Counts a world's events up to its first mismatch. After it the two are different worlds.
+    /// Counts a world's events up to its first mismatch; after it the two simulations differ.
     fn compare(&mut self, expected: &[BatchEvent], found: &[&BatchEvent], end: u32) {
         let same = expected.iter().zip(found).take_while(|(a, b)| a == *b).count();
         self.all += same;
@@ -220,24 +220,28 @@ impl Events {
         self.all += 1;
         self.missed += 1;
         let (wanted, got) = (expected.get(same), found.get(same));
-        // The event that is missing or early may stand a few places later in the other list.
+        // The missing or early event may be a few places later in the other list.
         let off = match (wanted, got) {
             (Some(wanted), _) => frames_off(wanted, found.iter().copied()),
             (None, Some(got)) => frames_off(got, expected.iter()),
             (None, None) => Some(0),
         };
-        // An event after the end of the comparison cannot be distinguished from one that is a frame late.
+        // An event at the end of the comparison may also be one frame late.
         let is_last = wanted.map_or(0, |e| e.frame).max(got.map_or(0, |e| e.frame)) >= end;
         self.late += usize::from(!is_last && off.is_none_or(|frames| frames > 1));
-        self.listed.push(format!("{:?} in f64, {:?} on the device", wanted.map(told), got.map(|e| told(e))));
+        self.listed.push(format!(
+            "{:?} in f64, {:?} on the device",
+            wanted.map(describe),
+            got.map(|e| describe(e))
+        ));
     }
 }
 
-/// Number of frames between an event and the same event in `others`; `None` if it is not there.
+/// Number of frames between an event and the same event in `others`; `None` if it is missing.
 fn frames_off<'a>(event: &BatchEvent, mut others: impl Iterator<Item = &'a BatchEvent>) -> Option<u32> {
     others.find(|other| other.event == event.event).map(|other| other.frame.abs_diff(event.frame))
 }
 
-fn told(event: &BatchEvent) -> String {
+fn describe(event: &BatchEvent) -> String {
     format!("world {} frame {} {:?}", event.world, event.frame, event.event)
 }

@@ -13,10 +13,10 @@ use crate::rows::{Effort, Measured, Row};
 /// Trees of a preset.
 const TREES: u32 = 200;
 
-/// Seed of the populations. Their trees are its worlds.
+/// Seed of the populations; tree i is its world i.
 const SEED: u64 = 1;
 
-/// Grows the populations, loads the dwarfs with their crop, and compares.
+/// Grows the populations, loads the dwarf trees with their crop, and compares.
 pub fn measure(_: Effort) -> anyhow::Result<Measured> {
     let measured = MeasuredTrees::embedded();
     let style = ProgressStyle::with_template("{msg:18} [{bar:30}] {pos}/{len} trees")?;

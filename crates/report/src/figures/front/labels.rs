@@ -4,9 +4,9 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{FONT, SIZE};
 
-/// Width of a letter over the size of the font, on average: a little more than most.
+/// Estimated mean width of a letter over the font size.
 const LETTER: f64 = 0.55;
-/// From a point's middle to its name \[px\].
+/// Offset of the name from the centre of a point \[px\].
 const AWAY: (i32, i32) = (9, 2);
 /// Half the width of a point \[px\].
 const POINT: i32 = 6;
@@ -18,12 +18,12 @@ type Area = [i32; 4];
 pub struct Labels(Vec<Area>);
 
 impl Labels {
-    /// Occupies the areas of the points, given in pixels.
+    /// Marks the areas of the points, given in pixels, as occupied.
     pub fn around(points: Vec<(i32, i32)>) -> Self {
         Self(points.into_iter().map(|(x, y)| [x - POINT, y - POINT, x + POINT, y + POINT]).collect())
     }
 
-    /// Returns the position and anchor of a point's label: to the right and above, or the first corner that is free.
+    /// Returns the position and anchor of a point's label: above right, or the first free corner.
     pub fn place(&mut self, (x, y): (i32, i32), letters: usize) -> ((i32, i32), HPos, VPos) {
         let width = (LETTER * f64::from(FONT) * letters as f64) as i32;
         let corner = |right: bool, above: bool| -> Area {

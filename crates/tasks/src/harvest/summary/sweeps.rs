@@ -1,4 +1,4 @@
-//! Conditions along a dial beside the nominal one, tree by tree.
+//! Comparison of the conditions of a sweep with the nominal condition, tree by tree.
 
 use std::collections::BTreeMap;
 
@@ -21,22 +21,22 @@ pub struct Sweep {
     pub unit: String,
     /// Conditions, by ascending value.
     pub points: Vec<SweepPoint>,
-    /// Every other condition beside the nominal one, by every tested metric; empty without the nominal one.
+    /// Comparison of every other condition with the nominal one, by tested metric; empty if the nominal one was not run.
     pub comparisons: Vec<SweepComparison>,
 }
 
-/// A condition beside the nominal one.
+/// Comparison of a condition with the nominal one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SweepComparison {
     /// The metric.
     pub metric: String,
-    /// The first condition, from which differences count.
+    /// The reference condition.
     pub reference: String,
-    /// The second.
+    /// The compared condition; differences are this minus reference.
     pub condition: String,
     /// Their differences and tests.
     pub test: Comparison,
-    /// Holm-adjusted p-values; all tests of one kind in a sweep are a family.
+    /// Holm-adjusted p-values; the family is all tests of one kind in the sweep.
     pub holm: Adjusted,
 }
 
@@ -79,7 +79,7 @@ fn comparisons(plan: &Plan, points: &[SweepPoint], episodes: &[EpisodeRecord]) -
     comparisons
 }
 
-/// A pair differs in the dial and in nothing else: of the nominal episodes those that the other condition has too, start pose included.
+/// Keeps the nominal episodes that the other condition also has (same tree and start pose), so that a pair differs only in the dial.
 fn comparison(
     plan: &Plan,
     metric: &MetricDefinition<EpisodeRecord>,

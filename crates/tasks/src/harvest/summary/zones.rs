@@ -20,7 +20,7 @@ pub struct ZoneSummary {
     pub placed: u32,
     /// Placed over attempts; null without attempts.
     pub place_success: Option<f64>,
-    /// 95 % bootstrap interval over trees x seeds; null where the metric is defined for fewer than two trees.
+    /// 95 % bootstrap interval over trees x seeds; null if the metric is defined for fewer than two trees.
     pub place_success_ci95: [Option<f64>; 2],
     /// Deposited over reachable; null without reachable fruit.
     pub completeness: Option<f64>,

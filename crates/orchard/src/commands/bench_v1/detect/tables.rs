@@ -1,9 +1,9 @@
-//! The detection task's results as tables for people. Precision and recall are always shown together.
+//! The detection task's results as text tables. Precision and recall are always shown together.
 
 use orchard_scenario::SceneNames;
 use orchard_statistics::Metric;
 use orchard_tasks::detect::{
-    AtFoliage, DensitySummary, DetectPlan, DetectSummary, SitsOn, VariantSummary, variants,
+    DensitySummary, DetectPlan, DetectSummary, FoliageFigure, SitsOn, VariantSummary, variants,
 };
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::zones::Zone;
@@ -27,17 +27,18 @@ pub fn report(summary: &DetectSummary, plan: &DetectPlan) -> String {
         summary.quarantined
     );
     text += &format!(
-        "recall over fruit that ought to be found: at least {:.0} % visible, {} to {} m away, at least {} px\n\n",
+        "recall is over fruit that should be found: at least {:.0} % visible, {} to {} m away, at least {} px\n\n",
         100.0 * rules.found.visible_fraction.si(),
         rules.found.depth.si().0,
         rules.found.depth.si().1,
         rules.found.pixels.get()
     );
     text += &sweep(summary, plan);
-    text += &asked(summary, plan);
-    text += "\nrecall of all visible fruit, by visible fraction in range, and over the views of a tree\n";
+    text += &requirements(summary, plan);
+    text +=
+        "\nrecall of all visible fruit, by visible fraction (fruit in range), and over the views of a tree\n";
     text += &recalls(summary);
-    text += "\nfalse positives by what they sit on\n";
+    text += "\nfalse positives by the object that they sit on\n";
     text += &false_positives(summary);
     text += "\nprecision / recall by canopy zone\n";
     text += &zones(summary);
@@ -93,31 +94,31 @@ fn interval3(metric: &Metric) -> String {
 }
 
 /// Requirements over the tuning seeds, and whether the results meet them.
-fn asked(summary: &DetectSummary, plan: &DetectPlan) -> String {
+fn requirements(summary: &DetectSummary, plan: &DetectPlan) -> String {
     let Protocol { tuning_seeds, full, .. } = &plan.protocol;
-    let as_asked =
+    let applies =
         plan.seeds == *tuning_seeds && plan.trees == full.trees.get() && plan.scene == SceneNames::paper();
-    if !as_asked {
-        return "what is asked of the tuning seeds is not judged: another scenario, other seeds or trees\n"
+    if !applies {
+        return "requirements over the tuning seeds are not judged: another scenario, other seeds or trees\n"
             .to_owned();
     }
     let mut text = String::new();
-    for (name, list) in &plan.protocol.detect.asked {
-        for AtFoliage { foliage, value, unit, .. } in list {
+    for (name, list) in &plan.protocol.detect.required {
+        for FoliageFigure { foliage, value, unit, .. } in list {
             let Some(VariantSummary { metrics, errors, .. }) = summary.at(*foliage).map(|d| &d.results)
             else {
                 continue;
             };
-            let (sign, measured, kept) = match (metrics.get(name), errors.get(name)) {
+            let (sign, measured, met) = match (metrics.get(name), errors.get(name)) {
                 (Some(metric), _) => (">=", metric.mean, metric.mean.is_some_and(|x| x >= *value)),
                 (None, Some(error)) => ("<=", error.value, error.value.is_some_and(|x| x <= *value)),
                 (None, None) => continue,
             };
             let measured = measured.map_or_else(|| "-".to_owned(), |x| format!("{x:.5}"));
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-            let verdict = if kept { "kept" } else { "MISSED" };
+            let verdict = if met { "met" } else { "MISSED" };
             text += &format!(
-                "asked over the tuning seeds: {name} {sign} {value}{unit} at foliage {foliage}: {measured}, {verdict}\n"
+                "required over the tuning seeds: {name} {sign} {value}{unit} at foliage {foliage}: {measured}, {verdict}\n"
             );
         }
     }
@@ -227,7 +228,7 @@ fn ablation(summary: &DetectSummary, plan: &DetectPlan) -> String {
         let count = |on: SitsOn| results.false_positives.get(&on).copied().unwrap_or(0);
         let shown = [SitsOn::Wood, SitsOn::Leaf, SitsOn::Fruit, SitsOn::FruitAgain];
         let others = results.false_positives.iter().filter(|(on, _)| !shown.contains(on)).map(|(_, n)| n);
-        // By how much the gates against branches change the recall, in parts of that without them.
+        // Relative change of the recall by the anti-branch gates.
         let without = variant.without_anti_branch.and_then(recall);
         let change = recall(variant.name).zip(without).map(|(with, without)| with / without - 1.0);
         let paper = published.get(variant.name);
@@ -261,7 +262,7 @@ fn number3(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))
 }
 
-/// The serialised name of a unit variant, in words.
+/// The serialised name of a unit variant, with spaces for underscores.
 fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name.replace('_', " "),

@@ -23,7 +23,7 @@ struct Load {
     at: String,
 }
 
-/// Hangs the fruit of every tree on it, lets it come to rest under their whole weight, and compares.
+/// Loads every tree with its fruit, computes the static equilibrium, and compares.
 pub fn checks(
     measured: &Measured,
     trees: &Population,

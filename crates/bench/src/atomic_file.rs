@@ -1,4 +1,4 @@
-//! A file that is written piece by piece and takes its name when it is whole.
+//! A file that is written piece by piece and gets its final name when it is complete.
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -7,18 +7,18 @@ use tempfile::NamedTempFile;
 
 use crate::store::{StoreError, temporary_in};
 
-/// A temporary file beside the place where it belongs; dropped, it is gone.
+/// A temporary file in the folder of its final path; it is deleted when dropped before [`AtomicFile::finish`].
 #[derive(Debug)]
-pub struct GrowingFile {
+pub struct AtomicFile {
     file: BufWriter<NamedTempFile>,
     path: PathBuf,
 }
 
-impl GrowingFile {
-    /// Begins a file, and makes its folder if needed.
+impl AtomicFile {
+    /// Creates the temporary file, and its folder if needed.
     ///
     /// # Errors
-    /// The folder or the file cannot be made.
+    /// The folder or the file cannot be created.
     pub fn begin(path: &Path) -> Result<Self, StoreError> {
         let begin = || {
             let folder = path.parent().unwrap_or(Path::new("."));
@@ -29,10 +29,10 @@ impl GrowingFile {
         Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
     }
 
-    /// The file takes its name.
+    /// Writes the rest and gives the file its final name.
     ///
     /// # Errors
-    /// Not all of it can be written, or the name cannot be taken.
+    /// The file cannot be written or renamed.
     pub fn finish(self) -> Result<(), StoreError> {
         let Self { file, path } = self;
         let finish = || {
@@ -44,7 +44,7 @@ impl GrowingFile {
     }
 }
 
-impl Write for GrowingFile {
+impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes)
     }
@@ -54,7 +54,7 @@ impl Write for GrowingFile {
     }
 }
 
-impl Seek for GrowingFile {
+impl Seek for AtomicFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
     }
@@ -68,13 +68,13 @@ mod tests {
     fn a_file_has_its_name_only_when_it_is_whole() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deeper/file");
-        let mut dropped = GrowingFile::begin(&path).unwrap();
+        let mut dropped = AtomicFile::begin(&path).unwrap();
         dropped.write_all(b"half").unwrap();
         assert!(!path.exists());
         drop(dropped);
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 0);
 
-        let mut whole = GrowingFile::begin(&path).unwrap();
+        let mut whole = AtomicFile::begin(&path).unwrap();
         whole.write_all(b"?bc").unwrap();
         whole.seek(SeekFrom::Start(0)).unwrap();
         whole.write_all(b"a").unwrap();
@@ -82,6 +82,6 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), b"abc");
         // A folder cannot be made where a file is.
         let below = path.join("x");
-        assert!(GrowingFile::begin(&below).unwrap_err().to_string().contains("file"));
+        assert!(AtomicFile::begin(&below).unwrap_err().to_string().contains("file"));
     }
 }

@@ -10,52 +10,55 @@ use crate::results::conditions;
 
 /// Requirements under one condition, with their verdicts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Demands<'a> {
+pub struct ConditionRequirements<'a> {
     /// The condition.
     pub condition: &'a str,
     /// Verdicts by metric; none where the result cannot be judged: other seeds, trees, repeats or time than required.
-    pub judged: Option<Vec<Judged<'a>>>,
+    pub judged: Option<Vec<JudgedRequirement<'a>>>,
 }
 
 /// One requirement with its measured value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged<'a> {
+pub struct JudgedRequirement<'a> {
     /// The metric.
     pub metric: &'a str,
     /// Requirement.
-    pub asked: &'a Requirement,
+    pub requirement: &'a Requirement,
     /// Measured mean; none where it is undefined.
     pub mean: Option<f64>,
 }
 
-impl Judged<'_> {
+impl JudgedRequirement<'_> {
     /// True if the mean meets the requirement.
     pub fn is_met(&self) -> bool {
-        self.asked.is_met(self.mean)
+        self.requirement.is_met(self.mean)
     }
 }
 
 /// Judges every condition of a result that has requirements, the nominal one first.
-pub fn demands<'a>(summary: &'a Summary, protocol: &'a Protocol) -> Vec<Demands<'a>> {
-    let Some(asked) = protocol.asked.get(&summary.controller) else { return Vec::new() };
+pub fn judge_requirements<'a>(
+    summary: &'a Summary,
+    protocol: &'a Protocol,
+) -> Vec<ConditionRequirements<'a>> {
+    let Some(required) = protocol.required.get(&summary.controller) else { return Vec::new() };
     let judge = |(condition, results): (&'a str, &'a ConditionSummary)| {
-        let figures = asked.get(condition)?;
-        let judged = as_asked(summary, &results.params, condition, protocol).then(|| {
-            let judged = |(metric, asked): (&'a String, &'a Requirement)| Judged {
+        let required = required.get(condition)?;
+        let judged = is_comparable(summary, &results.params, condition, protocol).then(|| {
+            let judged = |(metric, requirement): (&'a String, &'a Requirement)| JudgedRequirement {
                 metric,
-                asked,
+                requirement,
                 mean: results.metrics.get(metric).and_then(|metric| metric.mean),
             };
-            figures.iter().map(judged).collect()
+            required.iter().map(judged).collect()
         });
-        Some(Demands { condition, judged })
+        Some(ConditionRequirements { condition, judged })
     };
     conditions(summary).into_iter().filter_map(judge).collect()
 }
 
-/// True if a result is on what figures are asked of: the benchmark's own scene, the tuning seeds, the full profile's trees and time, each
-/// tree once.
-fn as_asked(summary: &Summary, params: &ConditionParams, condition: &str, protocol: &Protocol) -> bool {
+/// True if the requirements apply to a result: the benchmark's own scene, the tuning seeds, the full profile's trees and time, one
+/// episode per tree.
+fn is_comparable(summary: &Summary, params: &ConditionParams, condition: &str, protocol: &Protocol) -> bool {
     let horizon = match condition {
         EXHAUSTION => protocol.exhaustion.horizon.si(),
         _ => protocol.full.horizon.si(),

@@ -1,8 +1,8 @@
 //! Check of a result folder before a run: its records must be of the plan that is to be run.
 //!
-//! Two plans in one folder would write over each other's summary, so the second is refused. A record belongs to a plan if
-//! the plan asks for all that it is a function of; a larger plan takes over a smaller one's records. Which code wrote it does
-//! not count, nor then the config that this code had: such records are computed again.
+//! Two plans in one folder would overwrite each other's summary, so the second is refused. A record belongs to a plan if the
+//! fields of its key are those of a key of the plan; a larger plan reuses the records of a smaller one. For a record of another
+//! code version neither the version nor the config hash is compared: such records are computed again.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,7 +15,7 @@ use crate::store::Store;
 /// A result folder that holds records of another plan.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{folder} holds results of another plan: {file} has {differences}; give another --out, or remove that folder"
+    "{folder} holds results of another plan: {file} has {differences}; choose another --out or delete that folder"
 )]
 pub struct OtherPlan {
     folder: String,
@@ -29,27 +29,27 @@ const CODE: [&str; 2] = ["schema_version", "code_version"];
 const CONFIG: &str = "config_hash";
 
 impl Store {
-    /// Checks that a plan's records are the only ones of its task in the folder. Files that do not read as records are none.
+    /// Checks that the folder holds no records of the plan's task other than the plan's. Files that cannot be parsed are ignored.
     ///
     /// # Errors
-    /// The first record that the plan does not ask for, by file name, with the fields in which it differs from all that are.
+    /// The first record, by file name, that is not in the plan, with the fields in which it differs from all records of the plan.
     pub fn check_plan<R: Record>(&self, keys: &[R::Key]) -> Result<(), OtherPlan> {
         let keys: Vec<Map<String, Value>> = keys.iter().map(fields).collect();
         let Some(first) = keys.first() else { return Ok(()) };
-        let asked = |left_out: &[&str]| -> BTreeSet<String> {
+        let planned = |left_out: &[&str]| -> BTreeSet<String> {
             keys.iter().map(|key| text(key, first, left_out)).collect()
         };
-        let (by_this_code, by_another) = (asked(&CODE), asked(&[CODE[0], CODE[1], CONFIG]));
+        let (by_this_code, by_another) = (planned(&CODE), planned(&[CODE[0], CODE[1], CONFIG]));
         for file in self.files(R::FOLDER) {
             let Ok(bytes) = fs::read(self.path().join(&file)) else { continue };
             let Ok(Value::Object(record)) = serde_json::from_slice(&bytes) else { continue };
             let same_code = CODE.iter().all(|field| record.get(*field) == first.get(*field));
-            let is_asked = if same_code {
+            let is_planned = if same_code {
                 by_this_code.contains(&text(&record, first, &CODE))
             } else {
                 by_another.contains(&text(&record, first, &[CODE[0], CODE[1], CONFIG]))
             };
-            if !is_asked {
+            if !is_planned {
                 let folder = self.path().display().to_string();
                 return Err(OtherPlan { folder, file, differences: differences(&record, &keys, same_code) });
             }
@@ -65,35 +65,39 @@ fn fields<K: serde::Serialize>(key: &K) -> Map<String, Value> {
     }
 }
 
-/// The fields of a key as one text, those left out that are not to count.
+/// The fields of a key as one text, without the fields in `left_out`.
 fn text(record: &Map<String, Value>, key: &Map<String, Value>, left_out: &[&str]) -> String {
     let counts = |name: &&String| !left_out.contains(&name.as_str());
     key.keys().filter(counts).map(|name| format!("{name} {:?}\n", record.get(name))).collect()
 }
 
-/// The fields of a record whose value no key has, with what the keys have.
+/// The fields of a record whose value no key has, with the values that the keys have.
 fn differences(record: &Map<String, Value>, keys: &[Map<String, Value>], same_code: bool) -> String {
-    let mut told = Vec::new();
+    let mut texts = Vec::new();
     for name in keys[0].keys().filter(|name| !CODE.contains(&name.as_str())) {
         let found = record.get(name).unwrap_or(&Value::Null);
-        let mut asked: Vec<&Value> = Vec::new();
+        let mut planned: Vec<&Value> = Vec::new();
         for value in keys.iter().filter_map(|key| key.get(name)) {
-            if !asked.contains(&value) {
-                asked.push(value);
+            if !planned.contains(&value) {
+                planned.push(value);
             }
         }
-        if !asked.contains(&found) {
-            told.push((name, format!("{name} {found}, not {}", listed(&asked))));
+        if !planned.contains(&found) {
+            texts.push((name, format!("{name} {found}, not {}", listed(&planned))));
         }
     }
-    // The hash differs with whatever it covers: it is reported only if no other field is, or where it matters.
-    let alone = told.len() == 1;
-    let told: Vec<String> = told
+    // The hash differs if any field that it covers does: it is reported only if no other field is.
+    let alone = texts.len() == 1;
+    let texts: Vec<String> = texts
         .into_iter()
         .filter(|(name, _)| name.as_str() != CONFIG || (alone && same_code))
-        .map(|(_, told)| told)
+        .map(|(_, text)| text)
         .collect();
-    if told.is_empty() { "values that are not asked for together".to_owned() } else { told.join(", ") }
+    if texts.is_empty() {
+        "a combination of values that is not in the plan".to_owned()
+    } else {
+        texts.join(", ")
+    }
 }
 
 /// Some values in words.
@@ -146,7 +150,7 @@ mod tests {
         assert_eq!(
             other.unwrap_err(),
             " holds results of another plan: sums/gardener-7-000.json has controller \"gardener\", not \
-             \"fake\"; give another --out, or remove that folder"
+             \"fake\"; choose another --out or delete that folder"
         );
         let seed = said(|key| key.seed = 5, &keys()).unwrap_err();
         assert!(seed.contains("has seed 5, not 7 or 8;"), "{seed}");
