@@ -1,5 +1,6 @@
 //! The batches under test, each with its tolerances and their reasons.
 
+use super::trees::Errors;
 use orchard_batch::{Batch, Isa, ReferenceBatch, Stepper, TreeWorld};
 use orchard_gpu::{Gpu, GpuBatch, Options};
 use orchard_multibody::{Preconditioner, Solver};
@@ -18,6 +19,13 @@ pub struct Tolerance {
     pub tip: f64,
     /// Position of a tip or of a fruit while broken limbs swing and loose fruit fall \[m\]: a swing multiplies the error that it starts with.
     pub falling: f64,
+}
+
+impl Tolerance {
+    /// True if these errors of a world without breaks are within it.
+    pub fn admits(self, errors: Errors) -> bool {
+        errors.angle <= self.angle && errors.rate <= self.rate && errors.tip <= self.tip
+    }
 }
 
 /// Bits equal those of the f64 worlds, since the arithmetic is the same.
@@ -42,7 +50,10 @@ type Build = dyn Fn(&[TreeWorld]) -> Box<dyn Stepper>;
 /// One kind of batch.
 pub struct Backend {
     pub name: String,
+    /// Against the f64 worlds.
     pub tolerance: Tolerance,
+    /// Of a reset world against the same world of a new batch.
+    pub reset: Tolerance,
     build: Box<Build>,
 }
 
@@ -52,7 +63,8 @@ impl Backend {
         tolerance: Tolerance,
         build: impl Fn(&[TreeWorld]) -> S + 'static,
     ) -> Self {
-        Self { name: name.into(), tolerance, build: Box::new(move |worlds| Box::new(build(worlds))) }
+        let build = Box::new(move |worlds: &[TreeWorld]| -> Box<dyn Stepper> { Box::new(build(worlds)) });
+        Self { name: name.into(), tolerance, reset: SAME_BITS, build }
     }
 
     /// A batch of these worlds.
@@ -83,7 +95,9 @@ pub fn backends() -> Vec<Backend> {
         ];
         all.extend(solvers.map(|(name, tolerance, solver)| {
             let gpu = gpu.clone();
-            Backend::new(name, tolerance, move |worlds| on_device(&gpu, worlds, solver))
+            // The device finds the equilibrium again, in f32.
+            let new = Backend::new(name, tolerance, move |worlds| on_device(&gpu, worlds, solver));
+            Backend { reset: tolerance, ..new }
         }));
     }
     all

@@ -1,7 +1,8 @@
 //! Joints that break and fruit that come off.
 
 use super::backends::backends;
-use super::worlds::{Errors, grown, kick, pull, push, state, tips};
+use super::forces::{pull, push};
+use super::trees::{Errors, grown, kick, state, tips};
 use orchard_batch::{BatchEvent, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 

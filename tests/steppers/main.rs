@@ -2,9 +2,11 @@
 
 mod backends;
 mod detachment;
+mod forces;
 mod pull_and_release;
 mod quarantine;
 mod reset;
 #[path = "../../crates/gpu/tests/device/mod.rs"]
 mod testing;
-mod worlds;
+#[path = "../../crates/batch/tests/trees/mod.rs"]
+mod trees;

@@ -1,7 +1,8 @@
 //! A pull on every tree for half a second, and half a second after its release: nothing breaks.
 
 use super::backends::{PUSHES, backends};
-use super::worlds::{Errors, grown, kick, push, siblings, state};
+use super::forces::push;
+use super::trees::{Errors, grown, kick, siblings, state};
 use orchard_batch::{Status, TreeWorld};
 use orchard_geometry::Vec3;
 
@@ -40,7 +41,7 @@ fn pull_and_release_agrees_with_f64() {
                         let errors = Errors::of(world, &state(&mut *stepper, world, index));
                         worst = worst.max(errors);
                         assert!(
-                            errors.are_within(backend.tolerance),
+                            backend.tolerance.admits(errors),
                             "{}, {kind}, world {index}: {errors:?}",
                             backend.name
                         );

@@ -1,9 +1,8 @@
 //! Worlds with a number that is not finite.
 
 use super::backends::backends;
-use super::worlds::{grown, kick, state};
+use super::trees::{bits, grown, kick, state};
 use orchard_batch::{BatchEvent, Fault, Quarantine, Status, TreeEvent, TreeWorld};
-use orchard_multibody::Data;
 
 /// Frames of a run.
 const FRAMES: u32 = 3;
@@ -22,10 +21,6 @@ fn a_world_that_is_not_finite_is_taken_out() {
     let healthy = worlds();
     let mut worlds = worlds();
     worlds[ILL].data_mut().v[6] = f64::NAN;
-    let bits = |data: &Data| -> Vec<u64> {
-        let points = data.point_p_world.iter().chain(&data.point_v_world).flat_map(|v| v.iter());
-        data.q.iter().chain(&data.v).chain(points).map(|x| x.to_bits()).collect()
-    };
     for backend in backends() {
         let name = &backend.name;
         let [mut stepper, mut neighbours] = [&worlds, &healthy].map(|worlds| backend.build(worlds));

@@ -1,64 +1,108 @@
-//! Resets, which only batches on a graphics device have: a reset world is compared with an f64 world from its start.
+//! Resets: a reset world is as in a new batch, and the other worlds keep their bits.
 
+use super::backends::backends;
 use super::testing;
-use super::worlds::{Errors, grown, kick, pull, push, state};
-use orchard_batch::{Status, Stepper};
+use super::trees::{Errors, bits, grown, state};
+use orchard_batch::{BatchEvent, Status, Stepper, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
-use orchard_gpu::{Gpu, GpuBatch, Options};
+use orchard_gpu::{GpuBatch, Options};
 
-/// Bounds of `validate gpu` on angle and tip, and the floor of rates in f32 ([`super::backends`]).
-const ANGLE: f64 = 5e-5;
-const RATE: f64 = 1e-4;
-const TIP: f64 = 1e-5;
 /// World that is not reset.
 const OTHER: usize = 1;
-/// Worlds that are reset; the last one is in quarantine before.
-const RESET: [usize; 3] = [0, 2, 3];
+/// Worlds that are reset. The last one is in quarantine before.
+const RESET: [usize; 3] = [0, 2, ILL];
+const ILL: usize = 3;
+/// Force on a limb of every world, and on its fruit 0 \[N\].
+const LOAD: Vec3 = Vec3::new(0.0, 0.0, -400.0);
+const PULL: Vec3 = Vec3::new(0.0, 0.0, -60.0);
+/// Frames in which these forces break the limb and detach the fruit, and frames at rest after a reset.
+const DAMAGE: u32 = 20;
+const REST: u32 = 30;
 
-/// A reset world is whole, at rest in the equilibrium that f64 finds, and continues as a new one does; the others keep their bits, in the same tile or in the same block of memory.
-#[test]
-fn a_reset_world_is_as_new() {
-    let Some(gpu) = testing::device() else { return };
-    [1, 4].into_iter().for_each(|tiles| reset_in(&gpu, tiles));
+/// The limb that is overloaded.
+fn limb(world: &TreeWorld) -> usize {
+    world.plant().tree.len() / 3
 }
 
-fn reset_in(gpu: &Gpu, tiles: usize) {
-    let mut worlds = grown(4);
-    kick(&mut worlds, 1.0);
-    let options = Options { tiles: Some(tiles), ..Options::default() };
-    let mut batch = GpuBatch::with_options(gpu, &worlds, options).unwrap();
-    let inputs = |batch: &mut GpuBatch, worlds: &mut [_], part: f64, infinite: f64| {
-        for (index, world) in worlds.iter_mut().enumerate() {
-            let world: &mut orchard_batch::TreeWorld = world;
-            let segment = world.plant().tree.len() / 3;
-            push(world, batch, index, segment, [Vec3::new(0.0, 0.0, -400.0 * part), Vec3::zeros()]);
-            pull(world, batch, index, 0, Vec3::new(0.0, 0.0, -60.0 * part));
+/// Breaks a limb and detaches a fruit of every world, except of one that turns non-finite.
+fn damage(stepper: &mut dyn Stepper, worlds: &[TreeWorld]) {
+    for (index, world) in worlds.iter().enumerate() {
+        stepper.push(index, limb(world), LOAD, Vec3::zeros()).unwrap();
+        stepper.pull(index, 0, PULL);
+    }
+    stepper.pull(ILL, 1, Vec3::new(f64::INFINITY, 0.0, 0.0));
+    stepper.advance(DAMAGE);
+}
+
+/// Events of the worlds that are reset, or of the other, with their frames counted after the first ones.
+fn events(stepper: &mut dyn Stepper, are_reset: bool, after: u32) -> Vec<BatchEvent> {
+    let events = stepper.events().unwrap().into_iter();
+    let of_these = events.filter(|event| RESET.contains(&event.world) == are_reset);
+    of_these.map(|event| BatchEvent { frame: event.frame - after, ..event }).collect()
+}
+
+/// Broken limbs, detached fruit, forces and quarantine are gone; the same damage then has the same events as in a new batch.
+#[test]
+fn a_reset_world_is_as_in_a_new_batch() {
+    let worlds = grown(4);
+    for backend in backends() {
+        let name = &backend.name;
+        let [mut stepper, mut never_reset, mut fresh] = [(); 3].map(|()| backend.build(&worlds));
+        damage(&mut *stepper, &worlds);
+        damage(&mut *never_reset, &worlds);
+        assert_ne!(stepper.status(ILL).unwrap(), Status::Running, "{name}");
+        stepper.reset(&RESET);
+        // Unread events of a reset world are lost.
+        assert_eq!(events(&mut *stepper, true, 0), [], "{name}");
+        for frames in [0, REST] {
+            for batch in [&mut stepper, &mut never_reset, &mut fresh] {
+                batch.advance(frames);
+            }
+            let [kept, truth] = [&mut stepper, &mut never_reset]
+                .map(|batch| bits(&state(&mut **batch, &worlds[OTHER], OTHER)));
+            assert_eq!(kept, truth, "{name}, {frames} frames");
+            for index in RESET {
+                let world = &worlds[index];
+                assert_eq!(stepper.status(index).unwrap(), Status::Running, "{name}, world {index}");
+                let [found, truth] =
+                    [&mut stepper, &mut fresh].map(|batch| state(&mut **batch, world, index));
+                let errors = Errors::between(world, &found, &truth);
+                let is_near = backend.reset.admits(errors) && errors.fruit <= backend.reset.tip;
+                assert!(is_near, "{name}, world {index}, {frames} frames: {errors:?}");
+                assert_eq!((found.tethered, found.groups), (truth.tethered, truth.groups), "{name}");
+            }
         }
-        batch.pull(3, 1, Vec3::new(infinite, 0.0, 0.0));
-    };
-    inputs(&mut batch, &mut worlds, 1.0, 1e30);
-    batch.advance(20);
-    assert_ne!(batch.status(3).unwrap(), Status::Running);
-    let before = state(&mut batch, &worlds[OTHER], OTHER);
-    let past = batch.statistics().unwrap()[OTHER];
-    inputs(&mut batch, &mut worlds, 0.0, 0.0);
-    batch.reset(&RESET);
-    let after = state(&mut batch, &worlds[OTHER], OTHER);
-    assert_eq!((before.q, before.v), (after.q, after.v));
-    let mut fresh = grown(4);
-    for frames in [0, 60] {
-        Stepper::advance(&mut batch, frames);
-        for index in RESET {
-            (0..frames).for_each(|_| assert_eq!(fresh[index].step(), []));
-            let errors = Errors::of(&fresh[index], &state(&mut batch, &fresh[index], index));
-            let is_near = errors.angle < ANGLE && errors.rate < RATE && errors.tip < TIP;
-            assert!(is_near, "world {index}, {frames} frames: {errors:?}");
-            assert_eq!(batch.status(index).unwrap(), Status::Running);
+        for batch in [&mut stepper, &mut fresh] {
+            damage(&mut **batch, &worlds);
+        }
+        let expected = events(&mut *fresh, true, 0);
+        assert_eq!(events(&mut *stepper, true, DAMAGE), expected, "{name}");
+        for index in [0, 2] {
+            let has = |is: fn(&TreeEvent) -> bool| expected.iter().any(|e| e.world == index && is(&e.event));
+            assert!(has(|event| matches!(event, TreeEvent::Snapped { .. })), "{name}: {expected:?}");
+            assert!(has(|event| matches!(event, TreeEvent::Detached { .. })), "{name}: {expected:?}");
         }
     }
-    let events = batch.events().unwrap();
-    assert!(!events.is_empty() && events.iter().all(|event| event.world == OTHER), "{events:?}");
-    let statistics = batch.statistics().unwrap();
-    assert!(RESET.iter().all(|&index| statistics[index].snapped + statistics[index].detached == 0));
-    assert!(statistics[OTHER].snapped >= past.snapped && statistics[OTHER].peak_moment >= past.peak_moment);
+}
+
+/// On the device the other world keeps its bits in the same tile and in another tile of the same block of memory. Scripted forces on reset worlds are gone, and their counts start at zero.
+#[test]
+fn a_reset_on_the_device_clears_counts_and_scripts() {
+    let Some(gpu) = testing::device() else { return };
+    let worlds = grown(4);
+    for tiles in [1, 4] {
+        let options = Options { tiles: Some(tiles), ..Options::default() };
+        let mut batch = GpuBatch::with_options(&gpu, &worlds, options).unwrap();
+        damage(&mut batch, &worlds);
+        assert!(batch.script(0, limb(&worlds[0]), LOAD, Vec3::zeros(), DAMAGE + 1..=2 * DAMAGE));
+        let before = bits(&state(&mut batch, &worlds[OTHER], OTHER));
+        let past = batch.statistics().unwrap()[OTHER];
+        batch.reset(&RESET);
+        assert_eq!(bits(&state(&mut batch, &worlds[OTHER], OTHER)), before, "{tiles} tiles");
+        batch.advance(DAMAGE);
+        let statistics = batch.statistics().unwrap();
+        assert!(RESET.iter().all(|&index| statistics[index].snapped + statistics[index].detached == 0));
+        let other = statistics[OTHER];
+        assert!(past.snapped > 0 && other.snapped >= past.snapped && other.peak_moment >= past.peak_moment);
+    }
 }

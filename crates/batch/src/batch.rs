@@ -153,6 +153,17 @@ impl Batch {
         self.tiles[tile].store(lane, data);
     }
 
+    /// Resets some worlds as [`crate::Stepper::reset`] does, tiles in parallel.
+    pub fn reset(&mut self, worlds: &[usize]) {
+        let mut lanes = vec![Vec::new(); self.tiles.len()];
+        for &world in worlds {
+            let (tile, lane) = self.places[world];
+            lanes[tile].push(lane);
+        }
+        let tiles = self.tiles.par_iter_mut().zip(lanes);
+        tiles.for_each(|(tile, lanes)| lanes.into_iter().for_each(|lane| tile.reset(lane)));
+    }
+
     /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed.
     pub fn push(&mut self, world: usize, segment: usize, force_world: Vec3, torque_world: Vec3) {
         let (tile, lane) = self.places[world];

@@ -99,6 +99,15 @@ impl Stepper for ReferenceBatch {
         Ok(())
     }
 
+    fn reset(&mut self, worlds: &[usize]) {
+        for &index in worlds {
+            let (world, status) = &mut self.worlds[index];
+            world.reset();
+            *status = Status::Running;
+        }
+        self.events.retain(|event| !worlds.contains(&event.world));
+    }
+
     fn push(
         &mut self,
         world: usize,

@@ -69,6 +69,12 @@ pub trait Stepper: Send {
     /// The backend failed.
     fn store(&mut self, world: usize, data: &mut Data) -> Result<(), StepperError>;
 
+    /// Puts some worlds back to the state that [`crate::TreeWorld::new`] gives them: unbroken, every fruit on its stem, in static
+    /// equilibrium, without external forces, running. Rates, breaks and forces that they had when the batch was built do not come
+    /// back; on a graphics device, fruit that were off their stems then stay off. Events of these worlds that have not been read are
+    /// lost. The other worlds keep their bits. The count of frames, which events name, goes on.
+    fn reset(&mut self, worlds: &[usize]);
+
     /// Sets the external force \[N\] at, and torque [N m] about, a segment's centre of mass until changed.
     ///
     /// # Errors
@@ -113,6 +119,10 @@ impl Stepper for Batch {
     fn store(&mut self, world: usize, data: &mut Data) -> Result<(), StepperError> {
         Batch::store(self, world, data);
         Ok(())
+    }
+
+    fn reset(&mut self, worlds: &[usize]) {
+        Batch::reset(self, worlds);
     }
 
     fn push(

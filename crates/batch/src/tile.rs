@@ -107,6 +107,16 @@ impl Tile {
         &mut self.numbers.stem_limits.as_mut_slice()[(fruit_row * limit::FIELDS + field) * self.lanes + lane]
     }
 
+    /// Puts a lane's world back to its state at rest.
+    pub fn reset(&mut self, lane: usize) {
+        let LaneWorld { index, ref plant, ref walk, ref fruit_row, .. } = self.worlds[lane];
+        let world = TreeWorld::at_rest(plant.clone());
+        self.worlds[lane] = LaneWorld::new(index, &world, walk.clone(), fruit_row.clone());
+        self.events.retain(|event| event.world != index);
+        self.empty(lane);
+        self.load_lane(lane, &world);
+    }
+
     /// State of a lane's world.
     pub fn status(&self, lane: usize) -> Status {
         self.worlds[lane].status()

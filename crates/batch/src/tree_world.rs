@@ -46,6 +46,17 @@ pub struct Plant {
     pub fruit: FruitSet,
     /// Settings of a substep.
     pub settings: StepSettings,
+    /// Static equilibrium of the whole tree with all its fruit.
+    rest: Rest,
+}
+
+/// Pose of a tree with its fruit.
+#[derive(Debug, Clone)]
+struct Rest {
+    /// Joint angles \[rad\].
+    q: Vec<f64>,
+    /// Positions of the fruit \[m\], world.
+    point_p_world: Vec<Vec3>,
 }
 
 /// Event of a tree world in a frame.
@@ -118,14 +129,28 @@ impl TreeWorld {
         let fruit = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &spec.fruit, gravity, groups);
         let model = builder.build()?;
         let settings = step_settings(&spec.sim);
-        let mut data = Data::new(&model);
-        tree.reset(&model, &mut data, &spec.wood);
-        fruit.reset(&mut data);
+        let mut data = whole(&spec, &model, &tree, &fruit);
         equilibrium(&model, &mut data, &settings.gravity, EQUILIBRIUM_TOLERANCE)?;
-        let (rupture, stems) = (Rupture::new(&tree), FruitLives::new(&fruit));
+        let Data { q, point_p_world, .. } = data;
+        let rest = Rest { q, point_p_world };
+        Ok(Self::at_rest(Arc::new(Plant { spec, model, tree, fruit, settings, rest })))
+    }
+
+    /// The world as [`Self::new`] builds it: unbroken, every fruit on its stem, in static equilibrium, without external forces.
+    pub(crate) fn at_rest(plant: Arc<Plant>) -> Self {
+        let Plant { spec, model, tree, fruit, rest, .. } = &*plant;
+        let mut data = whole(spec, model, tree, fruit);
+        data.q.clone_from(&rest.q);
+        data.point_p_world.clone_from(&rest.point_p_world);
+        forward_kinematics(model, &mut data);
+        let (rupture, stems) = (Rupture::new(tree), FruitLives::new(fruit));
         let untouched = vec![Touch::default(); fruit.len()];
-        let plant = Arc::new(Plant { spec, model, tree, fruit, settings });
-        Ok(Self { plant, data, rupture, stems, untouched, report: StepReport::default() })
+        Self { plant, data, rupture, stems, untouched, report: StepReport::default() }
+    }
+
+    /// Puts the world back to the state that [`Self::new`] gave it. Changes through [`Self::data_mut`] are undone too.
+    pub fn reset(&mut self) {
+        *self = Self::at_rest(self.plant.clone());
     }
 
     /// Advances one frame: substeps with the friction of broken joints, then rupture and stems once.
@@ -135,7 +160,7 @@ impl TreeWorld {
 
     /// Advances one frame with a chosen linear solver.
     pub fn step_by(&mut self, solver: Solver) -> Vec<TreeEvent> {
-        let Plant { spec, model, tree, fruit, settings } = &*self.plant;
+        let Plant { spec, model, tree, fruit, settings, .. } = &*self.plant;
         let settings = &StepSettings { solver, ..*settings };
         for _ in 0..spec.sim.substeps.get() {
             self.rupture.begin_substep(tree, model, &mut self.data, &spec.wood, settings.h);
@@ -183,4 +208,12 @@ impl TreeWorld {
     pub fn rupture(&self) -> &Rupture {
         &self.rupture
     }
+}
+
+/// State of the unbroken, straight tree with every fruit on its stem.
+fn whole(spec: &Spec, model: &Model, tree: &TreeBody, fruit: &FruitSet) -> Data {
+    let mut data = Data::new(model);
+    tree.reset(model, &mut data, &spec.wood);
+    fruit.reset(&mut data);
+    data
 }

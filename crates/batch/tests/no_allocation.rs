@@ -1,14 +1,13 @@
 //! The hot loop does not allocate.
 #![allow(unsafe_code)] // a global allocator that counts
 
-#[path = "lanes/common.rs"]
-mod common;
+mod trees;
 
-use common::{drop_fruit, kick, siblings, state, tip_over, tips};
 use orchard_batch::Batch;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trees::{drop_fruit, kick, siblings, state, tip_over, tips};
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
@@ -44,8 +43,8 @@ fn orchard() -> (Batch, usize) {
     while settled < 60 {
         settled = if batch.step(1).is_empty() { settled + 1 } else { 0 };
     }
-    let lowest = |index: usize| {
-        let data = state(&batch, &worlds, index);
+    let mut lowest = |index: usize| {
+        let data = state(&mut batch, &worlds[index], index);
         tips(&worlds[index], &data).iter().fold(f64::INFINITY, |m, tip| m.min(tip.z))
     };
     let fallen = (0..worlds.len()).filter(|index| lowest(*index) < 0.01).count();

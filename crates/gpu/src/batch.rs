@@ -177,8 +177,8 @@ impl GpuBatch {
         self.run(steps.map(|rules| (rules, passes)));
     }
 
-    /// Resets some worlds while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under their weight and their
-    /// external forces, with counts and peaks at zero. Events of these worlds that have not been read are lost. Fruit that were off their stems when the batch was created
+    /// Resets some worlds while the others stay as they are: unbroken, every fruit on its stem, at rest in the static equilibrium under their weight, without
+    /// external forces, set or scripted, with counts and peaks at zero. Events of these worlds that have not been read are lost. Fruit that were off their stems when the batch was created
     /// stay off.
     pub fn reset(&mut self, worlds: &[usize]) {
         self.restart(worlds, &[Pass::Reset]);
@@ -202,6 +202,7 @@ impl GpuBatch {
 
     /// Marks worlds, submits passes, and lets the worlds settle.
     fn restart(&mut self, worlds: &[usize], passes: &[Pass]) {
+        self.inputs_changed |= self.memory.clear_pushes(worlds);
         self.send_inputs();
         self.memory.mark(worlds);
         let frame = self.memory.rules.frame;

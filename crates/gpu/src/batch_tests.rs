@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use orchard_batch::{TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
-use orchard_multibody::{energy, forward_kinematics};
+use orchard_multibody::energy;
 use orchard_spec::Spec;
 use orchard_spec::randomisation::Mode;
 
 use crate::memory::Memory;
 use crate::testing::device;
-use crate::trials::{Trial, errors, grown, state};
+use crate::trees::{Errors, bits, grown, state, tips};
+use crate::trials::{Trial, is_small};
 use crate::twin::vary_tests::{base_of, spec};
 use crate::{Choice, Gpu, GpuBatch, GpuError, Options, Solver, Statistics};
 
@@ -25,12 +26,7 @@ fn neighbours_change_no_bit() {
 
 fn neighbours_change_none(gpu: &Gpu, solver: Solver) {
     let (worlds, trial) = Trial::harsh(grown(5));
-    let bits = |batch: &mut GpuBatch, index: usize, world: &TreeWorld| -> Vec<u64> {
-        let mut data = world.data().clone();
-        batch.store(index, &mut data).unwrap();
-        let points = data.point_p_world.iter().chain(&data.point_v_world).flat_map(|v| v.iter());
-        data.q.iter().chain(&data.v).chain(points).map(|x| x.to_bits()).collect()
-    };
+    let bits = |batch: &mut GpuBatch, index: usize, world: &TreeWorld| bits(&state(batch, world, index));
     let spread_over = |tiles: usize| {
         let options = Options { tiles: Some(tiles), solver, ..Options::default() };
         GpuBatch::with_options(gpu, &worlds, options).unwrap()
@@ -169,8 +165,8 @@ fn worlds_differ_in_damping() {
         let mut found = world.data().clone();
         batch.store(index, &mut found).unwrap();
         speeds.push(found.v.iter().map(|v| v * v).sum::<f64>());
-        let (q, ..) = errors(world, found);
-        assert!(q < 5e-5, "world {index}: {q}");
+        let errors = Errors::of(world, &found);
+        assert!(errors.angle < 5e-5, "world {index}: {errors:?}");
     }
     assert!(speeds[0] > 1.2 * speeds[1] && speeds[1] > 1.2 * speeds[2], "{speeds:?}");
 }
@@ -227,9 +223,8 @@ fn a_broken_tree_comes_to_rest_on_the_ground() {
     let (mut lowest, mut data) = (f64::INFINITY, worlds[0].data().clone());
     for _ in 0..60 {
         batch.advance(5);
-        batch.store(0, &mut data).unwrap();
-        orchard_multibody::forward_kinematics(&plant.model, &mut data);
-        lowest = crate::trials::tips(&worlds[0], &data).iter().fold(lowest, |low, tip| low.min(tip.z));
+        data = state(&mut batch, &worlds[0], 0);
+        lowest = tips(&worlds[0], &data).iter().fold(lowest, |low, tip| low.min(tip.z));
     }
     let fastest = data.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     println!("lowest tip {lowest} m, fastest joint at the end {fastest} rad/s");
@@ -248,8 +243,7 @@ fn energy_is_that_of_f64() {
     for _ in 0..12 {
         let statistics = batch.statistics().unwrap();
         for (index, world) in worlds.iter().enumerate() {
-            let (plant, mut data) = (world.plant(), state(&mut batch, world, index));
-            forward_kinematics(&plant.model, &mut data);
+            let (plant, data) = (world.plant(), state(&mut batch, world, index));
             let truth = energy(&plant.model, &data, &plant.settings.gravity);
             let scale = truth.gravitational.abs() + truth.anchor_bias.abs();
             let found = f64::from(statistics[index].energy);
@@ -282,8 +276,8 @@ fn scripted_forces_act_in_their_frames() {
         worlds[1].data_mut().body_torque_world[body] = torque * first;
         worlds.iter_mut().for_each(|world| assert_eq!(world.step(), []));
         batch.advance(1);
-        let (q, v, tip) = errors(&worlds[1], state(&mut batch, &worlds[1], 1));
-        assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5, "frame {frame}: {q:.1e}, {v:.1e} rad/s, {tip:.1e} m");
+        let errors = Errors::of(&worlds[1], &state(&mut batch, &worlds[1], 1));
+        assert!(is_small(errors), "frame {frame}: {errors:?}");
     }
     assert!(batch.script(1, segment, force, none, 12..=12), "a force whose frames are over has made room");
 }
@@ -322,8 +316,8 @@ fn conjugate_gradients_end_in_rounding() {
     let mut batch = GpuBatch::with_options(&gpu, &worlds, options).unwrap();
     batch.advance(60);
     for (index, world) in worlds.iter().enumerate() {
-        let (q, v, tip) = errors(world, state(&mut batch, world, index));
-        assert!(q < 5e-5 && v < 1e-4 && tip < 1e-5, "world {index}: {q:.1e}, {v:.1e} rad/s, {tip:.1e} m");
+        let errors = Errors::of(world, &state(&mut batch, world, index));
+        assert!(is_small(errors), "world {index}: {errors:?}");
     }
 }
 

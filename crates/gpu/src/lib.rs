@@ -44,6 +44,9 @@ mod table;
 #[path = "../tests/device/mod.rs"]
 mod testing;
 #[cfg(test)]
+#[path = "../../batch/tests/trees/mod.rs"]
+mod trees;
+#[cfg(test)]
 mod trials;
 #[cfg(test)]
 mod twin;

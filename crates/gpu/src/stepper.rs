@@ -35,6 +35,10 @@ impl Stepper for GpuBatch {
         GpuBatch::store(self, world, data).map_err(StepperError::of)
     }
 
+    fn reset(&mut self, worlds: &[usize]) {
+        GpuBatch::reset(self, worlds);
+    }
+
     fn push(
         &mut self,
         world: usize,

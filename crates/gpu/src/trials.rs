@@ -1,19 +1,10 @@
-//! Trees and forces for the tests of the kernels.
-
-use std::sync::Arc;
+//! Forces and bounds for the tests of the kernels.
 
 use orchard_batch::TreeWorld;
 use orchard_geometry::Vec3;
-use orchard_multibody::{Data, forward_kinematics};
-use orchard_spec::{Purpose, Spec, Stream};
 
 use crate::GpuBatch;
-
-/// Grown trees, each of its own topology.
-pub(crate) fn grown(count: u32) -> Vec<TreeWorld> {
-    let spec = Arc::new(Spec::paper());
-    (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
-}
+use crate::trees::{Errors, kick};
 
 /// Forces on segments and fruit of worlds.
 #[derive(Clone, Default)]
@@ -79,36 +70,7 @@ impl Trial {
     }
 }
 
-/// Gives every joint of every world a random rate [rad/s].
-fn kick(worlds: &mut [TreeWorld], rate: f64) {
-    for (world, index) in worlds.iter_mut().zip(0..) {
-        let mut stream = Stream::new(13, index, Purpose::Test);
-        world.data_mut().v.iter_mut().for_each(|v| *v = stream.uniform(-rate, rate));
-    }
-}
-
-/// State of a world in a batch.
-pub(crate) fn state(batch: &mut GpuBatch, world: &TreeWorld, index: usize) -> Data {
-    let mut data = world.data().clone();
-    batch.store(index, &mut data).unwrap();
-    data
-}
-
-/// Positions of the segments' tips [m].
-pub(crate) fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
-    let plant = world.plant();
-    let tip =
-        |id| orchard_geometry::transform(data.x_world_body(id), &(plant.model.body(id).inertia.p_com * 2.0));
-    plant.tree.bodies.iter().map(|&id| tip(id)).collect()
-}
-
-/// Largest errors of an angle over the largest angle, of a rate [rad/s] and of a tip [m].
-pub(crate) fn errors(world: &TreeWorld, mut data: Data) -> (f64, f64, f64) {
-    forward_kinematics(&world.plant().model, &mut data);
-    let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let error = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-    let truth = world.data();
-    let tip =
-        tips(world, &data).iter().zip(tips(world, truth)).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    (error(&data.q, &truth.q) / size(&truth.q), error(&data.v, &truth.v), tip)
+/// True if errors against f64 are within the bounds of `validate gpu`, rates within the floor of f32.
+pub(crate) fn is_small(errors: Errors) -> bool {
+    errors.angle < 5e-5 && errors.rate < 1e-4 && errors.tip < 1e-5
 }

@@ -47,6 +47,14 @@ impl Tile {
             Remains { links: column(links), fruit: column(fruit), stem_limits: column(stem_limits) };
         let quarantine = Quarantine { frame: self.frame, fault };
         self.worlds[lane].quarantine(quarantine, remains);
+        self.empty(lane);
+        let event = TreeEvent::Quarantined { fault };
+        self.events.push(BatchEvent { frame: self.frame, world: self.worlds[lane].index, event });
+    }
+
+    /// Removes a lane's numbers, counts and pushes, as if it had never had a world.
+    pub(super) fn empty(&mut self, lane: usize) {
+        let lanes = self.lanes;
         self.pushes.retain(|push| push.lane != lane);
         for counts in [&mut self.bend_frames, &mut self.stretch_frames, &mut self.pull_frames] {
             counts.iter_mut().skip(lane).step_by(lanes).for_each(|count| *count = 0);
@@ -63,8 +71,6 @@ impl Tile {
             numbers.as_mut_slice().iter_mut().skip(lane).step_by(lanes).for_each(|x| *x = padding);
         }
         self.pad(lane);
-        let event = TreeEvent::Quarantined { fault };
-        self.events.push(BatchEvent { frame: self.frame, world: self.worlds[lane].index, event });
         self.is_stale = true;
     }
 }

@@ -1,6 +1,6 @@
 //! Fruit and limbs that come off land on the ground and stay there, in lanes as in f64.
 
-use crate::common::{drop_fruit, grown, state, tip_over, tips};
+use crate::trees::{drop_fruit, grown, state, tip_over, tips};
 use orchard_batch::{Batch, Isa, TreeWorld};
 use orchard_multibody::{Data, energy, forward_kinematics};
 
@@ -17,7 +17,7 @@ fn a_fruit_falls_a_metre_lands_at_4_43_and_stays() {
         for _ in 0..240 {
             batch.step(1);
             worlds[0].step();
-            let data = state(&batch, &worlds, 0);
+            let data = state(&mut batch, &worlds[0], 0);
             let (gap, v) = (data.point_p_world[point].z - radius, data.point_v_world[point].z);
             if gap > 0.0 && v < 0.0 {
                 // The fall that is left of a frame.
@@ -25,7 +25,7 @@ fn a_fruit_falls_a_metre_lands_at_4_43_and_stays() {
             }
             lowest = lowest.min(gap);
         }
-        let (ours, truth) = (state(&batch, &worlds, 0), worlds[0].data());
+        let (ours, truth) = (state(&mut batch, &worlds[0], 0), worlds[0].data());
         let (p, v) = (ours.point_p_world[point], ours.point_v_world[point]);
         println!("{isa:?}: lands at {landing} m/s, lowest {lowest} m, at rest {} m", p.z - radius);
         assert!((landing / 4.43 - 1.0).abs() < 0.01, "{landing}");
@@ -92,7 +92,7 @@ fn toppled_trees_end_up_on_the_ground_as_in_f64() {
         for _ in 0..FRAMES {
             batch.step(1);
             for (index, fall) in falls.iter_mut().enumerate() {
-                fall.take(&start[index], &state(&batch, &start, index));
+                fall.take(&start[index], &state(&mut batch, &start[index], index));
             }
         }
         for (index, (ours, truth)) in falls.iter().zip(&truths).enumerate() {

@@ -4,10 +4,11 @@
 //! The binary needs no files: it can be carried to another processor, where
 //! `lanes --nocapture` prints the sets that ran.
 
-mod common;
 mod ground;
 mod quarantine;
 mod same_bits;
+#[path = "../trees/mod.rs"]
+mod trees;
 
 use orchard_batch::Isa;
 

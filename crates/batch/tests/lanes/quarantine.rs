@@ -1,6 +1,6 @@
 //! A world that turns non-finite is reported and stands still; its neighbours keep their bits.
 
-use crate::common::{bits, drop_fruit, grown, kick, siblings, state, tip_over};
+use crate::trees::{bits, drop_fruit, grown, kick, siblings, state, tip_over};
 use orchard_batch::{Batch, BatchEvent, Fault, Isa, Quarantine, Status, TreeEvent, TreeWorld};
 use orchard_geometry::Vec3;
 use orchard_multibody::Data;
@@ -89,7 +89,7 @@ fn run(worlds: &[TreeWorld], isa: Isa, are_ill: bool) -> (Vec<Vec<Data>>, Vec<Ba
             batch.pull(11, 3, ENORMOUS);
         }
         events.extend(batch.step(FRAMES));
-        looks.push((0..worlds.len()).map(|index| state(&batch, worlds, index)).collect());
+        looks.push(worlds.iter().enumerate().map(|(index, world)| state(&mut batch, world, index)).collect());
     }
     (looks, events, batch)
 }
@@ -167,8 +167,8 @@ fn a_world_in_quarantine_stands_still_whatever_is_asked_of_it() {
     let mut copy = batch.clone();
     copy.step(1);
     for (index, ill) in ILLS {
-        assert_eq!(bits(&state(&batch, &worlds, index)), bits(&looks[1][index]), "{ill:?}");
-        assert_eq!(bits(&state(&copy, &worlds, index)), bits(&looks[1][index]), "{ill:?}");
+        assert_eq!(bits(&state(&mut batch, &worlds[index], index)), bits(&looks[1][index]), "{ill:?}");
+        assert_eq!(bits(&state(&mut copy, &worlds[index], index)), bits(&looks[1][index]), "{ill:?}");
         assert_eq!(copy.status(index), batch.status(index));
     }
 }

@@ -1,6 +1,6 @@
 // Resets. A thread is a world.
 
-// Puts a marked world back to its start: unbroken, straight and at rest. External forces stay. Settling steps follow (`SETTLES`).
+// Puts a marked world back to its start: unbroken, straight and at rest, without forces on its fruit (the host clears those on its links). Settling steps follow (`SETTLES`).
 @compute @workgroup_size(LANES)
 fn reset(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     enter(group.x, 0u, thread);
@@ -28,7 +28,7 @@ fn straighten() {
     }
 }
 
-// Puts fruit under their stems, on the links that `place_links` has placed.
+// Removes forces on fruit, and puts fruit under their stems, on the links that `place_links` has placed.
 fn hang_fruit() {
     let rows = header(TILE_STARTS + PARTS);
     for (var row = 0u; row < rows; row++) {
@@ -42,12 +42,12 @@ fn hang_fruit() {
         let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
+            set_fruit(at, FRUIT_FORCE, vec4f(0.0));
             if fruit(at, FRUIT_STIFFNESS).x > 0.0 {
                 let anchor = fruit(at, FRUIT_ANCHOR);
                 let arm = own.axes.x * anchor.x + own.axes.y * anchor.y + own.axes.z * anchor.z;
                 var p = p_joint + arm;
                 p.z += anchor.w;
-                set_fruit(at, FRUIT_FORCE, vec4f(fruit(at, FRUIT_FORCE).xyz, 0.0));
                 set_fruit(at, FRUIT_P, vec4f(p, 0.0));
                 set_fruit(at, FRUIT_V, vec4f(0.0));
             }

@@ -75,6 +75,18 @@ impl Memory {
         self.operations[operation][3] |= fourth::PUSHED as u32;
     }
 
+    /// Removes all forces on the links of some worlds; returns true if there were any.
+    pub fn clear_pushes(&mut self, worlds: &[usize]) -> bool {
+        let mut cleared = false;
+        for &index in worlds {
+            for k in 0..self.pushes_each {
+                cleared |= self.pushed(index, k, push::ROW) != u32::MAX;
+                self.set_push(index, k, push::ROW, f32::from_bits(u32::MAX));
+            }
+        }
+        cleared
+    }
+
     fn pushed(&self, index: usize, k: usize, field: usize) -> u32 {
         let Place { tile, lane, .. } = &self.places[index];
         self.pushes[self.push_at(*tile, k, field, *lane)].to_bits()
