@@ -1,6 +1,8 @@
-//! Names the code that makes results: the package version and a hash over the sources of all crates that can change one and the
-//! lock file, so that a result of other code is never taken for one of this code. A published package, which
-//! has no neighbours, is named by its version alone.
+//! Names the code that makes results: the package version and a hash over what decides results, so that a result of other code is never
+//! taken for one of this code. Hashed are sources, kernels, manifests and build scripts of all crates that can change a result, the configs
+//! and assets, and the lock file. A published package, which has no neighbours, is named by its version alone.
+//!
+//! It is a name and no proof: whoever changes the code can also change the name.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
@@ -13,21 +15,25 @@ const KEPT_BYTES: usize = 6;
 /// Crates that only display or request results: no result depends on them.
 const SHOWING: [&str; 2] = ["report", "orchard"];
 
+/// What decides results beside the crates, under the workspace's folder.
+const SHARED: [&str; 4] = ["Cargo.lock", "Cargo.toml", "configs", "assets"];
+/// What decides results in a crate.
+const OF_CRATE: [&str; 3] = ["Cargo.toml", "build.rs", "src"];
+
 fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
     let version = env::var("CARGO_PKG_VERSION").unwrap_or_default();
-    let crates = Path::new("..");
-    let lock = Path::new("../../Cargo.lock");
-    let name = if lock.is_file() {
-        println!("cargo:rerun-if-changed={}", lock.display());
-        let mut files = vec![lock.to_owned()];
+    let (crates, workspace) = (Path::new(".."), Path::new("../.."));
+    let name = if workspace.join("Cargo.lock").is_file() {
+        let mut parts: Vec<PathBuf> = SHARED.iter().map(|part| workspace.join(part)).collect();
         let shows = |folder: &Path| SHOWING.iter().any(|name| folder.ends_with(name));
         for folder in entries(crates)?.into_iter().filter(|folder| !shows(folder)) {
-            let sources = folder.join("src");
-            if sources.is_dir() {
-                println!("cargo:rerun-if-changed={}", sources.display());
-                collect(&sources, &mut files)?;
-            }
+            parts.extend(OF_CRATE.iter().map(|part| folder.join(part)));
+        }
+        let mut files = Vec::new();
+        for part in parts.iter().filter(|part| part.exists()) {
+            println!("cargo:rerun-if-changed={}", part.display());
+            collect(part, &mut files)?;
         }
         format!("{version}+{}", hash(&files)?)
     } else {
@@ -44,14 +50,12 @@ fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    for path in entries(folder)? {
-        if path.is_dir() {
-            collect(&path, files)?;
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            files.push(path);
-        }
+/// Adds a file, or all files under a folder, sorted by name.
+fn collect(path: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    if path.is_dir() {
+        return entries(path)?.iter().try_for_each(|entry| collect(entry, files));
     }
+    files.push(path.to_owned());
     Ok(())
 }
 
@@ -61,10 +65,14 @@ fn hash(files: &[PathBuf]) -> io::Result<String> {
     let mut hash = Sha256::new();
     for path in files {
         let name = path.to_string_lossy().replace('\\', "/");
-        let text = fs::read_to_string(path)?.replace("\r\n", "\n");
-        for part in [name, text] {
+        let bytes = fs::read(path)?;
+        let bytes = match std::str::from_utf8(&bytes) {
+            Ok(text) => text.replace("\r\n", "\n").into_bytes(),
+            Err(_) => bytes,
+        };
+        for part in [name.as_bytes(), &bytes] {
             hash.update((part.len() as u64).to_le_bytes());
-            hash.update(part.as_bytes());
+            hash.update(part);
         }
     }
     Ok(hash.finalize().iter().take(KEPT_BYTES).map(|byte| format!("{byte:02x}")).collect())

@@ -104,6 +104,6 @@ mod tests {
         let text = std::fs::read_to_string(&file).unwrap();
         std::fs::write(&file, text.replace("\"sum\": 8", "\"sum\":  8")).unwrap();
         let e = gather::<Sum>(&keys, &[&stores[2]]).unwrap_err();
-        assert!(e.problem.ends_with("is damaged or was changed"), "{e}");
+        assert!(e.problem.ends_with("is damaged or was edited"), "{e}");
     }
 }

@@ -127,7 +127,7 @@ fn versions_seeds_and_plans_of_others_are_refused() {
     let folder = result();
     change(folder.path(), "episodes/fake-nominal-8-001.json", CODE_VERSION, "0.0.1");
     let e = refused(folder.path(), &plan());
-    assert!(e.contains("fake-nominal-8-001.json is of another plan, config or code version"), "{e}");
+    assert!(e.contains("fake-nominal-8-001.json belongs to another plan, config or code version"), "{e}");
 }
 
 #[test]
@@ -138,12 +138,12 @@ fn partial_and_swollen_results_are_refused() {
     fs::remove_file(&file).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
     assert!(
-        e.starts_with("1 of 8 episodes are missing, episodes/fake-nominal-7-003.json is the first"),
+        e.starts_with("1 of 8 episodes are missing; the first is episodes/fake-nominal-7-003.json"),
         "{e}"
     );
     fs::write(&file, &text[..text.len() - 9]).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
-    assert!(e.ends_with("fake-nominal-7-003.json is damaged or was changed"), "{e}");
+    assert!(e.ends_with("fake-nominal-7-003.json is damaged or was edited"), "{e}");
     fs::write(&file, &text).unwrap();
     fs::write(folder.path().join("episodes/fake-windy-7-000.json"), &text).unwrap();
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
@@ -195,7 +195,7 @@ fn a_record_with_one_number_changed_is_refused() {
     // or, where the summary is forged as well, the record itself,
     sum_up_again(folder.path());
     let e = verified(folder.path(), &plan(), 1).unwrap_err();
-    assert!(e.starts_with(episode) && e.contains("is in the bucket without an event"), "{e}");
+    assert!(e.starts_with(episode) && e.contains("is in the bucket, but no deposit is listed"), "{e}");
     // or, where the record is consistent, the episode that is run again.
     let folder = result();
     change(folder.path(), episode, "\"max_finger_force_n\": 8.0", "\"max_finger_force_n\": 7.5");
@@ -289,18 +289,18 @@ fn what_contradicts_itself() {
         lie(&mut record);
         consistency::contradiction(&record, plan().frame).unwrap_or_default()
     };
-    assert!(said(|r| r.frames = r.key.horizon_frames + 1).contains("in a budget of"));
-    assert!(said(|r| r.duration_s += 0.5).contains("frames take"));
+    assert!(said(|r| r.frames = r.key.horizon_frames + 1).contains("more than the horizon"));
+    assert!(said(|r| r.duration_s += 0.5).contains("duration_s is"));
     assert!(said(|r| r.fruit_total += 1).contains("fruit are listed"));
-    assert!(said(|r| r.fruit[0].id = 9).contains("not numbered"));
+    assert!(said(|r| r.fruit[0].id = 9).contains("ids of the fruit"));
     assert!(said(|r| r.reachable_count -= 1).contains("fruit are reachable"));
     assert!(said(|r| r.zone_census.clear()).contains("zone_census"));
-    assert!(said(|r| r.fruit_deposited.clear()).contains("without an event"));
+    assert!(said(|r| r.fruit_deposited.clear()).contains("no deposit is listed"));
     assert!(said(|r| r.fruit_deposited[0].time += 1.0).contains("has the time"));
-    assert!(said(|r| r.detection.recalled = 1000).contains("are recalled"));
+    assert!(said(|r| r.detection.recalled = 1000).contains("fruit were found"));
     assert!(said(|r| r.attempts[0].placed.clear()).contains("attempt 0: its outcome"));
-    assert!(said(|r| r.attempts[0].cycle_time = Some(0.1)).contains("its cycle time"));
-    assert!(said(|r| r.attempts[0].end_frame = 0).contains("within the episode"));
+    assert!(said(|r| r.attempts[0].cycle_time = Some(0.1)).contains("cycle_time is not"));
+    assert!(said(|r| r.attempts[0].end_frame = 0).contains("outside the episode"));
 }
 
 #[test]
@@ -334,7 +334,7 @@ fn where_two_values_part() {
     assert_eq!(first(r#"{"a": [1, {"b": 2}]}"#, r#"{"a": [1, {"b": 3}]}"#).unwrap(), "a[1].b is 2, not 3");
     assert_eq!(first(r#"{"a": [1]}"#, r#"{"a": [1, [2, 3]]}"#).unwrap(), "a[1] is absent, not a list of 2");
     assert_eq!(first(r#"{"c": 1, "b": 1}"#, r#"{"c": 2}"#).unwrap(), "b is 1, not absent");
-    assert_eq!(first("1", "{}").unwrap(), "the whole is 1, not an object of 0 fields");
+    assert_eq!(first("1", "{}").unwrap(), "the document is 1, not an object of 0 fields");
 }
 
 #[test]

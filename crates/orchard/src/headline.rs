@@ -288,7 +288,7 @@ mod tests {
         let line = after.lines().find(|line| line.starts_with("attempts_per_tree")).unwrap();
         assert_eq!(
             line.split_whitespace().collect::<Vec<_>>(),
-            ["attempts_per_tree", "-", "2.646", "1.414", "4", "1"]
+            ["attempts_per_tree", "-", "2.646", "1.414", "4", "attempts"]
         );
     }
 

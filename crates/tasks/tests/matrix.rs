@@ -89,5 +89,5 @@ fn what_is_no_condition_is_told() {
     let conditions = Conditions::new();
     let key = EpisodeKey { condition: "windy".into(), ..conditions.keys[0].clone() };
     let reason = conditions.harvest.build(&key).err().unwrap();
-    assert_eq!(reason, "there is no condition windy");
+    assert_eq!(reason, "no condition windy");
 }

@@ -40,7 +40,7 @@ pub struct Harvesting {
     harvest: Harvest,
     plan: Plan,
     /// Files beside the records: commands, and recordings where they are asked for.
-    watch: (CommandLogs, Option<Recordings>),
+    watch: (Option<Recordings>, CommandLogs),
 }
 
 impl Harvesting {
@@ -50,14 +50,14 @@ impl Harvesting {
         let plan = harvest.plan_of(extent.clone())?;
         plan.check()?;
         let recordings = record.then(|| recordings(out, scenario)).transpose()?;
-        Ok(Self { harvest, plan, watch: (CommandLogs::new(out), recordings) })
+        Ok(Self { harvest, plan, watch: (recordings, CommandLogs::new(out)) })
     }
 }
 
 impl PresentedTask for Harvesting {
     type Record = EpisodeRecord;
     type Summary = Summary;
-    type Task<'a> = Episodes<'a, Harvest, (CommandLogs, Option<Recordings>)>;
+    type Task<'a> = Episodes<'a, Harvest, (Option<Recordings>, CommandLogs)>;
 
     fn task(&self) -> Self::Task<'_> {
         Episodes { plan: &self.plan, factory: &self.harvest, watch: &self.watch }
@@ -86,18 +86,18 @@ impl PresentedTask for Harvesting {
 
     fn report(&self, summary: &Summary, _: &Store) -> Result<(), Failure> {
         report(summary, &self.plan);
-        let (logs, bytes) = self.watch.0.size();
+        let (logs, bytes) = self.watch.1.size();
         say!(
             "commands of {logs} episodes, {:.1} MB, in {}",
             bytes as f64 * 1e-6,
-            self.watch.0.folder().display()
+            self.watch.1.folder().display()
         );
         Ok(())
     }
 
     fn merge_files(&self, records: &[EpisodeRecord], from: &[&Store], _: &Store) -> Result<(), Failure> {
         let roots: Vec<&Path> = from.iter().map(|store| store.path()).collect();
-        let missing = self.watch.0.merge(records.iter().map(|record| &record.key), &roots);
+        let missing = self.watch.1.merge(records.iter().map(|record| &record.key), &roots);
         match missing.map_err(|e| Failure::Failed(e.to_string()))? {
             0 => {}
             n => eprintln!("note: the parts hold no commands of {n} episodes"),

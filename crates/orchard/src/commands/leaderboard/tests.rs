@@ -86,7 +86,7 @@ fn one_budget_for_all_moves_entries() {
     let budget = Budget::of_figures(0.0, 0.5).unwrap();
     let table = table::short(&board(), Some(&budget));
     assert_eq!(table.matches("OVER BUDGET").count(), 4, "{table}");
-    assert!(table.contains("All under one budget a tree, snapped <= 0, dropped <= 0.5"), "{table}");
+    assert!(table.contains("under one budget per tree, snapped <= 0, dropped <= 0.5"), "{table}");
 }
 
 #[derive(clap::Parser)]
@@ -170,11 +170,18 @@ fn results_without_a_plan_and_of_other_code_are_refused() {
     );
     fs::write(folder.path().join("summary.json"), head).unwrap();
     let here = folder.path().display().to_string();
-    let board = folder.path().join("board.json").display().to_string();
-    let refused = || said(&["add", &here, "--budget", "gentle", "--board", &board]);
+    let line = <Line as clap::Parser>::try_parse_from(["x", "add", &here, "--budget", "gentle"]).unwrap();
+    let Command::Add(args) = line.args.command else { panic!() };
+    let board = BoardFile::new(folder.path().join("board.json"), SeedSetName::V1).unwrap();
+    let stop = std::sync::atomic::AtomicBool::new(false);
+    let refused =
+        || match verification::verified(&args, folder.path(), &scenario(), &Program::new(), &board, &stop) {
+            Err(Failure::BadInput(e)) => e,
+            other => panic!("{other:?}"),
+        };
     // A controller that this program lacks comes with its config texts, in the plan.
     let e = refused();
-    assert!(e.contains("plan.json") && e.contains("is this a result of bench-v1?"), "{e}");
+    assert!(e.contains("plan.json") && e.contains("a result folder of bench-v1 is needed"), "{e}");
     // A known one is compared with this build's versions.
     let summary = folder.path().join("summary.json");
     let text = fs::read_to_string(&summary).unwrap();
