@@ -87,7 +87,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
             "docs",
             Box::new(|| {
                 cargo(
-                    &["doc", "--workspace", "--no-deps", "--quiet"],
+                    &["doc", "--workspace", "--exclude", "devtools", "--no-deps", "--quiet"],
                     &[("RUSTDOCFLAGS", "-D warnings".as_ref())],
                 )
             }),

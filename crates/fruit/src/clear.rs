@@ -1,6 +1,6 @@
 //! Test whether a fruit would hang clear of wood and ground.
 
-use crate::Fruit;
+use crate::apple::Fruit;
 use orchard_geometry::Vec3;
 use orchard_treegen::Skeleton;
 

@@ -4,6 +4,7 @@
 //! bodies on tethers; [`FruitLives`] follows every fruit from its stem to the bucket or the ground, by the rules in [`life`]; [`Engine`] moves
 //! what is free of stem and hand.
 
+mod apple;
 mod bruise;
 mod clear;
 mod engine;
@@ -14,6 +15,7 @@ mod place;
 mod rehang;
 mod set;
 
+pub use apple::Fruit;
 pub use bruise::{Bruise, Partner, impact_energy};
 pub use engine::{Ball, Engine, Impact, Pressing};
 pub use life::{
@@ -21,7 +23,7 @@ pub use life::{
 };
 pub use lives::FruitLives;
 pub use obstacle::{Obstacle, Shapes};
-pub use place::{Fruit, place};
+pub use place::place;
 pub use rehang::rehang;
 pub use set::{FruitGroups, FruitSet};
 

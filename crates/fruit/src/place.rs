@@ -1,27 +1,11 @@
 //! Placement of fruit on spurs, and the draw of their properties.
 
+use crate::apple::Fruit;
 use crate::clear::Wood;
 use orchard_geometry::Vec3;
 use orchard_spec::fruit::FruitSpec;
 use orchard_spec::{Purpose, Stream};
 use orchard_treegen::{FruitSite, Skeleton};
-
-/// One apple on the unloaded tree.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fruit {
-    /// Segment that bears it.
-    pub segment: usize,
-    /// Anchor of the stem in the segment's frame \[m\].
-    pub p_segment: Vec3,
-    /// Centre of the hang point on the unloaded tree \[m\], world.
-    pub p_hang_world: Vec3,
-    /// Radius \[m\].
-    pub radius: f64,
-    /// Mass \[kg\].
-    pub mass: f64,
-    /// Direct pull that detaches it, f_detach \[N\].
-    pub detach_force: f64,
-}
 
 /// Chooses the spurs that bear fruit and draws each fruit's size, mass and stem strength.
 ///

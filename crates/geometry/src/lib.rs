@@ -3,6 +3,7 @@
 //! Conventions: SI units, z up, right-handed; `p_world` is a point in the world frame, `x_world_camera` the
 //! pose of the camera in the world (it maps camera coordinates to world coordinates).
 
+pub mod aabb;
 pub mod footprint;
 pub mod height_field;
 pub mod hull;
@@ -10,11 +11,12 @@ pub mod image;
 pub mod math;
 pub mod shape;
 
+pub use aabb::Aabb;
 pub use footprint::Footprint;
 pub use height_field::{HeightField, HeightFieldError};
 pub use hull::{ConvexHull, HullError};
 pub use image::{DepthImage, Image, Intrinsics};
-pub use shape::{Aabb, Shape};
+pub use shape::Shape;
 
 /// A point or vector, three f64.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{ConvexHull, HeightField, Pose, Vec3, transform};
+use crate::{Aabb, ConvexHull, HeightField, Pose, Vec3, transform};
 
 /// A solid in its own frame. Hulls and height fields are shared, so a clone is cheap.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,33 +34,6 @@ pub enum Shape {
 
 /// Sine of the tilt up to which a height field counts as upright.
 const UPRIGHT: f64 = 1e-9;
-
-/// An axis-aligned bounding box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Aabb {
-    /// Lowest corner \[m\].
-    pub min: Vec3,
-    /// Highest corner \[m\].
-    pub max: Vec3,
-}
-
-impl Aabb {
-    /// True if two boxes share a point.
-    pub fn overlaps(&self, other: &Aabb) -> bool {
-        (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
-    }
-
-    /// Box enlarged on all sides by a margin \[m\].
-    pub fn grown(&self, by: f64) -> Aabb {
-        let d = Vec3::repeat(by);
-        Aabb { min: self.min - d, max: self.max + d }
-    }
-
-    /// Smallest box that contains both boxes.
-    pub fn union(&self, other: &Aabb) -> Aabb {
-        Aabb { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
-    }
-}
 
 impl Shape {
     /// Bounding box of the shape placed at a pose.

@@ -14,17 +14,8 @@ use crate::layout::{LANES, fourth, fruit, notice, world};
 use crate::memory::Memory;
 use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
+use crate::solver::Solver;
 use crate::table::BaseTree;
-
-/// Solver of the linear system of a substep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Solver {
-    /// The articulated-body algorithm: exact, and the fastest.
-    #[default]
-    Aba,
-    /// Matrix-free conjugate gradients, preconditioned by each joint's own block of the inertia: for comparison.
-    ConjugateGradients,
-}
 
 /// Pairs (n, workgroups): a graphics card spreads up to n worlds of different topology over so many workgroups, one for each multiprocessor of a large card, then two.
 /// `docs/computation/gpu.md` compares other numbers.

@@ -38,6 +38,7 @@ mod redraw_tests;
 mod rules;
 mod schedule;
 mod shader;
+mod solver;
 mod stepper;
 mod table;
 #[cfg(test)]
@@ -56,9 +57,10 @@ mod twin;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-pub use batch::{GpuBatch, Options, Solver, Statistics};
+pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
 pub use schedule::{ScheduleError, WARPS};
+pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
 
 /// Error: worlds cannot form a batch.

@@ -1,5 +1,7 @@
 //! The controllers of this crate, by name.
 
+use crate::plan::Target;
+use crate::task::{AssignedTask, GoalConfig, PushTask};
 use crate::{BASELINE_TOML, BaselinePicker, Controller, ExpertConfig, ExpertPicker, Goal, PickerConfig};
 use orchard_perception::DetectorConfig;
 use orchard_robot::RobotModel;
@@ -65,9 +67,27 @@ impl Kind {
         }
     }
 
-    /// Makes the controller for a component task, in its state at the start of an episode.
+    /// Makes the controller for a component task, in its state at the start of an episode. Every controller pushes to a point with the
+    /// baseline's state machine; `expert` takes the direction with the fewest seen points, slows and yields by the force at the hand, and
+    /// tries detours.
     pub fn with_goal(self, goal: &Goal, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
-        crate::goal::controller(self, goal, robot, detector)
+        let goals = GoalConfig::paper();
+        let task = match *goal {
+            Goal::Grasp { p_odom, radius } => {
+                AssignedTask { target: Target { p: p_odom, radius }, push: None }
+            }
+            Goal::Reach { p_odom, heading_odom } => {
+                let compliance = (self == Self::Expert).then_some(goals.compliance);
+                let push = PushTask { heading_odom, rules: goals.push, compliance };
+                AssignedTask { target: Target { p: p_odom, radius: 0.0 }, push: Some(push) }
+            }
+        };
+        match (self, goal) {
+            (Self::Expert, Goal::Grasp { .. }) => {
+                Box::new(ExpertPicker::with_task(robot, detector, ExpertConfig::preset(), task))
+            }
+            _ => Box::new(BaselinePicker::with_task(robot, detector, self.picker_config(), task)),
+        }
     }
 
     /// Config of the state machine that the baseline, the paper's controller and every push to a point share.

@@ -4,6 +4,7 @@
 //! of the OrchardBench paper. Robot, detector and picker keep their config in their own crates, so that detector and picker
 //! need not depend on this one, which could regrow the tree from a seed.
 
+mod axis;
 mod preset;
 mod streams;
 

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use crate::randomisation::Axis;
+use crate::axis::Axis;
 
 /// Purpose of a stream's numbers. There is one stream for each (seed, world, purpose), so that more draws for one
 /// purpose never shift those of another.

@@ -8,7 +8,7 @@
 //! | n | body |
 //! | 32 | SHA-256 of everything before |
 
-use crate::SnapshotError;
+use crate::snapshot_error::SnapshotError;
 use sha2::{Digest, Sha256};
 
 /// First bytes of a file. The odd first one and the line ending show a file that went through a text filter.

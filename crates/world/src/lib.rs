@@ -18,6 +18,7 @@ mod reach;
 mod scene;
 mod scenery;
 mod snapshot;
+mod snapshot_error;
 mod state;
 pub mod terrain;
 mod touch;
@@ -31,7 +32,8 @@ pub use event::{Status, WorldEvent};
 pub use identity::Difference;
 pub use load::WoodLoad;
 pub use planting::{Appearance, Planting, tree_scene};
-pub use snapshot::{Snapshot, SnapshotError};
+pub use snapshot::Snapshot;
+pub use snapshot_error::SnapshotError;
 pub use world::World;
 
 /// Compiles and runs the example of the README.

@@ -13,7 +13,6 @@
 //! joint by joint, so that a load on a branch that gravity spares counts although another joint bears more. Wood that swings
 //! freely or was relieved of its fruit has an excess too where it bends further than at rest.
 
-use crate::World;
 use crate::touch::Part;
 use orchard_multibody::{Data, Model, StepReport};
 use orchard_treephys::{Rupture, TreeBody};
@@ -102,13 +101,6 @@ impl WoodLoad {
     /// True if its segment is below the number of segments.
     pub(crate) fn fits(&self, segments: usize) -> bool {
         self.peak_segment.is_none_or(|segment| segment < segments)
-    }
-}
-
-impl World {
-    /// Loads of the robot on the wood since the start of the episode.
-    pub fn wood_load(&self) -> &WoodLoad {
-        &self.state.load
     }
 }
 

@@ -4,66 +4,17 @@ use crate::World;
 use crate::camera::{CameraTruth, Flight, Shot};
 use crate::envelope;
 use crate::event::{Status, WorldEvent};
-use crate::identity::{Difference, Identity};
+use crate::identity::Identity;
 use crate::load::WoodLoad;
+use crate::snapshot_error::SnapshotError;
 use crate::state::State;
 use crate::touch::fruit_touches;
 use orchard_fruit::{FruitLives, Partner};
-use orchard_multibody::{Data, StateError, StepReport};
+use orchard_multibody::{Data, StepReport};
 use orchard_robot::SetPoints;
 use orchard_treephys::Rupture;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// A snapshot that cannot be read, or not be restored into a world.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum SnapshotError {
-    /// Other first bytes.
-    #[error("not a snapshot of a world")]
-    NotASnapshot,
-    /// Written by newer or older code.
-    #[error(
-        "{} format of snapshot: version {found}, this code reads version {known}",
-        if found > known { "newer" } else { "outdated" }
-    )]
-    Version {
-        /// Version of the bytes.
-        found: u32,
-        /// Version that this code reads.
-        known: u32,
-    },
-    /// The end is missing.
-    #[error("the snapshot is cut off: {found} of {expected} bytes")]
-    CutOff {
-        /// Bytes that it should have.
-        expected: u64,
-        /// Bytes that are there.
-        found: u64,
-    },
-    /// Something follows its end.
-    #[error("{found} bytes, but the snapshot ends after {expected}")]
-    Surplus {
-        /// Bytes that it should have.
-        expected: u64,
-        /// Bytes that are there.
-        found: u64,
-    },
-    /// Some bytes have changed.
-    #[error("the snapshot is damaged: its checksum is wrong")]
-    Damaged,
-    /// Whole, but not what a snapshot holds.
-    #[error("the snapshot cannot be decoded: {0}")]
-    Unreadable(postcard::Error),
-    /// A snapshot of something else.
-    #[error("the snapshot belongs to another world: {0}")]
-    OtherWorld(#[from] Difference),
-    /// Right world, wrong multibody state.
-    #[error("the snapshot does not fit its world: {0}")]
-    State(#[from] StateError),
-    /// Right world, wrong content.
-    #[error("the snapshot does not fit its world: wrong {0}")]
-    Content(&'static str),
-}
 
 /// A world at one moment: all that its future depends on. Tree, model and robot are not in it; the caller who restores
 /// it builds the same world first.

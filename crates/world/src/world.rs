@@ -1,9 +1,12 @@
 //! The world: state, step order, observation.
 
+mod visible;
+
 use crate::build::{Parts, WorldError, build};
 use crate::camera::{CameraTruth, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::identity::{Identity, Start};
+use crate::load::WoodLoad;
 use crate::planting::{Appearance, Planting};
 use crate::state::State;
 use orchard_camera::{ImageKey, Sensor};
@@ -327,5 +330,10 @@ impl World {
     /// The robot.
     pub fn robot(&self) -> &RobotModel {
         &self.robot
+    }
+
+    /// Loads of the robot on the wood since the start of the episode.
+    pub fn wood_load(&self) -> &WoodLoad {
+        &self.state.load
     }
 }

@@ -42,18 +42,58 @@ fn graph(folder: &Path) -> anyhow::Result<Graph> {
         texts.insert(module(&relative), text);
     }
     let modules: BTreeSet<Module> = texts.keys().cloned().collect();
+    let exports = texts.get(&Module::new()).map(|root| exports(root)).transpose()?.unwrap_or_default();
     texts
         .into_iter()
         .map(|(own, text)| {
             let file = syn::parse_file(&text).with_context(|| own.join("::"))?;
             let mut uses = Uses { own: &own, depth: 0, paths: Vec::new() };
             uses.visit_file(&file);
-            let used = uses.paths.iter().filter_map(|path| file_of(path, &modules));
+            let used = uses.paths.iter().filter_map(|path| {
+                // A name of the crate's root is that of the module that it comes from.
+                let origin = path.first().and_then(|name| exports.get(name));
+                file_of(path, &modules).or_else(|| file_of(origin?, &modules))
+            });
             let apart = |other: &Module| !other.starts_with(&own) && !own.starts_with(other);
             let used = used.filter(apart).collect();
             Ok((own, used))
         })
         .collect()
+}
+
+/// Names that the root of a crate exports again, each with its path in the crate.
+fn exports(root: &str) -> anyhow::Result<BTreeMap<String, Vec<String>>> {
+    let mut exports = BTreeMap::new();
+    for item in syn::parse_file(root).context("lib.rs")?.items {
+        if let syn::Item::Use(item) = item {
+            leaves(&mut Vec::new(), &item.tree, &mut exports);
+        }
+    }
+    Ok(exports)
+}
+
+fn leaves(before: &mut Vec<String>, tree: &syn::UseTree, exports: &mut BTreeMap<String, Vec<String>>) {
+    match tree {
+        syn::UseTree::Path(path) => {
+            before.push(path.ident.to_string());
+            leaves(before, &path.tree, exports);
+            before.pop();
+        }
+        syn::UseTree::Group(group) => group.items.iter().for_each(|item| leaves(before, item, exports)),
+        syn::UseTree::Name(name) => export(before, &name.ident, &name.ident, exports),
+        syn::UseTree::Rename(name) => export(before, &name.ident, &name.rename, exports),
+        syn::UseTree::Glob(_) => {}
+    }
+}
+
+fn export(
+    before: &[String],
+    own: &syn::Ident,
+    name: &syn::Ident,
+    exports: &mut BTreeMap<String, Vec<String>>,
+) {
+    let path = before.iter().filter(|part| !["crate", "self"].contains(&part.as_str())).cloned();
+    exports.insert(name.to_string(), path.chain([own.to_string()]).collect());
 }
 
 /// The module that a file holds.
@@ -185,6 +225,8 @@ mod tests {
         let circle = ["crates/x/src: circular import: a, b"];
         assert_eq!(check(crate_of("pub struct B; fn f() { crate::a::g() }").path()).unwrap(), circle);
         assert_eq!(check(crate_of("use super::a::{A}; pub struct B;").path()).unwrap(), circle);
+        // A name that the crate's root exports again is one of its module.
+        assert_eq!(check(crate_of("use crate::A; pub struct B;").path()).unwrap(), circle);
         let tests = "pub struct B; #[cfg(test)] mod tests { use crate::a::A; }";
         assert!(check(crate_of(tests).path()).unwrap().is_empty());
     }

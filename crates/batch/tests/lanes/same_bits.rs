@@ -159,8 +159,8 @@ fn a_clone_goes_on_alike_and_frames_may_be_taken_at_once() {
         for _ in 0..10 {
             copy.step(1);
         }
-        for index in 0..worlds.len() {
-            let [a, b] = [&mut copy, &mut batch].map(|batch| bits(&state(batch, &worlds[index], index)));
+        for (index, world) in worlds.iter().enumerate() {
+            let [a, b] = [&mut copy, &mut batch].map(|batch| bits(&state(batch, world, index)));
             assert_eq!(a, b);
         }
     }
