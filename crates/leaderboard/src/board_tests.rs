@@ -26,6 +26,7 @@ fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
         snapped_per_tree: snapped,
         dropped_per_tree: dropped,
         throughput_fruit_per_min: Some(1.0),
+        place_success_per_contact_attempt: None,
         place_success_per_attempt: None,
         episodes: 8,
         quarantined: 0,
