@@ -26,6 +26,7 @@ fn entry(name: &str, completeness: f64, snapped: f64, dropped: f64) -> Entry {
         snapped_per_tree: snapped,
         dropped_per_tree: dropped,
         throughput_fruit_per_min: Some(1.0),
+        place_success_per_contact_attempt: None,
         place_success_per_attempt: None,
         episodes: 8,
         quarantined: 0,
@@ -133,7 +134,7 @@ fn a_board_takes_a_result_once_and_a_name_once() {
             .contains("config_version v1, not v2")
     );
     for (from, to, problem) in [
-        ("\"schema_version\":5", "\"schema_version\":6", "schema_version 6, not 5"),
+        ("\"schema_version\":6", "\"schema_version\":7", "schema_version 7, not 6"),
         (
             "\"within_budget\":true",
             "\"within_budget\":false",

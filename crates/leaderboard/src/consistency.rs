@@ -1,6 +1,8 @@
 //! Checks that the fields of a record are consistent. They always are in records that the harness writes.
 
-use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord, FruitState, Outcome};
+use orchard_tasks::harvest::episode::{
+    AttemptOutcome, AttemptRecord, ContactAttemptRecord, ContactOutcome, EpisodeRecord, FruitState, Outcome,
+};
 use orchard_tasks::zones::zone_table;
 
 /// The first contradiction in a record; `frame` is a frame's length \[s\].
@@ -49,6 +51,7 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
             let known = record.fruit_deposited.iter().any(|event| event.fruit == fruit.id);
             is(known, format!("fruit {} is in the bucket, but no deposit is listed", fruit.id))?;
         }
+        deposits_have_causes(record)?;
         let moments = record.fruit_knocked_off.iter().chain(&record.fruit_dropped).map(|e| (e.frame, e.time));
         let detached = record.fruit_detached.iter().map(|e| (e.frame, e.time));
         let deposits = record.fruit_deposited.iter().map(|e| (e.frame, e.time));
@@ -64,9 +67,60 @@ pub fn contradiction(record: &EpisodeRecord, frame: f64) -> Option<String> {
                 seen.recalled, seen.visible, seen.true_positives
             ),
         )?;
+        let first = |a: &ContactAttemptRecord| (a.start_frame, a.fruit);
+        is(
+            record.contact_attempts.is_sorted_by(|a, b| first(a) < first(b)),
+            "contact attempts do not stand in their order".to_owned(),
+        )?;
+        (0..)
+            .zip(&record.contact_attempts)
+            .try_for_each(|(i, attempt)| check_contact_attempt(record, attempt, i, time))?;
         (0..).zip(&record.attempts).try_for_each(|(i, attempt)| check_attempt(attempt, i, frames, time))
     };
     check().err()
+}
+
+/// A fruit in the bucket came off its stem before, gripped or knocked off.
+fn deposits_have_causes(record: &EpisodeRecord) -> Result<(), String> {
+    for deposit in &record.fruit_deposited {
+        let fruit = deposit.fruit;
+        if !record.fruit_detached.iter().any(|e| e.fruit == fruit && e.frame <= deposit.frame) {
+            return Err(format!("fruit {fruit} is in the bucket and never came off its stem"));
+        }
+        let gripped = record
+            .contact_attempts
+            .iter()
+            .any(|a| a.fruit == fruit && a.gripped && a.start_frame <= deposit.frame);
+        if !gripped && !record.fruit_knocked_off.iter().any(|e| e.fruit == fruit) {
+            return Err(format!("fruit {fruit} is in the bucket and was neither gripped nor knocked off"));
+        }
+    }
+    Ok(())
+}
+
+fn check_contact_attempt(
+    record: &EpisodeRecord,
+    attempt: &ContactAttemptRecord,
+    id: u32,
+    time: impl Fn(u32) -> f64,
+) -> Result<(), String> {
+    let ContactAttemptRecord { fruit, start_frame, end_frame, .. } = *attempt;
+    let is =
+        |holds: bool, what: &str| if holds { Ok(()) } else { Err(format!("contact attempt {id}: {what}")) };
+    is(fruit < record.fruit_total, "there is no such fruit")?;
+    is(start_frame <= end_frame && end_frame <= record.frames, "it does not lie within the episode")?;
+    is(
+        attempt.start_time == time(start_frame) && attempt.end_time == time(end_frame),
+        "times are not those of its frames",
+    )?;
+    let off = record.fruit_detached.iter().any(|e| e.fruit == fruit);
+    is(off || !attempt.detached, "its fruit never came off its stem")?;
+    // The last attempt at a fruit that fell places it if its first rest is in the bucket.
+    let rest = |frames: Option<u32>| frames.unwrap_or(u32::MAX);
+    let deposited = rest(record.fruit_deposited.iter().find(|e| e.fruit == fruit).map(|e| e.frame));
+    let dropped = rest(record.fruit_dropped.iter().find(|e| e.fruit == fruit).map(|e| e.frame));
+    let placed = attempt.detached && deposited < dropped;
+    is(placed == (attempt.outcome == ContactOutcome::Placed), "its outcome is not that of its fruit")
 }
 
 fn check_attempt(

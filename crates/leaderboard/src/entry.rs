@@ -114,7 +114,9 @@ pub struct Entry {
     pub dropped_per_tree: f64,
     /// Fruit deposited a minute.
     pub throughput_fruit_per_min: Option<f64>,
-    /// Placed attempts over attempts.
+    /// Placed contact attempts over contact attempts, which the world counts.
+    pub place_success_per_contact_attempt: Option<f64>,
+    /// Placed attempts over attempts, as the controller declares them.
     pub place_success_per_attempt: Option<f64>,
     /// Episodes of all conditions.
     pub episodes: u32,
@@ -173,6 +175,7 @@ impl Entry {
             snapped_per_tree: snapped,
             dropped_per_tree: dropped,
             throughput_fruit_per_min: mean("throughput_fruit_per_min"),
+            place_success_per_contact_attempt: mean("place_success_per_contact_attempt"),
             place_success_per_attempt: mean("place_success_per_attempt"),
             episodes: summary.conditions.values().map(|c| c.episodes.len() as u32).sum(),
             quarantined: summary.quarantined,
@@ -200,6 +203,7 @@ impl Entry {
         for (field, value, high) in [
             ("completeness", Some(self.completeness), 1.0),
             ("completeness_ci95", self.completeness_ci95[0], self.completeness),
+            ("place_success_per_contact_attempt", self.place_success_per_contact_attempt, 1.0),
             ("place_success_per_attempt", self.place_success_per_attempt, 1.0),
             ("throughput_fruit_per_min", self.throughput_fruit_per_min, f64::MAX),
             ("snapped_per_tree", Some(self.snapped_per_tree), f64::MAX),

@@ -12,7 +12,7 @@ use orchard_scenario::{Names, Scenario};
 use orchard_tasks::fake::progress::CountingProgress;
 use orchard_tasks::fake::{FakeFactory, plan};
 use orchard_tasks::harvest::command_log::{CommandLogs, path_of};
-use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::episode::{ContactOutcome, EpisodeRecord};
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, Harvest, WorldFactory, never_started};
@@ -107,9 +107,9 @@ fn versions_seeds_and_plans_of_others_are_refused() {
 
     for (from, to, what) in [
         (
-            "\"schema_version\": 5",
+            "\"schema_version\": 6",
             "\"schema_version\": 3",
-            "summary.json: schema_version 3, but this build has 5",
+            "summary.json: schema_version 3, but this build has 6",
         ),
         (
             "\"config_version\": \"v1\"",
@@ -150,7 +150,7 @@ fn partial_and_swollen_results_are_refused() {
     assert!(e.starts_with("episodes/fake-windy-7-000.json is not of the official matrix"), "{e}");
 
     let empty = tempfile::tempdir().unwrap();
-    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 5}")] {
+    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 6}")] {
         if let Some(text) = text {
             fs::write(empty.path().join("summary.json"), text).unwrap();
         }
@@ -297,6 +297,17 @@ fn what_contradicts_itself() {
     assert!(said(|r| r.zone_census.clear()).contains("zone_census"));
     assert!(said(|r| r.fruit_deposited.clear()).contains("no deposit is listed"));
     assert!(said(|r| r.fruit_deposited[0].time += 1.0).contains("has the time"));
+    assert!(
+        said(|r| r.fruit_detached.clear()).contains("fruit 0 is in the bucket and never came off its stem")
+    );
+    assert!(said(|r| r.fruit_detached[0].frame = 8).contains("never came off its stem"));
+    assert!(said(|r| r.contact_attempts[0].gripped = false).contains("neither gripped nor knocked off"));
+    assert!(said(|r| r.contact_attempts.clear()).contains("neither gripped nor knocked off"));
+    assert!(said(|r| r.contact_attempts[0].outcome = ContactOutcome::Dropped).contains("its outcome"));
+    assert!(said(|r| r.contact_attempts[2].outcome = ContactOutcome::Placed).contains("its outcome"));
+    assert!(said(|r| r.contact_attempts.push(r.contact_attempts[0].clone())).contains("in their order"));
+    assert!(said(|r| r.contact_attempts[0].end_frame = 0).contains("within the episode"));
+    assert!(said(|r| r.contact_attempts[0].end_time = 0.0).contains("times are not"));
     assert!(said(|r| r.detection.recalled = 1000).contains("fruit were found"));
     assert!(said(|r| r.attempts[0].placed.clear()).contains("attempt 0: its outcome"));
     assert!(said(|r| r.attempts[0].cycle_time = Some(0.1)).contains("cycle_time is not"));

@@ -22,8 +22,10 @@ pub fn report(summary: &Summary, plan: &Plan) -> String {
     text += &sweeps(summary, plan);
     text += &variance(summary, plan);
     text += &requirements(summary, plan);
-    text += "\nfailed attempts by reason\n";
+    text += "\nfailed declared attempts by reason\n";
     text += &failures(summary, plan);
+    text += "\ncontact attempts, which the world counts, by outcome\n";
+    text += &contact_outcomes(summary, plan);
     text += "\nseconds in each state of an attempt: mean over the attempts that entered it (over the placed ones)\n";
     text += &states(summary, plan);
     text
@@ -167,6 +169,18 @@ fn failures(summary: &Summary, plan: &Plan) -> String {
     columns(&rows, &[0])
 }
 
+fn contact_outcomes(summary: &Summary, plan: &Plan) -> String {
+    let conditions = conditions(summary, plan);
+    let outcomes: BTreeSet<&String> =
+        conditions.iter().flat_map(|(_, c)| c.contact_outcomes.keys()).collect();
+    let count = |c: &ConditionSummary, name: &String| c.contact_outcomes.get(name).unwrap_or(&0).to_string();
+    let mut rows = vec![row("outcome", conditions.iter().map(|(name, _)| (*name).to_owned()))];
+    rows.extend(outcomes.into_iter().map(|name| row(name, conditions.iter().map(|(_, c)| count(c, name)))));
+    let all = |c: &ConditionSummary| c.contact_outcomes.values().sum::<u32>().to_string();
+    rows.push(row("all contact attempts", conditions.iter().map(|(_, c)| all(c))));
+    columns(&rows, &[0])
+}
+
 fn states(summary: &Summary, plan: &Plan) -> String {
     let conditions = principal(summary, plan);
     let names: BTreeSet<&str> =
@@ -298,5 +312,6 @@ mod tests {
         let head = text.lines().find(|line| line.starts_with("metric")).unwrap();
         assert!(head.contains("nominal") && head.contains("exhaustion") && head.contains("paper"), "{head}");
         assert!(text.contains("of all attempts") && text.contains("between attempts"));
+        assert!(text.contains("all contact attempts"));
     }
 }

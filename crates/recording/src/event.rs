@@ -19,7 +19,7 @@ pub struct StateHashMessage {
 /// An event of the world. Fields that do not apply are left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EventMessage {
-    /// `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped` or `branch_snapped`.
+    /// `finger_contact_began`, `finger_contact_ended`, `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped` or `branch_snapped`.
     pub event: String,
     /// The fruit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,6 +50,8 @@ impl EventMessage {
             impact_energy: None,
         };
         Some(match *event {
+            WorldEvent::FingerContactBegan { fruit, .. } => of("finger_contact_began", Some(fruit), None),
+            WorldEvent::FingerContactEnded { fruit, .. } => of("finger_contact_ended", Some(fruit), None),
             WorldEvent::FruitGripped { fruit, .. } => of("fruit_gripped", Some(fruit), None),
             WorldEvent::FruitDetached { fruit, .. } => of("fruit_detached", Some(fruit), None),
             WorldEvent::FruitDeposited { fruit, drop_height, impact_energy, .. } => Self {
@@ -64,7 +66,7 @@ impl EventMessage {
     }
 }
 
-/// Line of the log about an event; none of impacts.
+/// Line of the log about an event; none of impacts, nor of finger contacts, which may begin and end in every frame.
 pub fn world_line(log_time: u64, event: &WorldEvent) -> Option<Log> {
     let (level, text) = match event {
         WorldEvent::FruitGripped { fruit, .. } => {
@@ -82,7 +84,9 @@ pub fn world_line(log_time: u64, event: &WorldEvent) -> Option<Log> {
         WorldEvent::BranchSnapped { segment, .. } => {
             (Level::Error, format!("the branch at segment {segment} broke"))
         }
-        WorldEvent::FruitImpact { .. } => return None,
+        WorldEvent::FruitImpact { .. }
+        | WorldEvent::FingerContactBegan { .. }
+        | WorldEvent::FingerContactEnded { .. } => return None,
     };
     Some(line(log_time, "world", level, text))
 }

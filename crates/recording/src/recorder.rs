@@ -144,8 +144,10 @@ impl<S: Sink> Observer<World> for Recorder<S> {
         self.clock.frames += 1;
         let now = self.clock.now();
         for event in events {
-            if let (Some(message), Some(line)) = (EventMessage::of(event), world_line(now, event)) {
+            if let Some(message) = EventMessage::of(event) {
                 self.json(Channel::Events, &message);
+            }
+            if let Some(line) = world_line(now, event) {
                 self.protobuf(Channel::Log, &line);
             }
         }

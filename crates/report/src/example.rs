@@ -80,6 +80,7 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
                 stem_pulled: 0,
                 bruised: 1,
                 attempts: 6,
+                contact_attempts: 7,
                 deposited,
                 dropped: s.integer(0, 2),
                 snapped: s.integer(0, 9) / 9,
@@ -88,6 +89,7 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
         .collect();
     let mean = |name: &str| match name {
         "harvest_completeness" => 0.24 - 0.1 * difficulty,
+        "place_success_per_contact_attempt" => 0.6 - 0.2 * difficulty,
         "place_success_per_attempt" => 0.7 - 0.2 * difficulty,
         "throughput_fruit_per_min" => 3.4 - difficulty,
         "mean_cycle_time_s" => 7.9 + difficulty,
@@ -133,6 +135,9 @@ fn condition(number: u32, difficulty: f64, params: ConditionParams) -> Condition
         zones,
         failures: [("no_fruit_at_detection", 21), ("grasp_stalled", 12), ("slipped", 9), ("run_ended", 6)]
             .map(|(reason, n)| (reason.to_owned(), n))
+            .into(),
+        contact_outcomes: [("placed", 63), ("left_on_tree", 33), ("knocked_off", 6), ("dropped", 24)]
+            .map(|(outcome, n)| (outcome.to_owned(), n))
             .into(),
         states: [("align", 1.8), ("reach", 1.5), ("grasp", 2.4), ("pull", 1.6), ("deposit", 3.6)]
             .map(|(name, mean)| (name.to_owned(), state(mean)))

@@ -11,7 +11,8 @@ use orchard_spec::{Purpose, Stream};
 use orchard_world::WorldEvent;
 
 use crate::harvest::episode::{
-    AttemptOutcome, AttemptRecord, Belief, EpisodeKey, EpisodeRecord, FruitRecord, FruitState, Outcome,
+    AttemptOutcome, AttemptRecord, Belief, ContactAttemptRecord, ContactOutcome, EpisodeKey, EpisodeRecord,
+    FruitRecord, FruitState, Outcome,
 };
 use crate::harvest::harness::never_started;
 use crate::harvest::interface::{
@@ -45,8 +46,8 @@ pub fn observation(time: f64) -> Observation {
     }
 }
 
-/// A world that ignores commands. Every 10 frames the next fruit is gripped; 2 frames later it is detached, 4 frames later
-/// deposited or, for every third fruit, dropped.
+/// A world that ignores commands. Every 10 frames the next fruit is gripped; 2 frames later it is detached, 3 frames later
+/// released, 4 frames later deposited or, for every third fruit, dropped.
 pub struct FakeWorld {
     /// Frames stepped.
     pub frame: u32,
@@ -97,7 +98,11 @@ impl BenchWorld for FakeWorld {
         let Some(fruit) = self.fruit.get_mut(index) else { return };
         let (id, frame) = (index as u32, self.frame);
         match phase {
-            2 => self.events.push(WorldEvent::FruitGripped { fruit: index, frame }),
+            2 => {
+                self.events.push(WorldEvent::FingerContactBegan { fruit: index, frame });
+                self.events.push(WorldEvent::FruitGripped { fruit: index, frame });
+            }
+            5 => self.events.push(WorldEvent::FingerContactEnded { fruit: index, frame }),
             4 => {
                 fruit.state = FruitState::Loose;
                 self.events.push(WorldEvent::FruitDetached {
@@ -324,5 +329,20 @@ pub fn attempt(cycle: Option<f64>, gripped: u32, detached: u32) -> AttemptRecord
         max_stem_pull_n: Some(0.0),
         max_finger_force_n: Some(0.0),
         max_wrist_force_n: Some(0.0),
+    }
+}
+
+/// A contact attempt of one frame at a fruit.
+pub fn contact_attempt(fruit: u32, outcome: ContactOutcome) -> ContactAttemptRecord {
+    let detached = !matches!(outcome, ContactOutcome::LeftOnTree | ContactOutcome::RunEnded);
+    ContactAttemptRecord {
+        fruit,
+        start_frame: 1,
+        end_frame: 1,
+        start_time: FRAME,
+        end_time: FRAME,
+        gripped: detached && outcome != ContactOutcome::KnockedOff,
+        detached,
+        outcome,
     }
 }

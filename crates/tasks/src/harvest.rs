@@ -6,6 +6,7 @@
 pub mod adapter;
 mod attempts;
 pub mod command_log;
+mod contacts;
 pub mod episode;
 pub(crate) mod harness;
 #[cfg(test)]

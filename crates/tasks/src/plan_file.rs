@@ -261,7 +261,7 @@ mod tests {
             ("", "not a plan of bench-v1"),
             ("{}", "schema_version none"),
             ("{\"schema_version\": 1}", "schema_version 1, but this code reads"),
-            ("{\"schema_version\": 5, \"tasks\": 5}", "not a plan of bench-v1"),
+            ("{\"schema_version\": 6, \"tasks\": 5}", "not a plan of bench-v1"),
         ] {
             fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
             let e = PlanFile::read(&store).unwrap_err().to_string();

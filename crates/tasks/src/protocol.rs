@@ -105,6 +105,8 @@ pub struct Rules {
     pub stem_pull: Quantity,
     /// Largest energy of an impact that leaves no bruise.
     pub bruise_energy: Quantity,
+    /// Time without a finger on a hanging fruit that closes a contact attempt.
+    pub contact_gap: Quantity,
 }
 
 /// A published result, for comparison only.

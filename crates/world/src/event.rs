@@ -61,6 +61,20 @@ pub enum WorldEvent {
         /// Frame.
         frame: u32,
     },
+    /// A finger begins to press on a fruit that no finger pressed on in the frame before.
+    FingerContactBegan {
+        /// Fruit index.
+        fruit: usize,
+        /// Frame: the first with contact.
+        frame: u32,
+    },
+    /// No finger presses on a fruit any more.
+    FingerContactEnded {
+        /// Fruit index.
+        fruit: usize,
+        /// Frame: the first without contact.
+        frame: u32,
+    },
 }
 
 impl WorldEvent {

@@ -92,6 +92,7 @@ impl World {
             flight,
             load,
             touches: _,
+            touches_before: _,
             touched: _,
             loose: _,
             before: _,
@@ -128,7 +129,9 @@ impl World {
             WorldEvent::FruitGripped { fruit: i, .. }
             | WorldEvent::FruitDetached { fruit: i, .. }
             | WorldEvent::FruitDeposited { fruit: i, .. }
-            | WorldEvent::FruitDropped { fruit: i, .. } => i < fruit,
+            | WorldEvent::FruitDropped { fruit: i, .. }
+            | WorldEvent::FingerContactBegan { fruit: i, .. }
+            | WorldEvent::FingerContactEnded { fruit: i, .. } => i < fruit,
             WorldEvent::FruitImpact { fruit: i, partner, .. } => {
                 i < fruit && !matches!(partner, Partner::Fruit(k) if k >= fruit)
             }

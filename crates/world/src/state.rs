@@ -29,6 +29,8 @@ pub(crate) struct State {
     pub gripped: Vec<bool>,
     /// Contacts of each fruit, from the step report.
     pub touches: Vec<FruitTouch>,
+    /// Contacts of each fruit in the frame before; scratch of the end of a frame.
+    pub touches_before: Vec<FruitTouch>,
     /// Contacts of each fruit as its rules need them; scratch of the end of a frame.
     pub touched: Vec<Touch>,
     pub report: StepReport,
@@ -62,6 +64,7 @@ impl State {
             events: Vec::new(),
             gripped: vec![false; n],
             touches: vec![FruitTouch::default(); n],
+            touches_before: vec![FruitTouch::default(); n],
             touched: vec![Touch::default(); n],
             report: StepReport::default(),
             loose: Loose::default(),
@@ -122,9 +125,11 @@ impl State {
         }
         parts.fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
 
+        std::mem::swap(&mut self.touches, &mut self.touches_before);
         fruit_touches(&parts.colliders, &self.report, &mut self.touches);
         let (x_world_base, base_velocity) = bucket_motion(&self.data, &parts.handle);
         self.end_touches(spec, parts, &x_world_base);
+        self.note_finger_contacts();
         self.note_grips();
         let rest = RestRule {
             speed: spec.sim.sleep_speed.si(),
@@ -142,6 +147,18 @@ impl State {
         self.fruit.hand_over(&parts.fruit, &mut self.data, &spec.fruit, &self.touched);
         self.end_loose(spec, parts, rest, &x_world_base);
         self.events.extend(events.into_iter().map(|event| WorldEvent::of_fruit(event, frame)));
+    }
+
+    /// Emits an event for each fruit that the fingers begin or cease to press on.
+    fn note_finger_contacts(&mut self) {
+        let frame = self.frame;
+        for (fruit, (before, now)) in self.touches_before.iter().zip(&self.touches).enumerate() {
+            match (before.by_finger(), now.by_finger()) {
+                (false, true) => self.events.push(WorldEvent::FingerContactBegan { fruit, frame }),
+                (true, false) => self.events.push(WorldEvent::FingerContactEnded { fruit, frame }),
+                _ => {}
+            }
+        }
     }
 
     /// Emits `FruitGripped` when both fingers begin to touch a fruit; clears the mark when no finger touches it.

@@ -73,6 +73,13 @@ pub(crate) struct FruitTouch {
     pub hand: bool,
 }
 
+impl FruitTouch {
+    /// True if a finger presses on the fruit.
+    pub fn by_finger(&self) -> bool {
+        self.fingers[0] || self.fingers[1]
+    }
+}
+
 /// Contacts with a pressing force, per fruit.
 pub(crate) fn fruit_touches(parts: &[Part], report: &StepReport, touches: &mut [FruitTouch]) {
     touches.fill(FruitTouch::default());

@@ -75,6 +75,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     for attempt in &chosen {
         say!("\n{}", story::attempt(record, attempt, &replay.causes).trim_end());
     }
+    say!("\n{}", story::contact_attempts(record).trim_end());
     say!("\n{}", story::tail(record, &replay.causes).trim_end());
     let difference = replay::difference(record, &replay.record);
     match &difference {

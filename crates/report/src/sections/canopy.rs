@@ -38,15 +38,20 @@ pub(crate) fn zones(results: &Results, figures: &Figures, paper: &PaperFigures) 
 pub(crate) fn attempts(results: &Results, figures: &Figures) -> Section {
     let body = html! {
         @match &results.harvest {
-            Some(harvest) if !figures.attempts.is_empty() => {
-                (beside(&html! { p {
-                    "Every failed attempt has one reason. Facts of the world decide; where they leave it open, the controller's report \
-                     does. Times are means over attempts, including the time until the next commitment."
-                } }, &figures.attempts))
-                (failures(harvest))
-                (times(harvest))
+            Some(harvest) => {
+                (contact_outcomes(harvest))
+                @if figures.attempts.is_empty() {
+                    p.missing { "The controller declared no attempt." }
+                } @else {
+                    (beside(&html! { p {
+                        "Every failed attempt that the controller declared has one reason. Facts of the world decide; where they leave it \
+                         open, the controller's report does. Times are means over these attempts, including the time until the next \
+                         commitment."
+                    } }, &figures.attempts))
+                    (failures(harvest))
+                    (times(harvest))
+                }
             },
-            Some(_) => p.missing { "No attempt was made." },
             None => (missing("No harvest in this folder.", COMMAND)),
         }
     };
@@ -74,6 +79,32 @@ fn failures(harvest: &Summary) -> Markup {
     html! { @if all.len() > 1 {
         details { summary { "Failed attempts by reason, all conditions" } (table("Failed attempts by reason", &heads, &rows)) }
     } }
+}
+
+fn contact_outcomes(harvest: &Summary) -> Markup {
+    let all = conditions(harvest);
+    let names: BTreeSet<&String> = all.iter().flat_map(|(_, c)| c.contact_outcomes.keys()).collect();
+    let mut heads = vec!["outcome"];
+    heads.extend(all.iter().map(|(name, _)| *name));
+    let mut rows: Vec<Vec<Cell>> = names
+        .into_iter()
+        .map(|outcome| {
+            let counts = all.iter().map(|(_, c)| c.contact_outcomes.get(outcome).copied().unwrap_or(0));
+            std::iter::once(Cell::words(plain(outcome)))
+                .chain(counts.map(|n| Cell::number(n.to_string())))
+                .collect()
+        })
+        .collect();
+    let sums = all.iter().map(|(_, c)| Cell::main(c.contact_outcomes.values().sum::<u32>().to_string()));
+    rows.push(std::iter::once(Cell::words("all contact attempts")).chain(sums).collect());
+    html! {
+        p {
+            "The world counts " strong { "contact attempts" } " beside those that the controller declares: one opens when a finger \
+             begins to press on a fruit, and closes when the fruit is released or no finger has touched it for a while. Compare \
+             different controllers by these."
+        }
+        (table("Contact attempts by outcome", &heads, &rows))
+    }
 }
 
 fn times(harvest: &Summary) -> Markup {
@@ -144,6 +175,7 @@ fn episodes(harvest: &Summary) -> Markup {
             Cell::number(e.fruit.to_string()),
             Cell::number(e.reachable.to_string()),
             Cell::number(e.attempts.to_string()),
+            Cell::number(e.contact_attempts.to_string()),
             Cell::main(e.deposited.to_string()),
             Cell::number(e.dropped.to_string()),
             Cell::number(e.snapped.to_string()),
@@ -156,7 +188,8 @@ fn episodes(harvest: &Summary) -> Markup {
         "repeat",
         "fruit",
         "reachable",
-        "attempts",
+        "declared attempts",
+        "contact attempts",
         "deposited",
         "dropped",
         "snapped",

@@ -15,8 +15,9 @@ use crate::table::{Cell, table};
 use crate::words::{digits, interval, number, reason_of, title, unit, why};
 
 /// Headline metrics, shown above all others.
-const CARDS: [&str; 6] = [
+const CARDS: [&str; 7] = [
     "harvest_completeness",
+    "place_success_per_contact_attempt",
     "place_success_per_attempt",
     "throughput_fruit_per_min",
     "mean_cycle_time_s",

@@ -37,9 +37,22 @@ pub struct AttemptLog {
     pub max_wrist_force: f64,
 }
 
+/// A spell of frames in which at least one finger pressed on a fruit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FingerContact {
+    /// The fruit.
+    pub fruit: u32,
+    /// First frame.
+    pub from_frame: u32,
+    /// Last frame; `None` while it lasts.
+    pub to_frame: Option<u32>,
+}
+
 /// Events of fruit and wood, and states of the controller, each list in time order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
+    /// Contacts of the fingers with fruit.
+    pub contacts: Vec<FingerContact>,
     /// Fruit gripped by both fingers.
     pub gripped: Vec<FruitMoment>,
     /// Broken stems.
@@ -60,6 +73,19 @@ impl History {
     /// State in which the controller gave the command of the step to a frame.
     fn state(&self, frame: u32) -> Option<String> {
         self.states.iter().rfind(|(since, _)| *since < frame).map(|(_, state)| state.clone())
+    }
+
+    /// Begins a contact of the fingers with a fruit.
+    pub fn begin_contact(&mut self, fruit: u32, frame: u32) {
+        self.contacts.push(FingerContact { fruit, from_frame: frame, to_frame: None });
+    }
+
+    /// Ends the contact of the fingers with a fruit; `frame` is the first one without.
+    pub fn end_contact(&mut self, fruit: u32, frame: u32) {
+        let last = self.contacts.iter_mut().rfind(|contact| contact.fruit == fruit);
+        if let Some(contact) = last.filter(|contact| contact.to_frame.is_none()) {
+            contact.to_frame = Some(frame.saturating_sub(1).max(contact.from_frame));
+        }
     }
 
     /// True if the fingers closed on a fruit between two frames, the first not included.

@@ -215,6 +215,57 @@ pub struct AttemptSnap {
     pub state: Option<String>,
 }
 
+/// Outcome of a contact attempt, by the truth of the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactOutcome {
+    /// The fruit came off its stem and to rest in the bucket.
+    Placed,
+    /// The fruit still hung when the attempt closed.
+    LeftOnTree,
+    /// The fruit came off its stem, both fingers never pressed on it in the attempt, and it did not come to rest in the bucket.
+    KnockedOff,
+    /// The fruit was gripped and came off its stem, and left the fingers, but did not come to rest in the bucket.
+    Dropped,
+    /// The episode ended while the attempt was open.
+    RunEnded,
+}
+
+impl ContactOutcome {
+    /// Its name in records and summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Placed => "placed",
+            Self::LeftOnTree => "left_on_tree",
+            Self::KnockedOff => "knocked_off",
+            Self::Dropped => "dropped",
+            Self::RunEnded => "run_ended",
+        }
+    }
+}
+
+/// One contact attempt: the contacts of the fingers with one fruit, from the first until the fruit is released, or until no finger
+/// has touched it for `rules.contact_gap`. It depends on the world alone; the controller declares nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContactAttemptRecord {
+    /// The fruit.
+    pub fruit: u32,
+    /// First frame in which a finger pressed on it.
+    pub start_frame: u32,
+    /// Last frame in which one did.
+    pub end_frame: u32,
+    /// Time of the first contact \[s\].
+    pub start_time: f64,
+    /// Time of the last contact \[s\].
+    pub end_time: f64,
+    /// True if both fingers pressed on it at once.
+    pub gripped: bool,
+    /// True if its stem gave way before the attempt closed.
+    pub detached: bool,
+    /// Outcome.
+    pub outcome: ContactOutcome,
+}
+
 /// A fruit and the moment of an event.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FruitMoment {
@@ -312,8 +363,10 @@ pub struct EpisodeRecord {
     pub zone_census: ZoneTable<u32>,
     /// Every fruit.
     pub fruit: Vec<FruitRecord>,
-    /// Every attempt.
+    /// Every attempt that the controller declared.
     pub attempts: Vec<AttemptRecord>,
+    /// Every contact attempt, by its first frame.
+    pub contact_attempts: Vec<ContactAttemptRecord>,
     /// Ruptures.
     pub branches_snapped: Vec<SnapEvent>,
     /// Fruit that came off its stem.
@@ -396,6 +449,12 @@ impl EpisodeRecord {
     /// Fruit that at the end is off its stem and neither at rest in the bucket nor in the hand.
     pub fn dropped(&self) -> impl Iterator<Item = &FruitRecord> {
         self.fruit.iter().filter(|f| matches!(f.final_state, FruitState::Dropped | FruitState::Loose))
+    }
+
+    /// Contact attempts that count as placed; none in a quarantined world.
+    pub fn placed_by_contact(&self) -> impl Iterator<Item = &ContactAttemptRecord> {
+        let counts = !self.quarantined();
+        self.contact_attempts.iter().filter(move |a| counts && a.outcome == ContactOutcome::Placed)
     }
 
     /// Attempts that count as placed; none in a quarantined world.

@@ -7,6 +7,7 @@ use orchard_robot::{ARM_DOF, Command};
 use orchard_world::WorldEvent;
 
 use crate::harvest::attempts::{AttemptLog, History, judge, knocked_off};
+use crate::harvest::contacts::contact_attempts;
 use crate::harvest::episode::{
     Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitMoment, FruitRecord,
     FruitState, Outcome, SnapEvent, Yielding,
@@ -108,6 +109,7 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         zone_census: zone_table(0),
         fruit: Vec::new(),
         attempts: Vec::new(),
+        contact_attempts: Vec::new(),
         branches_snapped: Vec::new(),
         fruit_detached: Vec::new(),
         fruit_knocked_off: Vec::new(),
@@ -126,6 +128,8 @@ struct EpisodeLog {
     bruise_energy: f64,
     /// Stem tension above which a fruit counts as stem-pulled \[N\].
     stem_pull: f64,
+    /// Time without contact that closes a contact attempt \[frames\].
+    contact_gap: u32,
     frames: u32,
     x_world_odom: Pose,
     start: Vec<FruitTruth>,
@@ -157,6 +161,7 @@ impl EpisodeLog {
             visible_pixels: protocol.rules.visible_pixels.get(),
             bruise_energy: protocol.rules.bruise_energy.si(),
             stem_pull: protocol.rules.stem_pull.si(),
+            contact_gap: (protocol.rules.contact_gap.si() / frame).round() as u32,
             frames: 0,
             x_world_odom: world.x_world_odom(),
             zones: ZoneFrame::calibrate(&points, &protocol.zones),
@@ -319,6 +324,10 @@ impl EpisodeLog {
         let of = |fruit: usize| FruitMoment { fruit: fruit as u32, frame, time };
         for event in events {
             match event {
+                WorldEvent::FingerContactBegan { fruit, .. } => {
+                    self.history.begin_contact(fruit as u32, frame);
+                }
+                WorldEvent::FingerContactEnded { fruit, .. } => self.history.end_contact(fruit as u32, frame),
                 WorldEvent::FruitGripped { fruit, .. } => self.history.gripped.push(of(fruit)),
                 WorldEvent::FruitDetached { fruit, tension, .. } => {
                     self.history.detached.push(of(fruit));
@@ -402,6 +411,7 @@ impl EpisodeLog {
             reachable_count: reachable.len() as u32,
             reachable,
             reachable_ik_count: self.reachable_ik_count,
+            contact_attempts: contact_attempts(&self.history, self.contact_gap, self.frame, self.frames),
             attempts: judge(&self.attempts, &self.history, self.frame, self.frames),
             zone_frame: self.zones,
             zone_census,

@@ -3,11 +3,14 @@
 use std::sync::atomic::AtomicBool;
 
 use orchard_geometry::Vec3;
+use orchard_robot::io::{Command, Observation};
 
 use crate::fake::{FRAME, FakeController, FakeWorld, key};
-use crate::harvest::episode::{AttemptOutcome, EpisodeRecord, FruitState, Outcome};
+use crate::harvest::episode::{
+    AttemptOutcome, ContactOutcome, EpisodeKey, EpisodeRecord, FruitState, Outcome,
+};
 use crate::harvest::harness::run_episode;
-use crate::harvest::interface::FruitTruth;
+use crate::harvest::interface::{BenchController, ControllerEvent, FruitTruth};
 use crate::protocol::Protocol;
 
 fn world() -> FakeWorld {
@@ -86,12 +89,50 @@ fn attempts_are_judged_by_truth() {
         (Some(0.05), Some(true))
     );
     assert!(first.knocked_off.is_empty() && first.snapped.is_empty() && record.fruit_knocked_off.is_empty());
+    // By contact: fingers on a fruit from frame 3 to frame 5 of ten, whatever the controller says.
+    let by_contact: Vec<_> = record
+        .contact_attempts
+        .iter()
+        .map(|a| (a.fruit, a.start_frame, a.end_frame, a.gripped, a.outcome))
+        .collect();
+    let expected = [
+        (0, 3, 5, true, ContactOutcome::Placed),
+        (1, 13, 15, true, ContactOutcome::Placed),
+        (2, 23, 25, true, ContactOutcome::Dropped),
+    ];
+    assert_eq!(by_contact, expected);
+    assert_eq!(record.contact_attempts[1].start_time, 6.5);
     // The last one was cut off by the end of the episode, with its fruit on the ground: it had been lost before.
     let last = &record.attempts[2];
     assert_eq!((last.outcome, last.failure_reason.as_deref()), (AttemptOutcome::Failed, Some("slipped")));
     assert_eq!(last.detached, [2]);
     assert_eq!((last.snapped[0].segment, last.snapped[0].state.as_deref()), (42, Some("deposit")));
     assert_eq!(last.zone, record.fruit[2].zone);
+}
+
+/// A controller that commits to no target declares no attempt; the world counts them all the same.
+#[test]
+fn a_controller_that_declares_no_attempt_is_scored_by_contact() {
+    struct Silent(FakeController);
+    impl BenchController for Silent {
+        fn act(&mut self, observation: &Observation) -> Command {
+            self.0.act(observation)
+        }
+        fn drain_log(&mut self) -> Vec<ControllerEvent> {
+            self.0.drain_log();
+            Vec::new()
+        }
+    }
+    let (declared, _) = run(world(), 1000);
+    let mut world = world();
+    let mut silent = Silent(FakeController::new(&world));
+    let key = EpisodeKey { horizon_frames: 1000, ..key() };
+    let never = AtomicBool::new(false);
+    let record =
+        run_episode(key, &mut world, &mut silent, &Protocol::paper(), FRAME, &never, &mut || ()).unwrap();
+    assert!(record.attempts.is_empty());
+    assert_eq!(record.contact_attempts, declared.contact_attempts);
+    assert_eq!((record.placed_by_contact().count(), record.contact_attempts.len()), (2, 3));
 }
 
 #[test]

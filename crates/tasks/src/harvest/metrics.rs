@@ -19,12 +19,23 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     },
     MetricDefinition {
         info: MetricInfo {
-            name: "place_success_per_attempt",
+            name: "place_success_per_contact_attempt",
             title: "Place success",
             unit: "1",
-            numerator: "attempts placed",
-            denominator: "attempts",
-            note: "",
+            numerator: "contact attempts placed",
+            denominator: "contact attempts",
+            note: "Different controllers are compared by this one: the world counts the attempts",
+        },
+        share: |e| Share::of_counts(e.placed_by_contact().count(), e.contact_attempts.len()),
+    },
+    MetricDefinition {
+        info: MetricInfo {
+            name: "place_success_per_attempt",
+            title: "Place success, declared",
+            unit: "1",
+            numerator: "declared attempts placed",
+            denominator: "declared attempts",
+            note: "Controllers declare their attempts by different rules",
         },
         share: |e| Share::of_counts(e.placed().count(), e.attempts.len()),
     },
@@ -166,8 +177,19 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     },
     MetricDefinition {
         info: MetricInfo {
+            name: "contact_attempts_per_tree",
+            title: "Contact attempts a tree",
+            unit: "attempts",
+            numerator: "contact attempts",
+            denominator: "1",
+            note: "",
+        },
+        share: |e| Share::of_one(e.contact_attempts.len() as f64),
+    },
+    MetricDefinition {
+        info: MetricInfo {
             name: "attempts_per_tree",
-            title: "Attempts a tree",
+            title: "Declared attempts a tree",
             unit: "attempts",
             numerator: "commitments to a target, false detections included",
             denominator: "1",
@@ -276,9 +298,10 @@ mod tests {
 
     use orchard_statistics::{Metric, Resamples, Undefined, estimate};
 
-    use crate::fake::{attempt, record};
+    use crate::fake::{attempt, contact_attempt, record};
     use crate::harvest::episode::{
-        DepositEvent, DetachEvent, DetectionTally, FruitMoment, FruitState, Outcome, SnapEvent,
+        ContactOutcome, DepositEvent, DetachEvent, DetectionTally, FruitMoment, FruitState, Outcome,
+        SnapEvent,
     };
     use crate::protocol::Protocol;
 
@@ -300,6 +323,12 @@ mod tests {
         ]);
         (a.frames, a.duration_s) = (1800, 30.0);
         a.attempts = vec![attempt(Some(6.0), 1, 1), attempt(Some(9.0), 2, 1), attempt(None, 1, 0)];
+        // All three fruit in the bucket by contact attempts, and the one on the ground; tree B touched one fruit.
+        a.contact_attempts = [(0, true), (1, true), (4, true), (2, false)]
+            .map(|(fruit, placed)| {
+                contact_attempt(fruit, if placed { ContactOutcome::Placed } else { ContactOutcome::Dropped })
+            })
+            .into();
         a.branches_snapped = vec![SnapEvent { segment: 9, frame: 4, time: 0.1 }];
         a.detection =
             DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
@@ -332,6 +361,7 @@ mod tests {
         // Tree B: 2 reachable (none deposited), one loose and one in the hand at the end; 60 s; 5 attempts.
         let mut b = record(&[(Loose, true), (Held, true)]);
         (b.frames, b.duration_s) = (3600, 60.0);
+        b.contact_attempts = vec![contact_attempt(1, ContactOutcome::RunEnded)];
         b.attempts = (0..5).map(|i| attempt(None, u32::from(i == 0), 0)).collect();
         b.detection =
             DetectionTally { images: 1, true_positives: 1, false_positives: 4, visible: 8, recalled: 1 };
@@ -345,6 +375,7 @@ mod tests {
         let metrics = metrics(&two_trees());
         let expected = [
             ("harvest_completeness", (2.0 / 4.0 + 0.0) / 2.0, 2),
+            ("place_success_per_contact_attempt", 3.0 / 5.0, 5),
             ("place_success_per_attempt", 2.0 / 8.0, 8),
             ("grasp_rate", 4.0 / 8.0, 8),
             ("detach_rate", 2.0 / 8.0, 8),
@@ -358,6 +389,7 @@ mod tests {
             ("fruit_bruised_per_tree", 0.5, 2),
             ("reachable_fruit_per_tree", 3.0, 2),
             ("reachable_fruit_by_ik_per_tree", 2.5, 2),
+            ("contact_attempts_per_tree", 2.5, 2),
             ("attempts_per_tree", 4.0, 2),
             ("mean_drop_height_m", 0.09, 2),
             ("unbruised_per_placement", 0.5, 2),
@@ -380,6 +412,17 @@ mod tests {
         // Resamples of two trees give A A, A B or B B: the interval spans the two trees' own values.
         assert_eq!(metrics["max_stem_pull_n"].ci95, [Some(10.0), Some(20.0)]);
         assert_eq!(metrics["detection_precision"].ci95, [Some(0.2), Some(0.9)]);
+    }
+
+    /// A controller that declares no attempt has no declared place success, and one by contact.
+    #[test]
+    fn a_controller_that_declares_no_attempt_is_scored() {
+        let mut episodes = two_trees();
+        episodes.iter_mut().for_each(|episode| episode.attempts.clear());
+        let metrics = metrics(&episodes);
+        assert_eq!(metrics["place_success_per_attempt"].mean, None);
+        let by_contact = &metrics["place_success_per_contact_attempt"];
+        assert_eq!((by_contact.mean, by_contact.n), (Some(0.6), 5));
     }
 
     #[test]
@@ -409,6 +452,8 @@ mod tests {
             (metrics["place_success_per_attempt"].mean, metrics["place_success_per_attempt"].n),
             (Some(0.0), 8)
         );
+        let by_contact = &metrics["place_success_per_contact_attempt"];
+        assert_eq!((by_contact.mean, by_contact.n), (Some(0.0), 5));
         assert_eq!(metrics["branches_snapped_per_tree"].mean, Some(0.5));
         // The forces of a quarantined world are invalid.
         assert_eq!((metrics["max_stem_pull_n"].mean, metrics["max_stem_pull_n"].n), (Some(10.0), 1));

@@ -81,6 +81,8 @@ pub struct ConditionSummary {
     pub zones: ZoneTable<ZoneSummary>,
     /// Failed attempts by reason.
     pub failures: BTreeMap<String, u32>,
+    /// Contact attempts by outcome.
+    pub contact_outcomes: BTreeMap<String, u32>,
     /// Time in each state of an attempt.
     pub states: BTreeMap<String, StateSummary>,
     /// Mean time from the end of an attempt to the next commitment \[s\]; null without a next commitment.
@@ -123,8 +125,10 @@ pub struct EpisodeLine {
     pub reachable_by_ik: Option<u32>,
     /// Reachable fruit deposited over reachable fruit; null without reachable fruit.
     pub completeness: Option<f64>,
-    /// Attempts.
+    /// Declared attempts.
     pub attempts: u32,
+    /// Contact attempts.
+    pub contact_attempts: u32,
     /// Fruit deposited (0 in a quarantined world).
     pub deposited: u32,
     /// Fruit dropped.
@@ -179,6 +183,9 @@ fn summed_up(plan: &Plan, condition: &Condition, episodes: &[&EpisodeRecord]) ->
             .then(|| components_of_metrics(METRICS, episodes, resamples.design())),
         zones: zones::zones(episodes, &resamples),
         failures: count(reasons),
+        contact_outcomes: count(
+            episodes.iter().flat_map(|e| &e.contact_attempts).map(|a| a.outcome.name().to_owned()),
+        ),
         states: states(episodes),
         between_attempts_s: between_attempts(episodes),
     }
@@ -246,6 +253,7 @@ fn line(e: &EpisodeRecord) -> EpisodeLine {
         reachable_by_ik: e.reachable_ik_count,
         completeness: ratio(std::iter::once(completeness(e))),
         attempts: e.attempts.len() as u32,
+        contact_attempts: e.contact_attempts.len() as u32,
         deposited: e.deposited().count() as u32,
         dropped: e.dropped().count() as u32,
         snapped: e.branches_snapped.len() as u32,
@@ -257,8 +265,8 @@ fn line(e: &EpisodeRecord) -> EpisodeLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fake::{attempt, plan, record};
-    use crate::harvest::episode::{AttemptRecord, FruitState, StateTime};
+    use crate::fake::{attempt, contact_attempt, plan, record};
+    use crate::harvest::episode::{AttemptRecord, ContactOutcome, FruitState, StateTime};
     use crate::zones::Zone;
 
     #[test]
@@ -269,6 +277,8 @@ mod tests {
         let mut b = record(&[]);
         b.key.seed = 2;
         b.attempts = vec![attempt(None, 0, 0)];
+        a.contact_attempts =
+            [ContactOutcome::Placed, ContactOutcome::LeftOnTree].map(|o| contact_attempt(0, o)).into();
         b.outcome = Outcome::Quarantined { reason: "not finite".into() };
         let mut plan = plan();
         (plan.seeds, plan.conditions[0].params.trees) = (vec![1, 2], 1);
@@ -298,6 +308,8 @@ mod tests {
         assert_eq!(nominal["outcomes"]["quarantined"], 1);
         assert_eq!(nominal["episodes"][1]["outcome"]["reason"], "not finite");
         assert_eq!(nominal["failures"]["blocked"], 2);
+        assert_eq!(nominal["contact_outcomes"], serde_json::json!({ "left_on_tree": 1, "placed": 1 }));
+        assert_eq!(nominal["episodes"][0]["contact_attempts"], 2);
         let zone = &summary.conditions["nominal"].zones[&Zone::MiddleInner];
         assert_eq!((zone.reachable, zone.deposited, zone.attempts, zone.placed), (2, 1, 3, 1));
         assert_eq!(zone.completeness, Some(0.5));

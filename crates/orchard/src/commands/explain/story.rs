@@ -16,7 +16,7 @@ pub fn head(record: &EpisodeRecord) -> String {
     let repeat = if key.repeat > 0 { format!(", repeat {}", key.repeat) } else { String::new() };
     format!(
         "{} on tree {} of seed {}{repeat}, {}, {:.1} s: {ended}\n\
-         {} fruit, {} reachable; {} attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped",
+         {} fruit, {} reachable; {} declared attempts, {} placed; {} contact attempts, {} placed; {} deposited, {} dropped, {} knocked off; {} branches snapped",
         key.scenario.controller,
         key.world,
         key.seed,
@@ -26,6 +26,8 @@ pub fn head(record: &EpisodeRecord) -> String {
         record.reachable_count,
         record.attempts.len(),
         record.placed().count(),
+        record.contact_attempts.len(),
+        record.placed_by_contact().count(),
         record.deposited().count(),
         record.dropped().count(),
         record.fruit_knocked_off.len(),
@@ -178,6 +180,22 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
     lines.push((last, format!("the attempt ends{contacts}")));
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
     lines
+}
+
+/// Every contact attempt, a line each.
+pub fn contact_attempts(record: &EpisodeRecord) -> String {
+    let mut text = format!("contact attempts, which the world counts: {}\n", record.contact_attempts.len());
+    for attempt in &record.contact_attempts {
+        text += &format!(
+            "  {:6.2} to {:6.2} s  fruit {}{}: {}\n",
+            attempt.start_time,
+            attempt.end_time,
+            attempt.fruit,
+            if attempt.gripped { ", gripped" } else { "" },
+            words(attempt.outcome.name())
+        );
+    }
+    text
 }
 
 /// Frames from an attempt's start to the next one's.

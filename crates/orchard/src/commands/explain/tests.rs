@@ -6,6 +6,7 @@ use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;
+use orchard_tasks::harvest::episode::{ContactAttemptRecord, ContactOutcome};
 use orchard_tasks::harvest::run as run_plan;
 use std::sync::atomic::AtomicBool;
 
@@ -60,6 +61,24 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     for state in &attempt.states {
         assert!(text.contains(&format!("{:6.2} s  {} begins", state.time, state.state)), "{text}");
     }
+
+    // So do the contact attempts, which are one line each.
+    let attempt = ContactAttemptRecord {
+        fruit: 7,
+        start_frame: 600,
+        end_frame: 660,
+        start_time: 10.0,
+        end_time: 11.0,
+        gripped: true,
+        detached: false,
+        outcome: ContactOutcome::LeftOnTree,
+    };
+    let touched = EpisodeRecord { contact_attempts: vec![attempt], ..input.record.clone() };
+    assert_eq!(
+        story::contact_attempts(&touched).lines().last(),
+        Some("   10.00 to  11.00 s  fruit 7, gripped: left on tree")
+    );
+    assert_eq!(replay::difference(&touched, &input.record).as_deref(), Some("contact attempts differ"));
 
     // Files that cannot be explained: another controller, another configuration, a cut one.
     let whole = std::fs::read_to_string(&file).unwrap();

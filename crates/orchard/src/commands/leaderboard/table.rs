@@ -6,7 +6,7 @@ use orchard_tasks::seeds::SeedSetName;
 use super::ranking;
 
 /// Columns of the whole table.
-const COLUMNS: usize = 15;
+const COLUMNS: usize = 16;
 /// Hexadecimal digits of a hash that are shown.
 const DIGITS: usize = 12;
 
@@ -34,7 +34,7 @@ fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
         None => "Each entry is ranked under its own budget".to_owned(),
         Some(budget) => format!("All entries are ranked under one budget per tree, {budget}"),
     };
-    text += ": entries within budget first, by completeness, then by damage. `*`: on the Pareto front of completeness and damage.\n\n";
+    text += ": entries within budget first, by completeness, then by damage. Place success is over contact attempts, which the world counts. `*`: on the Pareto front of completeness and damage.\n\n";
     if board.entries.is_empty() {
         return text + "No entry.\n";
     }
@@ -52,6 +52,7 @@ fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
         "",
         "checked",
         "quarantined",
+        "declared place success",
         "code",
         "records",
     ];
@@ -93,11 +94,12 @@ fn row(ranked: &Ranked<'_>, budget: Option<&Budget>) -> [String; COLUMNS] {
         format!("{:.2}", entry.snapped_per_tree),
         format!("{:.2}", entry.dropped_per_tree),
         optional(entry.throughput_fruit_per_min, 2),
-        optional(entry.place_success_per_attempt, 2),
+        optional(entry.place_success_per_contact_attempt, 2),
         budget.unwrap_or(&entry.budget).to_string(),
         if place.is_some() { "" } else { "OVER BUDGET" }.to_owned(),
         format!("{} of {}", entry.checked.episodes, entry.episodes),
         entry.quarantined.to_string(),
+        optional(entry.place_success_per_attempt, 2),
         entry.code_version.clone(),
         entry.records_sha256.chars().take(DIGITS).collect(),
     ]

@@ -20,6 +20,7 @@ fn entry(name: &str, budget: &Budget, completeness: f64, snapped: f64, dropped: 
         snapped_per_tree: snapped,
         dropped_per_tree: dropped,
         throughput_fruit_per_min: Some(3.25),
+        place_success_per_contact_attempt: Some(0.7),
         place_success_per_attempt: Some(0.75),
         episodes: 330,
         quarantined: 0,
