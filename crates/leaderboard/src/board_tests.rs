@@ -133,7 +133,7 @@ fn a_board_takes_a_result_once_and_a_name_once() {
             .contains("config_version v1, not v2")
     );
     for (from, to, problem) in [
-        ("\"schema_version\":5", "\"schema_version\":6", "schema_version 6, not 5"),
+        ("\"schema_version\":6", "\"schema_version\":7", "schema_version 7, not 6"),
         (
             "\"within_budget\":true",
             "\"within_budget\":false",

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::CODE_VERSION;
+use orchard_bench::checksum::{checked, with_checksum};
 use orchard_bench::gather;
 use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session, run_task};
@@ -53,12 +54,12 @@ fn repeated<F: WorldFactory>(submission: &Submission, factory: &F, chosen: &[usi
     submission.repeat(&plan(), factory, chosen, &Session::whole(&store, 2, &stop), &NoProgress)
 }
 
-/// Replaces a text in a file of a folder.
+/// Replaces a text in a file of a folder, and its checksum, as a clever forger would.
 fn change(folder: &Path, file: &str, from: &str, to: &str) {
     let path = folder.join(file);
-    let text = fs::read_to_string(&path).unwrap();
+    let text = String::from_utf8(checked(&fs::read(&path).unwrap()).unwrap()).unwrap();
     assert!(text.contains(from), "{file} has no {from}");
-    fs::write(path, text.replacen(from, to, 1)).unwrap();
+    fs::write(path, with_checksum(text.replacen(from, to, 1).as_bytes()).unwrap()).unwrap();
 }
 
 /// Writes the summary that the records in a folder give, as a clever forger would.
@@ -107,9 +108,9 @@ fn versions_seeds_and_plans_of_others_are_refused() {
 
     for (from, to, what) in [
         (
-            "\"schema_version\": 5",
+            "\"schema_version\": 6",
             "\"schema_version\": 3",
-            "summary.json: schema_version 3, but this build has 5",
+            "summary.json: schema_version 3, but this build has 6",
         ),
         (
             "\"config_version\": \"v1\"",
@@ -150,7 +151,7 @@ fn partial_and_swollen_results_are_refused() {
     assert!(e.starts_with("episodes/fake-windy-7-000.json is not of the official matrix"), "{e}");
 
     let empty = tempfile::tempdir().unwrap();
-    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 5}")] {
+    for text in [None, Some(""), Some("{}"), Some("[4]"), Some("{\"schema_version\": 6}")] {
         if let Some(text) = text {
             fs::write(empty.path().join("summary.json"), text).unwrap();
         }
