@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use orchard_bench::store::Store;
 use orchard_bench::{Session, Shard};
 use orchard_tasks::plan_file::Backend;
 use orchard_tasks::plan_file::PlanFile;

@@ -75,12 +75,12 @@ fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
 fn scaling_of(dir: &Path, name: &str) -> Result<Option<Scaling>, String> {
     let path = dir.join(name);
     let Some(text) = text_of(&path)? else { return Ok(None) };
-    match serde_json::from_str::<PerfFile>(&text) {
+    let scaling = match serde_json::from_str::<PerfFile>(&text) {
         // A file of `perf scaling` has no checksum.
-        Ok(perf) => content_of(&path, &perf.scaling.to_string()),
-        Err(_) => result_of(&path, &text),
-    }
-    .map(Some)
+        Ok(perf) => content_of(&path, &perf.scaling.to_string())?,
+        Err(_) => result_of(&path, &text)?,
+    };
+    Ok(Some(scaling))
 }
 
 /// A result file's content, if there is one.
