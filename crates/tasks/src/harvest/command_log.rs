@@ -293,7 +293,9 @@ mod tests {
         let into = CommandLogs::new(folders[2].path());
         let keys = [key()];
         assert_eq!(into.merge(keys.iter(), &from).unwrap(), 1);
-        from.map(|root| CommandLogs::new(root).write(&key(), &log()).unwrap());
+        for root in from {
+            CommandLogs::new(root).write(&key(), &log()).unwrap();
+        }
         assert_eq!(into.merge(keys.iter(), &from).unwrap(), 0);
         let mut other = log();
         other.commands.pop();
