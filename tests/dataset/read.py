@@ -32,6 +32,14 @@ def rotation(q):
     )
 
 
+def checked(path):
+    """The content of a JSON file whose second line is the SHA-256 of its other lines."""
+    lines = path.read_bytes().splitlines(keepends=True)
+    content = json.loads(b"".join(lines))
+    assert hashlib.sha256(lines[0] + b"".join(lines[2:])).hexdigest() == content["checksum"], f"{path}: checksum"
+    return content
+
+
 class View:
     """The files of one image."""
 
@@ -92,10 +100,12 @@ def check_geometry(views, coco, cameras, where):
 
 
 def check(root):
-    manifest = json.loads((root / "manifest.json").read_text())
+    manifest = checked(root / "manifest.json")
     assert manifest["format"] == "orchard-dataset"
     for file in manifest["files"]:
         assert hashlib.sha256((root / file["path"]).read_bytes()).hexdigest() == file["sha256"], file["path"]
+        if file["path"] == "recipe.json" or file["path"].startswith("trees/"):
+            checked(root / file["path"])
     coco = COCO(root / "annotations.json")
     cameras = json.loads((root / "cameras.json").read_text())
     k, poses = cameras["intrinsics"], {pose["image_id"]: pose for pose in cameras["poses"]}

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::store::{StoreError, temporary_in};
+use crate::disk;
+use crate::store::StoreError;
 
 /// A temporary file in the folder of its final path; it is deleted when dropped before [`AtomicFile::finish`].
 #[derive(Debug)]
@@ -15,15 +16,17 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Creates the temporary file, and its folder if needed.
+    /// Creates the temporary file, and its folder if needed, but no parent of that folder: a result folder that was moved is not
+    /// created again.
     ///
     /// # Errors
     /// The folder or the file cannot be created.
     pub fn begin(path: &Path) -> Result<Self, StoreError> {
         let begin = || {
-            let folder = path.parent().unwrap_or(Path::new("."));
-            std::fs::create_dir_all(folder)?;
-            temporary_in(folder)
+            let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            let folder = parent.unwrap_or(Path::new("."));
+            disk::create_folder(folder)?;
+            disk::begin(folder)
         };
         let file = begin().map_err(|e| StoreError::new(path, e))?;
         Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
@@ -37,10 +40,9 @@ impl AtomicFile {
         let Self { file, path } = self;
         let finish = || {
             let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
-            file.as_file().sync_all()?;
-            file.persist(&path).map_err(|e| e.error)
+            disk::finish(file, &path)
         };
-        finish().map(drop).map_err(|e| StoreError::new(&path, e))
+        finish().map_err(|e| StoreError::new(&path, e))
     }
 }
 

@@ -114,7 +114,8 @@ impl Compute {
     /// # Errors
     /// The file cannot be written.
     pub fn note(store: &Store, task: &str, cost: TaskCost) -> Result<(), StoreError> {
-        let stored = std::fs::read(store.path().join(Self::FILE)).ok();
+        // A damaged file is replaced: no result depends on it.
+        let stored = store.read(Self::FILE).ok().flatten();
         let stored = stored.and_then(|bytes| serde_json::from_slice::<Self>(&bytes).ok());
         let mut compute = stored
             .filter(|compute| compute.schema_version == SCHEMA_VERSION)

@@ -7,15 +7,27 @@
 
 pub mod atomic_file;
 mod check;
+pub mod checksum;
 pub mod compute;
 pub mod digest;
+mod disk;
 #[cfg(test)]
 mod fake;
+#[cfg(test)]
+mod fake_task;
+#[cfg(any(test, feature = "faults"))]
+pub mod faults;
+#[cfg(test)]
+mod faults_tests;
+mod folder;
 mod folder_check;
 mod gather;
+pub mod lock;
 pub mod record;
 mod shard;
 pub mod store;
+#[cfg(any(test, feature = "faults"))]
+pub mod sweep;
 pub mod task;
 mod version;
 

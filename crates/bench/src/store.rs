@@ -1,20 +1,36 @@
 //! Result files, each written atomically: it is complete or absent.
+//!
+//! A store holds its folder, and the folders under it that it writes into, open. If one of them is moved, removed or replaced
+//! while a run writes, the next write returns an error: the parts of a result never end in two folders.
 
-use std::io::Write;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::{fs, io};
 
 use serde::Serialize;
 
+pub use crate::checksum::{Damage, checked, encode, encode_plain};
+use crate::disk;
+use crate::folder::HeldFolder;
 use crate::record::Record;
 
 /// A result folder.
 #[derive(Debug, Clone)]
 pub struct Store {
     root: PathBuf,
+    held: Arc<Held>,
 }
 
-/// A result file that could not be written or removed.
+/// The folders that a store writes into.
+#[derive(Debug)]
+struct Held {
+    root: HeldFolder,
+    /// By name under the root.
+    under: Mutex<BTreeMap<String, Arc<HeldFolder>>>,
+}
+
+/// A result file that could not be written or removed, or that is damaged.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {source}")]
 pub struct StoreError {
@@ -22,30 +38,15 @@ pub struct StoreError {
     source: io::Error,
 }
 
-/// Lock of a result folder: no other process writes into it.
-#[derive(Debug)]
-pub struct Lock {
-    _file: fs::File,
-}
-
-/// A result folder that cannot be locked.
-#[derive(Debug, thiserror::Error)]
-pub enum LockError {
-    /// Another process has locked the folder.
-    #[error("{0}: another run is using this folder; wait until it ends, or choose another folder")]
-    Busy(String),
-    /// The folder cannot be written to.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-}
-
-/// Prefix of the names of half-written files.
-const HALF_WRITTEN: &str = ".writing-";
-
 impl StoreError {
     /// Error of a file.
     pub fn new(path: &Path, source: io::Error) -> Self {
         Self { path: path.display().to_string(), source }
+    }
+
+    /// The damage of a file that was read.
+    pub fn damage(&self) -> Option<Damage> {
+        self.source.get_ref()?.downcast_ref().copied()
     }
 }
 
@@ -54,11 +55,11 @@ impl StoreError {
 pub enum Stored<R> {
     /// No file.
     Missing,
-    /// The complete record of exactly this key.
+    /// The complete record of exactly this key, with a right checksum.
     Whole(Box<R>),
     /// A complete record of another key: for example, another config or code version.
     Other,
-    /// A file that this code would not have written.
+    /// A file without a right checksum, or that this code would not have written.
     Damaged,
 }
 
@@ -66,43 +67,12 @@ impl Store {
     /// Opens a result folder and creates it if needed.
     ///
     /// # Errors
-    /// The folder cannot be created.
+    /// The folder cannot be created or opened.
     pub fn open(root: &Path) -> Result<Self, StoreError> {
-        fs::create_dir_all(root).map_err(|e| error(root, e))?;
-        Ok(Self { root: root.to_owned() })
-    }
-
-    /// Locks the folder for this process until the lock is dropped or the process ends in any way. Incomplete files of earlier
-    /// processes are removed.
-    ///
-    /// # Errors
-    /// Another process has locked the folder, or it is not writable.
-    pub fn lock(&self) -> Result<Lock, LockError> {
-        let path = self.root.join(".lock");
-        let write = |e| LockError::Store(error(&path, e));
-        let file = fs::File::options().create(true).truncate(false).write(true).open(&path).map_err(write)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(fs::TryLockError::WouldBlock) => {
-                return Err(LockError::Busy(self.root.display().to_string()));
-            }
-            Err(fs::TryLockError::Error(e)) => return Err(write(e)),
-        }
-        self.remove_half_written().map_err(LockError::Store)?;
-        Ok(Lock { _file: file })
-    }
-
-    fn remove_half_written(&self) -> Result<(), StoreError> {
-        let folders = fs::read_dir(&self.root).map_err(|e| error(&self.root, e))?;
-        let folders = folders.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
-        for folder in folders.chain([self.root.clone()]) {
-            for entry in fs::read_dir(&folder).map_err(|e| error(&folder, e))?.flatten() {
-                if entry.file_name().to_string_lossy().starts_with(HALF_WRITTEN) {
-                    fs::remove_file(entry.path()).map_err(|e| error(&entry.path(), e))?;
-                }
-            }
-        }
-        Ok(())
+        let held = disk::create_folders(root).and_then(|()| HeldFolder::open(root));
+        let held = held.map_err(|e| error(root, e))?;
+        let held = Arc::new(Held { root: held, under: Mutex::default() });
+        Ok(Self { root: root.to_owned(), held })
     }
 
     /// Looks for a stored record.
@@ -110,12 +80,17 @@ impl Store {
         let Ok(bytes) = fs::read(self.root.join(R::path(key))) else {
             return Stored::Missing;
         };
-        match serde_json::from_slice::<R>(&bytes) {
-            // A record that was edited by hand and can still be read has other bytes than this code writes.
-            Ok(record) if encode(&record).ok().as_ref() != Some(&bytes) => Stored::Damaged,
-            Ok(record) if record.key() == key => Stored::Whole(Box::new(record)),
-            Ok(_) => Stored::Other,
-            Err(_) => Stored::Damaged,
+        let record = match checked(&bytes) {
+            Ok(content) => serde_json::from_slice::<R>(&content),
+            Err(Damage::WrongChecksum) => return Stored::Damaged,
+            // Code before schema 6 wrote no checksums; its records have other keys.
+            Err(Damage::NoChecksum) => serde_json::from_slice::<R>(&bytes),
+        };
+        match record {
+            Ok(record) if record.key() != key => Stored::Other,
+            // A record whose checksum was edited too, and that can still be parsed, has other bytes than this code writes.
+            Ok(record) if encode(&record).ok().as_ref() == Some(&bytes) => Stored::Whole(Box::new(record)),
+            _ => Stored::Damaged,
         }
     }
 
@@ -124,17 +99,88 @@ impl Store {
     /// # Errors
     /// The file cannot be written.
     pub fn write_record<R: Record>(&self, record: &R) -> Result<(), StoreError> {
-        let folder = self.root.join(R::FOLDER);
-        fs::create_dir_all(&folder).map_err(|e| error(&folder, e))?;
+        self.make_folder(R::FOLDER)?;
         self.write(&R::path(record.key()), record)
     }
 
-    /// Writes a JSON file under the folder: first a temporary file, which is then renamed.
+    /// Checks that the folder is where it was when the store was opened.
+    ///
+    /// # Errors
+    /// It was moved, removed or replaced.
+    pub fn check(&self) -> Result<(), StoreError> {
+        self.held.root.check().map_err(|e| error(&self.root, e))
+    }
+
+    /// Creates a folder directly under this one if needed. One that this store has used and that is gone is not created again.
+    ///
+    /// # Errors
+    /// The folder cannot be created, or it was moved or removed.
+    pub fn make_folder(&self, name: &str) -> Result<(), StoreError> {
+        let path = self.root.join(name);
+        let make = || {
+            self.held.root.check()?;
+            if !self.is_held(name) {
+                disk::create_folder(&path)?;
+            }
+            self.check_folder(name)
+        };
+        make().map_err(|e| error(&path, e))
+    }
+
+    /// Writes a JSON file with its checksum under the folder: to a temporary file first, which then takes the name.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, name: &str, value: &impl Serialize) -> Result<(), StoreError> {
-        write_json(&self.root.join(name), value)
+        let bytes = encode(value).map_err(|e| error(&self.root.join(name), e))?;
+        self.write_bytes(name, &bytes)
+    }
+
+    /// Writes a file under the folder, or under a folder in it, completely or not at all.
+    ///
+    /// # Errors
+    /// The file cannot be written, or a folder was moved, removed or replaced since the first write into it.
+    pub fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), StoreError> {
+        let path = self.root.join(name);
+        let write = || {
+            self.check_folder_of(name)?;
+            write_file(&path, bytes)?;
+            // A folder that was moved between the check and the write is noticed now.
+            self.check_folder_of(name)
+        };
+        write().map_err(|e| error(&path, e))
+    }
+
+    /// Reads a JSON file under the folder and checks its checksum; `None` if there is no such file. Returns its content without the
+    /// checksum.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its checksum is wrong or missing.
+    pub fn read(&self, name: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        let path = self.root.join(name);
+        match fs::read(&path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(error(&path, e)),
+            Ok(bytes) => match checked(&bytes) {
+                Ok(content) => Ok(Some(content)),
+                Err(damage) => Err(error(&path, io::Error::new(io::ErrorKind::InvalidData, damage))),
+            },
+        }
+    }
+
+    /// Checks that files of a result are there, before the file is written that marks the result as complete.
+    ///
+    /// # Errors
+    /// The first one that is not there.
+    pub fn check_files(&self, names: impl IntoIterator<Item = impl AsRef<str>>) -> Result<(), StoreError> {
+        for name in names {
+            let path = self.root.join(name.as_ref());
+            if !path.is_file() {
+                let gone = "was removed during the run; run the same command again to continue";
+                return Err(error(&path, io::Error::new(io::ErrorKind::NotFound, gone)));
+            }
+        }
+        Ok(())
     }
 
     /// Removes a file under the folder, if there.
@@ -143,10 +189,7 @@ impl Store {
     /// The file is there and cannot be removed.
     pub fn remove(&self, name: &str) -> Result<(), StoreError> {
         let path = self.root.join(name);
-        match fs::remove_file(&path) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(error(&path, e)),
-            _ => Ok(()),
-        }
+        self.check_folder_of(name).and_then(|()| disk::remove(&path)).map_err(|e| error(&path, e))
     }
 
     /// JSON files in a folder under this one, sorted, with the folder's name.
@@ -166,17 +209,51 @@ impl Store {
     pub fn path(&self) -> &Path {
         &self.root
     }
+
+    fn is_held(&self, folder: &str) -> bool {
+        self.held.under.lock().unwrap_or_else(PoisonError::into_inner).contains_key(folder)
+    }
+
+    /// Checks the folder that a file is in.
+    fn check_folder_of(&self, name: &str) -> io::Result<()> {
+        self.held.root.check()?;
+        name.rsplit_once('/').map_or(Ok(()), |(folder, _)| self.check_folder(folder))
+    }
+
+    /// Checks a folder under this one; the first check holds it.
+    fn check_folder(&self, folder: &str) -> io::Result<()> {
+        let held = {
+            let mut under = self.held.under.lock().unwrap_or_else(PoisonError::into_inner);
+            match under.get(folder) {
+                Some(held) => held.clone(),
+                None => {
+                    let held = Arc::new(HeldFolder::open(&self.root.join(folder))?);
+                    under.insert(folder.to_owned(), held.clone());
+                    held
+                }
+            }
+        };
+        held.check()
+    }
 }
 
-/// Writes a JSON file atomically: indented, with a final newline.
+/// Creates a folder in an existing one, if there is none.
+///
+/// # Errors
+/// The folder cannot be created.
+pub fn make_folder(path: &Path) -> Result<(), StoreError> {
+    disk::create_folder(path).map_err(|e| error(path, e))
+}
+
+/// Writes a JSON file atomically, without a checksum: indented, with a final newline.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
-    encode(value).and_then(|bytes| write_file(path, &bytes)).map_err(|e| error(path, e))
+    encode_plain(value).and_then(|bytes| write_file(path, &bytes)).map_err(|e| error(path, e))
 }
 
-/// Writes a file atomically: completely or not at all.
+/// Writes a file completely or not at all.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -189,31 +266,9 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut file = temporary_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
-}
-
-/// A temporary file that is renamed later.
-pub(crate) fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(HALF_WRITTEN);
-    // Results are readable as the umask allows; temporary files are private by default.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
-/// Returns the bytes of a JSON file: indented, with a final newline.
-///
-/// # Errors
-/// The value cannot be written as JSON.
-pub fn encode(value: &impl Serialize) -> io::Result<Vec<u8>> {
-    let mut bytes = serde_json::to_vec_pretty(value)?;
-    bytes.push(b'\n');
-    Ok(bytes)
+    let mut file = disk::begin(folder)?;
+    disk::write(&mut file, bytes)?;
+    disk::finish(file, path)
 }
 
 fn error(path: &Path, source: io::Error) -> StoreError {
@@ -221,62 +276,5 @@ fn error(path: &Path, source: io::Error) -> StoreError {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fake::{Sum, SumKey, record};
-
-    fn stored(store: &Store, key: &SumKey) -> Stored<Sum> {
-        store.stored(key)
-    }
-
-    #[test]
-    fn stored_records_are_told_apart() {
-        let folder = tempfile::tempdir().unwrap();
-        let store = Store::open(folder.path()).unwrap();
-        let record = record(0);
-        assert!(matches!(stored(&store, &record.key), Stored::Missing));
-        store.write_record(&record).unwrap();
-        match stored(&store, &record.key) {
-            Stored::Whole(read) => assert_eq!(*read, record),
-            other => panic!("{other:?}"),
-        }
-        let other = SumKey { config_hash: "other".into(), ..record.key.clone() };
-        assert!(matches!(stored(&store, &other), Stored::Other));
-
-        let path = folder.path().join(Sum::path(&record.key));
-        let text = fs::read_to_string(&path).unwrap();
-        for damaged in [&text[..text.len() / 2], &text.replace("\"sum\": 7", "\"sum\":  7"), ""] {
-            fs::write(&path, damaged).unwrap();
-            assert!(matches!(stored(&store, &record.key), Stored::Damaged), "{damaged}");
-        }
-    }
-
-    #[test]
-    fn a_folder_has_one_run_at_a_time() {
-        let folder = tempfile::tempdir().unwrap();
-        let store = Store::open(folder.path()).unwrap();
-        fs::create_dir(folder.path().join("episodes")).unwrap();
-        for left in [".writing-abc", "episodes/.writing-def"] {
-            fs::write(folder.path().join(left), "{").unwrap();
-        }
-        let lock = store.lock().unwrap();
-        assert_eq!(fs::read_dir(folder.path().join("episodes")).unwrap().count(), 0);
-        let e = store.lock().unwrap_err();
-        assert!(e.to_string().ends_with("wait until it ends, or choose another folder"), "{e}");
-        drop(lock);
-        store.lock().unwrap();
-    }
-
-    #[test]
-    fn nothing_but_whole_files_is_left() {
-        let folder = tempfile::tempdir().unwrap();
-        let store = Store::open(folder.path()).unwrap();
-        store.write("summary.json", &[1, 2]).unwrap();
-        store.write("summary.json", &[3]).unwrap();
-        assert_eq!(fs::read_to_string(folder.path().join("summary.json")).unwrap(), "[\n  3\n]\n");
-        store.remove("summary.json").unwrap();
-        store.remove("summary.json").unwrap();
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        assert!(store.write("nowhere/x.json", &0).unwrap_err().to_string().contains("nowhere/x.json"));
-    }
-}
+#[path = "store_tests.rs"]
+mod tests;

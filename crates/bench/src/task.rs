@@ -1,7 +1,8 @@
 //! A task of the benchmark: independent pieces of work, each with a record in a file of its own.
 //!
 //! Records depend neither on the number of threads nor on the order of completion. A complete stored record with the same key
-//! is reused, so that an interrupted run continues where it stopped.
+//! is reused, so that an interrupted run continues where it stopped. A record whose checksum is wrong is computed again, and a note
+//! names it: nothing is lost, because the key determines the record.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -160,8 +161,9 @@ pub fn run_task<T: Task>(
 /// Sums up all records of a task, given in the order of [`Task::keys`], and writes the summary.
 ///
 /// # Errors
-/// The file cannot be written.
+/// The file cannot be written, or the file of a record is no longer there.
 pub fn finish<T: Task>(task: &T, records: &[T::Record], store: &Store) -> Result<T::Summary, StoreError> {
+    store.check_files(records.iter().map(|record| T::Record::path(record.key())))?;
     let summary = task.sum_up(records);
     store.write(T::SUMMARY, &summary)?;
     Ok(summary)
@@ -213,7 +215,8 @@ fn one<T: Task>(
             return Ok(Some((*record, None)));
         }
         Stored::Damaged => {
-            progress.note(&format!("{} is damaged and will be computed again", T::Record::path(key)));
+            let file = T::Record::path(key);
+            progress.note(&format!("{file} is damaged or was edited: it will be computed again"));
         }
         Stored::Whole(_) | Stored::Missing | Stored::Other => {}
     }
@@ -221,7 +224,10 @@ fn one<T: Task>(
         return Ok(None);
     }
     let start = Instant::now();
-    let Some(record) = task.compute(key, stop, &mut || progress.step())? else { return Ok(None) };
+    let computed = task.compute(key, stop, &mut || progress.step());
+    // A file beside the record that cannot be written may only show that the folder has gone.
+    let computed = computed.map_err(|e| store.check().err().unwrap_or(e))?;
+    let Some(record) = computed else { return Ok(None) };
     store.write_record(&record)?;
     progress.record(&record, false);
     Ok(Some((record, Some(start.elapsed().as_secs_f64()))))

@@ -15,7 +15,7 @@ use crate::config::{DatasetConfig, LightDial};
 use crate::error::{DatasetError, MOST_VIEWS};
 
 /// Version of the layout of a data set's files.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Seeds from `first` to `end`, `end` not included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

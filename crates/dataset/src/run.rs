@@ -1,9 +1,8 @@
 //! Makes a data set, tree by tree in parallel, and writes the files for the whole set.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use orchard_bench::store::write_json;
+use orchard_bench::checksum::Damage;
 use orchard_exchange::coco::{Annotation, Annotations, Category, ImageEntry, Info};
 use orchard_exchange::intrinsics;
 use orchard_geometry::Intrinsics;
@@ -11,7 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::DatasetError;
-use crate::folder::Folder;
+use crate::folder::{Folder, RECIPE, StoredTree, file_hash, tree_file};
 use crate::recipe::{Plan, Recipe};
 use crate::record::{FileRecord, FruitTruth, PoseRecord, TreeRecord, sha256};
 use crate::tables::{self, CLASSES, Class};
@@ -23,7 +22,14 @@ pub trait Progress: Sync {
     fn views(&self, count: u64, kept: bool) {
         let _ = (count, kept);
     }
+    /// Called with a line that a user should read.
+    fn note(&self, line: &str) {
+        let _ = line;
+    }
 }
+
+/// File name of the manifest, which is written last.
+const MANIFEST: &str = "manifest.json";
 
 /// Ignores everything.
 pub struct NoProgress;
@@ -75,34 +81,37 @@ struct Manifest<'a> {
     counts: &'a Done,
     classes: &'a [Class],
     no_instance: u16,
-    /// All files except this one and the preview pictures.
+    /// All files except this one, the lock and the preview pictures.
     files: Vec<FileRecord>,
 }
 
-/// Makes a data set in a folder, on `threads` threads. Finished trees of an earlier run of the same recipe are kept.
+/// Makes a data set in a folder that was opened for this plan, on `threads` threads. Finished trees of an earlier run of the same recipe
+/// are kept. An edited file is noted and made again.
 ///
 /// # Errors
-/// The folder holds something else, a tree cannot be built, a file cannot be written, or `stop` was raised.
+/// A tree cannot be built, a file cannot be written, the folder or a file in it was moved or removed, or `stop` was raised.
 pub fn run(
     plan: &Plan,
-    out: &Path,
+    folder: &Folder,
     threads: usize,
     stop: &AtomicBool,
     progress: &impl Progress,
 ) -> Result<Done, DatasetError> {
-    let folder = Folder::open(out, plan)?;
+    if folder.store().read(MANIFEST).is_err_and(|e| e.damage() == Some(Damage::WrongChecksum)) {
+        progress.note(&format!("{MANIFEST} is damaged or was edited: it will be written again"));
+    }
     // Until this run has ended, the folder is incomplete and has no manifest.
-    folder.remove("manifest.json");
+    folder.store().remove(MANIFEST)?;
     let keys = plan.trees();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let tree = |key: &(u64, u32)| tree(plan, &folder, *key, stop, progress);
+    let tree = |key: &(u64, u32)| tree(plan, folder, *key, stop, progress);
     let trees: Vec<Option<TreeRecord>> =
         pool.install(|| keys.par_iter().with_max_len(1).map(tree).collect::<Result<_, DatasetError>>())?;
     let trees: Vec<TreeRecord> = trees.into_iter().flatten().collect();
     if trees.len() < keys.len() {
         return Err(DatasetError::Interrupted { done: trees.len(), total: keys.len() });
     }
-    finish(plan, out, &folder, &trees)
+    finish(plan, folder, &trees, progress)
 }
 
 /// One tree; none if stopped.
@@ -113,9 +122,15 @@ fn tree(
     stop: &AtomicBool,
     progress: &impl Progress,
 ) -> Result<Option<TreeRecord>, DatasetError> {
-    if let Some(record) = folder.whole_tree(seed, world, plan.recipe.views) {
-        progress.views(record.views.len() as u64, true);
-        return Ok(Some(record));
+    match folder.stored_tree(seed, world, plan.recipe.views) {
+        StoredTree::Whole(record) => {
+            progress.views(record.views.len() as u64, true);
+            return Ok(Some(*record));
+        }
+        StoredTree::Changed(file) => {
+            progress.note(&format!("{file} is missing, damaged or edited: its tree will be drawn again"));
+        }
+        StoredTree::Missing => {}
     }
     if stop.load(Ordering::Relaxed) {
         return Ok(None);
@@ -128,7 +143,12 @@ fn tree(
 }
 
 /// Writes the files for the whole set; the manifest last.
-fn finish(plan: &Plan, out: &Path, folder: &Folder, trees: &[TreeRecord]) -> Result<Done, DatasetError> {
+fn finish(
+    plan: &Plan,
+    folder: &Folder,
+    trees: &[TreeRecord],
+    progress: &impl Progress,
+) -> Result<Done, DatasetError> {
     let recipe = &plan.recipe;
     let views = || trees.iter().flat_map(|tree| tree.views.iter().map(move |view| (tree, view)));
     let numbered = || (1_u64..).zip(views());
@@ -187,10 +207,21 @@ fn finish(plan: &Plan, out: &Path, folder: &Folder, trees: &[TreeRecord]) -> Res
         ("cameras.json", encode(&cameras)),
         ("intrinsics.json", intrinsics::write(&recipe.intrinsics).into_bytes()),
     ] {
-        folder.write(name, &bytes)?;
-        files.push(FileRecord { path: name.into(), sha256: sha256(&bytes) });
+        let hash = sha256(&bytes);
+        if folder.hash(name).is_some_and(|found| found != hash) {
+            progress.note(&format!("{name} is damaged or was edited: it will be written again"));
+        }
+        folder.store().write_bytes(name, &bytes)?;
+        files.push(FileRecord { path: name.into(), sha256: hash });
     }
     files.extend(views().flat_map(|(_, view)| view.files.all().cloned()));
+    files.push(FileRecord { path: RECIPE.into(), sha256: file_hash(recipe) });
+    files.extend(
+        trees
+            .iter()
+            .map(|tree| FileRecord { path: tree_file(tree.seed, tree.world), sha256: file_hash(tree) }),
+    );
+    folder.store().check_files(files.iter().map(|file| &file.path))?;
     let manifest = Manifest {
         format: "orchard-dataset",
         recipe,
@@ -199,7 +230,7 @@ fn finish(plan: &Plan, out: &Path, folder: &Folder, trees: &[TreeRecord]) -> Res
         no_instance: tables::NO_INSTANCE,
         files,
     };
-    write_json(&out.join("manifest.json"), &manifest)?;
+    folder.store().write(MANIFEST, &manifest)?;
     Ok(done)
 }
 

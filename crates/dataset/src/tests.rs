@@ -1,8 +1,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use orchard_bench::lock::LOCK_FILE;
 use orchard_camera::Sensor;
 use orchard_geometry::Intrinsics;
 use orchard_scenario::Scenario;
@@ -40,6 +42,7 @@ struct Count {
     kept: AtomicU64,
     stop: AtomicBool,
     stop_after: Option<u64>,
+    notes: Mutex<Vec<String>>,
 }
 
 impl Progress for Count {
@@ -50,11 +53,19 @@ impl Progress for Count {
             self.stop.store(true, Ordering::Relaxed);
         }
     }
+
+    fn note(&self, line: &str) {
+        self.notes.lock().unwrap().push(line.to_owned());
+    }
 }
 
 impl Count {
     fn run(&self, plan: &Plan, out: &Path, threads: usize) -> Result<Done, DatasetError> {
-        run(plan, out, threads, &self.stop, self)
+        run(plan, &Folder::open(out, plan)?, threads, &self.stop, self)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.lock().unwrap().clone()
     }
 
     fn counts(&self) -> (u64, u64) {
@@ -94,8 +105,8 @@ fn bytes_do_not_depend_on_threads_or_on_interruptions() {
     let done = make(&plan(), &at("one"));
     assert_eq!((done.trees, done.images, done.unfit_depth_px), (2, 4, 0));
     let whole = contents(&at("one"));
-    // Five images a view, a record per tree, annotations, cameras, intrinsics, recipe, manifest.
-    assert_eq!(whole.len(), 5 * 4 + 2 + 5);
+    // Five images a view, a record per tree, annotations, cameras, intrinsics, recipe, manifest, lock.
+    assert_eq!(whole.len(), 5 * 4 + 2 + 6);
     Count::default().run(&plan(), &at("two"), 2).unwrap();
     assert!(contents(&at("two")) == whole);
 
@@ -116,6 +127,10 @@ fn bytes_do_not_depend_on_threads_or_on_interruptions() {
     let third = Count::default();
     third.run(&plan(), &at("one"), 1).unwrap();
     assert_eq!(third.counts(), (2, 2));
+    assert_eq!(
+        third.notes(),
+        ["depth/20250704-000-001.png is missing, damaged or edited: its tree will be drawn again"]
+    );
     fs::write(at("one").join("label/20250704-000-000.png"), "x").unwrap();
     fs::write(at("one").join("trees/20250705-000.json"), "{").unwrap();
     make(&plan(), &at("one"));
@@ -147,6 +162,114 @@ fn a_folder_holds_one_recipe() {
     fs::write(strange.path().join("recipe.json"), "{").unwrap();
     let error = Count::default().run(&plan(), strange.path(), 1).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("its recipe.json is damaged"), "{error}");
+}
+
+/// A pose that an editor changed, in the record of a tree or in the file that people read, is named and put right.
+#[test]
+fn edited_files_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    make(&plan(), folder.path());
+    let whole = contents(folder.path());
+    let edit = |name: &str, from: &str, to: &str| {
+        let path = folder.path().join(name);
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{text}");
+        fs::write(&path, text.replacen(from, to, 1)).unwrap();
+    };
+    let tree = "trees/20250705-000.json";
+    edit(tree, "\"translation_m\": [\n          ", "\"translation_m\": [\n          1");
+    edit("manifest.json", "\"images\": 4", "\"images\": 5");
+    edit("cameras.json", "\"translation_m\":[", "\"translation_m\":[1");
+    let again = Count::default();
+    again.run(&plan(), folder.path(), 1).unwrap();
+    assert_eq!(
+        again.notes(),
+        [
+            "manifest.json is damaged or was edited: it will be written again",
+            "trees/20250705-000.json is missing, damaged or edited: its tree will be drawn again",
+            "cameras.json is damaged or was edited: it will be written again"
+        ]
+    );
+    assert_eq!(again.counts(), (2, 2));
+    assert!(contents(folder.path()) == whole);
+
+    // The manifest holds the hash of every file but its own and the lock's, and carries its own.
+    let manifest = orchard_bench::checksum::checked(&whole["manifest.json"]).unwrap();
+    let manifest: Value = serde_json::from_slice(&manifest).unwrap();
+    let mut listed: Vec<(String, String)> = Vec::new();
+    for file in manifest["files"].as_array().unwrap() {
+        listed.push(
+            serde_json::from_value(Value::Array(vec![file["path"].clone(), file["sha256"].clone()])).unwrap(),
+        );
+    }
+    listed.sort();
+    let kept = |name: &&String| !["manifest.json", LOCK_FILE].contains(&name.as_str());
+    let hashes = whole.keys().filter(kept).map(|name| (name.clone(), crate::record::sha256(&whole[name])));
+    assert_eq!(listed, hashes.collect::<Vec<_>>());
+
+    // A recipe cannot be put right: everything follows from it.
+    edit("recipe.json", "\"views\": 2", "\"views\": 3");
+    let error = Count::default().run(&plan(), folder.path(), 1).unwrap_err();
+    assert!(error.is_bad_input() && error.to_string().contains("(does not match its checksum)"), "{error}");
+}
+
+#[test]
+fn a_folder_has_one_run_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = Folder::open(folder.path(), &plan()).unwrap();
+    fs::write(folder.path().join("color/.writing-abc"), "").unwrap();
+    let error = Folder::open(folder.path(), &plan()).unwrap_err();
+    assert!(
+        error.is_bad_input() && error.to_string().contains("another run is using this folder"),
+        "{error}"
+    );
+    drop(first);
+    Folder::open(folder.path(), &plan()).unwrap();
+    assert!(!folder.path().join("color/.writing-abc").exists());
+    // A folder with something else in it gets no lock.
+    let strange = tempfile::tempdir().unwrap();
+    fs::write(strange.path().join("letter.txt"), "").unwrap();
+    Folder::open(strange.path(), &plan()).unwrap_err();
+    assert!(!strange.path().join(LOCK_FILE).exists());
+}
+
+/// Moves the folder away while the first tree is drawn.
+struct MoveAway<'a>(&'a Path, &'a Path);
+
+impl Progress for MoveAway<'_> {
+    fn views(&self, _: u64, _: bool) {
+        if self.0.exists() {
+            fs::rename(self.0, self.1).unwrap();
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_moved_ends_the_run() {
+    let place = tempfile::tempdir().unwrap();
+    let (out, away) = (place.path().join("out"), place.path().join("away"));
+    let folder = Folder::open(&out, &plan()).unwrap();
+    let error = run(&plan(), &folder, 1, &AtomicBool::new(false), &MoveAway(&out, &away)).unwrap_err();
+    assert!(error.to_string().contains("was moved, removed or replaced"), "{error}");
+    assert!(!out.exists() && !away.join("manifest.json").exists());
+}
+
+/// One tree, one view: every fault at every operation of the store.
+#[test]
+fn a_data_set_survives_every_fault() {
+    let scenario = Scenario::of(&[("camera", "ideal")]).unwrap();
+    let k = Intrinsics::from_vertical_fov(16, 12, 1.2);
+    let seeds = Seeds { first: 20250704, end: 20250705 };
+    let plan = Plan::new(&scenario, &small(), Some(k), seeds, 1, 1).unwrap();
+    let sweep = orchard_bench::sweep::Scenario {
+        prepare: &|_| (),
+        run: &|folder| Count::default().run(&plan, folder, 1).map(drop),
+        last: &["manifest.json"],
+        timed: &[],
+    };
+    // The folder and five in it, an old manifest removed; begin, write and name four images and six other files.
+    assert_eq!(sweep.sweep(), 6 + 1 + 3 * (4 + 6));
 }
 
 #[test]

@@ -49,7 +49,7 @@ pub(crate) fn draw(
         let file = |kind: &str, encoded: Result<Vec<u8>, _>| -> Result<FileRecord, DatasetError> {
             let bytes = encoded.map_err(|e: png::EncodingError| DatasetError::Png(e.to_string()))?;
             let path = format!("{kind}/{name}.png");
-            folder.write(&path, &bytes)?;
+            folder.store().write_bytes(&path, &bytes)?;
             Ok(FileRecord { path, sha256: sha256(&bytes) })
         };
         let true_depth = plan.needs_true_depth().then(|| depth_png::write(&truth.depth, unit));

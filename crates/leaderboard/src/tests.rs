@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use orchard_bench::CODE_VERSION;
+use orchard_bench::checksum::{checked, with_checksum};
 use orchard_bench::gather;
 use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session, run_task};
@@ -53,12 +54,12 @@ fn repeated<F: WorldFactory>(submission: &Submission, factory: &F, chosen: &[usi
     submission.repeat(&plan(), factory, chosen, &Session::whole(&store, 2, &stop), &NoProgress)
 }
 
-/// Replaces a text in a file of a folder.
+/// Replaces a text in a file of a folder, and its checksum, as a clever forger would.
 fn change(folder: &Path, file: &str, from: &str, to: &str) {
     let path = folder.join(file);
-    let text = fs::read_to_string(&path).unwrap();
+    let text = String::from_utf8(checked(&fs::read(&path).unwrap()).unwrap()).unwrap();
     assert!(text.contains(from), "{file} has no {from}");
-    fs::write(path, text.replacen(from, to, 1)).unwrap();
+    fs::write(path, with_checksum(text.replacen(from, to, 1).as_bytes()).unwrap()).unwrap();
 }
 
 /// Writes the summary that the records in a folder give, as a clever forger would.

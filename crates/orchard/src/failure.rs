@@ -4,6 +4,8 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 
+use crate::signals;
+
 /// Failure of a command. It is displayed in one line; a cause may add lines.
 #[derive(Debug)]
 pub enum Failure {
@@ -11,7 +13,7 @@ pub enum Failure {
     BadInput(String),
     /// An error during the run, or a failed check: exit code 1.
     Failed(String),
-    /// Interrupted by Ctrl-C: exit code 130.
+    /// Interrupted by Ctrl-C (exit code 130) or SIGTERM (exit code 143).
     Interrupted(String),
 }
 
@@ -40,7 +42,7 @@ impl Failure {
         ExitCode::from(match self {
             Failure::BadInput(_) => 2,
             Failure::Failed(_) => 1,
-            Failure::Interrupted(_) => 130,
+            Failure::Interrupted(_) => signals::exit_code(),
         })
     }
 }

@@ -46,10 +46,12 @@ pub mod commands;
 mod failure;
 mod headline;
 mod interrupt;
+mod out_folder;
 mod picture_file;
 mod program;
 #[doc(hidden)]
 pub mod rows;
+mod signals;
 
 pub use failure::{Failure, Verdict};
 pub use program::Program;

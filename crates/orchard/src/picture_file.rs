@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use orchard_bench::store::write_bytes;
+use orchard_bench::store::{Store, write_bytes};
 use orchard_geometry::Image;
 
 use crate::failure::Failure;
@@ -34,6 +34,12 @@ pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
 pub fn write(out: &Path, image: &Image<[u8; 3]>) -> Result<(), Failure> {
     let bytes = png(image).context("cannot encode the picture")?;
     write_bytes(out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))
+}
+
+/// Writes a picture atomically under a folder.
+pub fn write_in(folder: &Store, name: &str, image: &Image<[u8; 3]>) -> Result<(), Failure> {
+    let bytes = png(image).context("cannot encode the picture")?;
+    folder.write_bytes(name, &bytes).map_err(|e| Failure::Failed(e.to_string()))
 }
 
 /// A picture as PNG.

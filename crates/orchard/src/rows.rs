@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::Context;
 use orchard_bench::compute::Machine;
-use orchard_bench::store::{write_bytes, write_json};
+use orchard_bench::store::write_json;
 use orchard_report::Figure;
 use orchard_scaling::Scaling;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::out_folder::open_folder;
 
 mod table;
 
@@ -225,7 +225,7 @@ pub fn run_suite(
         scaling: scaling.as_deref(),
     };
     write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
-    write_pictures(json, &pictures).map_err(|e| Failure::Failed(e.to_string()))?;
+    write_pictures(json, &pictures)?;
     print!("{}", table::markdown(&rows));
     let missed = rows.iter().filter(|r| r.pass == Some(false) && r.why_missed.is_none());
     let missed: Vec<&str> = missed.map(|r| r.name.as_str()).collect();
@@ -237,16 +237,17 @@ pub fn run_suite(
 }
 
 /// Writes pictures into the folder `NAME-pictures` beside the file `NAME.json`.
-fn write_pictures(json: &Path, pictures: &[Figure]) -> anyhow::Result<()> {
+fn write_pictures(json: &Path, pictures: &[Figure]) -> Result<(), Failure> {
     if pictures.is_empty() {
         return Ok(());
     }
     let mut name = json.file_stem().unwrap_or_default().to_owned();
     name.push("-pictures");
     let folder = json.with_file_name(name);
-    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let (store, _lock) = open_folder("--json", &folder)?;
     for picture in pictures {
-        write_bytes(&folder.join(format!("{}.svg", picture.stem)), picture.svg.as_bytes())?;
+        let written = store.write_bytes(&format!("{}.svg", picture.stem), picture.svg.as_bytes());
+        written.map_err(|e| Failure::Failed(e.to_string()))?;
     }
     eprintln!("pictures: {}", folder.display());
     Ok(())

@@ -1,9 +1,10 @@
 //! `plan.json`: the plan of each task of a folder. The plan, the configs and the code determine the results.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::{fs, io};
 
 use orchard_bench::Shard;
+use orchard_bench::checksum::{Damage, checked};
 use orchard_bench::store::{Store, StoreError};
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::StoredScenario;
@@ -158,20 +159,28 @@ impl PlanFile {
             let found = head.get("schema_version").map_or_else(|| "none".to_owned(), ToString::to_string);
             return Err(bad(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}")));
         }
-        serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))
+        let content = checked(&bytes).map_err(|damage| bad(damage.to_string()))?;
+        serde_json::from_slice(&content).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))
     }
 
     /// Writes plans of a scenario into a folder's file and keeps those of other tasks.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written, or the existing one does not match its checksum.
     pub fn write(
         store: &Store,
         plans: &[TaskPlan],
         scenario: &StoredScenario,
         shard: Shard,
     ) -> Result<(), StoreError> {
-        // An unreadable file is damaged or of another code version. It is replaced, since each record has its own key.
+        // An edited file may hold plans of other tasks, which would be lost.
+        if let Err(e) = store.read(Self::FILE)
+            && e.damage() == Some(Damage::WrongChecksum)
+        {
+            let advice = "does not match its checksum: delete it or choose another folder";
+            return Err(StoreError::new(&store.path().join(Self::FILE), io::Error::other(advice)));
+        }
+        // An unreadable file is of another code version. It is replaced, since each record has its own key.
         let (mut tasks, mut scenarios) =
             Self::read(store).map(|file| (file.tasks, file.scenarios)).unwrap_or_default();
         scenarios.insert(scenario.hash.clone(), scenario.clone());
@@ -261,11 +270,27 @@ mod tests {
             ("", "not a plan of bench-v1"),
             ("{}", "schema_version none"),
             ("{\"schema_version\": 1}", "schema_version 1, but this code reads"),
-            ("{\"schema_version\": 6, \"tasks\": 5}", "not a plan of bench-v1"),
+            ("{\"schema_version\": 6, \"tasks\": 5}", "has no checksum"),
         ] {
             fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
             let e = PlanFile::read(&store).unwrap_err().to_string();
             assert!(e.contains(problem), "{text}: {e}");
         }
+    }
+
+    #[test]
+    fn an_edited_plan_is_neither_read_nor_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let scenario = Scenario::of(&[]).unwrap().stored();
+        PlanFile::write(&store, &plans(), &scenario, Shard::WHOLE).unwrap();
+        let path = folder.path().join(PlanFile::FILE);
+        let edited = fs::read_to_string(&path).unwrap().replace("\"trees\": 2", "\"trees\": 3");
+        fs::write(&path, &edited).unwrap();
+        let e = PlanFile::read(&store).unwrap_err().to_string();
+        assert!(e.contains("plan.json: does not match its checksum"), "{e}");
+        let e = PlanFile::write(&store, &plans()[..1], &scenario, Shard::WHOLE).unwrap_err().to_string();
+        assert!(e.ends_with("does not match its checksum: delete it or choose another folder"), "{e}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), edited);
     }
 }

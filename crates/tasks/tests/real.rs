@@ -48,6 +48,27 @@ fn same_bytes_for_one_thread_and_two() {
     assert_ne!(result.records[0].fruit, result.records[1].fruit);
 }
 
+/// Two frames of two real worlds: every fault at every operation of the store.
+#[test]
+fn a_harvest_survives_every_fault() {
+    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
+    let plan = harvest.plan("quick", vec![20250704, 11], 1, 2.0 / 60.0);
+    let scenario = orchard_bench::sweep::Scenario {
+        prepare: &|_| (),
+        run: &|folder: &Path| -> Result<(), String> {
+            let store = Store::open(folder).map_err(|e| e.to_string())?;
+            let _lock = store.lock().map_err(|e| e.to_string())?;
+            let stop = AtomicBool::new(false);
+            let session = Session::whole(&store, 1, &stop);
+            run(&plan, &harvest, &session, &NoProgress).map(drop).map_err(|e| e.to_string())
+        },
+        last: &["summary.json"],
+        timed: &["compute.json"],
+    };
+    // Two folders, an old summary removed; begin, write and name two records, the cost and the summary.
+    assert_eq!(scenario.sweep(), 3 + 3 * 4);
+}
+
 /// The foliage dial changes nothing but leaves: wood, fruit, ground and views are the same bits at every density.
 #[test]
 fn trees_of_the_detection_task_are_paired() {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use orchard_dataset::{DatasetConfig, Plan, Seeds};
+use orchard_dataset::{DatasetConfig, Folder, Plan, Seeds};
 use orchard_scenario::Scenario;
 use orchard_spec::Preset;
 
@@ -41,7 +41,7 @@ fn write_set(camera: &str, preset: Preset) -> anyhow::Result<PathBuf> {
     let plan = Plan::new(&scenario, &DatasetConfig::paper(), None, SEEDS, 1, VIEWS)?;
     orchard_dataset::run(
         &plan,
-        &folder,
+        &Folder::open(&folder, &plan)?,
         rayon::current_num_threads(),
         &AtomicBool::new(false),
         &orchard_dataset::NoProgress,

@@ -9,10 +9,9 @@ pub mod scaling;
 pub mod task;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
-use orchard_bench::store::{Lock, Store};
 use orchard_bench::{Session, Shard};
 use orchard_tasks::plan_file::Backend;
 use orchard_tasks::plan_file::PlanFile;
@@ -21,6 +20,7 @@ use orchard_tasks::protocol::Protocol;
 use crate::args::ScenarioArgs;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::out_folder::open_folder;
 use crate::program::Program;
 
 /// Runs the benchmark: grows trees, lets the robot harvest them or a detector find fruit, and writes the metrics.
@@ -46,8 +46,8 @@ DIR/TASK/*.json       one per tree: every trial\n  \
 DIR/scaling.json      scaling: step rates and memory by worlds, solver and mode\n  \
 DIR/compute.json      wall times, step rates, memory and machine\n\
 All files but compute.json and scaling.json have the same bytes on every run of one command, for any number of threads or shards.\n\
-Ctrl-C leaves only complete files; the same command continues from there. A folder with results of another plan (controller,\n\
-condition, seeds, horizon, camera, ..) or in use by another run is refused.\n\n\
+Ctrl-C and SIGTERM leave only complete files; the same command continues from there. A folder with results of another plan\n\
+(controller, condition, seeds, horizon, camera, ..) or in use by another run is refused.\n\n\
 Examples:\n  orchard bench-v1                            the quick profile\n  \
 orchard bench-v1 --profile full --controller expert\n  \
 orchard bench-v1 --profile full --controller expert --seeds v1      an official score\n  \
@@ -200,7 +200,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let tasks = tasks.collect::<Result<Vec<_>, Failure>>()?;
     // A missing device is reported before the first task starts.
     scaling::check_device(&plans, &scenario)?;
-    let (store, _lock) = open(&out)?;
+    let (store, _lock) = open_folder("--out", &out)?;
     // So is a folder with other content.
     for task in &tasks {
         task.check(&store).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
@@ -215,14 +215,6 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         say!("scenario: {line}");
     }
     tasks.iter().try_for_each(|task| task.run(&session))
-}
-
-/// Opens and locks a result folder.
-pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
-    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("--out: {e}"));
-    let store = Store::open(folder).map_err(|e| bad(&e))?;
-    let lock = store.lock().map_err(|e| bad(&e))?;
-    Ok((store, lock))
 }
 
 /// Lists names with their counts.

@@ -5,7 +5,7 @@ mod sheet;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_dataset::{DatasetConfig, DatasetError, Done, Plan, Seeds};
+use orchard_dataset::{DatasetConfig, DatasetError, Done, Folder, Plan, Seeds};
 use orchard_exchange::intrinsics;
 use orchard_geometry::Intrinsics;
 use orchard_quantity::Quantity;
@@ -24,7 +24,7 @@ DIR/cameras.json                    intrinsics, and the pose of each view\n  \
 DIR/manifest.json                   all settings, classes, all files with SHA-256; written last\n  \
 DIR/contact_sheet.png               overview of some views\n\
 The same command gives the same bytes, for any number of threads.\n\
-Ctrl-C leaves only complete files; the same command continues from there.\n\
+Ctrl-C and SIGTERM leave only complete files; the same command continues from there.\n\
 The light changes only the colour images; it is not a photometric model.\n\n\
 Examples:\n  orchard dataset --seeds 1..126 --views 8 --out data/apples\n  \
 orchard dataset --seeds 1..11 --preset randomised --sun-elevation 15 --out data/evening\n  \
@@ -90,11 +90,12 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         |threads| threads as usize,
     );
     let stop = interrupt::listen()?;
+    let folder = Folder::open(&args.out, &plan).map_err(failure)?;
     let bar = Bar::new(plan.recipe());
-    let result = orchard_dataset::run(&plan, &args.out, threads, stop, &bar);
+    let result = orchard_dataset::run(&plan, &folder, threads, stop, &bar);
     bar.0.finish_and_clear();
     let done = result.map_err(failure)?;
-    sheet::write(&args.out, &plan)?;
+    sheet::write(folder.store(), &plan)?;
     report(&done, &args.out, &plan);
     Ok(())
 }
@@ -175,5 +176,13 @@ impl Bar {
 impl orchard_dataset::Progress for Bar {
     fn views(&self, count: u64, _kept: bool) {
         self.0.inc(count);
+    }
+
+    fn note(&self, line: &str) {
+        if self.0.is_hidden() {
+            eprintln!("note: {line}");
+        } else {
+            self.0.println(format!("note: {line}"));
+        }
     }
 }

@@ -7,15 +7,17 @@ mod story;
 pub mod strip;
 mod touch;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use orchard_bench::store::Store;
 use orchard_tasks::harvest::episode::{AttemptOutcome, AttemptRecord, EpisodeRecord};
 use rayon::prelude::*;
 
 use crate::args::ScenarioArgs;
 use crate::failure::Failure;
+use crate::out_folder::open_folder;
 use crate::picture_file;
 use crate::program::Program;
 
@@ -31,7 +33,8 @@ use crate::program::Program;
                   Dots: the detections of the last image.\n\n\
                   The scenario is read from the plan.json of the result folder; without one, give the scenario's options.\n\
                   A record can only be explained by the code version that wrote it: after a change of the code run bench-v1 again.\n\
-                  Exit code 1: the second run differs from the record. Exit code 2: not a record of an episode, or of another code version.\n\n\
+                  Exit code 1: the second run differs from the record. Exit code 2: not a record of an episode, a record of\n\
+                  another code version, or one that does not match its checksum.\n\n\
                   Examples:\n  orchard explain results/bench-v1-quick/episodes/baseline-nominal-20250704-000.json\n  \
                   orchard explain EPISODE.json --failed --out strips\n  orchard explain EPISODE.json --attempt 3"
 )]
@@ -60,10 +63,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let record = &input.record;
     let chosen = chosen(args, record).map_err(Failure::BadInput)?;
     let out = args.out.clone().unwrap_or_else(|| args.episode.with_extension(""));
-    if !args.text {
-        std::fs::create_dir_all(&out)
-            .map_err(|e| Failure::BadInput(format!("--out {}: {e}", out.display())))?;
-    }
+    let folder = if args.text { None } else { Some(open_folder("--out", &out)?) };
     let moments: Vec<Vec<strip::Moment>> =
         if args.text { Vec::new() } else { chosen.iter().map(|a| strip::moments(record, a)).collect() };
     let mut frames: Vec<u32> = moments.iter().flatten().map(|moment| moment.frame).collect();
@@ -82,8 +82,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         None => say!("the second run agrees with the record in every event and figure"),
         Some(difference) => say!("THE SECOND RUN DIFFERS FROM THE RECORD: {difference}"),
     }
-    if !args.text {
-        draw(record, &chosen, &moments, &replay, &out)?;
+    if let Some((folder, _lock)) = &folder {
+        draw(record, &chosen, &moments, &replay, folder)?;
         say!("strips: {}", out.display());
     }
     difference.map_or(Ok(()), |difference| {
@@ -111,7 +111,7 @@ fn draw(
     chosen: &[&AttemptRecord],
     moments: &[Vec<strip::Moment>],
     replay: &replay::Replay,
-    out: &Path,
+    folder: &Store,
 ) -> Result<(), Failure> {
     let bar = ProgressBar::new(chosen.len() as u64).with_style(
         ProgressStyle::with_template("{bar:30} {pos}/{len} strips")
@@ -122,7 +122,7 @@ fn draw(
     strips.par_iter().try_for_each(|(attempt, moments)| {
         let sheet = strip::draw(record, attempt, moments, &replay.shots);
         let end = attempt.failure_reason.as_deref().unwrap_or("placed");
-        let written = picture_file::write(&out.join(format!("attempt-{:03}-{end}.png", attempt.id)), &sheet);
+        let written = picture_file::write_in(folder, &format!("attempt-{:03}-{end}.png", attempt.id), &sheet);
         bar.set_position(drawn.fetch_add(1, Ordering::Relaxed) + 1);
         written
     })?;

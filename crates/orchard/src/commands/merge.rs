@@ -9,8 +9,9 @@ use orchard_bench::store::Store;
 use orchard_scenario::{Scenario, StoredScenario};
 use orchard_tasks::plan_file::{PlanFile, PlannedTask};
 
-use crate::commands::bench_v1::{open, plans};
+use crate::commands::bench_v1::plans;
 use crate::failure::Failure;
+use crate::out_folder::open_folder;
 use crate::program::Program;
 
 /// Combines the parts of a bench-v1 run; the result has the same bytes as a single run.
@@ -18,7 +19,8 @@ use crate::program::Program;
 #[command(
     after_help = "A part is the folder that `bench-v1 --shard I/N` wrote, on any machine. All tasks of the plans are merged. The plans must\n\
                   be equal except for the part, and together the folders must hold all records. compute.json is not merged.\n\n\
-                  Exit code 2: a folder without a plan, plans that differ, missing or changed records. Nothing is written then.\n\n\
+                  Exit code 2: a folder without a plan, plans that differ, missing or edited records, copies of a record that differ.\n\
+                  Nothing is written then.\n\n\
                   Example, on one machine:\n  \
                   for i in 1 2 3 4; do orchard bench-v1 --shard $i/4 --out parts/$i; done\n  \
                   orchard merge parts/* --out results/whole"
@@ -49,7 +51,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
         tasks.push(plans::task(plan, &scenario, &args.out, false)?);
     }
-    let (into, _lock) = open(&args.out)?;
+    let (into, _lock) = open_folder("--out", &args.out)?;
     for task in &tasks {
         task.check(&into).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
     }

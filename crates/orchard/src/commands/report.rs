@@ -6,11 +6,12 @@ mod pictures;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use orchard_bench::store::write_bytes;
+use orchard_bench::store::StoreError;
 use orchard_report::{Figures, PaperFigures, Pictures, page};
 use orchard_tasks::protocol::Protocol;
 
 use crate::failure::Failure;
+use crate::out_folder::open_folder;
 use crate::program::Program;
 
 /// Writes a result folder's report: one HTML page with tables, figures and pictures, and the figures as SVG files.
@@ -22,7 +23,8 @@ use crate::program::Program;
                   DIR/figures/*.svg    its figures, the same bytes\n\
                   Figures are drawn from the JSON files alone. Pictures need the episodes' records and the same code version, because\n\
                   trees are grown and one episode is simulated again; --no-pictures leaves them out.\n\
-                  Exit code 2: no result in the folder, or an unreadable file.\n\n\
+                  Exit code 2: no result in the folder, an unreadable file, a file that does not match its checksum, or a folder in use\n\
+                  by a run.\n\n\
                   Examples:\n  orchard bench-v1 && orchard report results/bench-v1-quick\n  \
                   orchard report results/full --no-pictures"
 )]
@@ -60,6 +62,9 @@ pub struct Written {
 
 /// Writes the report of a folder.
 pub fn write(dir: &Path, no_pictures: bool, program: &Program) -> Result<Written, Failure> {
+    // Read once before the lock, which makes a file: a folder without results is left as it is.
+    folder::read(dir).map_err(Failure::BadInput)?;
+    let (store, _lock) = open_folder("report", dir)?;
     let results = folder::read(dir).map_err(Failure::BadInput)?;
     let (protocol, paper) = (Protocol::paper(), PaperFigures::paper());
     let figures = Figures::draw(&results, &protocol, &paper).context("cannot draw")?;
@@ -72,16 +77,15 @@ pub fn write(dir: &Path, no_pictures: bool, program: &Program) -> Result<Written
         pictures::draw(dir, &results, program)?
     };
     let html = page(&results, &figures, &shown, &protocol, &paper);
-    let folder = dir.join(FIGURES);
-    std::fs::create_dir_all(&folder).map_err(|e| Failure::BadInput(format!("{}: {e}", folder.display())))?;
-    let write = |path: &Path, text: &str| {
-        write_bytes(path, text.as_bytes()).map_err(|e| Failure::BadInput(e.to_string()))
-    };
+    let failed = |e: StoreError| Failure::BadInput(e.to_string());
+    store.make_folder(FIGURES).map_err(failed)?;
     let count = figures.all().count();
     for figure in figures.all() {
-        write(&folder.join(format!("{}.svg", figure.stem)), &figure.svg)?;
+        store
+            .write_bytes(&format!("{FIGURES}/{}.svg", figure.stem), figure.svg.as_bytes())
+            .map_err(failed)?;
     }
+    store.write_bytes(PAGE, html.as_bytes()).map_err(failed)?;
     let page = dir.join(PAGE);
-    write(&page, &html)?;
     Ok(Written { page, figures: count })
 }

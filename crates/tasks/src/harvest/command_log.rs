@@ -11,7 +11,7 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use orchard_bench::record::Record;
-use orchard_bench::store::{StoreError, write_bytes};
+use orchard_bench::store::{StoreError, make_folder, write_bytes};
 use orchard_robot::io::{Command, Observation};
 use orchard_world::WorldEvent;
 use serde::{Deserialize, Serialize};
@@ -130,7 +130,7 @@ impl CommandLogs {
     /// Copies the logs of episodes from the first of some result folders that holds each whole; returns the number of those that none holds.
     ///
     /// # Errors
-    /// A file cannot be written.
+    /// Two of the folders hold different logs of an episode, or a file cannot be written.
     pub fn merge<'a>(
         &self,
         keys: impl Iterator<Item = &'a EpisodeKey>,
@@ -138,17 +138,28 @@ impl CommandLogs {
     ) -> Result<usize, StoreError> {
         let mut missing = 0;
         for key in keys {
-            match from.iter().find_map(|root| CommandLog::read(root, key).ok()) {
-                Some(log) => self.write(key, &log)?,
-                None => missing += 1,
+            let holds = |root: &&Path| Some((root.join(path_of(key)), CommandLog::read(root, key).ok()?));
+            let copies: Vec<(PathBuf, CommandLog)> = from.iter().filter_map(holds).collect();
+            let Some(((first, log), others)) = copies.split_first() else {
+                missing += 1;
+                continue;
+            };
+            // Bytes, because a command may hold numbers that are not equal to themselves.
+            let bytes = |log: &CommandLog, path: &Path| log.to_bytes().map_err(|e| StoreError::new(path, e));
+            for (path, other) in others {
+                if bytes(other, path)? != bytes(log, first)? {
+                    let line = format!("differs from {}: delete the wrong one", first.display());
+                    return Err(StoreError::new(path, io::Error::other(line)));
+                }
             }
+            self.write(key, log)?;
         }
         Ok(missing)
     }
 
     fn write(&self, key: &EpisodeKey, log: &CommandLog) -> Result<(), StoreError> {
-        let (path, folder) = (self.root.join(path_of(key)), self.folder());
-        std::fs::create_dir_all(&folder).map_err(|e| StoreError::new(&folder, e))?;
+        let path = self.root.join(path_of(key));
+        make_folder(&self.folder())?;
         write_bytes(&path, &log.to_bytes().map_err(|e| StoreError::new(&path, e))?)
     }
 
@@ -273,6 +284,24 @@ mod tests {
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
         assert!(CommandLog::read(folder.path(), &key()).is_err());
         assert!(!ObserverFactory::<()>::is_kept(&logs, &key()));
+    }
+
+    #[test]
+    fn logs_that_differ_are_not_merged() {
+        let folders = [0, 1, 2].map(|_| tempfile::tempdir().unwrap());
+        let from = [folders[0].path(), folders[1].path()];
+        let into = CommandLogs::new(folders[2].path());
+        let keys = [key()];
+        assert_eq!(into.merge(keys.iter(), &from).unwrap(), 1);
+        for root in from {
+            CommandLogs::new(root).write(&key(), &log()).unwrap();
+        }
+        assert_eq!(into.merge(keys.iter(), &from).unwrap(), 0);
+        let mut other = log();
+        other.commands.pop();
+        CommandLogs::new(from[1]).write(&key(), &other).unwrap();
+        let e = into.merge(keys.iter(), &from).unwrap_err().to_string();
+        assert!(from.iter().all(|root| e.contains(&root.display().to_string())), "{e}");
     }
 
     #[test]

@@ -60,7 +60,10 @@ fn whole_episodes_are_reused_and_others_computed_again() {
     let progress = CountingProgress::default();
     let result = go(folder.path(), &plan(), 2, &progress).unwrap();
     assert_eq!(progress.counts(), (2, 6));
-    assert_eq!(progress.notes(), ["episodes/fake-nominal-8-003.json is damaged and will be computed again"]);
+    assert_eq!(
+        progress.notes(),
+        ["episodes/fake-nominal-8-003.json is damaged or was edited: it will be computed again"]
+    );
     assert_eq!(files(folder.path(), "episodes"), before);
     let walls = result.cost.records.iter().filter(|e| e.wall_s.is_some()).count();
     assert_eq!(walls, 2);

@@ -3,14 +3,14 @@
 mod tables;
 
 use anyhow::Context;
-use orchard_bench::store::{Store, write_bytes};
+use orchard_bench::store::Store;
 use orchard_report::detection;
 use orchard_scenario::Scenario;
 use orchard_tasks::detect::{DetectPlan, DetectRecord, DetectSummary, Views};
 use orchard_tasks::plan_file::TreeExtent;
 
 use super::bar::RecordProgress;
-use super::task::{PresentedTask, unwritten};
+use super::task::PresentedTask;
 use crate::failure::Failure;
 
 /// Name of the figure under the result folder.
@@ -65,10 +65,9 @@ impl PresentedTask for Detecting {
 
     fn report(&self, summary: &DetectSummary, store: &Store) -> Result<(), Failure> {
         let svg = detection(summary, &self.plan.protocol.detect).context("cannot draw the figure")?.svg;
-        let path = store.path().join(FIGURE);
-        write_bytes(&path, svg.as_bytes()).map_err(|e| unwritten(&path, e))?;
+        store.write_bytes(FIGURE, svg.as_bytes()).map_err(|e| Failure::Failed(e.to_string()))?;
         say!("{}", tables::report(summary, &self.plan).trim_end());
-        say!("figure: {}", path.display());
+        say!("figure: {}", store.path().join(FIGURE).display());
         Ok(())
     }
 }

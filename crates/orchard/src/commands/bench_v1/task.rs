@@ -1,7 +1,5 @@
 //! Interface of a task to the command: check, run, merge from parts.
 
-use std::path::Path;
-
 use orchard_bench::PlanError;
 use orchard_bench::compute::TaskCost;
 use orchard_bench::store::Store;
@@ -76,9 +74,8 @@ impl<R: PresentedTask> AnyTask for R {
 
     fn merge(&self, from: &[&Store], into: &Store) -> Result<(), Failure> {
         let task = self.task();
-        let merged = merge::<R::Record>(&task.keys(), from, into);
-        let records = merged.map_err(|e| match e {
-            MergeError::Missing(e) => Failure::BadInput(e.to_string()),
+        let records = merge(&task, from, into).map_err(|e| match e {
+            MergeError::Missing(_) | MergeError::Differ { .. } => Failure::BadInput(e.to_string()),
             MergeError::Store(e) => Failure::Failed(e.to_string()),
         })?;
         self.merge_files(&records, from, into)?;
@@ -105,11 +102,6 @@ fn spent(task: &str, cost: &TaskCost, moves: bool) -> String {
         rate(cost.step_rate_per_s),
         rate(cost.peak_memory_mib)
     )
-}
-
-/// Failure for a file that cannot be written.
-pub fn unwritten(path: &Path, e: impl std::fmt::Display) -> Failure {
-    Failure::Failed(format!("{}: {e}", path.display()))
 }
 
 /// Converts a run's error into the command's failure.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
+use orchard_bench::store::Store;
 use orchard_camera::picture::depth_picture;
 use orchard_dataset::{CLASSES, Plan, view_name};
 use orchard_exchange::{depth_png, image_png};
@@ -20,8 +21,9 @@ const GAP: usize = 4;
 const PAPER: [u8; 3] = [250, 249, 246];
 
 /// Writes `contact_sheet.png` from the files of a finished data set.
-pub fn write(folder: &Path, plan: &Plan) -> Result<(), Failure> {
-    let rows = chosen(plan).iter().map(|name| row(folder, plan, name)).collect::<anyhow::Result<Vec<_>>>()?;
+pub fn write(folder: &Store, plan: &Plan) -> Result<(), Failure> {
+    let rows =
+        chosen(plan).iter().map(|name| row(folder.path(), plan, name)).collect::<anyhow::Result<Vec<_>>>()?;
     let (width, height) = (plan.recipe().intrinsics.width, plan.recipe().intrinsics.height);
     let mut sheet = Image::filled(3 * (width + GAP) + GAP, rows.len() * (height + GAP) + GAP, PAPER);
     for (v, row) in rows.iter().enumerate() {
@@ -29,7 +31,7 @@ pub fn write(folder: &Path, plan: &Plan) -> Result<(), Failure> {
             paste(&mut sheet, picture, GAP + u * (width + GAP), GAP + v * (height + GAP));
         }
     }
-    picture_file::write(&folder.join("contact_sheet.png"), &sheet)
+    picture_file::write_in(folder, "contact_sheet.png", &sheet)
 }
 
 /// Names of views, spread over trees and bearings.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use orchard_bench::checksum::checked;
 use orchard_bench::store::Store;
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::{Options, Scenario, ScenarioError};
@@ -82,12 +83,14 @@ fn of_text(text: &str, code_version: &str) -> Result<EpisodeRecord, String> {
             head.code_version
         ));
     }
-    serde_json::from_str(text).map_err(|e| format!("not a record of a bench-v1 episode: {e}"))
+    let content = checked(text.as_bytes()).map_err(|damage| damage.to_string())?;
+    serde_json::from_slice(&content).map_err(|e| format!("not a record of a bench-v1 episode: {e}"))
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use orchard_bench::checksum::with_checksum;
 
     /// Returns the error for a text.
     pub fn refused(text: &str) -> String {
@@ -106,8 +109,12 @@ pub mod tests {
             |schema: u32, code: &str| format!(r#"{{"schema_version": {schema}, "code_version": "{code}"}}"#);
         assert!(refused(&head(1, "x")).starts_with("schema_version 1, but this code reads"));
         assert!(refused(&head(SCHEMA_VERSION, "x")).starts_with("written by code version x, but this is"));
-        assert!(
-            refused(&head(SCHEMA_VERSION, CODE_VERSION)).starts_with("not a record of a bench-v1 episode")
+        assert_eq!(refused(&head(SCHEMA_VERSION, CODE_VERSION)), "has no checksum");
+        let content = format!(
+            "{{\n  \"schema_version\": {SCHEMA_VERSION},\n  \"code_version\": \"{CODE_VERSION}\"\n}}\n"
         );
+        let text = String::from_utf8(with_checksum(content.as_bytes()).unwrap()).unwrap();
+        assert!(refused(&text).starts_with("not a record of a bench-v1 episode"));
+        assert!(refused(&text.replace("\n}", "\n }")).starts_with("does not match its checksum"));
     }
 }

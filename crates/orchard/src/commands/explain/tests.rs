@@ -2,12 +2,15 @@
 
 use super::*;
 use clap::Parser;
+use orchard_bench::checksum::{checked, encode, with_checksum};
+use orchard_bench::lock::LOCK_FILE;
 use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session};
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::episode::{ContactAttemptRecord, ContactOutcome};
 use orchard_tasks::harvest::run as run_plan;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 #[derive(Parser)]
@@ -44,7 +47,8 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     let line = file.to_str().unwrap();
     let strips = folder.path().join("strips");
     explain(&[line, "--attempt", "0", "--out", strips.to_str().unwrap()]).unwrap();
-    let drawn: Vec<_> = std::fs::read_dir(&strips).unwrap().flatten().map(|e| e.file_name()).collect();
+    let drawn = std::fs::read_dir(&strips).unwrap().flatten().map(|e| e.file_name());
+    let drawn: Vec<_> = drawn.filter(|name| name != LOCK_FILE).collect();
     assert_eq!(drawn.len(), 1);
     assert!(drawn[0].to_string_lossy().starts_with("attempt-000-"));
 
@@ -80,12 +84,15 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     );
     assert_eq!(replay::difference(&touched, &input.record).as_deref(), Some("contact attempts differ"));
 
-    // Files that cannot be explained: another controller, another configuration, a cut one.
+    // Files that cannot be explained: one that was edited; with a fitting checksum another controller or configuration; a cut one.
     let whole = std::fs::read_to_string(&file).unwrap();
+    let content = String::from_utf8(checked(whole.as_bytes()).unwrap()).unwrap();
+    std::fs::write(&file, whole.replacen("\"time\": ", "\"time\": 1", 1)).unwrap();
+    assert!(refused(&[line, "--text"]).contains("does not match its checksum"));
     let changed = |from: &str, to: &str| {
-        let text = whole.replacen(from, to, 1);
-        assert_ne!(text, whole);
-        std::fs::write(&file, &text).unwrap();
+        let text = content.replacen(from, to, 1);
+        assert_ne!(text, content);
+        std::fs::write(&file, with_checksum(text.as_bytes()).unwrap()).unwrap();
         let problem = refused(&[line, "--text"]);
         std::fs::write(&file, &whole).unwrap();
         problem
@@ -109,7 +116,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     let mut other = input.record.clone();
     other.branches_snapped.push(orchard_tasks::harvest::episode::SnapEvent { segment, frame: 7, time: 0.1 });
     assert_eq!(replay::difference(&other, &input.record).as_deref(), Some("branches snapped differ"));
-    std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();
+    std::fs::write(&file, encode(&other).unwrap()).unwrap();
     match explain(&[line, "--text"]) {
         Err(Failure::Failed(problem)) => assert!(problem.contains("branches snapped differ"), "{problem}"),
         other => panic!("{other:?}"),
@@ -124,7 +131,7 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     // Absurdly large positions and times do not stop the strips either.
     changed.p_odom_target = [1e300; 3];
     (changed.end_frame, changed.states[0].time) = (u32::MAX, f64::MAX);
-    std::fs::write(&file, serde_json::to_string_pretty(&other).unwrap()).unwrap();
+    std::fs::write(&file, encode(&other).unwrap()).unwrap();
     match explain(&[line, "--attempt", "0", "--out", strips.to_str().unwrap()]) {
         Err(Failure::Failed(problem)) => assert!(problem.contains("attempt 0 differs"), "{problem}"),
         other => panic!("{other:?}"),

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use orchard_bench::SCHEMA_VERSION;
+use orchard_bench::checksum::checked;
 use orchard_report::Results;
 use orchard_scaling::Scaling;
 use orchard_tasks::detect::DetectSummary;
@@ -74,8 +75,12 @@ fn scalings(dir: &Path) -> Result<Vec<Scaling>, String> {
 fn scaling_of(dir: &Path, name: &str) -> Result<Option<Scaling>, String> {
     let path = dir.join(name);
     let Some(text) = text_of(&path)? else { return Ok(None) };
-    let inner = serde_json::from_str::<PerfFile>(&text).map(|perf| perf.scaling.to_string());
-    result_of(&path, &inner.unwrap_or(text)).map(Some)
+    let scaling = match serde_json::from_str::<PerfFile>(&text) {
+        // A file of `perf scaling` has no checksum.
+        Ok(perf) => content_of(&path, &perf.scaling.to_string())?,
+        Err(_) => result_of(&path, &text)?,
+    };
+    Ok(Some(scaling))
 }
 
 /// A result file's content, if there is one.
@@ -92,22 +97,37 @@ fn text_of(path: &Path) -> Result<Option<String>, String> {
     }
 }
 
+/// Content of a result file whose checksum is right.
 fn result_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, String> {
+    check_version(path, text)?;
+    let content = checked(text.as_bytes()).map_err(|damage| format!("{}: {damage}", path.display()))?;
+    content_of(path, &String::from_utf8_lossy(&content))
+}
+
+fn content_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, String> {
+    check_version(path, text)?;
+    serde_json::from_str(text).map_err(|e| format!("{}: cannot be parsed: {e}", path.display()))
+}
+
+fn check_version(path: &Path, text: &str) -> Result<(), String> {
     let bad = |problem: String| format!("{}: {problem}", path.display());
     let head: Head = serde_json::from_str(text).map_err(|e| bad(format!("not a result of bench-v1: {e}")))?;
-    if head.schema_version != SCHEMA_VERSION {
-        let found = head.schema_version;
-        return Err(bad(format!(
-            "schema_version {found}, but this code reads {SCHEMA_VERSION}: run bench-v1 again"
-        )));
+    if head.schema_version == SCHEMA_VERSION {
+        return Ok(());
     }
-    serde_json::from_str(text).map_err(|e| bad(format!("cannot be parsed: {e}")))
+    let found = head.schema_version;
+    Err(bad(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}: run bench-v1 again")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use orchard_bench::checksum::{encode, with_checksum as checksum};
     use orchard_bench::compute::Compute;
+
+    fn with_checksum(content: &str) -> String {
+        String::from_utf8(checksum(content.as_bytes()).unwrap()).unwrap()
+    }
 
     #[test]
     fn folders_without_results_and_broken_files_are_named() {
@@ -117,7 +137,7 @@ mod tests {
         assert!(refused().contains("no result of bench-v1"));
         assert!(read(&dir.join("none")).unwrap_err().contains("no such folder"));
         let compute = Compute { schema_version: SCHEMA_VERSION, tasks: std::collections::BTreeMap::new() };
-        let text = serde_json::to_string(&compute).unwrap();
+        let text = encode(&compute).unwrap();
         std::fs::write(dir.join("compute.json"), &text).unwrap();
         assert_eq!(read(dir).unwrap().compute, Some(compute));
         for (name, text, problem) in [
@@ -129,8 +149,18 @@ mod tests {
             ),
             (
                 "detect.json",
-                &format!("{{\"schema_version\": {SCHEMA_VERSION}}}"),
+                &with_checksum(&format!("{{\n  \"schema_version\": {SCHEMA_VERSION}\n}}\n")),
                 "detect.json: cannot be parsed: missing field",
+            ),
+            (
+                "detect.json",
+                &format!("{{\"schema_version\": {SCHEMA_VERSION}}}"),
+                "detect.json: has no checksum",
+            ),
+            (
+                "compute.json",
+                &String::from_utf8(text.clone()).unwrap().replace("{}", "{ }"),
+                "compute.json: does not match its checksum",
             ),
             ("scaling.json", "[]", "scaling.json: not a result"),
         ] {

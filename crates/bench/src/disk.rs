@@ -1,0 +1,85 @@
+//! The operations by which the store changes a disk. Tests make each of them fail (`faults`).
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use tempfile::NamedTempFile;
+
+#[cfg(any(test, feature = "faults"))]
+use crate::faults::{self, Operation};
+
+/// Prefix of the names of half-written files.
+const HALF_WRITTEN: &str = ".writing-";
+
+/// True if a name is that of a half-written file.
+pub(crate) fn is_half_written(name: &OsStr) -> bool {
+    name.to_string_lossy().starts_with(HALF_WRITTEN)
+}
+
+/// Makes a folder, if there is none, in one that exists.
+pub(crate) fn create_folder(path: &Path) -> io::Result<()> {
+    #[cfg(any(test, feature = "faults"))]
+    faults::before(path, Operation::CreateFolder)?;
+    match fs::create_dir(path) {
+        Err(e) if e.kind() != io::ErrorKind::AlreadyExists => Err(e),
+        _ => Ok(()),
+    }
+}
+
+/// Makes a folder and all that it is in.
+pub(crate) fn create_folders(path: &Path) -> io::Result<()> {
+    #[cfg(any(test, feature = "faults"))]
+    faults::before(path, Operation::CreateFolder)?;
+    fs::create_dir_all(path)
+}
+
+/// Begins a file in a folder, which will take its name later. Dropped before, it is gone.
+pub(crate) fn begin(folder: &Path) -> io::Result<NamedTempFile> {
+    #[cfg(any(test, feature = "faults"))]
+    faults::before(folder, Operation::Begin)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(HALF_WRITTEN);
+    // Results are for everyone that the umask lets read; temporary files are private by default.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Writes the bytes of a file.
+pub(crate) fn write(file: &mut NamedTempFile, bytes: &[u8]) -> io::Result<()> {
+    #[cfg(any(test, feature = "faults"))]
+    if let Err(e) = faults::before(file.path(), Operation::Write) {
+        faults::leave_half(file, bytes);
+        return Err(e);
+    }
+    file.write_all(bytes)
+}
+
+/// Gives a file its name, after all its bytes are on the disk. A file that has the name is replaced.
+pub(crate) fn finish(mut file: NamedTempFile, path: &Path) -> io::Result<()> {
+    #[cfg(any(test, feature = "faults"))]
+    if let Err(e) = faults::before(path, Operation::Rename) {
+        faults::leave_half(&mut file, &[]);
+        return Err(e);
+    }
+    file.as_file_mut().flush()?;
+    // Sweeps over all faults write thousands of files that need not outlive the power.
+    #[cfg(any(test, feature = "faults"))]
+    if faults::is_watched(path) {
+        return file.persist(path).map(drop).map_err(|e| e.error);
+    }
+    file.as_file().sync_all()?;
+    file.persist(path).map(drop).map_err(|e| e.error)
+}
+
+/// Removes a file, if there is one.
+pub(crate) fn remove(path: &Path) -> io::Result<()> {
+    #[cfg(any(test, feature = "faults"))]
+    faults::before(path, Operation::Remove)?;
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+        _ => Ok(()),
+    }
+}
