@@ -114,7 +114,7 @@ impl Compute {
     /// # Errors
     /// The file cannot be written.
     pub fn note(store: &Store, task: &str, cost: TaskCost) -> Result<(), StoreError> {
-        let stored = std::fs::read(store.path().join(Self::FILE)).ok();
+        let stored = orchard_input::bytes(&store.path().join(Self::FILE), orchard_input::RESULT).ok();
         let stored = stored.and_then(|bytes| serde_json::from_slice::<Self>(&bytes).ok());
         let mut compute = stored
             .filter(|compute| compute.schema_version == SCHEMA_VERSION)

@@ -5,7 +5,6 @@
 //! code version neither the version nor the config hash is compared: such records are computed again.
 
 use std::collections::BTreeSet;
-use std::fs;
 
 use serde_json::{Map, Value};
 
@@ -41,7 +40,7 @@ impl Store {
         };
         let (by_this_code, by_another) = (planned(&CODE), planned(&[CODE[0], CODE[1], CONFIG]));
         for file in self.files(R::FOLDER) {
-            let Ok(bytes) = fs::read(self.path().join(&file)) else { continue };
+            let Ok(bytes) = orchard_input::bytes(&self.path().join(&file), orchard_input::RESULT) else { continue };
             let Ok(Value::Object(record)) = serde_json::from_slice(&bytes) else { continue };
             let same_code = CODE.iter().all(|field| record.get(*field) == first.get(*field));
             let is_planned = if same_code {

@@ -107,7 +107,7 @@ impl Store {
 
     /// Looks for a stored record.
     pub fn stored<R: Record>(&self, key: &R::Key) -> Stored<R> {
-        let Ok(bytes) = fs::read(self.root.join(R::path(key))) else {
+        let Ok(bytes) = orchard_input::bytes(&self.root.join(R::path(key)), orchard_input::RESULT) else {
             return Stored::Missing;
         };
         match serde_json::from_slice::<R>(&bytes) {

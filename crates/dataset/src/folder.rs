@@ -31,7 +31,7 @@ impl Folder {
     pub fn open(root: &Path, plan: &Plan) -> Result<Self, DatasetError> {
         let refuse = |problem: String| DatasetError::Folder { folder: root.display().to_string(), problem };
         let wanted = as_json(&plan.recipe);
-        match fs::read(root.join(RECIPE)) {
+        match orchard_input::bytes(&root.join(RECIPE), orchard_input::RESULT) {
             Ok(bytes) => {
                 let found = serde_json::from_slice(&bytes)
                     .map_err(|e| refuse(format!("its {RECIPE} is damaged: {e}")))?;
@@ -40,6 +40,7 @@ impl Folder {
                     return Err(refuse(format!("holds another data set ({difference}): {advice}")));
                 }
             }
+            Err(e) if !e.is_missing() => return Err(refuse(format!("{RECIPE} there cannot be read: {e}"))),
             Err(_) => {
                 fs::create_dir_all(root).map_err(|e| refuse(e.to_string()))?;
                 if let Some(name) = something(root).map_err(|e| refuse(e.to_string()))? {
@@ -72,11 +73,14 @@ impl Folder {
 
     /// The record of a tree if all of its files exist and match their hashes.
     pub fn whole_tree(&self, seed: u64, world: u32, views: u32) -> Option<TreeRecord> {
-        let bytes = fs::read(self.tree_path(seed, world)).ok()?;
+        let bytes = orchard_input::bytes(&self.tree_path(seed, world), orchard_input::RESULT).ok()?;
         let record: TreeRecord = serde_json::from_slice(&bytes).ok()?;
         let is_this = (&record.recipe, record.seed, record.world) == (&self.recipe_hash, seed, world);
         let is_there =
-            |path: &str, hash: &str| fs::read(self.root.join(path)).is_ok_and(|bytes| sha256(&bytes) == hash);
+            |path: &str, hash: &str| {
+            let bytes = orchard_input::bytes(&self.root.join(path), orchard_input::RESULT);
+            bytes.is_ok_and(|bytes| sha256(&bytes) == hash)
+        };
         let whole = is_this
             && record.views.len() == views as usize
             && record

@@ -1,7 +1,6 @@
 //! `plan.json`: the plan of each task of a folder. The plan, the configs and the code determine the results.
 
 use std::collections::BTreeMap;
-use std::fs;
 
 use orchard_bench::Shard;
 use orchard_bench::store::{Store, StoreError};
@@ -10,6 +9,7 @@ use orchard_scenario::StoredScenario;
 use serde::{Deserialize, Serialize};
 
 use crate::harvest::plan::Extent;
+use crate::protocol::Protocol;
 
 /// The plan of one task, as requested by the user.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -105,6 +105,30 @@ impl TaskPlan {
             Self::Scaling { .. } => "scaling",
         }
     }
+
+    /// Checks the numbers of a plan that was read from a file against the ranges that the command line has.
+    ///
+    /// # Errors
+    /// A number outside its range; the error names it.
+    pub fn check(&self, protocol: &Protocol) -> Result<(), String> {
+        let trees = |trees: u32| {
+            protocol.full.trees.with_value(trees).map_err(|e| format!("{}: trees: {e}", self.task())).map(drop)
+        };
+        match self {
+            Self::Harvest { extent } => {
+                let horizon = &protocol.full.horizon;
+                let repeats = protocol.seed_sets.v1.repeats.with_value(extent.repeats);
+                repeats.map_err(|e| format!("harvest: repeats: {e}"))?;
+                let horizon = horizon.with_value(extent.horizon_s / horizon.unit().to_si());
+                horizon.map_err(|e| format!("harvest: horizon_s: {e}"))?;
+                trees(extent.trees)
+            }
+            Self::Detect { trees: extent } | Self::ReachAndGrasp { trees: extent } | Self::Gentle { trees: extent } => {
+                trees(extent.trees)
+            }
+            Self::Scaling { .. } => Ok(()),
+        }
+    }
 }
 
 /// A task's plan with its scenario, and the code and the part of the work that the folder holds.
@@ -150,8 +174,8 @@ impl PlanFile {
     pub fn read(store: &Store) -> Result<Self, PlanFileError> {
         let path = store.path().join(Self::FILE);
         let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
-        let bytes =
-            fs::read(&path).map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
+        let bytes = orchard_input::bytes(&path, orchard_input::RESULT);
+        let bytes = bytes.map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
         let head: serde_json::Value =
             serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))?;
         if head.get("schema_version") != Some(&serde_json::json!(SCHEMA_VERSION)) {
@@ -252,6 +276,26 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_a_file_have_the_ranges_of_the_command_line() {
+        let protocol = Protocol::paper();
+        assert!(plans().iter().all(|plan| plan.check(&protocol).is_ok()));
+        let harvest = |change: fn(&mut Extent)| match plans().swap_remove(0) {
+            TaskPlan::Harvest { mut extent } => {
+                change(&mut extent);
+                TaskPlan::Harvest { extent }.check(&protocol).unwrap_err()
+            }
+            other => panic!("{other:?}"),
+        };
+        let e = harvest(|extent| extent.repeats = 4_000_000_000);
+        assert!(e.starts_with("harvest: repeats: 4000000000 is outside"), "{e}");
+        assert!(harvest(|extent| extent.trees = u32::MAX).starts_with("harvest: trees: "));
+        assert!(harvest(|extent| extent.horizon_s = 1e9).starts_with("harvest: horizon_s: "));
+        let trees = TreeExtent { profile: "quick".into(), seeds: vec![7], trees: u32::MAX };
+        let e = TaskPlan::Gentle { trees }.check(&protocol).unwrap_err();
+        assert!(e.starts_with("gentle: trees: "), "{e}");
+    }
+
+    #[test]
     fn what_is_no_plan_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
@@ -263,7 +307,7 @@ mod tests {
             ("{\"schema_version\": 1}", "schema_version 1, but this code reads"),
             ("{\"schema_version\": 5, \"tasks\": 5}", "not a plan of bench-v1"),
         ] {
-            fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
+            std::fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
             let e = PlanFile::read(&store).unwrap_err().to_string();
             assert!(e.contains(problem), "{text}: {e}");
         }

@@ -219,9 +219,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
 
 /// Opens and locks a result folder.
 pub fn open(folder: &Path) -> Result<(Store, Lock), Failure> {
-    let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("--out: {e}"));
-    let store = Store::open(folder).map_err(|e| bad(&e))?;
-    let lock = store.lock().map_err(|e| bad(&e))?;
+    let store = Store::open(folder).map_err(|e| Failure::of_file(&e).at("--out"))?;
+    let lock = store.lock().map_err(|e| Failure::of_file(&e).at("--out"))?;
     Ok((store, lock))
 }
 

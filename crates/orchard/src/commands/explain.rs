@@ -62,7 +62,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let out = args.out.clone().unwrap_or_else(|| args.episode.with_extension(""));
     if !args.text {
         std::fs::create_dir_all(&out)
-            .map_err(|e| Failure::BadInput(format!("--out {}: {e}", out.display())))?;
+            .map_err(|e| Failure::of_file(&e).at(format_args!("--out {}", out.display())))?;
     }
     let moments: Vec<Vec<strip::Moment>> =
         if args.text { Vec::new() } else { chosen.iter().map(|a| strip::moments(record, a)).collect() };
