@@ -176,13 +176,21 @@ impl PlanFile {
         let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
         let bytes = orchard_input::bytes(&path, orchard_input::RESULT);
         let bytes = bytes.map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
-        let head: serde_json::Value =
-            serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))?;
+        Self::from_bytes(&bytes).map_err(bad)
+    }
+
+    /// Reads the bytes of a file.
+    ///
+    /// # Errors
+    /// The file is not as this code writes it, or has another schema.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let no_plan = |e: serde_json::Error| format!("not a plan of bench-v1: {e}");
+        let head: serde_json::Value = serde_json::from_slice(bytes).map_err(no_plan)?;
         if head.get("schema_version") != Some(&serde_json::json!(SCHEMA_VERSION)) {
             let found = head.get("schema_version").map_or_else(|| "none".to_owned(), ToString::to_string);
-            return Err(bad(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}")));
+            return Err(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}"));
         }
-        serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))
+        serde_json::from_slice(bytes).map_err(no_plan)
     }
 
     /// Writes plans of a scenario into a folder's file and keeps those of other tasks.

@@ -1,8 +1,6 @@
 //! The detector on any image, intrinsics, mask and choice of gates: an error or finite detections.
-#![no_main]
 
-use arbitrary::Arbitrary;
-use libfuzzer_sys::fuzz_target;
+use arbitrary::{Arbitrary, Unstructured};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, candidates, mask};
 
@@ -23,7 +21,9 @@ struct Input {
     odd: f32,
 }
 
-fuzz_target!(|input: Input| {
+/// One case.
+pub fn run(bytes: &[u8]) {
+    let Ok(input) = Input::arbitrary_take_rest(Unstructured::new(bytes)) else { return };
     let (width, height) = (usize::from(input.width % 33), usize::from(input.height % 33));
     let pixel = |i: usize| match input.pixels.get(i % input.pixels.len().max(1)).copied().unwrap_or(0) {
         0 => 0.0,
@@ -57,4 +57,4 @@ fuzz_target!(|input: Input| {
         let numbers = [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
         assert!(numbers.iter().all(|x| x.is_finite()) && d.p_camera.z > 0.0, "{d:?}");
     }
-});
+}
