@@ -1,7 +1,6 @@
 //! Verifies a submitted result: its files, its trees, its episodes.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
