@@ -43,6 +43,12 @@ pub enum LockError {
 const HALF_WRITTEN: &str = ".writing-";
 
 impl StoreError {
+    /// True if the disk is full.
+    pub fn is_full(&self) -> bool {
+        use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        matches!(self.source.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+    }
+
     /// Error of a file.
     pub fn new(path: &Path, source: io::Error) -> Self {
         Self { path: path.display().to_string(), source }

@@ -47,7 +47,10 @@ impl Folder {
                     return Err(refuse(format!("holds {name} but no data set: choose a new folder")));
                 }
                 // Writing the first file fails if the folder is not writable.
-                write_json(&root.join(RECIPE), &wanted).map_err(|e| refuse(e.to_string()))?;
+                write_json(&root.join(RECIPE), &wanted).map_err(|e| match e.is_full() {
+                    true => DatasetError::Store(e),
+                    false => refuse(e.to_string()),
+                })?;
             }
         }
         let true_depth = plan.needs_true_depth().then_some(TRUE_DEPTH);
