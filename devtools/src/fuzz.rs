@@ -112,9 +112,11 @@ fn valid_files(folder: &Path) -> Result<(), Failure> {
     let line = "orchard bench-v1 --tasks harvest --conditions nominal --trees 1 --seeds 1 --horizon 0.2 --record --out";
     let line = line.split(' ').map(OsString::from).chain([run.clone().into_os_string()]);
     Program::new().call(line)?;
-    for (from, ending, to) in
-        [("", "plan.json", "plan.json"), ("episodes", ".json", "record.json"), ("recordings", ".mcap", "episode.mcap")]
-    {
+    for (from, ending, to) in [
+        ("", "plan.json", "plan.json"),
+        ("episodes", ".json", "record.json"),
+        ("recordings", ".mcap", "episode.mcap"),
+    ] {
         let from = run.join(from);
         let entries = std::fs::read_dir(&from).with_context(|| from.display().to_string())?;
         let found = entries.flatten().find(|entry| entry.file_name().to_string_lossy().ends_with(ending));

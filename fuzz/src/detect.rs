@@ -33,8 +33,7 @@ pub fn run(bytes: &[u8]) {
     let Some(depth) = DepthImage::from_pixels(width, height, (0..width * height).map(pixel).collect()) else {
         return;
     };
-    let [fx, fy, cx, cy] =
-        if input.usual_intrinsics { [40.0, 40.0, 16.0, 16.0] } else { input.intrinsics };
+    let [fx, fy, cx, cy] = if input.usual_intrinsics { [40.0, 40.0, 16.0, 16.0] } else { input.intrinsics };
     let k = Intrinsics { width, height, fx, fy, cx, cy };
     let mut config = if input.stereo { DetectorConfig::d435i() } else { DetectorConfig::paper() };
     config.fit.refine = input.refine;
@@ -54,7 +53,8 @@ pub fn run(bytes: &[u8]) {
     mask::add(&mut masked, &ground);
     let found = candidates(&depth, &k, input.masked.then_some(&masked), &config);
     for d in found.into_iter().flatten().map(|c| c.detection) {
-        let numbers = [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
+        let numbers =
+            [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
         assert!(numbers.iter().all(|x| x.is_finite()) && d.p_camera.z > 0.0, "{d:?}");
     }
 }

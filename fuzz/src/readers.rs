@@ -100,7 +100,8 @@ fn sealed(whole: &[u8], body: &[u8]) -> Vec<u8> {
 
 /// A recording.
 pub fn mcap(bytes: &[u8]) {
-    if let Ok(recording) = Recording::from_bytes(Path::new("fuzz.mcap"), &case(valid("episode.mcap"), bytes)) {
+    if let Ok(recording) = Recording::from_bytes(Path::new("fuzz.mcap"), &case(valid("episode.mcap"), bytes))
+    {
         assert!(!recording.record().is_empty() || recording.counts().len() < 1000);
     }
 }

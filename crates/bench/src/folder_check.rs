@@ -40,7 +40,9 @@ impl Store {
         };
         let (by_this_code, by_another) = (planned(&CODE), planned(&[CODE[0], CODE[1], CONFIG]));
         for file in self.files(R::FOLDER) {
-            let Ok(bytes) = orchard_input::bytes(&self.path().join(&file), orchard_input::RESULT) else { continue };
+            let Ok(bytes) = orchard_input::bytes(&self.path().join(&file), orchard_input::RESULT) else {
+                continue;
+            };
             let Ok(Value::Object(record)) = serde_json::from_slice(&bytes) else { continue };
             let same_code = CODE.iter().all(|field| record.get(*field) == first.get(*field));
             let is_planned = if same_code {

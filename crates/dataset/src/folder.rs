@@ -79,8 +79,7 @@ impl Folder {
         let bytes = orchard_input::bytes(&self.tree_path(seed, world), orchard_input::RESULT).ok()?;
         let record: TreeRecord = serde_json::from_slice(&bytes).ok()?;
         let is_this = (&record.recipe, record.seed, record.world) == (&self.recipe_hash, seed, world);
-        let is_there =
-            |path: &str, hash: &str| {
+        let is_there = |path: &str, hash: &str| {
             let bytes = orchard_input::bytes(&self.root.join(path), orchard_input::RESULT);
             bytes.is_ok_and(|bytes| sha256(&bytes) == hash)
         };

@@ -96,7 +96,8 @@ pub fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, InputError> {
 /// # Errors
 /// As [`bytes`], or the file is not text.
 pub fn text(path: &Path, most: u64) -> Result<String, InputError> {
-    String::from_utf8(bytes(path, most)?).map_err(|e| InputError::NotText { at: e.utf8_error().valid_up_to() })
+    String::from_utf8(bytes(path, most)?)
+        .map_err(|e| InputError::NotText { at: e.utf8_error().valid_up_to() })
 }
 
 #[cfg(test)]

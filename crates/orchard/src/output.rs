@@ -77,7 +77,8 @@ impl Display for Lines<'_> {
 }
 
 fn write(f: &mut std::fmt::Formatter<'_>, text: &str, escaped: impl Fn(char) -> bool) -> std::fmt::Result {
-    text.chars().try_for_each(|c| if escaped(c) { write!(f, "{}", c.escape_default()) } else { write!(f, "{c}") })
+    text.chars()
+        .try_for_each(|c| if escaped(c) { write!(f, "{}", c.escape_default()) } else { write!(f, "{c}") })
 }
 
 /// True for characters that move the cursor or change a terminal, and for those that change the direction of the text after them.

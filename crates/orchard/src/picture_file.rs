@@ -12,7 +12,8 @@ use crate::failure::Failure;
 pub fn check(option: &str, out: &Path) -> Result<(), Failure> {
     check_folder_of(option, out)?;
     if out.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
-        let line = format!("{option} {}: pictures are PNG; a name that ends in .png is needed", out.display());
+        let line =
+            format!("{option} {}: pictures are PNG; a name that ends in .png is needed", out.display());
         return Err(Failure::BadInput(line));
     }
     Ok(())

@@ -169,7 +169,8 @@ fn an_error_output_that_cannot_be_written_changes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("tree.json").to_string_lossy().into_owned();
     let Some(stderr) = full() else { return };
-    let ended = output(orchard(&["export-tree", "--seed", "1", "--format", "json", "--out", &out]).stderr(stderr));
+    let ended =
+        output(orchard(&["export-tree", "--seed", "1", "--format", "json", "--out", &out]).stderr(stderr));
     assert_eq!(ended.status.code(), Some(0));
     assert!(Path::new(&out).is_file());
     let Some(stderr) = full() else { return };

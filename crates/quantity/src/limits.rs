@@ -92,11 +92,16 @@ mod tests {
             doc("value = 3, range = [1, 20]", "value = 2, range = [0, 4]", "value = 1, range = [0, 5]"),
         ]);
         let wide = "value = 1e9, range = [0, 1e9]";
-        assert_eq!(limits.problem(&doc("value = 20, range = [0, 4000000000]", wide, "value = 5, range = [0, 9]")), None);
-        let (path, problem) =
-            limits.problem(&doc("value = 21, range = [0, 4000000000]", wide, "value = 5, range = [0, 9]")).unwrap();
+        assert_eq!(
+            limits.problem(&doc("value = 20, range = [0, 4000000000]", wide, "value = 5, range = [0, 9]")),
+            None
+        );
+        let (path, problem) = limits
+            .problem(&doc("value = 21, range = [0, 4000000000]", wide, "value = 5, range = [0, 9]"))
+            .unwrap();
         assert_eq!((&*path, &*problem), ("cells", "21 is more than 20, the most that this program takes"));
-        let (path, _) = limits.problem(&doc("value = 1, range = [0, 9]", wide, "value = 6, range = [0, 9]")).unwrap();
+        let (path, _) =
+            limits.problem(&doc("value = 1, range = [0, 9]", wide, "value = 6, range = [0, 9]")).unwrap();
         assert_eq!(path, "sizes");
     }
 }

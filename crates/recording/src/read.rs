@@ -200,8 +200,7 @@ struct Records<R> {
 impl Records<BufReader<File>> {
     fn open(path: &Path) -> Result<Self, RecordingError> {
         let opened = orchard_input::open(path, orchard_input::RECORDING);
-        let (file, length) =
-            opened.map_err(|source| RecordingError::Io { path: path.to_owned(), source })?;
+        let (file, length) = opened.map_err(|source| RecordingError::Io { path: path.to_owned(), source })?;
         Ok(Self::new(path, BufReader::new(file), length))
     }
 }

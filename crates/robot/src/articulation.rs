@@ -4,8 +4,8 @@
 //! become capsules of the same overall length (spheres where they are shorter than wide).
 
 use crate::RobotError;
-use crate::size;
 use crate::plausible::{EFFORT_MAX, LENGTH_MAX, POSITION_MAX, SPEED_MAX, check_inertial, within};
+use crate::size;
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3, transform};
 use orchard_multibody::{JointKind, SpatialInertia};
@@ -305,7 +305,8 @@ impl<'a> Builder<'a> {
             let (Some(mimic), Some(follower)) = (&joint.mimic, links.get(&joint.name).copied()) else {
                 continue;
             };
-            let leader = links.get(&mimic.joint).copied().filter(|&leader| self.links[leader].limit.is_some());
+            let leader =
+                links.get(&mimic.joint).copied().filter(|&leader| self.links[leader].limit.is_some());
             let leader = leader.ok_or_else(|| RobotError::MissingJoint {
                 by: format!("mimic of joint `{}`", joint.name),
                 kind: "one-axis",

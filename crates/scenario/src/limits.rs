@@ -22,7 +22,9 @@ pub(crate) fn of_world(spec: &Spec) -> Option<(String, String)> {
     });
     let leaves = spec.foliage.leaves_per_internode();
     let too_many = (leaves > MOST_LEAVES).then(|| {
-        let problem = format!("{leaves} leaves an internode are more than {MOST_LEAVES}, the most that this program takes");
+        let problem = format!(
+            "{leaves} leaves an internode are more than {MOST_LEAVES}, the most that this program takes"
+        );
         ("foliage".to_owned(), problem)
     });
     limits.problem(spec).or(too_many)
@@ -32,7 +34,8 @@ pub(crate) fn of_world(spec: &Spec) -> Option<(String, String)> {
 pub(crate) fn of_detector(config: &DetectorConfig) -> Option<(String, String)> {
     static LIMITS: OnceLock<CountLimits> = OnceLock::new();
     let limits = LIMITS.get_or_init(|| {
-        let named = |name| DetectorConfig::named(name).unwrap_or_else(|e| unreachable!("embedded detector: {e}"));
+        let named =
+            |name| DetectorConfig::named(name).unwrap_or_else(|e| unreachable!("embedded detector: {e}"));
         CountLimits::of(&DetectorConfig::FILES.iter().map(|(name, _)| named(name)).collect::<Vec<_>>())
     });
     limits.problem(config)

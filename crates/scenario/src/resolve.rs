@@ -12,8 +12,8 @@ use orchard_spec::randomisation::Axis;
 use orchard_spec::{Preset, Spec};
 
 use crate::figures::Layers;
-use crate::options::names_file;
 use crate::limits;
+use crate::options::names_file;
 use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
 /// Names of the built-in robots.

@@ -57,7 +57,8 @@ impl Scenario {
         by: &str,
     ) -> Result<Self, ScenarioError> {
         let names = stored.names.clone();
-        let too_large = limits::of_world(&stored.world).or_else(|| limits::of_detector(&stored.detector_config));
+        let too_large =
+            limits::of_world(&stored.world).or_else(|| limits::of_detector(&stored.detector_config));
         if let Some((field, problem)) = too_large {
             return Err(ScenarioError::new(format!("{by}: {field}"), problem));
         }

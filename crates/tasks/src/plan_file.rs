@@ -112,7 +112,12 @@ impl TaskPlan {
     /// A number outside its range; the error names it.
     pub fn check(&self, protocol: &Protocol) -> Result<(), String> {
         let trees = |trees: u32| {
-            protocol.full.trees.with_value(trees).map_err(|e| format!("{}: trees: {e}", self.task())).map(drop)
+            protocol
+                .full
+                .trees
+                .with_value(trees)
+                .map_err(|e| format!("{}: trees: {e}", self.task()))
+                .map(drop)
         };
         match self {
             Self::Harvest { extent } => {
@@ -123,9 +128,9 @@ impl TaskPlan {
                 horizon.map_err(|e| format!("harvest: horizon_s: {e}"))?;
                 trees(extent.trees)
             }
-            Self::Detect { trees: extent } | Self::ReachAndGrasp { trees: extent } | Self::Gentle { trees: extent } => {
-                trees(extent.trees)
-            }
+            Self::Detect { trees: extent }
+            | Self::ReachAndGrasp { trees: extent }
+            | Self::Gentle { trees: extent } => trees(extent.trees),
             Self::Scaling { .. } => Ok(()),
         }
     }

@@ -49,7 +49,11 @@ const MOST_PARTS: f64 = 1e6;
 
 /// Checks a number of parts before memory is taken for them.
 fn few(field: &'static str, parts: &'static str, count: f64) -> Result<(), TreegenError> {
-    if count <= MOST_PARTS { Ok(()) } else { Err(TreegenError::TooMany { field, parts, count, most: MOST_PARTS }) }
+    if count <= MOST_PARTS {
+        Ok(())
+    } else {
+        Err(TreegenError::TooMany { field, parts, count, most: MOST_PARTS })
+    }
 }
 
 /// Grows the tree of one world of one seed by annual shoots.

@@ -69,7 +69,8 @@ impl Shoot {
 
 /// Number of leaves that [`leaves_of_shoots`] places.
 pub(crate) fn count_of_shoots(spec: &FoliageSpec, law: &LeafAreaSpec, shoots: &[Shoot]) -> f64 {
-    let of = |shoot: &Shoot| f64::from(law.leaves(spec.density.si() * law.of_shoot(shoot.length(), shoot.floral)));
+    let of =
+        |shoot: &Shoot| f64::from(law.leaves(spec.density.si() * law.of_shoot(shoot.length(), shoot.floral)));
     shoots.iter().map(of).sum()
 }
 

@@ -48,7 +48,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let mut tasks = Vec::new();
     for (PlannedTask { plan, .. }, scenario) in &planned {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
-        plan.check(&Protocol::of_scenario(&scenario)?).map_err(|e| Failure::BadInput(format!("{by}: {e}")))?;
+        plan.check(&Protocol::of_scenario(&scenario)?)
+            .map_err(|e| Failure::BadInput(format!("{by}: {e}")))?;
         tasks.push(plans::task(plan, &scenario, &args.out, false)?);
     }
     let (into, _lock) = open(&args.out)?;

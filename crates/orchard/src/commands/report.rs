@@ -74,9 +74,8 @@ pub fn write(dir: &Path, no_pictures: bool, program: &Program) -> Result<Written
     let html = page(&results, &figures, &shown, &protocol, &paper);
     let folder = dir.join(FIGURES);
     std::fs::create_dir_all(&folder).map_err(|e| Failure::of_file(&e).at(folder.display()))?;
-    let write = |path: &Path, text: &str| {
-        write_bytes(path, text.as_bytes()).map_err(|e| Failure::of_file(&e))
-    };
+    let write =
+        |path: &Path, text: &str| write_bytes(path, text.as_bytes()).map_err(|e| Failure::of_file(&e));
     let count = figures.all().count();
     for figure in figures.all() {
         write(&folder.join(format!("{}.svg", figure.stem)), &figure.svg)?;

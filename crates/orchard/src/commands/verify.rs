@@ -118,7 +118,8 @@ fn read(file: &Path, robot: &RobotModel, longest: f64) -> Result<Trajectory, Fai
         Some("jsonl") => Trajectory::from_json_lines,
         _ => return Err(bad(format!("{name}: the file name must end in .csv or .jsonl"))),
     };
-    let text = orchard_input::text(file, orchard_input::TRAJECTORY).map_err(|e| bad(format!("{name}: {e}")))?;
+    let text =
+        orchard_input::text(file, orchard_input::TRAJECTORY).map_err(|e| bad(format!("{name}: {e}")))?;
     read(&name, &text, robot, longest).map_err(|e| bad(e.to_string()))
 }
 

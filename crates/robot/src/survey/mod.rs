@@ -199,7 +199,12 @@ fn link_facts(link: &urdf_rs::Link, collision_shapes: usize) -> LinkFacts {
     let matrix = Mat3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
     let mass = link.inertial.mass.value;
     if matrix.iter().chain([&mass]).any(|x| !x.is_finite()) {
-        return LinkFacts { name: link.name.clone(), mass, inertia: InertiaFacts::NotFinite, collision_shapes };
+        return LinkFacts {
+            name: link.name.clone(),
+            mass,
+            inertia: InertiaFacts::NotFinite,
+            collision_shapes,
+        };
     }
     let inertia = if mass == 0.0 && matrix == Mat3::zeros() { InertiaFacts::None } else { judge(&matrix) };
     LinkFacts { name: link.name.clone(), mass, inertia, collision_shapes }

@@ -154,7 +154,8 @@ fn each_kind_of_number_is_refused_with_its_place() {
 
 #[test]
 fn a_mass_that_is_no_number_is_refused_on_a_fixed_base_too() {
-    let text = format!("<robot name='r'>{}</robot>", link("a", "")).replace("mass value='1'", "mass value='NaN'");
+    let text =
+        format!("<robot name='r'>{}</robot>", link("a", "")).replace("mass value='1'", "mass value='NaN'");
     let error = Articulation::from_urdf(&text).unwrap_err().to_string();
     assert_eq!(error, "inertia of link `a`: a number is not finite");
 }

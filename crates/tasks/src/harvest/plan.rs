@@ -162,7 +162,8 @@ mod tests {
             check(|p| p.conditions[0].params.repeats = 0),
             Err("0 repeats: at least 1 episode per tree is needed".into())
         );
-        let many = |p: &mut Plan| (p.conditions[0].params.trees, p.conditions[0].params.repeats) = (1000, 1000);
+        let many =
+            |p: &mut Plan| (p.conditions[0].params.trees, p.conditions[0].params.repeats) = (1000, 1000);
         assert!(check(many).unwrap_err().ends_with("records; a task has at most 100000"));
         for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let mut plan = plan();

@@ -51,7 +51,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn survey(urdf: &Path, config: Option<&Path>) -> Result<Survey, Failure> {
     let text = read(urdf, orchard_input::ROBOT)?;
     let config = match config {
-        Some(path) => RobotConfig::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?),
+        Some(path) => {
+            RobotConfig::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?)
+        }
         None => RobotConfig::from_toml("paper/robot.toml", PAPER_TOML),
     };
     let config = config.map_err(|e| Failure::BadInput(e.to_string()))?;
