@@ -30,7 +30,7 @@ impl Failure {
     pub fn of_command_line(e: &clap::Error) -> Self {
         if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
             match e.print() {
-                Err(cause) if cause.kind() != io::ErrorKind::BrokenPipe => {
+                Err(cause) if !e.use_stderr() && cause.kind() != io::ErrorKind::BrokenPipe => {
                     return Self::Failed(format!("cannot write to the standard output: {cause}"));
                 }
                 _ => std::process::exit(e.exit_code()),

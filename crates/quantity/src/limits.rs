@@ -20,7 +20,9 @@ impl CountLimits {
     pub fn of<T: Serialize>(configs: &[T]) -> Self {
         let mut limits = Self::default();
         for config in configs {
-            walk(&tree(config), "", &mut |path, constant| {
+            // A config that is no TOML has no counts.
+            let Ok(tree) = Value::try_from(config) else { continue };
+            walk(&tree, "", &mut |path, constant| {
                 if let Some(Value::Integer(end)) = constant.get("range").and_then(|range| range.get(1)) {
                     let limit = limits.0.entry(path.to_owned()).or_insert(*end);
                     *limit = (*limit).max(*end);
@@ -32,8 +34,12 @@ impl CountLimits {
 
     /// Returns the first count of a config that is larger than its limit: its path, and the problem.
     pub fn problem(&self, config: &impl Serialize) -> Option<(String, String)> {
+        let tree = match Value::try_from(config) {
+            Ok(tree) => tree,
+            Err(e) => return Some((".".to_owned(), e.to_string())),
+        };
         let mut found = None;
-        walk(&tree(config), "", &mut |path, constant| {
+        walk(&tree, "", &mut |path, constant| {
             let Some(limit) = self.0.get(path) else { return };
             let values = VALUES.iter().filter_map(|name| constant.get(*name)?.as_integer());
             if let Some(value) = values.into_iter().find(|value| value > limit) {
@@ -45,14 +51,10 @@ impl CountLimits {
     }
 }
 
-fn tree(config: &impl Serialize) -> Value {
-    Value::try_from(config).unwrap_or_else(|e| unreachable!("a config was read from TOML: {e}"))
-}
-
 /// Calls a function with every constant and its path. Entries of a list share the list's path.
 fn walk(value: &Value, path: &str, visit: &mut impl FnMut(&str, &toml::Table)) {
     match value {
-        Value::Table(table) if table.contains_key("range") => visit(path, table),
+        Value::Table(table) if matches!(table.get("range"), Some(Value::Array(_))) => visit(path, table),
         Value::Table(table) => {
             for (key, value) in table {
                 let below = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
