@@ -72,7 +72,8 @@ fn apply(file: &mut Vec<u8>, edit: &Edit) {
         }
         Edit::Remove { at, length } => {
             let at = place(*at);
-            file.drain(at..end(at, *length));
+            let end = end(at, *length);
+            file.drain(at..end);
         }
         Edit::Repeat { at, length, times } => {
             let at = place(*at);
