@@ -52,7 +52,7 @@ pub enum InputError {
 impl InputError {
     /// True if there is no such file.
     pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Io(e) if e.kind() == io::ErrorKind::NotFound)
+        matches!(self, Self::Io(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory))
     }
 }
 
