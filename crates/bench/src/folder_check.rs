@@ -113,6 +113,8 @@ fn listed(values: &[&Value]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::fake::{Sum, SumKey, keys, record};
 
