@@ -31,7 +31,7 @@ impl Failure {
         if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
             match e.print() {
                 Err(cause) if !e.use_stderr() && cause.kind() != io::ErrorKind::BrokenPipe => {
-                    return Self::Failed(format!("cannot write to the standard output: {cause}"));
+                    return unwritten(&cause);
                 }
                 _ => std::process::exit(e.exit_code()),
             }
@@ -63,7 +63,7 @@ impl Failure {
     /// Prints the error of a command, if there is one, and returns the exit code of the process. A standard output that could not be
     /// written is an error.
     pub fn finish(result: Result<(), Self>) -> ExitCode {
-        match result.and_then(|()| output::check()) {
+        match result.and_then(|()| output::check().map_err(|e| unwritten(&e))) {
             Ok(()) => ExitCode::SUCCESS,
             Err(failure) => {
                 note!("error: {failure}");
@@ -109,6 +109,11 @@ pub enum Verdict {
     Agreed,
     /// The comparison could not be made; holds the reason.
     Skipped(String),
+}
+
+/// Failure of a standard output that cannot be written.
+fn unwritten(e: &io::Error) -> Failure {
+    Failure::Failed(format!("cannot write to the standard output: {e}"))
 }
 
 fn is_full(kind: io::ErrorKind) -> bool {

@@ -7,8 +7,6 @@ use std::fmt::{Arguments, Display};
 use std::io::{self, ErrorKind, Write};
 use std::sync::{Mutex, PoisonError};
 
-use crate::failure::Failure;
-
 /// First error of the standard output since [`check`] was last called.
 static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
 
@@ -42,11 +40,11 @@ pub fn note(text: Arguments) {
 ///
 /// # Errors
 /// The standard output could not be written since the last call, for another reason than a reader that closed the pipe.
-pub fn check() -> Result<(), Failure> {
+pub fn check() -> io::Result<()> {
     keep(io::stdout().flush());
     match FAILED.lock().unwrap_or_else(PoisonError::into_inner).take() {
         None => Ok(()),
-        Some(e) => Err(Failure::Failed(format!("cannot write to the standard output: {e}"))),
+        Some(e) => Err(e),
     }
 }
 
