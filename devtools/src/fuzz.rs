@@ -1,5 +1,6 @@
 //! `cargo xtask fuzz`: the targets under `fuzz/`, each for a bounded time.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -10,24 +11,41 @@ use orchard_geometry::{DepthImage, Intrinsics};
 use orchard_perception::DetectorConfig;
 
 use crate::workspace;
-use orchardbench::Failure;
-use orchardbench::Verdict;
+use orchardbench::{Failure, Program, Verdict};
 
-/// Runs libFuzzer on the detector and the file readers.
+/// Runs libFuzzer on the detector and on all readers of input files.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Targets: detect (any image, intrinsics and choice of gates), image_files (PNG, intrinsics, detector config).\n\
+    after_help = "Targets:\n  detect       any image, intrinsics and choice of gates\n  image_files  PNG, intrinsics, detector config\n  \
+                  plan, record, mcap\n               files of a short run of bench-v1, after edits\n  \
+                  board, snapshot, trajectory, tree (MTG and JSON), urdf, toml\n               any bytes, or a valid file after edits\n\
                   Needs a C++ compiler for libFuzzer; stable Rust is enough. Found inputs are kept in the target folder under fuzz/.\n\
-                  A failing input is named; run the target's program on it to reproduce the failure."
+                  A failing input is named. To reproduce the failure:\n  \
+                  ORCHARD_FUZZ_TARGET=NAME ORCHARD_FUZZ_FILES=target/fuzz/files target/fuzz/HOST/debug/orchard-fuzz INPUT"
 )]
 pub struct Args {
     /// Time for each target [s]
-    #[arg(long, default_value_t = 20, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    #[arg(long, default_value_t = SECONDS, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     pub seconds: u32,
 }
 
-/// The targets: binaries of the package `fuzz/`.
-const TARGETS: [&str; 2] = ["detect", "image_files"];
+/// Time for each target in `cargo xtask test` \[s\], our own choice: 44 s for all of them.
+pub const SECONDS: u32 = 4;
+
+/// The targets of the program in `fuzz/`.
+const TARGETS: [&str; 11] = [
+    "detect",
+    "image_files",
+    "plan",
+    "record",
+    "board",
+    "snapshot",
+    "mcap",
+    "trajectory",
+    "tree",
+    "urdf",
+    "toml",
+];
 
 /// Compiler flags for coverage guidance, those of cargo-fuzz without a sanitizer: counters and tables of
 /// branches, operands of comparisons, and one code unit, so that the tables are complete.
@@ -75,10 +93,37 @@ pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
     if !status.success() {
         return Err(Failure::Failed("the fuzz targets cannot be built".into()));
     }
+    valid_files(&folder.join(FILES))?;
     for target in TARGETS {
-        run_target(&folder, &folder.join(&host).join("debug").join(target), target, seconds)?;
+        run_target(&folder, &folder.join(&host).join("debug/orchard-fuzz"), target, seconds)?;
     }
     Ok(Verdict::Agreed)
+}
+
+/// Folder of the valid files that some targets edit.
+const FILES: &str = "files";
+
+/// Writes a plan, an episode's record and a recording into a folder: those of a short run of the benchmark.
+fn valid_files(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let run = folder.join("run");
+    // Records of other code would not be kept, so nothing old is.
+    let _ = std::fs::remove_dir_all(&run);
+    let line = "orchard bench-v1 --tasks harvest --conditions nominal --trees 1 --seeds 1 --horizon 0.2 --record --out";
+    let line = line.split(' ').map(OsString::from).chain([run.clone().into_os_string()]);
+    Program::new().call(line)?;
+    for (from, ending, to) in [
+        ("", "plan.json", "plan.json"),
+        ("episodes", ".json", "record.json"),
+        ("recordings", ".mcap", "episode.mcap"),
+    ] {
+        let from = run.join(from);
+        let entries = std::fs::read_dir(&from).with_context(|| from.display().to_string())?;
+        let found = entries.flatten().find(|entry| entry.file_name().to_string_lossy().ends_with(ending));
+        let found = found.with_context(|| format!("{}: no file {ending}", from.display()))?;
+        std::fs::copy(found.path(), folder.join(to)).with_context(|| found.path().display().to_string())?;
+    }
+    Ok(())
 }
 
 fn run_target(folder: &Path, program: &Path, target: &str, seconds: u32) -> Result<(), Failure> {
@@ -92,6 +137,8 @@ fn run_target(folder: &Path, program: &Path, target: &str, seconds: u32) -> Resu
     }
     eprintln!("{target}: {seconds} s");
     let output = Command::new(program)
+        .env("ORCHARD_FUZZ_TARGET", target)
+        .env("ORCHARD_FUZZ_FILES", folder.join(FILES))
         .arg(format!("-max_total_time={seconds}"))
         .arg(format!("-timeout={SLOWEST}"))
         .arg(format!("-rss_limit_mb={MOST_MEMORY}"))

@@ -31,9 +31,6 @@ pub struct Args {
     quick: bool,
 }
 
-/// Time for each fuzz target \[s\], our own choice.
-const FUZZ_SECONDS: u32 = 20;
-
 /// File that lists the tests skipped without a graphics adapter, a line each.
 const SKIPPED: &str = "ORCHARD_SKIPPED";
 
@@ -107,7 +104,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
         ("statistics", Box::new(check_statistics::check)),
         ("read-back", Box::new(read_back::read_back)),
         ("report", Box::new(check_report::check)),
-        ("fuzz", Box::new(|| fuzz::fuzz(FUZZ_SECONDS))),
+        ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),
     ]
 }
 

@@ -28,7 +28,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 29] = [
+const LAYERS: [&str; 30] = [
     "quantity",
     "spec",
     "geometry",
@@ -43,6 +43,7 @@ const LAYERS: [&str; 29] = [
     "gpu",
     "robot",
     "picker",
+    "input",
     "world",
     "scenario",
     "env",

@@ -1,5 +1,10 @@
 //! Checks of plans that all tasks share.
 
+use std::collections::BTreeSet;
+
+/// Most records of a task, our own choice: 100,000 episodes of 75 s are 87 days of simulated time, and their keys take 100 MB.
+pub const MOST_RECORDS: u64 = 100_000;
+
 /// A plan that cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
@@ -18,6 +23,9 @@ pub enum PlanError {
     /// No tree.
     #[error("0 trees: at least 1 tree per seed is needed")]
     NoTrees,
+    /// More than [`MOST_RECORDS`].
+    #[error("conditions x seeds x trees x repeats give {0} records; a task has at most {MOST_RECORDS}")]
+    TooMany(u64),
     /// No episode.
     #[error("0 repeats: at least 1 episode per tree is needed")]
     NoRepeats,
@@ -37,17 +45,27 @@ pub enum PlanError {
 /// Checks the seeds and the number of trees per seed.
 ///
 /// # Errors
-/// No seed, a seed given twice, or no tree.
+/// No seed, a seed given twice, no tree, or more than [`MOST_RECORDS`] trees.
 pub fn check_trees(seeds: &[u64], trees: u32) -> Result<(), PlanError> {
     if seeds.is_empty() {
         return Err(PlanError::NoSeeds);
     }
-    for (i, seed) in seeds.iter().enumerate() {
-        if seeds[..i].contains(seed) {
-            return Err(PlanError::SeedTwice(*seed));
-        }
+    let mut seen = BTreeSet::new();
+    if let Some(seed) = seeds.iter().find(|seed| !seen.insert(**seed)) {
+        return Err(PlanError::SeedTwice(*seed));
     }
-    if trees == 0 { Err(PlanError::NoTrees) } else { Ok(()) }
+    if trees == 0 {
+        return Err(PlanError::NoTrees);
+    }
+    check_records((seeds.len() as u64).saturating_mul(u64::from(trees)))
+}
+
+/// Checks the number of records of a task, before any is made.
+///
+/// # Errors
+/// More than [`MOST_RECORDS`].
+pub fn check_records(count: u64) -> Result<(), PlanError> {
+    if count <= MOST_RECORDS { Ok(()) } else { Err(PlanError::TooMany(count)) }
 }
 
 #[cfg(test)]
@@ -60,6 +78,10 @@ mod tests {
         assert_eq!(check(&[4, 5], 1), Ok(()));
         assert_eq!(check(&[], 1), Err("no seed given".into()));
         assert_eq!(check(&[4, 5, 4], 1), Err("seed 4 is given twice".into()));
+        assert_eq!(check(&[4, 5], 50_000), Ok(()));
+        let e = "conditions x seeds x trees x repeats give 100002 records; a task has at most 100000";
+        assert_eq!(check(&[4, 5], 50_001), Err(e.into()));
+        assert!(check(&[4, 5], u32::MAX).is_err());
         assert_eq!(check(&[4], 0), Err("0 trees: at least 1 tree per seed is needed".into()));
     }
 }

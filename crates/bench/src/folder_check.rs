@@ -5,7 +5,6 @@
 //! code version neither the version nor the config hash is compared: such records are computed again.
 
 use std::collections::BTreeSet;
-use std::fs;
 
 use serde_json::{Map, Value};
 
@@ -42,7 +41,9 @@ impl Store {
         };
         let (by_this_code, by_another) = (planned(&CODE), planned(&[CODE[0], CODE[1], CONFIG]));
         for file in self.files(R::FOLDER) {
-            let Ok(bytes) = fs::read(self.path().join(&file)) else { continue };
+            let Ok(bytes) = orchard_input::bytes(&self.path().join(&file), orchard_input::RESULT) else {
+                continue;
+            };
             // An edited record does not show its plan: it is computed again, or ignored if it has another name.
             if checked(&bytes) == Err(Damage::WrongChecksum) {
                 continue;
@@ -117,6 +118,8 @@ fn listed(values: &[&Value]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::fake::{Sum, SumKey, keys, record};
 

@@ -31,7 +31,7 @@ pub mod sweep;
 pub mod task;
 mod version;
 
-pub use check::{PlanError, check_trees};
+pub use check::{MOST_RECORDS, PlanError, check_records, check_trees};
 pub use folder_check::OtherPlan;
 pub use gather::{MergeError, Missing, gather, merge};
 pub use record::Record;

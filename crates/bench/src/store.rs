@@ -39,6 +39,12 @@ pub struct StoreError {
 }
 
 impl StoreError {
+    /// True if the disk is full.
+    pub fn is_full(&self) -> bool {
+        use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        matches!(self.source.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+    }
+
     /// Error of a file.
     pub fn new(path: &Path, source: io::Error) -> Self {
         Self { path: path.display().to_string(), source }
@@ -77,7 +83,7 @@ impl Store {
 
     /// Looks for a stored record.
     pub fn stored<R: Record>(&self, key: &R::Key) -> Stored<R> {
-        let Ok(bytes) = fs::read(self.root.join(R::path(key))) else {
+        let Ok(bytes) = orchard_input::bytes(&self.root.join(R::path(key)), orchard_input::RESULT) else {
             return Stored::Missing;
         };
         let record = match checked(&bytes) {

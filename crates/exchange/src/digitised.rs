@@ -12,6 +12,10 @@ use orchard_treegen::{
 const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
 /// Allowed radii \[m\].
 const RADIUS: RangeInclusive<f64> = 1e-4..=5.0;
+/// Most segments; most fruit sites, leaves and spurs of each kind. Our own choice: ten times those of the largest digitised apple trees, and
+/// few enough that a world of such a tree takes less than 1 GiB.
+const MOST_SEGMENTS: usize = 50_000;
+const MOST_SITES: usize = 1_000_000;
 /// Largest distance of a segment's base from its parent's tip, and of the root's base from the origin \[m\]: below the accuracy
 /// of measurements, above the rounding of text with seven digits.
 const GAP: f64 = 1e-6;
@@ -57,6 +61,9 @@ impl DigitisedTree {
         if segments.is_empty() {
             return Err(fault("segment", 0, "index", "absent".into(), "a tree has at least one segment"));
         }
+        most("segment", segments.len(), MOST_SEGMENTS)?;
+        most("fruit site", fruit_sites.as_ref().map_or(0, Vec::len), MOST_SITES)?;
+        most("leaf", leaves.as_ref().map_or(0, Vec::len), MOST_SITES)?;
         for index in 0..segments.len() {
             check_segment(&segments, index)?;
         }
@@ -83,6 +90,7 @@ impl DigitisedTree {
     /// # Errors
     /// The first fault that is found.
     pub fn with_spurs(self, spurs: Vec<Spur>) -> Result<Self, TreeFault> {
+        most("spur", spurs.len(), MOST_SITES)?;
         for (index, spur) in spurs.iter().enumerate() {
             let at = ("spur", index);
             segment_index(at, spur.segment, &self.segments)?;
@@ -117,6 +125,13 @@ fn fault(
     rule: impl Into<String>,
 ) -> TreeFault {
     TreeFault { part, index, field, value, rule: rule.into() }
+}
+
+fn most(part: &'static str, count: usize, most: usize) -> Result<(), TreeFault> {
+    if count <= most {
+        return Ok(());
+    }
+    Err(fault(part, most, "count", count.to_string(), format!("a tree has at most {most}")))
 }
 
 fn check_segment(segments: &[Segment], index: usize) -> Result<(), TreeFault> {

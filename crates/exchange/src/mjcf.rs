@@ -4,6 +4,8 @@
 //! how MuJoCo must step the file. Names: link `i` is the body `linkI`, its degrees of freedom are
 //! the joints `linkI.0`, `linkI.1`, ...; point body `i` is the body `pointI` with the joints `pointI.x`, `.y`, `.z`.
 
+mod parts;
+
 use std::io::Write;
 
 use nalgebra::Unit;
@@ -14,6 +16,8 @@ use quick_xml::events::{BytesEnd, BytesStart, Event};
 use orchard_multibody::{
     BodyId, Collider, Data, Groups, JointKind, Model, Owner, PointId, Tether, forward_kinematics,
 };
+
+use parts::{Parts, too_deep};
 
 /// Reason why a model cannot be written as MJCF.
 #[derive(Debug, thiserror::Error)]
@@ -83,6 +87,7 @@ fn write_as(
         model,
         data,
         at_zero: Data::new(model),
+        parts: Parts::of(model),
         style,
         qpos: Vec::new(),
         qvel: Vec::new(),
@@ -141,6 +146,9 @@ fn refuse<T>(what: &'static str, index: usize, problem: &'static str) -> Result<
 
 /// Refuses parts that neither style can write.
 fn refuse_unrelated(model: &Model, data: &Data) -> Result<(), MjcfError> {
+    if let Some(index) = too_deep(model) {
+        return refuse("link", index, "more than 1000 links are below one another");
+    }
     for id in model.body_ids() {
         let i = id.index();
         if model.body(id).joint == JointKind::Free {
@@ -198,6 +206,7 @@ struct File<'a, W: Write> {
     data: &'a Data,
     /// The model at q = 0.
     at_zero: Data,
+    parts: Parts,
     style: Style,
     /// Coordinates in the order in which their joints are written.
     qpos: Vec<f64>,
@@ -259,8 +268,8 @@ impl<W: Write> File<'_, W> {
             ],
         )?;
         self.shapes(Owner::Body(id))?;
-        for (i, point) in self.model.points().iter().enumerate() {
-            if let Some(tether) = point.tether.as_ref().filter(|tether| tether.body == id) {
+        for i in self.parts.anchors(id).to_vec() {
+            if let Some(tether) = &self.model.points()[i].tether {
                 match self.style {
                     Style::Exact => self.empty(
                         "site",
@@ -377,11 +386,12 @@ impl<W: Write> File<'_, W> {
     /// Writes the shapes: drawn only, or with contacts by their groups.
     fn shapes(&mut self, owner: Owner) -> Result<(), MjcfError> {
         let (model, data) = (self.model, self.data);
-        for (collider, groups) in model.colliders().iter().zip(&data.groups) {
-            if collider.owner != owner || (self.style == Style::Timing && *groups == Groups::NONE) {
+        for index in self.parts.colliders(owner).to_vec() {
+            let (collider, groups) = (&model.colliders()[index], data.groups[index]);
+            if self.style == Style::Timing && groups == Groups::NONE {
                 continue;
             }
-            let groups = if self.style == Style::Timing { *groups } else { Groups::NONE };
+            let groups = if self.style == Style::Timing { groups } else { Groups::NONE };
             let x = &collider.x_owner_shape;
             let (kind, size, centre) = match collider.shape {
                 Shape::Sphere { radius } => ("sphere", vec![radius], Vec3::zeros()),

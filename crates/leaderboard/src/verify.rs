@@ -1,7 +1,6 @@
 //! Verifies a submitted result: its files, its trees, its episodes.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -57,7 +56,7 @@ pub struct Head {
 pub fn head(folder: &Path) -> Result<Head, Refusal> {
     let file = folder.join(SUMMARY);
     let not = |problem: String| Refusal::NotAResult { file: file.display().to_string(), problem };
-    let bytes = fs::read(&file).map_err(|e| not(e.to_string()))?;
+    let bytes = orchard_input::bytes(&file, orchard_input::RESULT).map_err(|e| not(e.to_string()))?;
     let value: Value = serde_json::from_slice(&bytes).map_err(|e| not(e.to_string()))?;
     let schema = value.get("schema_version").ok_or_else(|| not("it has no schema_version".to_owned()))?;
     version("schema_version", schema, &SCHEMA_VERSION)?;
@@ -341,7 +340,7 @@ fn collected(store: &Store, keys: &[EpisodeKey]) -> Result<Vec<EpisodeRecord>, R
 /// The file of the summary is, byte by byte, what the records give.
 fn check_summary(folder: &Path, summary: &Summary) -> Result<(), Refusal> {
     let file = folder.join(SUMMARY);
-    let found = fs::read(&file)
+    let found = orchard_input::bytes(&file, orchard_input::RESULT)
         .map_err(|e| Refusal::NotAResult { file: file.display().to_string(), problem: e.to_string() })?;
     let own = bytes(SUMMARY, summary)?;
     if found == own { Ok(()) } else { Err(Refusal::Summary { difference: difference(&found, &own) }) }

@@ -9,7 +9,7 @@ use crate::commands::{
     bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, render,
     replay, report, robot, scenario, validate, verify,
 };
-use crate::failure::Failure;
+use crate::failure::{EXIT_CODES, Failure};
 use crate::program::Program;
 
 /// Grows apple trees, lets robots harvest them, and measures the harvest.
@@ -18,10 +18,10 @@ use crate::program::Program;
     name = "orchard",
     version,
     arg_required_else_help = true,
-    after_help = "Examples:\n  orchard bench-v1                        the quick benchmark, results in results/\n  \
+    after_help = format!("Examples:\n  orchard bench-v1                        the quick benchmark, results in results/\n  \
                   orchard bench-v1 --profile full         the whole matrix, 3 seeds x 6 trees x 75 s\n  \
                   orchard bench-v1 --preset tall-spindle --camera d435i --controller expert\n  \
-                  orchard scenario show --preset v-trellis    every figure of a scenario, with its origin"
+                  orchard scenario show --preset v-trellis    every figure of a scenario, with its origin\n\n{EXIT_CODES}")
 )]
 struct Cli {
     #[command(subcommand)]

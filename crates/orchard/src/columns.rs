@@ -2,15 +2,17 @@
 
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
+use crate::output::Escaped;
+
 /// Lays out rows as columns two spaces apart. The columns in `left` are aligned left, the others right. All rows have as many cells as
-/// the first.
+/// the first. Control characters are escaped.
 pub fn columns<R: AsRef<[String]>>(rows: &[R], left: &[usize]) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     for row in rows {
         let cell = |(column, text): (usize, &String)| {
             let side = if left.contains(&column) { CellAlignment::Left } else { CellAlignment::Right };
-            Cell::new(text).set_alignment(side)
+            Cell::new(Escaped(text)).set_alignment(side)
         };
         table.add_row(row.as_ref().iter().enumerate().map(cell));
     }

@@ -26,15 +26,10 @@
 //! Features: `gpu` (batches of trees on a graphics device) and `recording` (MCAP files), both on by default. Running a controller needs
 //! neither.
 
-/// Prints a line; a closed pipe is not an error.
-#[macro_export]
+// First, for its macros.
+#[macro_use]
 #[doc(hidden)]
-macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write;
-        let _ = writeln!(std::io::stdout(), $($text)*);
-    }};
-}
+pub mod output;
 
 mod args;
 #[doc(hidden)]

@@ -8,9 +8,15 @@ use orchard_geometry::Image;
 
 use crate::failure::Failure;
 
-/// Checks that the file of `--out` can be written; called before the slow drawing.
-pub fn check_folder(out: &Path) -> Result<(), Failure> {
-    check_folder_of("--out", out)
+/// Checks that the picture of the option `option` can be written and has a name that ends in .png; called before the slow drawing.
+pub fn check(option: &str, out: &Path) -> Result<(), Failure> {
+    check_folder_of(option, out)?;
+    if out.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
+        let line =
+            format!("{option} {}: pictures are PNG; a name that ends in .png is needed", out.display());
+        return Err(Failure::BadInput(line));
+    }
+    Ok(())
 }
 
 /// Checks that the file of the option `option` can be written.
@@ -33,7 +39,7 @@ pub fn check_folder_of(option: &str, out: &Path) -> Result<(), Failure> {
 /// Writes a picture atomically.
 pub fn write(out: &Path, image: &Image<[u8; 3]>) -> Result<(), Failure> {
     let bytes = png(image).context("cannot encode the picture")?;
-    write_bytes(out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))
+    write_bytes(out, &bytes).map_err(|e| Failure::of_file(&e))
 }
 
 /// Writes a picture atomically under a folder.
@@ -69,16 +75,18 @@ mod tests {
 
     #[test]
     fn a_picture_that_cannot_be_written_is_refused() {
-        let refused = |out: &Path| match check_folder(out) {
+        let refused = |out: &Path| match check("--out", out) {
             Err(Failure::BadInput(line)) => line,
             other => panic!("{}: {other:?}", out.display()),
         };
         let folder = std::env::temp_dir();
         assert!(
-            check_folder(&folder.join("tree.png")).is_ok() && check_folder(Path::new("tree.png")).is_ok()
+            check("--out", &folder.join("tree.png")).is_ok() && check("--out", Path::new("tree.PNG")).is_ok()
         );
         assert!(refused(&folder.join("no such folder").join("tree.png")).contains("no such folder"));
         assert!(refused(&folder).contains("is a folder"));
         assert!(refused(Path::new("/")).contains("--out"));
+        assert!(refused(Path::new("x.txt")).contains("--out x.txt: pictures are PNG"));
+        assert!(refused(Path::new("x")).contains("ends in .png"));
     }
 }

@@ -215,7 +215,7 @@ pub fn run_suite(
     if json.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
     }
-    eprintln!("{}: {}", suite.name, suite.about);
+    note!("{}: {}", suite.name, suite.about);
     let Measured { rows, context, pictures, scaling } = (suite.measure)(effort)?;
     let report = Report {
         schema_version: SCHEMA_VERSION,
@@ -226,7 +226,7 @@ pub fn run_suite(
     };
     write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
     write_pictures(json, &pictures)?;
-    print!("{}", table::markdown(&rows));
+    say!("{}", table::markdown(&rows).trim_end());
     let missed = rows.iter().filter(|r| r.pass == Some(false) && r.why_missed.is_none());
     let missed: Vec<&str> = missed.map(|r| r.name.as_str()).collect();
     if missed.is_empty() {
@@ -249,7 +249,7 @@ fn write_pictures(json: &Path, pictures: &[Figure]) -> Result<(), Failure> {
         let written = store.write_bytes(&format!("{}.svg", picture.stem), picture.svg.as_bytes());
         written.map_err(|e| Failure::Failed(e.to_string()))?;
     }
-    eprintln!("pictures: {}", folder.display());
+    note!("pictures: {}", folder.display());
     Ok(())
 }
 

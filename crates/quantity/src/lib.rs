@@ -13,11 +13,13 @@
 //! `source` is a key of `docs/references.bib`; `cargo xtask tidy` checks that it resolves.
 
 mod base;
+mod limits;
 mod overlay;
 mod parse;
 mod unit;
 
 pub use base::with_base;
+pub use limits::CountLimits;
 pub use overlay::overlay;
 pub use parse::{ConfigError, from_table, from_toml, parse};
 pub use unit::Unit;

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 pub struct ConfigError {
     /// The file's name as the caller gave it.
     pub file: String,
-    /// Dotted path of the field, `.` for the whole document.
+    /// Dotted path of the field; line and column where the text is not TOML; `.` for the whole document.
     pub field: String,
     /// The value and the allowed values.
     pub problem: String,
@@ -25,9 +25,20 @@ pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Confi
 /// Reads TOML text into a table.
 ///
 /// # Errors
-/// The text is not TOML.
+/// The text is not TOML; the error names line and column.
 pub fn parse(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
-    text.parse().map_err(|e: toml::de::Error| error(file, ".".into(), e.message()))
+    text.parse().map_err(|e: toml::de::Error| {
+        let place = e.span().map_or_else(|| ".".to_owned(), |span| place(text, span.start));
+        error(file, place, e.message())
+    })
+}
+
+/// Line and column of a byte of a text, both from 1; the column counts characters.
+fn place(text: &str, byte: usize) -> String {
+    let before = text.get(..byte).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    format!("line {line}, column {column}")
 }
 
 /// Reads a config struct from a table.
@@ -64,6 +75,16 @@ mod tests {
 
     fn read(text: &str) -> Result<Doc, ConfigError> {
         from_toml("a.toml", text)
+    }
+
+    #[test]
+    fn a_syntax_error_names_line_and_column() {
+        let e = parse("a.toml", "[wood]\n'ä' = 1\nx = = 2").unwrap_err().to_string();
+        assert!(e.starts_with("a.toml: line 3, column "), "{e}");
+        let e = parse("a.toml", "a = 1\na = 2").unwrap_err().to_string();
+        assert!(e.starts_with("a.toml: line 2, column "), "{e}");
+        let e = parse("a.toml", "x = \"").unwrap_err().to_string();
+        assert!(e.starts_with("a.toml: line 1, column "), "{e}");
     }
 
     #[test]

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
+use orchard_input::InputError;
 use orchard_tasks::harvest::episode::EpisodeKey;
 use serde_json::Value;
 
@@ -24,7 +25,7 @@ pub enum RecordingError {
         /// File.
         path: PathBuf,
         /// Cause.
-        source: io::Error,
+        source: InputError,
     },
     /// Not an MCAP file.
     #[error("{path}: not an MCAP file")]
@@ -77,7 +78,18 @@ impl Recording {
     /// # Errors
     /// The file cannot be read, is cut off or damaged, or is not a recording.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let mut records = Records::open(path)?;
+        Self::read(path, Records::open(path)?)
+    }
+
+    /// Reads a recording from bytes; `path` names it in errors.
+    ///
+    /// # Errors
+    /// The bytes are cut off or damaged, or are not a recording.
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, RecordingError> {
+        Self::read(path, Records::new(path, bytes, bytes.len() as u64))
+    }
+
+    fn read<R: Read>(path: &Path, mut records: Records<R>) -> Result<Self, RecordingError> {
         let (mut header, mut attached, mut messages) = (None, None, BTreeMap::new());
         while let Some(piece) = records.next_piece()? {
             match piece {
@@ -152,7 +164,7 @@ fn other(path: &Path, what: &'static str, recorded: String, here: String) -> Rec
 }
 
 /// The messages of a file.
-pub struct Messages(Records);
+pub struct Messages(Records<BufReader<File>>);
 
 impl Iterator for Messages {
     type Item = Result<Message, RecordingError>;
@@ -178,18 +190,23 @@ enum Piece {
 }
 
 /// A file, record by record.
-struct Records {
+struct Records<R> {
     path: PathBuf,
-    file: BufReader<File>,
+    file: R,
     reader: LinearReader,
     channels: BTreeMap<u16, Channel>,
 }
 
-impl Records {
+impl Records<BufReader<File>> {
     fn open(path: &Path) -> Result<Self, RecordingError> {
-        let io = |source| RecordingError::Io { path: path.to_owned(), source };
-        let file = File::open(path).map_err(io)?;
-        let length = file.metadata().map_err(io)?.len();
+        let opened = orchard_input::open(path, orchard_input::RECORDING);
+        let (file, length) = opened.map_err(|source| RecordingError::Io { path: path.to_owned(), source })?;
+        Ok(Self::new(path, BufReader::new(file), length))
+    }
+}
+
+impl<R: Read> Records<R> {
+    fn new(path: &Path, file: R, length: u64) -> Self {
         let options = LinearReaderOptions::default()
             .with_validate_chunk_crcs(true)
             .with_validate_data_section_crc(true)
@@ -197,10 +214,13 @@ impl Records {
             .with_check_finishes_after_end_magic(true)
             // A damaged length asks for no more memory than the file could fill.
             .with_record_length_limit(
-                usize::try_from(length).unwrap_or(usize::MAX).saturating_mul(MOST_COMPRESSED),
+                usize::try_from(length)
+                    .unwrap_or(usize::MAX)
+                    .saturating_mul(MOST_COMPRESSED)
+                    .min(LONGEST_RECORD),
             );
         let reader = LinearReader::new_with_options(options);
-        Ok(Self { path: path.to_owned(), file: BufReader::new(file), reader, channels: BTreeMap::new() })
+        Self { path: path.to_owned(), file, reader, channels: BTreeMap::new() }
     }
 
     fn next_piece(&mut self) -> Result<Option<Piece>, RecordingError> {
@@ -210,7 +230,7 @@ impl Records {
                 LinearReadEvent::ReadRequest(wanted) => {
                     let read = self.file.read(self.reader.insert(wanted));
                     let read =
-                        read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?;
+                        read.map_err(|e| RecordingError::Io { path: self.path.clone(), source: e.into() })?;
                     self.reader.notify_read(read);
                 }
                 LinearReadEvent::Record { data, opcode } => {
@@ -224,6 +244,9 @@ impl Records {
     }
 }
 
+/// Longest record and largest uncompressed chunk \[bytes\], our own choice: our chunks have 1 MB, and the record of an episode of 600 s
+/// has some MB.
+const LONGEST_RECORD: usize = 64 << 20;
 /// Largest ratio of a chunk's uncompressed size to the size of the whole file: still scenes compress well.
 const MOST_COMPRESSED: usize = 1000;
 
@@ -258,7 +281,7 @@ fn problem(path: &Path, e: McapError) -> RecordingError {
     let path = path.to_owned();
     match e {
         McapError::BadMagic => RecordingError::NotMcap { path },
-        McapError::Io(source) => RecordingError::Io { path, source },
+        McapError::Io(e) => RecordingError::Io { path, source: e.into() },
         e => RecordingError::Damaged { path, problem: e.to_string() },
     }
 }

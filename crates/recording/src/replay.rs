@@ -113,7 +113,7 @@ pub fn replay<F: WorldFactory<World = World>>(
 }
 
 fn io_error(recording: &Recording, source: io::Error) -> RecordingError {
-    RecordingError::Io { path: recording.path().to_owned(), source }
+    RecordingError::Io { path: recording.path().to_owned(), source: source.into() }
 }
 
 fn file_hash(recording: &Recording) -> Result<sha2::digest::Output<Sha256>, RecordingError> {

@@ -4,10 +4,12 @@
 //! become capsules of the same overall length (spheres where they are shorter than wide).
 
 use crate::RobotError;
-use crate::plausible::{EFFORT_MAX, INERTIA_MAX, LENGTH_MAX, MASS_MAX, POSITION_MAX, SPEED_MAX, within};
+use crate::plausible::{EFFORT_MAX, LENGTH_MAX, POSITION_MAX, SPEED_MAX, check_inertial, within};
+use crate::size;
 use nalgebra::Unit;
 use orchard_geometry::{Mat3, Pose, Rotation, Shape, Vec3, transform};
 use orchard_multibody::{JointKind, SpatialInertia};
+use std::collections::{BTreeMap, BTreeSet};
 use urdf_rs::{Geometry, JointType};
 
 /// Limits of a joint with one degree of freedom.
@@ -114,6 +116,7 @@ impl Articulation {
 }
 
 pub(crate) fn parsed(text: &str) -> Result<urdf_rs::Robot, RobotError> {
+    size::check(text)?;
     urdf_rs::read_from_string(text).map_err(|e| RobotError::Parse(one_line(&e)))
 }
 
@@ -158,8 +161,9 @@ impl<'a> Builder<'a> {
         let link_names: Vec<&str> = robot.links.iter().map(|l| l.name.as_str()).collect();
         refuse_duplicates("link", &link_names)?;
         refuse_duplicates("joint", &robot.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>())?;
+        let numbers: BTreeMap<&str, usize> = link_names.iter().enumerate().map(|(i, n)| (*n, i)).collect();
         let find = |joint: &urdf_rs::Joint, link: &str| {
-            link_names.iter().position(|n| *n == link).ok_or_else(|| RobotError::MissingLink {
+            numbers.get(link).copied().ok_or_else(|| RobotError::MissingLink {
                 by: format!("joint `{}`", joint.name),
                 link: link.to_owned(),
             })
@@ -207,13 +211,14 @@ impl<'a> Builder<'a> {
         }
         self.walk(ground)?;
         if self.frames.len() < self.robot.links.len() {
-            let lost = self.robot.links.iter().find(|l| self.frames.iter().all(|f| f.name != l.name));
+            let placed: BTreeSet<&str> = self.frames.iter().map(|frame| frame.name.as_str()).collect();
+            let lost = self.robot.links.iter().find(|link| !placed.contains(link.name.as_str()));
             return Err(RobotError::Cyclic(lost.map(|l| l.name.clone()).unwrap_or_default()));
         }
         self.resolve_mimics()?;
+        let carrying: BTreeSet<usize> = self.links.iter().filter_map(|link| link.parent).collect();
         for (i, link) in self.links.iter().enumerate() {
-            let is_leaf = self.links.iter().all(|l| l.parent != Some(i));
-            check_inertia(link, is_leaf)?;
+            check_inertia(link, !carrying.contains(&i))?;
         }
         Ok(Articulation { name: self.robot.name.clone(), links: self.links, frames: self.frames })
     }
@@ -281,6 +286,7 @@ impl<'a> Builder<'a> {
         let urdf = &self.robot.links[link];
         let x = place.x;
         self.frames.push(Frame { name: urdf.name.clone(), link: place.on, x_link_frame: x });
+        check_inertial(urdf)?;
         let Some(on) = place.on else { return Ok(()) };
         let added = inertia_of(urdf, &x)?;
         self.links[on].inertia = combined(&self.links[on].inertia, &added);
@@ -293,20 +299,19 @@ impl<'a> Builder<'a> {
     }
 
     fn resolve_mimics(&mut self) -> Result<(), RobotError> {
+        let names = self.links.iter().enumerate().map(|(i, link)| (link.joint_name.clone(), i));
+        let links: BTreeMap<String, usize> = names.collect();
         for joint in &self.robot.joints {
-            let (Some(mimic), Some(follower)) =
-                (&joint.mimic, self.links.iter().position(|l| l.joint_name == joint.name))
-            else {
+            let (Some(mimic), Some(follower)) = (&joint.mimic, links.get(&joint.name).copied()) else {
                 continue;
             };
             let leader =
-                self.links.iter().position(|l| l.joint_name == mimic.joint && l.limit.is_some()).ok_or_else(
-                    || RobotError::MissingJoint {
-                        by: format!("mimic of joint `{}`", joint.name),
-                        kind: "one-axis",
-                        joint: mimic.joint.clone(),
-                    },
-                )?;
+                links.get(&mimic.joint).copied().filter(|&leader| self.links[leader].limit.is_some());
+            let leader = leader.ok_or_else(|| RobotError::MissingJoint {
+                by: format!("mimic of joint `{}`", joint.name),
+                kind: "one-axis",
+                joint: mimic.joint.clone(),
+            })?;
             if mimic.offset.is_some_and(|offset| offset != 0.0) {
                 return Err(RobotError::Limit {
                     joint: joint.name.clone(),
@@ -430,8 +435,6 @@ fn inertia_of(link: &urdf_rs::Link, x: &Pose) -> Result<SpatialInertia, RobotErr
     let inertial = &link.inertial;
     let i = &inertial.inertia;
     let mass = inertial.mass.value;
-    within(&place, &[mass], MASS_MAX)?;
-    within(&place, &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], INERTIA_MAX)?;
     let i_link = Mat3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
     let error = |problem| Err(RobotError::Inertia { link: link.name.clone(), problem });
     if mass < 0.0 {

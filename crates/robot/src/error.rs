@@ -6,6 +6,14 @@ pub enum RobotError {
     /// The text is not XML or not URDF.
     #[error("URDF cannot be read: {0}")]
     Parse(String),
+    /// The text is too long, nested too deep, or has too many links or joints.
+    #[error("URDF cannot be read: it has more than {most} {what}")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// Largest number that is read.
+        most: usize,
+    },
     /// Two links or two joints share a name.
     #[error("two {kind}s are named `{name}`")]
     Duplicate {

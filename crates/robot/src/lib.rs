@@ -24,6 +24,7 @@ mod plausible;
 mod qp;
 mod roles;
 mod servo;
+mod size;
 mod survey;
 
 pub use arm::{ArmKinematics, Jacobian, JointVector};

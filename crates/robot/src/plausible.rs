@@ -37,3 +37,11 @@ pub(crate) fn within(place: &str, numbers: &[f64], limit: f64) -> Result<(), Rob
         None => Ok(()),
     }
 }
+
+/// Checks the mass and the inertia of a link, also of one that does not move.
+pub(crate) fn check_inertial(link: &urdf_rs::Link) -> Result<(), RobotError> {
+    let place = format!("inertia of link `{}`", link.name);
+    let i = &link.inertial.inertia;
+    within(&place, &[link.inertial.mass.value], MASS_MAX)?;
+    within(&place, &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], INERTIA_MAX)
+}

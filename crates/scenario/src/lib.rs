@@ -8,6 +8,7 @@
 mod digest;
 mod error;
 mod figures;
+mod limits;
 mod names;
 mod options;
 mod resolve;

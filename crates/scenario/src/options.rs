@@ -81,7 +81,8 @@ impl Options {
     /// The file cannot be read, is not TOML, or has an unknown field.
     pub fn from_file(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| ScenarioError::new(&name, e))?;
+        let text = orchard_input::text(path, orchard_input::CONFIG);
+        let text = text.map_err(|e| ScenarioError::new(&name, e))?;
         let file: ScenarioFile = orchard_quantity::from_toml(&name, &text)
             .map_err(|e| ScenarioError::new(format!("{}: {}", e.file, e.field), e.problem))?;
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -12,6 +12,7 @@ use orchard_spec::randomisation::Axis;
 use orchard_spec::{Preset, Spec};
 
 use crate::figures::Layers;
+use crate::limits;
 use crate::options::names_file;
 use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
 
@@ -80,6 +81,11 @@ impl Scenario {
         let controller = options.controller.clone().unwrap_or_else(|| default(Kind::default().name()));
         layers.part("controller", &controller.by);
         let tree = options.tree.as_ref().map(read_tree).transpose()?;
+        if let Some((field, problem)) = limits::of_world(&spec) {
+            let files = [&options.config, &options.camera, &options.randomisation];
+            let by = files.into_iter().flatten().next().map_or("world", |given| &given.by);
+            return Err(ScenarioError::new(format!("{by}: {field}"), problem));
+        }
         Ok(Self {
             names: Names {
                 scene: SceneNames {
@@ -108,9 +114,13 @@ impl Scenario {
 /// # Errors
 /// No such name or file, or a figure out of its range.
 pub fn detector(given: &OptionValue) -> Result<DetectorConfig, ScenarioError> {
-    named_or_file(given, DetectorConfig::named, |file, text| {
+    let config = named_or_file(given, DetectorConfig::named, |file, text| {
         DetectorConfig::from_toml(file, text).map_err(|e| e.to_string())
-    })
+    })?;
+    match limits::of_detector(&config) {
+        Some((field, problem)) => Err(given.refuse(format!("{field}: {problem}"))),
+        None => Ok(config),
+    }
 }
 
 /// Name of the default detector of a camera.
@@ -203,7 +213,7 @@ fn named_or_file<T>(
 }
 
 fn read(given: &OptionValue) -> Result<String, ScenarioError> {
-    std::fs::read_to_string(&given.value).map_err(|e| given.refuse(e))
+    orchard_input::text(Path::new(&given.value), orchard_input::CONFIG).map_err(|e| given.refuse(e))
 }
 
 fn given_error(given: &OptionValue, problem: impl ToString) -> ScenarioError {

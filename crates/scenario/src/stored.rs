@@ -8,6 +8,7 @@ use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
 
 use crate::figures::Layers;
+use crate::limits;
 use crate::resolve::{find_controller, find_robot};
 use crate::{Names, OptionValue, Scenario, ScenarioError, TreeFile};
 
@@ -56,6 +57,11 @@ impl Scenario {
         by: &str,
     ) -> Result<Self, ScenarioError> {
         let names = stored.names.clone();
+        let too_large =
+            limits::of_world(&stored.world).or_else(|| limits::of_detector(&stored.detector_config));
+        if let Some((field, problem)) = too_large {
+            return Err(ScenarioError::new(format!("{by}: {field}"), problem));
+        }
         let given = |field: &str, value: &str| OptionValue::new(value, format!("{by}: {field}"));
         let scenario = Self {
             robot: find_robot(&given("robot", &names.scene.robot))?,

@@ -61,7 +61,7 @@ impl TreeFile {
             Some("mtg") => TreeFormat::Mtg,
             _ => return Err("the file name must end in .json or .mtg".to_owned()),
         };
-        let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
+        let text = orchard_input::text(path, orchard_input::TREE).map_err(|e| e.to_string())?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Self::parse(name, format, text)
     }

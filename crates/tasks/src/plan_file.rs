@@ -1,7 +1,7 @@
 //! `plan.json`: the plan of each task of a folder. The plan, the configs and the code determine the results.
 
 use std::collections::BTreeMap;
-use std::{fs, io};
+use std::io;
 
 use orchard_bench::Shard;
 use orchard_bench::checksum::{Damage, checked};
@@ -11,6 +11,7 @@ use orchard_scenario::StoredScenario;
 use serde::{Deserialize, Serialize};
 
 use crate::harvest::plan::Extent;
+use crate::protocol::Protocol;
 
 /// The plan of one task, as requested by the user.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -106,6 +107,35 @@ impl TaskPlan {
             Self::Scaling { .. } => "scaling",
         }
     }
+
+    /// Checks the numbers of a plan that was read from a file against the ranges that the command line has.
+    ///
+    /// # Errors
+    /// A number outside its range; the error names it.
+    pub fn check(&self, protocol: &Protocol) -> Result<(), String> {
+        let trees = |trees: u32| {
+            protocol
+                .full
+                .trees
+                .with_value(trees)
+                .map_err(|e| format!("{}: trees: {e}", self.task()))
+                .map(drop)
+        };
+        match self {
+            Self::Harvest { extent } => {
+                let horizon = &protocol.full.horizon;
+                let repeats = protocol.seed_sets.v1.repeats.with_value(extent.repeats);
+                repeats.map_err(|e| format!("harvest: repeats: {e}"))?;
+                let horizon = horizon.with_value(extent.horizon_s / horizon.unit().to_si());
+                horizon.map_err(|e| format!("harvest: horizon_s: {e}"))?;
+                trees(extent.trees)
+            }
+            Self::Detect { trees: extent }
+            | Self::ReachAndGrasp { trees: extent }
+            | Self::Gentle { trees: extent } => trees(extent.trees),
+            Self::Scaling { .. } => Ok(()),
+        }
+    }
 }
 
 /// A task's plan with its scenario, and the code and the part of the work that the folder holds.
@@ -151,16 +181,24 @@ impl PlanFile {
     pub fn read(store: &Store) -> Result<Self, PlanFileError> {
         let path = store.path().join(Self::FILE);
         let bad = |problem: String| PlanFileError { file: path.display().to_string(), problem };
-        let bytes =
-            fs::read(&path).map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
-        let head: serde_json::Value =
-            serde_json::from_slice(&bytes).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))?;
+        let bytes = orchard_input::bytes(&path, orchard_input::RESULT);
+        let bytes = bytes.map_err(|e| bad(format!("{e}; a result folder of bench-v1 is needed")))?;
+        Self::from_bytes(&bytes).map_err(bad)
+    }
+
+    /// Reads the bytes of a file.
+    ///
+    /// # Errors
+    /// The file is not as this code writes it, or has another schema.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let no_plan = |e: serde_json::Error| format!("not a plan of bench-v1: {e}");
+        let head: serde_json::Value = serde_json::from_slice(bytes).map_err(no_plan)?;
         if head.get("schema_version") != Some(&serde_json::json!(SCHEMA_VERSION)) {
             let found = head.get("schema_version").map_or_else(|| "none".to_owned(), ToString::to_string);
-            return Err(bad(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}")));
+            return Err(format!("schema_version {found}, but this code reads {SCHEMA_VERSION}"));
         }
-        let content = checked(&bytes).map_err(|damage| bad(damage.to_string()))?;
-        serde_json::from_slice(&content).map_err(|e| bad(format!("not a plan of bench-v1: {e}")))
+        let content = checked(bytes).map_err(|damage| damage.to_string())?;
+        serde_json::from_slice(&content).map_err(no_plan)
     }
 
     /// Writes plans of a scenario into a folder's file and keeps those of other tasks.
@@ -261,6 +299,26 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_a_file_have_the_ranges_of_the_command_line() {
+        let protocol = Protocol::paper();
+        assert!(plans().iter().all(|plan| plan.check(&protocol).is_ok()));
+        let harvest = |change: fn(&mut Extent)| match plans().swap_remove(0) {
+            TaskPlan::Harvest { mut extent } => {
+                change(&mut extent);
+                TaskPlan::Harvest { extent }.check(&protocol).unwrap_err()
+            }
+            other => panic!("{other:?}"),
+        };
+        let e = harvest(|extent| extent.repeats = 4_000_000_000);
+        assert!(e.starts_with("harvest: repeats: 4000000000 is outside"), "{e}");
+        assert!(harvest(|extent| extent.trees = u32::MAX).starts_with("harvest: trees: "));
+        assert!(harvest(|extent| extent.horizon_s = 1e9).starts_with("harvest: horizon_s: "));
+        let trees = TreeExtent { profile: "quick".into(), seeds: vec![7], trees: u32::MAX };
+        let e = TaskPlan::Gentle { trees }.check(&protocol).unwrap_err();
+        assert!(e.starts_with("gentle: trees: "), "{e}");
+    }
+
+    #[test]
     fn what_is_no_plan_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
@@ -272,7 +330,7 @@ mod tests {
             ("{\"schema_version\": 1}", "schema_version 1, but this code reads"),
             ("{\"schema_version\": 6, \"tasks\": 5}", "has no checksum"),
         ] {
-            fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
+            std::fs::write(folder.path().join(PlanFile::FILE), text).unwrap();
             let e = PlanFile::read(&store).unwrap_err().to_string();
             assert!(e.contains(problem), "{text}: {e}");
         }
@@ -285,12 +343,12 @@ mod tests {
         let scenario = Scenario::of(&[]).unwrap().stored();
         PlanFile::write(&store, &plans(), &scenario, Shard::WHOLE).unwrap();
         let path = folder.path().join(PlanFile::FILE);
-        let edited = fs::read_to_string(&path).unwrap().replace("\"trees\": 2", "\"trees\": 3");
-        fs::write(&path, &edited).unwrap();
+        let edited = std::fs::read_to_string(&path).unwrap().replace("\"trees\": 2", "\"trees\": 3");
+        std::fs::write(&path, &edited).unwrap();
         let e = PlanFile::read(&store).unwrap_err().to_string();
         assert!(e.contains("plan.json: does not match its checksum"), "{e}");
         let e = PlanFile::write(&store, &plans()[..1], &scenario, Shard::WHOLE).unwrap_err().to_string();
         assert!(e.ends_with("does not match its checksum: delete it or choose another folder"), "{e}");
-        assert_eq!(fs::read_to_string(&path).unwrap(), edited);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), edited);
     }
 }

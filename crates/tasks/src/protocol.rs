@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use orchard_quantity::{ConfigError, Count, Quantity, from_table, overlay, parse};
+use orchard_quantity::{ConfigError, Count, CountLimits, Quantity, from_table, overlay, parse};
 use orchard_scenario::Scenario;
 use orchard_statistics::{BootstrapRules, PairedRules};
 use serde::de::DeserializeOwned;
@@ -222,7 +222,11 @@ impl Protocol {
         }
         let mut table = parse("bench/v1.toml", PAPER_TOML)?;
         overlay(&mut table, scenario.rules().clone(), &[]);
-        Self::of_table("rules", table)
+        let protocol = Self::of_table("rules", table)?;
+        match CountLimits::of(&[Self::paper()]).problem(&protocol) {
+            Some((field, problem)) => Err(ConfigError { file: "rules".to_owned(), field, problem }),
+            None => Ok(protocol),
+        }
     }
 
     /// Reads the section of a task that has its rules in a crate of its own: `scaling` or `leaderboard`.

@@ -21,6 +21,18 @@ pub enum TreegenError {
         /// Configured height \[m\].
         height: f64,
     },
+    /// The config's lengths give a tree of too many parts.
+    #[error("{field}: {count} {parts} are more than {most}, the most that a tree may have")]
+    TooMany {
+        /// Field that decides their number.
+        field: &'static str,
+        /// The parts.
+        parts: &'static str,
+        /// Their number.
+        count: f64,
+        /// Largest number.
+        most: f64,
+    },
     /// The leader makes no shoot.
     #[error(
         "tree.grammar.annual-shoots.leader_shoots: a tree needs a season, and growth_units_max a growth unit"

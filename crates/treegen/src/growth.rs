@@ -43,6 +43,19 @@ pub struct GrowthUnit {
     pub segment: usize,
 }
 
+/// Most leaves, fruit sites and pieces of wood of a tree, our own choice: ten times those of the largest measured tree, and few enough
+/// that a tree takes less than 300 MB.
+const MOST_PARTS: f64 = 1e6;
+
+/// Checks a number of parts before memory is taken for them.
+fn few(field: &'static str, parts: &'static str, count: f64) -> Result<(), TreegenError> {
+    if count <= MOST_PARTS {
+        Ok(())
+    } else {
+        Err(TreegenError::TooMany { field, parts, count, most: MOST_PARTS })
+    }
+}
+
 /// Grows the tree of one world of one seed by annual shoots.
 pub(crate) fn grow(
     spec: &Spec,
@@ -54,6 +67,7 @@ pub(crate) fn grow(
     let derivations = grammar_of_tree.derivations();
     let drawn = turtle::interpret(&lsystem::derive(&mut grammar_of_tree, derivations));
     let (least, most) = grammar.link_length.si();
+    few("tree.grammar.annual-shoots.link_length", "pieces of wood", links::all_pieces(&drawn, most))?;
     let mut linked = links::link(&drawn, least, most);
     if linked.links.is_empty() {
         return Err(TreegenError::NoShoot);
@@ -72,11 +86,12 @@ pub(crate) fn grow(
     })?;
     let segments = assemble::segments(&linked.links, &radii);
     let spurs = spurs(&linked, &lifts, &segments);
-    let fruit_sites = fruit_site_list(grammar, &linked.links, &structural, &segments, &spurs);
+    let fruit_sites = fruit_site_list(grammar, &linked.links, &structural, &segments, &spurs)?;
     let units = growth_units(&linked, &lifts);
     let leaves = match &spec.foliage.leaf_area {
         Some(law) => {
             let shoots = shoots(&linked, &segments, &spurs, derivations.saturating_sub(1));
+            few("foliage.leaf_area", "leaves", leaves::count_of_shoots(&spec.foliage, law, &shoots))?;
             leaves::leaves_of_shoots(
                 &spec.foliage,
                 law,
@@ -212,13 +227,15 @@ fn fruit_site_list(
     structural: &[bool],
     segments: &[Segment],
     spurs: &[Spur],
-) -> Vec<FruitSite> {
+) -> Result<Vec<FruitSite>, TreegenError> {
     let canopy_radius = fruit_sites::canopy_radius(segments);
     let bearing = bearing_lengths(grammar, links, structural, segments);
     let on_spurs = spurs
         .iter()
         .filter(|spur| links[spur.segment].order == 0 || spur.p_segment.z <= bearing[spur.segment])
         .map(|spur| (spur.segment, spur.p_segment + spur.heading_segment * spur.length));
+    let along = bearing.iter().sum::<f64>() / grammar.fruit_site_spacing.si();
+    few("tree.grammar.annual-shoots.fruit_site_spacing", "fruit sites", along)?;
     let (spacing, stub) = (grammar.fruit_site_spacing.si(), grammar.fruit_stub.si());
     let along_wood = segments.iter().zip(&bearing).enumerate().flat_map(|(i, (segment, bearing))| {
         let underside = fruit_sites::underside(segment);
@@ -240,7 +257,7 @@ fn fruit_site_list(
         .collect();
     // The sort is stable: spurs of a segment come first.
     sites.sort_by_key(|site| site.segment);
-    sites
+    Ok(sites)
 }
 
 /// Length of every link, from its base, on which fruit may hang \[m\]: a limb bears fruit from its base over a length that its

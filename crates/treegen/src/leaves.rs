@@ -60,6 +60,20 @@ pub(crate) struct Shoot {
     pub pieces: Vec<Piece>,
 }
 
+impl Shoot {
+    /// Its length \[m\].
+    fn length(&self) -> f64 {
+        self.pieces.iter().map(|piece| piece.length).sum()
+    }
+}
+
+/// Number of leaves that [`leaves_of_shoots`] places.
+pub(crate) fn count_of_shoots(spec: &FoliageSpec, law: &LeafAreaSpec, shoots: &[Shoot]) -> f64 {
+    let of =
+        |shoot: &Shoot| f64::from(law.leaves(spec.density.si() * law.of_shoot(shoot.length(), shoot.floral)));
+    shoots.iter().map(of).sum()
+}
+
 /// Places leaves on shoots whose leaf area follows from their length: blades of about the mean area that add up to it,
 /// evenly spaced on a spiral, the last at the tip.
 pub(crate) fn leaves_of_shoots(
@@ -71,7 +85,7 @@ pub(crate) fn leaves_of_shoots(
 ) -> Vec<LeafSite> {
     let mut leaves = Vec::new();
     for shoot in shoots {
-        let length: f64 = shoot.pieces.iter().map(|piece| piece.length).sum();
+        let length = shoot.length();
         let area = spec.density.si() * law.of_shoot(length, shoot.floral);
         let count = law.leaves(area);
         let mut azimuth = stream.uniform(0.0, std::f64::consts::TAU);

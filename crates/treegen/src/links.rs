@@ -77,12 +77,22 @@ pub(crate) fn link(internodes: &[Internode], least: f64, most: f64) -> Links {
 /// Most pieces of one internode, for any configured link length.
 const MOST_PIECES: f64 = 1000.0;
 
+/// Number of pieces that an internode longer than `most` is cut into.
+fn piece_count(internode: &Internode, most: f64) -> f64 {
+    (internode.length / most).ceil().clamp(1.0, MOST_PIECES)
+}
+
+/// Number of pieces of all internodes.
+pub(crate) fn all_pieces(internodes: &[Internode], most: f64) -> f64 {
+    internodes.iter().map(|internode| piece_count(internode, most)).sum()
+}
+
 /// Cuts internodes longer than `most` into equal pieces.
 fn cut(internodes: &[Internode], most: f64) -> Vec<Internode> {
     let mut pieces: Vec<Internode> = Vec::with_capacity(internodes.len());
     let mut last_piece = Vec::with_capacity(internodes.len());
     for internode in internodes {
-        let count = (internode.length / most).ceil().clamp(1.0, MOST_PIECES);
+        let count = piece_count(internode, most);
         let mut parent = internode.parent.map(|parent| last_piece[parent]);
         for _ in 0..count as usize {
             pieces.push(Internode { parent, length: internode.length / count, ..internode.clone() });

@@ -34,6 +34,13 @@ struct Reader {
     vertices: Vec<Vertex>,
 }
 
+/// Most classes and features of a file, our own choice: a file has 10, and each line is compared with all of them.
+const MOST_NAMES: usize = 200;
+
+fn few(names: &str, count: usize) -> Result<(), String> {
+    if count <= MOST_NAMES { Ok(()) } else { Err(format!("a file has at most {MOST_NAMES} {names}")) }
+}
+
 /// Reads a tree. Entities of the finest scale are wood; `XX`, `YY`, `ZZ` are the tip \[m\], `TopDia` the diameter \[m\].
 /// On a coarser entity `XX`, `YY`, `ZZ` are the base of the trunk, by default the origin.
 ///
@@ -67,8 +74,12 @@ pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
                 let scale =
                     scale.ok_or_else(|| at(format!("class {class}: its scale is not a whole number")))?;
                 reader.classes.insert(class.to_owned(), scale);
+                few("classes", reader.classes.len()).map_err(at)?;
             }
-            ("FEATURES", name) => reader.features.push(name.to_owned()),
+            ("FEATURES", name) => {
+                reader.features.push(name.to_owned());
+                few("features", reader.features.len()).map_err(at)?;
+            }
             ("MTG", "ENTITY-CODE") => {
                 reader.header(line).map_err(at)?;
                 section = "BODY";

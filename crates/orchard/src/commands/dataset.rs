@@ -141,7 +141,7 @@ fn config(args: &Args) -> Result<DatasetConfig, String> {
 
 fn read_intrinsics(file: &Path) -> Result<Intrinsics, Failure> {
     let bad = |problem: String| Failure::BadInput(format!("--intrinsics {}: {problem}", file.display()));
-    let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
+    let text = orchard_input::text(file, orchard_input::CONFIG).map_err(|e| bad(e.to_string()))?;
     intrinsics::read(&text).map_err(|e| bad(e.to_string()))
 }
 
@@ -149,7 +149,7 @@ fn report(done: &Done, out: &Path, plan: &Plan) {
     say!("{} trees, {} views, {} visible fruit", done.trees, done.images, done.annotations);
     if done.unfit_depth_px > 0 {
         let farthest = plan.recipe().depth_unit_m * f64::from(u16::MAX);
-        eprintln!(
+        note!(
             "note: {} pixels are farther than {farthest:.3} m or nearer than half a unit; the depth images have 0 there",
             done.unfit_depth_px
         );

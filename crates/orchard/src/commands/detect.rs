@@ -3,7 +3,6 @@
 mod input;
 mod overlay;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -80,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         picture_file::check_folder_of("--out", &args.out)?;
     }
     if let Some(picture) = &args.picture {
-        picture_file::check_folder_of("--picture", picture)?;
+        picture_file::check("--picture", picture)?;
     }
     let input = args.input.read()?;
     let found = candidates(&input.depth, &input.intrinsics, input.mask.as_ref(), &input.config)
@@ -93,11 +92,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = report(&found, args.input.config.clone(), args.all);
     let text = serde_json::to_string_pretty(&report).context("cannot write the detections as JSON")? + "\n";
     if to_terminal {
-        // The reader may close the pipe before the end.
-        let _ = std::io::stdout().write_all(text.as_bytes());
+        say!("{}", text.trim_end());
         return Ok(());
     }
-    write_bytes(&args.out, text.as_bytes()).map_err(|e| Failure::BadInput(e.to_string()))
+    write_bytes(&args.out, text.as_bytes()).map_err(|e| Failure::of_file(&e))
 }
 
 fn report(found: &[Candidate], config: String, all: bool) -> Report {

@@ -102,13 +102,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
         }
     };
     let bytes = args.format.write(&tree)?;
-    write_bytes(&args.out, &bytes).map_err(|e| Failure::BadInput(e.to_string()))?;
-    eprintln!(
-        "{}: {} links, {} fruit",
-        args.out.display(),
-        tree.model.bodies().len(),
-        tree.model.points().len()
-    );
+    write_bytes(&args.out, &bytes).map_err(|e| Failure::of_file(&e))?;
+    note!("{}: {} links, {} fruit", args.out.display(), tree.model.bodies().len(), tree.model.points().len());
     Ok(())
 }
 

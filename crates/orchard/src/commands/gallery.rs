@@ -68,7 +68,7 @@ struct Group {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    picture_file::check_folder(&args.out)?;
+    picture_file::check("--out", &args.out)?;
     let groups = groups(args.rows, args.foliage)?;
     let cell = [args.cell as usize, (f64::from(args.cell) * ASPECT).round() as usize];
     let count = groups.iter().map(|group| group.trees.len() as u64).sum();

@@ -8,6 +8,7 @@ use orchard_bench::Shard;
 use orchard_bench::store::Store;
 use orchard_scenario::{Scenario, StoredScenario};
 use orchard_tasks::plan_file::{PlanFile, PlannedTask};
+use orchard_tasks::protocol::Protocol;
 
 use crate::commands::bench_v1::plans;
 use crate::failure::Failure;
@@ -49,6 +50,8 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     let mut tasks = Vec::new();
     for (PlannedTask { plan, .. }, scenario) in &planned {
         let scenario = Scenario::from_stored(scenario, program.controllers(), &by).map_err(|e| bad(&e))?;
+        plan.check(&Protocol::of_scenario(&scenario)?)
+            .map_err(|e| Failure::BadInput(format!("{by}: {e}")))?;
         tasks.push(plans::task(plan, &scenario, &args.out, false)?);
     }
     let (into, _lock) = open_folder("--out", &args.out)?;

@@ -55,7 +55,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     if !(0.0..=LATEST).contains(&args.time) {
         return Err(Failure::BadInput(format!("--time {}: the allowed range is [0, {LATEST}] s", args.time)));
     }
-    picture_file::check_folder(&args.out)?;
+    picture_file::check("--out", &args.out)?;
     let (index, scenario) = args.index.of(&args.scenario);
     let mut scenario = scenario.resolve(program)?;
     if let Some(amplitude) = args.terrain {

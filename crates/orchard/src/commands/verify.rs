@@ -87,7 +87,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     }
     let plan = VerifyPlan { scenario, trajectory, seeds, trees: args.trees, protocol };
     for warning in plan.trajectory.warnings() {
-        eprintln!("warning: {warning}");
+        note!("warning: {warning}");
     }
     let stop = interrupt::listen()?;
     let threads = args.threads.map_or_else(default_threads, |threads| threads as usize);
@@ -118,7 +118,8 @@ fn read(file: &Path, robot: &RobotModel, longest: f64) -> Result<Trajectory, Fai
         Some("jsonl") => Trajectory::from_json_lines,
         _ => return Err(bad(format!("{name}: the file name must end in .csv or .jsonl"))),
     };
-    let text = std::fs::read_to_string(file).map_err(|e| bad(format!("{name}: {e}")))?;
+    let text =
+        orchard_input::text(file, orchard_input::TRAJECTORY).map_err(|e| bad(format!("{name}: {e}")))?;
     read(&name, &text, robot, longest).map_err(|e| bad(e.to_string()))
 }
 

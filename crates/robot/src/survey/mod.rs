@@ -10,6 +10,7 @@ use crate::articulation::{Articulation, parsed};
 use crate::config::RobotConfig;
 use crate::model::RobotModel;
 use crate::outline::outline;
+use crate::size;
 use orchard_geometry::{Mat3, Pose};
 use orchard_multibody::JointKind;
 use serde::Serialize;
@@ -83,6 +84,8 @@ pub struct LinkFacts {
 pub enum InertiaFacts {
     /// No mass and no inertia.
     None,
+    /// Mass or inertia is not a finite number.
+    NotFinite,
     /// Positive definite, and no principal moment is larger than the sum of the others.
     Possible,
     /// A principal moment is not positive.
@@ -117,6 +120,7 @@ impl Survey {
     /// # Errors
     /// [`Articulation::from_urdf`] refuses the text for a reason other than meshes, limits lack a velocity, or a moving link has no mass.
     pub fn read(text: &str, config: &RobotConfig) -> Result<Self, RobotError> {
+        size::check(text)?;
         prescan::prescan(text)?;
         let mut robot = parsed(text)?;
         let collision_shapes: Vec<usize> = robot.links.iter().map(|l| l.collision.len()).collect();
@@ -194,6 +198,14 @@ fn link_facts(link: &urdf_rs::Link, collision_shapes: usize) -> LinkFacts {
     let i = &link.inertial.inertia;
     let matrix = Mat3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
     let mass = link.inertial.mass.value;
+    if matrix.iter().chain([&mass]).any(|x| !x.is_finite()) {
+        return LinkFacts {
+            name: link.name.clone(),
+            mass,
+            inertia: InertiaFacts::NotFinite,
+            collision_shapes,
+        };
+    }
     let inertia = if mass == 0.0 && matrix == Mat3::zeros() { InertiaFacts::None } else { judge(&matrix) };
     LinkFacts { name: link.name.clone(), mass, inertia, collision_shapes }
 }

@@ -151,3 +151,26 @@ fn each_kind_of_number_is_refused_with_its_place() {
         assert!(words.iter().all(|w| error.contains(w)), "{error}");
     }
 }
+
+#[test]
+fn a_mass_that_is_no_number_is_refused_on_a_fixed_base_too() {
+    let text =
+        format!("<robot name='r'>{}</robot>", link("a", "")).replace("mass value='1'", "mass value='NaN'");
+    let error = Articulation::from_urdf(&text).unwrap_err().to_string();
+    assert_eq!(error, "inertia of link `a`: a number is not finite");
+}
+
+#[test]
+fn descriptions_that_are_too_deep_or_too_long_are_refused_before_they_are_read() {
+    let error = |text: &str| Articulation::from_urdf(text).unwrap_err().to_string();
+    let deep = format!("<robot name='r'>{}{}</robot>", "<x>".repeat(20_000), "</x>".repeat(20_000));
+    assert!(error(&deep).contains("more than 64 elements inside one another"), "{}", error(&deep));
+    // Elements that no end closes.
+    assert!(error(&"<x>".repeat(20_000)).contains("more than 64 elements inside one another"));
+    let many = format!("<robot name='r'>{}</robot>", "<joint/>".repeat(100_000));
+    assert!(error(&many).contains("more than 20000 links, joints and shapes"));
+    let long = format!("<robot name='r'><!--{}--></robot>", " ".repeat(5_000_000));
+    assert!(error(&long).contains("bytes of text"));
+    let entities = "<!DOCTYPE r [<!ENTITY a '<x><x>'>]><robot name='r'>&a;</robot>";
+    assert!(error(entities).contains("document type"), "{}", error(entities));
+}

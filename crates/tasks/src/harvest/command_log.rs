@@ -65,7 +65,7 @@ impl CommandLog {
     pub fn read(root: &Path, key: &EpisodeKey) -> Result<Self, CommandLogError> {
         let path = root.join(path_of(key));
         let read = || -> Result<Self, String> {
-            let file = std::fs::File::open(&path).map_err(|e| e.to_string())?;
+            let (file, _) = orchard_input::open(&path, orchard_input::RESULT).map_err(|e| e.to_string())?;
             let mut bytes = Vec::new();
             let size = GzDecoder::new(file).take(LARGEST + 1).read_to_end(&mut bytes);
             if size.map_err(|e| e.to_string())? as u64 > LARGEST {

@@ -1,7 +1,7 @@
 //! Plans of the harvest task.
 
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
-use orchard_bench::{PlanError, check_trees};
+use orchard_bench::{PlanError, check_records, check_trees};
 use orchard_scenario::Names;
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +82,8 @@ impl Plan {
     /// Checks the user's input.
     ///
     /// # Errors
-    /// No condition, a condition given twice, no seed, a seed given twice, no tree, no repeat, or a budget shorter than a frame.
+    /// No condition, a condition given twice, no seed, a seed given twice, no tree, no repeat, a budget shorter than a frame, or too many
+    /// episodes.
     pub fn check(&self) -> Result<(), PlanError> {
         if self.conditions.is_empty() {
             return Err(PlanError::NoConditions);
@@ -100,7 +101,11 @@ impl Plan {
                 return Err(PlanError::Horizon { horizon: params.horizon_s, frame: self.frame });
             }
         }
-        Ok(())
+        let of = |condition: &Condition| {
+            let ConditionParams { trees, repeats, .. } = condition.params;
+            (self.seeds.len() as u64).saturating_mul(u64::from(trees)).saturating_mul(u64::from(repeats))
+        };
+        check_records(self.conditions.iter().map(of).fold(0, u64::saturating_add))
     }
 
     /// Budget of an episode under a condition \[frames\].
@@ -157,6 +162,9 @@ mod tests {
             check(|p| p.conditions[0].params.repeats = 0),
             Err("0 repeats: at least 1 episode per tree is needed".into())
         );
+        let many =
+            |p: &mut Plan| (p.conditions[0].params.trees, p.conditions[0].params.repeats) = (1000, 1000);
+        assert!(check(many).unwrap_err().ends_with("records; a task has at most 100000"));
         for horizon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let mut plan = plan();
             plan.conditions[0].params.horizon_s = horizon;

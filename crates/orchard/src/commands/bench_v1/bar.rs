@@ -5,6 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_bench::Progress;
 
+use crate::output::Escaped;
+
 /// Progress bar on a terminal, otherwise a line for each record.
 pub struct Bar<R> {
     bar: ProgressBar,
@@ -44,9 +46,9 @@ impl<R> Bar<R> {
 
     fn say(&self, line: &str) {
         if self.bar.is_hidden() {
-            eprintln!("{line}");
+            note!("{line}");
         } else {
-            self.bar.println(line);
+            self.bar.println(Escaped(line).to_string());
         }
     }
 }

@@ -100,7 +100,7 @@ impl PresentedTask for Harvesting {
         let missing = self.watch.1.merge(records.iter().map(|record| &record.key), &roots);
         match missing.map_err(|e| Failure::Failed(e.to_string()))? {
             0 => {}
-            n => eprintln!("note: the parts hold no commands of {n} episodes"),
+            n => note!("note: the parts hold no commands of {n} episodes"),
         }
         Ok(())
     }

@@ -26,7 +26,7 @@ pub fn plans(args: &Args, scenario: &Scenario) -> Result<Vec<TaskPlan>, Failure>
             if args.tasks.is_some() {
                 return Err(Failure::BadInput(format!("--tasks {}: {why}", task.name())));
             }
-            eprintln!("note: task {} is skipped: {why}", task.name());
+            note!("note: task {} is skipped: {why}", task.name());
             continue;
         }
         plans.push(match task {

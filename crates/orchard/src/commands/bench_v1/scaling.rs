@@ -108,7 +108,7 @@ impl Cells {
 
     fn say(&self, line: String) {
         if self.bar.is_hidden() {
-            eprintln!("{line}");
+            note!("{line}");
         }
         self.bar.set_message(line);
     }

@@ -50,7 +50,7 @@ fn chosen(plan: &Plan) -> Vec<String> {
 fn row(folder: &Path, plan: &Plan, name: &str) -> anyhow::Result<[Image<[u8; 3]>; 3]> {
     let bytes = |kind: &str| {
         let path = folder.join(kind).join(format!("{name}.png"));
-        std::fs::read(&path).with_context(|| path.display().to_string())
+        orchard_input::bytes(&path, orchard_input::IMAGE).with_context(|| path.display().to_string())
     };
     let color = image_png::read_rgb(&bytes("color")?)?;
     let mut depth = depth_png::read(&bytes("depth")?, plan.recipe().depth_unit_m)?;

@@ -63,7 +63,7 @@ impl InputArgs {
         }
         let config = orchard_scenario::detector(&OptionValue::new(&self.config, "--detector"))
             .map_err(|e| Failure::BadInput(e.to_string()))?;
-        let text = String::from_utf8(bytes("--intrinsics", &self.intrinsics)?)
+        let text = orchard_input::text(&self.intrinsics, orchard_input::CONFIG)
             .map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
         let intrinsics = intrinsics::read(&text).map_err(|e| bad("--intrinsics", &self.intrinsics, e))?;
         let depth = depth_png::read(&bytes("--depth", &self.depth)?, self.unit)
@@ -117,7 +117,7 @@ impl InputArgs {
 }
 
 fn bytes(option: &str, file: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(file).map_err(|e| bad(option, file, e))
+    orchard_input::bytes(file, orchard_input::IMAGE).map_err(|e| bad(option, file, e))
 }
 
 fn bad(option: &str, file: &Path, problem: impl std::fmt::Display) -> Failure {

@@ -34,7 +34,7 @@ struct Head {
 /// folder; without one there, that named in the record.
 pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<Input, Failure> {
     let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
-    let text = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
+    let text = orchard_input::text(file, orchard_input::RESULT).map_err(|e| bad(e.to_string()))?;
     let record = of_text(&text, CODE_VERSION).map_err(bad)?;
     let options = scenario.options()?;
     let scenario = if options.is_empty() {

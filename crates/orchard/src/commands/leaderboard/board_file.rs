@@ -55,9 +55,9 @@ impl BoardFile {
     /// # Errors
     /// The file is no board, or a board of another scene.
     pub fn read(&self, protocol: &Protocol, scenario: &Scenario) -> Result<Option<Board>, Failure> {
-        let text = match fs::read_to_string(&self.path) {
+        let text = match orchard_input::text(&self.path, orchard_input::RESULT) {
             Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) if e.is_missing() => return Ok(None),
             Err(e) => return Err(self.bad(&e)),
         };
         let board = Board::from_json(&text).map_err(|e| self.bad(&e))?;
@@ -72,7 +72,7 @@ impl BoardFile {
     pub fn lock(&self) -> Result<BoardLock, Failure> {
         if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             fs::create_dir_all(folder)
-                .map_err(|e| Failure::BadInput(format!("--board {}: {e}", folder.display())))?;
+                .map_err(|e| Failure::of_file(&e).at(format_args!("--board {}", folder.display())))?;
         }
         let path = self.path.with_extension("lock");
         let failed = |e: std::io::Error| Failure::Failed(format!("{}: {e}", path.display()));

@@ -135,7 +135,7 @@ impl Check<'_> {
 
     /// Runs the whole matrix with another program and compares its records; returns the folder of its result.
     fn run_program(&self, path: &Path, head: &Head) -> Result<PathBuf, Failure> {
-        eprintln!(
+        note!(
             "warning: {} is executed with your rights; run a program that you do not trust in a sandbox",
             path.display()
         );

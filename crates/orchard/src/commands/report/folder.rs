@@ -90,9 +90,9 @@ fn file_of<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, Str
 }
 
 fn text_of(path: &Path) -> Result<Option<String>, String> {
-    match std::fs::read_to_string(path) {
+    match orchard_input::text(path, orchard_input::RESULT) {
         Ok(text) => Ok(Some(text)),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) if e.is_missing() => Ok(None),
         Err(e) => Err(format!("{}: {e}", path.display())),
     }
 }

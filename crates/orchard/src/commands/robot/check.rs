@@ -43,15 +43,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let survey = survey(&args.urdf, args.config.as_deref())?;
     say!("{}", table::text(&survey).trim_end());
     if let Some(path) = &args.json {
-        write_json(path, &survey).map_err(|e| Failure::BadInput(e.to_string()))?;
+        write_json(path, &survey).map_err(|e| Failure::of_file(&e))?;
     }
     Ok(())
 }
 
 fn survey(urdf: &Path, config: Option<&Path>) -> Result<Survey, Failure> {
-    let text = read(urdf)?;
+    let text = read(urdf, orchard_input::ROBOT)?;
     let config = match config {
-        Some(path) => RobotConfig::from_toml(&path.display().to_string(), &read(path)?),
+        Some(path) => {
+            RobotConfig::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?)
+        }
         None => RobotConfig::from_toml("paper/robot.toml", PAPER_TOML),
     };
     let config = config.map_err(|e| Failure::BadInput(e.to_string()))?;
@@ -62,8 +64,8 @@ fn survey(urdf: &Path, config: Option<&Path>) -> Result<Survey, Failure> {
     Ok(survey)
 }
 
-fn read(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path)
+fn read(path: &Path, most: u64) -> Result<String, Failure> {
+    orchard_input::text(path, most)
         .map_err(|e| Failure::BadInput(format!("cannot read {}: {e}", path.display())))
 }
 

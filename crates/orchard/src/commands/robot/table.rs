@@ -5,10 +5,11 @@ use std::fmt::Write;
 use orchard_robot::{InertiaFacts, JointFacts, Survey};
 
 use crate::columns::columns;
+use crate::output::Escaped;
 
 /// The whole report.
 pub fn text(survey: &Survey) -> String {
-    let mut text = format!("robot `{}`\n\n", survey.name);
+    let mut text = format!("robot `{}`\n\n", Escaped(&survey.name));
     let head = ["joint", "type", "parent", "child", "axis", "lower", "upper", "velocity", "effort", "mimics"];
     let mut rows = vec![head.map(str::to_owned)];
     rows.extend(survey.joints.iter().map(joint_row));
@@ -39,7 +40,7 @@ pub fn text(survey: &Survey) -> String {
     }
     for mesh in &survey.meshes {
         let what = if mesh.is_collision { "collision (mesh shapes are not read)" } else { "visual" };
-        let _ = writeln!(text, "mesh of link `{}`, {what}: {}", mesh.link, mesh.file);
+        let _ = writeln!(text, "mesh of link `{}`, {what}: {}", Escaped(&mesh.link), Escaped(&mesh.file));
     }
     text += "\nparts of a harvester\n";
     let rows: Vec<[String; 4]> = survey
@@ -59,7 +60,7 @@ pub fn text(survey: &Survey) -> String {
     match &survey.obstacle {
         None => text += "\nThis robot can be used in the benchmark.\n",
         Some(reason) => {
-            let _ = writeln!(text, "\nThis robot cannot be used in the benchmark: {reason}");
+            let _ = writeln!(text, "\nThis robot cannot be used in the benchmark: {}", Escaped(reason));
         }
     }
     text
@@ -85,6 +86,7 @@ fn joint_row(joint: &JointFacts) -> [String; 10] {
 fn inertia(facts: &InertiaFacts) -> String {
     match facts {
         InertiaFacts::None => "none".to_owned(),
+        InertiaFacts::NotFinite => "impossible: mass or inertia is not a finite number".to_owned(),
         InertiaFacts::Possible => "ok".to_owned(),
         InertiaFacts::NotPositive { smallest } => {
             format!("impossible: a principal moment is {smallest:e} kg m2")

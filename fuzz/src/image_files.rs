@@ -1,11 +1,10 @@
 //! The readers of depth images, masks, intrinsics and detector configs: an error or something that can be used.
-#![no_main]
 
-use libfuzzer_sys::fuzz_target;
 use orchard_exchange::{depth_png, intrinsics};
 use orchard_perception::DetectorConfig;
 
-fuzz_target!(|bytes: &[u8]| {
+/// One case.
+pub fn run(bytes: &[u8]) {
     if let Ok(depth) = depth_png::read(bytes, depth_png::MILLIMETRE) {
         assert!(depth.pixels().iter().all(|z| z.is_finite() && *z >= 0.0));
         let again = depth_png::write(&depth, depth_png::MILLIMETRE).unwrap();
@@ -17,4 +16,4 @@ fuzz_target!(|bytes: &[u8]| {
         assert_eq!(intrinsics::read(&intrinsics::write(&k)), Ok(k));
     }
     let _ = DetectorConfig::from_toml("fuzz.toml", text);
-});
+}

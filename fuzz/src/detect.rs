@@ -1,8 +1,6 @@
 //! The detector on any image, intrinsics, mask and choice of gates: an error or finite detections.
-#![no_main]
 
-use arbitrary::Arbitrary;
-use libfuzzer_sys::fuzz_target;
+use arbitrary::{Arbitrary, Unstructured};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, candidates, mask};
 
@@ -23,7 +21,9 @@ struct Input {
     odd: f32,
 }
 
-fuzz_target!(|input: Input| {
+/// One case.
+pub fn run(bytes: &[u8]) {
+    let Ok(input) = Input::arbitrary_take_rest(Unstructured::new(bytes)) else { return };
     let (width, height) = (usize::from(input.width % 33), usize::from(input.height % 33));
     let pixel = |i: usize| match input.pixels.get(i % input.pixels.len().max(1)).copied().unwrap_or(0) {
         0 => 0.0,
@@ -33,8 +33,7 @@ fuzz_target!(|input: Input| {
     let Some(depth) = DepthImage::from_pixels(width, height, (0..width * height).map(pixel).collect()) else {
         return;
     };
-    let [fx, fy, cx, cy] =
-        if input.usual_intrinsics { [40.0, 40.0, 16.0, 16.0] } else { input.intrinsics };
+    let [fx, fy, cx, cy] = if input.usual_intrinsics { [40.0, 40.0, 16.0, 16.0] } else { input.intrinsics };
     let k = Intrinsics { width, height, fx, fy, cx, cy };
     let mut config = if input.stereo { DetectorConfig::d435i() } else { DetectorConfig::paper() };
     config.fit.refine = input.refine;
@@ -54,7 +53,8 @@ fuzz_target!(|input: Input| {
     mask::add(&mut masked, &ground);
     let found = candidates(&depth, &k, input.masked.then_some(&masked), &config);
     for d in found.into_iter().flatten().map(|c| c.detection) {
-        let numbers = [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
+        let numbers =
+            [d.p_camera.x, d.p_camera.y, d.p_camera.z, d.radius, d.rms, d.center_px.0, d.center_px.1];
         assert!(numbers.iter().all(|x| x.is_finite()) && d.p_camera.z > 0.0, "{d:?}");
     }
-});
+}

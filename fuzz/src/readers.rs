@@ -1,0 +1,156 @@
+//! The readers of input files: an error, or something that can be used.
+
+use std::path::Path;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use orchard_exchange::{json, mtg};
+use orchard_leaderboard::Board;
+use orchard_perception::DetectorConfig;
+use orchard_recording::Recording;
+use orchard_robot::{Articulation, PAPER_URDF, RobotConfig, RobotModel, Survey};
+use orchard_scenario::{Scenario, controllers};
+use orchard_spec::camera::CameraSpec;
+use orchard_spec::{Preset, Spec};
+use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::plan_file::PlanFile;
+use orchard_tasks::protocol::{self, Protocol};
+use orchard_tasks::seeds::SeedSetName;
+use orchard_tasks::verify::Trajectory;
+use orchard_world::{Snapshot, World};
+use sha2::{Digest, Sha256};
+
+use crate::edit::{case, edited};
+
+/// A valid file that `cargo xtask fuzz` wrote; empty if there is none.
+fn valid(name: &str) -> &'static [u8] {
+    static FILE: OnceLock<Vec<u8>> = OnceLock::new();
+    FILE.get_or_init(|| {
+        let folder = std::env::var_os("ORCHARD_FUZZ_FILES").unwrap_or_default();
+        std::fs::read(Path::new(&folder).join(name)).unwrap_or_default()
+    })
+}
+
+fn text(valid: &[u8], bytes: &[u8]) -> String {
+    String::from_utf8_lossy(&case(valid, bytes)).into_owned()
+}
+
+/// `plan.json`, with the scenarios that it holds.
+pub fn plan(bytes: &[u8]) {
+    let Ok(file) = PlanFile::from_bytes(&case(valid("plan.json"), bytes)) else { return };
+    for (task, planned) in &file.tasks {
+        let Some(stored) = file.scenario(task) else { continue };
+        let _ = planned.plan.check(&Protocol::paper());
+        if let Ok(scenario) = Scenario::from_stored(stored, &controllers(), "fuzz") {
+            let _ = Protocol::of_scenario(&scenario).map(|protocol| planned.plan.check(&protocol));
+        }
+    }
+}
+
+/// The record of an episode.
+pub fn record(bytes: &[u8]) {
+    let bytes = case(valid("record.json"), bytes);
+    let Ok(record) = serde_json::from_slice::<EpisodeRecord>(&bytes) else { return };
+    let _ = (record.deposited().count(), record.dropped().count());
+    let again = serde_json::to_vec(&record).unwrap();
+    let read = serde_json::from_slice::<EpisodeRecord>(&again).unwrap();
+    assert_eq!(serde_json::to_vec(&read).unwrap(), again);
+}
+
+/// A leaderboard.
+pub fn board(bytes: &[u8]) {
+    static VALID: OnceLock<Vec<u8>> = OnceLock::new();
+    let valid = VALID.get_or_init(|| {
+        let scenario = Scenario::of(&[]).unwrap();
+        serde_json::to_vec_pretty(&Board::new(&Protocol::paper().version, SeedSetName::Tuning, &scenario))
+            .unwrap()
+    });
+    let Ok(board) = Board::from_json(&text(valid, bytes)) else { return };
+    let again = serde_json::to_string(&board).unwrap();
+    assert!(Board::from_json(&again).is_ok());
+}
+
+/// A snapshot, under a checksum that is right, restored into a world.
+pub fn snapshot(bytes: &[u8]) {
+    static WORLD: OnceLock<(Mutex<World>, Vec<u8>)> = OnceLock::new();
+    let (world, valid) = WORLD.get_or_init(|| {
+        let world = Scenario::of(&[]).unwrap().world(1, 0, 0).unwrap();
+        let file = world.snapshot().to_bytes();
+        (Mutex::new(world), file[HEADER..file.len() - CHECKSUM].to_vec())
+    });
+    let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
+    let _ = Snapshot::from_bytes(bytes);
+    let whole = Snapshot::from_bytes(&sealed(&world.snapshot().to_bytes(), &edited(valid, bytes)));
+    if let Ok(snapshot) = whole {
+        let _ = world.restore(&snapshot);
+    }
+}
+
+/// Magic, version and length of a snapshot \[bytes\].
+const HEADER: usize = 20;
+/// Length of a SHA-256 \[bytes\].
+const CHECKSUM: usize = 32;
+
+/// A body in the envelope of a snapshot.
+fn sealed(whole: &[u8], body: &[u8]) -> Vec<u8> {
+    let mut file = whole[..HEADER - size_of::<u64>()].to_vec();
+    file.extend((body.len() as u64).to_le_bytes());
+    file.extend(body);
+    let checksum = Sha256::digest(&file);
+    file.extend(checksum);
+    file
+}
+
+/// A recording.
+pub fn mcap(bytes: &[u8]) {
+    let _ = Recording::from_bytes(Path::new("fuzz.mcap"), &case(valid("episode.mcap"), bytes));
+}
+
+/// A trajectory as a table and as JSON lines.
+pub fn trajectory(bytes: &[u8]) {
+    const CSV: &str = "time,q1,q2,q3,q4,q5,q6,q7,vx,vy,wz,finger_q,finger_force\n\
+                       0,0,-0.7,0,-2.3,0,1.5,0.7,0.1,0,0,0.04,20\n0.5,0,-0.7,0,-2.3,0,1.5,0.7,0.1,0,0,0.04,20\n";
+    const LINES: &str = r#"{"time": 0, "arm_q": [0, -0.7, 0, -2.3, 0, 1.5, 0.7], "base_velocity": [0.1, 0, 0], "finger_q": 0.04, "finger_force": 20}"#;
+    static ROBOT: OnceLock<RobotModel> = OnceLock::new();
+    let robot = ROBOT.get_or_init(RobotModel::paper);
+    if let Ok(trajectory) = Trajectory::from_csv("fuzz.csv", &text(CSV.as_bytes(), bytes), robot, 600.0) {
+        assert!(Trajectory::from_csv("again.csv", &trajectory.to_csv(), robot, 600.0).is_ok());
+    }
+    let _ = Trajectory::from_json_lines("fuzz.jsonl", &text(LINES.as_bytes(), bytes), robot, 600.0);
+}
+
+/// A digitised tree as MTG and as JSON.
+pub fn tree(bytes: &[u8]) {
+    const MTG: &str = "CODE:\tFORM-A\n\nCLASSES:\nSYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION\n$\t0\tFREE\tFREE\tIMPLICIT\n\
+        P\t1\tFREE\tFREE\tEXPLICIT\nI\t2\tFREE\tFREE\tEXPLICIT\n\nDESCRIPTION:\nLEFT\tRIGHT\tRELTYPE\tMAX\nI\tI\t+\t?\nI\tI\t<\t?\n\n\
+        FEATURES:\nNAME\tTYPE\nXX\tREAL\nYY\tREAL\nZZ\tREAL\nTopDia\tREAL\nOrder\tINT\n\nMTG:\nENTITY-CODE\t\tXX\tYY\tZZ\tTopDia\tOrder\n\
+        /P1\n^/I1\t\t0\t0\t1\t0.05\t0\n\t+I2\t0.3\t0\t1.2\t0.02\t1\n^<I3\t\t0\t0\t1.5\t0.04\t0\n";
+    static JSON: OnceLock<Vec<u8>> = OnceLock::new();
+    let spec = || Spec::paper();
+    let json_text = JSON.get_or_init(|| {
+        let tree = mtg::read(MTG).unwrap_or_else(|e| panic!("{e}"));
+        json::write(&tree.into_skeleton(&spec(), 1, 0)).into_bytes()
+    });
+    let trees = [mtg::read(&text(MTG.as_bytes(), bytes)), json::read(&text(json_text, bytes))];
+    for tree in trees.into_iter().flatten() {
+        let skeleton = tree.into_skeleton(&spec(), 1, 0);
+        let _ = mtg::read(&mtg::write(&skeleton));
+    }
+}
+
+/// A robot.
+pub fn urdf(bytes: &[u8]) {
+    let text = text(PAPER_URDF.as_bytes(), bytes);
+    let config = RobotConfig::paper();
+    let read = Articulation::from_urdf(&text);
+    let survey = Survey::read(&text, &config);
+    assert!(survey.is_err() || read.is_ok() || survey.is_ok_and(|survey| !survey.meshes.is_empty()));
+}
+
+/// Configs: world, camera, detector, robot, protocol.
+pub fn toml(bytes: &[u8]) {
+    let world = text(Preset::Paper.toml().as_bytes(), bytes);
+    let _ = Spec::from_toml("fuzz.toml", &world);
+    let _ = CameraSpec::from_toml("fuzz.toml", &text(CameraSpec::FILES[0].1.as_bytes(), bytes));
+    let _ = DetectorConfig::from_toml("fuzz.toml", &text(DetectorConfig::FILES[0].1.as_bytes(), bytes));
+    let _ = Protocol::from_toml("fuzz.toml", &text(protocol::PAPER_TOML.as_bytes(), bytes));
+}
