@@ -62,7 +62,7 @@ fn products_of_options_are_bounded() {
     assert!(line.contains("records; a task has at most 100000"), "{line}");
     assert!(!Path::new(&out).exists());
     let line = refusal(&["dataset", "--seeds", "0..18446744073709551615", "--out", &out]);
-    assert!(line.contains("more images than a data set may hold"), "{line}");
+    assert!(line.contains("exceeds the limit of 10000000 images per data set"), "{line}");
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn small() -> ScalingPlan {
 fn go(plan: &ScalingPlan, stop: bool) -> (Result<Scaling, ScalingError>, Option<String>) {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
-    store.write("scaling.json", &"an older run's").unwrap();
+    store.write("scaling.json", &serde_json::json!({ "run": "older" })).unwrap();
     let result = run(plan, None, &store, 2, &AtomicBool::new(stop), &NoProgress);
     (result, std::fs::read_to_string(folder.path().join("scaling.json")).ok())
 }

@@ -138,8 +138,8 @@ fn each_kind_of_number_is_refused_with_its_place() {
         (joint(&limit("lower='-1' upper='1e9' effort='5' velocity='2'")), ["limits of joint `j`", "1e9"]),
         (joint(&limit("lower='-1' upper='1' effort='1e10' velocity='2'")), ["limits of joint `j`", "1e10"]),
         (joint(&limit("lower='-1' upper='1' effort='5' velocity='1e7'")), ["limits of joint `j`", "1e7"]),
-        (joint(&good).replacen("mass value='1'", "mass value='1e7'", 2), ["inertia of link `b`", "1e7"]),
-        (joint(&good).replace("izz='1'", "izz='1e10'"), ["inertia of link `b`", "1e10"]),
+        (joint(&good).replacen("mass value='1'", "mass value='1e7'", 2), ["inertia of link `a`", "1e7"]),
+        (joint(&good).replace("izz='1'", "izz='1e10'"), ["inertia of link `a`", "1e10"]),
         (
             "<robot name='r'><link name='a'><collision><geometry><sphere radius='1e12'/></geometry>\
              </collision></link></robot>"

@@ -129,7 +129,7 @@ fn what_cannot_be_used_is_told_with_file_field_and_range() {
         ("depth.png", "none.json", "", "none.json: No such file"),
         ("depth.png", "flat.json", "", "flat.json: fx is -5.49"),
         ("depth.png", "text.json", "", "text.json: .: expected"),
-        ("depth.png", "latin.json", "", "latin.json: invalid utf-8"),
+        ("depth.png", "latin.json", "", "latin.json: is not text in UTF-8"),
         ("depth.png", "camera.json", "--unit 0", "--unit 0: the allowed range is [0.000000001, 1] m"),
         ("depth.png", "camera.json", "--unit NaN", "--unit NaN: the allowed range"),
         ("depth.png", "camera.json", "--camera-height 1e9", "--camera-height 1000000000: the allowed range"),
