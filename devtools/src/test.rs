@@ -17,7 +17,7 @@ use crate::{
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, which builds it, and a\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, and a\n\
                   controller built outside the workspace on the packaged crates), combinations (every preset x camera x controller, a short\n\
                   episode each), validate gpu, judge, check-statistics, read-back, check-report, fuzz.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\

@@ -29,7 +29,7 @@ pub struct Seeds {
 /// All inputs that determine the bytes of a data set. A folder holds one recipe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Recipe {
-    /// [`SCHEMA_VERSION`].
+    /// Layout version of the data set.
     pub schema_version: u32,
     /// [`CODE_VERSION`].
     pub code_version: String,

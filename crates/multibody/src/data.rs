@@ -138,7 +138,7 @@ impl Data {
         data
     }
 
-    /// Pose of a link in the world, as of the last [`forward_kinematics`] or [`crate::step`].
+    /// Pose of a link in the world, as of the last [`forward_kinematics`] or [`step()`](crate::step()).
     pub fn x_world_body(&self, id: BodyId) -> &Pose {
         &self.kinematics.links[id.index()].x_world_body
     }

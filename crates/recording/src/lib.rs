@@ -1,6 +1,6 @@
 //! Recordings of OrchardBench episodes as MCAP files for Foxglove, and their replay.
 //!
-//! A [`Recorder`] observes an episode and turns each frame into messages; a [`Sink`] takes them. [`file`] writes them to a file,
+//! A [`Recorder`] observes an episode and turns each frame into messages; a [`Sink`] takes them. [`mod@file`] writes them to a file,
 //! [`replay`] compares them with a recording while the world is simulated again under the recorded commands. `docs/recording.md`
 //! describes the channels.
 //!
