@@ -15,9 +15,9 @@ const KEPT_BYTES: usize = 6;
 /// Crates that only display or request results: no result depends on them.
 const SHOWING: [&str; 2] = ["report", "orchard"];
 
-/// What decides results beside the crates, under the workspace's folder.
+/// Files and folders of the workspace, outside the crates, that decide results.
 const SHARED: [&str; 4] = ["Cargo.lock", "Cargo.toml", "configs", "assets"];
-/// What decides results in a crate.
+/// Files and folders of a crate that decide results.
 const OF_CRATE: [&str; 3] = ["Cargo.toml", "build.rs", "src"];
 
 fn main() -> io::Result<()> {

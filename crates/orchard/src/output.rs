@@ -1,4 +1,4 @@
-//! What the program prints: results on the standard output, notes on the error output.
+//! Output of the program: results on the standard output, notes on the error output.
 //!
 //! An error output that cannot be written changes nothing. A standard output that cannot be written does not stop a run either, but the
 //! command then ends with an error, unless its reader closed the pipe.

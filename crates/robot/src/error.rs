@@ -9,7 +9,7 @@ pub enum RobotError {
     /// The text is too long, nested too deep, or has too many links or joints.
     #[error("URDF cannot be read: it has more than {most} {what}")]
     TooMany {
-        /// What there is too much of.
+        /// Name of the quantity that exceeds its limit.
         what: &'static str,
         /// Largest number that is read.
         most: usize,

@@ -51,7 +51,7 @@ impl AxisKind {
         }
     }
 
-    /// Its axes of the randomisation. There is none for damping.
+    /// Returns the axes of the randomisation that this kind varies; damping has none.
     fn axes(self) -> &'static [Axis] {
         match self {
             Self::Mass => &[Axis::WoodDensity],

@@ -69,7 +69,7 @@ fn text(board: &Board, budget: Option<&Budget>, columns: usize) -> String {
     text.trim_end().to_owned() + "\n"
 }
 
-/// What an entry of a class proves, in short.
+/// Returns in short the proof that a class gives.
 fn meaning(class: Class) -> &'static str {
     match class {
         Class::ReRun => "the controller was run again and gave the same bytes",

@@ -94,7 +94,7 @@ fn refused(result: &Path, e: &Refusal) -> Failure {
     }
 }
 
-/// What the simulations of a verification need.
+/// Inputs that all simulations of a verification share.
 struct Check<'a> {
     args: &'a AddArgs,
     submission: &'a Submission,
