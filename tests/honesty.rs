@@ -29,7 +29,8 @@ fn stories(spec: &Spec, robot: &RobotConfig, blind: bool) -> Vec<Story> {
 fn with_fingers(friction: f64, force: f64) -> RobotConfig {
     let mut robot = RobotConfig::paper();
     robot.surface.finger_friction = robot.surface.finger_friction.with_value(friction).expect("in range");
-    robot.finger.force_max = robot.finger.force_max.with_value(force).expect("in range");
+    let finger = robot.finger.as_mut().expect("it has fingers");
+    finger.force_max = finger.force_max.with_value(force).expect("in range");
     robot
 }
 

@@ -1,7 +1,7 @@
 //! A pick by script that knows where the fruit is: it tests the physics of the grip, not a picker.
 
 use orchard_geometry::{Vec3, inverse_transform};
-use orchard_robot::{Command, IkTarget, JointVector, RobotModel};
+use orchard_robot::{Command, IkTarget, JointValues, JointVector, RobotModel};
 use orchard_spec::Spec;
 use orchard_world::truth::FruitState;
 use orchard_world::{World, WorldEvent};
@@ -58,7 +58,7 @@ impl Script<'_> {
         let from = self.arm;
         for k in 1..=frames {
             self.arm = from + (to - from) * (f64::from(k) / f64::from(frames));
-            self.command.arm_q = self.arm.into();
+            self.command.arm_q = JointValues::of(&self.arm, self.command.arm_q.len());
             self.step();
         }
     }
@@ -70,7 +70,7 @@ impl Script<'_> {
             let target = IkTarget::Axis { p_base, z_base: Vec3::x() };
             let Ok(arm) = robot.kinematics().solve(&target, &self.arm) else { return false };
             self.arm = arm;
-            self.command.arm_q = arm.into();
+            self.command.arm_q = robot.kinematics().values(&arm);
             self.step();
         }
         true

@@ -171,7 +171,8 @@ fn other_worlds_are_refused() {
     let mut spec = Spec::paper();
     spec.wood.density = spec.wood.density.with_value(900.0).unwrap();
     let mut config = RobotConfig::paper();
-    config.base.speed_max = config.base.speed_max.with_value(1.0).unwrap();
+    let base = config.drive.as_mut().unwrap();
+    base.speed_max = base.speed_max.with_value(1.0).unwrap();
     let slow = RobotModel::from_urdf(PAPER_URDF, &config).unwrap();
     let renamed = PAPER_URDF.replacen("<robot name=\"", "<robot name=\"my_", 1);
     let renamed = RobotModel::from_urdf(&renamed, &RobotConfig::paper()).unwrap();

@@ -80,8 +80,8 @@ fn a_broken_world_is_quarantined() {
     let spoil: [fn(&mut World); 6] = [
         |w| w.data_mut().v[5] = f64::NAN,
         |w| w.data_mut().point_v_world[0].x = f64::INFINITY,
-        |w| set_robot_q(w, |w| w.handle().planar, f64::NAN),
-        |w| set_robot_q(w, |w| w.handle().height, f64::INFINITY),
+        |w| set_robot_q(w, |w| *w.handle().base_joint.moving().unwrap(), f64::NAN),
+        |w| set_robot_q(w, |w| w.handle().height.unwrap(), f64::INFINITY),
         |w| set_robot_q(w, |w| w.handle().arm[3], f64::NAN),
         |w| set_robot_q(w, |w| w.handle().fingers[0], f64::NAN),
     ];

@@ -1,17 +1,18 @@
-//! `cargo xtask check-combinations`: every preset with every camera and every controller, one short episode each.
+//! `cargo xtask check-combinations`: every preset with every camera and every controller, and every other robot with every preset and every
+//! controller, one short episode each.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use orchard_scenario::{Scenario, cameras, controllers, presets};
+use orchard_scenario::{Scenario, SceneNames, cameras, controllers, presets, robots};
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::episode::Outcome;
 use orchard_tasks::harvest::{WorldFactory, run_episode};
 use orchardbench::Failure;
 use rayon::prelude::*;
 
-/// Runs a short episode of every preset with every camera and every controller.
+/// Runs a short episode of every preset with every camera and every controller, and of every other robot with every preset and controller.
 #[derive(clap::Args)]
 #[command(
     after_help = "An episode is one tree of the first tuning seed. The command fails if a scenario cannot be resolved, a world cannot be built\n\
@@ -28,18 +29,21 @@ pub const SECONDS: f64 = 4.0;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let count = check(args.seconds)?;
-    say!("{count} combinations of preset, camera and controller ran");
+    say!("{count} combinations of preset, robot, camera and controller ran");
     Ok(())
 }
 
 /// Runs all combinations; returns how many there are.
 pub fn check(seconds: f64) -> Result<usize, Failure> {
     let mut combinations = Vec::new();
+    let usual = SceneNames::paper();
     for preset in presets() {
-        for camera in cameras() {
-            for controller in controllers() {
-                combinations.push((preset, camera, controller.name().to_owned()));
-            }
+        for controller in controllers() {
+            let with =
+                |robot: &str, camera: &str| [preset, robot, camera, controller.name()].map(str::to_owned);
+            combinations.extend(cameras().iter().map(|camera| with(&usual.robot, camera)));
+            let others = robots().into_iter().filter(|robot| *robot != usual.robot);
+            combinations.extend(others.map(|robot| with(robot, &usual.camera)));
         }
     }
     let bar = ProgressBar::new(combinations.len() as u64).with_style(
@@ -47,9 +51,9 @@ pub fn check(seconds: f64) -> Result<usize, Failure> {
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
     let failed = AtomicBool::new(false);
-    combinations.par_iter().with_max_len(1).for_each(|(preset, camera, controller)| {
-        if let Err(e) = episode(preset, camera, controller, seconds) {
-            eprintln!("{preset} x {camera} x {controller}: {e:#}");
+    combinations.par_iter().with_max_len(1).for_each(|parts| {
+        if let Err(e) = episode(parts, seconds) {
+            eprintln!("{}: {e:#}", parts.join(" x "));
             failed.store(true, Ordering::Relaxed);
         }
         bar.inc(1);
@@ -61,8 +65,9 @@ pub fn check(seconds: f64) -> Result<usize, Failure> {
     Ok(combinations.len())
 }
 
-fn episode(preset: &str, camera: &str, controller: &str, seconds: f64) -> anyhow::Result<()> {
-    let options = [("preset", preset), ("camera", camera), ("controller", controller)];
+fn episode([preset, robot, camera, controller]: &[String; 4], seconds: f64) -> anyhow::Result<()> {
+    let options: [(&str, &str); 4] =
+        [("preset", preset), ("robot", robot), ("camera", camera), ("controller", controller)];
     let harvest = Harvest::new(Scenario::of(&options)?)?;
     let seed = harvest.protocol().tuning_seeds[0];
     let plan = harvest.plan("quick", vec![seed], 1, seconds);

@@ -52,6 +52,9 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    if let Some(code) = fuzz::as_compiler() {
+        return code;
+    }
     Failure::finish(
         Cli::try_parse().map_err(|e| Failure::of_command_line(&e)).and_then(|cli| execute(&cli.command)),
     )

@@ -8,12 +8,23 @@ use orchardbench::{Failure, Verdict};
 
 use crate::workspace;
 
-/// Packages every crate, runs the examples of docs/reuse.md, and builds and runs a controller outside the workspace on the packages.
+/// Packages every crate, compiles each from its package, outside the workspace and with a controller of its own project, and runs that
+/// controller and the examples of docs/reuse.md.
 #[derive(clap::Args)]
 pub struct Args {}
 
 /// Members of the workspace that are not published.
-const UNPUBLISHED: [&str; 3] = ["orchard-tests", "devtools", "xtask"];
+const UNPUBLISHED: [&str; 4] = ["orchard-tests", "orchard-fuzz", "devtools", "xtask"];
+
+/// Folder of the workspace of packages: a package belongs to the workspace that is nearest above it.
+const OUTSIDE: &str = "outside";
+
+/// Folder and name of the example project with a controller.
+const CONTROLLER: &str = "own-controller";
+
+/// An empty package with the tools' dependencies on crates of other authors. With it their features are those of this workspace, and one
+/// build of each serves both.
+const SHARED: &str = "shared-dependencies";
 
 /// Examples that docs/reuse.md shows: package and name.
 const EXAMPLES: [(&str, &str); 3] = [
@@ -31,20 +42,27 @@ pub fn check() -> Result<Verdict, Failure> {
     let root = workspace::root();
     let folder = root.join("target/reuse");
     for (package, example) in EXAMPLES {
-        cargo(&root, &["run", "--quiet", "--package", package, "--example", example])?;
+        // The tools are named for their features, which are those of all builds here.
+        let both = ["--package", package, "--package", "devtools"];
+        cargo(&root, &[&["build", "--quiet", "--example", example], &both[..]].concat())?;
+        let program = root.join("target/debug/examples").join(example);
+        run_in(&root, Command::new(program).stdout(std::process::Stdio::null()))?;
     }
-    // One target folder for all: the dependencies are built once.
-    let target = folder.join("target");
-    let packages = packages(&root, &folder, &target)?;
-    let project = project(&root, &folder, &packages)?;
-    let target = target.to_string_lossy().into_owned();
+    let packages = packages(&root, &folder)?;
+    let outside = outside(&root, &folder, &packages)?;
+    let target = root.join("target").to_string_lossy().into_owned();
+    let here = ["--quiet", "--target-dir", &target];
+    cargo(&outside, &[&["build", "--workspace", "--lib", "--bin", CONTROLLER], &here[..]].concat())?;
+    // Alone, the project leaves out the default features of the library.
+    cargo(&outside, &[&["check", "--package", CONTROLLER], &here[..]].concat())?;
+    without_graphics(&outside)?;
     let results = folder.join("results");
     let _ = fs::remove_dir_all(&results);
     let out = results.to_string_lossy().into_owned();
-    let run = ["run", "--quiet", "--target-dir", &target, "--"];
     let bench = ["bench-v1", "--controller", "drive", "--tasks", "harvest", "--conditions", "nominal"];
-    let short = ["--trees", "1", "--horizon", "1", "--out", &out];
-    cargo(&project, &[&run[..], &bench, &short].concat())?;
+    let short = ["--trees", "1", "--horizon", "0.2", "--out", &out];
+    let program = root.join("target/debug").join(CONTROLLER);
+    run_in(&outside, Command::new(program).args(bench).args(short).stdout(std::process::Stdio::null()))?;
     let summary = fs::read_to_string(results.join("summary.json"))
         .map_err(|e| Failure::Failed(format!("the controller's summary: {e}")))?;
     if !summary.contains("\"controller\": \"drive\"") {
@@ -53,18 +71,36 @@ pub fn check() -> Result<Verdict, Failure> {
     Ok(Verdict::Agreed)
 }
 
+/// Checks that a controller's project compiles neither the graphics device nor recordings.
+fn without_graphics(outside: &Path) -> Result<(), Failure> {
+    let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let tree = ["tree", "--quiet", "--package", CONTROLLER, "--edges", "normal,build", "--prefix", "none"];
+    let output = Command::new(program).args(tree).current_dir(outside).output();
+    let output = output.map_err(|e| Failure::Failed(format!("cannot run cargo tree: {e}")))?;
+    if !output.status.success() {
+        return Err(Failure::Failed(String::from_utf8_lossy(&output.stderr).trim().to_owned()));
+    }
+    let tree = String::from_utf8_lossy(&output.stdout);
+    match ["wgpu ", "foxglove "].iter().find(|name| tree.lines().any(|line| line.starts_with(*name))) {
+        Some(name) => Err(Failure::Failed(format!("a controller of one's own compiles {}", name.trim()))),
+        None => Ok(()),
+    }
+}
+
 /// Packages all published crates and unpacks them; returns their names and folders.
-fn packages(root: &Path, folder: &Path, target: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
+fn packages(root: &Path, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
+    // The packages are compiled below: `cargo package` would compile each with all that it depends on, once more for every crate.
     let mut args = vec!["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"];
     for name in UNPUBLISHED {
         args.extend(["--exclude", name]);
     }
+    let target = folder.join("target");
     let made = target.join("package");
     let _ = fs::remove_dir_all(&made);
     let target = target.to_string_lossy().into_owned();
     args.extend(["--target-dir", &target]);
     cargo(root, &args)?;
-    let unpacked = folder.join("packages");
+    let unpacked = folder.join(OUTSIDE);
     let _ = fs::remove_dir_all(&unpacked);
     fs::create_dir_all(&unpacked).map_err(|e| failed(&unpacked, e))?;
     let version = format!("-{}", env!("CARGO_PKG_VERSION"));
@@ -83,22 +119,79 @@ fn packages(root: &Path, folder: &Path, target: &Path) -> Result<Vec<(String, Pa
     Ok(packages)
 }
 
-/// Copies the example project out of the workspace and points its dependencies to the packages.
-fn project(root: &Path, folder: &Path, packages: &[(String, PathBuf)]) -> Result<PathBuf, Failure> {
-    let (from, project) = (root.join("examples/own-controller"), folder.join("own-controller"));
-    let source = project.join("src");
-    fs::create_dir_all(&source).map_err(|e| failed(&source, e))?;
-    let read = |name: &str| fs::read_to_string(from.join(name)).map_err(|e| failed(&from.join(name), e));
-    let patches = packages.iter().map(|(name, path)| format!("{name} = {{ path = {path:?} }}\n"));
-    let manifest = format!("{}\n[patch.crates-io]\n{}", read("Cargo.toml")?, patches.collect::<String>());
-    for (name, text) in [("Cargo.toml", manifest), ("src/main.rs", read("src/main.rs")?)] {
-        let path = project.join(name);
+/// Makes a workspace of the packages and of the example project, whose dependencies it points to the packages. Profiles of dependencies and
+/// versions are those of this workspace, so that one build of each serves both; the packages are compiled without optimisation.
+fn outside(root: &Path, folder: &Path, packages: &[(String, PathBuf)]) -> Result<PathBuf, Failure> {
+    let (from, outside) = (root.join("examples").join(CONTROLLER), folder.join(OUTSIDE));
+    let source = outside.join(CONTROLLER).join("src");
+    let shared_source = outside.join(SHARED).join("src");
+    for folder in [&source, &shared_source] {
+        fs::create_dir_all(folder).map_err(|e| failed(folder, e))?;
+    }
+    let read = |path: PathBuf| fs::read_to_string(&path).map_err(|e| failed(&path, e));
+    let project = read(from.join("Cargo.toml"))?.replace("[workspace]", "");
+    let main = read(from.join("src/main.rs"))?;
+    let parse = |file: &str| -> Result<toml::Table, Failure> {
+        read(root.join(file))?.parse().map_err(|e| Failure::Failed(format!("{file}: {e}")))
+    };
+    let own = parse("Cargo.toml")?;
+    let profile = own.get("profile").and_then(|profile| profile.get("dev")).cloned();
+    let mut manifest = toml::Table::new();
+    let members = packages.iter().map(|(_, path)| path.to_string_lossy().into_owned());
+    let members =
+        members.chain([CONTROLLER.to_owned(), SHARED.to_owned()]).map(toml::Value::from).collect::<Vec<_>>();
+    let patches = packages.iter().map(|(name, path)| {
+        let path = toml::Table::from_iter([("path".to_owned(), path.to_string_lossy().into_owned().into())]);
+        (name.clone(), toml::Value::from(path))
+    });
+    let patches = toml::Table::from_iter(patches);
+    let workspace = [("members".to_owned(), members.into()), ("resolver".to_owned(), "3".into())];
+    manifest.insert("workspace".to_owned(), toml::Table::from_iter(workspace).into());
+    let registry = [("crates-io".to_owned(), toml::Value::from(patches))];
+    manifest.insert("patch".to_owned(), toml::Table::from_iter(registry).into());
+    let all = own.get("workspace").and_then(|workspace| workspace.get("dependencies"));
+    let tools: toml::Table = parse("devtools/Cargo.toml")?;
+    let tools = tools.get("dependencies").and_then(toml::Value::as_table).into_iter().flatten();
+    let others = tools.filter(|(name, _)| !name.starts_with("orchard")).map(|(name, own)| {
+        let all = all.and_then(|all| all.get(name)).cloned();
+        let mut dependency = match all {
+            Some(toml::Value::Table(table)) => table,
+            other => toml::Table::from_iter([("version".to_owned(), other.unwrap_or_else(|| own.clone()))]),
+        };
+        if let Some(features) = own.get("features") {
+            dependency.insert("features".to_owned(), features.clone());
+        }
+        (name.clone(), toml::Value::from(dependency))
+    });
+    let package = [("name", SHARED), ("version", "0.0.0"), ("edition", "2024")];
+    let package = package.map(|(key, value)| (key.to_owned(), value.into()));
+    let shared = toml::Table::from_iter([
+        ("package".to_owned(), toml::Table::from_iter(package).into()),
+        ("dependencies".to_owned(), toml::Table::from_iter(others).into()),
+    ]);
+    if let Some(mut profile) = profile {
+        let fields = profile.as_table_mut();
+        if let Some(packages) = fields.and_then(|dev| {
+            dev.insert("opt-level".to_owned(), 0.into());
+            dev.get_mut("package").and_then(toml::Value::as_table_mut)
+        }) {
+            packages.retain(|name, _| !name.starts_with("orchard"));
+        }
+        manifest.insert("profile".to_owned(), toml::Table::from_iter([("dev".to_owned(), profile)]).into());
+    }
+    let lock =
+        fs::read_to_string(root.join("Cargo.lock")).map_err(|e| failed(&root.join("Cargo.lock"), e))?;
+    for (path, text) in [
+        (outside.join("Cargo.toml"), manifest.to_string()),
+        (outside.join("Cargo.lock"), lock),
+        (outside.join(CONTROLLER).join("Cargo.toml"), project),
+        (source.join("main.rs"), main),
+        (shared_source.with_file_name("Cargo.toml"), shared.to_string()),
+        (shared_source.join("lib.rs"), String::new()),
+    ] {
         fs::write(&path, text).map_err(|e| failed(&path, e))?;
     }
-    // The versions that the workspace was tested with.
-    let lock = project.join("Cargo.lock");
-    fs::copy(root.join("Cargo.lock"), &lock).map_err(|e| failed(&lock, e))?;
-    Ok(project)
+    Ok(outside)
 }
 
 fn cargo(folder: &Path, args: &[&str]) -> Result<(), Failure> {

@@ -28,7 +28,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 30] = [
+const LAYERS: [&str; 31] = [
     "quantity",
     "spec",
     "geometry",
@@ -59,6 +59,7 @@ const LAYERS: [&str; 30] = [
     "tests",
     "devtools",
     "xtask",
+    "fuzz",
 ];
 
 impl Args {

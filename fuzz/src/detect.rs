@@ -4,7 +4,6 @@ use arbitrary::{Arbitrary, Unstructured};
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3};
 use orchard_perception::{DetectorConfig, candidates, mask};
 
-#[derive(Arbitrary, Debug)]
 struct Input {
     width: u8,
     height: u8,
@@ -19,6 +18,25 @@ struct Input {
     /// Depths: some bits of each value choose what it is.
     pixels: Vec<u16>,
     odd: f32,
+}
+
+impl<'a> Arbitrary<'a> for Input {
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        Ok(Self {
+            width: u.arbitrary()?,
+            height: u.arbitrary()?,
+            intrinsics: u.arbitrary()?,
+            usual_intrinsics: u.arbitrary()?,
+            stereo: u.arbitrary()?,
+            refine: u.arbitrary()?,
+            on: u.arbitrary()?,
+            up: u.arbitrary()?,
+            sphere: u.arbitrary()?,
+            masked: u.arbitrary()?,
+            pixels: u.arbitrary()?,
+            odd: u.arbitrary()?,
+        })
+    }
 }
 
 /// One case.

@@ -5,9 +5,10 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use orchard_exchange::{json, mtg};
 use orchard_leaderboard::Board;
+use orchard_multibody::{Body, ModelBuilder};
 use orchard_perception::DetectorConfig;
 use orchard_recording::Recording;
-use orchard_robot::{Articulation, PAPER_URDF, RobotConfig, RobotModel, Survey};
+use orchard_robot::{Articulation, Draft, Limits, PAPER_URDF, Resources, RobotConfig, RobotModel, Survey};
 use orchard_scenario::{Scenario, controllers};
 use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
@@ -137,13 +138,67 @@ pub fn tree(bytes: &[u8]) {
     }
 }
 
-/// A robot.
+/// Mesh files of one valid content for each format, edited.
+struct Meshes<'a>(&'a [u8]);
+
+impl Resources for Meshes<'_> {
+    fn read(&mut self, name: &str) -> Result<Vec<u8>, String> {
+        const STL: &str = "solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 1\nendloop\n\
+                           endfacet\nendsolid t\n";
+        const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+        const DAE: &str = "<COLLADA><asset><unit meter='0.1'/></asset><library_geometries><geometry id='g'><mesh>\
+            <source id='s'><float_array>0 0 0 1 0 0 0 2 0 0 0 3</float_array></source><vertices id='v'>\
+            <input semantic='POSITION' source='#s'/></vertices><triangles><input semantic='VERTEX' source='#v'/>\
+            <p>0 1 2 0 1 3 0 2 3 1 2 3</p></triangles></mesh></geometry></library_geometries><library_visual_scenes>\
+            <visual_scene><node id='n'><rotate>0 0 1 90</rotate><instance_geometry url='#g'/></node></visual_scene>\
+            </library_visual_scenes></COLLADA>";
+        let mut binary = vec![0; 80];
+        binary.extend(1_u32.to_le_bytes());
+        binary.extend([1, 2, 3, 64].repeat(12));
+        binary.extend([0; 2]);
+        let valid = match name {
+            "a.obj" => OBJ.as_bytes(),
+            "a.dae" => DAE.as_bytes(),
+            "b.stl" => &binary,
+            _ => STL.as_bytes(),
+        };
+        Ok(case(valid, self.0))
+    }
+
+    fn find(&mut self, name: &str) -> Result<(), String> {
+        self.read(name).map(|_| ())
+    }
+}
+
+/// A robot, its meshes and its limits file. What loads can be simulated.
 pub fn urdf(bytes: &[u8]) {
-    let text = text(PAPER_URDF.as_bytes(), bytes);
+    const ROBOT: &str = "<robot name='r'><link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>\
+        <collision><geometry><mesh filename='a.stl'/></geometry></collision></link><link name='b'><collision><geometry>\
+        <mesh filename='a.obj' scale='1 -1 2'/></geometry></collision></link><link name='c'><inertial><mass value='2'/>\
+        <inertia ixx='0' iyy='3' izz='1'/></inertial><collision><geometry><mesh filename='a.dae'/></geometry></collision>\
+        <collision><geometry><mesh filename='b.stl'/></geometry></collision></link><joint name='j' type='continuous'>\
+        <parent link='a'/><child link='b'/><limit velocity='1'/></joint><joint name='k' type='revolute'><parent link='b'/>\
+        <child link='c'/><limit lower='0' upper='1'/><mimic joint='j' multiplier='2' offset='1'/></joint></robot>";
+    const LIMITS: &str = "[j]\nlower = -1.0\nupper = 2.0\n\n[k]\nvelocity = 1.0\neffort = 20.0\n";
     let config = RobotConfig::paper();
-    let read = Articulation::from_urdf(&text);
-    let survey = Survey::read(&text, &config);
-    assert!(survey.is_err() || read.is_ok() || survey.is_ok_and(|survey| !survey.meshes.is_empty()));
+    let limits = Limits::from_toml("fuzz.toml", &text(LIMITS.as_bytes(), bytes)).unwrap_or_default();
+    for valid in [PAPER_URDF, ROBOT] {
+        for text in [valid.to_owned(), text(valid.as_bytes(), bytes)] {
+            let Ok(loaded) = Articulation::load(&text, &mut Meshes(bytes), &limits) else { continue };
+            let _ = (Survey::of(&text, &loaded, &config), Draft::of(&loaded));
+            let mut builder = ModelBuilder::new();
+            let mut bodies = Vec::new();
+            for link in &loaded.articulation.links {
+                bodies.push(builder.add_body(Body {
+                    parent: link.parent.map(|p| bodies[p]),
+                    joint: link.joint,
+                    x_parent_joint: link.x_parent_joint,
+                    inertia: link.inertia,
+                }));
+            }
+            builder.build().unwrap();
+        }
+    }
 }
 
 /// Configs: world, camera, detector, robot, protocol.

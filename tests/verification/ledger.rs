@@ -27,11 +27,13 @@ impl Ledger {
     /// Starts with the present state.
     pub fn open(world: &World, robot: &RobotModel) -> Self {
         let (config, handle) = (robot.config(), world.handle());
-        let (push, turn) = (config.base.force_max.si(), config.base.torque_max.si());
-        let mut motors = vec![(handle.planar, vec![push, push, turn])];
+        let base = config.drive.as_ref().expect("it drives");
+        let (push, turn) = (base.force_max.si(), base.torque_max.si());
+        let mut motors = vec![(*handle.base_joint.moving().expect("it drives"), vec![push, push, turn])];
         let efforts = robot.kinematics().limits().iter().map(|limit| vec![limit.effort]);
-        motors.extend(handle.arm.into_iter().zip(efforts));
-        motors.extend(handle.fingers.map(|finger| (finger, vec![config.finger.force_max.si()])));
+        motors.extend(handle.arm.iter().copied().zip(efforts));
+        let force = config.finger.as_ref().map_or(0.0, |drive| drive.force_max.si());
+        motors.extend(handle.fingers.iter().map(|finger| (*finger, vec![force])));
         let mut ledger = Self {
             gravity: Vec3::new(0.0, 0.0, -world.spec().sim.gravity.si()),
             motors,
@@ -51,9 +53,9 @@ impl Ledger {
             let ways = model.qs(*body).map(|q| (data.q[q] - self.q[q]).abs());
             self.bound += ways.zip(efforts).map(|(way, effort)| way * effort).sum::<f64>();
         }
-        let height = model.qs(world.handle().height).start;
-        self.bound +=
-            data.torque[model.dofs(world.handle().height).start] * (data.q[height] - self.q[height]);
+        let height = world.handle().height.expect("it has a height joint");
+        let at = model.qs(height).start;
+        self.bound += data.torque[model.dofs(height).start] * (data.q[at] - self.q[at]);
         self.bound += work;
         for (index, support) in self.supports.iter().enumerate() {
             if *support != 0.0 && (!data.tethered[index] || data.anchor_bias_world[index] == Vec3::zeros()) {

@@ -31,8 +31,9 @@ fn spec() -> Spec {
 /// The paper's robot with another top speed \[m/s\], and an acceleration that reaches it at once.
 fn robot(speed: f64) -> RobotModel {
     let mut config = RobotConfig::paper();
-    config.base.speed_max = config.base.speed_max.with_value(speed).unwrap();
-    config.base.acceleration_max = config.base.acceleration_max.with_value(50.0).unwrap();
+    let base = config.drive.as_mut().unwrap();
+    base.speed_max = base.speed_max.with_value(speed).unwrap();
+    base.acceleration_max = base.acceleration_max.with_value(50.0).unwrap();
     RobotModel::from_urdf(PAPER_URDF, &config).unwrap()
 }
 

@@ -96,7 +96,7 @@ fn a_ram_into_a_tree_that_falls_to_pieces() {
         let mut world = World::new(Arc::new(Spec::paper()), Arc::new(robot.clone()), seed, 0).unwrap();
         let mut command = robot.start_command();
         command.base_velocity = [3.0, 0.0, 0.0];
-        let drive = world.model().dofs(world.handle().planar).start;
+        let drive = world.model().dofs(*world.handle().base_joint.moving().unwrap()).start;
         world.data_mut().v[drive] = 3.0;
         let model = world.model().clone();
         forward_kinematics(&model, world.data_mut());

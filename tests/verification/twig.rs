@@ -33,7 +33,8 @@ const DEBRIS: Groups = Groups { member: 4, filter: 0 };
 fn run_over(angle: f64) -> (f64, usize) {
     let spec = Spec::paper();
     let config = RobotConfig::paper();
-    let (speed, damping) = (config.base.speed_max.si(), config.base.damping.si());
+    let base = config.drive.as_ref().unwrap();
+    let (speed, damping) = (base.speed_max.si(), base.damping.si());
     let settings = step_settings(&spec.sim);
     let (sin, cos) = math::sin_cos(angle);
     let mut builder = ModelBuilder::new();

@@ -30,6 +30,9 @@ fn features(command: &str, args: &[String]) -> Vec<&'static str> {
     if command == "replay" || has("--record") {
         options.extend(["--features", "recording"]);
     }
+    if command == "export-tree" {
+        options.extend(["--features", "gltf"]);
+    }
     if ["gpu-info", "validate"].contains(&command) || has("--backend") {
         options.extend(["--features", "gpu"]);
     }

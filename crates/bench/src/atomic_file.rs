@@ -23,10 +23,8 @@ impl AtomicFile {
     /// The folder or the file cannot be created.
     pub fn begin(path: &Path) -> Result<Self, StoreError> {
         let begin = || {
-            let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-            let folder = parent.unwrap_or(Path::new("."));
-            disk::create_folder(folder)?;
-            disk::begin(folder)
+            disk::create_folder(disk::folder_of(path))?;
+            disk::begin(path)
         };
         let file = begin().map_err(|e| StoreError::new(path, e))?;
         Ok(Self { file: BufWriter::new(file), path: path.to_owned() })

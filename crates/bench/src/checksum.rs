@@ -6,9 +6,8 @@
 use std::io;
 
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
-use crate::digest::hex;
+use crate::digest::sha256;
 
 /// Name of the checksum's field.
 pub const FIELD: &str = "checksum";
@@ -47,7 +46,7 @@ pub fn with_checksum(content: &[u8]) -> io::Result<Vec<u8>> {
     let Some(fields) = content.strip_prefix(OPEN) else {
         return Err(io::Error::new(io::ErrorKind::InvalidData, "a result file is an object with fields"));
     };
-    Ok([OPEN, BEFORE, digits(content).as_bytes(), AFTER, fields].concat())
+    Ok([OPEN, BEFORE, sha256(content).as_bytes(), AFTER, fields].concat())
 }
 
 /// Returns the bytes of a JSON file without a checksum: indented, with a final newline.
@@ -69,11 +68,7 @@ pub fn checked(bytes: &[u8]) -> Result<Vec<u8>, Damage> {
     let (found, rest) = rest.and_then(|rest| rest.split_at_checked(DIGITS)).ok_or(Damage::NoChecksum)?;
     let fields = rest.strip_prefix(AFTER).ok_or(Damage::NoChecksum)?;
     let content = [OPEN, fields].concat();
-    if digits(&content).as_bytes() == found { Ok(content) } else { Err(Damage::WrongChecksum) }
-}
-
-fn digits(content: &[u8]) -> String {
-    hex(&Sha256::digest(content))
+    if sha256(&content).as_bytes() == found { Ok(content) } else { Err(Damage::WrongChecksum) }
 }
 
 #[cfg(test)]

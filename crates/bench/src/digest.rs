@@ -22,6 +22,11 @@ impl FilesDigest {
     }
 }
 
+/// SHA-256 of some bytes, hexadecimal, as `sha256sum` prints it.
+pub fn sha256(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
 /// A hash as text, in hexadecimal.
 pub fn hex(hash: &[u8]) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()

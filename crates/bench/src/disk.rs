@@ -1,6 +1,6 @@
 //! The operations by which the store changes a disk. Tests make each of them fail (`faults`).
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,10 +12,35 @@ use crate::faults::{self, Operation};
 
 /// Prefix of the names of half-written files.
 const HALF_WRITTEN: &str = ".writing-";
+/// Random letters and digits at the end of such a name.
+const RANDOM: usize = 6;
+/// Longest final name that is part of such a name \[bytes\], our own choice: file systems allow 255 for both together.
+const LONGEST_NAME: usize = 200;
 
 /// True if a name is that of a half-written file.
 pub(crate) fn is_half_written(name: &OsStr) -> bool {
     name.to_string_lossy().starts_with(HALF_WRITTEN)
+}
+
+/// Beginning of the names of half-written files of a path.
+fn prefix_of(path: &Path) -> OsString {
+    let mut prefix = OsString::from(HALF_WRITTEN);
+    if let Some(name) = path.file_name().filter(|name| name.len() <= LONGEST_NAME) {
+        prefix.push(name);
+        prefix.push("-");
+    }
+    prefix
+}
+
+/// True if a name is that of a half-written file of a path.
+pub(crate) fn is_half_written_of(name: &OsStr, path: &Path) -> bool {
+    let random = name.as_encoded_bytes().strip_prefix(prefix_of(path).as_encoded_bytes());
+    random.is_some_and(|random| random.len() == RANDOM && random.iter().all(u8::is_ascii_alphanumeric))
+}
+
+/// Folder that a file is in.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Makes a folder, if there is none, in one that exists.
@@ -35,12 +60,14 @@ pub(crate) fn create_folders(path: &Path) -> io::Result<()> {
     fs::create_dir_all(path)
 }
 
-/// Begins a file in a folder, which will take its name later. Dropped before, it is gone.
-pub(crate) fn begin(folder: &Path) -> io::Result<NamedTempFile> {
+/// Begins a file in the folder of a path, whose name it will take later. Dropped before, it is gone.
+pub(crate) fn begin(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = folder_of(path);
     #[cfg(any(test, feature = "faults"))]
     faults::before(folder, Operation::Begin)?;
+    let prefix = prefix_of(path);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(HALF_WRITTEN);
+    builder.prefix(&prefix).rand_bytes(RANDOM);
     // Results are for everyone that the umask lets read; temporary files are private by default.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

@@ -31,6 +31,7 @@ fn a_benchmark_survives_every_fault() {
         prepare: &|_| (),
         run: &|folder| run(folder, &keys()[..3], "1/1", &NoProgress),
         last: &["sums.json"],
+        derived: &[],
         timed: &["compute.json"],
     };
     // Two folders, an old summary removed; begin, write and name three records, the cost and the summary.
@@ -43,6 +44,7 @@ fn a_larger_benchmark_in_the_same_folder_survives_every_fault() {
         prepare: &|folder| run(folder, &keys()[..2], "1/1", &NoProgress).unwrap(),
         run: &|folder| run(folder, &keys()[..4], "1/1", &NoProgress),
         last: &["sums.json"],
+        derived: &[],
         timed: &["compute.json"],
     };
     scenario.sweep();
@@ -66,6 +68,7 @@ fn a_merge_survives_every_fault() {
             finish(&task, &records, &into).map(drop).map_err(|e| e.to_string())
         },
         last: &["sums.json"],
+        derived: &[],
         timed: &["compute.json"],
     };
     scenario.sweep();
@@ -83,6 +86,7 @@ fn an_atomic_file_survives_every_fault() {
             file.finish().map_err(|e| e.to_string())
         },
         last: &["recordings/a"],
+        derived: &[],
         timed: &[],
     };
     assert_eq!(scenario.sweep(), 4);

@@ -267,12 +267,26 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_file(path, bytes).map_err(|e| error(path, e))
 }
 
-fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
+/// Removes half-written files of a path that earlier processes left. Other half-written files in the folder may belong to a process that
+/// is at work.
+///
+/// # Errors
+/// The folder cannot be read, or a file cannot be removed.
+pub fn remove_half_written(path: &Path) -> Result<(), StoreError> {
+    let remove = || {
+        for entry in fs::read_dir(disk::folder_of(path))? {
+            let entry = entry?;
+            if entry.file_type()?.is_file() && disk::is_half_written_of(&entry.file_name(), path) {
+                disk::remove(&entry.path())?;
+            }
+        }
+        Ok(())
     };
-    let mut file = disk::begin(folder)?;
+    remove().map_err(|e| error(path, e))
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = disk::begin(path)?;
     disk::write(&mut file, bytes)?;
     disk::finish(file, path)
 }

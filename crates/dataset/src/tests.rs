@@ -266,6 +266,7 @@ fn a_data_set_survives_every_fault() {
         prepare: &|_| (),
         run: &|folder| Count::default().run(&plan, folder, 1).map(drop),
         last: &["manifest.json"],
+        derived: &[],
         timed: &[],
     };
     // The folder and five in it, an old manifest removed; begin, write and name four images and six other files.

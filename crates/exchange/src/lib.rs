@@ -5,6 +5,7 @@
 
 pub mod coco;
 pub mod depth_png;
+#[cfg(feature = "gltf")]
 pub mod gltf;
 pub mod image_png;
 pub mod intrinsics;

@@ -4,6 +4,7 @@
 //! pose of the camera in the world (it maps camera coordinates to world coordinates).
 
 pub mod aabb;
+pub mod cover;
 pub mod footprint;
 pub mod height_field;
 pub mod hull;
@@ -12,6 +13,7 @@ pub mod math;
 pub mod shape;
 
 pub use aabb::Aabb;
+pub use cover::{Cover, CoverError, cover};
 pub use footprint::Footprint;
 pub use height_field::{HeightField, HeightFieldError};
 pub use hull::{ConvexHull, HullError};

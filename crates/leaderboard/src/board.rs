@@ -1,6 +1,9 @@
 //! The board's file.
 
+use std::io;
+
 use orchard_bench::SCHEMA_VERSION;
+use orchard_bench::checksum::{Damage, checked, encode};
 use orchard_scenario::{Scenario, SceneNames};
 use orchard_tasks::seeds::SeedSetName;
 use serde::{Deserialize, Serialize};
@@ -26,12 +29,21 @@ pub struct Board {
     pub entries: Vec<Entry>,
 }
 
+/// The field that every version of a board has; other fields take no memory.
+#[derive(Deserialize)]
+struct Head {
+    schema_version: Option<serde_json::Value>,
+}
+
 /// A board that cannot be used, or an entry that it does not take.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BoardError {
     /// Not a board.
     #[error("{0}")]
     Unreadable(String),
+    /// The file has no checksum, or one of other content.
+    #[error("the board {0}; take a copy that nobody edited, or add the results to a new board")]
+    Damaged(Damage),
     /// Another version, seed set or scene.
     #[error("the board has {what} {found}, not {own}: give another --board")]
     OtherBoard {
@@ -88,19 +100,43 @@ impl Board {
         }
     }
 
-    /// Reads a board and checks it.
+    /// Reads a board's file and checks it, its checksum first.
+    ///
+    /// # Errors
+    /// The checksum is missing or wrong; or as [`Board::from_json`].
+    pub fn from_file(bytes: &[u8]) -> Result<Self, BoardError> {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        match checked(bytes) {
+            Ok(content) => Self::from_json(&text(&content)),
+            // Boards of older code have no checksum; what else has none was edited.
+            Err(Damage::NoChecksum) => {
+                Self::from_json(&text(bytes)).and(Err(BoardError::Damaged(Damage::NoChecksum)))
+            }
+            Err(damage) => Err(BoardError::Damaged(damage)),
+        }
+    }
+
+    /// Returns the bytes of a board's file, with their checksum.
+    ///
+    /// # Errors
+    /// The board does not encode; numbers and text do, so this does not happen.
+    pub fn to_file(&self) -> io::Result<Vec<u8>> {
+        encode(self)
+    }
+
+    /// Reads a board from its content without checksum, and checks it.
     ///
     /// # Errors
     /// Not a board, of another layout, an entry that contradicts itself, a name twice.
     pub fn from_json(text: &str) -> Result<Self, BoardError> {
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|e| BoardError::Unreadable(e.to_string()))?;
-        let schema = value.get("schema_version").map_or_else(|| "none".to_owned(), ToString::to_string);
+        let unreadable = |e: serde_json::Error| BoardError::Unreadable(e.to_string());
+        let head: Head = serde_json::from_str(text).map_err(unreadable)?;
+        let schema = head.schema_version.map_or_else(|| "none".to_owned(), |found| found.to_string());
         if schema != SCHEMA_VERSION.to_string() {
             let (what, own) = ("schema_version", SCHEMA_VERSION.to_string());
             return Err(BoardError::OtherBoard { what, found: schema, own });
         }
-        let board: Self = serde_json::from_value(value).map_err(|e| BoardError::Unreadable(e.to_string()))?;
+        let board: Self = serde_json::from_str(text).map_err(unreadable)?;
         for (i, entry) in board.entries.iter().enumerate() {
             let wrong =
                 |problem: &str| BoardError::Entry { name: entry.name.clone(), problem: problem.to_owned() };

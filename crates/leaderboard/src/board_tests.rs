@@ -118,6 +118,20 @@ fn a_board_takes_a_result_once_and_a_name_once() {
     let names: Vec<&str> = board.entries.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(names, ["a", "b", "c"]);
 
+    let file = board.to_file().unwrap();
+    assert_eq!(Board::from_file(&file).unwrap(), board);
+    let edit = |from: &str, to: &str| {
+        let text = String::from_utf8(file.clone()).unwrap();
+        let edited = text.replacen(from, to, 1);
+        assert_ne!(edited, text);
+        Board::from_file(edited.as_bytes()).unwrap_err().to_string()
+    };
+    // An edit that no other check finds: the figures stay in their ranges.
+    let e = edit("\"throughput_fruit_per_min\": 1.0", "\"throughput_fruit_per_min\": 9.0");
+    assert!(e.starts_with("the board does not match its checksum: it is damaged or was edited; take"), "{e}");
+    let line = String::from_utf8(file.clone()).unwrap().lines().nth(1).unwrap().to_owned() + "\n";
+    assert!(edit(&line, "").starts_with("the board has no checksum; take a copy"));
+
     let text = serde_json::to_string(&board).unwrap();
     assert_eq!(Board::from_json(&text).unwrap(), board);
     assert_eq!(board.check("v1", SeedSetName::Tuning, &scenario()), Ok(()));

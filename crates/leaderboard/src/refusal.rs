@@ -2,6 +2,7 @@
 
 use orchard_bench::store::StoreError;
 use orchard_bench::{Missing, RunError};
+use orchard_tasks::harvest::command_log::CommandLogError;
 
 use crate::difference::Difference;
 
@@ -65,6 +66,9 @@ pub enum Refusal {
         /// Contradiction.
         problem: String,
     },
+    /// A command log that cannot be read, or is not the one of its record.
+    #[error(transparent)]
+    Commands(#[from] CommandLogError),
     /// A summary that does not follow from its records.
     #[error("summary.json is not what its records give: {difference}")]
     Summary {

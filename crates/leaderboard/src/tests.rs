@@ -239,6 +239,11 @@ fn records_made_up_from_one_tree_are_refused() {
         store.write_record(&EpisodeRecord { key, ..best.clone() }).unwrap();
     }
     sum_up_again(folder.path());
+    // The log of the copied record is not that of the tree; without logs its trees give the result away.
+    let e = grown(folder.path(), &plan()).unwrap_err();
+    assert!(e.contains(".postcard.gz: does not match the SHA-256 in its record"), "{e}");
+    let leave_out_logs = |folder: &Path| fs::remove_dir_all(folder.join("commands")).unwrap();
+    leave_out_logs(folder.path());
     let e = grown(folder.path(), &plan()).unwrap_err();
     assert!(e.contains(".json is not of the tree of its seed: "), "{e}");
     // Nor is a tree that cannot be built made up, or one left out that can be built.
@@ -246,6 +251,7 @@ fn records_made_up_from_one_tree_are_refused() {
     let store = Store::open(folder.path()).unwrap();
     let key = plan().episodes().remove(0);
     store.write_record(&never_started(key, "no static equilibrium".into())).unwrap();
+    leave_out_logs(folder.path());
     sum_up_again(folder.path());
     let e = grown(folder.path(), &plan()).unwrap_err();
     assert!(e.starts_with("episodes/fake-nominal-7-000.json is not of the tree of its seed"), "{e}");
@@ -264,7 +270,7 @@ fn forged_episodes_and_commands_do_not_replay() {
     };
     let e = replayed(&submission).unwrap_err();
     assert!(e.starts_with(&format!("{episode} comes out otherwise")) && e.contains("7.5, not 8"), "{e}");
-    // The log of another episode is none of this one.
+    // The log of another episode is none of this one: the record's hash tells, and so does the replay.
     let folder = result();
     let submission = grown(folder.path(), &plan()).unwrap();
     let log = |world: u32| {
@@ -272,6 +278,8 @@ fn forged_episodes_and_commands_do_not_replay() {
         folder.path().join(path_of(&key))
     };
     fs::copy(log(0), log(1)).unwrap();
+    let e = Submission::read(folder.path(), &plan()).unwrap_err().to_string();
+    assert!(e.contains("fake-nominal-7-001.postcard.gz: does not match the SHA-256 in its record"), "{e}");
     let e = replayed(&submission).unwrap_err();
     assert!(e.contains("comes out otherwise"), "{e}");
     fs::remove_file(log(1)).unwrap();

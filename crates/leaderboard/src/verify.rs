@@ -10,10 +10,11 @@ use orchard_bench::record::Record;
 use orchard_bench::store::{Store, StoreError, Stored, encode};
 use orchard_bench::task::{Progress, RunError, Session, Task, run_task};
 use orchard_bench::{CODE_VERSION, PlanError, SCHEMA_VERSION, gather};
-use orchard_tasks::harvest::command_log::{Replays, path_of};
+use orchard_tasks::harvest::command_log::{self, path_of};
 use orchard_tasks::harvest::episode::{EpisodeKey, EpisodeRecord};
 use orchard_tasks::harvest::observe::NoObservers;
 use orchard_tasks::harvest::plan::Plan;
+use orchard_tasks::harvest::replays::Replays;
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, WorldFactory, census, never_started};
 use orchard_tasks::seeds::{SeedSetLabel, SeedSetName};
@@ -76,8 +77,8 @@ pub struct Submission {
 }
 
 impl Submission {
-    /// Reads the result in a folder and checks it against the official plan: versions, seeds, completeness, summary, records. Nothing is
-    /// simulated.
+    /// Reads the result in a folder and checks it against the official plan: versions, seeds, completeness, summary, records, and the
+    /// SHA-256 of command logs. Nothing is simulated.
     ///
     /// # Errors
     /// The first problem.
@@ -97,6 +98,7 @@ impl Submission {
             if let Some(problem) = contradiction(record, plan.frame) {
                 return Err(Refusal::Contradiction { file: EpisodeRecord::path(&record.key), problem });
             }
+            command_log::check(folder, record)?;
         }
         let folder = folder.to_owned();
         Ok(Self { folder, summary, records, records_sha256: hex(&digest.finish()) })

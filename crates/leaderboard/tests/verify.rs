@@ -5,8 +5,9 @@ use std::sync::atomic::AtomicBool;
 use orchard_bench::store::Store;
 use orchard_bench::{NoProgress, Session, run_task};
 use orchard_leaderboard::{Budget, Checked, Class, Entry, Refusal, Submission};
+use orchard_robot::io::Command;
 use orchard_scenario::Scenario;
-use orchard_tasks::harvest::command_log::CommandLogs;
+use orchard_tasks::harvest::command_log::{CommandLog, CommandLogs, path_of};
 use orchard_tasks::harvest::summary::Summary;
 use orchard_tasks::harvest::{Episodes, Extent, Harvest, WorldFactory};
 
@@ -37,6 +38,22 @@ fn real_episodes_come_out_as_they_were_submitted() {
     let checked = Checked { class: Class::ReRun, episodes: 3 };
     let entry = Entry::new("expert", Budget::of_figures(0.0, 0.0).unwrap(), &submission, checked).unwrap();
     assert_eq!((entry.episodes, entry.quarantined, entry.completeness), (3, 0, 0.0));
+
+    // A forged log whose hash stands in a forged record has a frame more than the episode.
+    let mut records = result.records.clone();
+    let key = records[1].key.clone();
+    let path = folder.path().join(path_of(&key));
+    let honest = std::fs::read(&path).unwrap();
+    let mut forged = CommandLog::read(folder.path(), &key).unwrap();
+    forged.push(&Command::still(&harvest.build(&key).unwrap().0.observe()), &[]);
+    std::fs::write(&path, forged.to_bytes().unwrap()).unwrap();
+    records[1].commands_sha256 = Some(forged.sha256());
+    store.write_record(&records[1]).unwrap();
+    store.write("summary.json", &Summary::of_run(&plan, &records)).unwrap();
+    let submission = Submission::read(folder.path(), &plan).unwrap();
+    let e = repeat(&submission, &plan, &submission.replays(&harvest)).unwrap_err().to_string();
+    assert!(e.contains("comes out otherwise when run again: commands_sha256 is"), "{e}");
+    std::fs::write(&path, honest).unwrap();
 
     // A position in the 17th digit, with a summary to match, is found by its tree;
     let mut records = result.records;

@@ -13,6 +13,7 @@ pub const EXIT_CODES: &str = "\
 Exit codes:\n  0    done\n  \
 1    something went wrong: a check failed, or a file or the standard output cannot be written, as on a full disk\n  \
 2    bad input: an option, or a file that it names, cannot be used; nothing was computed\n  \
+3    a requirement that an option states is not met: `robot check --require-harvest`\n  \
 130  Ctrl-C\nWhat cannot be written to the error output is lost and changes nothing.";
 
 /// Failure of a command. It is displayed in one line; a cause may add lines. Control characters are escaped.
@@ -22,6 +23,8 @@ pub enum Failure {
     BadInput(String),
     /// An error during the run, or a failed check: exit code 1.
     Failed(String),
+    /// A requirement that the user stated is not met: exit code 3.
+    Unmet(String),
     /// Interrupted by Ctrl-C (exit code 130) or SIGTERM (exit code 143).
     Interrupted(String),
 }
@@ -57,6 +60,7 @@ impl Failure {
         match self {
             Self::BadInput(line) => Self::BadInput(format!("{place}: {line}")),
             Self::Failed(line) => Self::Failed(format!("{place}: {line}")),
+            Self::Unmet(line) => Self::Unmet(format!("{place}: {line}")),
             Self::Interrupted(line) => Self::Interrupted(format!("{place}: {line}")),
         }
     }
@@ -78,6 +82,7 @@ impl Failure {
         ExitCode::from(match self {
             Failure::BadInput(_) => 2,
             Failure::Failed(_) => 1,
+            Failure::Unmet(_) => 3,
             Failure::Interrupted(_) => signals::exit_code(),
         })
     }
@@ -86,7 +91,7 @@ impl Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Failure::BadInput(line) => write!(f, "{}", Escaped(line)),
+            Failure::BadInput(line) | Failure::Unmet(line) => write!(f, "{}", Escaped(line)),
             Failure::Failed(text) | Failure::Interrupted(text) => {
                 let mut lines = text.split('\n');
                 write!(f, "{}", Escaped(lines.next().unwrap_or_default()))?;

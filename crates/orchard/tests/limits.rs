@@ -7,6 +7,13 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use orchard_bench::Shard;
+use orchard_bench::checksum::{checked, with_checksum};
+use orchard_bench::store::Store;
+use orchard_scenario::Scenario;
+use orchard_tasks::harvest::Extent;
+use orchard_tasks::plan_file::{PlanFile, TaskPlan};
+
 fn orchard(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orchard"));
     command.args(args).stdin(Stdio::null());
@@ -17,10 +24,20 @@ fn output(command: &mut Command) -> Output {
     command.output().unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The one line with which a command refuses its input; it must come soon.
+/// The program in at most 1 GiB of memory: an allocation beyond it ends the process by a signal.
+fn bounded(args: &[&str]) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -v 1048576; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_orchard")]).args(args);
+    // The C library reserves addresses for every thread that allocates, used or not.
+    command.env("MALLOC_ARENA_MAX", "2").stdin(Stdio::null());
+    command
+}
+
+/// The one line with which a command refuses its input. It comes in at most 1 GiB of memory and soon: SECURITY.md has the times on an
+/// idle machine, this one may be busy.
 fn refusal(args: &[&str]) -> String {
     let start = Instant::now();
-    let output = output(&mut orchard(args));
+    let output = output(&mut bounded(args));
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {text}");
     assert!(start.elapsed() < Duration::from_secs(10), "{args:?}");
@@ -65,6 +82,77 @@ fn products_of_options_are_bounded() {
     assert!(line.contains("exceeds the limit of 10000000 images per data set"), "{line}");
 }
 
+/// A plan of one short episode in a result folder, after an edit with a fitting checksum.
+fn edited_plan(folder: &Path, edit: impl Fn(String) -> String) {
+    let extent = Extent {
+        profile: "quick".into(),
+        conditions: vec!["nominal".into()],
+        seeds: vec![7],
+        trees: 1,
+        repeats: 1,
+        horizon_s: 1.0,
+    };
+    let store = Store::open(folder).unwrap();
+    let scenario = Scenario::of(&[]).unwrap().stored();
+    PlanFile::write(&store, &[TaskPlan::Harvest { extent }], &scenario, Shard::WHOLE).unwrap();
+    let path = folder.join(PlanFile::FILE);
+    let text = String::from_utf8(checked(&fs::read(&path).unwrap()).unwrap()).unwrap();
+    let edited = edit(text.clone());
+    assert_ne!(edited, text);
+    fs::write(path, with_checksum(edited.as_bytes()).unwrap()).unwrap();
+}
+
+#[test]
+fn a_plan_that_merge_reads_is_bounded() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("part").to_string_lossy().into_owned();
+    let out = folder.path().join("out").to_string_lossy().into_owned();
+    let refused = |edit: &dyn Fn(String) -> String| {
+        edited_plan(Path::new(&part), edit);
+        let line = refusal(&["merge", &part, "--out", &out]);
+        assert!(!Path::new(&out).exists(), "{line}");
+        line
+    };
+    let field = |name: &str, old: &str, new: &str| {
+        let (from, to) = (format!("\"{name}\": {old}"), format!("\"{name}\": {new}"));
+        refused(&|text| text.replacen(&from, &to, 1))
+    };
+    let line = field("trees", "1", "4000000000");
+    assert!(line.contains("harvest: trees: 4000000000 is outside"), "{line}");
+    assert!(field("repeats", "1", "4000000000").contains("harvest: repeats: 4000000000 is outside"));
+    assert!(field("horizon_s", "1.0", "1e9").contains("harvest: horizon_s"));
+    // Each number in its range, and their product is not.
+    let line = refused(&|text| {
+        text.replacen("\"trees\": 1", "\"trees\": 100000", 1).replacen(
+            "\"repeats\": 1",
+            "\"repeats\": 1000",
+            1,
+        )
+    });
+    assert!(line.contains("records; a task has at most 100000"), "{line}");
+    // Lists as long as the file may be.
+    let list = |name: &str, item: &dyn Fn(usize) -> String| {
+        refused(&|text| {
+            let start = text.find(&format!("\"{name}\": [")).unwrap();
+            let end = start + text[start..].find(']').unwrap();
+            let items: Vec<String> = (0..2_000_000).map(item).collect();
+            format!("{}\"{name}\": [{}{}", &text[..start], items.join(","), &text[end..])
+        })
+    };
+    let line = list("seeds", &|i| i.to_string());
+    assert!(line.contains("2000000 records; a task has at most 100000"), "{line}");
+    let line = list("conditions", &|i| if i == 1_999_999 { "\"hail\"" } else { "\"nominal\"" }.to_owned());
+    assert!(line.contains("hail is neither a condition nor a sweep"), "{line}");
+    // Nothing but brackets, as long as a file may be.
+    let path = Path::new(&part).join(PlanFile::FILE);
+    fs::write(&path, format!("{{\"a\": [{}0]}}", "[],".repeat(10_000_000))).unwrap();
+    let line = refusal(&["merge", &part, "--out", &out]);
+    assert!(line.contains("schema_version none"), "{line}");
+    fs::write(&path, "[".repeat(30_000_000)).unwrap();
+    let line = refusal(&["merge", &part, "--out", &out]);
+    assert!(line.contains("not a plan of bench-v1"), "{line}");
+}
+
 #[test]
 fn a_config_cannot_raise_a_count_by_a_range_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
@@ -74,9 +162,27 @@ fn a_config_cannot_raise_a_count_by_a_range_of_its_own() {
     let text = format!("base = 'paper'\npreset = 'x'\n[fruit]\ncount = {}", huge("fruit"));
     let line = refusal(&["scenario", "show", "--config", &file(folder.path(), "a.toml", &text)]);
     assert!(line.contains("fruit.count: 4000000000 is more than 400"), "{line}");
+    let bare = "base = 'paper'\npreset = 'x'\n[fruit]\ncount = { value = 4000000000, unit = 'fruit', source = 'protocol' }";
+    let line = refusal(&["scenario", "show", "--config", &file(folder.path(), "bare.toml", bare)]);
+    assert!(line.contains("range"), "{line}");
     let text = format!("base = 'paper'\n[fit]\neffort = {}", huge("looks a pixel"));
     let line = refusal(&["scenario", "show", "--detector", &file(folder.path(), "b.toml", &text)]);
     assert!(line.contains("4000000000"), "{line}");
+    // A count by which other figures are checked, and a list that is longer than its items are large.
+    let text = format!("[rules.seed_sets.v1]\nseeds = {}", huge("seeds"));
+    let line = refusal(&["bench-v1", "--scenario", &file(folder.path(), "seeds.toml", &text)]);
+    assert!(line.contains("seed_sets.v1.seeds: 4000000000 is more than 1000"), "{line}");
+    let values: Vec<String> = (0..12_000)
+        .map(|i| {
+            format!(
+                "{{ value = {}, range = [0.0, 3.0], unit = '1', source = 'protocol' }}",
+                1e-4 * f64::from(i)
+            )
+        })
+        .collect();
+    let text = format!("[rules.sweeps]\nfoliage = [{}]", values.join(","));
+    let line = refusal(&["bench-v1", "--scenario", &file(folder.path(), "sweep.toml", &text)]);
+    assert!(line.contains("sweeps.foliage: 12000 values are more than 100"), "{line}");
     let text = format!("[rules.detect]\nviews = {}", huge("views a tree"));
     let line = refusal(&["bench-v1", "--scenario", &file(folder.path(), "c.toml", &text)]);
     assert!(line.contains("detect.views: 4000000000 is more than 100000"), "{line}");

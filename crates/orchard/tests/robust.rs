@@ -206,16 +206,49 @@ fn an_edited_record_is_not_believed() {
     assert_eq!(code, Some(2), "{message}");
     assert!(message.ends_with("does not match its checksum: it is damaged or was edited"), "{message}");
 
+    // Figures and tables do not come from the record, but a report of it would vouch for it.
+    let report = |folder: &Path| {
+        let mut report = Command::new(env!("CARGO_BIN_EXE_orchard"));
+        end(&output(report.arg("report").arg(folder).arg("--no-pictures")))
+    };
+    let (code, message) = report(&out);
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains(name) && message.ends_with("it is damaged or was edited"), "{message}");
+
     let again = output(&mut bench(&out));
     assert!(again.status.success(), "{:?}", end(&again));
     let told = String::from_utf8_lossy(&again.stderr).into_owned();
     assert!(told.contains(&format!("{name} is damaged or was edited: it will be computed again")), "{told}");
     assert_eq!(results(&out), expected);
     fs::write(out.join("summary.json"), "{\n  \"checksum\": \"0\"}").unwrap();
-    let mut report = Command::new(env!("CARGO_BIN_EXE_orchard"));
-    let (code, message) = end(&output(report.arg("report").arg(&out).arg("--no-pictures")));
+    let (code, message) = report(&out);
     assert_eq!(code, Some(2), "{message}");
     assert!(message.contains("summary.json"), "{message}");
+}
+
+/// Commands of another episode in the place of a log: every command that reads the folder notices it.
+#[test]
+fn a_command_log_that_is_not_the_one_of_its_record_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let (expected, _) = whole(&out);
+    let log = |world: u32| format!("commands/baseline-nominal-20250704-{world:03}.postcard.gz");
+    fs::copy(out.join(log(1)), out.join(log(0))).unwrap();
+    let record = out.join("episodes/baseline-nominal-20250704-000.json");
+    let mut explain = Command::new(env!("CARGO_BIN_EXE_orchard"));
+    explain.arg("explain").arg(&record).arg("--text");
+    let mut report = Command::new(env!("CARGO_BIN_EXE_orchard"));
+    report.arg("report").arg(&out).arg("--no-pictures");
+    let mut merge = Command::new(env!("CARGO_BIN_EXE_orchard"));
+    merge.arg("merge").arg(&out).arg("--out").arg(folder.path().join("merged"));
+    for command in [&mut explain, &mut report, &mut merge] {
+        let (code, message) = end(&output(command));
+        assert_eq!(code, Some(2), "{message}");
+        assert!(message.contains(&log(0)) && message.contains("does not match the SHA-256"), "{message}");
+    }
+    assert!(!folder.path().join("merged/summary.json").exists());
+    assert!(output(&mut bench(&out)).status.success());
+    assert_eq!(results(&out), expected);
 }
 
 #[test]

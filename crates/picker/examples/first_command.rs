@@ -11,11 +11,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let intrinsics = Intrinsics::from_vertical_fov(192, 144, 75_f64.to_radians());
     let observation = Observation {
         time: 0.0,
-        arm_q: robot.kinematics().home().into(),
-        arm_v: [0.0; 7],
-        arm_torque: [0.0; 7],
+        arm_q: robot.start_command().arm_q,
+        arm_v: [0.0; 7].into(),
+        arm_torque: [0.0; 7].into(),
         finger_q: [0.04; 2],
         finger_force: [0.0; 2],
+        cup_pressure: 0.0,
         base_pose: [0.0; 3],
         base_height: 0.0,
         base_velocity: [0.0; 3],

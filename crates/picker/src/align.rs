@@ -1,6 +1,6 @@
 //! Driving to the stand-off from which a fruit can be grasped.
 
-use crate::drive::{BaseGoal, StallWatch, Tolerance, drive};
+use crate::drive::{BaseGoal, StallWatch, Tolerance};
 use crate::picker_core::{PickerCore, STILL};
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
@@ -35,7 +35,7 @@ impl PickerCore {
         let (tree, c) = (self.perception.belief.p_odom(), &self.config.drive);
         let align = &self.config.align;
         let tolerance = Tolerance::new(&align.position_tolerance, &align.angle_tolerance);
-        let (velocity, arrived) = drive(robot, goal, &tree, c, tolerance);
+        let (velocity, arrived) = self.mobility.towards(robot, goal, &tree, c, tolerance);
         if stall.is_stalled(robot, &velocity, c, self.patience()) {
             return Err(FailureReason::Blocked);
         }

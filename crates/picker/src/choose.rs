@@ -69,6 +69,10 @@ impl PickerCore {
         let align = &self.config.align;
         let points: Vec<Vec3> = self.perception.points().copied().collect();
         let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
+        if !self.mobility.is_free() {
+            let goal = self.mobility.nearest(robot, &self.outward_goal(track, 0.0, 0.0));
+            return self.choice_at(track, robot, goal, &points);
+        }
         let outwards = align.standoffs.iter().filter_map(|s| {
             let choice = self.choice_at(track, robot, self.outward_goal(track, 0.0, s.si()), &points)?;
             Some((s.si(), choice))
@@ -89,7 +93,8 @@ impl PickerCore {
         points: &[Vec3],
     ) -> Option<Choice> {
         let tree = self.perception.belief.p_odom();
-        if (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm() < self.config.drive.trunk_clearance.si() {
+        let from_trunk = (Vec3::new(goal.x, goal.y, 0.0) - tree).xy().norm();
+        if self.mobility.is_free() && from_trunk < self.config.drive.trunk_clearance.si() {
             return None;
         }
         let there = goal.pose(robot.x_odom_base.translation.z);

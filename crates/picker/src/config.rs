@@ -1,6 +1,7 @@
 //! Config of the baseline picker, which runs controllers `baseline` and `paper`.
 
-use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, overlay, parse, with_base};
+use orchard_robot::RobotModel;
 
 /// The config of controller `baseline` as TOML text.
 pub const BASELINE_TOML: &str = include_str!("../configs/baseline/picker.toml");
@@ -380,6 +381,39 @@ impl PickerConfig {
     pub(crate) fn of_paper_controller() -> Self {
         Self::named("paper").unwrap_or_else(|e| unreachable!("embedded config: {e}"))
     }
+}
+
+impl PickerConfig {
+    /// Lays a robot's figures, table `picker` of its tuning, over the config.
+    ///
+    /// # Errors
+    /// An unknown field, or a value outside its range.
+    pub(crate) fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
+        tuned(self, robot, "picker")
+    }
+}
+
+/// Lays a table of a robot's tuning over a config.
+///
+/// # Errors
+/// An unknown field, or a value outside its range.
+pub(crate) fn tuned<T>(config: &T, robot: &RobotModel, table: &str) -> Result<T, ConfigError>
+where
+    T: Clone + serde::Serialize + serde::de::DeserializeOwned,
+{
+    let error = |problem: String| ConfigError {
+        file: format!("robot `{}`", robot.articulation().name),
+        field: format!("tuning.{table}"),
+        problem,
+    };
+    let above = match robot.config().tuning.get(table) {
+        None => return Ok(config.clone()),
+        Some(toml::Value::Table(above)) => above.clone(),
+        Some(_) => return Err(error("must be a table".to_owned())),
+    };
+    let mut below = toml::Table::try_from(config).map_err(|e| error(e.to_string()))?;
+    overlay(&mut below, above, &[]);
+    from_table(&format!("robot `{}`: tuning.{table}", robot.articulation().name), below)
 }
 
 /// TOML text of a config by the name of its controller.

@@ -54,6 +54,11 @@ impl Tolerance {
     pub fn new(position: &Quantity, angle: &Quantity) -> Self {
         Self { position: position.si(), angle: angle.si() }
     }
+
+    /// True if a distance \[m\] and an angle \[rad\] are within the tolerance.
+    pub fn meets(self, distance: f64, angle: f64) -> bool {
+        distance <= self.position && angle.abs() <= self.angle
+    }
 }
 
 /// Returns the velocity towards a goal in the base frame [m/s, m/s, rad/s], and true if the goal is reached.
@@ -71,7 +76,7 @@ pub(crate) fn drive(
     let yaw = robot.base_pose[2];
     let to_goal = goal.p() - here;
     let turn_left = math::wrap_angle(goal.yaw - yaw);
-    if to_goal.norm() <= tolerance.position && turn_left.abs() <= tolerance.angle {
+    if tolerance.meets(to_goal.norm(), turn_left) {
         return ([0.0; 3], true);
     }
     let outward = here - tree.xy();

@@ -147,8 +147,11 @@ impl ExpertPicker {
         self.touch > self.config.feel.touch_max.si()
     }
 
-    /// True if the fingers still hold the fruit; a fruit held off its middle may turn, and the gap may shrink.
+    /// True if fingers or cup still hold the fruit; a fruit held off its middle may turn, and the gap may shrink.
     fn still_holds(&self, robot: &RobotState) -> bool {
+        if self.core.arm.cup().is_some() {
+            return self.core.holds_fruit(robot);
+        }
         robot.width >= self.config.feel.held_width_min.si()
     }
 

@@ -4,6 +4,7 @@ use crate::plan::Target;
 use crate::task::{AssignedTask, GoalConfig, PushTask};
 use crate::{BASELINE_TOML, BaselinePicker, Controller, ExpertConfig, ExpertPicker, Goal, PickerConfig};
 use orchard_perception::DetectorConfig;
+use orchard_quantity::ConfigError;
 use orchard_robot::RobotModel;
 
 /// A controller that can be asked for by name.
@@ -61,9 +62,9 @@ impl Kind {
     pub fn controller(self, robot: &RobotModel, detector: DetectorConfig) -> Box<dyn Controller> {
         match self {
             Self::Baseline | Self::Paper => {
-                Box::new(BaselinePicker::new(robot, detector, self.picker_config()))
+                Box::new(BaselinePicker::new(robot, detector, self.picker_config(robot)))
             }
-            Self::Expert => Box::new(ExpertPicker::new(robot, detector, ExpertConfig::preset())),
+            Self::Expert => Box::new(ExpertPicker::new(robot, detector, expert_config(robot))),
         }
     }
 
@@ -84,19 +85,48 @@ impl Kind {
         };
         match (self, goal) {
             (Self::Expert, Goal::Grasp { .. }) => {
-                Box::new(ExpertPicker::with_task(robot, detector, ExpertConfig::preset(), task))
+                Box::new(ExpertPicker::with_task(robot, detector, expert_config(robot), task))
             }
-            _ => Box::new(BaselinePicker::with_task(robot, detector, self.picker_config(), task)),
+            _ => Box::new(BaselinePicker::with_task(robot, detector, self.picker_config(robot), task)),
         }
     }
 
     /// Config of the state machine that the baseline, the paper's controller and every push to a point share.
-    pub(crate) fn picker_config(self) -> PickerConfig {
+    fn picker_config(self, robot: &RobotModel) -> PickerConfig {
+        let config = self.untuned();
+        config.tuned(robot).unwrap_or(config)
+    }
+
+    fn untuned(self) -> PickerConfig {
         match self {
             Self::Paper => PickerConfig::of_paper_controller(),
             Self::Baseline | Self::Expert => PickerConfig::baseline(),
         }
     }
+
+    /// Checks a robot's figures for the controllers of this crate, which leave out tables that do not pass.
+    ///
+    /// # Errors
+    /// An unknown field, or a value outside its range.
+    pub fn check_tuning(robot: &RobotModel) -> Result<(), ConfigError> {
+        let tables = ["picker", "expert"];
+        if let Some(other) = robot.config().tuning.keys().find(|key| !tables.contains(&key.as_str())) {
+            return Err(ConfigError {
+                file: format!("robot `{}`", robot.articulation().name),
+                field: format!("tuning.{other}"),
+                problem: format!("unknown; the tables are {}", tables.join(", ")),
+            });
+        }
+        for kind in Self::ALL {
+            kind.untuned().tuned(robot)?;
+        }
+        ExpertConfig::preset().tuned(robot).map(|_| ())
+    }
+}
+
+fn expert_config(robot: &RobotModel) -> ExpertConfig {
+    let config = ExpertConfig::preset();
+    config.tuned(robot).unwrap_or(config)
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ mod expert;
 mod goal;
 mod kind;
 mod machine;
+mod mobility;
 mod motion;
 mod perception;
 mod picker_core;

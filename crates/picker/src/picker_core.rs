@@ -2,6 +2,7 @@
 
 use crate::blacklist::Blacklist;
 use crate::config::PickerConfig;
+use crate::mobility::Mobility;
 use crate::motion::ArmMotion;
 use crate::perception::Perception;
 use crate::plan::{GraspPlan, Search, Target, look_posture};
@@ -11,12 +12,13 @@ use crate::robot_state::{Memory, RobotState};
 use crate::task::AssignedTask;
 use orchard_geometry::{Intrinsics, Vec3, inverse_transform};
 use orchard_perception::DetectorConfig;
-use orchard_robot::{ARM_DOF, ArmKinematics, Command, JointVector, Observation, RobotModel};
+use orchard_robot::{ArmKinematics, Command, JointValues, JointVector, Observation, RobotModel};
 
 /// Sensing, belief and set points of a picker; its state machine makes the decisions.
 #[derive(Debug, Clone)]
 pub(crate) struct PickerCore {
     pub arm: ArmKinematics,
+    pub mobility: Mobility,
     pub config: PickerConfig,
     pub perception: Perception,
     pub motion: ArmMotion,
@@ -42,11 +44,12 @@ pub(crate) struct PickerCore {
     record: Record,
 }
 
-/// Command to the fingers: opening of each \[m\] and largest force \[N\].
+/// Command to the hand: opening of each finger \[m\], largest force \[N\] and opening of the valve of a suction cup.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fingers {
     pub opening: f64,
     pub force: f64,
+    pub vacuum: f64,
 }
 
 /// A committed target.
@@ -72,11 +75,16 @@ impl PickerCore {
         let room = &config.align;
         let deck = Vec3::new(room.body_half_x.si(), room.body_half_y.si(), f64::INFINITY);
         Self {
+            mobility: Mobility::of(robot),
             postures: Postures::new(&arm, &robot.bucket(), &config),
             perception: Perception::new(detector, &config, deck),
             motion: ArmMotion::new(arm.home()),
             blacklist: Blacklist::new(&config.blacklist),
-            fingers: Fingers { opening: config.grasp.opening.si(), force: config.grasp.force.si() },
+            fingers: Fingers {
+                opening: config.grasp.opening.si(),
+                force: config.grasp.force.si(),
+                vacuum: 0.0,
+            },
             attempt: None,
             task: None,
             fresh_image: false,
@@ -128,17 +136,18 @@ impl PickerCore {
 
     /// Returns the command of a frame whose sensors could not be read: the last one, with the base and the set points at rest.
     pub fn hold(&self) -> Command {
-        Command { base_velocity: STILL, arm_v: [0.0; ARM_DOF], ..self.last_command }
+        Command { base_velocity: STILL, arm_v: JointValues::zeros(self.arm.dof()), ..self.last_command }
     }
 
     /// Returns the command of the frame.
     pub fn command(&mut self, base_velocity: [f64; 3]) -> Command {
         self.last_command = Command {
-            arm_q: (*self.motion.q()).into(),
-            arm_v: self.arm_velocity().into(),
+            arm_q: self.arm.values(self.motion.q()),
+            arm_v: self.arm.values(&self.arm_velocity()),
             base_velocity,
             finger_q: self.fingers.opening,
             finger_force: self.fingers.force,
+            vacuum: self.fingers.vacuum,
         };
         self.last_command
     }
@@ -207,19 +216,40 @@ impl PickerCore {
         self.task.as_ref().map_or(self.config.reach.match_distance.si(), |task| task.target.radius)
     }
 
-    /// True if the gap between the fingers is wide enough for a fruit.
+    /// True if the gap between the fingers is wide enough for a fruit, or the vacuum shows a sealed cup.
     pub fn holds_fruit(&self, robot: &RobotState) -> bool {
-        robot.width >= self.config.grasp.fruit_width_min.si()
+        match self.arm.cup() {
+            Some(cup) => cup.is_sealed(robot.vacuum),
+            None => robot.width >= self.config.grasp.fruit_width_min.si(),
+        }
     }
 
-    /// Commands the fingers to open.
+    /// Commands the fingers to close, or the cup to draw.
+    pub fn close_hand(&mut self) {
+        let vacuum = f64::from(u8::from(self.arm.cup().is_some()));
+        self.fingers = Fingers { opening: 0.0, force: self.config.grasp.force.si(), vacuum };
+    }
+
+    /// True if the closing hand holds something: fingers that have been steady for long enough \[s\], or a sealed cup.
+    pub fn has_closed(&self, steady: f64, steady_time: f64, robot: &RobotState) -> bool {
+        if self.arm.cup().is_some() { self.holds_fruit(robot) } else { steady >= steady_time }
+    }
+
+    /// Commands the fingers to open, or the cup to vent.
     pub fn open_fingers(&mut self) {
-        let opening = self.config.grasp.opening.si();
-        self.fingers = Fingers { opening, force: self.config.grasp.force.si() };
+        self.open_by(self.config.grasp.opening.si());
     }
 
-    /// True if the fingers are open.
+    /// Commands the fingers to an opening \[m\], or the cup to vent.
+    pub fn open_by(&mut self, opening: f64) {
+        self.fingers = Fingers { opening, force: self.config.grasp.force.si(), vacuum: 0.0 };
+    }
+
+    /// True if the fingers are open, or the cup is not sealed.
     pub fn fingers_are_open(&self, robot: &RobotState) -> bool {
+        if self.arm.cup().is_some() {
+            return !self.holds_fruit(robot);
+        }
         let c = &self.config.grasp;
         robot.width >= 2.0 * (c.opening.si() - c.steady_width.si())
     }

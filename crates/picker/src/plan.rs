@@ -46,9 +46,16 @@ fn before(target: &Target, rotation: &Rotation, distance: f64) -> Pose {
     Pose::from_parts((target.p - rotation * Vec3::z() * distance).into(), *rotation)
 }
 
+/// Distance of the TCP beyond the fruit's centre at the grasp \[m\]. Fingers go beyond the centre by the overshoot; a cup goes beyond the near
+/// skin of a fruit of this radius \[m\] by it, and so presses on the fruit.
+pub(crate) fn grasp_depth(arm: &ArmKinematics, radius: f64, config: &PickerConfig) -> f64 {
+    let overshoot = config.approach.overshoot.si();
+    if arm.cup().is_some() { overshoot - radius } else { overshoot }
+}
+
 /// Distance that the TCP travels from the second look to the grasp \[m\].
-pub(crate) fn advance_length(config: &PickerConfig) -> f64 {
-    config.approach.look.si() + config.approach.overshoot.si()
+pub(crate) fn advance_length(arm: &ArmKinematics, radius: f64, config: &PickerConfig) -> f64 {
+    config.approach.look.si() + grasp_depth(arm, radius, config)
 }
 
 /// Returns the posture of the second look for a given orientation, if the arm can go straight on from there to the grasp and farther by a
@@ -66,7 +73,8 @@ pub(crate) fn look_posture(
     // The posture at the pre-grasp is solved first; from there postures are continued in both directions.
     let starts = [*q_start, arm.home()];
     let q_pregrasp = starts.iter().find_map(|q| arm.solve_near(&at(pregrasp), q).ok())?;
-    follow(arm, q_pregrasp, pregrasp, -config.approach.overshoot.si() - reach_margin, at, config)?;
+    let depth = grasp_depth(arm, target.radius, config);
+    follow(arm, q_pregrasp, pregrasp, -depth - reach_margin, at, config)?;
     follow(arm, q_pregrasp, pregrasp, look, at, config)
 }
 
@@ -153,7 +161,7 @@ impl Search<'_> {
     /// Numbers of points in the path of the hand and in the line of sight of the second look.
     fn in_the_way(&self, near: &[Vec3], rotation: &Rotation) -> [usize; 2] {
         let (target, c) = (self.target, &self.config.approach);
-        let x_grasp = before(target, rotation, -c.overshoot.si());
+        let x_grasp = before(target, rotation, -grasp_depth(self.arm, target.radius, self.config));
         let met = near.iter().filter(|p| in_sweep(&inverse_transform(&x_grasp, p), self.config)).count();
         let x_camera = before(target, rotation, c.look.si()) * self.arm.x_tcp_camera();
         let p_camera = x_camera.translation.vector;

@@ -21,6 +21,8 @@ pub(crate) struct RobotState {
     pub finger_q: [f64; 2],
     /// Forces of the finger drives, positive opening \[N\].
     pub finger_force: [f64; 2],
+    /// Vacuum in the suction cup \[Pa\]; 0 without a cup.
+    pub vacuum: f64,
     pub x_odom_base: Pose,
     /// x, y, yaw in odom.
     pub base_pose: [f64; 3],
@@ -34,7 +36,7 @@ impl RobotState {
     /// Reads an observation. Returns `None` if a reading is not finite.
     pub fn read(observation: &Observation, last_time: Option<f64>, config: &SensorsConfig) -> Option<Self> {
         let o = observation;
-        let all = [o.time, o.base_height];
+        let all = [o.time, o.base_height, o.cup_pressure];
         let numbers = all
             .iter()
             .chain(&o.arm_q)
@@ -52,13 +54,14 @@ impl RobotState {
         Some(Self {
             time: o.time,
             dt: last_time.map_or(0.0, |t| (o.time - t).clamp(0.0, config.longest_step.si())),
-            q: JointVector::from(o.arm_q),
-            v: JointVector::from(o.arm_v),
+            q: o.arm_q.vector(),
+            v: o.arm_v.vector(),
             a: JointVector::zeros(),
-            torque: JointVector::from(o.arm_torque),
+            torque: o.arm_torque.vector(),
             width: o.finger_q[0] + o.finger_q[1],
             finger_q: o.finger_q,
             finger_force: o.finger_force,
+            vacuum: -o.cup_pressure,
             x_odom_base: Pose::from_parts(Vec3::new(x, y, o.base_height).into(), turn),
             base_pose: o.base_pose,
             base_speed: orchard_geometry::math::hypot(o.base_velocity[0], o.base_velocity[1]),
@@ -124,6 +127,7 @@ mod tests {
             width: 0.0,
             finger_q: [0.0; 2],
             finger_force: [0.0; 2],
+            vacuum: 0.0,
             x_odom_base: Pose::identity(),
             base_pose: [0.0; 3],
             base_speed: 0.0,

@@ -1,7 +1,7 @@
 //! Scan: looks for fruit from survey postures, then from further bearings around the believed tree.
 
 use crate::choose::Choice;
-use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of, drive};
+use crate::drive::{BaseGoal, StallWatch, Tolerance, bearing_of};
 use crate::picker_core::{PickerCore, STILL};
 use crate::robot_state::RobotState;
 use orchard_geometry::{Vec3, math};
@@ -55,13 +55,15 @@ impl PickerCore {
         }
         if let Place::View(bearing) = scan.place {
             let bearing = bearing.unwrap_or_else(|| bearing_of(&robot.p_odom(), &tree));
-            scan.place = Place::Going(BaseGoal::facing(&tree, bearing, c.standoff.si()));
+            let wanted = BaseGoal::facing(&tree, bearing, c.standoff.si());
+            scan.place = Place::Going(self.mobility.nearest(robot, &wanted));
         }
         let mut velocity = STILL;
         // Without sight nothing moves but the arm.
         if let (Place::Going(goal), false) = (scan.place, self.perception.blind) {
             let tolerance = Tolerance::new(&c.position_tolerance, &c.angle_tolerance);
-            let (towards, arrived) = drive(robot, &goal, &tree, &self.config.drive, tolerance);
+            let (towards, arrived) =
+                self.mobility.towards(robot, &goal, &tree, &self.config.drive, tolerance);
             velocity = towards;
             if arrived || scan.stall.is_stalled(robot, &velocity, &self.config.drive, self.patience()) {
                 scan.place = Place::There(goal);
@@ -87,7 +89,7 @@ impl PickerCore {
     /// faces the believed tree, or the config has no such rule.
     fn turn_to_belief(&self, robot: &RobotState, p_tree_odom: &Vec3) -> Option<f64> {
         let c = &self.config.scan;
-        if self.perception.canopy_share? >= c.canopy_share_min.si() {
+        if !self.mobility.is_free() || self.perception.canopy_share? >= c.canopy_share_min.si() {
             return None;
         }
         let left = math::wrap_angle(bearing_of(p_tree_odom, &robot.p_odom()) - robot.base_pose[2]);

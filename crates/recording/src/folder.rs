@@ -13,7 +13,7 @@ use orchard_world::WorldEvent;
 
 use crate::clock::nanoseconds;
 use crate::config::RecordingConfig;
-use crate::file::{FileSink, Header};
+use crate::file::{FileSink, Header, record_bytes};
 use crate::read::Recording;
 use crate::recorder::Recorder;
 
@@ -70,9 +70,12 @@ impl Observer<World> for Episode {
 impl ObserverFactory<World> for Recordings {
     type Observer = Episode;
 
-    fn is_kept(&self, key: &EpisodeKey) -> bool {
-        let recording = Recording::open(&self.root.join(name_of(key)));
-        recording.is_ok_and(|recording| *recording.header() == self.header(key))
+    fn is_kept(&self, record: &EpisodeRecord) -> bool {
+        let recording = Recording::open(&self.root.join(name_of(&record.key)));
+        let is_own = |recording: Recording| {
+            *recording.header() == self.header(&record.key) && recording.record() == record_bytes(record)
+        };
+        recording.is_ok_and(is_own)
     }
 
     fn begin(&self, key: &EpisodeKey, world: &World) -> Episode {

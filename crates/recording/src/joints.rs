@@ -13,7 +13,7 @@ const BASE: [&str; 3] = ["base/x", "base/y", "base/yaw"];
 /// Names of joints: those of height, arm and fingers are from the robot's description.
 #[derive(Debug, Clone)]
 pub struct Joints {
-    height: String,
+    height: Option<String>,
     arm: Vec<String>,
     fingers: Vec<String>,
 }
@@ -27,7 +27,7 @@ impl Joints {
             link.map_or_else(String::new, |link| links[link].joint_name.clone())
         };
         Self {
-            height: name(&handle.height),
+            height: handle.height.as_ref().map(name),
             arm: handle.arm.iter().map(name).collect(),
             fingers: handle.fingers.iter().map(name).collect(),
         }
@@ -45,7 +45,7 @@ impl Joints {
         let mut joints: Vec<JointState> = (0..BASE.len())
             .map(|i| joint(BASE[i], seen.base_pose[i], Some(seen.base_velocity[i]), None))
             .collect();
-        joints.push(joint(&self.height, seen.base_height, None, None));
+        joints.extend(self.height.iter().map(|name| joint(name, seen.base_height, None, None)));
         joints.extend(
             self.arm
                 .iter()

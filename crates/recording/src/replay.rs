@@ -9,8 +9,7 @@ mod playback;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io;
+use std::io::{self, Read};
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
@@ -117,9 +116,11 @@ fn io_error(recording: &Recording, source: io::Error) -> RecordingError {
 }
 
 fn file_hash(recording: &Recording) -> Result<sha2::digest::Output<Sha256>, RecordingError> {
+    let failed = |source| RecordingError::Io { path: recording.path().to_owned(), source };
+    let (file, length) = orchard_input::open(recording.path(), orchard_input::RECORDING).map_err(failed)?;
     let mut hashing = Hashing(Sha256::new());
-    let copy = File::open(recording.path()).and_then(|mut file| io::copy(&mut file, &mut hashing));
-    copy.map_err(|e| io_error(recording, e))?;
+    // Another program may make the file longer meanwhile: one byte more is another file.
+    io::copy(&mut file.take(length + 1), &mut hashing).map_err(|e| io_error(recording, e))?;
     Ok(hashing.0.finalize())
 }
 

@@ -1,15 +1,17 @@
 //! Kinematics and statics of the arm in the base frame, for controllers: needs no world.
 
 use crate::articulation::Limit;
-use crate::chain::Chain;
-use crate::io::ARM_DOF;
+use crate::chain::{Chain, LinkPoses};
+use crate::cup::Cup;
+use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::parameters::{IkParameters, QpParameters};
 use orchard_geometry::{Pose, Rotation, Shape, Vec3};
 
-pub use crate::chain::{Jacobian, JointVector};
+pub use crate::chain::Jacobian;
+pub use crate::joint_values::JointVector;
 
-/// Number of links: the base and one after each arm joint.
-pub(crate) const RANKS: usize = ARM_DOF + 1;
+/// Largest number of links: the base and one after each arm joint.
+pub(crate) const RANKS: usize = MAX_ARM_DOF + 1;
 
 /// Matrix of the watched pairs of links: `pairs[a][b]` is true if links a and b must not touch; symmetric.
 pub(crate) type Pairs = [[bool; RANKS]; RANKS];
@@ -21,10 +23,11 @@ pub(crate) type Pairs = [[bool; RANKS]; RANKS];
 pub struct ArmKinematics {
     pub(crate) chain: Chain,
     /// Limits of the arm joints.
-    pub(crate) limits: [Limit; ARM_DOF],
+    pub(crate) limits: [Limit; MAX_ARM_DOF],
     pub(crate) home: JointVector,
     pub(crate) ik: IkParameters,
     pub(crate) mounts: WristMounts,
+    pub(crate) cup: Option<Cup>,
     pub(crate) finger_stroke: f64,
     pub(crate) finger_speed: f64,
     pub(crate) finger_force: f64,
@@ -48,6 +51,8 @@ pub(crate) struct MountedShape {
     pub shape: Shape,
     pub mount: Mount,
     pub x_mount_shape: Pose,
+    /// Number of arm joints between the base and the shape.
+    pub rank: usize,
 }
 
 /// Part that a shape is fixed to.
@@ -60,23 +65,14 @@ pub(crate) enum Mount {
 }
 
 impl MountedShape {
-    /// Number of arm joints between the base and the shape.
-    pub fn rank(&self) -> usize {
-        match self.mount {
-            Mount::Base => 0,
-            Mount::Arm(i) => i + 1,
-            Mount::Finger(..) => ARM_DOF,
-        }
-    }
-
     /// Returns the pose of the shape in the base frame, given the poses of the arm's links and the openings of the fingers \[m\].
-    pub fn placed(&self, links: &[Pose; ARM_DOF], finger_q: &[f64; 2]) -> Pose {
+    pub fn placed(&self, links: &LinkPoses, finger_q: &[f64; 2]) -> Pose {
         let x_base_mount = match &self.mount {
             Mount::Base => Pose::identity(),
             Mount::Arm(i) => links[*i],
             Mount::Finger(i, x_joint, axis) => {
                 let opened = Pose::from_parts((axis * finger_q[*i]).into(), Rotation::identity());
-                links[ARM_DOF - 1] * x_joint * opened
+                links[MAX_ARM_DOF - 1] * x_joint * opened
             }
         };
         x_base_mount * self.x_mount_shape
@@ -84,9 +80,19 @@ impl MountedShape {
 }
 
 impl ArmKinematics {
+    /// Number of arm joints.
+    pub fn dof(&self) -> usize {
+        self.chain.dof()
+    }
+
     /// Limits of the arm joints.
-    pub fn limits(&self) -> &[Limit; ARM_DOF] {
-        &self.limits
+    pub fn limits(&self) -> &[Limit] {
+        &self.limits[..self.dof()]
+    }
+
+    /// The numbers of the arm's joints in a vector.
+    pub fn values(&self, vector: &JointVector) -> JointValues {
+        JointValues::of(vector, self.dof())
     }
 
     /// Joint positions at the start of an episode.
@@ -112,6 +118,11 @@ impl ArmKinematics {
         }
     }
 
+    /// The suction cup; `None` for a hand with fingers.
+    pub fn cup(&self) -> Option<&Cup> {
+        self.cup.as_ref()
+    }
+
     /// Largest opening of each finger \[m\].
     pub fn finger_stroke(&self) -> f64 {
         self.finger_stroke
@@ -133,7 +144,7 @@ impl ArmKinematics {
     }
 
     fn wrist(&self, q: &JointVector) -> Pose {
-        self.chain.link_poses(q)[ARM_DOF - 1]
+        self.chain.link_poses(q)[MAX_ARM_DOF - 1]
     }
 
     /// Pose of the point between the finger pads (z the approach axis, y the fingers' direction).
@@ -154,7 +165,7 @@ impl ArmKinematics {
     /// TCP pose and its Jacobian: angular rows first, linear rows second, base axes.
     pub fn tcp_and_jacobian(&self, q: &JointVector) -> (Pose, Jacobian) {
         let links = self.chain.link_poses(q);
-        let x_tcp = links[ARM_DOF - 1] * self.mounts.x_wrist_tcp;
+        let x_tcp = links[MAX_ARM_DOF - 1] * self.mounts.x_wrist_tcp;
         (x_tcp, self.chain.jacobian(&links, &x_tcp.translation.vector))
     }
 

@@ -2,11 +2,11 @@
 
 use crate::RobotError;
 use crate::arm::{ArmKinematics, Mount, MountedShape, WristMounts};
-use crate::articulation::Articulation;
-use crate::chain::{Chain, Hinge, JointVector};
+use crate::articulation::{Articulation, Limit};
+use crate::chain::{Chain, Hinge};
 use crate::clearance::watched_pairs;
 use crate::config::{CameraMount, RobotConfig};
-use crate::io::ARM_DOF;
+use crate::cup::Cup;
 use crate::parameters::{IkParameters, QpParameters};
 use crate::roles::Roles;
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
@@ -23,20 +23,25 @@ impl ArmKinematics {
     ) -> Result<Self, RobotError> {
         let links = &articulation.links;
         let x_link_base = roles.x_link_base;
-        let opening = config.start.finger_opening.si();
-        let wrist = roles.arm[ARM_DOF - 1];
+        let opening = config.start.finger_opening();
+        let wrist = roles.wrist();
         let mut shapes = Vec::new();
-        let mut mount = |link: usize, mount: &Mount, x: &Pose| {
+        let mut mount = |link: usize, mount: &Mount, x: &Pose, rank: usize| {
             for s in &links[link].shapes {
                 let x_mount_shape = x * s.x_link_shape;
-                shapes.push(MountedShape { shape: s.shape.clone(), mount: mount.clone(), x_mount_shape });
+                shapes.push(MountedShape {
+                    shape: s.shape.clone(),
+                    mount: mount.clone(),
+                    x_mount_shape,
+                    rank,
+                });
             }
         };
-        mount(roles.base, &Mount::Base, &x_link_base.inverse());
+        mount(roles.base, &Mount::Base, &x_link_base.inverse(), 0);
         for (i, &link) in roles.arm.iter().enumerate() {
-            mount(link, &Mount::Arm(i), &Pose::identity());
+            mount(link, &Mount::Arm(i), &Pose::identity(), i + 1);
         }
-        let mut hinges = Vec::with_capacity(ARM_DOF);
+        let mut hinges = Vec::with_capacity(roles.arm.len());
         for (i, &link) in roles.arm.iter().enumerate() {
             let mut x_parent_joint = links[link].x_parent_joint;
             if i == 0 {
@@ -47,30 +52,30 @@ impl ArmKinematics {
         for (i, &link) in roles.fingers.iter().enumerate() {
             let x_joint = links[link].x_parent_joint;
             let axis = roles.finger_axes[i].into_inner();
-            mount(link, &Mount::Finger(i, x_joint, axis), &Pose::identity());
+            mount(link, &Mount::Finger(i, x_joint, axis), &Pose::identity(), roles.arm.len());
             let x_open = x_joint * Pose::from_parts((axis * opening).into(), Rotation::identity());
-            hinges[ARM_DOF - 1].carry(&links[link].inertia, &x_open);
+            if let Some(last) = hinges.last_mut() {
+                last.carry(&links[link].inertia, &x_open);
+            }
         }
         let frame = |name: &str| roles.frame_on(articulation, name, wrist);
         let x_wrist_hand = frame(&config.parts.hand_link)?;
-        let hinges = match <[Hinge; ARM_DOF]>::try_from(hinges) {
-            Ok(hinges) => hinges,
-            Err(_) => unreachable!("one hinge for each arm joint"),
-        };
-        let finger = roles.finger_limits[0];
+        let x_wrist_tcp = frame(&config.parts.tcp_link)?;
+        let finger = roles.finger_limits.first().zip(config.finger.as_ref());
         let mut arm = Self {
             chain: Chain { hinges },
-            limits: roles.arm_limits,
-            home: JointVector::from_fn(|i, _| config.start.arm_home[i].si()),
+            limits: std::array::from_fn(|i| roles.arm_limits.get(i).copied().unwrap_or(Limit::LOCKED)),
+            home: config.start.arm_home().vector(),
             ik: IkParameters::new(&config.ik),
             mounts: WristMounts {
                 x_wrist_hand,
-                x_wrist_tcp: frame(&config.parts.tcp_link)?,
+                x_wrist_tcp,
                 x_wrist_camera: x_wrist_hand * camera_mount(&config.camera),
             },
-            finger_stroke: finger.upper,
-            finger_speed: config.finger.speed_max.si().min(finger.velocity),
-            finger_force: config.finger.force_max.si().min(finger.effort),
+            cup: config.cup.as_ref().map(|cup| Cup::new(cup, x_wrist_tcp)),
+            finger_stroke: finger.map_or(0.0, |(limit, _)| limit.upper),
+            finger_speed: finger.map_or(0.0, |(limit, drive)| drive.speed_max.si().min(limit.velocity)),
+            finger_force: finger.map_or(0.0, |(limit, drive)| drive.force_max.si().min(limit.effort)),
             shapes,
             pairs: Default::default(),
             qp: QpParameters::new(config),

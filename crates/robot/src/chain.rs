@@ -4,16 +4,14 @@
 //! Park, Modern Robotics, eq. 5.4 in world axes.
 
 use crate::articulation::{combined, moved, point_inertia};
-use crate::io::ARM_DOF;
+use crate::joint_values::{JointVector, MAX_ARM_DOF};
 use nalgebra::{SMatrix, Unit};
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
 use orchard_multibody::SpatialInertia;
 
-/// Positions of the arm's joints \[rad\].
-pub type JointVector = nalgebra::SVector<f64, ARM_DOF>;
-
-/// Jacobian of the arm: angular rows first, linear rows second, in the axes of the chain's root frame.
-pub type Jacobian = SMatrix<f64, 6, ARM_DOF>;
+/// Jacobian of the arm: angular rows first, linear rows second, in the axes of the chain's root frame. The columns beyond the arm's joints
+/// are zero.
+pub type Jacobian = SMatrix<f64, 6, MAX_ARM_DOF>;
 
 /// One hinge and the link that it carries.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,15 +34,24 @@ impl Hinge {
 /// The arm's hinges from the base out.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Chain {
-    pub hinges: [Hinge; ARM_DOF],
+    /// At most [`MAX_ARM_DOF`].
+    pub hinges: Vec<Hinge>,
 }
 
+/// Poses of the arm's links in the root frame; those beyond the arm's joints are the last link's.
+pub(crate) type LinkPoses = [Pose; MAX_ARM_DOF];
+
 impl Chain {
-    /// Poses of the links in the root frame.
-    pub fn link_poses(&self, q: &JointVector) -> [Pose; ARM_DOF] {
+    /// Number of hinges.
+    pub fn dof(&self) -> usize {
+        self.hinges.len()
+    }
+
+    /// Poses of the links in the root frame; those beyond the arm's joints are the last link's.
+    pub fn link_poses(&self, q: &JointVector) -> LinkPoses {
         let mut x = Pose::identity();
         std::array::from_fn(|i| {
-            let hinge = &self.hinges[i];
+            let Some(hinge) = self.hinges.get(i) else { return x };
             let turn = Pose::from_parts(Vec3::zeros().into(), Rotation::from_axis_angle(&hinge.axis, q[i]));
             x = x * hinge.x_parent_joint * turn;
             x
@@ -56,10 +63,15 @@ impl Chain {
         x.rotation * self.hinges[i].axis.into_inner()
     }
 
+    /// Axes of all joints in the root frame; zero beyond the arm's joints.
+    pub fn axes(&self, links: &LinkPoses) -> [Vec3; MAX_ARM_DOF] {
+        std::array::from_fn(|i| if i < self.dof() { self.axis(i, &links[i]) } else { Vec3::zeros() })
+    }
+
     /// Jacobian of a point `p` (root frame) that moves with the last link.
-    pub fn jacobian(&self, links: &[Pose; ARM_DOF], p: &Vec3) -> Jacobian {
+    pub fn jacobian(&self, links: &LinkPoses, p: &Vec3) -> Jacobian {
         let mut jacobian = Jacobian::zeros();
-        for (i, x) in links.iter().enumerate() {
+        for (i, x) in links.iter().enumerate().take(self.dof()) {
             let axis = self.axis(i, x);
             jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&axis);
             jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(&axis.cross(&(p - x.translation.vector)));
@@ -72,7 +84,7 @@ impl Chain {
         let links = self.link_poses(q);
         let mut torque = JointVector::zeros();
         let (mut mass, mut moment) = (0.0, Vec3::zeros());
-        for i in (0..ARM_DOF).rev() {
+        for i in (0..self.dof()).rev() {
             let inertia = &self.hinges[i].inertia;
             mass += inertia.mass;
             moment += (links[i] * nalgebra::Point3::from(inertia.p_com)).coords * inertia.mass;
@@ -87,12 +99,12 @@ impl Chain {
     pub fn inertial_torque(&self, q: &JointVector, a: &JointVector) -> JointVector {
         let links = self.link_poses(q);
         let mut torque = JointVector::zeros();
-        for (i, x) in links.iter().enumerate() {
+        for (i, x) in links.iter().enumerate().take(self.dof()) {
             let inertia = &self.hinges[i].inertia;
             let com = (x * nalgebra::Point3::from(inertia.p_com)).coords;
             let mut jacobian = self.jacobian(&links, &com);
             // Joints beyond a link do not move it.
-            jacobian.columns_mut(i + 1, ARM_DOF - i - 1).fill(0.0);
+            jacobian.columns_mut(i + 1, MAX_ARM_DOF - i - 1).fill(0.0);
             let acceleration = jacobian * a;
             let r = x.rotation.to_rotation_matrix().into_inner();
             let angular = r * (inertia.i_com * (r.transpose() * acceleration.fixed_rows::<3>(0)));
@@ -109,7 +121,7 @@ impl Chain {
         let mut reflected = JointVector::zeros();
         // Second moment about the root's origin, first moment and mass of all links further out.
         let (mut mass, mut moment, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
-        for i in (0..ARM_DOF).rev() {
+        for i in (0..self.dof()).rev() {
             let inertia = &self.hinges[i].inertia;
             let r = links[i].rotation.to_rotation_matrix().into_inner();
             let com = (links[i] * nalgebra::Point3::from(inertia.p_com)).coords;

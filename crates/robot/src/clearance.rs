@@ -1,11 +1,10 @@
 //! Distances between links of the robot, and between links and obstacles, with their gradients.
 //!
-//! Links are numbered by the arm joints before them: 0 is the base with the bucket, 7 the wrist with hand and fingers (wide open). A pair of
+//! Links are numbered by the arm joints before them: 0 is the base with the bucket, the last one the wrist with hand and fingers (wide open). A pair of
 //! links is watched unless it shares a joint or [`watched_pairs`] leaves it out.
 
 use crate::arm::{ArmKinematics, MountedShape, Pairs, RANKS};
-use crate::chain::JointVector;
-use crate::io::ARM_DOF;
+use crate::joint_values::{JointVector, MAX_ARM_DOF};
 use orchard_geometry::{Pose, Shape, Vec3, transform};
 use orchard_multibody::{Gap, GapFinder};
 
@@ -17,7 +16,7 @@ const SAMPLES: u32 = 256;
 pub struct SelfDistance {
     /// Distance of their shapes \[m\]; negative while they overlap.
     pub distance: f64,
-    /// The links, by the number of arm joints before them: 0 is the base, 7 the wrist.
+    /// The links, by the number of arm joints before them: 0 is the base, the last one the wrist.
     pub links: [usize; 2],
     /// Gradient of the distance by the joint positions [m/rad].
     pub gradient: JointVector,
@@ -69,8 +68,8 @@ fn ball_about(shape: &Shape) -> (Vec3, f64) {
 /// The robot's shapes and joint axes in one posture.
 pub(crate) struct Posture<'a> {
     placed: Vec<Placed<'a>>,
-    axes: [Vec3; ARM_DOF],
-    origins: [Vec3; ARM_DOF],
+    axes: [Vec3; MAX_ARM_DOF],
+    origins: [Vec3; MAX_ARM_DOF],
     finder: GapFinder,
 }
 
@@ -87,15 +86,15 @@ impl<'a> Posture<'a> {
         held: Option<&'a Shape>,
     ) -> Self {
         let links = arm.chain.link_poses(q);
-        let place = |s: &'a MountedShape| Placed::of(s.rank(), &s.shape, s.placed(&links, finger_q));
+        let place = |s: &'a MountedShape| Placed::of(s.rank, &s.shape, s.placed(&links, finger_q));
         let mut placed: Vec<_> = arm.shapes.iter().map(place).collect();
         if let Some(ball) = held {
-            let x = links[ARM_DOF - 1] * arm.mounts.x_wrist_tcp;
-            placed.push(Placed::of(ARM_DOF, ball, x));
+            let x = links[MAX_ARM_DOF - 1] * arm.mounts.x_wrist_tcp;
+            placed.push(Placed::of(arm.dof(), ball, x));
         }
         Self {
             placed,
-            axes: std::array::from_fn(|i| arm.chain.axis(i, &links[i])),
+            axes: arm.chain.axes(&links),
             origins: std::array::from_fn(|i| links[i].translation.vector),
             finder: GapFinder::default(),
         }

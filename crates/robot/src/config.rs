@@ -1,14 +1,20 @@
 //! Config of a robot: roles of the URDF's joints and links, servo gains, camera mount.
 
-use crate::io::ARM_DOF;
-use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
+use crate::articulation::{Limit, Limits};
+use crate::joint_values::{JointValues, MAX_ARM_DOF};
+use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 use serde::{Deserialize, Serialize};
 
-/// The preset `paper` as TOML text.
-pub const PAPER_TOML: &str = include_str!("../configs/paper/robot.toml");
+/// Surfaces and inverse kinematics of no robot in particular: the base that configs of robots name.
+const COMMON_TOML: &str = include_str!("../assets/robots/common.toml");
 
-/// URDF text of the robot of preset `paper`: a Ridgeback with FR3 arm, hand and bucket.
-pub const PAPER_URDF: &str = include_str!("../assets/robots/ridgeback_fr3.urdf");
+/// TOML text of a config that other configs name as their base.
+fn base_text(name: &str) -> Result<&'static str, String> {
+    match name {
+        "common" => Ok(COMMON_TOML),
+        _ => Err(format!("no robot config '{name}'; the one that can be a base is: common")),
+    }
+}
 
 /// Properties of a robot that its URDF does not hold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,14 +24,20 @@ pub struct RobotConfig {
     pub parts: Parts,
     /// Posture at the start of an episode.
     pub start: Start,
-    /// Velocity actuators of the base.
-    pub base: BaseDrive,
-    /// Servo of the chassis height.
-    pub height: Gains,
+    /// Velocity actuators of the base; none for a base that stands.
+    #[serde(default)]
+    pub drive: Option<BaseDrive>,
+    /// Servo of the chassis height; none for a chassis without that joint.
+    #[serde(default)]
+    pub height: Option<Gains>,
     /// Servos of the arm joints.
     pub arm: ArmDrive,
-    /// Servos of the fingers.
-    pub finger: FingerDrive,
+    /// Servos of the fingers; none for a hand with a suction cup.
+    #[serde(default)]
+    pub finger: Option<FingerDrive>,
+    /// Suction cup; none for a hand with fingers.
+    #[serde(default)]
+    pub cup: Option<CupConfig>,
     /// Contact properties of the surfaces.
     pub surface: Surface,
     /// Wrist camera mount.
@@ -34,7 +46,108 @@ pub struct RobotConfig {
     pub ik: IkConfig,
     /// Inverse kinematics by quadratic programs.
     pub qp: QpConfig,
+    /// Limits that complete or replace those of the URDF.
+    #[serde(default)]
+    pub limits: Limits,
+    /// Folders with the packages that mesh files are in, relative to the config's folder.
+    #[serde(default, skip_serializing)]
+    pub package_path: Vec<String>,
+    /// Joint between the ground and the root of a URDF that has none.
+    #[serde(default)]
+    pub mount: Option<MountConfig>,
+    /// Bucket of a robot whose URDF has none.
+    #[serde(default)]
+    pub bucket: Option<BucketConfig>,
+    /// Reach of the arm; none for the figures of the world's config, which are the paper's robot's.
+    #[serde(default)]
+    pub reach: Option<ReachConfig>,
+    /// Place beside the tree; none for a base that drives there.
+    #[serde(default)]
+    pub placement: Option<Placement>,
+    /// Figures of controllers that differ for this robot: table `picker` is laid over the config that all controllers of this project share,
+    /// table `expert` over the expert's own.
+    #[serde(default)]
+    pub tuning: toml::Table,
 }
+
+/// Joint between the ground and the root of a URDF.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MountConfig {
+    /// Way in which the root can move; its joint is named `parts.base_joint`.
+    pub joint: MountKind,
+    /// Height of the root's frame above the ground.
+    pub height: Quantity,
+}
+
+/// Ways in which the root of a URDF can move on the ground.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum MountKind {
+    /// It stands.
+    Stands,
+    /// It drives in the plane.
+    Drives,
+    /// It slides along its y axis.
+    Slides {
+        /// Ends of the rail.
+        range: Span,
+        /// Largest speed.
+        speed_max: Quantity,
+        /// Largest force.
+        force_max: Quantity,
+    },
+}
+
+impl MountKind {
+    /// Limits of the joint; none unless it slides.
+    pub(crate) fn limit(&self) -> Option<Limit> {
+        let Self::Slides { range, speed_max, force_max } = self else { return None };
+        let (lower, upper) = range.si();
+        Some(Limit { lower, upper, velocity: speed_max.si(), effort: force_max.si() })
+    }
+}
+
+/// A bucket of boxes, fixed to the base: square, open at the top.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BucketConfig {
+    /// Position of its axis in the base frame, forward.
+    pub x: Quantity,
+    /// Position of its axis in the base frame, to the left.
+    pub y: Quantity,
+    /// Height of the floor above the base's origin.
+    pub floor: Quantity,
+    /// Inner width.
+    pub width: Quantity,
+    /// Inner depth.
+    pub depth: Quantity,
+    /// Thickness of walls and floor.
+    pub wall: Quantity,
+}
+
+/// Reach of an arm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReachConfig {
+    /// Radius of the reach sphere about the origin of the arm's second joint, to the point between the finger pads.
+    pub radius: Quantity,
+    /// Admissible horizontal distance from that joint to the fruit.
+    pub stand_off: Span,
+}
+
+/// Place of a base that does not drive to the tree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placement {
+    /// Horizontal distance from the trunk to the base.
+    pub distance: Span,
+    /// Turn from facing the trunk, positive to the left.
+    pub heading: Span,
+}
+
+/// Numbers of arm joints that are supported.
+const ARM_DOF: std::ops::RangeInclusive<usize> = 4..=MAX_ARM_DOF;
 
 /// Names of links and joints in the URDF.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,17 +155,20 @@ pub struct RobotConfig {
 pub struct Parts {
     /// Link whose frame is `base`.
     pub base_link: String,
-    /// Planar joint of the base.
-    pub base_joint: String,
-    /// Prismatic joint of the chassis height.
-    pub height_joint: String,
-    /// Revolute joints of the arm, from the shoulder out.
-    pub arm_joints: [String; ARM_DOF],
-    /// Prismatic joints of the two fingers.
-    pub finger_joints: [String; 2],
+    /// Joint of the base at the root of the URDF: planar on the ground, prismatic on a rail; none for a base that stands.
+    #[serde(default)]
+    pub base_joint: Option<String>,
+    /// Prismatic joint of the chassis height, which follows the ground.
+    #[serde(default)]
+    pub height_joint: Option<String>,
+    /// Four to eight revolute joints of the arm, from the shoulder out.
+    pub arm_joints: Vec<String>,
+    /// Prismatic joints of the two fingers; none for a hand with a suction cup.
+    #[serde(default)]
+    pub finger_joints: Option<[String; 2]>,
     /// Link of the hand: z is the approach axis, the fingers move along y.
     pub hand_link: String,
-    /// Link at the point between the finger pads.
+    /// Link at the point between the finger pads, or at the centre of the cup's lip with z along the cup's axis.
     pub tcp_link: String,
     /// Link of the bucket; the walls and the floor are boxes.
     pub bucket_link: String,
@@ -62,16 +178,46 @@ pub struct Parts {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Opening of each finger.
-    pub finger_opening: Quantity,
-    /// Arm joint positions.
-    pub arm_home: [Quantity; ARM_DOF],
+    /// Opening of each finger; none for a hand with a suction cup.
+    #[serde(default)]
+    pub finger_opening: Option<Quantity>,
+    /// Positions of the arm joints.
+    pub arm_home: Vec<Quantity>,
 }
 
-/// Velocity actuators of a holonomic base.
+impl Start {
+    /// Opening of each finger \[m\]; 0 without fingers.
+    pub fn finger_opening(&self) -> f64 {
+        self.finger_opening.as_ref().map_or(0.0, Quantity::si)
+    }
+
+    /// Positions of the arm joints \[rad\].
+    pub fn arm_home(&self) -> JointValues {
+        JointValues::from_fn(self.arm_home.len(), |i| self.arm_home[i].si())
+    }
+}
+
+/// Ways in which a base on the ground can move.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Steering {
+    /// In any direction, turning at will.
+    Holonomic,
+    /// Forwards and backwards, turning at will.
+    Differential,
+    /// Forwards and backwards, turning only while it moves.
+    Ackermann {
+        /// Radius of the tightest turn of the base's origin.
+        turning_radius: Quantity,
+    },
+}
+
+/// Velocity actuators of a base.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseDrive {
+    /// Ways in which the base can move; a rail needs no steering.
+    pub steering: Steering,
     /// Force per velocity error.
     pub damping: Quantity,
     /// Largest force (traction).
@@ -128,6 +274,36 @@ pub struct FingerDrive {
     pub coupling_stiffness: Quantity,
     /// Damping of the mechanism that keeps the fingers symmetric.
     pub coupling_damping: Quantity,
+}
+
+/// Suction cup with the pump behind it; `docs/computation/suction.md` has the equations.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CupConfig {
+    /// Radius of the circle on which the lip seals.
+    pub lip_radius: Quantity,
+    /// Half the thickness of the lip.
+    pub lip_half_thickness: Quantity,
+    /// Number of points of the lip, equally spaced, at which it is tested and touches.
+    pub lip_points: Count,
+    /// Stiffness of the whole lip along the cup's axis.
+    pub stiffness: Quantity,
+    /// Coulomb coefficient of the lip.
+    pub friction: Quantity,
+    /// Gap over which the lip still bends to the surface while it touches elsewhere.
+    pub follow: Quantity,
+    /// Smallest radius of a ball on which the lip lies without folds.
+    pub curve_radius_min: Quantity,
+    /// Gap that a leaf under the lip leaves.
+    pub leaf_gap: Quantity,
+    /// Vacuum of the pump with the cup closed, below the pressure of the air.
+    pub vacuum_max: Quantity,
+    /// Open area of the lip at which the pump keeps half of that vacuum.
+    pub leak_half: Quantity,
+    /// Time constant of the vacuum in a closed cup.
+    pub rise_time: Quantity,
+    /// Vacuum from which the cup counts as sealed.
+    pub grip_vacuum: Quantity,
 }
 
 /// Coulomb coefficients and stiffness of the robot's surfaces.
@@ -202,22 +378,41 @@ pub struct QpConfig {
 }
 
 impl RobotConfig {
-    /// Reads a config from TOML text; `file` names the config in errors.
+    /// Reads a config from TOML text; `file` names the config in errors. With `base = "common"` the text leaves out what all robots share.
     ///
     /// # Errors
     /// The text is not TOML, a field is missing or unknown, or a value lies outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_toml(file, text)
-    }
-
-    /// The preset `paper`.
-    ///
-    /// # Panics
-    /// Never: the embedded file is read in this crate's tests.
-    pub fn paper() -> Self {
-        match Self::from_toml("paper/robot.toml", PAPER_TOML) {
-            Ok(config) => config,
-            Err(e) => unreachable!("embedded preset: {e}"),
+        let mut config: Self = from_table(file, with_base(file, parse(file, text)?, &base_text)?)?;
+        config.limits = config.limits.checked(file)?;
+        let error = |field: &str, problem| {
+            Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem })
+        };
+        let (joints, home) = (config.parts.arm_joints.len(), config.start.arm_home.len());
+        if !ARM_DOF.contains(&joints) {
+            let (least, most) = (ARM_DOF.start(), ARM_DOF.end());
+            return error("parts.arm_joints", format!("{joints} joints, must be {least} to {most}"));
         }
+        if home != joints {
+            return error("start.arm_home", format!("{home} positions for {joints} arm joints"));
+        }
+        let hand = [
+            config.parts.finger_joints.is_some(),
+            config.finger.is_some(),
+            config.start.finger_opening.is_some(),
+        ];
+        if hand.iter().any(|&given| given == config.cup.is_some()) {
+            let problem = "must be given without parts.finger_joints, finger and start.finger_opening, or left out with all three";
+            return error("cup", problem.to_owned());
+        }
+        for (joint, drive, names) in [
+            (&config.parts.base_joint, config.drive.is_some(), ["parts.base_joint", "drive"]),
+            (&config.parts.height_joint, config.height.is_some(), ["parts.height_joint", "height"]),
+        ] {
+            if joint.is_some() != drive {
+                return error(names[1], format!("must be given with {} and only with it", names[0]));
+            }
+        }
+        Ok(config)
     }
 }

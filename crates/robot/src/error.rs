@@ -86,6 +86,25 @@ pub enum RobotError {
         /// The problem.
         problem: &'static str,
     },
+    /// A file of xacro, from which URDF is made.
+    #[error("{found}: this is xacro, from which URDF is made by `xacro robot.xacro > robot.urdf`")]
+    Xacro {
+        /// Element or attribute of xacro that was found.
+        found: String,
+    },
+    /// A robot in another language.
+    #[error("this is {0}, which is not read: a URDF file begins with the element `robot`")]
+    Language(&'static str),
+    /// A collision mesh that is missing or cannot be used.
+    #[error("link `{link}`: mesh `{file}`: {problem}")]
+    Mesh {
+        /// The link.
+        link: String,
+        /// Name of the file in the description.
+        file: String,
+        /// The problem.
+        problem: String,
+    },
     /// A collision shape that is not supported.
     #[error("link `{link}`: collision geometry {kind} is not supported")]
     Geometry {

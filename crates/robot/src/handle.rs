@@ -1,6 +1,8 @@
 //! Indices of a robot's parts in a world's model.
 
-use crate::io::ARM_DOF;
+use crate::base::BaseJoint;
+use crate::cup::Cup;
+use crate::joint_values::MAX_ARM_DOF;
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{BodyId, ColliderId, Data, Groups};
 
@@ -15,7 +17,7 @@ pub struct PartGroups {
     pub finger: Groups,
     /// Bucket.
     pub bucket: Groups,
-    /// Lowest of eight neighbouring group bits for contacts between the robot's own links, one for the base and one for each link of the
+    /// Lowest of nine neighbouring group bits for contacts between the robot's own links, one for the base and one for each link of the
     /// arm; `None` switches these contacts off.
     pub self_contact: Option<u32>,
 }
@@ -26,7 +28,7 @@ impl PartGroups {
     pub(crate) fn on_link(&self, groups: Groups, rank: usize, watches: impl Fn(usize) -> bool) -> Groups {
         let Some(lowest) = self.self_contact else { return groups };
         let bit = |rank: usize| 1_u32.checked_shl(lowest + rank as u32).unwrap_or(0);
-        let others = (0..=ARM_DOF).filter(|&other| watches(other)).map(bit);
+        let others = (0..=MAX_ARM_DOF).filter(|&other| watches(other)).map(bit);
         Groups {
             member: groups.member | bit(rank),
             filter: others.fold(groups.filter, |filter, other| filter | other),
@@ -45,6 +47,8 @@ pub struct RobotColliders {
     pub fingers: [Vec<ColliderId>; 2],
     /// Bucket floor and walls.
     pub bucket: Vec<ColliderId>,
+    /// Points of a suction cup's lip.
+    pub cup: Vec<ColliderId>,
 }
 
 /// Interior of the bucket: a box in the base frame, open at the top.
@@ -70,18 +74,20 @@ impl Bucket {
 pub struct RobotHandle {
     /// Bodies in the order of the articulation's links.
     pub bodies: Vec<BodyId>,
-    /// Body of the planar joint: its q is the base pose in the odom frame.
-    pub planar: BodyId,
+    /// Joint by which the base moves.
+    pub base_joint: BaseJoint<BodyId>,
     /// Body of the height joint.
-    pub height: BodyId,
+    pub height: Option<BodyId>,
     /// Body that carries the `base` frame.
     pub base: BodyId,
     /// The `base` frame in the frame of body `base`.
     pub x_body_base: Pose,
     /// Bodies of the arm joints; the last one carries hand and camera.
-    pub arm: [BodyId; ARM_DOF],
-    /// Bodies of the finger joints.
-    pub fingers: [BodyId; 2],
+    pub arm: Vec<BodyId>,
+    /// Bodies of the finger joints; none for a hand with a suction cup.
+    pub fingers: Vec<BodyId>,
+    /// Suction cup on the last arm body.
+    pub cup: Option<Cup>,
     /// Optical frame of the camera in the frame of the last arm body.
     pub x_wrist_camera: Pose,
     /// Hand frame in the frame of the last arm body.
@@ -97,7 +103,7 @@ pub struct RobotHandle {
 impl RobotHandle {
     /// Body that carries hand and camera.
     pub fn wrist(&self) -> BodyId {
-        self.arm[ARM_DOF - 1]
+        self.arm.last().copied().unwrap_or(self.base)
     }
 
     /// Pose of the camera's optical frame in the world.

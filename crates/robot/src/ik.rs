@@ -5,9 +5,10 @@
 //! there and the step is solved again without it. Restarts begin at points of an additive recurrence over the joint ranges, so that equal
 //! calls give equal answers.
 
-use crate::arm::{ArmKinematics, JointVector};
+use crate::arm::ArmKinematics;
 use crate::chain::Jacobian;
-use crate::io::ARM_DOF;
+use crate::joint_values::JointVector;
+use crate::joint_values::MAX_ARM_DOF;
 use nalgebra::{Matrix6, Vector6};
 use orchard_geometry::{Mat3, Pose, Vec3, math};
 
@@ -134,8 +135,8 @@ impl ArmKinematics {
                 let z = x.rotation * Vec3::z();
                 // The roll about the approach axis is free: it has no error and no row.
                 let constrained = Mat3::identity() - z * z.transpose();
-                let angular = constrained * jacobian.fixed_view::<3, ARM_DOF>(0, 0);
-                jacobian.fixed_view_mut::<3, ARM_DOF>(0, 0).copy_from(&angular);
+                let angular = constrained * jacobian.fixed_view::<3, MAX_ARM_DOF>(0, 0);
+                jacobian.fixed_view_mut::<3, MAX_ARM_DOF>(0, 0).copy_from(&angular);
                 (*p_base, turn_between(&z, z_base))
             }
         };
@@ -151,7 +152,7 @@ impl ArmKinematics {
         let mu = 0.5 * error.norm_squared() + self.ik.damping * self.ik.damping;
         // The motion towards home fades with the error, so that the solution meets its target.
         let mut homeward = (self.home - q) * (self.ik.home_gain * error.norm().min(1.0));
-        let mut stopped = [false; ARM_DOF];
+        let mut stopped = [false; MAX_ARM_DOF];
         loop {
             let gram = jacobian * jacobian.transpose() + Matrix6::identity() * mu;
             let Some(factor) = gram.cholesky() else { return JointVector::zeros() };
@@ -167,7 +168,7 @@ impl ArmKinematics {
                     && ((dq[*i] < 0.0 && q[*i] <= limit.lower && next < limit.lower)
                         || (dq[*i] > 0.0 && q[*i] >= limit.upper && next > limit.upper))
             };
-            let Some(i) = (0..ARM_DOF).find(leaves) else { return dq };
+            let Some(i) = (0..self.dof()).find(leaves) else { return dq };
             stopped[i] = true;
             homeward[i] = 0.0;
             jacobian.column_mut(i).fill(0.0);
@@ -175,11 +176,11 @@ impl ArmKinematics {
     }
 
     /// Points that fill the joint ranges evenly: the additive recurrence n * alpha mod 1 with
-    /// alpha_k = phi^-k, phi the positive root of x^8 = x + 1.
+    /// alpha_k = phi^-k, phi the positive root of x^(n + 1) = x + 1 for n joints.
     pub(crate) fn spread_posture(&self, n: u32) -> JointVector {
         let mut phi = 1.1_f64;
         for _ in 0..30 {
-            phi = math::pow(1.0 + phi, 1.0 / (ARM_DOF as f64 + 1.0));
+            phi = math::pow(1.0 + phi, 1.0 / (self.dof() as f64 + 1.0));
         }
         let mut alpha = 1.0;
         JointVector::from_fn(|i, _| {

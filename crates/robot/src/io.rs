@@ -1,10 +1,8 @@
 //! Observations and commands of a controller. Neither can carry a pose or a label of the world.
 
+use crate::joint_values::JointValues;
 use orchard_geometry::{DepthImage, Intrinsics};
 use serde::{Deserialize, Serialize};
-
-/// Number of arm joints.
-pub const ARM_DOF: usize = 7;
 
 /// Joint sensors, wheel odometry and the depth camera at one control frame.
 #[derive(Debug, Clone)]
@@ -12,15 +10,17 @@ pub struct Observation {
     /// Time since the episode began \[s\].
     pub time: f64,
     /// Arm joint positions \[rad\].
-    pub arm_q: [f64; ARM_DOF],
+    pub arm_q: JointValues,
     /// Arm joint velocities [rad/s].
-    pub arm_v: [f64; ARM_DOF],
+    pub arm_v: JointValues,
     /// Torques that the arm servos exert [N m], gravity compensation included.
-    pub arm_torque: [f64; ARM_DOF],
+    pub arm_torque: JointValues,
     /// Finger positions \[m\], 0 closed.
     pub finger_q: [f64; 2],
     /// Forces that the finger drives exert \[N\], positive opening.
     pub finger_force: [f64; 2],
+    /// Pressure in the suction cup above that of the air \[Pa\], so negative under vacuum; 0 without a cup.
+    pub cup_pressure: f64,
     /// Base pose in the odom frame: x \[m\], y \[m\], yaw \[rad\].
     pub base_pose: [f64; 3],
     /// Height of the base above its rest on flat ground \[m\].
@@ -39,15 +39,17 @@ pub struct Observation {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Command {
     /// Arm joint targets: positions of the set points at the end of the frame \[rad\].
-    pub arm_q: [f64; ARM_DOF],
+    pub arm_q: JointValues,
     /// Velocities of the set points at the end of the frame [rad/s]; 0 to come to rest.
-    pub arm_v: [f64; ARM_DOF],
+    pub arm_v: JointValues,
     /// Base velocity in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     pub base_velocity: [f64; 3],
     /// Opening of each finger \[m\], 0 closed to 0.04 open.
     pub finger_q: f64,
     /// Largest force of each finger drive \[N\].
     pub finger_force: f64,
+    /// Opening of the valve between pump and suction cup: 0 vents the cup, 1 applies the whole vacuum. Without effect without a cup.
+    pub vacuum: f64,
 }
 
 impl Command {
@@ -55,10 +57,11 @@ impl Command {
     pub fn still(observation: &Observation) -> Self {
         Self {
             arm_q: observation.arm_q,
-            arm_v: [0.0; ARM_DOF],
+            arm_v: JointValues::zeros(observation.arm_q.len()),
             base_velocity: [0.0; 3],
             finger_q: observation.finger_q[0],
             finger_force: 0.0,
+            vacuum: 0.0,
         }
     }
 }

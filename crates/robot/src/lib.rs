@@ -1,42 +1,60 @@
 //! Mobile manipulators read from URDF: kinematics, servos, observations and commands.
 //!
 //! [`Articulation`] reads any URDF tree; [`RobotModel`] adds the parts that a harvester needs (base, height,
-//! arm, fingers, bucket, wrist camera) and puts them into a world's model. [`Servos`] turns a [`Command`] into
+//! arm, fingers or suction cup, bucket, wrist camera) and puts them into a world's model. [`Servos`] turns a [`Command`] into
 //! implicit springs, dampers and torques each substep; [`observe`] reads the sensors. [`ArmKinematics`] is the arm alone, for controllers; it
 //! needs no world. Equations: `docs/computation/robot.md`.
 
 mod arm;
 mod articulation;
 mod assembly;
+mod base;
 mod braking;
+mod built_in;
 mod chain;
 mod clearance;
 mod config;
+mod cup;
 mod error;
 mod handle;
+mod harvester;
 mod ik;
 pub mod io;
+mod joint_values;
+mod mesh;
 mod model;
 mod observe;
 mod outline;
 mod parameters;
 mod plausible;
 mod qp;
+mod resources;
 mod roles;
 mod servo;
 mod size;
 mod survey;
+mod warning;
 
 pub use arm::{ArmKinematics, Jacobian, JointVector};
-pub use articulation::{Articulation, Frame, Limit, Link, LinkShape, Mimic};
+pub use articulation::{Articulation, Frame, Limit, Limits, Link, LinkShape, Loaded, MeshUse, Mimic};
+pub use base::BaseJoint;
+pub use built_in::{PAPER_TOML, PAPER_URDF};
 pub use clearance::SelfDistance;
-pub use config::{PAPER_TOML, PAPER_URDF, RobotConfig};
+pub use config::{
+    BaseDrive, BucketConfig, CupConfig, MountConfig, MountKind, Placement, ReachConfig, RobotConfig, Steering,
+};
+pub use cup::{Cup, Seal};
 pub use error::RobotError;
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 pub use ik::{IkFailure, IkTarget};
-pub use io::{ARM_DOF, Command, Observation};
+pub use io::{Command, Observation};
+pub use joint_values::{JointValues, MAX_ARM_DOF, TooManyJoints};
+pub use mesh::MeshFacts;
 pub use model::RobotModel;
 pub use observe::observe;
+pub use outline::outline;
 pub use qp::{Obstacle, QpGoal, QpState, QpStatus, QpStep, QpTask};
+pub use resources::{NoMeshes, Resources};
 pub use servo::{Servos, SetPoints};
-pub use survey::{InertiaFacts, JointFacts, LinkFacts, MeshUse, RoleFacts, Survey};
+pub use survey::{Draft, Guess, InertiaFacts, JointFacts, LinkFacts, RoleFacts, Survey};
+pub use warning::Warning;

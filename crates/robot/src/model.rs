@@ -3,18 +3,23 @@
 use crate::RobotError;
 use crate::arm::ArmKinematics;
 use crate::articulation::{Articulation, combined, moved};
+use crate::base::BaseJoint;
 use crate::config::RobotConfig;
+use crate::cup::Cup;
 use crate::handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
-use crate::io::{ARM_DOF, Command};
+use crate::io::Command;
+use crate::joint_values::JointValues;
 use crate::outline::outline;
+use crate::resources::{NoMeshes, Resources};
 use crate::roles::Roles;
-use orchard_geometry::{Aabb, Pose, Rotation, Vec3};
+use orchard_geometry::{Aabb, Pose, Rotation, Shape, Vec3, transform};
 use orchard_multibody::{
-    Body, BodyId, Collider, Coupling, Data, JointKind, Model, ModelBuilder, Owner, SpatialInertia,
-    forward_kinematics,
+    Body, BodyId, Collider, ColliderId, Coupling, Data, JointKind, Model, ModelBuilder, Owner,
+    SpatialInertia, forward_kinematics,
 };
 
-/// A mobile manipulator: planar base, height, arm of seven hinges, two fingers, bucket, wrist camera.
+/// A manipulator: a base that stands, slides or drives, a height joint or none, an arm of four to eight hinges, two fingers or a suction cup,
+/// a bucket and a wrist camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotModel {
     urdf: String,
@@ -31,22 +36,28 @@ impl RobotModel {
     /// # Errors
     /// [`Articulation::from_urdf`] refuses the text, or the file lacks a part that the config names.
     pub fn from_urdf(text: &str, config: &RobotConfig) -> Result<Self, RobotError> {
-        let articulation = Articulation::from_urdf(text)?;
+        Self::load(text, &mut NoMeshes, config)
+    }
+
+    /// Reads a robot from URDF text, with the mesh files that `resources` finds, and a config that names its parts.
+    ///
+    /// # Errors
+    /// [`Articulation::load`] refuses the text, or the file lacks a part that the config names.
+    pub fn load(text: &str, resources: &mut dyn Resources, config: &RobotConfig) -> Result<Self, RobotError> {
+        Self::of(text, Articulation::load(text, resources, &config.limits)?.articulation, config)
+    }
+
+    /// Robot of an articulation that was loaded from URDF text, on the config's mount and with its bucket. Joints that play no part are locked
+    /// at 0.
+    ///
+    /// # Errors
+    /// The articulation lacks a part that the config names.
+    pub fn of(text: &str, articulation: Articulation, config: &RobotConfig) -> Result<Self, RobotError> {
+        let articulation = articulation.into_harvester(config);
         let roles = Roles::find(&articulation, &config.parts)?;
         let kinematics = ArmKinematics::new(&articulation, &roles, config)?;
         let whole = whole_inertia(&articulation, &roles, config);
         Ok(Self { urdf: text.to_owned(), articulation, config: config.clone(), roles, kinematics, whole })
-    }
-
-    /// The robot of preset `paper`.
-    ///
-    /// # Panics
-    /// Never: the embedded files are read in this crate's tests.
-    pub fn paper() -> Self {
-        match Self::from_urdf(crate::PAPER_URDF, &RobotConfig::paper()) {
-            Ok(robot) => robot,
-            Err(e) => unreachable!("embedded preset: {e}"),
-        }
     }
 
     /// URDF text that the robot was read from.
@@ -69,6 +80,11 @@ impl RobotModel {
         &self.kinematics
     }
 
+    /// Joint of the base, with its link.
+    pub fn base_joint(&self) -> BaseJoint<usize> {
+        self.roles.base_joint
+    }
+
     /// Interior of the bucket.
     pub fn bucket(&self) -> Bucket {
         self.roles.bucket
@@ -79,23 +95,29 @@ impl RobotModel {
         let roles = &self.roles;
         let x_base_link = roles.x_link_base.inverse();
         let shapes = self.articulation.links[roles.base].shapes.iter();
-        let chassis = shapes.filter(|s| s.part == self.config.parts.base_link);
+        let chassis = shapes.filter(|s| self.is_chassis(&s.part));
         let boxes = chassis.map(|s| s.shape.aabb(&(x_base_link * s.x_link_shape)));
         boxes.reduce(|a, b| a.union(&b)).unwrap_or(Aabb { min: Vec3::zeros(), max: Vec3::zeros() })
+    }
+
+    /// True if a shape of the base's link belongs to the chassis: that of the link that the config names, or of all that stands on a mount.
+    fn is_chassis(&self, part: &str) -> bool {
+        let parts = &self.config.parts;
+        part == parts.base_link || (self.config.mount.is_some() && part != parts.bucket_link)
     }
 
     /// Convex outline of chassis and bucket on the ground: counterclockwise corners in the base frame \[m\].
     pub fn footprint(&self) -> Vec<[f64; 2]> {
         let x_base_link = self.roles.x_link_base.inverse();
-        let parts = &self.config.parts;
+        let bucket = &self.config.parts.bucket_link;
         let shapes = self.articulation.links[self.roles.base].shapes.iter();
-        let standing = shapes.filter(|s| s.part == parts.base_link || s.part == parts.bucket_link);
+        let standing = shapes.filter(|s| self.is_chassis(&s.part) || s.part == *bucket);
         outline(standing.map(|s| (&s.shape, x_base_link * s.x_link_shape)))
     }
 
-    /// Lag of the height servo behind a set point that moves evenly \[s\].
+    /// Lag of the height servo behind a set point that moves evenly \[s\]; 0 without that servo.
     pub fn height_lag(&self) -> f64 {
-        self.config.height.damping.si() / self.config.height.stiffness.si()
+        self.config.height.as_ref().map_or(0.0, |gains| gains.damping.si() / gains.stiffness.si())
     }
 
     /// Mass of the whole robot \[kg\].
@@ -109,7 +131,7 @@ impl RobotModel {
         let mut carried = vec![false; links.len()];
         let mut mass = 0.0;
         for (i, link) in links.iter().enumerate() {
-            carried[i] = i == self.roles.height || link.parent.is_some_and(|p| carried[p]);
+            carried[i] = self.roles.height == Some(i) || link.parent.is_some_and(|p| carried[p]);
             if carried[i] {
                 mass += link.inertia.mass;
             }
@@ -126,11 +148,12 @@ impl RobotModel {
     /// Command that holds the start posture.
     pub fn start_command(&self) -> Command {
         Command {
-            arm_q: self.kinematics.home().into(),
-            arm_v: [0.0; ARM_DOF],
+            arm_q: self.kinematics.values(&self.kinematics.home()),
+            arm_v: JointValues::zeros(self.kinematics.dof()),
             base_velocity: [0.0; 3],
-            finger_q: self.config.start.finger_opening.si(),
+            finger_q: self.config.start.finger_opening(),
             finger_force: self.kinematics.finger_force(),
+            vacuum: 0.0,
         }
     }
 
@@ -158,25 +181,26 @@ impl RobotModel {
             }));
         }
         for (i, link) in links.iter().enumerate() {
-            if let Some(mimic) = link.mimic {
+            if let (Some(mimic), Some(drive)) = (link.mimic, &self.config.finger) {
                 builder.add_coupling(Coupling {
                     dof_a: dofs[i],
                     dof_b: dofs[mimic.leader],
                     ratio: mimic.multiplier,
-                    stiffness: self.config.finger.coupling_stiffness.si(),
-                    damping: self.config.finger.coupling_damping.si(),
+                    stiffness: drive.coupling_stiffness.si(),
+                    damping: drive.coupling_damping.si(),
                 });
             }
         }
         let wrist = self.kinematics.mounts;
         RobotHandle {
             colliders: self.add_colliders(builder, &bodies, groups),
-            planar: bodies[self.roles.planar],
-            height: bodies[self.roles.height],
+            base_joint: self.roles.base_joint.map(|l| bodies[l]),
+            height: self.roles.height.map(|l| bodies[l]),
             base: bodies[self.roles.base],
             x_body_base: self.roles.x_link_base,
-            arm: self.roles.arm.map(|l| bodies[l]),
-            fingers: self.roles.fingers.map(|l| bodies[l]),
+            arm: self.roles.arm.iter().map(|&l| bodies[l]).collect(),
+            fingers: self.roles.fingers.iter().map(|&l| bodies[l]).collect(),
+            cup: self.cup(),
             x_wrist_camera: wrist.x_wrist_camera,
             x_wrist_hand: wrist.x_wrist_hand,
             x_wrist_tcp: wrist.x_wrist_tcp,
@@ -195,7 +219,7 @@ impl RobotModel {
         let surface = &self.config.surface;
         for (i, link) in self.articulation.links.iter().enumerate() {
             let on_arm = self.roles.arm.iter().position(|&l| l == i).map(|joint| joint + 1);
-            let on_hand = self.roles.fingers.contains(&i).then_some(ARM_DOF);
+            let on_hand = self.roles.fingers.contains(&i).then_some(self.kinematics.dof());
             let rank = on_arm.or(on_hand).unwrap_or(0);
             for s in &link.shapes {
                 let finger = self.roles.fingers.iter().position(|&l| l == i);
@@ -203,7 +227,7 @@ impl RobotModel {
                     (&mut colliders.fingers[f], part_groups.finger, surface.finger_friction.si())
                 } else if s.part == self.config.parts.bucket_link {
                     (&mut colliders.bucket, part_groups.bucket, surface.body_friction.si())
-                } else if s.part == self.config.parts.base_link {
+                } else if i == self.roles.base && self.is_chassis(&s.part) {
                     (&mut colliders.base, part_groups.base, surface.body_friction.si())
                 } else {
                     (&mut colliders.arm, part_groups.arm, surface.body_friction.si())
@@ -218,6 +242,7 @@ impl RobotModel {
                 }));
             }
         }
+        colliders.cup = self.add_lip(builder, bodies, part_groups);
         colliders
     }
 
@@ -227,15 +252,50 @@ impl RobotModel {
             data.v[model.dofs(body)].fill(0.0);
         }
         let start = self.start_command();
-        data.q[model.qs(handle.planar)].fill(0.0);
-        data.q[model.qs(handle.height)].fill(0.0);
-        for i in 0..ARM_DOF {
-            data.q[model.qs(handle.arm[i]).start] = start.arm_q[i];
+        for &body in handle.base_joint.moving().into_iter().chain(&handle.height) {
+            data.q[model.qs(body)].fill(0.0);
         }
-        for finger in handle.fingers {
+        for (&body, q) in handle.arm.iter().zip(&start.arm_q) {
+            data.q[model.qs(body).start] = *q;
+        }
+        for &finger in &handle.fingers {
             data.q[model.qs(finger).start] = start.finger_q;
         }
         forward_kinematics(model, data);
+    }
+}
+
+impl RobotModel {
+    /// The suction cup, if the hand has one.
+    pub fn cup(&self) -> Option<Cup> {
+        self.kinematics().cup().cloned()
+    }
+
+    /// Adds the points of the lip to a world, as balls on the last arm link.
+    pub(crate) fn add_lip(
+        &self,
+        builder: &mut ModelBuilder,
+        bodies: &[BodyId],
+        groups: &PartGroups,
+    ) -> Vec<ColliderId> {
+        let (Some(cup), Some(config)) = (self.cup(), &self.config().cup) else { return Vec::new() };
+        let rank = self.kinematics().dof();
+        let groups = groups.on_link(groups.finger, rank, |other| self.kinematics().watches(rank, other));
+        let stiffness = config.stiffness.si() / cup.lip_p_lip.len() as f64;
+        let point = |p_lip: &Vec3| {
+            builder.add_collider(Collider {
+                owner: Owner::Body(bodies[self.roles.wrist()]),
+                shape: Shape::Sphere { radius: cup.half_thickness },
+                x_owner_shape: Pose::from_parts(
+                    transform(&cup.x_wrist_lip, p_lip).into(),
+                    Default::default(),
+                ),
+                groups,
+                friction: config.friction.si(),
+                stiffness,
+            })
+        };
+        cup.lip_p_lip.iter().map(point).collect()
     }
 }
 
@@ -247,7 +307,7 @@ fn whole_inertia(articulation: &Articulation, roles: &Roles, config: &RobotConfi
     for (i, link) in articulation.links.iter().enumerate() {
         let q = match (roles.arm.iter().position(|&l| l == i), roles.fingers.contains(&i)) {
             (Some(joint), _) => config.start.arm_home[joint].si(),
-            (None, true) => config.start.finger_opening.si(),
+            (None, true) => config.start.finger_opening(),
             (None, false) => 0.0,
         };
         let moved_by = match link.joint {

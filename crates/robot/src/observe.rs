@@ -2,10 +2,11 @@
 
 use crate::handle::RobotHandle;
 use crate::io::Observation;
+use crate::joint_values::JointValues;
 use orchard_geometry::Intrinsics;
 use orchard_multibody::{BodyId, Data, Model};
 
-/// Reads joints, drives and odometry; the camera fills `depth`. Efforts are those of the last step, whose springs and dampers act with the
+/// Reads joints, drives and odometry; the camera fills `depth`, and the cup `cup_pressure`. Efforts are those of the last step, whose springs and dampers act with the
 /// state at its end.
 pub fn observe(
     model: &Model,
@@ -20,17 +21,21 @@ pub fn observe(
         let dof = model.dofs(body).start;
         data.stiffness[dof] * (data.rest[dof] - q(body)) - data.damping[dof] * data.v[dof] + data.torque[dof]
     };
-    let (pose, rate) = (model.qs(handle.planar).start, model.dofs(handle.planar).start);
+    let arm = |read: &dyn Fn(BodyId) -> f64| JointValues::from_fn(handle.arm.len(), |i| read(handle.arm[i]));
+    let finger = |read: &dyn Fn(BodyId) -> f64| {
+        std::array::from_fn(|i| handle.fingers.get(i).map_or(0.0, |&body| read(body)))
+    };
     Observation {
         time,
-        arm_q: handle.arm.map(q),
-        arm_v: handle.arm.map(v),
-        arm_torque: handle.arm.map(effort),
-        finger_q: handle.fingers.map(q),
-        finger_force: handle.fingers.map(effort),
-        base_pose: std::array::from_fn(|k| data.q[pose + k]),
-        base_height: q(handle.height),
-        base_velocity: std::array::from_fn(|k| data.v[rate + k]),
+        arm_q: arm(&q),
+        arm_v: arm(&v),
+        arm_torque: arm(&effort),
+        finger_q: finger(&q),
+        finger_force: finger(&effort),
+        cup_pressure: 0.0,
+        base_pose: handle.base_joint.pose(model, data),
+        base_height: handle.height.map_or(0.0, q),
+        base_velocity: handle.base_joint.velocity(model, data),
         depth: None,
         depth_time: time,
         intrinsics,

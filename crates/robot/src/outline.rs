@@ -7,7 +7,7 @@ const CIRCLE_CORNERS: usize = 16;
 
 /// Returns the counterclockwise corners of the smallest convex polygon that contains placed shapes, seen from above \[m\]; empty without
 /// shapes. Round edges are replaced by polygons about them.
-pub(crate) fn outline<'a>(shapes: impl Iterator<Item = (&'a Shape, Pose)>) -> Vec<[f64; 2]> {
+pub fn outline<'a>(shapes: impl Iterator<Item = (&'a Shape, Pose)>) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for (shape, x) in shapes {
         cover(shape, &x, &mut points);
@@ -36,6 +36,10 @@ fn cover(shape: &Shape, x: &Pose, points: &mut Vec<[f64; 2]>) {
                 points.push([p.x, p.y]);
             }
         }
+        Shape::ConvexHull(hull) => points.extend(hull.vertices().iter().map(|p| {
+            let p = transform(x, p);
+            [p.x, p.y]
+        })),
         other => {
             let around = other.aabb(x);
             for (px, py) in [(0, 0), (0, 1), (1, 0), (1, 1)] {

@@ -43,5 +43,8 @@ pub(crate) fn check_inertial(link: &urdf_rs::Link) -> Result<(), RobotError> {
     let place = format!("inertia of link `{}`", link.name);
     let i = &link.inertial.inertia;
     within(&place, &[link.inertial.mass.value], MASS_MAX)?;
+    if link.inertial.mass.value < 0.0 {
+        return Err(RobotError::Inertia { link: link.name.clone(), problem: "the mass is negative" });
+    }
     within(&place, &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], INERTIA_MAX)
 }

@@ -1,10 +1,10 @@
 //! Roles of an articulation's joints and links: base, arm, fingers, hand, bucket.
 
 use crate::RobotError;
-use crate::articulation::{Articulation, Limit};
+use crate::articulation::{Articulation, Frame, Limit};
+use crate::base::BaseJoint;
 use crate::config::Parts;
 use crate::handle::Bucket;
-use crate::io::ARM_DOF;
 use nalgebra::Unit;
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::JointKind;
@@ -12,17 +12,19 @@ use orchard_multibody::JointKind;
 /// Links of an articulation by their role in a harvester.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Roles {
-    pub planar: usize,
-    pub height: usize,
+    pub base_joint: BaseJoint<usize>,
+    pub height: Option<usize>,
     /// Link that carries the `base` frame.
     pub base: usize,
     pub x_link_base: Pose,
-    pub arm: [usize; ARM_DOF],
-    pub arm_axes: [Unit<Vec3>; ARM_DOF],
-    pub arm_limits: [Limit; ARM_DOF],
-    pub fingers: [usize; 2],
-    pub finger_axes: [Unit<Vec3>; 2],
-    pub finger_limits: [Limit; 2],
+    /// From the shoulder out; at least one.
+    pub arm: Vec<usize>,
+    pub arm_axes: Vec<Unit<Vec3>>,
+    pub arm_limits: Vec<Limit>,
+    /// The two fingers; none for a hand with a suction cup.
+    pub fingers: Vec<usize>,
+    pub finger_axes: Vec<Unit<Vec3>>,
+    pub finger_limits: Vec<Limit>,
     pub bucket: Bucket,
 }
 
@@ -39,39 +41,45 @@ impl Roles {
             .frame(&parts.base_link)
             .ok_or_else(|| missing_link("base_link", &parts.base_link))?;
         let base = base_frame.link.ok_or_else(|| missing_link("base_link (moving)", &parts.base_link))?;
-        let planar = articulation
-            .link_of_joint(&parts.base_joint)
-            .filter(|&l| articulation.links[l].joint == JointKind::Planar)
-            .filter(|&l| articulation.links[l].parent.is_none())
-            .ok_or_else(|| missing_joint("base_joint", "planar (on the root link)", &parts.base_joint))?;
-        let height = one_axis(articulation, "height_joint", &parts.height_joint, Freedom::Slide, planar)?;
-        if height.link != base {
-            return Err(missing_link("base_link (on height_joint)", &parts.base_link));
+        let base_joint = base_joint(articulation, parts, base_frame)?;
+        let mut carrier = base_joint.moving().copied();
+        let mut height = None;
+        if let Some(joint) = &parts.height_joint {
+            let found = one_axis(articulation, "height_joint", joint, Freedom::Slide, carrier)?.link;
+            (height, carrier) = (Some(found), Some(found));
         }
-        let mut arm = Vec::with_capacity(ARM_DOF);
+        if carrier.is_some_and(|link| link != base) {
+            return Err(missing_link("base_link (on the last joint of the base)", &parts.base_link));
+        }
+        let mut arm = Vec::with_capacity(parts.arm_joints.len());
         let mut parent = base;
         for joint in &parts.arm_joints {
-            let found = one_axis(articulation, "arm_joints", joint, Freedom::Hinge, parent)?;
+            let found = one_axis(articulation, "arm_joints", joint, Freedom::Hinge, Some(parent))?;
             parent = found.link;
             arm.push(found);
         }
-        let finger = |i: usize| {
-            one_axis(articulation, "finger_joints", &parts.finger_joints[i], Freedom::Slide, parent)
-        };
-        let fingers = [finger(0)?, finger(1)?];
+        let finger =
+            |joint: &String| one_axis(articulation, "finger_joints", joint, Freedom::Slide, Some(parent));
+        let fingers =
+            parts.finger_joints.iter().flatten().map(finger).collect::<Result<Vec<OneAxis>, RobotError>>()?;
         Ok(Self {
-            planar,
-            height: height.link,
+            base_joint,
+            height,
             base,
             x_link_base: base_frame.x_link_frame,
-            arm: std::array::from_fn(|i| arm[i].link),
-            arm_axes: std::array::from_fn(|i| arm[i].axis),
-            arm_limits: std::array::from_fn(|i| arm[i].limit),
-            finger_axes: [fingers[0].axis, fingers[1].axis],
-            finger_limits: [fingers[0].limit, fingers[1].limit],
-            fingers: [fingers[0].link, fingers[1].link],
+            arm: arm.iter().map(|joint| joint.link).collect(),
+            arm_axes: arm.iter().map(|joint| joint.axis).collect(),
+            arm_limits: arm.iter().map(|joint| joint.limit).collect(),
+            finger_axes: fingers.iter().map(|joint| joint.axis).collect(),
+            finger_limits: fingers.iter().map(|joint| joint.limit).collect(),
+            fingers: fingers.iter().map(|joint| joint.link).collect(),
             bucket: bucket_interior(articulation, parts, base, &base_frame.x_link_frame)?,
         })
+    }
+
+    /// Link that carries hand and camera.
+    pub fn wrist(&self) -> usize {
+        self.arm.last().copied().unwrap_or(self.base)
     }
 
     /// Pose of a URDF link that must be fixed to the moving link `on`.
@@ -94,7 +102,7 @@ fn one_axis(
     by: &str,
     joint: &str,
     freedom: Freedom,
-    parent: usize,
+    parent: Option<usize>,
 ) -> Result<OneAxis, RobotError> {
     let kind = match freedom {
         Freedom::Hinge => "revolute (on the link before it)",
@@ -102,9 +110,13 @@ fn one_axis(
     };
     let link = articulation
         .link_of_joint(joint)
-        .filter(|&l| articulation.links[l].parent == Some(parent))
+        .filter(|&l| articulation.links[l].parent == parent)
         .ok_or_else(|| missing_joint(by, kind, joint))?;
     let found = &articulation.links[link];
+    if found.limit.is_some_and(|limit| !limit.is_complete()) {
+        let problem = "a joint that is driven needs limits of position, velocity and effort (--limits FILE)";
+        return Err(RobotError::Limit { joint: joint.to_owned(), problem });
+    }
     match (found.joint, freedom, found.limit) {
         (JointKind::Hinge(axis), Freedom::Hinge, Some(limit))
         | (JointKind::Slide(axis), Freedom::Slide, Some(limit))
@@ -115,6 +127,34 @@ fn one_axis(
         _ => Err(missing_joint(by, kind, joint)),
     }
 }
+
+/// Joint of the base: the config names it, and it is the first of the robot.
+fn base_joint(
+    articulation: &Articulation,
+    parts: &Parts,
+    base_frame: &Frame,
+) -> Result<BaseJoint<usize>, RobotError> {
+    let Some(name) = &parts.base_joint else { return Ok(BaseJoint::Fixed) };
+    let link = articulation.link_of_joint(name).filter(|&l| articulation.links[l].parent.is_none());
+    match link.map(|l| (l, articulation.links[l].joint)) {
+        Some((l, JointKind::Planar)) => Ok(BaseJoint::Planar(l)),
+        Some((on, JointKind::Slide(axis))) => {
+            let axis_base = base_frame.x_link_frame.rotation.inverse() * axis.into_inner();
+            if axis_base.z.abs() > LEVEL {
+                return Err(RobotError::Axis {
+                    joint: name.clone(),
+                    axis: format!("{:?}", axis.as_slice()),
+                    problem: "of a rail is not level",
+                });
+            }
+            Ok(BaseJoint::Rail { on, axis_base })
+        }
+        _ => Err(missing_joint("base_joint", "planar or prismatic (on the root link)", name)),
+    }
+}
+
+/// Largest vertical part of a rail's direction, above the rounding of printed numbers \[1\].
+const LEVEL: f64 = 1e-6;
 
 fn missing_link(by: &str, link: &str) -> RobotError {
     RobotError::MissingLink { by: by.to_owned(), link: link.to_owned() }

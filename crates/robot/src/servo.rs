@@ -10,12 +10,16 @@
 //! velocities there. Meanwhile they move at those velocities, plus the largest speed from which their offset can be braked away
 //! ([`crate::braking`]). So they follow a smooth command without lag and come to rest at a command of velocity 0.
 
+mod base;
+
+use crate::base::BaseJoint;
 use crate::braking::{stopping_speed, velocity_range};
 use crate::handle::RobotHandle;
-use crate::io::{ARM_DOF, Command};
+use crate::io::Command;
+use crate::joint_values::JointValues;
 use crate::model::RobotModel;
-use nalgebra::Vector2;
-use orchard_geometry::{Vec3, math};
+use base::BaseServo;
+use orchard_geometry::Vec3;
 use orchard_multibody::{Data, Model};
 use serde::{Deserialize, Serialize};
 
@@ -31,34 +35,23 @@ pub struct Servos {
 pub struct SetPoints {
     /// Velocity of the base in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     base_velocity: [f64; 3],
-    arm_target: [f64; ARM_DOF],
-    arm_rate: [f64; ARM_DOF],
+    arm_target: JointValues,
+    arm_rate: JointValues,
     finger_target: [f64; 2],
 }
 
 #[derive(Debug, Clone, PartialEq)]
 struct Parameters {
-    base: Drive,
-    turn: Drive,
-    height: Gains,
+    base: Option<BaseServo>,
+    height: Option<Gains>,
     arm: Gains,
     arm_acceleration: f64,
-    finger: Gains,
+    finger: Option<Gains>,
     finger_speed: f64,
     finger_force: f64,
-    finger_range: [(f64, f64); 2],
+    finger_range: Vec<(f64, f64)>,
     kinematics: crate::ArmKinematics,
-    mass: f64,
     carried_mass: f64,
-    yaw_inertia: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Drive {
-    damping: f64,
-    effort_max: f64,
-    speed_max: f64,
-    acceleration_max: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +67,13 @@ struct Input {
     damping: f64,
     rest: f64,
     torque: f64,
+}
+
+impl Input {
+    /// An effort without gains.
+    fn constant(torque: f64) -> Self {
+        Self { stiffness: 0.0, damping: 0.0, rest: 0.0, torque }
+    }
 }
 
 impl Gains {
@@ -120,37 +120,31 @@ impl Servos {
         let c = robot.config();
         let start = robot.start_command();
         let kinematics = robot.kinematics().clone();
+        let rail = match robot.roles.base_joint {
+            BaseJoint::Rail { on, .. } => robot.articulation().links[on].limit,
+            _ => None,
+        };
         Self {
             set: SetPoints {
                 base_velocity: [0.0; 3],
                 arm_target: start.arm_q,
-                arm_rate: [0.0; ARM_DOF],
+                arm_rate: JointValues::zeros(start.arm_q.len()),
                 finger_target: [start.finger_q; 2],
             },
             robot: Parameters {
-                base: Drive {
-                    damping: c.base.damping.si(),
-                    effort_max: c.base.force_max.si(),
-                    speed_max: c.base.speed_max.si(),
-                    acceleration_max: c.base.acceleration_max.si(),
-                },
-                turn: Drive {
-                    damping: c.base.turn_damping.si(),
-                    effort_max: c.base.torque_max.si(),
-                    speed_max: c.base.turn_speed_max.si(),
-                    acceleration_max: c.base.turn_acceleration_max.si(),
-                },
-                height: Gains::new(&c.height),
+                base: c.drive.as_ref().map(|c| BaseServo::new(c, robot.mass(), robot.yaw_inertia(), rail)),
+                height: c.height.as_ref().map(Gains::new),
                 arm: Gains { stiffness: c.arm.stiffness.si(), damping: c.arm.damping.si() },
                 arm_acceleration: c.arm.acceleration_max.si(),
-                finger: Gains { stiffness: c.finger.stiffness.si(), damping: c.finger.damping.si() },
+                finger: c
+                    .finger
+                    .as_ref()
+                    .map(|c| Gains { stiffness: c.stiffness.si(), damping: c.damping.si() }),
                 finger_speed: kinematics.finger_speed(),
                 finger_force: kinematics.finger_force(),
-                finger_range: robot.roles.finger_limits.map(|l| (l.lower, l.upper)),
+                finger_range: robot.roles.finger_limits.iter().map(|l| (l.lower, l.upper)).collect(),
                 kinematics,
-                mass: robot.mass(),
                 carried_mass: robot.carried_mass(),
-                yaw_inertia: robot.yaw_inertia(),
             },
         }
     }
@@ -161,7 +155,7 @@ impl Servos {
     }
 
     /// Positions \[rad\] and velocities [rad/s] of the arm's set points.
-    pub fn arm_set(&self) -> ([f64; ARM_DOF], [f64; ARM_DOF]) {
+    pub fn arm_set(&self) -> (JointValues, JointValues) {
         (self.set.arm_target, self.set.arm_rate)
     }
 
@@ -188,12 +182,14 @@ impl Servos {
         h: f64,
         remaining: f64,
     ) {
-        self.drive_base(model, data, handle, command, h);
-        let dof = model.dofs(handle.height).start;
-        let gains = self.robot.height;
-        let weight = -self.robot.carried_mass * gravity.z;
-        let (stiffness, damping) = (gains.stiffness, gains.damping);
-        write(data, dof, Input { stiffness, damping, rest: height, torque: weight });
+        if let Some(base) = &self.robot.base {
+            let set = &mut self.set.base_velocity;
+            base.apply(model, data, &handle.base_joint, set, &command.base_velocity, h);
+        }
+        if let (Some(body), Some(Gains { stiffness, damping })) = (handle.height, self.robot.height) {
+            let weight = -self.robot.carried_mass * gravity.z;
+            write(data, model.dofs(body).start, Input { stiffness, damping, rest: height, torque: weight });
+        }
         self.drive_arm(model, data, handle, command, gravity, h, remaining);
         self.drive_fingers(model, data, handle, command, h);
     }
@@ -203,7 +199,7 @@ impl Servos {
     /// from its start.
     pub fn cap_overshoot(&self, model: &Model, data: &mut Data, handle: &RobotHandle) -> bool {
         let mut capped = false;
-        for (body, limit) in handle.arm.into_iter().zip(self.robot.kinematics.limits()) {
+        for (&body, limit) in handle.arm.iter().zip(self.robot.kinematics.limits()) {
             let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
             let exerted = data.stiffness[dof] * (data.rest[dof] - q) - data.damping[dof] * data.v[dof]
                 + data.torque[dof];
@@ -214,42 +210,6 @@ impl Servos {
             }
         }
         capped
-    }
-
-    fn drive_base(
-        &mut self,
-        model: &Model,
-        data: &mut Data,
-        handle: &RobotHandle,
-        command: &Command,
-        h: f64,
-    ) {
-        let (base, turn) = (self.robot.base, self.robot.turn);
-        if command.base_velocity.iter().all(|v| v.is_finite()) {
-            let [x, y, yaw] = command.base_velocity;
-            let step = base.acceleration_max * h;
-            let wanted = Vector2::new(x, y).map(|v| v.clamp(-base.speed_max, base.speed_max));
-            let now = Vector2::new(self.set.base_velocity[0], self.set.base_velocity[1]);
-            let next = now + (wanted - now).cap_magnitude(step);
-            let yaw = yaw.clamp(-turn.speed_max, turn.speed_max);
-            let yaw_rate = toward(self.set.base_velocity[2], yaw, turn.acceleration_max * h);
-            self.set.base_velocity = [next.x, next.y, yaw_rate];
-        }
-        let (dof, yaw) = (model.dofs(handle.planar).start, data.q[model.qs(handle.planar).start + 2]);
-        let (sin, cos) = math::sin_cos(yaw);
-        let [forward, left, yaw_rate] = self.set.base_velocity;
-        // The planar joint's x and y are along axes of odom; the set point is in the base frame.
-        let set = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
-        let now = Vector2::new(data.v[dof], data.v[dof + 1]);
-        // The force is constant over the substep, so that a collision within it meets no more than the bound.
-        let force = (set - now) * (base.damping / (1.0 + h * base.damping / self.robot.mass));
-        let force = force.cap_magnitude(base.effort_max);
-        let factor = turn.damping / (1.0 + h * turn.damping / self.robot.yaw_inertia);
-        let torque = ((yaw_rate - data.v[dof + 2]) * factor).clamp(-turn.effort_max, turn.effort_max);
-        for (k, effort) in [force.x, force.y, torque].into_iter().enumerate() {
-            let input = Input { stiffness: 0.0, damping: 0.0, rest: 0.0, torque: effort };
-            write(data, dof + k, input);
-        }
     }
 
     #[expect(
@@ -267,16 +227,17 @@ impl Servos {
         remaining: f64,
     ) {
         let arm = &self.robot.kinematics;
-        let q = crate::JointVector::from_fn(|i, _| data.q[model.qs(handle.arm[i]).start]);
+        let q = JointValues::from_fn(handle.arm.len(), |i| data.q[model.qs(handle.arm[i]).start]).vector();
         let holding = arm.gravity_torque(&q, gravity);
         let inertia = arm.reflected_inertia(&q);
-        for i in 0..ARM_DOF {
+        for i in 0..arm.dof() {
             let limit = arm.limits()[i];
             let target = &mut self.set.arm_target[i];
             let rate = &mut self.set.arm_rate[i];
-            // A command that is not finite does not stop the set point at once: it brakes.
-            let wanted = if command.arm_q[i].is_finite() { command.arm_q[i] } else { *target };
-            let passing = if command.arm_v[i].is_finite() { command.arm_v[i] } else { 0.0 };
+            // A command that is missing or not finite does not stop the set point at once: it brakes.
+            let finite = |values: &JointValues| values.get(i).copied().filter(|x| x.is_finite());
+            let wanted = finite(&command.arm_q).unwrap_or(*target);
+            let passing = finite(&command.arm_v).unwrap_or(0.0);
             let passing = passing.clamp(-limit.velocity, limit.velocity);
             let wanted = (wanted - passing * remaining).clamp(limit.lower, limit.upper);
             // Offset from the motion that passes the target at this speed.
@@ -304,10 +265,10 @@ impl Servos {
         command: &Command,
         h: f64,
     ) {
-        let gains = self.robot.finger;
+        let Some(gains) = self.robot.finger else { return };
         let asked = if command.finger_force.is_finite() { command.finger_force.max(0.0) } else { 0.0 };
         let limit = asked.min(self.robot.finger_force);
-        for (i, body) in handle.fingers.into_iter().enumerate() {
+        for (i, body) in handle.fingers.iter().copied().enumerate() {
             let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
             let (lower, upper) = self.robot.finger_range[i];
             if command.finger_q.is_finite() {

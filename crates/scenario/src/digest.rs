@@ -26,6 +26,7 @@ impl Scenario {
             ("tree", text(&self.tree.as_deref())),
             ("robot.urdf", self.robot.urdf().to_owned()),
             ("robot", text(self.robot.config())),
+            ("robot.meshes", text(&self.robot_files.as_ref().map(|files| &files.meshes))),
             ("detector", text(&self.detector)),
             ("rules", text(&self.rules)),
         ];

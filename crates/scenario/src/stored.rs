@@ -9,10 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::figures::Layers;
 use crate::limits;
-use crate::resolve::{find_controller, find_robot};
-use crate::{Names, OptionValue, Scenario, ScenarioError, TreeFile};
+use crate::resolve::find_controller;
+use crate::robot;
+use crate::{Names, OptionValue, RobotFiles, Scenario, ScenarioError, TreeFile};
 
-/// A scenario with all its figures. Robot and controller come with a program and are kept by name; the controller's config texts stand
+/// A scenario with all its figures. The controller comes with a program and is kept by name, and so is a robot that does; the controller's config texts stand
 /// beside its name, so that a program without it can still check the hash.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredScenario {
@@ -25,6 +26,8 @@ pub struct StoredScenario {
     pub world: Box<Spec>,
     /// The digitised tree, if there is one.
     pub tree_file: Option<TreeFile>,
+    /// The robot's files, if it does not come with the program.
+    pub robot_files: Option<Box<RobotFiles>>,
     /// The detector's config.
     pub detector_config: Box<DetectorConfig>,
     /// Config texts of the controller, by name.
@@ -41,6 +44,7 @@ impl Scenario {
             hash: self.hash(),
             world: Box::new((*self.spec).clone()),
             tree_file: self.tree.as_deref().cloned(),
+            robot_files: self.robot_files.as_deref().cloned().map(Box::new),
             detector_config: Box::new(self.detector.clone()),
             controller_configs: self.controller.configs(),
             rules: self.rules.clone(),
@@ -64,7 +68,8 @@ impl Scenario {
         }
         let given = |field: &str, value: &str| OptionValue::new(value, format!("{by}: {field}"));
         let scenario = Self {
-            robot: find_robot(&given("robot", &names.scene.robot))?,
+            robot: robot::of_result(&given("robot", &names.scene.robot), stored.robot_files.as_deref())?,
+            robot_files: stored.robot_files.as_deref().cloned().map(Arc::new),
             controller: find_controller(&given("controller", &names.controller), controllers)?,
             spec: Arc::new((*stored.world).clone()),
             tree: stored.tree_file.clone().map(Arc::new),

@@ -5,7 +5,7 @@ pub mod progress;
 use orchard_bench::digest::config_hash;
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_geometry::{Image, Intrinsics, Pose, Vec3};
-use orchard_robot::io::{ARM_DOF, Command, Observation};
+use orchard_robot::{Command, JointValues, Observation};
 use orchard_scenario::Names;
 use orchard_spec::{Purpose, Stream};
 use orchard_world::WorldEvent;
@@ -32,11 +32,12 @@ pub const FRAME: f64 = 0.5;
 pub fn observation(time: f64) -> Observation {
     Observation {
         time,
-        arm_q: [0.0; ARM_DOF],
-        arm_v: [0.0; ARM_DOF],
-        arm_torque: [0.0; ARM_DOF],
+        arm_q: JointValues::zeros(7),
+        arm_v: JointValues::zeros(7),
+        arm_torque: JointValues::zeros(7),
         finger_q: [0.0; 2],
         finger_force: [0.0; 2],
+        cup_pressure: 0.0,
         base_pose: [0.0; 3],
         base_height: 0.0,
         base_velocity: [0.0; 3],
@@ -211,10 +212,11 @@ impl BenchController for FakeController {
         }
         Command {
             arm_q: observation.arm_q,
-            arm_v: [0.0; ARM_DOF],
+            arm_v: JointValues::zeros(7),
             base_velocity: [0.0; 3],
             finger_q: 0.0,
             finger_force: 0.0,
+            vacuum: 0.0,
         }
     }
 

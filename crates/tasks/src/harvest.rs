@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod observe;
 pub mod plan;
 mod reason;
+pub mod replays;
 pub(crate) mod run;
 #[cfg(test)]
 mod run_tests;

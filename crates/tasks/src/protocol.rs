@@ -165,16 +165,21 @@ impl Protocol {
     }
 
     fn of_table(file: &str, table: toml::Table) -> Result<Self, ConfigError> {
-        let protocol = Self { file: file.to_owned(), ..from_table(file, table)? };
+        Self { file: file.to_owned(), ..from_table(file, table)? }.checked()
+    }
+
+    /// The protocol, if its values agree with each other.
+    fn checked(self) -> Result<Self, ConfigError> {
+        let (protocol, file) = (&self, &self.file);
         let densities = protocol.sweeps.densities();
         if let Some((field, problem)) =
             protocol.sweeps.problem().or_else(|| protocol.detect.problem(&densities))
         {
-            return Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem });
+            return Err(ConfigError { file: file.clone(), field: field.to_owned(), problem });
         }
         let official = protocol.v1_seeds();
         if let Some(seed) = protocol.tuning_seeds.iter().find(|seed| official.contains(seed)) {
-            let (file, field) = (file.to_owned(), "tuning_seeds".to_owned());
+            let (file, field) = (file.clone(), "tuning_seeds".to_owned());
             return Err(ConfigError {
                 file,
                 field,
@@ -185,7 +190,7 @@ impl Protocol {
             let count = profile.seeds.get() as usize;
             if count > protocol.tuning_seeds.len() {
                 return Err(ConfigError {
-                    file: file.to_owned(),
+                    file: file.clone(),
                     field: format!("{name}.seeds"),
                     problem: format!(
                         "value {count} exceeds the {} tuning seeds",
@@ -202,14 +207,14 @@ impl Protocol {
                 let unclear = metrics.iter().find(|(_, a)| a.at_least.is_some() == a.at_most.is_some());
                 if let Some((metric, _)) = unclear {
                     return Err(ConfigError {
-                        file: file.to_owned(),
+                        file: file.clone(),
                         field: format!("required.{controller}.{condition}.{metric}"),
                         problem: "needs exactly one of at_least and at_most".to_owned(),
                     });
                 }
             }
         }
-        Ok(protocol)
+        Ok(self)
     }
 
     /// The protocol with the figures of a scenario's rules replaced.
@@ -222,10 +227,12 @@ impl Protocol {
         }
         let mut table = parse("bench/v1.toml", PAPER_TOML)?;
         overlay(&mut table, scenario.rules().clone(), &[]);
-        let protocol = Self::of_table("rules", table)?;
+        let file = "rules".to_owned();
+        let protocol = Self { file: file.clone(), ..from_table(&file, table)? };
+        // The other checks take time in proportion to the counts.
         match CountLimits::of(&[Self::paper()]).problem(&protocol) {
-            Some((field, problem)) => Err(ConfigError { file: "rules".to_owned(), field, problem }),
-            None => Ok(protocol),
+            Some((field, problem)) => Err(ConfigError { file, field, problem }),
+            None => protocol.checked(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Stall detection: ends an episode if the robot has not moved for too long.
 
 use orchard_geometry::math;
-use orchard_robot::io::{ARM_DOF, Observation};
+use orchard_robot::{JointValues, Observation};
 
 use crate::protocol::Rules;
 
@@ -14,7 +14,7 @@ pub struct StallWatch {
     base: f64,
     angle: f64,
     limit: u32,
-    anchor: Option<([f64; ARM_DOF], [f64; 3])>,
+    anchor: Option<(JointValues, [f64; 3])>,
     still: u32,
 }
 

@@ -14,4 +14,4 @@ mod trajectory;
 pub use report::{METRICS, Report, TrajectoryLine};
 pub use rules::VerifyRules;
 pub use run::{TreeOutcome, VerifyError, VerifyPlan, record_controller, run};
-pub use trajectory::{FIELDS, Row, Trajectory, TrajectoryError};
+pub use trajectory::{Row, Trajectory, TrajectoryError, fields};

@@ -68,4 +68,7 @@ fn an_episode_has_the_same_contact_attempts_whatever_its_controller_declares() {
     assert!(silent.attempts.is_empty());
     assert_eq!(silent.contact_attempts, record.contact_attempts);
     assert_eq!(silent.fruit_deposited, record.fruit_deposited);
+    // Picked fruit is not knocked off because nobody said that it would be picked.
+    assert_eq!(silent.fruit_knocked_off, record.fruit_knocked_off);
+    assert!(silent.fruit_knocked_off.len() < silent.fruit_detached.len());
 }

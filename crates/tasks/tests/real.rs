@@ -63,6 +63,7 @@ fn a_harvest_survives_every_fault() {
             run(&plan, &harvest, &session, &NoProgress).map(drop).map_err(|e| e.to_string())
         },
         last: &["summary.json"],
+        derived: &[],
         timed: &["compute.json"],
     };
     // Two folders, an old summary removed; begin, write and name two records, the cost and the summary.

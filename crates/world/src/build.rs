@@ -92,7 +92,8 @@ pub(crate) fn build(
             passed: groups::PASSED_GROUPS,
         },
     );
-    let mut x_world_odom = start_pose(spec, &mut Stream::of_repeat(seed, world, repeat, Purpose::RobotStart));
+    let mut x_world_odom =
+        start_pose(spec, robot, &mut Stream::of_repeat(seed, world, repeat, Purpose::RobotStart));
     x_world_odom.translation.z = ground.ride_height(&x_world_odom);
     let handle = robot.add_to(
         &mut builder,
@@ -142,11 +143,16 @@ fn bounds(model: &Model) -> Vec<(Vec3, f64)> {
     model.colliders().iter().map(ball).collect()
 }
 
-/// Start pose of the robot's base; the ground sets its height.
-fn start_pose(spec: &Spec, stream: &mut Stream) -> Pose {
+/// Start pose of the robot's base, at the place that its config asks for, else where the world's config lets robots start; the ground sets its
+/// height.
+fn start_pose(spec: &Spec, robot: &RobotModel, stream: &mut Stream) -> Pose {
+    let placement = robot.config().placement.as_ref();
+    let start = &spec.episode.start;
+    let (distances, headings) =
+        placement.map_or((&start.distance, &start.heading), |place| (&place.distance, &place.heading));
     let bearing = scenery::start_bearing(spec.scenery.as_ref(), stream);
-    let distance = stream.within(spec.episode.start.distance.si());
-    let heading = stream.within(spec.episode.start.heading.si());
+    let distance = stream.within(distances.si());
+    let heading = stream.within(headings.si());
     let (sin, cos) = math::sin_cos(bearing);
     Pose::from_parts(
         Vec3::new(distance * cos, distance * sin, 0.0).into(),

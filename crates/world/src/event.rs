@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 /// Event that a benchmark counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum WorldEvent {
-    /// Both fingers press on a fruit for the first time since both last let go.
+    /// Both fingers press on a fruit for the first time since both last let go; or the suction cup seals on it for the first time since it last
+    /// touched it.
     FruitGripped {
         /// Fruit index.
         fruit: usize,
@@ -61,14 +62,14 @@ pub enum WorldEvent {
         /// Frame.
         frame: u32,
     },
-    /// A finger begins to press on a fruit that no finger pressed on in the frame before.
+    /// A finger or the suction cup begins to press on a fruit that neither pressed on in the frame before.
     FingerContactBegan {
         /// Fruit index.
         fruit: usize,
         /// Frame: the first with contact.
         frame: u32,
     },
-    /// No finger presses on a fruit any more.
+    /// No finger and no suction cup presses on a fruit any more.
     FingerContactEnded {
         /// Fruit index.
         fruit: usize,

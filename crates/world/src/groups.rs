@@ -17,7 +17,7 @@ const PASSED: u32 = 1 << 5;
 const ROBOT: u32 = 1 << 6;
 const SCENERY: u32 = 1 << 7;
 
-/// The lowest of the eight bits by which the robot's links, from the base to the wrist, meet each other.
+/// The lowest of the nine bits by which the robot's links, from the base to the wrist, meet each other.
 pub const ROBOT_LINKS: u32 = 16;
 
 /// The ground.

@@ -20,6 +20,7 @@ mod scenery;
 mod snapshot;
 mod snapshot_error;
 mod state;
+mod suction;
 pub mod terrain;
 mod touch;
 pub mod truth;

@@ -136,7 +136,11 @@ fn the_deck_bears_what_the_shoot_does_not() {
     let compliance: f64 =
         [LOWER + UPPER, UPPER].iter().zip(&world.tree().stiffness).map(|(lever, k)| lever * lever / k).sum();
     let (wood, robot) = (&world.spec().wood, world.robot().config());
-    let stiffness = [robot.height.stiffness.si(), wood.contact_stiffness.si(), robot.surface.stiffness.si()];
+    let stiffness = [
+        robot.height.as_ref().unwrap().stiffness.si(),
+        wood.contact_stiffness.si(),
+        robot.surface.stiffness.si(),
+    ];
     let give: f64 = stiffness.iter().map(|k| 1.0 / k).sum();
     let force = (PUSH - gap / compliance) / (1.0 + give / compliance);
     let t_contact = -wood.damping_time.si() * math::ln(1.0 - gap / (compliance * PUSH));

@@ -2,8 +2,8 @@
 
 use crate::World;
 use crate::scenery::same_alley;
-use orchard_geometry::{Pose, Rotation, Shape, Vec3, inverse_transform, math};
-use orchard_robot::IkTarget;
+use orchard_geometry::{Pose, Rotation, Shape, Vec3, inverse_transform, math, transform};
+use orchard_robot::{BaseJoint, IkTarget};
 use orchard_spec::episode::ReachGridSpec;
 use std::f64::consts::TAU;
 
@@ -11,20 +11,21 @@ impl World {
     /// The paper's reachability of every fruit as it hangs at the start, by fruit index: its centre lies within
     /// the arm's reach sphere from an admissible stand-off. A stand-off is a pose of the base on the ground
     /// that faces the fruit, with the shoulder at an admissible horizontal distance from it and the
-    /// chassis clear of the trunk; in a row of trees it lies in the alley in which the robot starts.
+    /// chassis clear of the trunk; in a row of trees it lies in the alley in which the robot starts. The stand-offs of a base that stands
+    /// or slides are the places that it can take; the fruit may lie in any direction from them.
     pub fn reachable(&self) -> Vec<bool> {
         self.start_p_world().iter().map(|p| self.reaches(p)).collect()
     }
 
     /// True if a point is reachable by the rule of [`Self::reachable`].
     pub fn reaches(&self, p_world: &Vec3) -> bool {
-        let reach = self.spec().episode.reach_radius.si();
+        let reach = self.reach_radius();
         self.stand_offs(p_world).any(|s| s.distance <= reach)
     }
 
     /// True if a point is reachable by the rule of [`Self::reachable_by_ik`].
     pub fn reaches_by_ik(&self, p_world: &Vec3) -> bool {
-        let reach = self.spec().episode.reach_radius.si();
+        let reach = self.reach_radius();
         let kinematics = self.robot().kinematics();
         // Nearest stand-off of each bearing is enough: farther ones reach less.
         self.stand_offs(p_world)
@@ -46,15 +47,57 @@ impl World {
         self.start_p_world().iter().filter(|p| self.reaches_by_ik(p)).count() as u32
     }
 
+    /// Radius of the arm's reach sphere \[m\]: the robot's own, else the world config's.
+    fn reach_radius(&self) -> f64 {
+        let own = self.robot().config().reach.as_ref().map(|reach| &reach.radius);
+        own.unwrap_or(&self.spec().episode.reach_radius).si()
+    }
+
+    /// Admissible horizontal distances from the shoulder to the fruit \[m\]: the robot's own, else the world config's.
+    fn stand_off_range(&self) -> (f64, f64) {
+        let own = self.robot().config().reach.as_ref().map(|reach| &reach.stand_off);
+        own.unwrap_or(&self.spec().episode.stand_off).si()
+    }
+
     fn start_p_world(&self) -> Vec<Vec3> {
         self.fruit().points.iter().map(|point| self.start().point_p_world[point.index()]).collect()
     }
 
-    /// Admissible stand-offs before a fruit that keep the chassis off the trunk, in the robot's alley.
-    fn stand_offs<'a>(&'a self, p_world: &Vec3) -> impl Iterator<Item = StandOff> + 'a {
+    /// Admissible stand-offs before a fruit.
+    fn stand_offs<'a>(&'a self, p_world: &Vec3) -> Box<dyn Iterator<Item = StandOff> + 'a> {
+        match self.robot().base_joint() {
+            BaseJoint::Planar(_) => Box::new(self.stand_offs_on_ground(p_world)),
+            BaseJoint::Rail { .. } | BaseJoint::Fixed => Box::new(self.stand_offs_of_mount(*p_world)),
+        }
+    }
+
+    /// Stand-offs of a base on its rail, equally spaced from end to end, or of a base that stands.
+    fn stand_offs_of_mount(&self, p_world: Vec3) -> impl Iterator<Item = StandOff> + '_ {
+        let p_base_shoulder = self.p_base_shoulder();
+        let (near, far) = self.stand_off_range();
+        let (axis, lower, upper) = match self.robot().base_joint() {
+            BaseJoint::Rail { on, axis_base } => {
+                let limit = self.robot().articulation().links[on].limit;
+                limit.map_or((axis_base, 0.0, 0.0), |limit| (axis_base, limit.lower, limit.upper))
+            }
+            _ => (Vec3::zeros(), 0.0, 0.0),
+        };
+        let places = self.spec().episode.reach_grid.bearings.get();
+        (0..places).filter_map(move |k| {
+            let along = lower + (upper - lower) * f64::from(k) / f64::from((places - 1).max(1));
+            let x_world_base =
+                self.x_world_odom() * Pose::from_parts((axis * along).into(), Default::default());
+            let to_fruit = p_world - transform(&x_world_base, &p_base_shoulder);
+            let distance = to_fruit.norm();
+            (near..=far).contains(&to_fruit.xy().norm()).then_some(StandOff { x_world_base, distance })
+        })
+    }
+
+    /// Stand-offs on the ground that keep the chassis off the trunk, in the robot's alley.
+    fn stand_offs_on_ground<'a>(&'a self, p_world: &Vec3) -> impl Iterator<Item = StandOff> + 'a {
         let p_world = *p_world;
         let p_base_shoulder = self.p_base_shoulder();
-        let (near, far) = self.spec().episode.stand_off.si();
+        let (near, far) = self.stand_off_range();
         let trunk_radius = self.skeleton().segments[0].radius;
         let grid = &self.spec().episode.reach_grid;
         let (bearings, stand_offs) = (grid.bearings.get(), grid.stand_offs.get());

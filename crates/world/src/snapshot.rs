@@ -8,6 +8,7 @@ use crate::identity::Identity;
 use crate::load::WoodLoad;
 use crate::snapshot_error::SnapshotError;
 use crate::state::State;
+use crate::suction::Suction;
 use crate::touch::fruit_touches;
 use orchard_fruit::{FruitLives, Partner};
 use orchard_multibody::{Data, StepReport};
@@ -36,6 +37,7 @@ struct Content {
     rupture: Rupture,
     fruit: FruitLives,
     servos: SetPoints,
+    suction: Suction,
     frame: u32,
     status: Status,
     events: Vec<WorldEvent>,
@@ -82,6 +84,7 @@ impl World {
             rupture,
             fruit,
             servos,
+            suction,
             frame,
             status,
             events,
@@ -103,6 +106,7 @@ impl World {
             rupture: rupture.clone(),
             fruit: fruit.clone(),
             servos: *servos.set_points(),
+            suction: *suction,
             frame: *frame,
             status: status.clone(),
             events: events.clone(),
@@ -145,6 +149,7 @@ impl World {
             (content.events.iter().all(event_fits), "events"),
             (contacts.iter().all(|c| c.a.index() < colliders && c.b.index() < colliders), "contacts"),
             (content.load.fits(segments), "load"),
+            (content.suction.fits(fruit), "suction"),
             (images.all(|shot| shot.motion.fits(&parts.model)), "image"),
         ];
         match fits.into_iter().find(|(fits, _)| !fits) {
@@ -165,6 +170,7 @@ impl World {
             rupture,
             fruit,
             servos,
+            suction,
             frame,
             status,
             events,
@@ -179,6 +185,7 @@ impl World {
         state.rupture.clone_from(rupture);
         state.fruit.clone_from(fruit);
         state.servos.restore(servos);
+        state.suction = *suction;
         state.frame = *frame;
         state.status.clone_from(status);
         state.events.clone_from(events);
@@ -190,7 +197,8 @@ impl World {
         state.shot.clone_from(shot);
         state.flight.clone_from(flight);
         state.load = *load;
-        fruit_touches(&self.parts.colliders, report, &mut state.touches);
+        let sealed = suction.sealed(&self.parts);
+        fruit_touches(&self.parts.colliders, report, sealed, &mut state.touches);
         self.state.image = match (&snapshot.image, shot) {
             (None, Some(shot)) => Some(Arc::new(self.redraw(shot))),
             (image, _) => image.clone(),

@@ -6,6 +6,7 @@ use crate::build::Parts;
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
+use crate::suction::Suction;
 use crate::touch::{FruitTouch, fruit_touches};
 use loose::Loose;
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
@@ -23,6 +24,8 @@ pub(crate) struct State {
     pub rupture: Rupture,
     pub fruit: FruitLives,
     pub servos: Servos,
+    /// Vacuum of the suction cup.
+    pub suction: Suction,
     pub frame: u32,
     pub status: Status,
     pub events: Vec<WorldEvent>,
@@ -58,6 +61,7 @@ impl State {
             rupture: Rupture::new(&parts.tree),
             fruit: FruitLives::new(&parts.fruit),
             servos: Servos::new(robot),
+            suction: Suction::default(),
             data,
             frame: 0,
             status: Status::Running,
@@ -104,11 +108,16 @@ impl State {
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
         self.keep_velocities(parts);
+        let Self { data, fruit, report, .. } = self;
+        let pull = self.suction.begin_substep(parts, data, fruit, report, command.vacuum);
         step(model, &mut self.data, settings, &mut self.report);
         // Each repetition caps at least one more joint.
         while self.servos.cap_overshoot(model, &mut self.data, handle) {
             self.data.restore_motion(&self.before);
             step(model, &mut self.data, settings, &mut self.report);
+        }
+        if let Some(pull) = pull {
+            pull.end_substep(&mut self.data);
         }
         self.load.add_substep(&parts.colliders, &self.report, h);
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
@@ -126,7 +135,8 @@ impl State {
         parts.fruit.weigh_on(&mut self.data, |segment| self.rupture.is_debris(segment));
 
         std::mem::swap(&mut self.touches, &mut self.touches_before);
-        fruit_touches(&parts.colliders, &self.report, &mut self.touches);
+        let sealed = self.suction.sealed(parts);
+        fruit_touches(&parts.colliders, &self.report, sealed, &mut self.touches);
         let (x_world_base, base_velocity) = bucket_motion(&self.data, &parts.handle);
         self.end_touches(spec, parts, &x_world_base);
         self.note_finger_contacts();
@@ -149,7 +159,7 @@ impl State {
         self.events.extend(events.into_iter().map(|event| WorldEvent::of_fruit(event, frame)));
     }
 
-    /// Emits an event for each fruit that the fingers begin or cease to press on.
+    /// Emits an event for each fruit that the fingers or the cup begin or cease to press on.
     fn note_finger_contacts(&mut self) {
         let frame = self.frame;
         for (fruit, (before, now)) in self.touches_before.iter().zip(&self.touches).enumerate() {
@@ -161,10 +171,11 @@ impl State {
         }
     }
 
-    /// Emits `FruitGripped` when both fingers begin to touch a fruit; clears the mark when no finger touches it.
+    /// Emits `FruitGripped` when both fingers begin to touch a fruit or the cup seals on it, and clears the mark when no finger and no cup touches
+    /// it.
     fn note_grips(&mut self) {
         for (i, t) in self.touches.iter().enumerate() {
-            let gripped = is_gripped(self.gripped[i], t.fingers);
+            let gripped = is_gripped(self.gripped[i], t.grip());
             if gripped && !self.gripped[i] {
                 self.events.push(WorldEvent::FruitGripped { fruit: i, frame: self.frame });
             }

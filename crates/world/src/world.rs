@@ -187,8 +187,10 @@ impl World {
         let frame = self.spec.sim.frame();
         let time = |count: u32| f64::from(count) * frame;
         let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
-        let proprioception =
-            observe(&self.parts.model, &self.state.data, &self.parts.handle, time(now), intrinsics);
+        let proprioception = Observation {
+            cup_pressure: 0.0 - self.state.suction.vacuum,
+            ..observe(&self.parts.model, &self.state.data, &self.parts.handle, time(now), intrinsics)
+        };
         let Some(truth) = self.delivered() else { return proprioception };
         let depth = Some(truth.capture.measured.clone());
         let depth_time = time(truth.frame);
@@ -317,9 +319,9 @@ impl World {
         self.state.image.as_deref()
     }
 
-    /// True if both fingers press on a fruit.
+    /// True if both fingers press on a fruit, or the suction cup touches it and its vacuum holds.
     pub fn is_held(&self, fruit: usize) -> bool {
-        self.state.touches[fruit].fingers == [true, true]
+        self.state.touches[fruit].grip() == [true, true]
     }
 
     /// The state at the start of the episode.

@@ -1,4 +1,4 @@
-//! Checks that every `source = "key"` in `configs/` exists in `docs/references.bib`.
+//! Checks that every `source = "key"` in `configs/` and of the robots exists in `docs/references.bib`.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,7 +19,9 @@ pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
     };
     let known: BTreeSet<String> = bibliography.keys().map(str::to_owned).collect();
     let mut errors = Vec::new();
-    for path in files(&root.join("configs"), &["toml"])? {
+    let configs = files(&root.join("configs"), &["toml"])?;
+    let robots = files(&root.join("assets/robots"), &["toml"])?;
+    for path in configs.into_iter().chain(robots) {
         let name = relative(root, &path);
         let document: toml::Table = match std::fs::read_to_string(&path)?.parse() {
             Ok(document) => document,

@@ -34,7 +34,7 @@ use crate::program::Program;
                   The scenario is read from the plan.json of the result folder; without one, give the scenario's options.\n\
                   A record can only be explained by the code version that wrote it: after a change of the code run bench-v1 again.\n\
                   Exit code 1: the second run differs from the record. Exit code 2: not a record of an episode, a record of\n\
-                  another code version, or one that does not match its checksum.\n\n\
+                  another code version, one that does not match its checksum, or one whose command log was edited.\n\n\
                   Examples:\n  orchard explain results/bench-v1-quick/episodes/baseline-nominal-20250704-000.json\n  \
                   orchard explain EPISODE.json --failed --out strips\n  orchard explain EPISODE.json --attempt 3"
 )]

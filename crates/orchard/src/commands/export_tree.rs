@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::ValueEnum;
 use orchard_bench::store::write_bytes;
-use orchard_exchange::{Wood, gltf, json, mtg, urdf, usd};
+#[cfg(feature = "gltf")]
+use orchard_exchange::gltf;
+use orchard_exchange::{Wood, json, mtg, urdf, usd};
 use orchard_scenario::TreeFile;
 use orchard_spec::Spec;
 
@@ -81,7 +83,10 @@ impl Format {
             Self::Mjcf => tree.mjcf(TIME_STEP)?.into_bytes(),
             Self::Urdf => urdf::write(&tree.name, &wood()?)?.into_bytes(),
             Self::Usd => usd::write(&wood()?).into_bytes(),
+            #[cfg(feature = "gltf")]
             Self::Gltf => gltf::write(&wood()?)?,
+            #[cfg(not(feature = "gltf"))]
+            Self::Gltf => anyhow::bail!("--format gltf: this program was built without the feature `gltf`"),
             Self::Mtg => mtg::write(skeleton).into_bytes(),
             Self::Json => json::write(skeleton).into_bytes(),
         })

@@ -20,8 +20,8 @@ use crate::program::Program;
 #[command(
     after_help = "A part is the folder that `bench-v1 --shard I/N` wrote, on any machine. All tasks of the plans are merged. The plans must\n\
                   be equal except for the part, and together the folders must hold all records. compute.json is not merged.\n\n\
-                  Exit code 2: a folder without a plan, plans that differ, missing or edited records, copies of a record that differ.\n\
-                  Nothing is written then.\n\n\
+                  Exit code 2: a folder without a plan, plans that differ, missing or edited records, copies of a record that differ;\n\
+                  nothing is written then. Or a command log that is not the one of its record; no summary is written then.\n\n\
                   Example, on one machine:\n  \
                   for i in 1 2 3 4; do orchard bench-v1 --shard $i/4 --out parts/$i; done\n  \
                   orchard merge parts/* --out results/whole"

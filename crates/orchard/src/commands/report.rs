@@ -2,6 +2,7 @@
 
 mod folder;
 mod pictures;
+mod records;
 
 use std::path::{Path, PathBuf};
 
@@ -23,8 +24,8 @@ use crate::program::Program;
                   DIR/figures/*.svg    its figures, the same bytes\n\
                   Figures are drawn from the JSON files alone. Pictures need the episodes' records and the same code version, because\n\
                   trees are grown and one episode is simulated again; --no-pictures leaves them out.\n\
-                  Exit code 2: no result in the folder, an unreadable file, a file that does not match its checksum, or a folder in use\n\
-                  by a run.\n\n\
+                  Exit code 2: no result in the folder, an unreadable file, a summary or record that does not match its checksum, a\n\
+                  command log that is not the one of its record, or a folder in use by a run.\n\n\
                   Examples:\n  orchard bench-v1 && orchard report results/bench-v1-quick\n  \
                   orchard report results/full --no-pictures"
 )]
@@ -66,6 +67,7 @@ pub fn write(dir: &Path, no_pictures: bool, program: &Program) -> Result<Written
     folder::read(dir).map_err(Failure::BadInput)?;
     let (store, _lock) = open_folder("report", dir)?;
     let results = folder::read(dir).map_err(Failure::BadInput)?;
+    records::check(dir, &results).map_err(Failure::BadInput)?;
     let (protocol, paper) = (Protocol::paper(), PaperFigures::paper());
     let figures = Figures::draw(&results, &protocol, &paper).context("cannot draw")?;
     let shown = if no_pictures {

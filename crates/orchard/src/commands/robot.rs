@@ -1,7 +1,8 @@
 //! `orchard robot`: robot descriptions.
 
 mod check;
-mod meshes;
+mod draft;
+mod picture;
 mod table;
 
 use crate::failure::Failure;

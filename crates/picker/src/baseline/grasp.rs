@@ -2,7 +2,7 @@
 
 use crate::baseline::deposit::Deposit;
 use crate::baseline::{BaselinePicker, Next, Phase};
-use crate::picker_core::{Fingers, STILL};
+use crate::picker_core::STILL;
 use crate::plan::advance_length;
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
@@ -44,7 +44,8 @@ impl BaselinePicker {
             Grasp::Aiming if self.core.arm_stalled() => Next::Fail(FailureReason::GraspStalled),
             Grasp::Aiming if !self.core.arm_arrived(robot) => stay(grasp),
             Grasp::Aiming => {
-                let length = advance_length(&self.core.config);
+                let radius = self.core.attempt.as_ref().map_or(0.0, |a| a.target.radius);
+                let length = advance_length(&self.core.arm, radius, &self.core.config);
                 let p_goal = self.core.arm.tcp(self.core.motion.q()).translation.vector + direction * length;
                 let speed = self.core.config.arm.approach_speed.si();
                 self.core.motion.go_straight(&self.core.arm, direction, length, speed, &self.core.config.arm);
@@ -56,7 +57,8 @@ impl BaselinePicker {
                 let is_steady = (robot.width - width).abs() <= c.steady_width.si();
                 let steady = if is_steady { steady + robot.dt } else { 0.0 };
                 let closing_for = robot.time - since;
-                if steady < c.steady_time.si() && closing_for < c.close_time.si() {
+                let closed = self.core.has_closed(steady, c.steady_time.si(), robot);
+                if !closed && closing_for < c.close_time.si() {
                     return stay(Grasp::Closing { since, width: robot.width, steady });
                 }
                 if !self.core.holds_fruit(robot) {
@@ -104,7 +106,7 @@ impl BaselinePicker {
             return Next::Stay(Phase::Grasp(Grasp::Advancing { p_goal: *p_goal }), STILL);
         }
         self.core.motion.stop();
-        self.core.fingers = Fingers { opening: 0.0, force: self.core.config.grasp.force.si() };
+        self.core.close_hand();
         let closing = Grasp::Closing { since: robot.time, width: f64::INFINITY, steady: 0.0 };
         Next::Stay(Phase::Grasp(closing), STILL)
     }

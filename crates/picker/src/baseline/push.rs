@@ -3,7 +3,7 @@
 use crate::baseline::{BaselinePicker, Next, Phase};
 use crate::compliance::Compliance;
 use crate::config::PickerConfig;
-use crate::picker_core::{Fingers, STILL};
+use crate::picker_core::STILL;
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
 use crate::task::{AssignedTask, PushTask};
@@ -53,7 +53,7 @@ impl BaselinePicker {
         if self.core.elapsed(robot) > rules.timeout.si() {
             return Next::Fail(FailureReason::GraspStalled);
         }
-        self.core.fingers = Fingers { opening: rules.opening.si(), force: self.core.config.grasp.force.si() };
+        self.core.open_by(rules.opening.si());
         match (push, compliance) {
             (Push::Entering, _) if self.core.arm_stalled() => Next::Fail(FailureReason::ReachStalled),
             (Push::Entering, _) if !self.core.arm_arrived(robot) => stay(Push::Entering),

@@ -1,8 +1,9 @@
 //! Config of the expert picker: the part that it shares with the baseline, then its own.
 
-use crate::config::{PickerConfig, section, text_of};
+use crate::config::{PickerConfig, section, text_of, tuned};
 use crate::motion::HomingConfig;
 use orchard_quantity::{ConfigError, Count, Quantity, from_table, parse, with_base};
+use orchard_robot::RobotModel;
 
 /// Config of controller `expert` as TOML text; table `shared` has the base `baseline`.
 pub const EXPERT_TOML: &str = include_str!("../../configs/expert/picker.toml");
@@ -145,6 +146,15 @@ impl ExpertConfig {
                 .map_err(|e| ConfigError { field: format!("{SHARED}.{}", e.field), ..e })?;
         }
         from_table(file, table)
+    }
+
+    /// Lays a robot's figures over the config: table `picker` of its tuning over what all controllers share, table `expert` over the rest.
+    ///
+    /// # Errors
+    /// An unknown field, or a value outside its range.
+    pub(crate) fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
+        let config = tuned(self, robot, "expert")?;
+        Ok(Self { shared: config.shared.tuned(robot)?, ..config })
     }
 
     /// Returns the config that comes with the crate.

@@ -2,8 +2,8 @@
 
 use crate::expert::views::Views;
 use crate::expert::{Caution, ExpertPicker, Next, Phase};
-use crate::picker_core::{Fingers, STILL};
-use crate::plan::{Target, in_sweep};
+use crate::picker_core::STILL;
+use crate::plan::{Target, grasp_depth, in_sweep};
 use crate::record::FailureReason;
 use crate::robot_state::RobotState;
 use orchard_geometry::{Pose, Vec3, inverse_transform};
@@ -73,7 +73,8 @@ impl ExpertPicker {
     fn steer(&mut self, robot: &RobotState) -> Option<()> {
         let target = self.core.target_base(robot)?;
         let rotation = self.core.attempt.as_ref()?.plan.rotation;
-        let p_goal = target.p + rotation * Vec3::z() * self.core.config.approach.overshoot.si();
+        let depth = grasp_depth(&self.core.arm, target.radius, &self.core.config);
+        let p_goal = target.p + rotation * Vec3::z() * depth;
         let x_goal = Pose::from_parts(p_goal.into(), rotation);
         let obstacles = self.obstacles(&target, &x_goal, robot);
         self.core.motion.home_in(&self.core.arm, x_goal, obstacles, &self.config.homing);
@@ -119,7 +120,7 @@ impl ExpertPicker {
                 let is_steady = (robot.width - width).abs() <= self.core.config.grasp.steady_width.si();
                 let steady = if is_steady { steady + robot.dt } else { 0.0 };
                 let late = robot.time - since >= self.core.config.grasp.close_time.si();
-                if steady < self.config.feel.steady_time.si() && !late {
+                if !self.core.has_closed(steady, self.config.feel.steady_time.si(), robot) && !late {
                     grasp.stage = Stage::Closing { since, width: robot.width, steady };
                 } else if self.in_hand(robot) {
                     self.core.note_grasp(robot);
@@ -145,8 +146,11 @@ impl ExpertPicker {
         }
     }
 
-    /// True if the fingers press on something as wide as a fruit.
+    /// True if the fingers press on something as wide as a fruit, or the cup is sealed.
     fn in_hand(&self, robot: &RobotState) -> bool {
+        if self.core.arm.cup().is_some() {
+            return self.core.holds_fruit(robot);
+        }
         let pressed = self.config.feel.squeeze.si() * self.core.fingers.force;
         self.core.holds_fruit(robot) && robot.finger_force.iter().all(|f| f.abs() >= pressed)
     }
@@ -159,7 +163,7 @@ impl ExpertPicker {
             return Next::Fail(FailureReason::GraspStalled);
         };
         let (direction, met) = (attempt.plan.direction(), attempt.plan.met);
-        let p_goal = target.p + direction * self.core.config.approach.overshoot.si();
+        let p_goal = target.p + direction * grasp_depth(&self.core.arm, target.radius, &self.core.config);
         let left = (self.core.arm.tcp(&robot.q).translation.vector - p_goal).norm();
         let near = left <= self.core.config.grasp.close_near.si();
         let c = &self.config.homing;
@@ -184,7 +188,7 @@ impl ExpertPicker {
             return Next::Stay(Phase::Grasp(grasp), STILL);
         }
         self.core.motion.stop();
-        self.core.fingers = Fingers { opening: 0.0, force: self.core.config.grasp.force.si() };
+        self.core.close_hand();
         grasp.stage = Stage::Closing { since: robot.time, width: f64::INFINITY, steady: 0.0 };
         Next::Stay(Phase::Grasp(grasp), STILL)
     }

@@ -3,7 +3,7 @@
 use crate::expert::retreat::Retreat;
 use crate::expert::{ExpertPicker, Next, Phase};
 use crate::motion::WayPoint;
-use crate::picker_core::{Fingers, STILL};
+use crate::picker_core::STILL;
 use crate::record::{AttemptEnd, FailureReason};
 use crate::robot_state::RobotState;
 use orchard_geometry::math;
@@ -97,7 +97,7 @@ impl ExpertPicker {
 
     fn let_go(&mut self, mut deposit: Deposit, base_velocity: [f64; 3], robot: &RobotState) -> Next {
         let opening = self.config.place.opening.si();
-        self.core.fingers = Fingers { opening, force: self.core.config.grasp.force.si() };
+        self.core.open_by(opening);
         deposit.stage = Stage::Opening { since: robot.time };
         Next::Stay(Phase::Deposit(deposit), base_velocity)
     }

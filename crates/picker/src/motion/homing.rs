@@ -212,9 +212,8 @@ mod tests {
         assert_eq!(homing.step(arm, &q, 0.0), Some(q));
         let mut frames = 0;
         while let Some(next) = homing.step(arm, &q, 1.0 / 60.0) {
-            for i in 0..q.len() {
-                let limit = arm.limits()[i];
-                assert!(next[i] >= limit.lower && next[i] <= limit.upper);
+            for (q, limit) in next.iter().zip(arm.limits()) {
+                assert!(*q >= limit.lower && *q <= limit.upper);
             }
             (q, frames) = (next, frames + 1);
             assert!(frames < 600, "still going");

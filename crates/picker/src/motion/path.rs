@@ -90,7 +90,7 @@ mod tests {
     /// From rest to rest the time is at best d / v + v / a; speed and acceleration keep their limits.
     #[test]
     fn a_single_leg_takes_the_time_of_a_trapezoid() {
-        let goal = JointVector::from_fn(|i, _| 3.0 - i as f64);
+        let goal = JointVector::from_fn(|i, _| 3.0 - 0.5 * i as f64);
         let mut path = Path::new([WayPoint { q: goal, blend: 0.0 }], JointVector::zeros(), PACE);
         let way = run(&mut path, JointVector::zeros());
         let least = 3.0 / PACE.speed + PACE.speed / PACE.acceleration;

@@ -4,7 +4,7 @@
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Rotation, Vec3, inverse_transform, transform};
 use orchard_perception::DetectorConfig;
 use orchard_picker::{Controller, Kind};
-use orchard_robot::{ARM_DOF, Bucket, Command, JointVector, Observation, RobotModel};
+use orchard_robot::{Bucket, Command, JointValues, JointVector, Observation, RobotModel};
 use std::collections::VecDeque;
 
 const FRAME: f64 = 1.0 / 60.0;
@@ -160,11 +160,12 @@ impl FakeWorld {
         let (depth_time, depth) = delivered.map_or((0.0, None), |(time, image)| (time, Some(image)));
         Observation {
             time: self.time(),
-            arm_q: self.q.into(),
-            arm_v: self.v.into(),
-            arm_torque: torque.into(),
+            arm_q: JointValues::of(&self.q, 7),
+            arm_v: JointValues::of(&self.v, 7),
+            arm_torque: JointValues::of(&torque, 7),
             finger_q: [self.fingers; 2],
             finger_force: [self.squeeze; 2],
+            cup_pressure: 0.0,
             base_pose: self.base,
             base_height: 0.0,
             base_velocity: self.base_velocity,
@@ -206,7 +207,7 @@ impl FakeWorld {
     pub fn step(&mut self, command: &Command) {
         let arm = self.robot.kinematics().clone();
         let q_before = self.q;
-        for i in 0..ARM_DOF {
+        for i in 0..command.arm_q.len() {
             let step = arm.limits()[i].velocity * FRAME;
             self.q[i] += (command.arm_q[i] - self.q[i]).clamp(-step, step);
         }

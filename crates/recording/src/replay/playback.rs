@@ -33,13 +33,14 @@ impl<C: BenchController> BenchController for Playback<C> {
         if bytes == json(&CommandMessage::from(&own)) {
             return own;
         }
-        let recorded = serde_json::from_slice::<CommandMessage>(bytes);
+        let message = serde_json::from_slice::<CommandMessage>(bytes).ok();
+        let recorded = message.and_then(|message| Command::try_from(&message).ok());
         match recorded {
-            Ok(recorded) => {
+            Some(recorded) => {
                 comparison.other_command(Differs::OtherCommand);
-                Command::from(&recorded)
+                recorded
             }
-            Err(_) => {
+            None => {
                 comparison.other_command(Differs::NoCommand);
                 own
             }

@@ -19,10 +19,11 @@ mod problem;
 
 use crate::arm::ArmKinematics;
 use crate::braking::velocity_range;
-use crate::chain::{Jacobian, JointVector};
+use crate::chain::Jacobian;
 use crate::clearance::{Nearness, Posture};
 use crate::ik::{IkTarget, Residual};
-use crate::io::ARM_DOF;
+use crate::joint_values::JointVector;
+use crate::joint_values::MAX_ARM_DOF;
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use orchard_geometry::{Shape, Vec3};
 use problem::{Problem, Row};
@@ -140,7 +141,7 @@ impl ArmKinematics {
         if q.iter().chain(v.iter()).any(|x| !x.is_finite()) || !(dt.is_finite() && dt > 0.0) {
             return QpStep { v: JointVector::zeros(), q_next: *q, slack: 0.0, status: QpStatus::NotFinite };
         }
-        let ranges: [(f64, f64); ARM_DOF] =
+        let ranges: [(f64, f64); MAX_ARM_DOF] =
             std::array::from_fn(|i| velocity_range(q[i], v[i], &self.limits[i], self.qp.acceleration, dt));
         let lower = JointVector::from_fn(|i, _| ranges[i].0);
         let upper = JointVector::from_fn(|i, _| ranges[i].1);
@@ -206,7 +207,7 @@ impl ArmKinematics {
             JointVector::from_fn(|i, _| homeward[i].clamp(-self.limits[i].velocity, self.limits[i].velocity));
         let free = null_space_part(jacobian, &homeward, c.damping);
         let hessian = jacobian.transpose() * weighed + SMatrix::identity() * c.damping;
-        Problem::new(hessian, weighed.transpose() * twist + free * c.damping)
+        Problem::new(self.dof(), hessian, weighed.transpose() * twist + free * c.damping)
     }
 
     fn keep_from_itself(&self, posture: &mut Posture, rows: &mut Vec<Row>) {

@@ -2,10 +2,9 @@
 
 use super::problem::{Problem, Row};
 use crate::arm::ArmKinematics;
-use crate::chain::JointVector;
 use crate::clearance::Posture;
 use crate::ik::{IkFailure, IkTarget, Residual};
-use crate::io::ARM_DOF;
+use crate::joint_values::JointVector;
 use nalgebra::SMatrix;
 
 /// Largest joint step at which a search counts as converged \[rad\].
@@ -64,7 +63,7 @@ impl ArmKinematics {
         let homeward = (self.home - q) * (self.ik.home_gain * error.norm().min(1.0));
         let free = super::null_space_part(jacobian, &homeward, mu);
         let hessian = jacobian.transpose() * jacobian + SMatrix::identity() * mu;
-        let mut problem = Problem::new(hessian, jacobian.transpose() * error + free * mu);
+        let mut problem = Problem::new(self.dof(), hessian, jacobian.transpose() * error + free * mu);
         problem.lower = JointVector::from_fn(|i, _| (self.limits[i].lower - q[i]).max(-self.ik.step_max));
         problem.upper = JointVector::from_fn(|i, _| (self.limits[i].upper - q[i]).min(self.ik.step_max));
         problem.rows = rows;
@@ -74,6 +73,6 @@ impl ArmKinematics {
         for row in &mut problem.rows {
             row.penalty = Some(self.qp.self_penalty);
         }
-        problem.solve(self.qp.iterations).map_or(SMatrix::<f64, ARM_DOF, 1>::zeros(), |found| found.v)
+        problem.solve(self.qp.iterations).map_or(JointVector::zeros(), |found| found.v)
     }
 }

@@ -1,7 +1,6 @@
 //! A small quadratic program over joint velocities: bounds, rows on distances, slacks.
 
-use crate::chain::JointVector;
-use crate::io::ARM_DOF;
+use crate::joint_values::{JointVector, MAX_ARM_DOF};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -14,10 +13,14 @@ pub(super) struct Row {
     pub penalty: Option<f64>,
 }
 
+type Hessian = SMatrix<f64, MAX_ARM_DOF, MAX_ARM_DOF>;
+
 /// Quadratic program: minimise `v . H v / 2 - g . v + sum penalty s` within the bounds and rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Problem {
-    hessian: SMatrix<f64, ARM_DOF, ARM_DOF>,
+    /// Number of joints: further rows and columns play no part.
+    dof: usize,
+    hessian: Hessian,
     gradient: JointVector,
     pub lower: JointVector,
     pub upper: JointVector,
@@ -50,9 +53,9 @@ const SWITCHES: usize = 24;
 const WRONG_SIGN: f64 = 1e-12;
 
 impl Problem {
-    pub fn new(hessian: SMatrix<f64, ARM_DOF, ARM_DOF>, gradient: JointVector) -> Self {
+    pub fn new(dof: usize, hessian: Hessian, gradient: JointVector) -> Self {
         let unbounded = JointVector::repeat(f64::INFINITY);
-        Self { hessian, gradient, lower: -unbounded, upper: unbounded, rows: Vec::new() }
+        Self { dof, hessian, gradient, lower: -unbounded, upper: unbounded, rows: Vec::new() }
     }
 
     /// Solves the program; `None` if it has no solution or none is found.
@@ -68,7 +71,7 @@ impl Problem {
         loop {
             let mut is_met = true;
             for (row, taken) in self.rows.iter().zip(&mut taken) {
-                if !*taken && row.gradient.dot(&found.v) < row.least {
+                if !*taken && self.dot(&row.gradient, &found.v) < row.least {
                     (*taken, is_met) = (true, false);
                 }
             }
@@ -80,20 +83,24 @@ impl Problem {
         }
     }
 
+    /// Scalar product over the joints, summed in their order.
+    fn dot(&self, a: &JointVector, b: &JointVector) -> f64 {
+        a.rows(0, self.dof).dot(&b.rows(0, self.dof))
+    }
+
     /// Minimises over the bounds by an active-set search and checks the Karush-Kuhn-Tucker conditions at the end.
     fn within_bounds(&self) -> Option<JointVector> {
-        let mut fixed: [Option<f64>; ARM_DOF] = [None; ARM_DOF];
+        let mut fixed = [None; MAX_ARM_DOF];
         for _ in 0..SWITCHES {
             let v = self.with_fixed(&fixed)?;
             let beyond = |i: usize| (v[i] - self.upper[i]).max(self.lower[i] - v[i]);
-            let worst =
-                (0..ARM_DOF).filter(|&i| fixed[i].is_none()).fold(
-                    None,
-                    |worst: Option<usize>, i| match worst {
-                        Some(w) if beyond(w) >= beyond(i) => worst,
-                        _ => Some(i),
-                    },
-                );
+            let worst = (0..self.dof).filter(|&i| fixed[i].is_none()).fold(
+                None,
+                |worst: Option<usize>, i| match worst {
+                    Some(w) if beyond(w) >= beyond(i) => worst,
+                    _ => Some(i),
+                },
+            );
             if let Some(i) = worst.filter(|&i| beyond(i) > 0.0) {
                 fixed[i] = Some(if v[i] > self.upper[i] { self.upper[i] } else { self.lower[i] });
                 continue;
@@ -111,7 +118,7 @@ impl Problem {
                 }
                 _ => 0.0,
             };
-            let release = (0..ARM_DOF).reduce(|a, b| if inward(b) > inward(a) { b } else { a })?;
+            let release = (0..self.dof).reduce(|a, b| if inward(b) > inward(a) { b } else { a })?;
             if inward(release) <= tolerance {
                 return Some(v);
             }
@@ -121,7 +128,7 @@ impl Problem {
     }
 
     /// Minimises with some velocities fixed.
-    fn with_fixed(&self, fixed: &[Option<f64>; ARM_DOF]) -> Option<JointVector> {
+    fn with_fixed(&self, fixed: &[Option<f64>; MAX_ARM_DOF]) -> Option<JointVector> {
         let mut matrix = self.hessian;
         let mut right = self.gradient;
         for (i, value) in fixed.iter().enumerate() {
@@ -141,29 +148,30 @@ impl Problem {
 
     fn by_interior_point(&self, rows: &[&Row], iterations: u32) -> Option<Solution> {
         let soft: Vec<usize> = (0..rows.len()).filter(|&k| rows[k].penalty.is_some()).collect();
-        let variables = ARM_DOF + soft.len();
-        let first_row = 2 * ARM_DOF;
+        let dof = self.dof;
+        let variables = dof + soft.len();
+        let first_row = 2 * dof;
         let first_slack = first_row + rows.len();
         let mut a = DMatrix::zeros(first_slack + soft.len(), variables);
         let mut b = vec![0.0; first_slack + soft.len()];
-        for i in 0..ARM_DOF {
+        for i in 0..dof {
             let middle = 0.5 * (self.lower[i] + self.upper[i]);
             let half = (0.5 * (self.upper[i] - self.lower[i])).max(INTERIOR);
             (a[(i, i)], b[i]) = (1.0, middle + half);
-            (a[(ARM_DOF + i, i)], b[ARM_DOF + i]) = (-1.0, half - middle);
+            (a[(dof + i, i)], b[dof + i]) = (-1.0, half - middle);
         }
         for (k, row) in rows.iter().enumerate() {
-            for i in 0..ARM_DOF {
+            for i in 0..dof {
                 a[(first_row + k, i)] = -row.gradient[i];
             }
             b[first_row + k] = -row.least;
         }
         let mut p = DMatrix::zeros(variables, variables);
         let mut q = DVector::zeros(variables);
-        p.view_mut((0, 0), (ARM_DOF, ARM_DOF)).copy_from(&self.hessian);
-        q.rows_mut(0, ARM_DOF).copy_from(&-self.gradient);
+        p.view_mut((0, 0), (dof, dof)).copy_from(&self.hessian.view((0, 0), (dof, dof)));
+        q.rows_mut(0, dof).copy_from(&-self.gradient.rows(0, dof));
         for (s, &k) in soft.iter().enumerate() {
-            let column = ARM_DOF + s;
+            let column = dof + s;
             a[(first_row + k, column)] = -1.0;
             a[(first_slack + s, column)] = -1.0;
             p[(column, column)] = SLACK_CURVATURE;
@@ -190,8 +198,9 @@ impl Problem {
         if !solved || x.iter().any(|x| !x.is_finite()) {
             return None;
         }
-        let slack = x[ARM_DOF..].iter().copied().fold(0.0, f64::max);
-        Some(Solution { v: JointVector::from_column_slice(&x[..ARM_DOF]), slack, is_free: false })
+        let slack = x[dof..].iter().copied().fold(0.0, f64::max);
+        let v = JointVector::from_fn(|i, _| if i < dof { x[i] } else { 0.0 });
+        Some(Solution { v, slack, is_free: false })
     }
 }
 

@@ -1,20 +1,22 @@
 //! Survey of a URDF file of any robot: joints, limits, masses, inertias, and the parts that a harvester still needs.
 
-mod prescan;
+mod draft;
 mod roles;
 
+pub use draft::{Draft, Guess};
 pub use roles::RoleFacts;
 
 use crate::RobotError;
-use crate::articulation::{Articulation, parsed};
+use crate::articulation::{Articulation, Limit, Limits, Loaded, MeshUse, ROUNDING, matrix_of, moments};
 use crate::config::RobotConfig;
 use crate::model::RobotModel;
 use crate::outline::outline;
-use crate::size;
-use orchard_geometry::{Mat3, Pose};
+use crate::resources::Resources;
+use crate::warning::Warning;
+use orchard_geometry::Mat3;
 use orchard_multibody::JointKind;
 use serde::Serialize;
-use urdf_rs::{Geometry, JointType};
+use urdf_rs::JointType;
 
 /// Survey of a URDF file. An infinite number is serialised as `null`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,8 +33,10 @@ pub struct Survey {
     pub mass: f64,
     /// Mesh files of the robot's shapes.
     pub meshes: Vec<MeshUse>,
+    /// Gaps and faults of the description, with the assumption made for each.
+    pub warnings: Vec<Warning>,
     /// Convex outline on the ground at q = 0, counterclockwise \[m\]: of the config's base and bucket in the base frame, else of
-    /// the first link with shapes in the root frame. Meshes are left out.
+    /// the first link with shapes in the root frame.
     pub footprint: Vec<[f64; 2]>,
     /// The parts that a harvester needs.
     pub roles: Vec<RoleFacts>,
@@ -53,7 +57,7 @@ pub struct JointFacts {
     pub child: String,
     /// Axis, for joints that have one.
     pub axis: Option<[f64; 3]>,
-    /// Lowest position [rad or m].
+    /// Lowest position [rad or m], counted from the offset of a joint that mimics another; `None` if there is none or the joint is fixed.
     pub lower: Option<f64>,
     /// Highest position [rad or m].
     pub upper: Option<f64>,
@@ -84,8 +88,6 @@ pub struct LinkFacts {
 pub enum InertiaFacts {
     /// No mass and no inertia.
     None,
-    /// Mass or inertia is not a finite number.
-    NotFinite,
     /// Positive definite, and no principal moment is larger than the sum of the others.
     Possible,
     /// A principal moment is not positive.
@@ -100,123 +102,78 @@ pub enum InertiaFacts {
     },
 }
 
-/// A mesh file that a link names.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct MeshUse {
-    /// The link.
-    pub link: String,
-    /// File name as it stands in the URDF.
-    pub file: String,
-    /// True for a collision mesh, false for a visual one.
-    pub is_collision: bool,
-}
-
-/// Share by which principal moments may break the triangle inequality: the rounding of six printed digits.
-const ROUNDING: f64 = 1e-5;
-
 impl Survey {
-    /// Reads any URDF text. Collision meshes are listed and otherwise left out; `config` names the parts of a harvester.
+    /// Loads any URDF text with its meshes and surveys it; `config` names the parts of a harvester.
     ///
     /// # Errors
-    /// [`Articulation::from_urdf`] refuses the text for a reason other than meshes, limits lack a velocity, or a moving link has no mass.
-    pub fn read(text: &str, config: &RobotConfig) -> Result<Self, RobotError> {
-        size::check(text)?;
-        prescan::prescan(text)?;
-        let mut robot = parsed(text)?;
-        let collision_shapes: Vec<usize> = robot.links.iter().map(|l| l.collision.len()).collect();
-        let meshes = take_meshes(&mut robot);
-        let articulation = Articulation::of(&robot)?;
-        for link in &articulation.links {
-            if link.joint != JointKind::Weld && link.inertia.mass <= 0.0 {
-                let problem = "it moves and has no mass";
-                return Err(RobotError::Inertia { link: link.name.clone(), problem });
-            }
-        }
-        let links = robot.links.iter().zip(collision_shapes);
-        Ok(Self {
+    /// As [`Articulation::load`].
+    pub fn read(
+        text: &str,
+        resources: &mut dyn Resources,
+        limits: &Limits,
+        config: &RobotConfig,
+    ) -> Result<Self, RobotError> {
+        Ok(Self::of(text, &Articulation::load(text, resources, limits)?, config))
+    }
+
+    /// Surveys a robot that was loaded from `text`; `config` names the parts of a harvester.
+    pub fn of(text: &str, loaded: &Loaded, config: &RobotConfig) -> Self {
+        let (robot, articulation) = (&loaded.urdf, &loaded.articulation);
+        let moving = || articulation.links.iter().filter(|link| link.joint != JointKind::Weld);
+        Self {
             name: robot.name.clone(),
-            joints: robot.joints.iter().map(joint_facts).collect(),
-            links: links.map(|(link, shapes)| link_facts(link, shapes)).collect(),
-            moving_joints: articulation.links.iter().filter(|l| l.joint != JointKind::Weld).count(),
-            mass: articulation.links.iter().map(|l| l.inertia.mass).sum(),
-            footprint: footprint(&articulation, config),
-            roles: roles::roles(&articulation, &config.parts),
-            obstacle: RobotModel::from_urdf(text, config).err().map(|e| e.to_string()),
-            meshes,
-        })
+            joints: robot.joints.iter().map(|joint| joint_facts(joint, articulation)).collect(),
+            links: robot.links.iter().map(link_facts).collect(),
+            moving_joints: moving().count(),
+            mass: moving().map(|link| link.inertia.mass).sum(),
+            footprint: footprint(articulation, config),
+            roles: roles::roles(articulation, &articulation.clone().into_harvester(config), &config.parts),
+            obstacle: RobotModel::of(text, articulation.clone(), config).err().map(|e| e.to_string()),
+            meshes: loaded.meshes.clone(),
+            warnings: loaded.warnings.clone(),
+        }
     }
 }
 
-/// Takes the mesh shapes out of a robot.
-fn take_meshes(robot: &mut urdf_rs::Robot) -> Vec<MeshUse> {
-    let mut meshes = Vec::new();
-    for link in &mut robot.links {
-        let file = |geometry: &Geometry| match geometry {
-            Geometry::Mesh { filename, .. } => Some(filename.clone()),
-            _ => None,
-        };
-        let collisions = link.collision.iter().filter_map(|c| Some((file(&c.geometry)?, true)));
-        let visuals = link.visual.iter().filter_map(|v| Some((file(&v.geometry)?, false)));
-        let named = collisions.chain(visuals);
-        meshes.extend(named.map(|(file, is_collision)| MeshUse {
-            link: link.name.clone(),
-            file,
-            is_collision,
-        }));
-        link.collision.retain(|c| file(&c.geometry).is_none());
-    }
-    meshes
-}
-
-fn joint_facts(joint: &urdf_rs::Joint) -> JointFacts {
-    let (kind, has_axis, has_range) = match joint.joint_type {
-        JointType::Revolute => ("revolute", true, true),
-        JointType::Continuous => ("continuous", true, false),
-        JointType::Prismatic => ("prismatic", true, true),
-        JointType::Fixed => ("fixed", false, false),
-        JointType::Floating => ("floating", false, false),
-        JointType::Planar => ("planar", true, false),
-        JointType::Spherical => ("spherical", false, false),
+fn joint_facts(joint: &urdf_rs::Joint, robot: &Articulation) -> JointFacts {
+    let (kind, has_axis) = match joint.joint_type {
+        JointType::Revolute => ("revolute", true),
+        JointType::Continuous => ("continuous", true),
+        JointType::Prismatic => ("prismatic", true),
+        JointType::Fixed => ("fixed", false),
+        JointType::Floating => ("floating", false),
+        JointType::Planar => ("planar", true),
+        JointType::Spherical => ("spherical", false),
     };
-    let limit = &joint.limit;
-    let given = |x: f64| (x.is_finite() && x > 0.0).then_some(x);
+    let link = robot.link_of_joint(&joint.name).map(|l| &robot.links[l]);
+    let limit = link.and_then(|link| link.limit).unwrap_or(Limit::NONE);
+    let given = |x: f64| x.is_finite().then_some(x);
     JointFacts {
         name: joint.name.clone(),
         kind: kind.to_owned(),
         parent: joint.parent.link.clone(),
         child: joint.child.link.clone(),
         axis: has_axis.then_some(joint.axis.xyz.0),
-        lower: has_range.then_some(limit.lower),
-        upper: has_range.then_some(limit.upper),
+        lower: given(limit.lower),
+        upper: given(limit.upper),
         velocity: given(limit.velocity),
         effort: given(limit.effort),
         mimic: joint.mimic.as_ref().map(|m| m.joint.clone()),
     }
 }
 
-fn link_facts(link: &urdf_rs::Link, collision_shapes: usize) -> LinkFacts {
-    let i = &link.inertial.inertia;
-    let matrix = Mat3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-    let mass = link.inertial.mass.value;
-    if matrix.iter().chain([&mass]).any(|x| !x.is_finite()) {
-        return LinkFacts {
-            name: link.name.clone(),
-            mass,
-            inertia: InertiaFacts::NotFinite,
-            collision_shapes,
-        };
-    }
+fn link_facts(link: &urdf_rs::Link) -> LinkFacts {
+    let (mass, matrix) = (link.inertial.mass.value, matrix_of(link));
     let inertia = if mass == 0.0 && matrix == Mat3::zeros() { InertiaFacts::None } else { judge(&matrix) };
-    LinkFacts { name: link.name.clone(), mass, inertia, collision_shapes }
+    LinkFacts { name: link.name.clone(), mass, inertia, collision_shapes: link.collision.len() }
 }
 
 fn judge(inertia: &Mat3) -> InertiaFacts {
-    let moments = inertia.symmetric_eigenvalues();
-    let (smallest, largest) = (moments.min(), moments.max());
+    let [smallest, middle, largest] = moments(inertia);
     if smallest <= 0.0 {
         return InertiaFacts::NotPositive { smallest };
     }
-    let ratio = largest / (moments.sum() - largest);
+    let ratio = largest / (smallest + middle);
     if ratio > 1.0 + ROUNDING { InertiaFacts::Unbalanced { ratio } } else { InertiaFacts::Possible }
 }
 
@@ -230,11 +187,6 @@ fn footprint(robot: &Articulation, config: &RobotConfig) -> Vec<[f64; 2]> {
         let standing = shapes.filter(|s| s.part == parts.base_link || s.part == parts.bucket_link);
         return outline(standing.map(|s| (&s.shape, x_base_link * s.x_link_shape)));
     }
-    let mut x_root_links: Vec<Pose> = Vec::with_capacity(robot.links.len());
-    for link in &robot.links {
-        let x_parent = link.parent.map_or(Pose::identity(), |p| x_root_links[p]);
-        x_root_links.push(x_parent * link.x_parent_joint);
-    }
-    let first = robot.links.iter().zip(&x_root_links).find(|(link, _)| !link.shapes.is_empty());
+    let first = robot.links.iter().zip(robot.poses_at_zero()).find(|(link, _)| !link.shapes.is_empty());
     first.map_or(Vec::new(), |(link, x)| outline(link.shapes.iter().map(|s| (&s.shape, x * s.x_link_shape))))
 }

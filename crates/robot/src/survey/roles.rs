@@ -1,5 +1,6 @@
 //! Parts that a harvester needs, and whether a robot has them.
 
+use super::draft::longest_row;
 use crate::articulation::Articulation;
 use crate::config::Parts;
 use orchard_geometry::Shape;
@@ -21,9 +22,10 @@ pub struct RoleFacts {
     pub candidates: Vec<String>,
 }
 
-/// All parts of the config, in the config's order.
-pub(super) fn roles(robot: &Articulation, parts: &Parts) -> Vec<RoleFacts> {
-    let joint = |name: &str| robot.link_of_joint(name).map(|l| &robot.links[l]);
+/// All parts of the config, in the config's order, as the harvester made of a robot has them; optional parts that the config does not name
+/// are left out.
+pub(super) fn roles(robot: &Articulation, harvester: &Articulation, parts: &Parts) -> Vec<RoleFacts> {
+    let joint = |name: &str| harvester.link_of_joint(name).map(|l| &harvester.links[l]);
     let joints_of = |fits: &dyn Fn(&JointKind) -> bool| {
         robot.links.iter().filter(|l| fits(&l.joint)).map(|l| l.joint_name.clone()).collect::<Vec<_>>()
     };
@@ -45,36 +47,38 @@ pub(super) fn roles(robot: &Articulation, parts: &Parts) -> Vec<RoleFacts> {
         is_there,
         candidates,
     };
-    let moves = |name: &str| robot.frame(name).is_some_and(|f| f.link.is_some());
+    let moves = |name: &str| harvester.frame(name).is_some_and(|f| f.link.is_some());
     let has_boxes = |name: &str| {
-        robot
+        harvester
             .links
             .iter()
             .flat_map(|l| &l.shapes)
             .any(|s| s.part == name && matches!(s.shape, Shape::Box { .. }))
     };
     let ends = leaves(robot);
-    vec![
+    let row = longest_row(robot).into_iter().map(|l| robot.links[l].joint_name.clone()).collect();
+    let drives = |kind: &JointKind| is_planar(kind) || is_slide(kind);
+    let mut roles = vec![
         joint_role(
             "base_joint",
-            "planar joint",
-            std::slice::from_ref(&parts.base_joint),
-            &is_planar,
+            "planar joint, or prismatic on a rail",
+            parts.base_joint.as_slice(),
+            &drives,
             joints_of(&is_planar),
         ),
         joint_role(
             "height_joint",
             "prismatic joint",
-            std::slice::from_ref(&parts.height_joint),
+            parts.height_joint.as_slice(),
             &is_slide,
             joints_of(&is_slide),
         ),
-        link_role("base_link", "moving link", &parts.base_link, moves(&parts.base_link), Vec::new()),
-        joint_role("arm_joints", "7 hinges in a row", &parts.arm_joints, &is_hinge, longest_row(robot)),
+        link_role("base_link", "link of the base", &parts.base_link, moves(&parts.base_link), Vec::new()),
+        joint_role("arm_joints", "4 to 8 hinges in a row", &parts.arm_joints, &is_hinge, row),
         joint_role(
             "finger_joints",
             "2 prismatic joints",
-            &parts.finger_joints,
+            parts.finger_joints.as_ref().map_or(&[], |joints| &joints[..]),
             &is_slide,
             joints_of(&is_slide),
         ),
@@ -93,25 +97,9 @@ pub(super) fn roles(robot: &Articulation, parts: &Parts) -> Vec<RoleFacts> {
             has_boxes(&parts.bucket_link),
             Vec::new(),
         ),
-    ]
-}
-
-/// Names of the hinges of the longest serial chain, from the root out.
-fn longest_row(robot: &Articulation) -> Vec<String> {
-    let mut lengths: Vec<usize> = Vec::with_capacity(robot.links.len());
-    for link in &robot.links {
-        let before = link.parent.map_or(0, |p| lengths[p]);
-        lengths.push(if matches!(link.joint, JointKind::Hinge(_)) { before + 1 } else { 0 });
-    }
-    let mut row = Vec::new();
-    let longest = (0..lengths.len()).reduce(|a, b| if lengths[b] > lengths[a] { b } else { a });
-    let mut at = longest;
-    while let Some(link) = at.filter(|&l| lengths[l] > 0) {
-        row.push(robot.links[link].joint_name.clone());
-        at = robot.links[link].parent;
-    }
-    row.reverse();
-    row
+    ];
+    roles.retain(|role| !role.wanted.is_empty());
+    roles
 }
 
 /// URDF links without shapes that moving links carry and whose names suggest a tool.

@@ -2,20 +2,24 @@
 
 use nalgebra::{Matrix4, Vector6};
 use orchard_geometry::{Pose, Vec3, math, transform};
-use orchard_robot::{ARM_DOF, ArmKinematics, IkFailure, IkTarget, JointVector, RobotModel};
+use orchard_robot::{ArmKinematics, IkFailure, IkTarget, JointValues, JointVector, RobotModel};
+
+/// Number of joints of the paper's arm.
+const DOF: usize = 7;
 
 /// Points of an additive recurrence over the joint ranges (golden-ratio family, dimension 7), shrunk by `margin`
 /// of each range at both ends.
 fn posture(arm: &ArmKinematics, n: u32, margin: f64) -> JointVector {
     let phi = 1.0969815577985598_f64; // root of x^8 = x + 1
     let mut alpha = 1.0;
-    JointVector::from_fn(|i, _| {
+    JointValues::from_fn(DOF, |i| {
         alpha /= phi;
         let fraction = (0.3 + f64::from(n) * alpha).fract();
         let l = arm.limits()[i];
         let inset = margin * (l.upper - l.lower);
         l.lower + inset + fraction * (l.upper - l.lower - 2.0 * inset)
     })
+    .vector()
 }
 
 /// One row of Craig's convention: Rx(alpha) Tx(a) Rz(theta) Tz(d).
@@ -55,7 +59,7 @@ fn forward_kinematics_are_the_published_denavit_hartenberg_table() {
     for n in 0..200 {
         let q = posture(arm, n, 0.0);
         let mut x = mount;
-        for i in 0..ARM_DOF {
+        for i in 0..DOF {
             x *= craig(a[i], alpha[i], d[i], q[i]);
         }
         let difference = (x * tool - arm.tcp(&q).to_homogeneous()).abs().max();
@@ -72,7 +76,7 @@ fn jacobian_is_the_derivative_of_the_pose() {
     for n in 0..50 {
         let q = posture(arm, n, 0.0);
         let jacobian = arm.jacobian(&q);
-        for i in 0..ARM_DOF {
+        for i in 0..DOF {
             let mut step = JointVector::zeros();
             step[i] = h;
             let (before, after) = (arm.tcp(&(q - step)), arm.tcp(&(q + step)));
@@ -131,7 +135,7 @@ fn out_of_reach_singular_and_not_finite_targets_end_in_an_error() {
     let nan = IkTarget::Axis { p_base: Vec3::new(f64::NAN, 0.0, 0.0), z_base: Vec3::z() };
     assert_eq!(arm.solve(&nan, &arm.home()), Err(IkFailure::NotFinite));
     // Straight up, shoulder and wrist axes in one line: the Jacobian has lost rank.
-    let straight = arm.clamped(&JointVector::from([0.0, 0.0, 0.0, 0.0, 0.0, 0.6, 0.0]));
+    let straight = arm.clamped(&JointValues::from([0.0, 0.0, 0.0, 0.0, 0.0, 0.6, 0.0]).vector());
     let goal = arm.tcp(&straight);
     for shift in [Vec3::zeros(), Vec3::new(0.0, 0.0, 0.05), Vec3::new(0.02, 0.0, 0.0)] {
         let goal = IkTarget::Pose(Pose::from_parts((goal.translation.vector + shift).into(), goal.rotation));
@@ -204,8 +208,8 @@ fn the_accelerating_torque_is_the_mass_matrix_times_the_acceleration() {
         let q = posture(arm, n, 0.0);
         let alone = arm.reflected_inertia(&q);
         let unit = |k: usize| JointVector::from_fn(|i, _| f64::from(u8::from(i == k)));
-        let columns: [JointVector; ARM_DOF] = std::array::from_fn(|k| arm.inertial_torque(&q, &unit(k)));
-        for i in 0..ARM_DOF {
+        let columns: [JointVector; DOF] = std::array::from_fn(|k| arm.inertial_torque(&q, &unit(k)));
+        for i in 0..DOF {
             // Round-off of sums of a few kg m^2.
             assert!(
                 (columns[i][i] - alone[i]).abs() < 1e-12,
@@ -218,7 +222,7 @@ fn the_accelerating_torque_is_the_mass_matrix_times_the_acceleration() {
             }
         }
         let a = posture(arm, n + 100, 0.0);
-        let sum: JointVector = (0..ARM_DOF).map(|k| columns[k] * a[k]).sum();
+        let sum: JointVector = (0..DOF).map(|k| columns[k] * a[k]).sum();
         assert!((arm.inertial_torque(&q, &a) - sum).amax() < 1e-12);
     }
 }

@@ -1,6 +1,8 @@
 //! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
 
+mod harvester;
 mod kinematics;
+mod loading;
 mod qp;
 mod servos;
 mod urdf;

@@ -3,8 +3,12 @@
 use nalgebra::Vector6;
 use orchard_geometry::{Pose, Vec3, math};
 use orchard_robot::{
-    ARM_DOF, ArmKinematics, IkTarget, JointVector, Obstacle, QpGoal, QpState, QpStatus, QpTask, RobotModel,
+    ArmKinematics, IkTarget, JointValues, JointVector, Obstacle, QpGoal, QpState, QpStatus, QpTask,
+    RobotModel,
 };
+
+/// Number of joints of the paper's arm.
+const DOF: usize = 7;
 
 const DT: f64 = 1.0 / 60.0;
 /// Penalty of a practically hard constraint: errors of the TCP are of the order of 1 (m/s)^2.
@@ -16,11 +20,12 @@ const ACCELERATION: f64 = 10.0;
 fn posture(arm: &ArmKinematics, n: u32) -> JointVector {
     let phi = 1.0969815577985598_f64; // root of x^8 = x + 1
     let mut alpha = 1.0;
-    JointVector::from_fn(|i, _| {
+    JointValues::from_fn(DOF, |i| {
         alpha /= phi;
         let l = arm.limits()[i];
         l.lower + (0.7 + f64::from(n) * alpha).fract() * (l.upper - l.lower)
     })
+    .vector()
 }
 
 fn approach(arm: &ArmKinematics, target: IkTarget) -> QpGoal {
@@ -31,7 +36,7 @@ fn approach(arm: &ArmKinematics, target: IkTarget) -> QpGoal {
 /// Takes a step and checks the invariants of every step.
 fn checked(arm: &ArmKinematics, state: &mut QpState, goal: &QpGoal, obstacles: &[Obstacle]) -> QpStatus {
     let step = arm.velocity_step(state, goal, obstacles, DT);
-    for i in 0..ARM_DOF {
+    for i in 0..DOF {
         let limit = arm.limits()[i];
         // Round-off of sums of numbers of a few units.
         let tiny = 1e-12;
@@ -67,7 +72,7 @@ fn distances_change_with_their_gradients() {
         if here.distance < 0.01 {
             continue;
         }
-        for i in 0..ARM_DOF {
+        for i in 0..DOF {
             let mut step = JointVector::zeros();
             step[i] = h;
             let (before, after) = (arm.self_distance(&(q - step)), arm.self_distance(&(q + step)));
@@ -143,10 +148,10 @@ fn a_target_out_of_reach_and_back_makes_no_jump() {
 fn singular_and_extreme_states_stay_within_the_limits() {
     let robot = RobotModel::paper();
     let arm = robot.kinematics();
-    let stretched = arm.clamped(&JointVector::from([0.0, 0.4, 0.0, 0.0, 0.0, 1.0, 0.0]));
-    let aligned = arm.clamped(&JointVector::from([0.0, -0.4, 0.0, -1.8, 0.0, 0.0, 0.0]));
-    let lowest = JointVector::from_fn(|i, _| arm.limits()[i].lower);
-    let highest = JointVector::from_fn(|i, _| arm.limits()[i].upper);
+    let stretched = arm.clamped(&JointValues::from([0.0, 0.4, 0.0, 0.0, 0.0, 1.0, 0.0]).vector());
+    let aligned = arm.clamped(&JointValues::from([0.0, -0.4, 0.0, -1.8, 0.0, 0.0, 0.0]).vector());
+    let lowest = JointValues::from_fn(DOF, |i| arm.limits()[i].lower).vector();
+    let highest = JointValues::from_fn(DOF, |i| arm.limits()[i].upper).vector();
     for start in [stretched, aligned, lowest, highest] {
         for n in 0..24 {
             let mut state = QpState::resting(start);
@@ -167,7 +172,8 @@ fn the_arm_does_not_run_into_itself_or_the_robot() {
     // Into the bucket's wall, into the chassis, into the arm's own mount.
     for p in [Vec3::new(-0.26, 0.15, 0.4), Vec3::new(0.4, 0.2, 0.1), Vec3::new(0.15, 0.0, 0.5)] {
         let mut state = QpState::resting(arm.home());
-        let down = arm.tcp(&JointVector::from([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])).rotation;
+        let down =
+            arm.tcp(&JointValues::from([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]).vector()).rotation;
         let goal = approach(arm, IkTarget::Pose(Pose::from_parts(p.into(), down)));
         let mut nearest = f64::INFINITY;
         for _ in 0..360 {
@@ -185,7 +191,7 @@ fn the_arm_does_not_run_into_itself_or_the_robot() {
 fn what_the_hand_holds_is_kept_off_the_robot() {
     let robot = RobotModel::paper();
     let arm = robot.kinematics();
-    let down = arm.tcp(&JointVector::from([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])).rotation;
+    let down = arm.tcp(&JointValues::from([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]).vector()).rotation;
     let lowest = |held: Option<f64>| {
         let mut state = QpState::resting(arm.home());
         for z in [0.6, 0.1] {

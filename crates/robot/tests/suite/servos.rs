@@ -5,7 +5,10 @@ use orchard_multibody::{
     Body, Collider, ContactPath, Data, Groups, Integrator, JointKind, Model, ModelBuilder, Owner, Solver,
     SpatialInertia, StepReport, StepSettings, forward_kinematics, gravity_torque, step,
 };
-use orchard_robot::{ARM_DOF, Command, JointVector, PartGroups, RobotHandle, RobotModel, Servos, observe};
+use orchard_robot::{Command, JointValues, PartGroups, RobotHandle, RobotModel, Servos, observe};
+
+/// Number of joints of the paper's arm.
+const DOF: usize = 7;
 
 const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 const SUBSTEP: f64 = 1.0 / 180.0;
@@ -92,15 +95,16 @@ fn arm_kinematics_and_gravity_torque_agree_with_the_world_model() {
     let Bench { robot, model, mut data, handle, .. } = bench(None);
     let arm = robot.kinematics();
     for n in 0..20 {
-        let q = JointVector::from_fn(|i, _| {
+        let q = JointValues::from_fn(DOF, |i| {
             let l = arm.limits()[i];
             l.lower + (f64::from(n) * 0.618 + 0.1 * i as f64).fract() * (l.upper - l.lower)
-        });
-        for i in 0..ARM_DOF {
+        })
+        .vector();
+        for i in 0..DOF {
             data.q[model.qs(handle.arm[i]).start] = q[i];
         }
         // At another place on the ground, turned.
-        data.q[model.qs(handle.planar)].copy_from_slice(&[0.3, -0.4, 0.7]);
+        data.q[model.qs(*handle.base_joint.moving().unwrap())].copy_from_slice(&[0.3, -0.4, 0.7]);
         forward_kinematics(&model, &mut data);
         let x_world_base = handle.x_world_base(&data);
         let turn = Rotation::from_axis_angle(&Vec3::z_axis(), 0.7);
@@ -114,7 +118,7 @@ fn arm_kinematics_and_gravity_torque_agree_with_the_world_model() {
         }
         let all = gravity_torque(&model, &data, &GRAVITY);
         let own = arm.gravity_torque(&q, &GRAVITY);
-        for i in 0..ARM_DOF {
+        for i in 0..DOF {
             assert!((own[i] - all[model.dofs(handle.arm[i]).start]).abs() < 1e-9, "posture {n}, joint {i}");
         }
     }
@@ -134,20 +138,20 @@ fn at_rest_nothing_drifts() {
 #[test]
 fn the_arm_goes_where_it_is_told_within_its_torque_and_speed_limits() {
     let mut bench = bench(None);
-    let limits = *bench.robot.kinematics().limits();
+    let limits = bench.robot.kinematics().limits().to_vec();
     let mut command = bench.robot.start_command();
-    command.arm_q = [1.0, -0.2, 0.4, -1.2, -0.6, 2.0, 1.5];
-    let mut fastest = [0.0_f64; ARM_DOF];
+    command.arm_q = [1.0, -0.2, 0.4, -1.2, -0.6, 2.0, 1.5].into();
+    let mut fastest = [0.0_f64; DOF];
     bench.run(&command, 2.5, |b| {
         let o = b.observe();
-        for i in 0..ARM_DOF {
+        for i in 0..DOF {
             fastest[i] = fastest[i].max(o.arm_v[i].abs());
             // The implicit step may pass the limit by the inertia's change over one substep.
             assert!(o.arm_torque[i].abs() <= limits[i].effort * 1.02, "joint {i}: {}", o.arm_torque[i]);
         }
     });
     let o = bench.observe();
-    for i in 0..ARM_DOF {
+    for i in 0..DOF {
         assert!((o.arm_q[i] - command.arm_q[i]).abs() < 1e-3, "joint {i}: {}", o.arm_q[i]);
         assert!(fastest[i] < limits[i].velocity * 1.05, "joint {i}: {}", fastest[i]);
     }
@@ -175,7 +179,7 @@ fn the_base_drives_in_its_own_frame_with_limited_acceleration() {
     let mut bench = bench(None);
     let mut command = bench.robot.start_command();
     let turned = 0.8;
-    let planar = bench.model.qs(bench.handle.planar).start;
+    let planar = bench.model.qs(*bench.handle.base_joint.moving().unwrap()).start;
     bench.data.q[planar + 2] = turned;
     command.base_velocity = [3.0, 0.0, 0.0];
     let mut speed = 0.0_f64;
@@ -197,7 +201,7 @@ fn a_blocked_base_pushes_with_its_traction_bound() {
     let mut command = bench.robot.start_command();
     command.base_velocity = [1.0, 0.0, 0.0];
     let mut strongest = 0.0_f64;
-    let dof = bench.model.dofs(bench.handle.planar).start;
+    let dof = bench.model.dofs(*bench.handle.base_joint.moving().unwrap()).start;
     bench.run(&command, 3.0, |b| {
         let d = &b.data;
         strongest = strongest.max((d.torque[dof] - d.damping[dof] * d.v[dof]).abs());
@@ -270,7 +274,7 @@ fn fingers_hold_with_the_commanded_force() {
 #[test]
 fn set_points_obey_the_published_speeds_and_accelerations() {
     let mut bench = bench(None);
-    let limits = *bench.robot.kinematics().limits();
+    let limits = bench.robot.kinematics().limits().to_vec();
     let mut command = bench.robot.start_command();
     let (mut q_set, mut v_set) = bench.servos.arm_set();
     for n in 0..60 {
@@ -285,7 +289,7 @@ fn set_points_obey_the_published_speeds_and_accelerations() {
         bench.run(&command, seconds, |b| {
             let (q, v) = b.servos.arm_set();
             let o = b.observe();
-            for i in 0..ARM_DOF {
+            for i in 0..DOF {
                 // Round-off of numbers of a few units.
                 assert!(
                     (v[i] - v_set[i]).abs() <= 10.0 * SUBSTEP + 1e-12,
@@ -359,7 +363,7 @@ fn the_base_stalls_at_its_effort_limit() {
     let mut command = bench.robot.start_command();
     command.base_velocity = [1.0, 0.0, 0.5];
     bench.run(&command, 3.0, |_| {});
-    let dof = bench.model.dofs(bench.handle.planar).start;
+    let dof = bench.model.dofs(*bench.handle.base_joint.moving().unwrap()).start;
     let before = bench.observe().base_pose;
     bench.run(&command, 1.0, |b| {
         let effort = |k: usize| b.data.torque[dof + k] - b.data.damping[dof + k] * b.data.v[dof + k];
@@ -382,15 +386,15 @@ fn the_arm_holds_any_posture_without_drift() {
     ] {
         let mut bench = bench(None);
         let mut command = bench.robot.start_command();
-        command.arm_q = arm_q;
+        command.arm_q = arm_q.into();
         bench.run(&command, 4.0, |_| {});
         let held = bench.observe().arm_q;
-        let worst = (0..ARM_DOF).map(|i| (held[i] - arm_q[i]).abs()).fold(0.0, f64::max);
+        let worst = (0..DOF).map(|i| (held[i] - arm_q[i]).abs()).fold(0.0, f64::max);
         // The chassis settles on its servo; the arm's own weight is compensated exactly.
         assert!(worst < 1e-3, "{worst} rad");
         bench.run(&command, 4.0, |_| {});
         let later = bench.observe().arm_q;
-        let drift = (0..ARM_DOF).map(|i| (held[i] - later[i]).abs()).fold(0.0, f64::max);
+        let drift = (0..DOF).map(|i| (held[i] - later[i]).abs()).fold(0.0, f64::max);
         assert!(drift < 1e-6, "{drift} rad");
     }
 }
@@ -406,21 +410,22 @@ fn the_arm_does_not_pass_through_the_robot() {
     paths.push(([[2.6, -0.6, 0.0, -2.2, 0.0, 1.7, 0.785], [2.6, 0.4, 0.0, -2.6, 0.0, 1.7, 0.785]], "bucket"));
     paths.push(([[1.6, -0.2, 0.0, -2.4, 0.0, 1.7, 0.785], [1.6, 0.7, 0.0, -2.7, 0.0, 1.7, 0.785]], "deck"));
     paths.push(([[0.0, -0.7, 0.0, -2.4, 0.0, 1.7, 0.785], [0.0, -0.7, 0.0, -3.04, 0.0, 0.55, 0.785]], "arm"));
-    for ([above, inside], what) in paths {
+    for (path, what) in paths {
+        let [above, inside] = path.map(JointValues::from);
         let mut bench = bench_with(None, Some(LINKS));
-        let limits = *bench.robot.kinematics().limits();
+        let limits = bench.robot.kinematics().limits().to_vec();
         let mut command = bench.robot.start_command();
         command.arm_q = above;
         bench.run(&command, 3.0, |_| {});
-        assert!(bench.robot.kinematics().self_distance(&above.into()).distance > 0.0, "{what}");
-        let at_target = bench.robot.kinematics().self_distance(&inside.into());
+        assert!(bench.robot.kinematics().self_distance(&above.vector()).distance > 0.0, "{what}");
+        let at_target = bench.robot.kinematics().self_distance(&inside.vector());
         assert!(at_target.distance < -0.01, "{what}: {at_target:?}");
         command.arm_q = inside;
-        let mut last = bench.robot.kinematics().self_distance(&above.into()).distance;
+        let mut last = bench.robot.kinematics().self_distance(&above.vector()).distance;
         let (mut deepest, mut farthest, mut strongest) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         bench.run(&command, 4.0, |b| {
             let o = b.observe();
-            let distance = b.robot.kinematics().self_distance_with(&o.arm_q.into(), &o.finger_q).distance;
+            let distance = b.robot.kinematics().self_distance_with(&o.arm_q.vector(), &o.finger_q).distance;
             farthest = farthest.max(last - distance);
             (deepest, last) = (deepest.min(distance), distance);
             for (torque, limit) in o.arm_torque.iter().zip(&limits) {

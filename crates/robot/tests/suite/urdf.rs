@@ -112,22 +112,32 @@ fn bad_files_are_refused_with_a_reason() {
     let twice = [joint("j", "revolute", "a", "b", LIMIT), joint("k", "fixed", "a", "b", "")];
     refused(two(&twice), &["two parent"]);
     refused(two(&[joint("j", "spherical", "a", "b", "")]), &["joint `j`", "spherical"]);
-    refused(two(&[joint("j", "winch", "a", "b", "")]), &["URDF cannot be read"]);
-    refused(two(&[joint("j", "revolute", "a", "b", "")]), &["joint `j`", "position limits"]);
-    let no_velocity = "<limit lower='-1' upper='1' effort='5'/>";
-    refused(two(&[joint("j", "revolute", "a", "b", no_velocity)]), &["URDF cannot be read", "velocity"]);
-    let no_effort = "<limit lower='-1' upper='1' velocity='1'/>";
-    refused(two(&[joint("j", "revolute", "a", "b", no_effort)]), &["joint `j`", "effort"]);
+    refused(two(&[joint("j", "winch", "a", "b", "")]), &["joint `j`", "winch"]);
+    let crossed = "<limit lower='1' upper='-1' effort='5' velocity='1'/>";
+    refused(two(&[joint("j", "revolute", "a", "b", crossed)]), &["joint `j`", "lowest position"]);
     let no_axis = format!("<axis xyz='0 0 0'/>{LIMIT}");
     refused(two(&[joint("j", "revolute", "a", "b", &no_axis)]), &["joint `j`", "axis"]);
-    refused(two(&[joint("j", "planar", "a", "b", "<axis xyz='1 0 0'/>")]), &["joint `j`", "must be z"]);
     let mimic = format!("{LIMIT}<mimic joint='nobody'/>");
     refused(two(&[joint("j", "revolute", "a", "b", &mimic)]), &["mimic", "nobody"]);
     refused(two(&[joint("j", "revolute", "a", "b", "<origin xyz='nan 0 0'/>")]), &["joint `j`", "finite"]);
-    let massless = "<link name='b'/>".to_owned();
-    refused(read(&[link("a"), massless, joint("j", "revolute", "a", "b", LIMIT)]), &["link `b`", "mass"]);
+    let negative = link("b").replace("value='2'", "value='-2'");
+    refused(read(&[link("a"), negative, joint("j", "revolute", "a", "b", LIMIT)]), &["link `b`", "mass"]);
     let mesh = "<link name='l'><collision><geometry><mesh filename='x.stl'/></geometry></collision></link>";
-    refused(read(&[mesh.to_owned()]), &["link `l`", "mesh"]);
+    refused(read(&[mesh.to_owned()]), &["link `l`", "mesh `x.stl`"]);
+    for (text, words) in [
+        ("<mujoco model='a'/>", ["MJCF", "not read"]),
+        ("<sdf version='1.6'/>", ["SDF", "not read"]),
+        ("<robot><xacro:macro name='a'/></robot>", ["xacro:macro", "xacro robot.xacro > robot.urdf"]),
+        ("<robot><link name='${prefix}base'/></robot>", ["${prefix}base", "xacro robot.xacro > robot.urdf"]),
+        (
+            "<robot><link name='a'><visual><geometry><mesh filename='$(find x)/a.stl'/></geometry></visual></link></robot>",
+            ["$(find x)", "`a`"],
+        ),
+        ("<urdf/>", ["first element", "`urdf`"]),
+        ("<robot><link name='a'>", ["URDF cannot be read", "no end"]),
+    ] {
+        refused(Articulation::from_urdf(text), &words);
+    }
 }
 
 #[test]

@@ -51,7 +51,7 @@ impl BenchWorld for World {
 
     fn hand_forces(&self) -> HandForces {
         let handle = self.handle();
-        let hand = [handle.wrist(), handle.fingers[0], handle.fingers[1]];
+        let hand: Vec<_> = std::iter::once(handle.wrist()).chain(handle.fingers.iter().copied()).collect();
         let (mut fingers, mut wrist_world) = ([0.0; 2], Vec3::zeros());
         for contact in &self.report().contacts {
             for (collider, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {

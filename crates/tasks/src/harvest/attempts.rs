@@ -2,7 +2,8 @@
 //!
 //! An attempt starts when a target is committed, false detections included. It is placed if a fruit that both fingers last held
 //! during this attempt comes to rest in the bucket; the controller's own verdict is not used. Events of fruit and wood after the
-//! end of an attempt belong to it until the next attempt starts.
+//! end of an attempt belong to it until the next attempt starts. Fruit was held or knocked off by its contact attempt, whatever the
+//! controller declares.
 
 use crate::harvest::episode::{
     AttemptOutcome, AttemptRecord, AttemptSnap, Belief, FruitMoment, HeldFruit, KnockedOff, SnapEvent,
@@ -87,15 +88,17 @@ impl History {
             contact.to_frame = Some(frame.saturating_sub(1).max(contact.from_frame));
         }
     }
-
-    /// True if the fingers closed on a fruit between two frames, the first not included.
-    pub fn was_gripped(&self, fruit: u32, after: u32, until: u32) -> bool {
-        self.gripped.iter().any(|g| g.fruit == fruit && g.frame > after && g.frame <= until)
-    }
 }
 
-/// Makes the records of all attempts of an episode with `last` frames of `frame` seconds.
-pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> Vec<AttemptRecord> {
+/// Makes the records of all attempts of an episode with `last` frames of `frame` seconds; `knocked_off` is the fruit that was not held
+/// when it came off its stem.
+pub fn judge(
+    logs: &[AttemptLog],
+    history: &History,
+    knocked_off: &[FruitMoment],
+    frame: f64,
+    last: u32,
+) -> Vec<AttemptRecord> {
     let spans: Vec<(u32, u32)> =
         logs.iter().map(|log| (log.start_frame, log.end.as_ref().map_or(last, |end| end.0))).collect();
     let grips = |owner: usize| {
@@ -117,7 +120,7 @@ pub fn judge(logs: &[AttemptLog], history: &History, frame: f64, last: u32) -> V
         let until = logs.get(id + 1).map_or(last, |next| next.start_frame);
         let within = |frame: u32| frame > start && frame <= until;
         let came_off = || history.detached.iter().filter(|e| within(e.frame));
-        let unheld = |e: &&FruitMoment| !history.was_gripped(e.fruit, start, e.frame);
+        let unheld = |e: &&FruitMoment| knocked_off.contains(e);
         let held: Vec<HeldFruit> = history.held.iter().filter(|h| within(h.from_frame)).cloned().collect();
         let placed = owned(&history.deposited, id);
         let facts = Facts {
@@ -177,15 +180,6 @@ fn believed_end(failure: &Option<String>) -> String {
     failure.clone().unwrap_or_else(|| "deposited".to_owned())
 }
 
-/// Fruit that came off its stem without having been held before in the same attempt; before the first attempt, all.
-pub fn knocked_off(logs: &[AttemptLog], history: &History) -> Vec<FruitMoment> {
-    let start_of = |frame: u32| logs.iter().rfind(|log| log.start_frame < frame).map(|log| log.start_frame);
-    let unheld = |e: &&FruitMoment| {
-        start_of(e.frame).is_none_or(|start| !history.was_gripped(e.fruit, start, e.frame))
-    };
-    history.detached.iter().filter(unheld).cloned().collect()
-}
-
 /// The fruit of a list of events without duplicates, in the order of their first event.
 fn distinct<'a>(events: impl Iterator<Item = &'a FruitMoment>) -> Vec<u32> {
     let mut fruit = Vec::new();
@@ -204,7 +198,12 @@ mod tests {
     use crate::harvest::reason::{GRASP_MISSED, KNOCKED_OFF_BY_ARM, MISSED_BUCKET, RUN_ENDED, SLIPPED};
 
     fn judge_all(logs: &[AttemptLog], history: &History) -> Vec<AttemptRecord> {
-        judge(logs, history, 0.5, 100)
+        judge_with(logs, history, &[])
+    }
+
+    /// Judges where the given fruit was knocked off.
+    fn judge_with(logs: &[AttemptLog], history: &History, knocked: &[FruitMoment]) -> Vec<AttemptRecord> {
+        judge(logs, history, knocked, 0.5, 100)
     }
 
     fn log(start_frame: u32, end: Option<(u32, Option<&str>)>) -> AttemptLog {
@@ -238,7 +237,7 @@ mod tests {
         };
         // Ended as failed at 20, but the fruit comes to rest in the bucket; then believed placed, but none does.
         let logs = [log(10, Some((20, Some("grasp_stalled")))), log(40, Some((60, None)))];
-        let records = judge_all(&logs, &history);
+        let records = judge_with(&logs, &history, &events(&[(3, 17)]));
         assert_eq!(records[0].outcome, AttemptOutcome::Placed);
         assert_eq!(records[0].failure_reason, None);
         assert_eq!(records[0].cycle_time, Some(5.0));
@@ -312,18 +311,21 @@ mod tests {
 
     #[test]
     fn a_target_that_fell_unheld_was_knocked_off() {
-        let reason = |gripped: &[(u32, u32)], detached: &[(u32, u32)]| {
+        let reason = |gripped: &[(u32, u32)], detached: &[(u32, u32)], knocked: &[(u32, u32)]| {
             let history =
                 History { gripped: events(gripped), detached: events(detached), ..History::default() };
-            judge_all(&aimed(Some("no_fruit_at_detection")), &history)[0].failure_reason.clone().unwrap()
+            let logs = aimed(Some("no_fruit_at_detection"));
+            judge_with(&logs, &history, &events(knocked))[0].failure_reason.clone().unwrap()
         };
-        assert_eq!(reason(&[], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
-        // Held in an earlier attempt or only after its fall, it was still not held when it fell.
-        assert_eq!(reason(&[(7, 9), (7, 15)], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
+        assert_eq!(reason(&[], &[(7, 14)], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
+        // Gripped only after its fall, it was still not held when it fell.
+        assert_eq!(reason(&[(7, 15)], &[(7, 14)], &[(7, 14)]), KNOCKED_OFF_BY_ARM);
         // Another fruit fell, or the target after the end of the attempt.
-        assert_eq!(reason(&[], &[(8, 14)]), GRASP_MISSED);
-        assert_eq!(reason(&[], &[(7, 21)]), GRASP_MISSED);
-        assert_eq!(reason(&[(7, 12)], &[(7, 14)]), GRASP_MISSED);
+        assert_eq!(reason(&[], &[(8, 14)], &[(8, 14)]), GRASP_MISSED);
+        assert_eq!(reason(&[], &[(7, 21)], &[(7, 21)]), GRASP_MISSED);
+        // Held as it came off, by a grip that may be older than the attempt.
+        assert_eq!(reason(&[(7, 12)], &[(7, 14)], &[]), GRASP_MISSED);
+        assert_eq!(reason(&[], &[(7, 14)], &[]), GRASP_MISSED);
         // A target where no fruit hung.
         let blank = AttemptLog { fruit: None, ..aimed(Some("no_fruit_at_detection"))[0].clone() };
         let record = &judge_all(&[blank], &History::default())[0];
@@ -340,8 +342,7 @@ mod tests {
             states: states.map(|(frame, state)| (frame, state.to_owned())).into(),
             ..History::default()
         };
-        let logs = aimed(Some("blocked"));
-        let records = judge_all(&logs, &history);
+        let records = judge_with(&aimed(Some("blocked")), &history, &history.detached);
         let knocked: Vec<(u32, &str)> =
             records[0].knocked_off.iter().map(|k| (k.fruit, k.state.as_deref().unwrap())).collect();
         assert_eq!(knocked, [(2, "reach"), (3, "scan")]);
@@ -350,8 +351,5 @@ mod tests {
             records[0].snapped.iter().map(|s| (s.segment, s.state.as_deref().unwrap())).collect();
         assert_eq!(snapped, [(40, "align"), (41, "retreat")]);
         assert_eq!((records[1].knocked_off[0].fruit, records[1].snapped[0].segment), (4, 42));
-        // Over the whole tree, all four count, the one before the first attempt too.
-        let all: Vec<u32> = knocked_off(&logs, &history).iter().map(|e| e.fruit).collect();
-        assert_eq!(all, [1, 2, 3, 4]);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The world under these commands gives the episode again, and with the controller's log its record, byte by byte. So a result can be checked
 //! where its controller cannot be run. A log is a file beside the record: [postcard](https://postcard.jamesmunns.com/wire-format), which
-//! keeps every bit of a number, compressed by gzip.
+//! keeps every bit of a number, compressed by gzip. The record holds the SHA-256 of the log before compression.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -10,16 +10,16 @@ use std::path::{Path, PathBuf};
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
+use orchard_bench::digest::sha256;
 use orchard_bench::record::Record;
 use orchard_bench::store::{StoreError, make_folder, write_bytes};
-use orchard_robot::io::{Command, Observation};
+use orchard_robot::io::Command;
 use orchard_world::WorldEvent;
 use serde::{Deserialize, Serialize};
 
 use crate::harvest::episode::{EpisodeKey, EpisodeRecord};
-use crate::harvest::interface::{BenchController, ControllerEvent};
+use crate::harvest::interface::ControllerEvent;
 use crate::harvest::observe::{FrameInput, Observer, ObserverFactory};
-use crate::harvest::run::WorldFactory;
 
 /// Folder of the command logs under a result folder.
 pub const FOLDER: &str = "commands";
@@ -33,12 +33,12 @@ pub struct CommandLog {
     /// Key of the episode, as JSON.
     key: String,
     /// Commands, one a frame; the settling after the end has none of its own.
-    commands: Vec<Command>,
+    pub(crate) commands: Vec<Command>,
     /// Events that the controller logged, each with its frame, in order.
-    events: Vec<(u32, ControllerEvent)>,
+    pub(crate) events: Vec<(u32, ControllerEvent)>,
 }
 
-/// A command log that cannot be read.
+/// A command log that cannot be read, or that is not the one of its record.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {problem}")]
 pub struct CommandLogError {
@@ -46,10 +46,55 @@ pub struct CommandLogError {
     problem: String,
 }
 
+impl CommandLogError {
+    fn new(path: &Path, problem: String) -> Self {
+        Self { path: path.display().to_string(), problem }
+    }
+}
+
+/// Logs that cannot be merged.
+#[derive(Debug, thiserror::Error)]
+pub enum MergeLogsError {
+    /// A log that cannot be read, or is another one than that of its record.
+    #[error(transparent)]
+    Log(#[from] CommandLogError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
 /// Returns the path of an episode's log under the result folder.
 pub fn path_of(key: &EpisodeKey) -> String {
     let record = EpisodeRecord::file(key);
     format!("{FOLDER}/{}.postcard.gz", record.strip_suffix(".json").unwrap_or(&record))
+}
+
+/// Checks that the log under a result folder is the one of a record, by its SHA-256; false if there is no log.
+///
+/// # Errors
+/// The file cannot be read, or is another log.
+pub fn check(root: &Path, record: &EpisodeRecord) -> Result<bool, CommandLogError> {
+    let path = root.join(path_of(&record.key));
+    if !path.exists() {
+        return Ok(false);
+    }
+    let other = || "does not match the SHA-256 in its record: it is damaged or was edited".to_owned();
+    let check = || -> Result<bool, String> {
+        let found = sha256(&plain(&path)?);
+        if record.commands_sha256.as_ref() == Some(&found) { Ok(true) } else { Err(other()) }
+    };
+    check().map_err(|problem| CommandLogError::new(&path, problem))
+}
+
+/// A log as it was before compression.
+fn plain(path: &Path) -> Result<Vec<u8>, String> {
+    let (file, _) = orchard_input::open(path, orchard_input::RESULT).map_err(|e| e.to_string())?;
+    let mut bytes = Vec::new();
+    let size = GzDecoder::new(file).take(LARGEST + 1).read_to_end(&mut bytes);
+    if size.map_err(|e| e.to_string())? as u64 > LARGEST {
+        return Err(format!("the log is larger than {LARGEST} bytes"));
+    }
+    Ok(bytes)
 }
 
 impl CommandLog {
@@ -65,30 +110,34 @@ impl CommandLog {
     pub fn read(root: &Path, key: &EpisodeKey) -> Result<Self, CommandLogError> {
         let path = root.join(path_of(key));
         let read = || -> Result<Self, String> {
-            let (file, _) = orchard_input::open(&path, orchard_input::RESULT).map_err(|e| e.to_string())?;
-            let mut bytes = Vec::new();
-            let size = GzDecoder::new(file).take(LARGEST + 1).read_to_end(&mut bytes);
-            if size.map_err(|e| e.to_string())? as u64 > LARGEST {
-                return Err(format!("the log is larger than {LARGEST} bytes"));
-            }
-            let log: Self = postcard::from_bytes(&bytes).map_err(|e| format!("not a command log: {e}"))?;
+            let log: Self =
+                postcard::from_bytes(&plain(&path)?).map_err(|e| format!("not a command log: {e}"))?;
             if log.key == json(key) { Ok(log) } else { Err("the log is of another episode".to_owned()) }
         };
-        read().map_err(|problem| CommandLogError { path: path.display().to_string(), problem })
+        read().map_err(|problem| CommandLogError::new(&path, problem))
+    }
+
+    /// SHA-256 of the log before compression, hexadecimal, as in [`EpisodeRecord::commands_sha256`].
+    pub fn sha256(&self) -> String {
+        sha256(&self.encoded())
+    }
+
+    fn encoded(&self) -> Vec<u8> {
+        postcard::to_stdvec(self).unwrap_or_else(|e| unreachable!("numbers and text encode: {e}"))
     }
 
     /// Returns the bytes of the file.
     ///
     /// # Errors
-    /// The log does not encode; memory does not fail, so this does not happen.
+    /// The log does not compress; memory does not fail, so this does not happen.
     pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
-        let plain = postcard::to_stdvec(self).map_err(io::Error::other)?;
         let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-        encoder.write_all(&plain)?;
+        encoder.write_all(&self.encoded())?;
         encoder.finish()
     }
 
-    fn push(&mut self, command: &Command, events: &[ControllerEvent]) {
+    /// Adds a frame.
+    pub fn push(&mut self, command: &Command, events: &[ControllerEvent]) {
         let frame = self.commands.len() as u32;
         self.events.extend(events.iter().map(|event| (frame, event.clone())));
         self.commands.push(*command);
@@ -127,32 +176,24 @@ impl CommandLogs {
         self.root.join(FOLDER)
     }
 
-    /// Copies the logs of episodes from the first of some result folders that holds each whole; returns the number of those that none holds.
+    /// Copies the logs of episodes from the first of some result folders that has each; returns the number of those that none has.
     ///
     /// # Errors
-    /// Two of the folders hold different logs of an episode, or a file cannot be written.
-    pub fn merge<'a>(
-        &self,
-        keys: impl Iterator<Item = &'a EpisodeKey>,
-        from: &[&Path],
-    ) -> Result<usize, StoreError> {
+    /// One of the folders has a log that is not the one of the record, or a file cannot be written.
+    pub fn merge(&self, records: &[EpisodeRecord], from: &[&Path]) -> Result<usize, MergeLogsError> {
         let mut missing = 0;
-        for key in keys {
-            let holds = |root: &&Path| Some((root.join(path_of(key)), CommandLog::read(root, key).ok()?));
-            let copies: Vec<(PathBuf, CommandLog)> = from.iter().filter_map(holds).collect();
-            let Some(((first, log), others)) = copies.split_first() else {
-                missing += 1;
-                continue;
-            };
-            // Bytes, because a command may hold numbers that are not equal to themselves.
-            let bytes = |log: &CommandLog, path: &Path| log.to_bytes().map_err(|e| StoreError::new(path, e));
-            for (path, other) in others {
-                if bytes(other, path)? != bytes(log, first)? {
-                    let line = format!("differs from {}: delete the wrong one", first.display());
-                    return Err(StoreError::new(path, io::Error::other(line)));
+        // A world that could not be built has no log.
+        for record in records.iter().filter(|record| record.commands_sha256.is_some()) {
+            let mut first = None;
+            for root in from {
+                if check(root, record)? {
+                    first = first.or(Some(root));
                 }
             }
-            self.write(key, log)?;
+            match first {
+                Some(root) => self.write(&record.key, &CommandLog::read(root, &record.key)?)?,
+                None => missing += 1,
+            }
         }
         Ok(missing)
     }
@@ -174,8 +215,8 @@ impl CommandLogs {
 impl<W> ObserverFactory<W> for CommandLogs {
     type Observer = CommandLog;
 
-    fn is_kept(&self, key: &EpisodeKey) -> bool {
-        CommandLog::read(&self.root, key).is_ok()
+    fn is_kept(&self, record: &EpisodeRecord) -> bool {
+        check(&self.root, record).unwrap_or(false)
     }
 
     fn begin(&self, key: &EpisodeKey, _: &W) -> CommandLog {
@@ -187,77 +228,22 @@ impl<W> ObserverFactory<W> for CommandLogs {
     }
 }
 
-/// A controller that plays back a log.
-pub struct Playback {
-    log: CommandLog,
-    frame: usize,
-    next_event: usize,
-}
-
-impl Playback {
-    /// Plays a log from its first frame. Beyond its last frame the robot is told to keep still, so that a log that is too short gives
-    /// another episode than the recorded one.
-    pub fn new(log: CommandLog) -> Self {
-        Self { log, frame: 0, next_event: 0 }
-    }
-}
-
-impl BenchController for Playback {
-    fn act(&mut self, observation: &Observation) -> Command {
-        let command = self.log.commands.get(self.frame).copied();
-        self.frame += 1;
-        command.unwrap_or_else(|| Command::still(observation))
-    }
-
-    fn drain_log(&mut self) -> Vec<ControllerEvent> {
-        let rest = self.log.events.get(self.next_event..).unwrap_or_default();
-        let of_frame = |(frame, _): &&(u32, ControllerEvent)| (*frame as usize) < self.frame;
-        let events: Vec<ControllerEvent> =
-            rest.iter().take_while(of_frame).map(|(_, event)| event.clone()).collect();
-        self.next_event += events.len();
-        events
-    }
-}
-
-/// Worlds with controllers that play the command logs of a result folder back.
-pub struct Replays<'a, F> {
-    factory: &'a F,
-    root: &'a Path,
-}
-
-impl<'a, F> Replays<'a, F> {
-    /// Plays the logs under a result folder in the worlds of a factory.
-    pub fn new(factory: &'a F, root: &'a Path) -> Self {
-        Self { factory, root }
-    }
-}
-
-impl<F: WorldFactory> WorldFactory for Replays<'_, F> {
-    type World = F::World;
-    type Controller = Playback;
-
-    fn build(&self, key: &EpisodeKey) -> Result<(F::World, Playback), String> {
-        let (world, _) = self.factory.build(key)?;
-        let log = CommandLog::read(self.root, key).map_err(|e| e.to_string())?;
-        Ok((world, Playback::new(log)))
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use orchard_robot::ARM_DOF;
 
     use super::*;
     use crate::fake::key;
+    use crate::harvest::harness::never_started;
 
     fn log() -> CommandLog {
         let mut log = CommandLog::new(&key());
         let command = Command {
-            arm_q: [0.1, -0.0, f64::NAN, f64::INFINITY, 1e-300, 2.0, -3.5],
-            arm_v: [1.0 / 3.0; ARM_DOF],
+            arm_q: [0.1, -0.0, f64::NAN, f64::INFINITY, 1e-300, 2.0, -3.5].into(),
+            arm_v: [1.0 / 3.0; 7].into(),
             base_velocity: [0.1 + 0.2, f64::NEG_INFINITY, 0.0],
             finger_q: 0.04,
             finger_force: 20.0,
+            vacuum: 0.5,
         };
         log.push(&command, &[ControllerEvent::StateChanged { state: "reach".into() }]);
         log.push(&Command { finger_q: 0.0, ..command }, &[]);
@@ -283,25 +269,42 @@ mod tests {
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
         assert!(CommandLog::read(folder.path(), &key()).is_err());
-        assert!(!ObserverFactory::<()>::is_kept(&logs, &key()));
+        assert!(!ObserverFactory::<()>::is_kept(&logs, &record()));
+    }
+
+    /// The record of the episode of [`log`].
+    fn record() -> EpisodeRecord {
+        let commands_sha256 = Some(log().sha256());
+        EpisodeRecord { commands_sha256, ..never_started(key(), String::new()) }
     }
 
     #[test]
-    fn logs_that_differ_are_not_merged() {
+    fn a_log_that_is_not_the_one_of_its_record_is_found() {
         let folders = [0, 1, 2].map(|_| tempfile::tempdir().unwrap());
         let from = [folders[0].path(), folders[1].path()];
         let into = CommandLogs::new(folders[2].path());
-        let keys = [key()];
-        assert_eq!(into.merge(keys.iter(), &from).unwrap(), 1);
+        let records = [record()];
+        assert_eq!(into.merge(&records, &from).unwrap(), 1);
+        assert!(!check(from[0], &record()).unwrap());
         for root in from {
             CommandLogs::new(root).write(&key(), &log()).unwrap();
+            assert!(check(root, &record()).unwrap());
         }
-        assert_eq!(into.merge(keys.iter(), &from).unwrap(), 0);
+        assert_eq!(into.merge(&records, &from).unwrap(), 0);
+        let written = |root: &Path| std::fs::read(root.join(path_of(&key()))).unwrap();
+        assert_eq!(written(folders[2].path()), written(from[0]));
+        let kept = |root| ObserverFactory::<()>::is_kept(&CommandLogs::new(root), &record());
+        assert!(kept(from[1]));
+        // One bit of one command.
         let mut other = log();
-        other.commands.pop();
+        other.commands[1].arm_q[0] = f64::from_bits(other.commands[1].arm_q[0].to_bits() ^ 1);
         CommandLogs::new(from[1]).write(&key(), &other).unwrap();
-        let e = into.merge(keys.iter(), &from).unwrap_err().to_string();
-        assert!(from.iter().all(|root| e.contains(&root.display().to_string())), "{e}");
+        let e = into.merge(&records, &from).unwrap_err().to_string();
+        assert!(
+            e.contains(&from[1].display().to_string()) && e.contains("does not match the SHA-256"),
+            "{e}"
+        );
+        assert!(!kept(from[1]));
     }
 
     #[test]

@@ -28,6 +28,20 @@ pub(crate) fn contact_attempts(
     attempts
 }
 
+/// Fruit that came off its stem and was not held then.
+pub(crate) fn knocked_off(history: &History, gap: u32) -> Vec<FruitMoment> {
+    let unheld = |e: &&FruitMoment| !was_held(history, e.fruit, e.frame, gap);
+    history.detached.iter().filter(unheld).cloned().collect()
+}
+
+/// True if a fruit whose stem gave way in frame `detached` was held then: both fingers had pressed on it at once in the contact attempt
+/// that was open.
+pub(crate) fn was_held(history: &History, fruit: u32, detached: u32, gap: u32) -> bool {
+    let story = FruitStory::of(fruit, history, gap, detached);
+    let open = story.spans().last().copied().filter(|[_, end]| detached < end.saturating_add(gap));
+    open.is_some_and(|[start, _]| story.is_gripped(history, start, detached))
+}
+
 /// The contacts of the fingers with one fruit, and where it ended.
 struct FruitStory {
     fruit: u32,
@@ -76,9 +90,13 @@ impl FruitStory {
         spans
     }
 
+    /// True if both fingers began to press on it between two frames, both included.
+    fn is_gripped(&self, history: &History, start: u32, end: u32) -> bool {
+        history.gripped.iter().any(|e| e.fruit == self.fruit && (start..=end).contains(&e.frame))
+    }
+
     fn judged(&self, [start, end]: [u32; 2], history: &History, frame: f64) -> ContactAttemptRecord {
-        let is_grip = |e: &FruitMoment| e.fruit == self.fruit && (start..=end).contains(&e.frame);
-        let gripped = history.gripped.iter().any(is_grip);
+        let gripped = self.is_gripped(history, start, end);
         let detached = self.is_off_stem(end);
         let outcome = match self.settled {
             Some((_, true)) if detached => ContactOutcome::Placed,
@@ -207,6 +225,25 @@ mod tests {
         // A contact that goes on while the fruit comes to rest ends with it.
         history.dropped = events(&[(7, 18)]);
         assert_eq!(attempts(&history), [(7, 10, 18, KnockedOff)]);
+    }
+
+    #[test]
+    fn a_fruit_is_held_by_the_grip_of_the_open_attempt() {
+        let mut history = touched(&[(7, 10, 12), (7, 15, 16), (7, 30, 31)]);
+        let held = |history: &History, frame| was_held(history, 7, frame, GAP);
+        assert!(!held(&history, 15), "touched, never gripped");
+        history.gripped = events(&[(7, 11), (3, 30)]);
+        // The attempt of frames 10 to 16 is open until frame 19. In that of frame 30 only another fruit was gripped.
+        let frames: Vec<u32> = (1..40).filter(|frame| held(&history, *frame)).collect();
+        assert_eq!(frames, (11..20).collect::<Vec<_>>());
+        // A contact that still lasts when the stem gives way.
+        history.contacts[2].to_frame = None;
+        history.gripped = events(&[(7, 33)]);
+        assert!(!held(&history, 32) && held(&history, 33) && held(&history, 90));
+        assert!(!held(&History::default(), 1));
+        // All other fruit off its stem was knocked off, whether touched or not.
+        history.detached = events(&[(7, 40), (8, 41), (3, 42)]);
+        assert_eq!(knocked_off(&history, GAP), events(&[(8, 41), (3, 42)]));
     }
 
     #[test]

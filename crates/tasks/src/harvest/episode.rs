@@ -112,7 +112,7 @@ pub struct AttemptRecord {
     pub failure_reason: Option<String>,
     /// Fruit held between both fingers, in the order of their grips.
     pub gripped: Vec<u32>,
-    /// Held fruit that came off its stem.
+    /// Fruit that came off its stem while held, from the start of this attempt up to the next one.
     pub detached: Vec<u32>,
     /// Held fruit that came to rest in the bucket, then or later.
     pub placed: Vec<u32>,
@@ -124,7 +124,7 @@ pub struct AttemptRecord {
     pub belief: Belief,
     /// Intervals in which a detached fruit was between both fingers.
     pub held: Vec<HeldFruit>,
-    /// Fruit that came off its stem without having been held before in this attempt, up to the next attempt.
+    /// Fruit that was knocked off from the start of this attempt up to the next one.
     pub knocked_off: Vec<KnockedOff>,
     /// Wood that broke, up to the next attempt.
     pub snapped: Vec<AttemptSnap>,
@@ -371,7 +371,7 @@ pub struct EpisodeRecord {
     pub branches_snapped: Vec<SnapEvent>,
     /// Fruit that came off its stem.
     pub fruit_detached: Vec<DetachEvent>,
-    /// Fruit that came off its stem, by any cause, without having been held before in the same attempt.
+    /// Fruit that came off its stem, by any cause, without a grip before in the contact attempt that was open, if one was.
     pub fruit_knocked_off: Vec<FruitMoment>,
     /// Fruit that came to rest in the bucket.
     pub fruit_deposited: Vec<DepositEvent>,
@@ -381,6 +381,9 @@ pub struct EpisodeRecord {
     pub detection: DetectionTally,
     /// Largest stem force of the episode \[N\]; null if it was not finite.
     pub max_stem_pull_n: Option<f64>,
+    /// SHA-256, hexadecimal, of what moved the robot and what the controller logged: of the command log before compression, whether a log
+    /// was written or not. Null for a world that could not be built.
+    pub commands_sha256: Option<String>,
 }
 
 impl Record for EpisodeRecord {

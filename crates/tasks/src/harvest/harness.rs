@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use orchard_geometry::{Pose, Vec3, transform};
-use orchard_robot::{ARM_DOF, Command};
+use orchard_robot::{Command, JointValues};
 use orchard_world::WorldEvent;
 
-use crate::harvest::attempts::{AttemptLog, History, judge, knocked_off};
-use crate::harvest::contacts::contact_attempts;
+use crate::harvest::attempts::{AttemptLog, History, judge};
+use crate::harvest::command_log::CommandLog;
+use crate::harvest::contacts::{contact_attempts, knocked_off, was_held};
 use crate::harvest::episode::{
     Belief, DepositEvent, DetachEvent, DetectionTally, EpisodeKey, EpisodeRecord, FruitMoment, FruitRecord,
     FruitState, Outcome, SnapEvent, Yielding,
@@ -48,6 +49,7 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     observer: &mut impl Observer<W>,
 ) -> Option<EpisodeRecord> {
     let mut log = EpisodeLog::new(world, protocol, frame);
+    let mut commands = CommandLog::new(&key);
     let mut stall = StallWatch::new(&protocol.rules, frame);
     let mut outcome = world.quarantine().map(|reason| Outcome::Quarantined { reason });
     let mut last = None;
@@ -65,6 +67,7 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
         let input =
             FrameInput { observation: Some(&observation), controller_events: &events, command: &command };
         observer.before_step(world, &input);
+        commands.push(&command, &events);
         log.take_controller(events, world);
         log.step(world, &command, observer);
         on_frame();
@@ -83,10 +86,12 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     let outcome = outcome.unwrap_or(Outcome::BudgetSpent);
     if let (Outcome::BudgetSpent, Some(command)) = (&outcome, last) {
         let frames = (protocol.rules.settle_time.si() / frame).round() as u32;
-        let hold = Command { base_velocity: [0.0; 3], arm_v: [0.0; ARM_DOF], ..command };
+        let hold =
+            Command { base_velocity: [0.0; 3], arm_v: JointValues::zeros(command.arm_v.len()), ..command };
         log.settle(world, &hold, frames, observer);
     }
-    Some(log.finish(key, outcome, world))
+    let commands_sha256 = Some(commands.sha256());
+    Some(EpisodeRecord { commands_sha256, ..log.finish(key, outcome, world) })
 }
 
 /// Returns the record of a world before its first frame: its fruit, their reach and zones.
@@ -117,6 +122,7 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         fruit_dropped: Vec::new(),
         detection: DetectionTally::default(),
         max_stem_pull_n: None,
+        commands_sha256: None,
     }
 }
 
@@ -334,9 +340,8 @@ impl EpisodeLog {
                     let fruit = fruit as u32;
                     let (tension_n, stem_pulled) = (finite(tension), tension > self.stem_pull);
                     self.detached.push(DetachEvent { fruit, frame, time, tension_n, stem_pulled });
-                    let start = self.attempts.last().map(|attempt| attempt.start_frame);
-                    let gripped = start.is_some_and(|start| self.history.was_gripped(fruit, start, frame));
-                    self.hold.detached(fruit, gripped, frame);
+                    let held = was_held(&self.history, fruit, frame, self.contact_gap);
+                    self.hold.detached(fruit, held, frame);
                 }
                 WorldEvent::FruitDeposited { fruit, drop_height, impact_energy, .. } => {
                     self.history.deposited.push(of(fruit));
@@ -402,6 +407,7 @@ impl EpisodeLog {
             *zone_census.entry(zone).or_insert(0) += 1;
         }
         let reachable: Vec<u32> = fruit.iter().filter(|f| f.reachable).map(|f| f.id).collect();
+        let knocked_off = knocked_off(&self.history, self.contact_gap);
         EpisodeRecord {
             key,
             outcome,
@@ -412,17 +418,18 @@ impl EpisodeLog {
             reachable,
             reachable_ik_count: self.reachable_ik_count,
             contact_attempts: contact_attempts(&self.history, self.contact_gap, self.frame, self.frames),
-            attempts: judge(&self.attempts, &self.history, self.frame, self.frames),
+            attempts: judge(&self.attempts, &self.history, &knocked_off, self.frame, self.frames),
             zone_frame: self.zones,
             zone_census,
             fruit,
-            fruit_knocked_off: knocked_off(&self.attempts, &self.history),
+            fruit_knocked_off: knocked_off,
             branches_snapped: self.history.snapped,
             fruit_detached: self.detached,
             fruit_deposited: self.deposits,
             fruit_dropped: self.history.dropped,
             detection: self.detection,
             max_stem_pull_n: finite(self.max_stem_pull),
+            commands_sha256: None,
         }
     }
 }

@@ -133,6 +133,8 @@ fn a_controller_that_declares_no_attempt_is_scored_by_contact() {
     assert!(record.attempts.is_empty());
     assert_eq!(record.contact_attempts, declared.contact_attempts);
     assert_eq!((record.placed_by_contact().count(), record.contact_attempts.len()), (2, 3));
+    // Three fruit came off their stems between its fingers: it knocked none off.
+    assert_eq!((record.fruit_detached.len(), record.fruit_knocked_off.as_slice()), (3, [].as_slice()));
 }
 
 #[test]

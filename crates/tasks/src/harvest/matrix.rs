@@ -14,6 +14,9 @@ pub const NOMINAL: &str = "nominal";
 /// Name of the nominal condition that runs until no reachable fruit is left.
 pub const EXHAUSTION: &str = "exhaustion";
 
+/// Most values of a sweep, our own choice: each is a condition, and conditions are compared with each other.
+const MOST_VALUES: usize = 100;
+
 /// The values of each dial, and the tested metrics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -41,6 +44,9 @@ impl Sweeps {
             let values = dial.values(self);
             if values.is_empty() {
                 return Some((field, "no value".to_owned()));
+            }
+            if values.len() > MOST_VALUES {
+                return Some((field, format!("{} values are more than {MOST_VALUES}", values.len())));
             }
             if !values.is_sorted_by(|a, b| a < b) {
                 return Some((field, "values must ascend without duplicates".to_owned()));

@@ -42,9 +42,8 @@ pub trait ObserverFactory<W>: Sync {
     /// Observer of one episode.
     type Observer: Observer<W>;
 
-    /// True if the files of an episode exist, are complete and belong to it. Otherwise the episode is run again even if its record
-    /// is stored.
-    fn is_kept(&self, key: &EpisodeKey) -> bool;
+    /// True if the files that belong to a stored record exist and are as the episode wrote them. Otherwise the episode is run again.
+    fn is_kept(&self, record: &EpisodeRecord) -> bool;
 
     /// Makes the observer of an episode that begins.
     fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer;
@@ -60,8 +59,8 @@ pub trait ObserverFactory<W>: Sync {
 impl<W, O: ObserverFactory<W>> ObserverFactory<W> for Option<O> {
     type Observer = Option<O::Observer>;
 
-    fn is_kept(&self, key: &EpisodeKey) -> bool {
-        self.as_ref().is_none_or(|watch| watch.is_kept(key))
+    fn is_kept(&self, record: &EpisodeRecord) -> bool {
+        self.as_ref().is_none_or(|watch| watch.is_kept(record))
     }
 
     fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer {
@@ -91,8 +90,8 @@ impl<W, O: Observer<W>> Observer<W> for Option<O> {
 impl<W, A: ObserverFactory<W>, B: ObserverFactory<W>> ObserverFactory<W> for (A, B) {
     type Observer = (A::Observer, B::Observer);
 
-    fn is_kept(&self, key: &EpisodeKey) -> bool {
-        self.0.is_kept(key) && self.1.is_kept(key)
+    fn is_kept(&self, record: &EpisodeRecord) -> bool {
+        self.0.is_kept(record) && self.1.is_kept(record)
     }
 
     fn begin(&self, key: &EpisodeKey, world: &W) -> Self::Observer {
@@ -124,7 +123,7 @@ pub struct NoObservers;
 impl<W> ObserverFactory<W> for NoObservers {
     type Observer = NoObserver;
 
-    fn is_kept(&self, _: &EpisodeKey) -> bool {
+    fn is_kept(&self, _: &EpisodeRecord) -> bool {
         true
     }
 

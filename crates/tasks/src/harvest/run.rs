@@ -98,7 +98,7 @@ impl<F: WorldFactory, O: ObserverFactory<F::World>> Task for Episodes<'_, F, O> 
 
     fn is_kept(&self, record: &EpisodeRecord) -> bool {
         // A world that could not be built has no observer.
-        record.fruit_total == 0 && record.frames == 0 || self.watch.is_kept(&record.key)
+        record.fruit_total == 0 && record.frames == 0 || self.watch.is_kept(record)
     }
 
     fn steps(&self, record: &EpisodeRecord) -> u64 {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use orchard_bench::task::Progress;
 use orchard_bench::{PlanError, check_trees};
 use orchard_picker::Controller;
-use orchard_robot::{Command, JointVector, RobotModel};
+use orchard_robot::{Command, JointValues, RobotModel};
 use orchard_scenario::Scenario;
 use orchard_world::truth::FruitState;
 use orchard_world::{Status, World, WorldEvent};
@@ -213,13 +213,14 @@ pub fn record_controller(
     for k in 0..=frames {
         let command = controller.act(&world.observe());
         if k.is_multiple_of(every.max(1)) || k == frames {
-            let arm_q = JointVector::from(command.arm_q.map(round));
+            let arm_q = JointValues::from_fn(command.arm_q.len(), |i| round(command.arm_q[i])).vector();
             let rounded = Command {
-                arm_q: robot.kinematics().clamped(&arm_q).into(),
-                arm_v: [0.0; orchard_robot::ARM_DOF],
+                arm_q: robot.kinematics().values(&robot.kinematics().clamped(&arm_q)),
+                arm_v: JointValues::zeros(command.arm_v.len()),
                 base_velocity: command.base_velocity.map(round),
                 finger_q: round(command.finger_q),
                 finger_force: round(command.finger_force),
+                vacuum: round(command.vacuum),
             };
             rows.push((u64::from(k) + 1, Row { time: round(f64::from(k) * frame), command: rounded }));
         }

@@ -1,10 +1,17 @@
 //! A trajectory of joints, base and fingers.
 
-use orchard_robot::{ARM_DOF, Command, RobotModel};
+use orchard_robot::{Command, JointValues, RobotModel};
 
-/// Columns of a table, in the order in which they are written. SI units; the base's velocity is in the base frame.
-pub const FIELDS: [&str; 13] =
-    ["time", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "vx", "vy", "wz", "finger_q", "finger_force"];
+/// Columns of a table for an arm with `dof` joints, in the order in which they are written. SI units; the base's velocity is in the base
+/// frame.
+pub fn fields(dof: usize) -> Vec<String> {
+    let joints = (1..=dof).map(|joint| format!("q{joint}"));
+    let rest = ["vx", "vy", "wz", "finger_q", "finger_force"].map(str::to_owned);
+    std::iter::once("time".to_owned()).chain(joints).chain(rest).collect()
+}
+
+/// Column of the valve of a suction cup, which a table may leave out.
+pub const VACUUM: &str = "vacuum";
 
 /// A trajectory that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,22 +39,25 @@ pub struct Row {
 }
 
 impl Row {
-    /// The numbers in the order of [`FIELDS`].
-    pub fn values(&self) -> [f64; FIELDS.len()] {
-        let Command { arm_q: q, base_velocity: v, finger_q, finger_force, .. } = self.command;
-        [self.time, q[0], q[1], q[2], q[3], q[4], q[5], q[6], v[0], v[1], v[2], finger_q, finger_force]
+    /// The numbers in the order of [`fields`], then the opening of the valve.
+    pub fn values(&self) -> Vec<f64> {
+        let Command { arm_q, base_velocity, finger_q, finger_force, vacuum, .. } = &self.command;
+        let joints = [&[self.time], &arm_q[..], base_velocity].concat();
+        joints.into_iter().chain([*finger_q, *finger_force, *vacuum]).collect()
     }
 
-    /// A row of numbers in the order of [`FIELDS`].
-    pub fn from_values(values: &[f64; FIELDS.len()]) -> Self {
+    /// A row of numbers in the order of [`Row::values`] for an arm with `dof` joints; missing ones are 0.
+    pub fn from_values(values: &[f64], dof: usize) -> Self {
+        let at = |i: usize| values.get(i).copied().unwrap_or_default();
         let command = Command {
-            arm_q: std::array::from_fn(|i| values[1 + i]),
-            arm_v: [0.0; ARM_DOF],
-            base_velocity: std::array::from_fn(|i| values[1 + ARM_DOF + i]),
-            finger_q: values[4 + ARM_DOF],
-            finger_force: values[5 + ARM_DOF],
+            arm_q: JointValues::from_fn(dof, |i| at(1 + i)),
+            arm_v: JointValues::zeros(dof),
+            base_velocity: std::array::from_fn(|i| at(1 + dof + i)),
+            finger_q: at(4 + dof),
+            finger_force: at(5 + dof),
+            vacuum: at(6 + dof),
         };
-        Self { time: values[0], command }
+        Self { time: at(0), command }
     }
 }
 
@@ -73,20 +83,23 @@ impl Trajectory {
             return Err(TrajectoryError { file: file.to_owned(), line: 1, problem: "no rows".to_owned() });
         }
         let arm = robot.kinematics();
-        let mut ranges = [(f64::NEG_INFINITY, f64::INFINITY, ""); FIELDS.len()];
+        let (dof, mut fields) = (arm.dof(), fields(arm.dof()));
+        fields.push(VACUUM.to_owned());
+        let mut ranges = vec![(f64::NEG_INFINITY, f64::INFINITY, ""); fields.len()];
         ranges[0] = (0.0, longest, " s");
         for (range, limit) in ranges[1..].iter_mut().zip(arm.limits()) {
             *range = (limit.lower, limit.upper, " rad");
         }
-        ranges[4 + ARM_DOF] = (0.0, arm.finger_stroke(), " m");
-        ranges[5 + ARM_DOF] = (0.0, arm.finger_force(), " N");
+        ranges[4 + dof] = (0.0, arm.finger_stroke(), " m");
+        ranges[5 + dof] = (0.0, arm.finger_force(), " N");
+        ranges[6 + dof] = (0.0, 1.0, "");
         let mut before: Option<&Row> = None;
         for (line, row) in lines {
-            for ((value, name), (low, high, unit)) in row.values().into_iter().zip(FIELDS).zip(ranges) {
+            for ((value, name), (low, high, unit)) in row.values().into_iter().zip(&fields).zip(&ranges) {
                 if !value.is_finite() {
                     return Err(bad(file, *line, name, format!("{value} is not a finite number")));
                 }
-                if !(low..=high).contains(&value) {
+                if !(*low..=*high).contains(&value) {
                     let problem = format!("{value} is outside the allowed range [{low}, {high}]{unit}");
                     return Err(bad(file, *line, name, problem));
                 }
@@ -96,7 +109,7 @@ impl Trajectory {
             {
                 let problem =
                     format!("{} s is not greater than the previous time {} s", row.time, before.time);
-                return Err(bad(file, *line, FIELDS[0], problem));
+                return Err(bad(file, *line, &fields[0], problem));
             }
             before = Some(row);
         }
@@ -128,22 +141,16 @@ impl Trajectory {
         match (next.checked_sub(1).map(|k| &self.rows[k]), self.rows.get(next)) {
             (Some(a), Some(b)) => {
                 let share = (time - a.time) / (b.time - a.time);
-                let arm_v =
-                    std::array::from_fn(|i| (b.command.arm_q[i] - a.command.arm_q[i]) / (b.time - a.time));
-                let (a, b) = (a.values(), b.values());
-                let row = Row::from_values(&std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share));
+                let (qa, qb) = (&a.command.arm_q, &b.command.arm_q);
+                let arm_v = JointValues::from_fn(qa.len(), |i| (qb[i] - qa[i]) / (b.time - a.time));
+                let between = a.values().into_iter().zip(b.values()).map(|(a, b)| a + (b - a) * share);
+                let row = Row::from_values(&between.collect::<Vec<_>>(), qa.len());
                 Command { arm_v, ..row.command }
             }
             (Some(last), None) => standing(last),
             (None, Some(first)) => standing(first),
             // There is always a row.
-            (None, None) => Command {
-                arm_q: [0.0; ARM_DOF],
-                arm_v: [0.0; ARM_DOF],
-                base_velocity: [0.0; 3],
-                finger_q: 0.0,
-                finger_force: 0.0,
-            },
+            (None, None) => Row::from_values(&[], 0).command,
         }
     }
 }
@@ -151,8 +158,8 @@ impl Trajectory {
 /// Returns a warning for each field that exceeds the robot's speed limits, for its worst row.
 fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String> {
     let arm = robot.kinematics();
-    let speed = robot.config().base.speed_max.si();
-    let turn = robot.config().base.turn_speed_max.si();
+    let drive = robot.config().drive.as_ref();
+    let [speed, turn] = drive.map_or([0.0; 2], |base| [base.speed_max.si(), base.turn_speed_max.si()]);
     let mut warnings = Vec::new();
     let mut warn = |field: &str, unit: &str, limit: f64, worst: Option<(u64, f64)>| {
         if let Some((line, value)) = worst
@@ -170,7 +177,12 @@ fn warnings(file: &str, lines: &[(u64, Row)], robot: &RobotModel) -> Vec<String>
             let way = (b.command.arm_q[joint] - a.command.arm_q[joint]).abs();
             (*line, way / (b.time - a.time))
         };
-        warn(FIELDS[1 + joint], "rad/s", limit.velocity, worst(lines.windows(2).map(step).collect()));
+        warn(
+            &format!("q{}", joint + 1),
+            "rad/s",
+            limit.velocity,
+            worst(lines.windows(2).map(step).collect()),
+        );
     }
     let base = |of: fn(&[f64; 3]) -> f64| {
         worst(lines.iter().map(|(line, row)| (*line, of(&row.command.base_velocity))).collect())

@@ -89,7 +89,7 @@ fn partner(part: Part) -> Option<Partner> {
         Part::Bucket => Some(Partner::Bucket),
         Part::Chassis => Some(Partner::Chassis),
         Part::Arm => Some(Partner::Arm),
-        Part::Hand | Part::Finger(_) => Some(Partner::Hand),
+        Part::Hand | Part::Finger(_) | Part::Cup(_) => Some(Partner::Hand),
         Part::Fruit(i) => Some(Partner::Fruit(i)),
         Part::Wood => None,
     }
@@ -296,10 +296,10 @@ impl State {
     /// Collects the contacts of each fruit at the end of a frame, for its rules.
     pub(crate) fn end_touches(&mut self, spec: &Spec, parts: &Parts, x_world_base: &Pose) {
         let State { data, fruit: lives, touches, touched, .. } = self;
-        for (i, FruitTouch { ground, fingers, hand }) in touches.iter().copied().enumerate() {
+        for (i, FruitTouch { ground, fingers, hand, cup, .. }) in touches.iter().copied().enumerate() {
             let p_world = data.point_p_world[parts.fruit.points[i].index()];
             let in_bucket = parts.handle.bucket.contains(&inverse_transform(x_world_base, &p_world));
-            let finger = fingers[0] || fingers[1];
+            let finger = fingers[0] || fingers[1] || cup;
             let off_stem = lives.phase(i) != Phase::Hanging;
             touched[i] = Touch {
                 ground: ground || touched[i].ground,
@@ -383,7 +383,7 @@ impl State {
     }
 }
 
-/// True if both fingers, or one of them and the hand, are near enough to a fruit to hold it.
+/// True if both fingers, or one of them and the hand, or the lip of the cup are near enough to a fruit to hold it.
 fn is_graspable(spec: &Spec, parts: &Parts, data: &Data, fruit: usize, p_world: &Vec3) -> bool {
     let reach = parts.fruit.fruit[fruit].radius + spec.fruit.grasp_range.si();
     let near = |wanted: &dyn Fn(Part) -> bool| {
@@ -393,7 +393,7 @@ fn is_graspable(spec: &Spec, parts: &Parts, data: &Data, fruit: usize, p_world: 
     let fingers = [near(&|part| part == Part::Finger(0)), near(&|part| part == Part::Finger(1))];
     match fingers {
         [true, true] => true,
-        [false, false] => false,
+        [false, false] => near(&|part| matches!(part, Part::Cup(_))),
         _ => near(&|part| part == Part::Hand),
     }
 }
@@ -437,7 +437,8 @@ fn note_model_contacts(
             lives.strike(i, partner, energy, z_world);
             let impact = orchard_fruit::Impact { fruit: i, partner, energy };
             loose.last.push(Pressing { impact, z_world });
-            if let Part::Finger(side) = other {
+            if let Part::Finger(_) | Part::Cup(_) = other {
+                let side = if let Part::Finger(side) = other { side } else { 0 };
                 if loose.squeeze.is_empty() {
                     loose.squeeze.resize(set.len(), [0.0; 2]);
                 }

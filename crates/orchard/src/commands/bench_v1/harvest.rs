@@ -5,7 +5,7 @@ use std::path::Path;
 use orchard_bench::store::Store;
 use orchard_scenario::Scenario;
 use orchard_tasks::harvest::Episodes;
-use orchard_tasks::harvest::command_log::CommandLogs;
+use orchard_tasks::harvest::command_log::{CommandLogs, MergeLogsError};
 use orchard_tasks::harvest::episode::EpisodeRecord;
 use orchard_tasks::harvest::plan::Plan;
 use orchard_tasks::harvest::summary::Summary;
@@ -97,8 +97,11 @@ impl PresentedTask for Harvesting {
 
     fn merge_files(&self, records: &[EpisodeRecord], from: &[&Store], _: &Store) -> Result<(), Failure> {
         let roots: Vec<&Path> = from.iter().map(|store| store.path()).collect();
-        let missing = self.watch.1.merge(records.iter().map(|record| &record.key), &roots);
-        match missing.map_err(|e| Failure::Failed(e.to_string()))? {
+        let missing = self.watch.1.merge(records, &roots).map_err(|e| match e {
+            MergeLogsError::Log(e) => Failure::BadInput(e.to_string()),
+            MergeLogsError::Store(e) => Failure::Failed(e.to_string()),
+        });
+        match missing? {
             0 => {}
             n => note!("note: the parts hold no commands of {n} episodes"),
         }

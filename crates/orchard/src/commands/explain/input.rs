@@ -6,8 +6,8 @@ use orchard_bench::checksum::checked;
 use orchard_bench::store::Store;
 use orchard_bench::{CODE_VERSION, SCHEMA_VERSION};
 use orchard_scenario::{Options, Scenario, ScenarioError};
-use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::episode::EpisodeRecord;
+use orchard_tasks::harvest::{Harvest, command_log};
 use orchard_tasks::plan_file::PlanFile;
 use serde::Deserialize;
 
@@ -36,6 +36,9 @@ pub fn read(file: &Path, scenario: &ScenarioArgs, program: &Program) -> Result<I
     let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let text = orchard_input::text(file, orchard_input::RESULT).map_err(|e| bad(e.to_string()))?;
     let record = of_text(&text, CODE_VERSION).map_err(bad)?;
+    if let Some(folder) = file.parent().and_then(Path::parent) {
+        command_log::check(folder, &record).map_err(|e| Failure::BadInput(e.to_string()))?;
+    }
     let options = scenario.options()?;
     let scenario = if options.is_empty() {
         of_result(file, &record, program)

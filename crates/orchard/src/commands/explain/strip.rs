@@ -3,6 +3,7 @@
 use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
 use orchard_camera::{Label, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose, Vec3, transform};
+use orchard_multibody::BodyId;
 use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd};
 use orchard_world::World;
 
@@ -196,11 +197,13 @@ impl<'a> View<'a> {
     fn distances(&self) -> String {
         let millimetres = |p: &Vec3| 1e3 * (self.p_world_tcp - p).norm();
         let fruit = self.fruit.map_or_else(|| "-".to_owned(), |(p, _)| format!("{:.0} mm", millimetres(&p)));
-        let [left, right] = self.shot.world.handle().fingers.map(|finger| {
-            let world = &self.shot.world;
-            world.data().q[world.model().qs(finger)].iter().sum::<f64>()
-        });
-        format!("fingers {:.0} mm open, to fruit {fruit}", 1e3 * (left + right).abs())
+        let world = &self.shot.world;
+        if world.handle().cup.is_some() {
+            return format!("cup, to fruit {fruit}");
+        }
+        let opening = |finger: &BodyId| world.data().q[world.model().qs(*finger)].iter().sum::<f64>();
+        let open: f64 = world.handle().fingers.iter().map(opening).sum();
+        format!("fingers {:.0} mm open, to fruit {fruit}", 1e3 * open.abs())
     }
 
     /// The outside view and the wrist view.

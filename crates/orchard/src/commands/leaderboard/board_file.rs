@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use orchard_bench::store::{write_bytes, write_json};
+use orchard_bench::store::{remove_half_written, write_bytes};
 use orchard_leaderboard::Board;
 use orchard_scenario::Scenario;
 use orchard_tasks::protocol::Protocol;
@@ -55,20 +55,21 @@ impl BoardFile {
     /// # Errors
     /// The file is no board, or a board of another scene.
     pub fn read(&self, protocol: &Protocol, scenario: &Scenario) -> Result<Option<Board>, Failure> {
-        let text = match orchard_input::text(&self.path, orchard_input::RESULT) {
-            Ok(text) => text,
+        let bytes = match orchard_input::bytes(&self.path, orchard_input::RESULT) {
+            Ok(bytes) => bytes,
             Err(e) if e.is_missing() => return Ok(None),
             Err(e) => return Err(self.bad(&e)),
         };
-        let board = Board::from_json(&text).map_err(|e| self.bad(&e))?;
+        let board = Board::from_file(&bytes).map_err(|e| self.bad(&e))?;
         board.check(&protocol.version, self.seed_set, scenario).map_err(|e| self.bad(&e))?;
         Ok(Some(board))
     }
 
-    /// Waits until no other process changes the board, and locks it. Read, change and save it under one lock.
+    /// Waits until no other process changes the board, and locks it. Read, change and save it under one lock. Incomplete files of earlier
+    /// processes are removed.
     ///
     /// # Errors
-    /// The folder cannot be made, or the lock file cannot be written.
+    /// The folder cannot be made, the lock file cannot be written, or an incomplete file cannot be removed.
     pub fn lock(&self) -> Result<BoardLock, Failure> {
         if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             fs::create_dir_all(folder)
@@ -79,19 +80,37 @@ impl BoardFile {
         let file =
             fs::File::options().create(true).truncate(false).write(true).open(&path).map_err(failed)?;
         file.lock().map_err(failed)?;
+        for path in [self.table(), self.figure(), self.path.clone()] {
+            remove_half_written(&path).map_err(|e| Failure::Failed(e.to_string()))?;
+        }
         Ok(BoardLock { _file: file })
     }
 
-    /// Writes the board, its table and its figure, each atomically.
+    fn table(&self) -> PathBuf {
+        self.path.with_extension("md")
+    }
+
+    fn figure(&self) -> PathBuf {
+        self.path.with_extension("svg")
+    }
+
+    /// Writes the table, the figure and the board, each atomically. The board comes last: a change that is cut short before leaves the old
+    /// board, and the same change can be made again.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn save(&self, board: &Board) -> Result<(), Failure> {
         let failed = |e: &dyn std::fmt::Display| Failure::Failed(e.to_string());
         let figure = orchard_report::pareto(board).map_err(|e| failed(&e))?;
-        write_json(&self.path, board).map_err(|e| failed(&e))?;
         let text = format!("# Leaderboard\n\n{}", table::whole(board));
-        write_bytes(&self.path.with_extension("md"), text.as_bytes()).map_err(|e| failed(&e))?;
-        write_bytes(&self.path.with_extension("svg"), figure.svg.as_bytes()).map_err(|e| failed(&e))
+        let bytes = board.to_file().map_err(|e| failed(&e))?;
+        for (path, bytes) in [
+            (self.table(), text.as_bytes()),
+            (self.figure(), figure.svg.as_bytes()),
+            (self.path.clone(), &bytes),
+        ] {
+            write_bytes(&path, bytes).map_err(|e| failed(&e))?;
+        }
+        Ok(())
     }
 }

@@ -1,5 +1,6 @@
 use std::fs;
 
+use orchard_bench::sweep::Scenario as Sweep;
 use orchard_scenario::Scenario;
 
 use super::*;
@@ -59,7 +60,7 @@ fn a_board_is_kept_as_file_table_and_figure() {
     let lock = place.lock().unwrap();
     place.save(&board()).unwrap();
     drop(lock);
-    assert_eq!(Board::from_json(&fs::read_to_string(&file).unwrap()).unwrap(), board());
+    assert_eq!(place.read(&Protocol::paper(), &scenario()).unwrap(), Some(board()));
     let table = fs::read_to_string(file.with_extension("md")).unwrap();
     let lines: Vec<&str> = table.lines().filter(|line| line.starts_with("| ")).collect();
     assert!(lines[0].contains("| records") && !table::short(&board(), None).contains("records"));
@@ -128,6 +129,51 @@ fn bad_input_is_told() {
     assert!(e.starts_with("--name is for one RESULT"), "{e}");
     fs::write(&board, "{}").unwrap();
     assert!(said(&["show", "--board", &board]).contains("the board has schema_version none"));
+    // A figure that an editor changed within its range.
+    let empty = Board::new(&Protocol::paper().version, SeedSetName::V1, &scenario());
+    let text = String::from_utf8(empty.to_file().unwrap()).unwrap();
+    fs::write(&board, text.replace("\"seed_set\": \"v1\"", "\"seed_set\": \"tuning\"")).unwrap();
+    for line in [&["show", "--board", &board][..], &["add", &here, "--budget", "gentle", "--board", &board]] {
+        let e = said(line);
+        assert!(
+            e.contains("b.json: the board does not match its checksum: it is damaged or was edited"),
+            "{e}"
+        );
+    }
+}
+
+/// A change that is cut short anywhere leaves the old board or the new one, and can be made again.
+#[test]
+fn a_change_of_a_board_survives_every_fault() {
+    let protocol = Protocol::paper();
+    let budget = Budget::of_figures(1.0, 2.0).unwrap();
+    let add = |folder: &std::path::Path, name: &str| -> Result<(), String> {
+        let place = BoardFile::new(folder.join("board.json"), SeedSetName::Tuning).unwrap();
+        let said = |e: Failure| format!("{e:?}");
+        let _lock = place.lock().map_err(said)?;
+        let empty = || Board::new(&protocol.version, SeedSetName::Tuning, &scenario());
+        let mut board = place.read(&protocol, &scenario()).map_err(said)?.unwrap_or_else(empty);
+        board.add(entry(name, &budget, 0.4, 0.0, 1.0), false).map_err(|e| e.to_string())?;
+        place.save(&board).map_err(said)
+    };
+    let parts = (&["board.json"][..], &["board.md", "board.svg"][..]);
+    let new = Sweep {
+        prepare: &|_| (),
+        run: &|folder| add(folder, "first"),
+        last: parts.0,
+        derived: parts.1,
+        timed: &[],
+    };
+    // Begin, write and name the table, the figure and the board.
+    assert_eq!(new.sweep(), 9);
+    let changed = Sweep {
+        prepare: &|folder| add(folder, "first").unwrap(),
+        run: &|folder| add(folder, "second"),
+        last: parts.0,
+        derived: parts.1,
+        timed: &[],
+    };
+    assert_eq!(changed.sweep(), 9);
 }
 
 #[test]

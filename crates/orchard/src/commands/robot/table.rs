@@ -38,10 +38,7 @@ pub fn text(survey: &Survey) -> String {
             let _ = writeln!(text, "outline of the base on the ground [m]: {}", corners.join(" "));
         }
     }
-    for mesh in &survey.meshes {
-        let what = if mesh.is_collision { "collision (mesh shapes are not read)" } else { "visual" };
-        let _ = writeln!(text, "mesh of link `{}`, {what}: {}", Escaped(&mesh.link), Escaped(&mesh.file));
-    }
+    text += &meshes(survey);
     text += "\nparts of a harvester\n";
     let rows: Vec<[String; 4]> = survey
         .roles
@@ -57,11 +54,45 @@ pub fn text(survey: &Survey) -> String {
         })
         .collect();
     text += &columns(&rows, &[0, 1, 2, 3]);
+    if !survey.warnings.is_empty() {
+        text += "\nwarnings\n";
+    }
+    for warning in &survey.warnings {
+        let _ = writeln!(text, "{}", Escaped(&warning.to_string()));
+    }
     match &survey.obstacle {
-        None => text += "\nThis robot can be used in the benchmark.\n",
+        None => text += "\nThis robot can harvest here.\n",
         Some(reason) => {
-            let _ = writeln!(text, "\nThis robot cannot be used in the benchmark: {}", Escaped(reason));
+            let _ = writeln!(text, "\nThis robot cannot harvest here: {}", Escaped(reason));
         }
+    }
+    text
+}
+
+/// Collision meshes, each file at one scale once, and the number of visual meshes.
+fn meshes(survey: &Survey) -> String {
+    let mut rows =
+        vec![["mesh", "kB", "triangles", "size [m]", "shapes", "corners", "hull / mesh"].map(str::to_owned)];
+    for used in &survey.meshes {
+        let Some(mesh) = &used.mesh else { continue };
+        let size = mesh.size.map(|side| format!("{side:.3}")).join(" x ");
+        let row = [
+            used.file.clone(),
+            mesh.bytes.div_ceil(1000).to_string(),
+            mesh.triangles.to_string(),
+            size,
+            mesh.shapes.to_string(),
+            mesh.corners.to_string(),
+            mesh.excess.map_or("flat".to_owned(), |excess| format!("{excess:.2}")),
+        ];
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
+    }
+    let visual = survey.meshes.iter().filter(|used| !used.is_collision).count();
+    let mut text = if rows.len() > 1 { format!("\n{}", columns(&rows, &[0])) } else { String::new() };
+    if visual > 0 {
+        let _ = writeln!(text, "{visual} visual meshes, which are not read");
     }
     text
 }
@@ -86,7 +117,6 @@ fn joint_row(joint: &JointFacts) -> [String; 10] {
 fn inertia(facts: &InertiaFacts) -> String {
     match facts {
         InertiaFacts::None => "none".to_owned(),
-        InertiaFacts::NotFinite => "impossible: mass or inertia is not a finite number".to_owned(),
         InertiaFacts::Possible => "ok".to_owned(),
         InertiaFacts::NotPositive { smallest } => {
             format!("impossible: a principal moment is {smallest:e} kg m2")

@@ -1,0 +1,166 @@
+//! Suction cup in a world: on which fruit its lip lies, what lies under the lip, and the force of the pressure.
+//!
+//! Contact and friction between lip and fruit are contacts of the model like all others. The pressure adds one force along the cup's axis:
+//! on the fruit at its centre, since pressure on a ball acts through its centre, and the opposite on the last arm link along the same line.
+//! Nothing else acts between cup and fruit. Equations: `docs/computation/suction.md`.
+
+use crate::build::Parts;
+use crate::touch::Part;
+use orchard_fruit::{FruitLives, Phase};
+use orchard_geometry::{Pose, Vec3, inverse_transform, transform};
+use orchard_multibody::{BodyId, Data, StepReport};
+use orchard_robot::Cup;
+use serde::{Deserialize, Serialize};
+
+/// Vacuum of a suction cup.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Suction {
+    /// Vacuum below the pressure of the air \[Pa\].
+    pub vacuum: f64,
+    /// Fruit on which the lip lies.
+    fruit: Option<usize>,
+}
+
+/// Force of the pressure in one substep, with the inputs that it replaced.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pull {
+    point: usize,
+    wrist: BodyId,
+    /// External force on the fruit, and force and torque on the wrist, without the cup.
+    before: [Vec3; 3],
+}
+
+impl Pull {
+    /// Takes the force back, so that inputs that others set keep their values.
+    pub fn end_substep(self, data: &mut Data) {
+        let [point, force, torque] = self.before;
+        data.point_force_world[self.point] = point;
+        data.body_force_world[self.wrist.index()] = force;
+        data.body_torque_world[self.wrist.index()] = torque;
+    }
+}
+
+impl Suction {
+    /// True if its fruit is one of so many.
+    pub fn fits(&self, fruit: usize) -> bool {
+        self.vacuum.is_finite() && self.fruit.is_none_or(|i| i < fruit)
+    }
+
+    /// Fruit that the vacuum holds on to.
+    pub fn sealed(&self, parts: &Parts) -> Option<usize> {
+        let cup = parts.handle.cup.as_ref()?;
+        self.fruit.filter(|_| cup.is_sealed(self.vacuum))
+    }
+
+    /// Brings the vacuum to the end of the next substep and applies its force. `report` holds the contacts of the substep before; `valve` is
+    /// the commanded opening.
+    pub fn begin_substep(
+        &mut self,
+        parts: &Parts,
+        data: &mut Data,
+        lives: &FruitLives,
+        report: &StepReport,
+        valve: f64,
+    ) -> Option<Pull> {
+        let cup = parts.handle.cup.as_ref()?;
+        let wrist = parts.handle.wrist();
+        let x_world_lip = data.x_world_body(wrist) * cup.x_wrist_lip;
+        let found = nearest(parts, data, lives, cup, &x_world_lip, self.fruit);
+        let seal = found.map_or(cup.open(), |(fruit, p_lip)| {
+            let radius = parts.fruit.fruit[fruit].radius;
+            cup.seal(&p_lip, radius, under(parts, data, report, cup, &x_world_lip, fruit))
+        });
+        self.vacuum = cup.vacuum_after(self.vacuum, valve, &seal, parts.settings.h);
+        self.fruit = found.map(|(fruit, _)| fruit).filter(|_| seal.closed > 0.0);
+        let fruit = self.fruit?;
+        let point = parts.fruit.points[fruit].index();
+        let on_cup = x_world_lip.rotation * Vec3::z() * cup.force(self.vacuum, &seal);
+        let r = data.point_p_world[point] - data.com_p_world(wrist);
+        let w = wrist.index();
+        let before = [data.point_force_world[point], data.body_force_world[w], data.body_torque_world[w]];
+        data.point_force_world[point] -= on_cup;
+        data.body_force_world[w] += on_cup;
+        data.body_torque_world[w] += r.cross(&on_cup);
+        Some(Pull { point, wrist, before })
+    }
+}
+
+/// Fruit that the lip lies on, with its centre in the lip's frame \[m\]: that of the smallest mean gap. `before` is that of
+/// the substep before. Fruit that the rigid-body engine
+/// moves, or that sleeps, is none: the hand-over rule gives it to the model when the lip comes near.
+fn nearest(
+    parts: &Parts,
+    data: &Data,
+    lives: &FruitLives,
+    cup: &Cup,
+    x_world_lip: &Pose,
+    before: Option<usize>,
+) -> Option<(usize, Vec3)> {
+    let mut best: Option<(f64, usize, Vec3)> = None;
+    for i in 0..parts.fruit.len() {
+        if !matches!(lives.phase(i), Phase::Hanging | Phase::InHand) {
+            continue;
+        }
+        let p_world = data.point_p_world[parts.fruit.points[i].index()];
+        let radius = parts.fruit.fruit[i].radius;
+        let far = radius + 2.0 * cup.lip_radius + cup.half_thickness;
+        if (p_world - x_world_lip.translation.vector).norm_squared() > far * far {
+            continue;
+        }
+        let p_lip = inverse_transform(x_world_lip, &p_world);
+        if cup.lies_on(&p_lip, radius, before == Some(i)) {
+            let sum: f64 = cup.gaps(&p_lip, radius).sum();
+            if best.is_none_or(|(least, ..)| sum < least) {
+                best = Some((sum, i, p_lip));
+            }
+        }
+    }
+    best.map(|(_, fruit, p_lip)| (fruit, p_lip))
+}
+
+/// Gap that something else than a fruit leaves under each point of the lip \[m\]. Wood, scenery, other fruit or anything else that presses on a
+/// point of the lip keeps it off by the lip's thickness. A leaf where the camera draws it, as a flat ellipse, leaves its own gap; leaves bear no
+/// force here, so the lip does not push them aside.
+fn under(
+    parts: &Parts,
+    data: &Data,
+    report: &StepReport,
+    cup: &Cup,
+    x_world_lip: &Pose,
+    fruit: usize,
+) -> impl Fn(usize) -> f64 {
+    let mut gaps = vec![0.0_f64; cup.lip_p_lip.len()];
+    for contact in &report.contacts {
+        let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
+        let presses = contact.force_world.dot(&contact.n_world) > 0.0;
+        for (one, other) in [(a, b), (b, a)] {
+            if let (Part::Cup(i), true, true) = (one, other != Part::Fruit(fruit), presses) {
+                gaps[i] = gaps[i].max(2.0 * cup.half_thickness);
+            }
+        }
+    }
+    let lip = x_world_lip.translation.vector;
+    let points: Vec<Vec3> = cup.lip_p_lip.iter().map(|p| transform(x_world_lip, p)).collect();
+    let near = 0.5 * cup.spacing();
+    for leaf in &parts.skeleton.leaves {
+        let x_world_segment = data.x_world_body(parts.tree.bodies[leaf.segment]);
+        let petiole = transform(x_world_segment, &leaf.x_segment_leaf.translation.vector);
+        let far = leaf.length + cup.lip_radius + near;
+        if (petiole - lip).norm_squared() > far * far {
+            continue;
+        }
+        let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
+        for (gap, p_world) in gaps.iter_mut().zip(&points) {
+            let p = inverse_transform(&x_world_leaf, p_world);
+            let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
+            if along * along + across * across <= 1.0 && p.z.abs() <= near {
+                *gap = gap.max(cup.leaf_gap);
+            }
+        }
+    }
+    move |i| gaps[i]
+}
+
+#[cfg(test)]
+#[path = "suction_tests.rs"]
+mod tests;

@@ -1,0 +1,30 @@
+//! Test that the tools and the tests share each compiled crate.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+
+use crate::workspace;
+
+/// Crates with their versions and features, as `cargo tree` resolves them for some packages and kinds of dependencies.
+fn builds(selection: &[&str], edges: &str) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--quiet", "--offline", "--prefix", "none", "--format", "{p} {f}", "--edges", edges])
+        .args(selection)
+        .current_dir(workspace::root())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let lines = text.lines().map(|line| line.trim_end_matches(" (*)").to_owned());
+    lines.filter(|line| !line.contains(" feature ")).collect()
+}
+
+/// What `cargo run --package devtools` compiles, `cargo test --workspace` compiles with the same features. A difference would compile a
+/// crate, and all that use it, twice.
+#[test]
+fn the_tools_and_the_tests_share_each_compiled_crate() {
+    let tools = builds(&["--package", "devtools"], "features,no-dev");
+    let tests = builds(&["--workspace", "--exclude", "orchard-fuzz"], "features");
+    let other: Vec<&String> = tools.difference(&tests).collect();
+    assert!(tools.len() > 100 && other.is_empty(), "set these features in devtools/Cargo.toml: {other:?}");
+}
