@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 const KEPT_BYTES: usize = 6;
 
 /// Crates that only display or request results: no result depends on them.
-const SHOWING: [&str; 2] = ["report", "orchard"];
+const SHOWING: [&str; 3] = ["report", "program", "orchard"];
 
 /// Files and folders of the workspace, outside the crates, that decide results.
 const SHARED: [&str; 4] = ["Cargo.lock", "Cargo.toml", "configs", "assets"];

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
+use orchard_program::Failure;
 use orchard_scenario::{Scenario, SceneNames, cameras, controllers, presets, robots};
 use orchard_tasks::harvest::Harvest;
 use orchard_tasks::harvest::episode::Outcome;
 use orchard_tasks::harvest::{WorldFactory, run_episode};
-use orchardbench::Failure;
 use rayon::prelude::*;
 
 /// Runs a short episode of every preset with every camera and every controller, and of every other robot with every preset and controller.

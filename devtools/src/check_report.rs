@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::python;
-use orchardbench::Failure;
-use orchardbench::commands::report;
-use orchardbench::{Program, Verdict};
+use orchard_program::Failure;
+use orchard_program::commands::report;
+use orchard_program::{Program, Verdict};
 use std::ffi::OsString;
 
 /// Runs a small benchmark, writes its report, and opens it in headless Chromium at 1280 and 390 px, by day and by night.

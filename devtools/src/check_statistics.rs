@@ -5,8 +5,8 @@ mod cases;
 use orchard_bench::store::write_json;
 
 use crate::python;
-use orchardbench::Failure;
-use orchardbench::Verdict;
+use orchard_program::Failure;
+use orchard_program::Verdict;
 
 /// Compares intervals, paired tests, effect sizes, corrections and variance components with scipy's, to 1e-6.
 #[derive(clap::Args)]

@@ -11,7 +11,7 @@ use orchard_geometry::{DepthImage, Intrinsics};
 use orchard_perception::DetectorConfig;
 
 use crate::workspace;
-use orchardbench::{Failure, Program, Verdict};
+use orchard_program::{Failure, Program, Verdict};
 
 /// Runs libFuzzer on the detector and on all readers of input files.
 #[derive(clap::Args)]

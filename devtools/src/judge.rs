@@ -10,9 +10,9 @@ use orchard_spec::Spec;
 use serde::Serialize;
 
 use crate::python;
-use orchardbench::Failure;
-use orchardbench::Verdict;
-use orchardbench::bare_tree::BareTree;
+use orchard_program::Failure;
+use orchard_program::Verdict;
+use orchard_program::bare_tree::BareTree;
 use paths::TreePaths;
 
 /// Steps exported trees with MuJoCo and compares rest, pull and release with our own paths.

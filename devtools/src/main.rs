@@ -1,7 +1,7 @@
 //! Tools for developers of this project: `cargo xtask COMMAND`, one file per command.
 
 #[macro_use]
-extern crate orchardbench;
+extern crate orchard_program;
 
 mod check_combinations;
 mod check_report;
@@ -20,7 +20,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use orchardbench::Failure;
+use orchard_program::Failure;
 
 /// Tests OrchardBench, compares it with third-party tools, and measures its speed.
 #[derive(Parser)]

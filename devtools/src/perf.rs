@@ -14,8 +14,8 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_tasks::plan_file::Backend;
 
-use orchardbench::Failure;
-use orchardbench::rows::{Effort, Suite, run_suite};
+use orchard_program::Failure;
+use orchard_program::rows::{Effort, Suite, run_suite};
 
 /// Measures speed on this machine and writes the rows to a file.
 #[derive(clap::Args)]
@@ -156,7 +156,7 @@ mod tests {
         run(&Args { suite: SCALING.to_owned(), json: json.clone(), quick: true, backend })?;
         // `orchard report` reads the file unchanged.
         let written =
-            orchardbench::commands::report::write(folder.path(), true, &orchardbench::Program::new())?;
+            orchard_program::commands::report::write(folder.path(), true, &orchard_program::Program::new())?;
         assert_eq!(written.figures, 3);
         Ok(serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap())
     }

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use orchard_bench::store::write_bytes;
 
 use crate::workspace;
-use orchardbench::{Failure, Verdict};
+use orchard_program::{Failure, Verdict};
 
 /// An installed environment.
 pub struct Environment {

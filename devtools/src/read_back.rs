@@ -10,10 +10,10 @@ use orchard_spec::Spec;
 use serde::Serialize;
 
 use crate::python;
-use orchardbench::Failure;
-use orchardbench::Verdict;
-use orchardbench::bare_tree::BareTree;
-use orchardbench::commands::export_tree::Format;
+use orchard_program::Failure;
+use orchard_program::Verdict;
+use orchard_program::bare_tree::BareTree;
+use orchard_program::commands::export_tree::Format;
 
 /// Reads exported trees back with mujoco, yourdfpy, usd-core and trimesh, data sets with pycocotools, and recordings with
 /// mcap, and compares.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use orchardbench::{Failure, Verdict};
+use orchard_program::{Failure, Verdict};
 
 use crate::workspace;
 

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use orchardbench::commands::validate;
-use orchardbench::{Failure, Verdict};
+use orchard_program::commands::validate;
+use orchard_program::{Failure, Verdict};
 
 use crate::{
     check_combinations, check_report, check_statistics, fuzz, judge, read_back, reuse, tidy, workspace,

@@ -11,7 +11,7 @@ mod sources;
 use std::path::Path;
 
 use crate::workspace;
-use orchardbench::Failure;
+use orchard_program::Failure;
 
 /// Checks the crate graph, the architecture page, source keys and file lengths.
 #[derive(clap::Args)]
@@ -28,7 +28,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 31] = [
+const LAYERS: [&str; 32] = [
     "quantity",
     "spec",
     "geometry",
@@ -55,6 +55,7 @@ const LAYERS: [&str; 31] = [
     "leaderboard",
     "recording",
     "report",
+    "program",
     "orchardbench",
     "tests",
     "devtools",

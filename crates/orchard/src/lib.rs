@@ -26,32 +26,7 @@
 //! Features: `gpu` (batches of trees on a graphics device) and `recording` (MCAP files), both on by default. Running a controller needs
 //! neither.
 
-// First, for its macros.
-#[macro_use]
-#[doc(hidden)]
-pub mod output;
-
-mod args;
-#[doc(hidden)]
-pub mod bare_tree;
-mod cli;
-mod columns;
-#[doc(hidden)]
-pub mod commands;
-mod failure;
-mod headline;
-mod interrupt;
-mod out_folder;
-mod picture_file;
-mod program;
-#[doc(hidden)]
-pub mod rows;
-mod signals;
-
-pub use failure::{Failure, Verdict};
-pub use program::Program;
-
-pub use orchard_perception::DetectorConfig;
-pub use orchard_picker::{AttemptEnd, Controller, ControllerKind, Event, Goal, Record, State, custom};
-pub use orchard_robot::{Command, Observation, RobotModel};
-pub use orchard_scenario::{Options, Scenario};
+pub use orchard_program::{
+    AttemptEnd, Command, Controller, ControllerKind, DetectorConfig, Event, Failure, Goal, Observation,
+    Options, Program, Record, RobotModel, Scenario, State, Verdict, custom,
+};

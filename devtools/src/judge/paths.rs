@@ -6,7 +6,7 @@ use orchard_multibody::{BodyId, Data, StepReport, StepSettings, equilibrium, ste
 use orchard_treegen::Skeleton;
 use serde::Serialize;
 
-use orchardbench::bare_tree::BareTree;
+use orchard_program::bare_tree::BareTree;
 
 /// The pull \[N\]: 30 N; its direction (6, 0, -8) / 10 bends about both axes of a joint.
 const PULL_WORLD: [f64; 3] = [18.0, 0.0, -24.0];

@@ -9,7 +9,7 @@ use orchard_tasks::harvest::{WorldFactory, run_episode};
 
 use super::timing::{Rounds, cpu_time};
 use super::{say, spinner};
-use orchardbench::rows::{Effort, Measured, Row};
+use orchard_program::rows::{Effort, Measured, Row};
 
 /// World-seconds per wall second of the released OrchardBench while picking, on its laptop GPU.
 const RELEASED_RATE: f64 = 0.45;

@@ -21,7 +21,7 @@ use super::physics::{FRUIT, LINKS, SEARCHED, WORLDS};
 use super::timing::Rounds;
 use super::{say, spinner};
 use counters::Counters;
-use orchardbench::rows::{Effort, Measured, Row};
+use orchard_program::rows::{Effort, Measured, Row};
 use warp::Peer;
 
 /// Frames of a round, and rounds.

@@ -15,7 +15,7 @@ use orchard_world::World;
 use std::hint::black_box;
 
 use super::timing::{Rounds, cpu_time};
-use orchardbench::rows::{Effort, Measured, Row};
+use orchard_program::rows::{Effort, Measured, Row};
 
 /// Target times of depth and labels of a nominal tree, small and large image, and of the detector on them \[ms\].
 const SMALL_MS: f64 = 1.5;

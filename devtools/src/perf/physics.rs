@@ -21,7 +21,7 @@ use super::timing::{Rounds, Side, alternate};
 use super::{say, spinner};
 use forest::Planting;
 use limit::Peaks;
-use orchardbench::rows::{Effort, Measured, Row};
+use orchard_program::rows::{Effort, Measured, Row};
 use peer::{Course, Peer};
 
 /// The tree that the figures refer to.

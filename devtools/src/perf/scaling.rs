@@ -12,9 +12,9 @@ use orchard_spec::randomisation::Mode;
 use orchard_tasks::plan_file::Backend;
 use orchard_tasks::protocol::Protocol;
 
-use orchardbench::commands::bench_v1::default_threads;
-use orchardbench::commands::bench_v1::scaling::{Cells, name};
-use orchardbench::rows::{Effort, Measured, Row};
+use orchard_program::commands::bench_v1::default_threads;
+use orchard_program::commands::bench_v1::scaling::{Cells, name};
+use orchard_program::rows::{Effort, Measured, Row};
 
 /// Numbers of worlds with a row of the build time: those that the paper reports.
 const BUILT: [u32; 2] = [64, 512];

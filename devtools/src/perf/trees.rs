@@ -8,7 +8,7 @@ use orchard_spec::Spec;
 use orchard_treegen::grow;
 
 use super::timing::{Rounds, alternate, cpu_time, rate};
-use orchardbench::rows::{Effort, Measured, Row};
+use orchard_program::rows::{Effort, Measured, Row};
 
 /// Target: a default tree with leaves and fruit sites takes less than 2 ms of one core.
 const TREES_PER_SECOND: f64 = 500.0;

@@ -9,8 +9,8 @@ use orchard_scenario::Scenario;
 use orchard_spec::Preset;
 
 use crate::python;
-use orchardbench::Failure;
-use orchardbench::Verdict;
+use orchard_program::Failure;
+use orchard_program::Verdict;
 
 /// Folder of the script and of the last run's output.
 const SUITE: &str = "dataset";

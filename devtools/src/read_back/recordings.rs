@@ -17,8 +17,8 @@ use serde::Serialize;
 
 use crate::python;
 use crate::workspace;
-use orchardbench::Failure;
-use orchardbench::Verdict;
+use orchard_program::Failure;
+use orchard_program::Verdict;
 
 /// Folder of the script and of the last run's output.
 const SUITE: &str = "recording";

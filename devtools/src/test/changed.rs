@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::process::Command;
 
 use cargo_metadata::MetadataCommand;
-use orchardbench::Failure;
+use orchard_program::Failure;
 
 use crate::workspace;
 

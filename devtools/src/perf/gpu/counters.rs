@@ -8,7 +8,7 @@ use nvml_wrapper::enums::gpm::GpmMetricId;
 use nvml_wrapper::gpm::gpm_metrics_get;
 use orchard_gpu::GpuBatch;
 
-use orchardbench::rows::Row;
+use orchard_program::rows::Row;
 
 /// Counters: metric, name in a row, description.
 const COUNTED: [(GpmMetricId, &str, &str); 5] = [

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::judge::SUITE;
 use crate::python::{Environment, folder};
-use orchardbench::rows::Row;
+use orchard_program::rows::Row;
 
 /// Name of the separate package set, in addition to the judge's.
 const PART: &str = "warp";

@@ -5,7 +5,7 @@ use super::forest::Planting;
 use super::peer::{ContactCounts, Course};
 use super::pushed::{CONTACTS, Push, PushedTree};
 use crate::perf::timing::{Side, cpu_time};
-use orchardbench::rows::Row;
+use orchard_program::rows::Row;
 
 const NAME: &str = "physics.contact_8";
 /// Frames of a course: the capsule moves 0.15 m.

@@ -9,7 +9,7 @@ use orchard_treephys::TreeBody;
 use pulp::{Simd, WithSimd};
 
 use crate::perf::timing::cpu_time;
-use orchardbench::rows::Limit;
+use orchard_program::rows::Limit;
 
 /// Operations per link: kinematics and right-hand side 279, inertia at the joint 148, elimination 256, root-to-leaf pass 57.
 const LINK: usize = 279 + 148 + 256 + 57;

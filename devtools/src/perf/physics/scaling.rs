@@ -7,7 +7,7 @@ use super::forest::{Planting, nearest, spec_with_fruit, spec_with_segments};
 use super::trees::rate;
 use super::{Bench, FRAMES, LINKS};
 use crate::perf::timing::{Side, alternate, cpu_time};
-use orchardbench::rows::Row;
+use orchard_program::rows::Row;
 
 /// Segments of a tree.
 const SEGMENTS: [u32; 6] = [50, 100, 200, 500, 1000, 2000];

@@ -8,7 +8,7 @@ use super::forest::{Planting, mjcf_of};
 use super::peer::Course;
 use super::{Bench, FRAMES, Plan, THREADS, WORLDS, limit};
 use crate::perf::timing::{Side, cpu_time};
-use orchardbench::rows::Row;
+use orchard_program::rows::Row;
 
 /// Targets: multiples of MuJoCo's rate, and the share of the batch's rate that worlds with different topologies reach.
 const ONE_TREE_RATIO: f64 = 6.0;
