@@ -1,5 +1,6 @@
 //! `cargo xtask test`: everything that a change must pass.
 
+mod beside;
 mod changed;
 #[cfg(test)]
 mod shared_builds;
@@ -12,16 +13,14 @@ use std::time::{Duration, Instant};
 use orchard_program::commands::validate;
 use orchard_program::{Failure, Verdict};
 
-use crate::{
-    check_combinations, check_report, check_statistics, fuzz, judge, read_back, reuse, tidy, workspace,
-};
+use crate::{fuzz, reuse, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, tidy, cargo test --workspace, packages (cargo package of every crate, and a\n\
-                  controller built outside the workspace on the packaged crates), combinations (every preset x camera x controller, a short\n\
-                  episode each), validate gpu, judge, check-statistics, read-back, check-report, fuzz.\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, packages (cargo package of every crate, and a\n\
+                  controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
+                  preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
                   With --quick: format, tidy, lints and tests of the crates that differ from the last commit (or, if none does, of those\n\
@@ -41,18 +40,32 @@ const FUZZ: &str = "orchard-fuzz";
 
 type Step = (&'static str, Box<dyn Fn() -> Result<Verdict, Failure>>);
 
+/// How a step ended.
+struct Outcome {
+    name: &'static str,
+    result: Result<Verdict, Failure>,
+    time: Duration,
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     let skipped = workspace::root().join("target/skipped-tests.txt");
     let _ = fs::remove_file(&skipped);
+    let start = Instant::now();
+    let beside = (!args.quick).then(|| std::thread::spawn(beside::run));
     let steps = if args.quick { quick_steps(&skipped)? } else { all_steps(&skipped) };
-    let mut results = Vec::new();
+    let mut outcomes = Vec::new();
     for (name, step) in steps {
         eprintln!("== {name}");
         let start = Instant::now();
-        results.push((name, step(), start.elapsed()));
+        outcomes.push(Outcome { name, result: step(), time: start.elapsed() });
+    }
+    if let Some(beside) = beside {
+        outcomes.extend(
+            beside.join().map_err(|_| Failure::Failed("the checks beside the builds panicked".into()))?,
+        );
     }
     eprintln!("==");
-    for (name, result, time) in &results {
+    for Outcome { name, result, time } in &outcomes {
         let seconds = time.as_secs();
         match result {
             Ok(Verdict::Agreed) => eprintln!("pass  {name} ({seconds} s)"),
@@ -64,14 +77,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if without_adapter > 0 {
         eprintln!("{without_adapter} tests skipped, no adapter");
     }
-    let total: Duration = results.iter().map(|(_, _, time)| *time).sum();
-    let failed = results.iter().filter(|(_, result, _)| result.is_err()).count();
+    let failed = outcomes.iter().filter(|outcome| outcome.result.is_err()).count();
     if failed > 0 {
-        return Err(Failure::Failed(format!("{failed} of {} steps failed", results.len())));
+        return Err(Failure::Failed(format!("{failed} of {} steps failed", outcomes.len())));
     }
-    let left_out = results.iter().filter(|(_, r, _)| matches!(r, Ok(Verdict::Skipped(_)))).count();
-    let passed = results.len() - left_out;
-    eprintln!("{passed} of {} steps passed, {left_out} skipped, in {} s", results.len(), total.as_secs());
+    let left_out =
+        outcomes.iter().filter(|outcome| matches!(outcome.result, Ok(Verdict::Skipped(_)))).count();
+    let passed = outcomes.len() - left_out;
+    eprintln!(
+        "{passed} of {} steps passed, {left_out} skipped, in {} s",
+        outcomes.len(),
+        start.elapsed().as_secs()
+    );
     Ok(())
 }
 
@@ -116,7 +133,6 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
                 )
             }),
         ),
-        ("tidy", Box::new(|| tidy::run(&tidy::Args::reading()).map(|()| Verdict::Agreed))),
         (
             "tests",
             Box::new(move || {
@@ -127,15 +143,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
             }),
         ),
         ("packages", Box::new(reuse::check)),
-        (
-            "combinations",
-            Box::new(|| check_combinations::check(check_combinations::SECONDS).map(|_| Verdict::Agreed)),
-        ),
         ("gpu", Box::new(validate::check_gpu)),
-        ("judge", Box::new(judge::judge)),
-        ("statistics", Box::new(check_statistics::check)),
-        ("read-back", Box::new(read_back::read_back)),
-        ("report", Box::new(check_report::check)),
         ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),
     ]
 }

@@ -1,5 +1,5 @@
-//! The result of a controller that only its author's program has, on the leaderboard: replayed, run again by that program, and refused
-//! when its commands were edited.
+//! The leaderboard by the program itself. The result of a controller that only its author's program has is replayed, run again by that
+//! program, and refused when its commands were edited; results added by several processes at once are all kept.
 
 #![cfg(unix)]
 
@@ -53,6 +53,12 @@ fn program(folder: &Path) -> PathBuf {
     path
 }
 
+fn small_scenario(folder: &Path) -> PathBuf {
+    let path = folder.join("small.toml");
+    fs::write(&path, SCENARIO).unwrap();
+    path
+}
+
 fn output(command: &mut Command) -> Output {
     command.stdin(Stdio::null()).output().unwrap_or_else(|e| panic!("{e}"))
 }
@@ -65,8 +71,7 @@ fn text(bytes: &[u8]) -> String {
 fn a_foreign_result_is_replayed_or_run_again_and_an_edited_one_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (program, out) = (program(folder.path()), folder.path().join("result"));
-    let scenario = folder.path().join("small.toml");
-    fs::write(&scenario, SCENARIO).unwrap();
+    let scenario = small_scenario(folder.path());
     let mut bench = Command::new(&program);
     bench.args([
         "bench-v1",
@@ -124,5 +129,37 @@ fn a_foreign_result_is_replayed_or_run_again_and_an_edited_one_refused() {
     }
     for board in ["false.json", "edited.json"] {
         assert!(!folder.path().join(board).exists(), "{board}");
+    }
+}
+
+#[test]
+fn results_that_processes_add_at_once_are_all_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = small_scenario(folder.path());
+    let orchard = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orchard"));
+        command.current_dir(folder.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let controllers = ["baseline", "paper", "expert"];
+    for controller in controllers {
+        let mut bench = orchard();
+        bench.args(["bench-v1", "--tasks", "harvest", "--profile", "full", "--controller", controller]);
+        let ran = bench.args(["--out", controller, "--scenario"]).arg(&scenario).output().unwrap();
+        assert!(ran.status.success(), "{}", text(&ran.stderr));
+    }
+    let adds = controllers.map(|controller| {
+        let mut add = orchard();
+        add.args(["leaderboard", "add", controller, "--name", controller, "--board", "board.json"]);
+        add.args(["--seed-set", "tuning", "--snapped", "9", "--dropped", "99", "--scenario"]);
+        add.arg(&scenario).spawn().unwrap()
+    });
+    for add in adds {
+        let ended = add.wait_with_output().unwrap();
+        assert!(ended.status.success(), "{}", text(&ended.stderr));
+    }
+    let board = fs::read_to_string(folder.path().join("board.json")).unwrap();
+    for controller in controllers {
+        assert!(board.contains(&format!("\"name\": \"{controller}\"")), "{controller}: {board}");
     }
 }

@@ -16,6 +16,7 @@ mod base;
 mod limits;
 mod overlay;
 mod parse;
+mod tracked;
 mod unit;
 
 pub use base::with_base;

@@ -2,6 +2,8 @@
 
 use serde::de::DeserializeOwned;
 
+use crate::tracked::{Path, Tracked};
+
 /// Error in a config text, shown in one line: file, field, problem.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {field}: {problem}")]
@@ -46,8 +48,8 @@ fn place(text: &str, byte: usize) -> String {
 /// # Errors
 /// A field is missing or unknown, or a value is outside its range.
 pub fn from_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, ConfigError> {
-    serde_path_to_error::deserialize(table)
-        .map_err(|e| error(file, e.path().to_string(), e.inner().message()))
+    let path = Path::default();
+    T::deserialize(Tracked::new(table, &path)).map_err(|e| error(file, path.to_string(), e.message()))
 }
 
 fn error(file: &str, field: String, problem: &str) -> ConfigError {

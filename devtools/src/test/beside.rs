@@ -1,0 +1,55 @@
+//! Checks that compile nothing. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends.
+
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use orchard_program::{Failure, Verdict};
+
+use super::Outcome;
+
+/// Name of each check, and its command.
+const CHECKS: [(&str, &str); 6] = [
+    ("tidy", "tidy"),
+    ("combinations", "check-combinations"),
+    ("judge", "judge"),
+    ("statistics", "check-statistics"),
+    ("read-back", "read-back"),
+    ("report", "check-report"),
+];
+
+/// Begins the line by which a check says that it was skipped, and why.
+const SKIPPED: &str = "SKIPPED: ";
+
+/// Runs all checks.
+pub fn run() -> Vec<Outcome> {
+    CHECKS
+        .iter()
+        .map(|&(name, command)| {
+            let start = Instant::now();
+            let (shown, result) = check(command);
+            eprint!("== {name}, beside the builds\n{shown}");
+            Outcome { name, result, time: start.elapsed() }
+        })
+        .collect()
+}
+
+/// Runs one command of these tools; returns what it printed, and how it ended.
+fn check(command: &str) -> (String, Result<Verdict, Failure>) {
+    let output = std::env::current_exe()
+        .and_then(|this| Command::new(this).arg(command).stdin(Stdio::null()).output());
+    match output {
+        Err(e) => (String::new(), Err(Failure::Failed(format!("cannot run {command}: {e}")))),
+        Ok(output) => {
+            let printed = [output.stdout, output.stderr].concat();
+            let printed = String::from_utf8_lossy(&printed).into_owned();
+            let result = match printed.lines().find_map(|line| line.strip_prefix(SKIPPED)) {
+                _ if !output.status.success() => {
+                    Err(Failure::Failed(format!("{command} ended with {}", output.status)))
+                }
+                Some(reason) => Ok(Verdict::Skipped(reason.to_owned())),
+                None => Ok(Verdict::Agreed),
+            };
+            (printed, result)
+        }
+    }
+}
