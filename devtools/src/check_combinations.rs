@@ -25,7 +25,7 @@ pub struct Args {
 }
 
 /// Default length of an episode \[s\], our own choice: long enough for a controller to reach for a first fruit.
-pub const SECONDS: f64 = 4.0;
+const SECONDS: f64 = 4.0;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let count = check(args.seconds)?;
@@ -34,7 +34,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Runs all combinations; returns how many there are.
-pub fn check(seconds: f64) -> Result<usize, Failure> {
+fn check(seconds: f64) -> Result<usize, Failure> {
     let mut combinations = Vec::new();
     let usual = SceneNames::paper();
     for preset in presets() {

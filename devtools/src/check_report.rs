@@ -44,19 +44,15 @@ const RUN: [&str; 11] = [
 ];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    match check_folder(args.dir.as_deref())? {
+    match check(args.dir.as_deref())? {
         Verdict::Agreed => say!("screenshots: {}", python::folder(SUITE).display()),
         Verdict::Skipped(reason) => eprintln!("SKIPPED: the report is not opened in a browser: {reason}"),
     }
     Ok(())
 }
 
-/// Opens the report of a small run; `Skipped` gives the reason why it cannot.
-pub fn check() -> Result<Verdict, Failure> {
-    check_folder(None)
-}
-
-fn check_folder(dir: Option<&Path>) -> Result<Verdict, Failure> {
+/// Opens the report of a folder, or of a small run; `Skipped` gives the reason why it cannot.
+fn check(dir: Option<&Path>) -> Result<Verdict, Failure> {
     let Some(browser) = BROWSERS.iter().find_map(|name| in_path(name)) else {
         let problem = format!("none of {} found", BROWSERS.join(", "));
         if std::env::var_os("CI").is_some_and(|ci| ci == "true") {

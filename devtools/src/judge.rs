@@ -47,7 +47,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
 }
 
 /// Compares; `Skipped` gives the reason why it cannot. In continuous integration that is a failure.
-pub fn judge() -> Result<Verdict, Failure> {
+fn judge() -> Result<Verdict, Failure> {
     let environment = match python::environment(SUITE)? {
         Ok(environment) => environment,
         Err(skipped) => return Ok(skipped),

@@ -48,7 +48,7 @@ pub fn run(_: &Args) -> Result<(), Failure> {
 }
 
 /// Writes, reads and compares; `Skipped` gives the reason why it cannot.
-pub fn read_back() -> Result<Verdict, Failure> {
+fn read_back() -> Result<Verdict, Failure> {
     let verdicts = [read_trees()?, data_sets::read_back()?, recordings::read_back()?];
     let skipped: Vec<String> = verdicts
         .into_iter()

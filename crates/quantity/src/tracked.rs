@@ -234,3 +234,124 @@ impl<'de> VariantAccess<'de> for Content<'_> {
         self.read(|content| content.tracked("struct variant")?.deserialize_any(visitor))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Limb {
+        length: f64,
+        #[serde(default)]
+        kind: Kind,
+    }
+
+    #[derive(Debug, PartialEq, Default, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Kind {
+        #[default]
+        Spur,
+        Bent(f64),
+        Pair(u8, u8),
+        Cut {
+            at: f64,
+        },
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(tag = "kind", rename_all = "snake_case")]
+    enum Place {
+        Stands,
+        Slides { range: [f64; 2] },
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(untagged)]
+    enum Either {
+        Name(String),
+        Count(u32),
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Metres(f64);
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Doc {
+        #[serde(default)]
+        limbs: Vec<Limb>,
+        height: Option<Metres>,
+        place: Option<Place>,
+        #[serde(default)]
+        named: BTreeMap<String, Either>,
+        planted: Option<String>,
+    }
+
+    /// What both readers make of a text: the document, or the place and the problem.
+    fn both(text: &str) -> [Result<Doc, (String, String)>; 2] {
+        let table: Table = text.parse().unwrap();
+        let path = Path::default();
+        let ours = Doc::deserialize(Tracked::new(table.clone(), &path))
+            .map_err(|e| (path.to_string(), e.message().to_owned()));
+        let theirs = serde_path_to_error::deserialize(table)
+            .map_err(|e| (e.path().to_string(), e.inner().message().to_owned()));
+        [ours, theirs]
+    }
+
+    #[test]
+    fn documents_read_as_by_toml_itself() {
+        for text in [
+            "",
+            "height = 2.5",
+            "limbs = [{ length = 1.0 }, { length = 2, kind = 'spur' }]",
+            "limbs = [{ length = 1.0, kind = { bent = 0.5 } }, { length = 1.0, kind = { pair = [1, 2] } }]",
+            "limbs = [{ length = 1.0, kind = { cut = { at = 0.5 } } }]",
+            "place = { kind = 'stands' }\n[named]\na = 'b'\nc = 3",
+            "place = { kind = 'slides', range = [0, 1.5] }",
+        ] {
+            let [ours, theirs] = both(text);
+            assert!(ours.is_ok(), "{text}: {ours:?}");
+            assert_eq!(ours, theirs, "{text}");
+        }
+    }
+
+    #[test]
+    fn errors_have_the_place_and_words_of_serde_path_to_error() {
+        for text in [
+            "height = 'x'",
+            "heigth = 1.0",
+            "limbs = 3",
+            "limbs = [{ length = 1.0 }, { length = true }]",
+            "limbs = [{}]",
+            "limbs = [{ length = 1.0, kind = 'long' }]",
+            "limbs = [{ length = 1.0, kind = { bent = 'x' } }]",
+            "limbs = [{ length = 1.0, kind = { cut = { at = 'x' } } }]",
+            "place = { kind = 'slides' }",
+            "place = { kind = 'slides', range = [0] }",
+            "place = { kind = 'flies' }",
+            "[named]\na = 1.5",
+            "planted = [1]",
+        ] {
+            let [ours, theirs] = both(text);
+            assert!(ours.is_err(), "{text}");
+            assert_eq!(ours, theirs, "{text}");
+        }
+        // Where TOML's own reader speaks of its internals, ours has plainer words.
+        for text in [
+            "limbs = [{ length = 1.0, kind = 'bent' }]",
+            "limbs = [{ length = 1.0, kind = { spur = 1 } }]",
+            "limbs = [{ length = 1.0, kind = {} }]",
+            "limbs = [{ length = 1.0, kind = 7 }]",
+            "limbs = [{ length = 1.0, kind = { pair = [1] } }]",
+        ] {
+            let [ours, theirs] = both(text);
+            assert!(ours.unwrap_err().0.starts_with("limbs[0].kind"), "{text}");
+            assert!(theirs.is_err(), "{text}");
+        }
+    }
+}
