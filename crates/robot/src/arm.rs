@@ -198,6 +198,8 @@ impl ArmKinematics {
 
     /// Positions of the fingers' driving joints at openings \[m\].
     pub(crate) fn finger_joints(&self, finger_q: &[f64; 2]) -> [f64; 2] {
-        std::array::from_fn(|i| self.openings.get(i).map_or(finger_q[i], |opening| opening.joint(finger_q[i])))
+        std::array::from_fn(|i| {
+            self.openings.get(i).map_or(finger_q[i], |opening| opening.joint(finger_q[i]))
+        })
     }
 }

@@ -14,8 +14,8 @@
 
 mod base;
 
-use crate::base::BaseJoint;
 use crate::articulation::Limit;
+use crate::base::BaseJoint;
 use crate::braking::{stopping_speed, velocity_range};
 use crate::finger::FoundFinger;
 use crate::handle::RobotHandle;
@@ -303,11 +303,12 @@ impl Servos {
                 let next = toward(self.set.finger_target[i], wanted, self.robot.finger_speed * h);
                 // Against an object the set point stops where it exerts the limit, so that opening is prompt.
                 let reach = limit / gains.stiffness;
-                self.set.finger_target[i] = next.max(opening - reach).min(opening + reach).clamp(lower, upper);
+                self.set.finger_target[i] =
+                    next.max(opening - reach).min(opening + reach).clamp(lower, upper);
             }
             let joint = Joint { q, v: data.v[dof], inertia };
-            let target = finger.opening.joint(self.set.finger_target[i]);
-            write(data, dof, gains.on_lever(lever).input(&joint, target, 0.0, limit * lever.abs(), h));
+            let rest = finger.opening.rest(q, self.set.finger_target[i]);
+            write(data, dof, gains.on_lever(lever).input(&joint, rest, 0.0, limit * lever.abs(), h));
         }
     }
 }

@@ -26,7 +26,8 @@ pub(crate) fn find(
     wrist: usize,
     x_wrist_mid: &Pose,
 ) -> Result<Vec<FoundFinger>, RobotError> {
-    let drives: Vec<usize> = drives.iter().map(|name| driven(robot, name, wrist)).collect::<Result<_, _>>()?;
+    let drives: Vec<usize> =
+        drives.iter().map(|name| driven(robot, name, wrist)).collect::<Result<_, _>>()?;
     let owners = owners(robot, &drives, wrist);
     let one = |(side, &drive): (usize, &usize)| {
         let followers = (0..robot.links.len()).filter(|&l| l != drive && owners[l] == Some(side));
@@ -59,7 +60,9 @@ fn driven(robot: &Articulation, name: &str, wrist: usize) -> Result<usize, Robot
         return Err(refused());
     }
     if !found.limit.is_some_and(|limit| limit.is_complete()) {
-        return Err(limit("a joint that is driven needs limits of position, velocity and effort (--limits FILE)"));
+        return Err(limit(
+            "a joint that is driven needs limits of position, velocity and effort (--limits FILE)",
+        ));
     }
     if robot.lead(link).1 == 0.0 {
         return Err(limit("a joint that drives a finger cannot follow another with ratio 0"));
@@ -81,7 +84,8 @@ fn owners(robot: &Articulation, drives: &[usize], wrist: usize) -> Vec<Option<us
             Some(side) => Some(side).filter(follows),
             None if link.parent == Some(wrist) => {
                 let p = link.x_parent_joint.translation.vector;
-                let away = |side: &usize| (robot.links[drives[*side]].x_parent_joint.translation.vector - p).norm();
+                let away =
+                    |side: &usize| (robot.links[drives[*side]].x_parent_joint.translation.vector - p).norm();
                 (0..drives.len()).filter(follows).min_by(|a, b| away(a).total_cmp(&away(b)))
             }
             None => None,
@@ -118,7 +122,8 @@ fn finger(
     x_wrist_mid: &Pose,
 ) -> Result<FoundFinger, RobotError> {
     let limit = robot.links[drive].limit.unwrap_or(Limit::NONE);
-    let chains: Vec<Vec<ChainJoint>> = links.iter().map(|link| chain(robot, &links, link.on, wrist)).collect();
+    let chains: Vec<Vec<ChainJoint>> =
+        links.iter().map(|link| chain(robot, &links, link.on, wrist)).collect();
     let inertia = match (robot.links[drive].joint, chains.len()) {
         (JointKind::Slide(_), 1) => robot.links[drive].inertia.mass,
         _ => moved_inertia(&chains, 0.5 * (limit.lower + limit.upper)),
@@ -224,10 +229,9 @@ impl<'a> Pad<'a> {
         if self.side > 0.0 { low } else { -high }
     }
 
-    /// Slope of the gap, one-sided at the ends of the range.
-    fn slope(&self, q: f64, range: [f64; 2]) -> f64 {
-        let (a, b) = ((q - SLOPE_STEP).max(range[0]), (q + SLOPE_STEP).min(range[1]));
-        (self.gap(b) - self.gap(a)) / (b - a)
+    /// Slope of the gap, by kinematics also beyond the ends of the range.
+    fn slope(&self, q: f64) -> f64 {
+        (self.gap(q + SLOPE_STEP) - self.gap(q - SLOPE_STEP)) / (2.0 * SLOPE_STEP)
     }
 
     /// Opening, its limits and the mean lever.
@@ -236,7 +240,7 @@ impl<'a> Pad<'a> {
         if range[1] - range[0] <= 2.0 * SLOPE_STEP {
             return Err("a joint that drives a finger needs a range of positions");
         }
-        let curve = Curve::through(range, INTERVALS, |q| [self.gap(q), self.slope(q, range)]);
+        let curve = Curve::through(range, INTERVALS, |q| [self.gap(q), self.slope(q)]);
         let at = |k: u32| range[0] + (range[1] - range[0]) * f64::from(k) / f64::from(INTERVALS);
         let slopes: Vec<f64> = (0..=INTERVALS).map(|k| curve.slope(at(k))).collect();
         let largest = slopes.iter().map(|slope| slope.abs()).fold(0.0, f64::max);
@@ -247,7 +251,9 @@ impl<'a> Pad<'a> {
         }
         let (closed, open) = if opens { (range[0], range[1]) } else { (range[1], range[0]) };
         if curve.at(open) <= 0.0 {
-            return Err("the pad lies beyond the plane between the pads at all positions: check tcp_link and hand_link");
+            return Err(
+                "the pad lies beyond the plane between the pads at all positions: check tcp_link and hand_link",
+            );
         }
         let span = [curve.at(closed).max(0.0), curve.at(open)];
         let position = |s: f64| {

@@ -83,6 +83,15 @@ impl Opening {
         }
     }
 
+    /// Position of the driving joint towards which a spring pulls it from `q` if a spring at the pad has its rest at `target` \[m\]: exact for a joint
+    /// that slides, linear about `q` for one that turns, so that the efforts at `q` agree.
+    pub(crate) fn rest(&self, q: f64, target: f64) -> f64 {
+        match self {
+            Self::Slide => target,
+            Self::Turn(_) => q + (target - self.at(q)) / self.rate(q),
+        }
+    }
+
     /// Position of the driving joint at an opening [rad or m].
     pub fn joint(&self, opening: f64) -> f64 {
         match self {
