@@ -146,7 +146,7 @@ fn hinged_fingers_press_with_the_commanded_force() {
                 assert!((seen.finger_force[side] + force).abs() < 0.02 * force, "{:?}", seen.finger_force);
                 assert!((seen.finger_q[side] - radius).abs() < 4e-3, "{radius} m: {:?}", seen.finger_q);
             }
-            assert!(grip.tilt() < 0.02, "{} rad at {force} N", grip.tilt());
+            assert!(grip.tilt() < 0.01, "{} rad at {force} N", grip.tilt());
         }
         let open = Command { finger_q: 0.0425, finger_force: 70.0, ..robot.start_command() };
         let seen = grip.run(&open, &NO_GRAVITY, 1.0);
