@@ -76,7 +76,7 @@ fn it_arrives_from_any_pose_without_orbiting() {
             ];
             let straight = math::hypot(goal.x - start[0], goal.y - start[1]);
             let found = drive_to(start, &goal, &config.drive, tolerance);
-            let [time, way, turns] =
+            let [time, way, turns, _] =
                 found.unwrap_or_else(|| panic!("{name}: from {start:?} it never arrives"));
             assert!(time < 12.0, "{name}: {time} s from {start:?}");
             assert!(way <= straight + 0.05, "{name}: {way} m for {straight} m from {start:?}");
