@@ -83,7 +83,7 @@ fn a_broken_world_is_quarantined() {
         |w| set_robot_q(w, |w| *w.handle().base_joint.moving().unwrap(), f64::NAN),
         |w| set_robot_q(w, |w| w.handle().height.unwrap(), f64::INFINITY),
         |w| set_robot_q(w, |w| w.handle().arm[3], f64::NAN),
-        |w| set_robot_q(w, |w| w.handle().fingers[0], f64::NAN),
+        |w| set_robot_q(w, |w| w.handle().fingers[0].drive, f64::NAN),
     ];
     for spoil in spoil {
         let mut sick = world(3, 0);

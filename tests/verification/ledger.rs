@@ -33,7 +33,7 @@ impl Ledger {
         let efforts = robot.kinematics().limits().iter().map(|limit| vec![limit.effort]);
         motors.extend(handle.arm.iter().copied().zip(efforts));
         let force = config.finger.as_ref().map_or(0.0, |drive| drive.force_max.si());
-        motors.extend(handle.fingers.iter().map(|finger| (*finger, vec![force])));
+        motors.extend(handle.fingers.iter().map(|finger| (finger.drive, vec![force])));
         let mut ledger = Self {
             gravity: Vec3::new(0.0, 0.0, -world.spec().sim.gravity.si()),
             motors,

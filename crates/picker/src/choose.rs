@@ -1,10 +1,10 @@
 //! Choice of the target fruit, the place of the base and the approach, by cost.
 
-use crate::drive::{BaseGoal, bearing_of};
+use crate::drive::{BaseGoal, Tolerance, bearing_of};
 use crate::picker_core::PickerCore;
 use crate::plan::{GraspPlan, Search, Target};
 use crate::robot_state::RobotState;
-use orchard_geometry::{Vec3, inverse_transform, math};
+use orchard_geometry::{Vec3, inverse_transform};
 use orchard_perception::Track;
 
 /// A target with the place of the base and the grasp plan for it.
@@ -28,7 +28,7 @@ impl PickerCore {
             .tracker
             .confirmed()
             .filter(|t| self.is_eligible(t, robot))
-            .map(|t| (self.drive_cost(robot, &self.outward_goal(t, 0.0, self.nominal_standoff())), *t))
+            .map(|t| (self.least_drive(robot, t), *t))
             .collect();
         tracks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.id.cmp(&b.1.id)));
         tracks.truncate(self.config.align.candidates.get() as usize);
@@ -57,13 +57,30 @@ impl PickerCore {
 
     /// Length of the drive, around the tree \[m\].
     fn drive_cost(&self, robot: &RobotState, goal: &BaseGoal) -> f64 {
-        let tree = self.perception.belief.p_odom();
-        let p_goal = Vec3::new(goal.x, goal.y, 0.0);
-        let swing = math::wrap_angle(bearing_of(&p_goal, &tree) - bearing_of(&robot.p_odom(), &tree)).abs();
-        (p_goal - robot.p_odom()).norm() + swing * self.config.drive.orbit_radius.si()
+        let (tree, align) = (self.perception.belief.p_odom(), &self.config.align);
+        let tolerance = Tolerance::new(&align.position_tolerance, &align.angle_tolerance);
+        self.mobility.effort(robot, goal, &tree, &self.config.drive, tolerance)
     }
 
-    /// Returns the best place from which the arm can grasp a track: the best stand-off straight outwards, then the best bearing for it.
+    /// Length of the shortest drive to a place for a track, before the arm is asked \[m\].
+    fn least_drive(&self, robot: &RobotState, track: &Track) -> f64 {
+        let outward = self.drive_cost(robot, &self.outward_goal(track, 0.0, self.nominal_standoff()));
+        let straight = self.straight_ahead(robot, track).into_iter();
+        straight.map(|goal| self.drive_cost(robot, &goal)).fold(outward, f64::min)
+    }
+
+    /// Places for a track that a base on wheels takes without a turn.
+    fn straight_ahead(&self, robot: &RobotState, track: &Track) -> Vec<BaseGoal> {
+        // A push comes from a given side.
+        if self.task.as_ref().is_some_and(|task| task.push.is_some()) {
+            return Vec::new();
+        }
+        let standoffs: Vec<f64> = self.config.align.standoffs.iter().map(|s| s.si()).collect();
+        self.mobility.straight_ahead(robot, &track.p_odom, &standoffs)
+    }
+
+    /// Returns the best place from which the arm can grasp a track: the best stand-off straight outwards, then the best bearing for it, or for
+    /// wheels a place straight ahead.
     /// The arm's reach depends on distance and height alone.
     fn place_for(&self, track: &Track, robot: &RobotState) -> Option<Choice> {
         let align = &self.config.align;
@@ -77,11 +94,15 @@ impl PickerCore {
             let choice = self.choice_at(track, robot, self.outward_goal(track, 0.0, s.si()), &points)?;
             Some((s.si(), choice))
         });
-        let (standoff, straight) = outwards.min_by(|a, b| cheaper(&a.1, &b.1))?;
-        let turned = align.bearings.iter().filter_map(|b| {
+        let outward = outwards.min_by(|a, b| cheaper(&a.1, &b.1));
+        let bearings = outward.as_ref().map_or(&[][..], |_| &align.bearings[..]);
+        let standoff = outward.as_ref().map_or(0.0, |(standoff, _)| *standoff);
+        let turned = bearings.iter().filter_map(|b| {
             self.choice_at(track, robot, self.outward_goal(track, b.si(), standoff), &points)
         });
-        turned.chain(std::iter::once(straight)).min_by(cheaper)
+        let ahead = self.straight_ahead(robot, track).into_iter();
+        let ahead = ahead.filter_map(|goal| self.choice_at(track, robot, goal, &points));
+        turned.chain(outward.map(|(_, choice)| choice)).chain(ahead).min_by(cheaper)
     }
 
     /// Returns the best grasp of a track from one place of the base.

@@ -29,11 +29,12 @@ impl Joints {
         Self {
             height: handle.height.as_ref().map(name),
             arm: handle.arm.iter().map(name).collect(),
-            fingers: handle.fingers.iter().map(name).collect(),
+            fingers: handle.fingers.iter().map(|finger| name(&finger.drive)).collect(),
         }
     }
 
-    /// Joint states of an observation: m or rad, m/s or rad/s, N or N m; values that the observation lacks are left out.
+    /// Joint states of an observation: m or rad, m/s or rad/s, N or N m; values that the observation lacks are left out. Fingers are given by their
+    /// openings and forces at the pads \[m, N\], hinged ones too, under the names of their driving joints.
     pub fn message(&self, log_time: u64, seen: &Observation) -> JointStates {
         let joint = |name: &str, position: f64, velocity: Option<f64>, effort: Option<f64>| JointState {
             name: name.to_owned(),

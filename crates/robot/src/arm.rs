@@ -3,9 +3,10 @@
 use crate::articulation::Limit;
 use crate::chain::{Chain, LinkPoses};
 use crate::cup::Cup;
+use crate::finger::{ChainJoint, Opening, joined};
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::parameters::{IkParameters, QpParameters};
-use orchard_geometry::{Pose, Rotation, Shape, Vec3};
+use orchard_geometry::{Pose, Shape, Vec3};
 
 pub use crate::chain::Jacobian;
 pub use crate::joint_values::JointVector;
@@ -28,6 +29,7 @@ pub struct ArmKinematics {
     pub(crate) ik: IkParameters,
     pub(crate) mounts: WristMounts,
     pub(crate) cup: Option<Cup>,
+    pub(crate) openings: Vec<Opening>,
     pub(crate) finger_stroke: f64,
     pub(crate) finger_speed: f64,
     pub(crate) finger_force: f64,
@@ -60,20 +62,17 @@ pub(crate) struct MountedShape {
 pub(crate) enum Mount {
     Base,
     Arm(usize),
-    /// A finger's joint frame in the wrist's frame, and its direction of opening.
-    Finger(usize, Pose, Vec3),
+    /// Number of the finger, and the joints from the wrist to the link.
+    Finger(usize, Vec<ChainJoint>),
 }
 
 impl MountedShape {
-    /// Returns the pose of the shape in the base frame, given the poses of the arm's links and the openings of the fingers \[m\].
-    pub fn placed(&self, links: &LinkPoses, finger_q: &[f64; 2]) -> Pose {
+    /// Returns the pose of the shape in the base frame, given the poses of the arm's links and the positions of the fingers' driving joints.
+    pub fn placed(&self, links: &LinkPoses, drives: &[f64; 2]) -> Pose {
         let x_base_mount = match &self.mount {
             Mount::Base => Pose::identity(),
             Mount::Arm(i) => links[*i],
-            Mount::Finger(i, x_joint, axis) => {
-                let opened = Pose::from_parts((axis * finger_q[*i]).into(), Rotation::identity());
-                links[MAX_ARM_DOF - 1] * x_joint * opened
-            }
+            Mount::Finger(i, chain) => joined(links[MAX_ARM_DOF - 1], chain, drives[*i]),
         };
         x_base_mount * self.x_mount_shape
     }
@@ -192,7 +191,15 @@ impl ArmKinematics {
     /// All collision shapes of the robot with their poses, fingers opened by `finger_q` \[m\].
     pub fn link_shapes(&self, q: &JointVector, finger_q: &[f64; 2]) -> Vec<(Shape, Pose)> {
         let links = self.chain.link_poses(q);
-        let place = |s: &MountedShape| (s.shape.clone(), s.placed(&links, finger_q));
+        let drives = self.finger_joints(finger_q);
+        let place = |s: &MountedShape| (s.shape.clone(), s.placed(&links, &drives));
         self.shapes.iter().map(place).collect()
+    }
+
+    /// Positions of the fingers' driving joints at openings \[m\].
+    pub(crate) fn finger_joints(&self, finger_q: &[f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|i| {
+            self.openings.get(i).map_or(finger_q[i], |opening| opening.joint(finger_q[i]))
+        })
     }
 }

@@ -7,8 +7,9 @@ use crate::chain::{Chain, Hinge};
 use crate::clearance::watched_pairs;
 use crate::config::{CameraMount, RobotConfig};
 use crate::cup::Cup;
+use crate::finger::chain_pose;
 use crate::parameters::{IkParameters, QpParameters};
-use crate::roles::Roles;
+use crate::roles::{Roles, frame_on};
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
 
 impl ArmKinematics {
@@ -49,19 +50,19 @@ impl ArmKinematics {
             }
             hinges.push(Hinge { x_parent_joint, axis: roles.arm_axes[i], inertia: links[link].inertia });
         }
-        for (i, &link) in roles.fingers.iter().enumerate() {
-            let x_joint = links[link].x_parent_joint;
-            let axis = roles.finger_axes[i].into_inner();
-            mount(link, &Mount::Finger(i, x_joint, axis), &Pose::identity(), roles.arm.len());
-            let x_open = x_joint * Pose::from_parts((axis * opening).into(), Rotation::identity());
-            if let Some(last) = hinges.last_mut() {
-                last.carry(&links[link].inertia, &x_open);
+        for (i, found) in roles.fingers.iter().enumerate() {
+            let q = found.finger.opening.joint(opening);
+            for (link, chain) in found.finger.links.iter().zip(&found.chains) {
+                mount(link.on, &Mount::Finger(i, chain.clone()), &Pose::identity(), roles.arm.len());
+                if let Some(last) = hinges.last_mut() {
+                    last.carry(&links[link.on].inertia, &chain_pose(chain, q));
+                }
             }
         }
-        let frame = |name: &str| roles.frame_on(articulation, name, wrist);
+        let frame = |name: &str| frame_on(articulation, name, wrist);
         let x_wrist_hand = frame(&config.parts.hand_link)?;
         let x_wrist_tcp = frame(&config.parts.tcp_link)?;
-        let finger = roles.finger_limits.first().zip(config.finger.as_ref());
+        let finger = roles.fingers.first().map(|found| found.limit).zip(config.finger.as_ref());
         let mut arm = Self {
             chain: Chain { hinges },
             limits: std::array::from_fn(|i| roles.arm_limits.get(i).copied().unwrap_or(Limit::LOCKED)),
@@ -73,6 +74,7 @@ impl ArmKinematics {
                 x_wrist_camera: x_wrist_hand * camera_mount(&config.camera),
             },
             cup: config.cup.as_ref().map(|cup| Cup::new(cup, x_wrist_tcp)),
+            openings: roles.fingers.iter().map(|found| found.finger.opening.clone()).collect(),
             finger_stroke: finger.map_or(0.0, |(limit, _)| limit.upper),
             finger_speed: finger.map_or(0.0, |(limit, drive)| drive.speed_max.si().min(limit.velocity)),
             finger_force: finger.map_or(0.0, |(limit, drive)| drive.force_max.si().min(limit.effort)),

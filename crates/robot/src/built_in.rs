@@ -21,8 +21,12 @@ macro_rules! built_in {
 }
 
 /// The robots; the first is the paper's.
-const ROBOTS: [BuiltIn; 3] =
-    [built_in!("ridgeback-fr3"), built_in!("fr3-fixed"), built_in!("rail-xarm6-suction")];
+const ROBOTS: [BuiltIn; 4] = [
+    built_in!("ridgeback-fr3"),
+    built_in!("fr3-fixed"),
+    built_in!("rail-xarm6-suction"),
+    built_in!("husky-ur5e-2f85"),
+];
 
 impl RobotModel {
     /// Name of the paper's robot.

@@ -86,7 +86,8 @@ impl<'a> Posture<'a> {
         held: Option<&'a Shape>,
     ) -> Self {
         let links = arm.chain.link_poses(q);
-        let place = |s: &'a MountedShape| Placed::of(s.rank, &s.shape, s.placed(&links, finger_q));
+        let drives = arm.finger_joints(finger_q);
+        let place = |s: &'a MountedShape| Placed::of(s.rank, &s.shape, s.placed(&links, &drives));
         let mut placed: Vec<_> = arm.shapes.iter().map(place).collect();
         if let Some(ball) = held {
             let x = links[MAX_ARM_DOF - 1] * arm.mounts.x_wrist_tcp;

@@ -163,10 +163,10 @@ pub struct Parts {
     pub height_joint: Option<String>,
     /// Four to eight revolute joints of the arm, from the shoulder out.
     pub arm_joints: Vec<String>,
-    /// Prismatic joints of the two fingers; none for a hand with a suction cup.
+    /// Joints of the two fingers on the last arm link, prismatic or revolute, which joints that mimic them follow; none for a hand with a suction cup.
     #[serde(default)]
     pub finger_joints: Option<[String; 2]>,
-    /// Link of the hand: z is the approach axis, the fingers move along y.
+    /// Link of the hand: z is the approach axis, the fingers open along y.
     pub hand_link: String,
     /// Link at the point between the finger pads, or at the centre of the cup's lip with z along the cup's axis.
     pub tcp_link: String,
@@ -258,7 +258,7 @@ pub struct ArmDrive {
     pub acceleration_max: Quantity,
 }
 
-/// Position servos of the fingers.
+/// Position servos of the fingers. Figures of hinged fingers are those at the pads, too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FingerDrive {

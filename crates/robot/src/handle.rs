@@ -2,6 +2,7 @@
 
 use crate::base::BaseJoint;
 use crate::cup::Cup;
+use crate::finger::Finger;
 use crate::joint_values::MAX_ARM_DOF;
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::{BodyId, ColliderId, Data, Groups};
@@ -84,8 +85,8 @@ pub struct RobotHandle {
     pub x_body_base: Pose,
     /// Bodies of the arm joints; the last one carries hand and camera.
     pub arm: Vec<BodyId>,
-    /// Bodies of the finger joints; none for a hand with a suction cup.
-    pub fingers: Vec<BodyId>,
+    /// The two fingers; none for a hand with a suction cup.
+    pub fingers: Vec<Finger<BodyId>>,
     /// Suction cup on the last arm body.
     pub cup: Option<Cup>,
     /// Optical frame of the camera in the frame of the last arm body.

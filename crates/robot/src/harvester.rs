@@ -20,12 +20,18 @@ impl Articulation {
         let named: Vec<&String> =
             named.chain(&parts.arm_joints).chain(parts.finger_joints.iter().flatten()).collect();
         let is_ground = |link: &Link| link.joint == JointKind::Weld && link.parent.is_none();
-        let is_kept = |link: &Link| is_ground(link) || named.contains(&&link.joint_name);
         if let Some(mount) = &config.mount {
             self = self.mounted(mount, parts.base_joint.as_deref().unwrap_or_default());
         }
-        if !self.links.iter().all(is_kept) {
-            self = self.locked(is_kept);
+        // What moves with a finger joint is part of the finger.
+        let fingers = parts.finger_joints.iter().flatten().filter_map(|name| self.link_of_joint(name));
+        let leaders: Vec<usize> = fingers.map(|link| self.lead(link).0).collect();
+        let is_kept = |(i, link): (usize, &Link)| {
+            is_ground(link) || named.contains(&&link.joint_name) || leaders.contains(&self.lead(i).0)
+        };
+        let kept: Vec<bool> = self.links.iter().enumerate().map(is_kept).collect();
+        if kept.contains(&false) {
+            self = self.locked(&kept);
         }
         self.add_bucket(config);
         self
@@ -83,18 +89,14 @@ impl Articulation {
     }
 
     /// Locks joints at 0: their links become parts of the links that carry them.
-    fn locked(self, is_kept: impl Fn(&Link) -> bool) -> Self {
+    fn locked(self, kept: &[bool]) -> Self {
         let mut links: Vec<Link> = Vec::with_capacity(self.links.len());
         let mut places: Vec<Place> = Vec::with_capacity(self.links.len());
-        for mut link in self.links {
+        for (mut link, &is_kept) in self.links.into_iter().zip(kept) {
             let (carrier, x_carrier) = link.parent.map_or((None, Pose::identity()), |p| places[p]);
             let x = x_carrier * link.x_parent_joint;
-            if is_kept(&link) {
+            if is_kept {
                 (link.parent, link.x_parent_joint) = (carrier, x);
-                link.mimic = link.mimic.and_then(|mimic| {
-                    let leader = places.get(mimic.leader).and_then(|place| place.0)?;
-                    Some(Mimic { leader, ..mimic })
-                });
                 places.push((Some(links.len()), Pose::identity()));
                 links.push(link);
                 continue;
@@ -106,6 +108,13 @@ impl Articulation {
             carrier.inertia = combined(&carrier.inertia, &moved(&link.inertia, &x));
             let shapes = link.shapes.into_iter();
             carrier.shapes.extend(shapes.map(|s| LinkShape { x_link_shape: x * s.x_link_shape, ..s }));
+        }
+        // A leader may stand behind its follower. Links that mimic a locked one stand, too, if they are kept for a reason of their own.
+        for link in &mut links {
+            link.mimic = link.mimic.filter(|mimic| kept[mimic.leader]).and_then(|mimic| {
+                let leader = places[mimic.leader].0?;
+                Some(Mimic { leader, ..mimic })
+            });
         }
         let frames = self.frames.into_iter().map(|mut frame| {
             if let Some((on, x)) = frame.link.map(|link| places[link]) {

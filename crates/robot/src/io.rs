@@ -15,7 +15,7 @@ pub struct Observation {
     pub arm_v: JointValues,
     /// Torques that the arm servos exert [N m], gravity compensation included.
     pub arm_torque: JointValues,
-    /// Finger positions \[m\], 0 closed.
+    /// Openings of the fingers \[m\], 0 closed: distance of each pad from the plane midway between the pads.
     pub finger_q: [f64; 2],
     /// Forces that the finger drives exert \[N\], positive opening.
     pub finger_force: [f64; 2],
@@ -44,9 +44,9 @@ pub struct Command {
     pub arm_v: JointValues,
     /// Base velocity in the base frame: forward [m/s], left [m/s], yaw rate [rad/s].
     pub base_velocity: [f64; 3],
-    /// Opening of each finger \[m\], 0 closed to 0.04 open.
+    /// Opening of each finger \[m\], 0 closed, [`crate::ArmKinematics::finger_stroke`] open.
     pub finger_q: f64,
-    /// Largest force of each finger drive \[N\].
+    /// Largest force of each finger drive at the pad \[N\].
     pub finger_force: f64,
     /// Opening of the valve between pump and suction cup: 0 vents the cup, 1 applies the whole vacuum. Without effect without a cup.
     pub vacuum: f64,

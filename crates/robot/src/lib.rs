@@ -16,6 +16,7 @@ mod clearance;
 mod config;
 mod cup;
 mod error;
+mod finger;
 mod handle;
 mod harvester;
 mod ik;
@@ -45,6 +46,7 @@ pub use config::{
 };
 pub use cup::{Cup, Seal};
 pub use error::RobotError;
+pub use finger::{Finger, FingerLink, Opening, Turn};
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 pub use ik::{IkFailure, IkTarget};
 pub use io::{Command, Observation};

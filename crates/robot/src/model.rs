@@ -2,7 +2,7 @@
 
 use crate::RobotError;
 use crate::arm::ArmKinematics;
-use crate::articulation::{Articulation, combined, moved};
+use crate::articulation::{Articulation, combined, moved, moved_by};
 use crate::base::BaseJoint;
 use crate::config::RobotConfig;
 use crate::cup::Cup;
@@ -12,7 +12,7 @@ use crate::joint_values::JointValues;
 use crate::outline::outline;
 use crate::resources::{NoMeshes, Resources};
 use crate::roles::Roles;
-use orchard_geometry::{Aabb, Pose, Rotation, Shape, Vec3, transform};
+use orchard_geometry::{Aabb, Pose, Shape, Vec3, transform};
 use orchard_multibody::{
     Body, BodyId, Collider, ColliderId, Coupling, Data, JointKind, Model, ModelBuilder, Owner,
     SpatialInertia, forward_kinematics,
@@ -182,12 +182,18 @@ impl RobotModel {
         }
         for (i, link) in links.iter().enumerate() {
             if let (Some(mimic), Some(drive)) = (link.mimic, &self.config.finger) {
+                // Given at the pads; on a lever for a hinge.
+                let finger = self.roles.finger_of(i).map(|f| &self.roles.fingers[f]);
+                let lever = match link.joint {
+                    JointKind::Hinge(_) => finger.map_or(1.0, |found| found.lever),
+                    _ => 1.0,
+                };
                 builder.add_coupling(Coupling {
                     dof_a: dofs[i],
                     dof_b: dofs[mimic.leader],
                     ratio: mimic.multiplier,
-                    stiffness: drive.coupling_stiffness.si(),
-                    damping: drive.coupling_damping.si(),
+                    stiffness: drive.coupling_stiffness.si() * (lever * lever),
+                    damping: drive.coupling_damping.si() * (lever * lever),
                 });
             }
         }
@@ -199,7 +205,7 @@ impl RobotModel {
             base: bodies[self.roles.base],
             x_body_base: self.roles.x_link_base,
             arm: self.roles.arm.iter().map(|&l| bodies[l]).collect(),
-            fingers: self.roles.fingers.iter().map(|&l| bodies[l]).collect(),
+            fingers: self.roles.fingers.iter().map(|found| found.finger.map(|l| bodies[l])).collect(),
             cup: self.cup(),
             x_wrist_camera: wrist.x_wrist_camera,
             x_wrist_hand: wrist.x_wrist_hand,
@@ -219,10 +225,10 @@ impl RobotModel {
         let surface = &self.config.surface;
         for (i, link) in self.articulation.links.iter().enumerate() {
             let on_arm = self.roles.arm.iter().position(|&l| l == i).map(|joint| joint + 1);
-            let on_hand = self.roles.fingers.contains(&i).then_some(self.kinematics.dof());
+            let finger = self.roles.finger_of(i);
+            let on_hand = finger.map(|_| self.kinematics.dof());
             let rank = on_arm.or(on_hand).unwrap_or(0);
             for s in &link.shapes {
-                let finger = self.roles.fingers.iter().position(|&l| l == i);
                 let (list, groups, friction) = if let Some(f) = finger {
                     (&mut colliders.fingers[f], part_groups.finger, surface.finger_friction.si())
                 } else if s.part == self.config.parts.bucket_link {
@@ -258,8 +264,11 @@ impl RobotModel {
         for (&body, q) in handle.arm.iter().zip(&start.arm_q) {
             data.q[model.qs(body).start] = *q;
         }
-        for &finger in &handle.fingers {
-            data.q[model.qs(finger).start] = start.finger_q;
+        for finger in &handle.fingers {
+            let q = finger.opening.joint(start.finger_q);
+            for link in &finger.links {
+                data.q[model.qs(link.on).start] = link.ratio * q;
+            }
         }
         forward_kinematics(model, data);
     }
@@ -305,20 +314,17 @@ fn whole_inertia(articulation: &Articulation, roles: &Roles, config: &RobotConfi
         SpatialInertia { mass: 0.0, p_com: Vec3::zeros(), i_com: orchard_geometry::Mat3::zeros() };
     let mut x_odom_links: Vec<Pose> = Vec::with_capacity(articulation.links.len());
     for (i, link) in articulation.links.iter().enumerate() {
-        let q = match (roles.arm.iter().position(|&l| l == i), roles.fingers.contains(&i)) {
-            (Some(joint), _) => config.start.arm_home[joint].si(),
-            (None, true) => config.start.finger_opening(),
-            (None, false) => 0.0,
+        let in_finger = || {
+            let finger = &roles.fingers.get(roles.finger_of(i)?)?.finger;
+            let own = finger.links.iter().find(|own| own.on == i)?;
+            Some(own.ratio * finger.opening.joint(config.start.finger_opening()))
         };
-        let moved_by = match link.joint {
-            JointKind::Hinge(axis) => {
-                Pose::from_parts(Default::default(), Rotation::from_axis_angle(&axis, q))
-            }
-            JointKind::Slide(axis) => Pose::from_parts((axis.into_inner() * q).into(), Rotation::identity()),
-            _ => Pose::identity(),
+        let q = match roles.arm.iter().position(|&l| l == i) {
+            Some(joint) => config.start.arm_home[joint].si(),
+            None => in_finger().unwrap_or(0.0),
         };
         let x_parent = link.parent.map_or(Pose::identity(), |p| x_odom_links[p]);
-        let x = x_parent * link.x_parent_joint * moved_by;
+        let x = x_parent * link.x_parent_joint * moved_by(&link.joint, q);
         whole = combined(&whole, &moved(&link.inertia, &x));
         x_odom_links.push(x);
     }

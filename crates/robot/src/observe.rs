@@ -1,5 +1,6 @@
 //! Proprioception: readings of the robot's own sensors after a step.
 
+use crate::finger::Finger;
 use crate::handle::RobotHandle;
 use crate::io::Observation;
 use crate::joint_values::JointValues;
@@ -22,16 +23,19 @@ pub fn observe(
         data.stiffness[dof] * (data.rest[dof] - q(body)) - data.damping[dof] * data.v[dof] + data.torque[dof]
     };
     let arm = |read: &dyn Fn(BodyId) -> f64| JointValues::from_fn(handle.arm.len(), |i| read(handle.arm[i]));
-    let finger = |read: &dyn Fn(BodyId) -> f64| {
-        std::array::from_fn(|i| handle.fingers.get(i).map_or(0.0, |&body| read(body)))
+    let finger = |read: &dyn Fn(&Finger<BodyId>) -> f64| {
+        std::array::from_fn(|i| handle.fingers.get(i).map_or(0.0, read))
     };
+    let opening = |finger: &Finger<BodyId>| finger.opening.at(q(finger.drive));
+    // By virtual work.
+    let force = |finger: &Finger<BodyId>| effort(finger.drive) / finger.opening.rate(q(finger.drive));
     Observation {
         time,
         arm_q: arm(&q),
         arm_v: arm(&v),
         arm_torque: arm(&effort),
-        finger_q: finger(&q),
-        finger_force: finger(&effort),
+        finger_q: finger(&opening),
+        finger_force: finger(&force),
         cup_pressure: 0.0,
         base_pose: handle.base_joint.pose(model, data),
         base_height: handle.height.map_or(0.0, q),

@@ -4,6 +4,7 @@ use crate::RobotError;
 use crate::articulation::{Articulation, Frame, Limit};
 use crate::base::BaseJoint;
 use crate::config::Parts;
+use crate::finger::{self, FoundFinger};
 use crate::handle::Bucket;
 use nalgebra::Unit;
 use orchard_geometry::{Pose, Shape, Vec3};
@@ -22,9 +23,7 @@ pub(crate) struct Roles {
     pub arm_axes: Vec<Unit<Vec3>>,
     pub arm_limits: Vec<Limit>,
     /// The two fingers; none for a hand with a suction cup.
-    pub fingers: Vec<usize>,
-    pub finger_axes: Vec<Unit<Vec3>>,
-    pub finger_limits: Vec<Limit>,
+    pub fingers: Vec<FoundFinger>,
     pub bucket: Bucket,
 }
 
@@ -58,10 +57,11 @@ impl Roles {
             parent = found.link;
             arm.push(found);
         }
-        let finger =
-            |joint: &String| one_axis(articulation, "finger_joints", joint, Freedom::Slide, Some(parent));
-        let fingers =
-            parts.finger_joints.iter().flatten().map(finger).collect::<Result<Vec<OneAxis>, RobotError>>()?;
+        let drives = parts.finger_joints.as_ref().map_or(&[][..], |joints| &joints[..]);
+        let x_wrist_mid = match drives.is_empty() {
+            true => Pose::identity(),
+            false => midway(articulation, &parts.hand_link, &parts.tcp_link, parent)?,
+        };
         Ok(Self {
             base_joint,
             height,
@@ -70,9 +70,7 @@ impl Roles {
             arm: arm.iter().map(|joint| joint.link).collect(),
             arm_axes: arm.iter().map(|joint| joint.axis).collect(),
             arm_limits: arm.iter().map(|joint| joint.limit).collect(),
-            finger_axes: fingers.iter().map(|joint| joint.axis).collect(),
-            finger_limits: fingers.iter().map(|joint| joint.limit).collect(),
-            fingers: fingers.iter().map(|joint| joint.link).collect(),
+            fingers: finger::find(articulation, drives, parent, &x_wrist_mid)?,
             bucket: bucket_interior(articulation, parts, base, &base_frame.x_link_frame)?,
         })
     }
@@ -82,13 +80,30 @@ impl Roles {
         self.arm.last().copied().unwrap_or(self.base)
     }
 
-    /// Pose of a URDF link that must be fixed to the moving link `on`.
-    pub fn frame_on(&self, articulation: &Articulation, name: &str, on: usize) -> Result<Pose, RobotError> {
-        match articulation.frame(name) {
-            Some(frame) if frame.link == Some(on) => Ok(frame.x_link_frame),
-            _ => Err(missing_link("config (on the last arm joint)", name)),
-        }
+    /// The finger that a link belongs to.
+    pub fn finger_of(&self, link: usize) -> Option<usize> {
+        self.fingers.iter().position(|found| found.finger.has(link))
     }
+}
+
+/// Pose of a URDF link that must be fixed to the moving link `on`.
+pub(crate) fn frame_on(articulation: &Articulation, name: &str, on: usize) -> Result<Pose, RobotError> {
+    match articulation.frame(name) {
+        Some(frame) if frame.link == Some(on) => Ok(frame.x_link_frame),
+        _ => Err(missing_link("config (on the last arm joint)", name)),
+    }
+}
+
+/// Frame midway between the pads in the frame of the last arm link: at the tool point, turned as the hand.
+pub(crate) fn midway(
+    articulation: &Articulation,
+    hand: &str,
+    tool: &str,
+    wrist: usize,
+) -> Result<Pose, RobotError> {
+    let hand = frame_on(articulation, hand, wrist)?;
+    let tool = frame_on(articulation, tool, wrist)?;
+    Ok(Pose::from_parts(tool.translation, hand.rotation))
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -6,14 +6,18 @@
 //! `(k (target - q - h v) - d v) / (1 + h (d + h k) / J)`, so that a stiff servo does not flip between the two. The velocity drives of the
 //! base exert `d / (1 + h d / M) (set - v)`, cut off at their bound: the same damping in a form that no collision can push over the bound.
 //!
+//! A finger's servo is given at its pad, in metres and newtons. On a hinge it acts as the same spring and damper on a lever `ds/dq` ([`crate::finger`]).
+//!
 //! The arm's set points obey the joints' speed and acceleration limits. A command gives their positions at the end of the frame and their
 //! velocities there. Meanwhile they move at those velocities, plus the largest speed from which their offset can be braked away
 //! ([`crate::braking`]). So they follow a smooth command without lag and come to rest at a command of velocity 0.
 
 mod base;
 
+use crate::articulation::Limit;
 use crate::base::BaseJoint;
 use crate::braking::{stopping_speed, velocity_range};
+use crate::finger::FoundFinger;
 use crate::handle::RobotHandle;
 use crate::io::Command;
 use crate::joint_values::JointValues;
@@ -49,9 +53,17 @@ struct Parameters {
     finger: Option<Gains>,
     finger_speed: f64,
     finger_force: f64,
-    finger_range: Vec<(f64, f64)>,
+    fingers: Vec<FingerServo>,
     kinematics: crate::ArmKinematics,
     carried_mass: f64,
+}
+
+/// A finger's range of openings \[m\], and the inertia that its driving joint moves [kg or kg m^2].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct FingerServo {
+    lower: f64,
+    upper: f64,
+    inertia: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,9 +88,22 @@ impl Input {
     }
 }
 
+impl FingerServo {
+    fn new(found: &FoundFinger) -> Self {
+        let Limit { lower, upper, .. } = found.limit;
+        Self { lower, upper, inertia: found.inertia }
+    }
+}
+
 impl Gains {
     fn new(gains: &crate::config::Gains) -> Self {
         Self { stiffness: gains.stiffness.si(), damping: gains.damping.si() }
+    }
+
+    /// Gains about a joint of gains at the end of a lever \[m\].
+    fn on_lever(&self, lever: f64) -> Self {
+        let square = lever * lever;
+        Self { stiffness: self.stiffness * square, damping: self.damping * square }
     }
 
     /// Applies the law of this module to one joint at (q, v) that moves `inertia`.
@@ -142,7 +167,7 @@ impl Servos {
                     .map(|c| Gains { stiffness: c.stiffness.si(), damping: c.damping.si() }),
                 finger_speed: kinematics.finger_speed(),
                 finger_force: kinematics.finger_force(),
-                finger_range: robot.roles.finger_limits.iter().map(|l| (l.lower, l.upper)).collect(),
+                fingers: robot.roles.fingers.iter().map(FingerServo::new).collect(),
                 kinematics,
                 carried_mass: robot.carried_mass(),
             },
@@ -268,19 +293,22 @@ impl Servos {
         let Some(gains) = self.robot.finger else { return };
         let asked = if command.finger_force.is_finite() { command.finger_force.max(0.0) } else { 0.0 };
         let limit = asked.min(self.robot.finger_force);
-        for (i, body) in handle.fingers.iter().copied().enumerate() {
-            let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
-            let (lower, upper) = self.robot.finger_range[i];
+        for (i, (finger, servo)) in handle.fingers.iter().zip(&self.robot.fingers).enumerate() {
+            let FingerServo { lower, upper, inertia } = *servo;
+            let (dof, q) = (model.dofs(finger.drive).start, data.q[model.qs(finger.drive).start]);
+            // The opening and, by virtual work, the lever that turns forces at the pad into efforts of the joint.
+            let (opening, lever) = (finger.opening.at(q), finger.opening.rate(q));
             if command.finger_q.is_finite() {
                 let wanted = command.finger_q.clamp(lower, upper);
                 let next = toward(self.set.finger_target[i], wanted, self.robot.finger_speed * h);
                 // Against an object the set point stops where it exerts the limit, so that opening is prompt.
                 let reach = limit / gains.stiffness;
-                self.set.finger_target[i] = next.max(q - reach).min(q + reach).clamp(lower, upper);
+                self.set.finger_target[i] =
+                    next.max(opening - reach).min(opening + reach).clamp(lower, upper);
             }
-            let inertia = model.body(body).inertia.mass;
             let joint = Joint { q, v: data.v[dof], inertia };
-            write(data, dof, gains.input(&joint, self.set.finger_target[i], 0.0, limit, h));
+            let rest = finger.opening.rest(q, self.set.finger_target[i]);
+            write(data, dof, gains.on_lever(lever).input(&joint, rest, 0.0, limit * lever.abs(), h));
         }
     }
 }

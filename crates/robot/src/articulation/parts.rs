@@ -111,6 +111,16 @@ impl Articulation {
         self.links.iter().position(|l| l.joint_name == joint)
     }
 
+    /// Link that leads a link's joint, through all joints in between, and the ratio to it: the link itself and 1 if it mimics nothing.
+    pub(crate) fn lead(&self, link: usize) -> (usize, f64) {
+        let (mut at, mut ratio) = (link, 1.0);
+        while let Some(mimic) = self.links[at].mimic {
+            at = mimic.leader;
+            ratio *= mimic.multiplier;
+        }
+        (at, ratio)
+    }
+
     /// Poses of the moving links in the frame of the root at q = 0.
     pub fn poses_at_zero(&self) -> Vec<Pose> {
         let mut x_root_links: Vec<Pose> = Vec::with_capacity(self.links.len());

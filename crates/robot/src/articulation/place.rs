@@ -45,7 +45,7 @@ pub(super) fn kind_of(joint: &urdf_rs::Joint) -> Result<(JointKind, Option<Rotat
 }
 
 /// Pose of the frame beyond a joint against that before it, at a position of a hinge or slide.
-pub(super) fn moved_by(kind: &JointKind, position: f64) -> Pose {
+pub(crate) fn moved_by(kind: &JointKind, position: f64) -> Pose {
     match kind {
         JointKind::Hinge(axis) => {
             Pose::from_parts(Default::default(), Rotation::from_axis_angle(axis, position))

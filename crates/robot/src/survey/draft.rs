@@ -1,6 +1,8 @@
 //! Guesses of the parts of a harvester in any robot: the first draft of a mapping.
 
 use crate::articulation::{Articulation, Loaded};
+use crate::finger;
+use crate::roles::midway;
 use orchard_multibody::JointKind;
 use serde::Serialize;
 
@@ -58,7 +60,7 @@ impl Draft {
             guess(
                 "finger_joints",
                 joints(&fingers),
-                "prismatic joints beyond the arm, or else hinges that mimic one another",
+                "prismatic joints beyond the arm, or else the two hinges on its last link that mimic one another and carry most",
             ),
             guess("hand_link", hand.clone(), "the link on the last hinge of the arm with the most shapes"),
             guess(
@@ -82,6 +84,15 @@ impl Draft {
         let lengths = arm.iter().skip(2).map(|&l| robot.links[l].x_parent_joint.translation.vector.norm());
         let tool = self.names("tcp_link").first().and_then(|name| robot.frame(name));
         lengths.sum::<f64>() + tool.map_or(0.0, |frame| frame.x_link_frame.translation.vector.norm())
+    }
+
+    /// Largest opening of each finger \[m\], as far as the guesses give one.
+    pub fn opening(&self, robot: &Articulation) -> Option<f64> {
+        let name = |role: &str| self.names(role).first().map_or("", String::as_str);
+        let wrist = robot.link_of_joint(self.names("arm_joints").last()?)?;
+        let mid = midway(robot, name("hand_link"), name("tcp_link"), wrist).ok()?;
+        let fingers = finger::find(robot, self.names("finger_joints"), wrist, &mid).ok()?;
+        fingers.first().map(|found| found.limit.upper)
     }
 
     /// Names that were guessed for a part.
@@ -116,7 +127,7 @@ pub(super) fn longest_row(robot: &Articulation) -> Vec<usize> {
 }
 
 /// True for links whose joint mimics another or is mimicked.
-fn coupled(robot: &Articulation) -> Vec<bool> {
+pub(super) fn coupled(robot: &Articulation) -> Vec<bool> {
     let mut is_coupled = vec![false; robot.links.len()];
     for (i, link) in robot.links.iter().enumerate() {
         if let Some(mimic) = link.mimic {
@@ -135,17 +146,26 @@ fn chain_to(robot: &Articulation, link: usize) -> Vec<usize> {
     chain
 }
 
-/// Links beyond the wrist that slide; if there is none, those that are coupled to one another.
+/// Links beyond the wrist that slide; if there is none, those on the wrist that are coupled to one another: the two that carry most links, in the
+/// robot's order.
 fn fingers(robot: &Articulation, wrist: Option<usize>) -> Vec<usize> {
-    let is_beyond = |&l: &usize| wrist.is_some_and(|wrist| chain_to(robot, l).contains(&wrist));
-    let beyond: Vec<usize> = (0..robot.links.len()).filter(is_beyond).collect();
+    let Some(wrist) = wrist else { return Vec::new() };
+    let chains: Vec<Vec<usize>> = (0..robot.links.len()).map(|l| chain_to(robot, l)).collect();
+    let beyond: Vec<usize> = (0..robot.links.len()).filter(|&l| chains[l].contains(&wrist)).collect();
     let slides = beyond.iter().copied().filter(|&l| matches!(robot.links[l].joint, JointKind::Slide(_)));
     let slides: Vec<usize> = slides.collect();
-    let is_coupled = coupled(robot);
-    match slides.is_empty() {
-        true => beyond.into_iter().filter(|&l| is_coupled[l]).collect(),
-        false => slides,
+    if !slides.is_empty() {
+        return slides;
     }
+    let is_coupled = coupled(robot);
+    let is_hinge = |l: &usize| matches!(robot.links[*l].joint, JointKind::Hinge(_));
+    let on_wrist = |l: &usize| robot.links[*l].parent == Some(wrist) && is_coupled[*l] && is_hinge(l);
+    let mut hinges: Vec<usize> = beyond.iter().copied().filter(on_wrist).collect();
+    let carried = |l: usize| beyond.iter().filter(|&&other| chains[other].contains(&l)).count();
+    hinges.sort_by(|&a, &b| carried(b).cmp(&carried(a)).then(a.cmp(&b)));
+    hinges.truncate(2);
+    hinges.sort_unstable();
+    hinges
 }
 
 /// The first link with mass on a moving link; if that has none, the first from the root out.

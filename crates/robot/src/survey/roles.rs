@@ -1,6 +1,6 @@
 //! Parts that a harvester needs, and whether a robot has them.
 
-use super::draft::longest_row;
+use super::draft::{coupled, longest_row};
 use crate::articulation::Articulation;
 use crate::config::Parts;
 use orchard_geometry::Shape;
@@ -77,10 +77,10 @@ pub(super) fn roles(robot: &Articulation, harvester: &Articulation, parts: &Part
         joint_role("arm_joints", "4 to 8 hinges in a row", &parts.arm_joints, &is_hinge, row),
         joint_role(
             "finger_joints",
-            "2 prismatic joints",
+            "2 prismatic joints or hinges on the last hinge",
             parts.finger_joints.as_ref().map_or(&[], |joints| &joints[..]),
-            &is_slide,
-            joints_of(&is_slide),
+            &|kind| is_slide(kind) || is_hinge(kind),
+            finger_drives(robot),
         ),
         link_role(
             "hand_link",
@@ -100,6 +100,17 @@ pub(super) fn roles(robot: &Articulation, harvester: &Articulation, parts: &Part
     ];
     roles.retain(|role| !role.wanted.is_empty());
     roles
+}
+
+/// Joints that slide; if there is none, those that mimic one another.
+fn finger_drives(robot: &Articulation) -> Vec<String> {
+    let is_coupled = coupled(robot);
+    let names = |fits: &dyn Fn(usize) -> bool| -> Vec<String> {
+        let links = (0..robot.links.len()).filter(|&l| fits(l));
+        links.map(|l| robot.links[l].joint_name.clone()).collect()
+    };
+    let slides = names(&|l| matches!(robot.links[l].joint, JointKind::Slide(_)));
+    if slides.is_empty() { names(&|l| is_coupled[l]) } else { slides }
 }
 
 /// URDF links without shapes that moving links carry and whose names suggest a tool.

@@ -1,7 +1,7 @@
 //! Robots from strangers' descriptions: mounted, completed, and reduced to the joints that play a part.
 
 use nalgebra::Unit;
-use orchard_geometry::{Vec3, transform};
+use orchard_geometry::{Pose, Vec3, transform};
 use orchard_multibody::{Data, JointKind, ModelBuilder, forward_kinematics};
 use orchard_robot::{BaseJoint, JointValues, PAPER_TOML, PartGroups, RobotConfig, RobotModel, Steering};
 
@@ -116,7 +116,7 @@ fn every_mount_carries_the_same_robot() {
         let mut builder = ModelBuilder::new();
         let all = orchard_multibody::Groups { member: 1, filter: 0 };
         let groups = PartGroups { base: all, arm: all, finger: all, bucket: all, self_contact: Some(16) };
-        let handle = robot.add_to(&mut builder, &orchard_geometry::Pose::identity(), &groups);
+        let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
         let model = builder.build().unwrap();
         let mut data = Data::new(&model);
         robot.set_start(&model, &mut data, &handle);
@@ -148,4 +148,43 @@ fn steering_allows_what_wheels_can_do() {
     let car = Steering::Ackermann { turning_radius: radius };
     assert_eq!(car.allowed(wanted), [0.5, 0.0, -0.25]);
     assert_eq!(car.allowed([0.0, 1.0, 1.0]), [0.0; 3]);
+}
+
+/// The arm of the Husky moves as the published DH parameters of the UR5e say, and the robot weighs what its parts weigh.
+#[test]
+fn the_husky_has_the_published_arm() {
+    let robot = RobotModel::named("husky-ur5e-2f85").unwrap();
+    assert!(matches!(robot.base_joint(), BaseJoint::Planar(_)));
+    assert_eq!(robot.config().drive.as_ref().unwrap().steering, Steering::Differential);
+    // Husky 50, riser 15, bucket 1, arm 4.0 with its foot and 17.7, gripper 0.925 kg.
+    let arm_mass = 3.761 + 8.058 + 2.846 + 1.37 + 1.3 + 0.365;
+    assert!((robot.mass() - (50.0 + 15.0 + 1.0 + 4.0 + arm_mass + 0.925)).abs() < 1e-3, "{}", robot.mass());
+    let arm = robot.kinematics();
+    let quarter = std::f64::consts::FRAC_PI_2;
+    // d, a, alpha of each joint.
+    let table = [
+        [0.1625, 0.0, quarter],
+        [0.0, -0.425, 0.0],
+        [0.0, -0.3922, 0.0],
+        [0.1333, 0.0, quarter],
+        [0.0997, 0.0, -quarter],
+        [0.0996, 0.0, 0.0],
+    ];
+    let step = |q: f64, [d, a, alpha]: [f64; 3]| {
+        let turn = Pose::rotation(Vec3::z() * q);
+        turn * Pose::translation(a, 0.0, d) * Pose::rotation(Vec3::x() * alpha)
+    };
+    for n in 0..100 {
+        let share = |i: usize| (0.37 + f64::from(n) * 0.618_034 + i as f64 * 0.271).fract();
+        let q = JointValues::from_fn(6, |i| {
+            let limit = arm.limits()[i];
+            limit.lower + share(i) * (limit.upper - limit.lower)
+        });
+        let mount = Pose::translation(0.3058, 0.0, 0.58) * Pose::rotation(Vec3::z() * (2.0 * quarter));
+        let flange = q.iter().zip(table).fold(mount, |x, (q, row)| x * step(*q, row));
+        let expected = flange * Pose::translation(0.0, 0.0, 0.014 + 0.1362);
+        let found = arm.tcp(&q.vector());
+        assert!((found.translation.vector - expected.translation.vector).norm() < 1e-9, "{q:?}");
+        assert!(found.rotation.angle_to(&expected.rotation) < 1e-7, "{q:?}");
+    }
 }

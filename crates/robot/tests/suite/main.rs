@@ -1,5 +1,6 @@
 //! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
 
+mod grippers;
 mod harvester;
 mod kinematics;
 mod loading;

@@ -51,15 +51,15 @@ impl BenchWorld for World {
 
     fn hand_forces(&self) -> HandForces {
         let handle = self.handle();
-        let hand: Vec<_> = std::iter::once(handle.wrist()).chain(handle.fingers.iter().copied()).collect();
         let (mut fingers, mut wrist_world) = ([0.0; 2], Vec3::zeros());
         for contact in &self.report().contacts {
             for (collider, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 let Owner::Body(body) = self.model().collider(collider).owner else { continue };
-                if hand.contains(&body) {
+                let side = handle.fingers.iter().position(|finger| finger.has(body));
+                if side.is_some() || body == handle.wrist() {
                     wrist_world += contact.force_world * sign;
                 }
-                if let Some(side) = handle.fingers.iter().position(|finger| *finger == body) {
+                if let Some(side) = side {
                     fingers[side] += contact.force_world.dot(&contact.n_world).abs();
                 }
             }

@@ -4,6 +4,7 @@ use orchard_camera::picture::{PictureStyle, ShadowMaps, Studio, look_at};
 use orchard_camera::{Label, Scene};
 use orchard_geometry::{Image, Intrinsics, Pose, Vec3, transform};
 use orchard_multibody::BodyId;
+use orchard_robot::Finger;
 use orchard_tasks::harvest::episode::{AttemptRecord, EpisodeRecord, HeldEnd};
 use orchard_world::World;
 
@@ -201,7 +202,10 @@ impl<'a> View<'a> {
         if world.handle().cup.is_some() {
             return format!("cup, to fruit {fruit}");
         }
-        let opening = |finger: &BodyId| world.data().q[world.model().qs(*finger)].iter().sum::<f64>();
+        let opening = |finger: &Finger<BodyId>| {
+            let q: f64 = world.data().q[world.model().qs(finger.drive)].iter().sum();
+            finger.opening.at(q)
+        };
         let open: f64 = world.handle().fingers.iter().map(opening).sum();
         format!("fingers {:.0} mm open, to fruit {fruit}", 1e3 * open.abs())
     }

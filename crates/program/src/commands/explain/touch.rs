@@ -180,7 +180,7 @@ fn touches(world: &World) -> Vec<RobotContact> {
 /// Name of a part of the robot.
 fn part(world: &World, body: BodyId) -> String {
     let handle = world.handle();
-    if handle.fingers.contains(&body) {
+    if handle.fingers.iter().any(|finger| finger.has(body)) {
         return "a finger".to_owned();
     }
     if body == handle.wrist() {

@@ -53,7 +53,7 @@ pub fn text(urdf: &str, draft: &Draft, robot: &Articulation) -> String {
         )
     };
     text += "\n# The posture in which an episode starts: here the middle of each joint's range. Better: the hand in front of the body, level.\n[start]\n";
-    let opening = limits("finger_joints").first().map_or(0.04, |limit| limit.upper.min(0.5));
+    let opening = draft.opening(robot).map_or(0.04, |opening| (opening.min(0.5) * 1e4).floor() / 1e4);
     let _ = writeln!(text, "finger_opening = {}\narm_home = [", quantity(opening, 0.0, 0.5, "m"));
     for limit in limits("arm_joints") {
         let (low, high) = (limit.lower.max(-6.3), limit.upper.min(6.3));
