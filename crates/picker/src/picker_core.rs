@@ -106,8 +106,8 @@ impl PickerCore {
     /// Reads the sensors, processes the image and advances the arm's set point. Returns `None` if a reading is not finite.
     pub fn sense(&mut self, observation: &Observation) -> Option<RobotState> {
         let mut robot = RobotState::read(observation, self.last_time, &self.config.sensors)?;
-        if let (Some(last), true) = (self.memory.last(), robot.dt > 0.0) {
-            robot.a = (robot.v - last.v) / robot.dt;
+        if let Some(last) = self.memory.last() {
+            robot.accelerate_from(last);
         }
         if self.last_time.is_none() {
             self.yield_arm(&robot);
@@ -224,6 +224,18 @@ impl PickerCore {
         }
     }
 
+    /// True if a suction cup comes near the fruit's skin, `left` being its way to the goal of the grasp \[m\]: it goes on slowly and draws, so
+    /// that the fruit is pulled into the lip from the first touch. Always false for fingers.
+    pub fn touches_down(&self, left: f64) -> bool {
+        let skin = left - self.config.approach.overshoot.si();
+        self.arm.cup().is_some() && skin <= self.config.suction.draw.si()
+    }
+
+    /// True if the vacuum shows a sealed cup; always false for fingers.
+    pub fn is_sealed(&self, robot: &RobotState) -> bool {
+        self.arm.cup().is_some_and(|cup| cup.is_sealed(robot.vacuum))
+    }
+
     /// Commands the fingers to close, or the cup to draw.
     pub fn close_hand(&mut self) {
         let vacuum = f64::from(u8::from(self.arm.cup().is_some()));
@@ -257,7 +269,11 @@ impl PickerCore {
     /// Force that the hand exerts at the TCP \[N\], base axes.
     pub fn tcp_force(&self, robot: &RobotState) -> Vec3 {
         let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
-        self.arm.tcp_force(&robot.q, &robot.a, &robot.torque, &gravity)
+        let RobotState { q, v, a, torque, .. } = robot;
+        match self.config.sensors.base_motion {
+            true => self.arm.tcp_force_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity),
+            false => self.arm.tcp_force(q, a, torque, &gravity),
+        }
     }
 
     /// Points of the last images in the present base frame.

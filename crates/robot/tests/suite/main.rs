@@ -3,6 +3,7 @@
 mod harvester;
 mod kinematics;
 mod loading;
+mod moving_base;
 mod qp;
 mod servos;
 mod urdf;
