@@ -292,6 +292,9 @@ section! {
         draw: Quantity,
         /// Largest speed of the lip from there on.
         touch_speed: Quantity,
+        /// Largest distance of the lip from the line through the fruit's centre with which it goes on there, and lag of the arm to that side at
+        /// which the hand slows down on its way.
+        lateral_max: Quantity,
     }
 }
 

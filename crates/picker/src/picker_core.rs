@@ -359,3 +359,55 @@ impl PickerCore {
 pub(crate) fn to_base(target: &Target, robot: &RobotState) -> Target {
     Target { p: inverse_transform(&robot.x_odom_base, &target.p), radius: target.radius }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_robot::RobotModel;
+
+    fn core(robot: &str) -> PickerCore {
+        let robot = RobotModel::named(robot).expect("built in");
+        let config = ExpertConfig::preset().tuned(&robot).expect("in range").shared;
+        PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan)
+    }
+
+    /// A cup draws from some way before the fruit's skin on, which lies before the goal by the overshoot; fingers never do.
+    #[test]
+    fn a_cup_draws_before_it_touches() {
+        let cup = core("rail-xarm6-suction");
+        let skin = cup.config.approach.overshoot.si();
+        let draw = cup.config.suction.draw.si();
+        assert!(draw > 0.0 && !cup.touches_down(skin + draw + 1e-3) && cup.touches_down(skin + draw - 1e-3));
+        assert!(!core("ridgeback-fr3").touches_down(0.0));
+    }
+
+    /// A rail that accelerates under the arm presses on nothing.
+    #[test]
+    fn the_rails_acceleration_is_no_force_at_the_hand() {
+        let mut core = core("rail-xarm6-suction");
+        let (q, change) = (core.arm.home(), 0.8);
+        let felt = Vec3::new(0.0, -change, -core.config.pull.gravity.si());
+        let robot = RobotState {
+            time: 1.0,
+            dt: 1.0 / 60.0,
+            q,
+            v: JointVector::zeros(),
+            a: JointVector::zeros(),
+            torque: core.arm.gravity_torque(&q, &felt),
+            width: 0.0,
+            finger_q: [0.0; 2],
+            finger_force: [0.0; 2],
+            vacuum: 0.0,
+            x_odom_base: orchard_geometry::Pose::identity(),
+            base_pose: [0.0; 3],
+            base_speed: 0.0,
+            turn_speed: 0.0,
+            base_velocity: [0.0; 3],
+            base_acceleration: [0.0, change, 0.0],
+        };
+        assert!(core.tcp_force(&robot).norm() < 1e-6, "{}", core.tcp_force(&robot));
+        core.config.sensors.base_motion = false;
+        assert!(core.tcp_force(&robot).norm() > 3.0, "{}", core.tcp_force(&robot));
+    }
+}

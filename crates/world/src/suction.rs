@@ -19,7 +19,7 @@ pub(crate) struct Suction {
     pub vacuum: f64,
     /// Fruit on which the lip lies.
     fruit: Option<usize>,
-    /// Points of the lip that are closed on that fruit, a bit each, of the first 64: no leaf gets under them.
+    /// Points of the lip that are closed on that fruit, a bit each, of the first 64: nothing gets under them.
     closed: u64,
 }
 
@@ -145,7 +145,7 @@ impl Under {
     #[expect(clippy::too_many_arguments, reason = "one call, each input a different kind of thing")]
     /// Finds what lies under the lip on a fruit. Wood, scenery, other fruit or anything else that presses on a point of the lip keeps it off
     /// by the lip's thickness. A leaf where the camera draws it, as a flat ellipse, leaves its own gap; leaves bear no force here, so the
-    /// lip does not push them aside. A leaf does not come between the fruit and a point that was closed on it (`was_closed`, a bit each).
+    /// lip does not push them aside. Nothing comes between the fruit and a point that was closed on it (`was_closed`, a bit each).
     fn find(
         &mut self,
         parts: &Parts,
@@ -161,11 +161,14 @@ impl Under {
         gaps.resize(cup.lip_p_lip.len(), 0.0);
         points.clear();
         points.extend(cup.lip_p_lip.iter().map(|p| transform(x_world_lip, p)));
+        let open = |i: usize| was_closed & bit(i) == 0;
         for contact in &report.contacts {
             let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
             let presses = contact.force_world.dot(&contact.n_world) > 0.0;
             for (one, other) in [(a, b), (b, a)] {
-                if let (Part::Cup(i), true, true) = (one, other != Part::Fruit(fruit), presses) {
+                if let (Part::Cup(i), true, true) = (one, other != Part::Fruit(fruit), presses)
+                    && open(i)
+                {
                     gaps[i] = gaps[i].max(2.0 * cup.half_thickness);
                 }
             }
@@ -180,11 +183,10 @@ impl Under {
                 continue;
             }
             let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
-            let open = |(i, _): &(usize, _)| was_closed & bit(*i) == 0;
-            for (_, (gap, p_world)) in gaps.iter_mut().zip(points.iter()).enumerate().filter(open) {
+            for (i, (gap, p_world)) in gaps.iter_mut().zip(points.iter()).enumerate() {
                 let p = inverse_transform(&x_world_leaf, p_world);
                 let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
-                if along * along + across * across <= 1.0 && p.z.abs() <= near {
+                if open(i) && along * along + across * across <= 1.0 && p.z.abs() <= near {
                     *gap = gap.max(cup.leaf_gap);
                 }
             }

@@ -175,7 +175,8 @@ impl ExpertPicker {
         };
         let (direction, met) = (attempt.plan.direction(), attempt.plan.met);
         let p_goal = target.p + direction * grasp_depth(&self.core.arm, target.radius, &self.core.config);
-        let left = (self.core.arm.tcp(&robot.q).translation.vector - p_goal).norm();
+        let off = self.core.arm.tcp(&robot.q).translation.vector - p_goal;
+        let left = off.norm();
         let near = left <= self.core.config.grasp.close_near.si();
         let c = &self.config.homing;
         let push = self.core.tcp_force(robot).dot(&direction);
@@ -188,9 +189,11 @@ impl ExpertPicker {
         let careful = self.speed_share(Caution::after(grasp.failed));
         let pace = room.min(careful * crowd / (crowd + met as f64));
         let mut pace = pace.clamp(c.pace_min.si(), 1.0);
+        if self.core.arm.cup().is_some() {
+            pace = pace.min(self.pace_of_cup(&off, &direction, near, robot));
+        }
         if self.core.touches_down(left) {
             self.core.close_hand();
-            pace = pace.min(self.core.config.suction.touch_speed.si() / c.speed.si());
         }
         self.core.motion.set_homing_pace(pace);
         if !near && self.core.motion.is_lost() {
@@ -208,6 +211,24 @@ impl ExpertPicker {
         self.core.close_hand();
         grasp.stage = Stage::Closing { since: robot.time, width: f64::INFINITY, steady: 0.0 };
         Next::Stay(Phase::Grasp(grasp), STILL)
+    }
+
+    /// Share of its speeds at which a cup homes in: slowly before the fruit, more slowly the more the arm lags sideways behind its command, and
+    /// not at all before the fruit while the lip is beside its line. `off` is the way from the goal to the TCP \[m\].
+    fn pace_of_cup(&self, off: &Vec3, direction: &Vec3, near: bool, robot: &RobotState) -> f64 {
+        let touch = &self.core.config.suction;
+        let aside = |v: &Vec3| (v - direction * v.dot(direction)).norm();
+        let lateral_max = touch.lateral_max.si();
+        let tcp = |q| self.core.arm.tcp(q).translation.vector;
+        let lag = aside(&(tcp(self.core.motion.q()) - tcp(&robot.q)));
+        let pace = if lag > lateral_max { lateral_max / lag } else { 1.0 };
+        if !self.core.touches_down(off.norm()) {
+            return pace;
+        }
+        if aside(off) > lateral_max && !near {
+            return 0.0;
+        }
+        pace.min(touch.touch_speed.si() / self.config.homing.speed.si())
     }
 
     /// Backs out for another try, if one is left. A direction in which wood stopped the hand is not tried again.
