@@ -92,6 +92,33 @@ fn a_frame_of_a_world_allocates_nothing() {
     assert!(touching > 60, "contact in {touching} frames");
 }
 
+/// A fruit on the lip of a suction cup, sealed and held, among leaves.
+#[test]
+fn a_frame_with_a_fruit_on_the_cup_allocates_nothing() {
+    let robot = RobotModel::named("rail-xarm6-suction").unwrap();
+    let hold = Command { vacuum: 1.0, ..robot.start_command() };
+    let mut world = World::new(Arc::new(Spec::paper()), Arc::new(robot), 7, 0).unwrap();
+    let (fruit, point) = (0, world.fruit().points[0].index());
+    while world.fruit_lives().phase(fruit) == Phase::Hanging {
+        world.data_mut().point_force_world[point] = Vec3::z() * 60.0;
+        world.step(&hold);
+    }
+    let cup = world.handle().cup.clone().unwrap();
+    let x_world_lip = world.data().x_world_body(world.handle().wrist()) * cup.x_wrist_lip;
+    let reach = world.fruit().fruit[fruit].radius + cup.half_thickness - 1e-3;
+    let along = (reach * reach - cup.lip_radius * cup.lip_radius).sqrt();
+    let data = world.data_mut();
+    data.point_force_world[point] = Vec3::zeros();
+    data.point_p_world[point] = x_world_lip.transform_point(&Vec3::new(0.0, 0.0, along).into()).coords;
+    data.point_v_world[point] = Vec3::zeros();
+    let mut run = |world: &mut World| (0..60).for_each(|_| world.step(&hold));
+    run(&mut world);
+    assert!(world.is_held(fruit), "the cup holds nothing");
+    world.drain_events();
+    assert_eq!(measure(|| run(&mut world)).count_total, 0);
+    assert!(world.is_held(fruit));
+}
+
 /// Fruit that has come to rest costs no allocation again.
 #[test]
 fn a_frame_with_sleeping_fruit_allocates_nothing() {

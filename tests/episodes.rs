@@ -37,9 +37,15 @@ fn take_command(hash: &mut Sha256, command: &Command) {
     bits(hash, &[command.finger_q, command.finger_force]);
 }
 
-/// True of the kinds of events that the hashes cover. Finger contacts came later; commands, states and grips cover them.
+/// True of the kinds of events that the hashes cover. Finger contacts came later; commands, states and grips cover them. The paper's robot has
+/// no cup.
 fn is_hashed(event: &WorldEvent) -> bool {
-    !matches!(event, WorldEvent::FingerContactBegan { .. } | WorldEvent::FingerContactEnded { .. })
+    !matches!(
+        event,
+        WorldEvent::FingerContactBegan { .. }
+            | WorldEvent::FingerContactEnded { .. }
+            | WorldEvent::SealLost { .. }
+    )
 }
 
 /// An event that [`is_hashed`], with its numbers in a fixed order.
@@ -58,7 +64,9 @@ fn take_event(hash: &mut Sha256, event: &WorldEvent) {
         WorldEvent::FruitImpact { fruit, energy, .. } => take("impact", fruit, &[energy]),
         WorldEvent::FruitDropped { fruit, speed, .. } => take("dropped", fruit, &[speed]),
         WorldEvent::BranchSnapped { segment, .. } => take("snapped", segment, &[]),
-        WorldEvent::FingerContactBegan { .. } | WorldEvent::FingerContactEnded { .. } => {}
+        WorldEvent::FingerContactBegan { .. }
+        | WorldEvent::FingerContactEnded { .. }
+        | WorldEvent::SealLost { .. } => {}
     }
 }
 

@@ -41,6 +41,8 @@ section! {
         arm: ArmConfig,
         /// Closing the fingers.
         grasp: GraspConfig,
+        /// Touching the fruit with a suction cup.
+        suction: SuctionConfig,
         /// Detaching.
         pull: PullConfig,
         /// Letting go.
@@ -59,6 +61,9 @@ section! {
         longest_step: Quantity,
         /// Time for which states of the robot are kept, to place images that come late.
         memory: Quantity,
+        /// Takes the base's motion into account in every frame: torques for it and for velocity products are taken off the arm's to find the
+        /// force at the hand, and the hand's goal follows it between images.
+        base_motion: bool,
     }
 }
 
@@ -277,6 +282,19 @@ section! {
         steady_width: Quantity,
         /// Time for which the gap must be steady.
         steady_time: Quantity,
+    }
+}
+
+section! {
+    /// Touching the fruit with a suction cup; without effect for fingers.
+    SuctionConfig {
+        /// Distance of the lip from the fruit's expected skin at which the cup begins to draw.
+        draw: Quantity,
+        /// Largest speed of the lip from there on.
+        touch_speed: Quantity,
+        /// Largest distance of the lip from the line through the fruit's centre with which it goes on there, and lag of the arm to that side at
+        /// which the hand slows down on its way.
+        lateral_max: Quantity,
     }
 }
 

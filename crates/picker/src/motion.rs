@@ -184,6 +184,13 @@ impl ArmMotion {
         }
     }
 
+    /// Corrects the goal of a motion onto a fruit (base frame), with the obstacles as they are.
+    pub fn aim(&mut self, x_goal: Pose) {
+        if let Course::Homing(homing) = &mut self.course {
+            homing.aim(x_goal);
+        }
+    }
+
     /// Joint velocities on the present path [rad/s]; zero in other motions.
     fn path_velocity(&self) -> JointVector {
         match &self.course {

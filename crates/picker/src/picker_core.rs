@@ -106,8 +106,8 @@ impl PickerCore {
     /// Reads the sensors, processes the image and advances the arm's set point. Returns `None` if a reading is not finite.
     pub fn sense(&mut self, observation: &Observation) -> Option<RobotState> {
         let mut robot = RobotState::read(observation, self.last_time, &self.config.sensors)?;
-        if let (Some(last), true) = (self.memory.last(), robot.dt > 0.0) {
-            robot.a = (robot.v - last.v) / robot.dt;
+        if let Some(last) = self.memory.last() {
+            robot.accelerate_from(last);
         }
         if self.last_time.is_none() {
             self.yield_arm(&robot);
@@ -224,6 +224,18 @@ impl PickerCore {
         }
     }
 
+    /// True if a suction cup comes near the fruit's skin, `left` being its way to the goal of the grasp \[m\]: it goes on slowly and draws, so
+    /// that the fruit is pulled into the lip from the first touch. Always false for fingers.
+    pub fn touches_down(&self, left: f64) -> bool {
+        let skin = left - self.config.approach.overshoot.si();
+        self.arm.cup().is_some() && skin <= self.config.suction.draw.si()
+    }
+
+    /// True if the vacuum shows a sealed cup; always false for fingers.
+    pub fn is_sealed(&self, robot: &RobotState) -> bool {
+        self.arm.cup().is_some_and(|cup| cup.is_sealed(robot.vacuum))
+    }
+
     /// Commands the fingers to close, or the cup to draw.
     pub fn close_hand(&mut self) {
         let vacuum = f64::from(u8::from(self.arm.cup().is_some()));
@@ -257,7 +269,11 @@ impl PickerCore {
     /// Force that the hand exerts at the TCP \[N\], base axes.
     pub fn tcp_force(&self, robot: &RobotState) -> Vec3 {
         let gravity = Vec3::new(0.0, 0.0, -self.config.pull.gravity.si());
-        self.arm.tcp_force(&robot.q, &robot.a, &robot.torque, &gravity)
+        let RobotState { q, v, a, torque, .. } = robot;
+        match self.config.sensors.base_motion {
+            true => self.arm.tcp_force_on_moving_base(q, v, a, torque, &robot.base_motion(), &gravity),
+            false => self.arm.tcp_force(q, a, torque, &gravity),
+        }
     }
 
     /// Points of the last images in the present base frame.
@@ -342,4 +358,56 @@ impl PickerCore {
 /// Transforms a target from the odom frame to the base frame.
 pub(crate) fn to_base(target: &Target, robot: &RobotState) -> Target {
     Target { p: inverse_transform(&robot.x_odom_base, &target.p), radius: target.radius }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expert::ExpertConfig;
+    use orchard_robot::RobotModel;
+
+    fn core(robot: &str) -> PickerCore {
+        let robot = RobotModel::named(robot).expect("built in");
+        let config = ExpertConfig::preset().tuned(&robot).expect("in range").shared;
+        PickerCore::new(&robot, DetectorConfig::paper(), config, State::Scan)
+    }
+
+    /// A cup draws from some way before the fruit's skin on, which lies before the goal by the overshoot; fingers never do.
+    #[test]
+    fn a_cup_draws_before_it_touches() {
+        let cup = core("rail-xarm6-suction");
+        let skin = cup.config.approach.overshoot.si();
+        let draw = cup.config.suction.draw.si();
+        assert!(draw > 0.0 && !cup.touches_down(skin + draw + 1e-3) && cup.touches_down(skin + draw - 1e-3));
+        assert!(!core("ridgeback-fr3").touches_down(0.0));
+    }
+
+    /// A rail that accelerates under the arm presses on nothing.
+    #[test]
+    fn the_rails_acceleration_is_no_force_at_the_hand() {
+        let mut core = core("rail-xarm6-suction");
+        let (q, change) = (core.arm.home(), 0.8);
+        let felt = Vec3::new(0.0, -change, -core.config.pull.gravity.si());
+        let robot = RobotState {
+            time: 1.0,
+            dt: 1.0 / 60.0,
+            q,
+            v: JointVector::zeros(),
+            a: JointVector::zeros(),
+            torque: core.arm.gravity_torque(&q, &felt),
+            width: 0.0,
+            finger_q: [0.0; 2],
+            finger_force: [0.0; 2],
+            vacuum: 0.0,
+            x_odom_base: orchard_geometry::Pose::identity(),
+            base_pose: [0.0; 3],
+            base_speed: 0.0,
+            turn_speed: 0.0,
+            base_velocity: [0.0; 3],
+            base_acceleration: [0.0, change, 0.0],
+        };
+        assert!(core.tcp_force(&robot).norm() < 1e-6, "{}", core.tcp_force(&robot));
+        core.config.sensors.base_motion = false;
+        assert!(core.tcp_force(&robot).norm() > 3.0, "{}", core.tcp_force(&robot));
+    }
 }

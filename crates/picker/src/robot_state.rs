@@ -2,7 +2,7 @@
 
 use crate::config::SensorsConfig;
 use orchard_geometry::{Pose, Rotation, Vec3};
-use orchard_robot::{JointVector, Observation};
+use orchard_robot::{BaseMotion, JointVector, Observation};
 use std::collections::VecDeque;
 
 /// Pose and joint state at one control frame.
@@ -30,6 +30,10 @@ pub(crate) struct RobotState {
     pub base_speed: f64,
     /// Turn rate of the base [rad/s].
     pub turn_speed: f64,
+    /// Velocity of the base in odom [m/s, m/s, rad/s].
+    pub base_velocity: [f64; 3],
+    /// Mean acceleration of the base since the last frame, odom [m/s2, m/s2, rad/s2].
+    pub base_acceleration: [f64; 3],
 }
 
 impl RobotState {
@@ -66,7 +70,28 @@ impl RobotState {
             base_pose: o.base_pose,
             base_speed: orchard_geometry::math::hypot(o.base_velocity[0], o.base_velocity[1]),
             turn_speed: o.base_velocity[2].abs(),
+            base_velocity: o.base_velocity,
+            base_acceleration: [0.0; 3],
         })
+    }
+
+    /// Adds the mean accelerations since the state of the last frame.
+    pub fn accelerate_from(&mut self, last: &Self) {
+        if self.dt > 0.0 {
+            self.a = (self.v - last.v) / self.dt;
+            self.base_acceleration =
+                std::array::from_fn(|k| (self.base_velocity[k] - last.base_velocity[k]) / self.dt);
+        }
+    }
+
+    /// Motion of the base in its own axes.
+    pub fn base_motion(&self) -> BaseMotion {
+        let [x, y, turn] = self.base_acceleration;
+        BaseMotion {
+            acceleration: self.x_odom_base.rotation.inverse() * Vec3::new(x, y, 0.0),
+            angular_velocity: Vec3::z() * self.base_velocity[2],
+            angular_acceleration: Vec3::z() * turn,
+        }
     }
 
     /// Position of the base on the ground, odom \[m\].
@@ -132,7 +157,34 @@ mod tests {
             base_pose: [0.0; 3],
             base_speed: 0.0,
             turn_speed: 0.0,
+            base_velocity: [0.0; 3],
+            base_acceleration: [0.0; 3],
         }
+    }
+
+    /// Accelerations are differences of the sensed velocities; a base that is turned to the left sees one along odom's x to its right.
+    #[test]
+    fn accelerations_follow_from_two_states() {
+        let last = RobotState { base_velocity: [0.1, 0.0, 0.2], ..state(0.0) };
+        let turn = Rotation::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let mut now = RobotState {
+            dt: 0.5,
+            v: JointVector::from_element(2.0),
+            base_velocity: [0.6, 0.0, 0.3],
+            x_odom_base: Pose::from_parts(Vec3::zeros().into(), turn),
+            ..state(0.5)
+        };
+        now.accelerate_from(&last);
+        assert_eq!(now.a, JointVector::from_element(4.0));
+        let motion = now.base_motion();
+        assert!((motion.acceleration - Vec3::new(0.0, -1.0, 0.0)).norm() < 1e-12, "{motion:?}");
+        assert!((motion.angular_acceleration - Vec3::z() * 0.2).norm() < 1e-12, "{motion:?}");
+        assert_eq!(motion.angular_velocity, Vec3::z() * 0.3);
+        // The first frame, or a clock that stands: no acceleration is known.
+        let mut first = RobotState { dt: 0.0, ..now.clone() };
+        (first.a, first.base_acceleration) = (JointVector::zeros(), [0.0; 3]);
+        first.accelerate_from(&last);
+        assert_eq!((first.a, first.base_acceleration), (JointVector::zeros(), [0.0; 3]));
     }
 
     #[test]

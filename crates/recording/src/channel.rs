@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 
 use crate::command::CommandMessage;
+use crate::cup::CupMessage;
 use crate::event::{EventMessage, StateHashMessage};
 use crate::picker::{DetectionsMessage, PickerMessage};
 
@@ -34,6 +35,8 @@ pub enum Channel {
     Points,
     /// The robot's joints.
     JointStates,
+    /// Pressure in the suction cup, of robots that have one.
+    Cup,
     /// Events of the world.
     Events,
     /// Hashes of the world's state.
@@ -63,7 +66,7 @@ pub enum Origin {
 
 impl Channel {
     /// All channels, in the order in which the enum declares them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Transforms,
         Self::Ground,
         Self::Wood,
@@ -74,6 +77,7 @@ impl Channel {
         Self::Calibration,
         Self::Points,
         Self::JointStates,
+        Self::Cup,
         Self::Events,
         Self::StateHash,
         Self::Command,
@@ -97,6 +101,7 @@ impl Channel {
             Self::Calibration => "/camera/calibration",
             Self::Points => "/camera/points",
             Self::JointStates => "/joint_states",
+            Self::Cup => "/cup",
             Self::Events => "/events",
             Self::StateHash => "/state_hash",
             Self::Command => "/command",
@@ -129,7 +134,9 @@ impl Channel {
     /// Encoding of its messages.
     pub fn encoding(self) -> &'static str {
         match self {
-            Self::Events | Self::StateHash | Self::Command | Self::Picker | Self::Detections => "json",
+            Self::Cup | Self::Events | Self::StateHash | Self::Command | Self::Picker | Self::Detections => {
+                "json"
+            }
             _ => "protobuf",
         }
     }
@@ -150,6 +157,7 @@ impl Channel {
             Self::Points => foxglove::<PointCloud>(),
             Self::JointStates => foxglove::<JointStates>(),
             Self::Log => foxglove::<Log>(),
+            Self::Cup => own::<CupMessage>("Cup"),
             Self::Events => own::<EventMessage>("Event"),
             Self::StateHash => own::<StateHashMessage>("StateHash"),
             Self::Command => own::<CommandMessage>("Command"),

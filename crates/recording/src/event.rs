@@ -19,7 +19,8 @@ pub struct StateHashMessage {
 /// An event of the world. Fields that do not apply are left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EventMessage {
-    /// `finger_contact_began`, `finger_contact_ended`, `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped` or `branch_snapped`.
+    /// `finger_contact_began`, `finger_contact_ended`, `fruit_gripped`, `fruit_detached`, `fruit_deposited`, `fruit_dropped`, `seal_lost` or
+    /// `branch_snapped`.
     pub event: String,
     /// The fruit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -60,6 +61,7 @@ impl EventMessage {
                 ..of("fruit_deposited", Some(fruit), None)
             },
             WorldEvent::FruitDropped { fruit, .. } => of("fruit_dropped", Some(fruit), None),
+            WorldEvent::SealLost { fruit, .. } => of("seal_lost", Some(fruit), None),
             WorldEvent::BranchSnapped { segment, .. } => of("branch_snapped", None, Some(segment)),
             WorldEvent::FruitImpact { .. } => return None,
         })
@@ -80,6 +82,9 @@ pub fn world_line(log_time: u64, event: &WorldEvent) -> Option<Log> {
         }
         WorldEvent::FruitDropped { fruit, .. } => {
             (Level::Warning, format!("fruit {fruit} has touched the ground"))
+        }
+        WorldEvent::SealLost { fruit, .. } => {
+            (Level::Warning, format!("the suction cup lost its seal on fruit {fruit}"))
         }
         WorldEvent::BranchSnapped { segment, .. } => {
             (Level::Error, format!("the branch at segment {segment} broke"))

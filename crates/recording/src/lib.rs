@@ -12,6 +12,7 @@ pub mod channel;
 mod clock;
 pub mod command;
 mod config;
+mod cup;
 mod event;
 mod exact;
 pub mod file;

@@ -13,6 +13,7 @@ use crate::channel::Channel;
 use crate::clock::{Clock, nanoseconds};
 use crate::command::CommandMessage;
 use crate::config::{RecordingConfig, hexadecimal};
+use crate::cup::CupMessage;
 use crate::event::{EventMessage, StateHashMessage, world_line};
 use crate::joints::Joints;
 use crate::picker::{ControllerMessages, Notes};
@@ -28,6 +29,8 @@ pub struct Recorder<S> {
     clock: Clock,
     transforms: Transforms,
     joints: Joints,
+    /// True if the robot has a suction cup.
+    cup: bool,
     wood: Wood,
     crop: Crop,
     notes: Notes,
@@ -42,6 +45,7 @@ impl<S: Sink> Recorder<S> {
             clock: Clock { frame, frames: 0 },
             transforms: Transforms::of(world),
             joints: Joints::of(world),
+            cup: world.handle().cup.is_some(),
             wood: Wood::default(),
             crop: Crop::default(),
             notes: Notes::default(),
@@ -95,6 +99,9 @@ impl<S: Sink> Recorder<S> {
         let now = self.clock.now();
         let joints = self.joints.message(now, seen);
         self.protobuf(Channel::JointStates, &joints);
+        if self.cup {
+            self.json(Channel::Cup, &CupMessage::from(seen));
+        }
         if let Some(depth) = &seen.depth {
             let taken = nanoseconds(seen.depth_time);
             let stride = self.config.points.stride.get() as usize;

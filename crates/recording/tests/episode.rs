@@ -39,7 +39,12 @@ impl Progress<EpisodeRecord> for Reused {
 
 /// Records episodes into a folder; how many records were reused.
 fn record(folder: &Path, seeds: &[u64], threads: usize) -> u32 {
-    let harvest = Harvest::new(Scenario::of(&[]).unwrap()).unwrap();
+    record_as(&[], folder, seeds, threads)
+}
+
+/// Records episodes of the scenario that options make.
+fn record_as(options: &[(&str, &str)], folder: &Path, seeds: &[u64], threads: usize) -> u32 {
+    let harvest = Harvest::new(Scenario::of(options).unwrap()).unwrap();
     let store = Store::open(folder).unwrap();
     let recordings = Recordings::new(folder, RecordingConfig::paper(), harvest.scenario());
     let (plan, reused, never) = (plan(&harvest, seeds), Reused::default(), AtomicBool::new(false));
@@ -116,6 +121,24 @@ fn a_recording_holds_every_frame() {
     assert!(times.is_sorted());
     let record: EpisodeRecord = serde_json::from_slice(recording.record()).unwrap();
     assert_eq!((u64::from(record.frames), &record.key), (frames, &recording.header().key));
+}
+
+/// The pressure in the cup is recorded in every frame of a robot that has one, and in none of another.
+#[test]
+fn a_cup_is_recorded_with_its_pressure() {
+    let options = [("robot", "rail-xarm6-suction"), ("controller", "expert")];
+    let folder = tempfile::tempdir().unwrap();
+    record_as(&options, folder.path(), &[20250704], 1);
+    let harvest = Harvest::new(Scenario::of(&options).unwrap()).unwrap();
+    let file = folder.path().join(name_of(&plan(&harvest, &[20250704]).episodes().remove(0)));
+    let recording = Recording::open(&file).unwrap();
+    assert_eq!(recording.counts()[&Channel::Cup], (SECONDS * 60.0) as u64);
+    let first =
+        recording.messages().unwrap().map(Result::unwrap).find(|m| m.channel == Channel::Cup).unwrap();
+    let message: serde_json::Value = serde_json::from_slice(&first.data).unwrap();
+    assert_eq!(message["pressure"], 0.0);
+    let other = Recording::open(recorded()).unwrap();
+    assert_eq!(other.counts().get(&Channel::Cup), None);
 }
 
 #[test]

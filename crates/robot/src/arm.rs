@@ -8,7 +8,7 @@ use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::parameters::{IkParameters, QpParameters};
 use orchard_geometry::{Pose, Shape, Vec3};
 
-pub use crate::chain::Jacobian;
+pub use crate::chain::{BaseMotion, Jacobian};
 pub use crate::joint_values::JointVector;
 
 /// Largest number of links: the base and one after each arm joint.
@@ -108,11 +108,29 @@ impl ArmKinematics {
     /// explains the measured torques [N m] less those for gravity [m/s2] and for the joint accelerations `a` [rad/s2]. Velocity
     /// products and the base's acceleration are left out.
     pub fn tcp_force(&self, q: &JointVector, a: &JointVector, torque: &JointVector, gravity: &Vec3) -> Vec3 {
+        self.force_of(q, &(torque - self.gravity_torque(q, gravity) - self.inertial_torque(q, a)))
+    }
+
+    /// Force that the hand exerts on its surroundings at the TCP \[N\], base axes, as [`Self::tcp_force`] of an arm on a moving base. The
+    /// torques for velocity products and for the motion of the base are taken off as well; `v` are the joint velocities [rad/s].
+    pub fn tcp_force_on_moving_base(
+        &self,
+        q: &JointVector,
+        v: &JointVector,
+        a: &JointVector,
+        torque: &JointVector,
+        base: &BaseMotion,
+        gravity: &Vec3,
+    ) -> Vec3 {
+        self.force_of(q, &(torque - self.chain.motion_torque(q, v, a, base, gravity)))
+    }
+
+    /// Force part \[N\] of the least-squares wrench at the TCP that explains joint torques [N m].
+    fn force_of(&self, q: &JointVector, torque: &JointVector) -> Vec3 {
         let jacobian = self.jacobian(q);
-        let excess = torque - self.gravity_torque(q, gravity) - self.inertial_torque(q, a);
         let gram = jacobian * jacobian.transpose();
         match gram.cholesky() {
-            Some(factor) => factor.solve(&(jacobian * excess)).fixed_rows::<3>(3).into_owned(),
+            Some(factor) => factor.solve(&(jacobian * torque)).fixed_rows::<3>(3).into_owned(),
             None => Vec3::zeros(),
         }
     }

@@ -1,4 +1,4 @@
-//! A serial chain of hinges: positions, Jacobian, gravity torque, reflected inertia.
+//! A serial chain of hinges: positions, Jacobian, torques of gravity and motion, reflected inertia.
 //!
 //! Positions are products of the joint transforms; the Jacobian's columns are (axis; axis x lever), Lynch and
 //! Park, Modern Robotics, eq. 5.4 in world axes.
@@ -8,6 +8,17 @@ use crate::joint_values::{JointVector, MAX_ARM_DOF};
 use nalgebra::{SMatrix, Unit};
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3};
 use orchard_multibody::SpatialInertia;
+
+/// Motion of the base, in its own axes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct BaseMotion {
+    /// Acceleration of the origin of the base frame [m/s2].
+    pub acceleration: Vec3,
+    /// Angular velocity [rad/s].
+    pub angular_velocity: Vec3,
+    /// Angular acceleration [rad/s2].
+    pub angular_acceleration: Vec3,
+}
 
 /// Jacobian of the arm: angular rows first, linear rows second, in the axes of the chain's root frame. The columns beyond the arm's joints
 /// are zero.
@@ -111,6 +122,51 @@ impl Chain {
             let linear = acceleration.fixed_rows::<3>(3) * inertia.mass;
             torque += jacobian.fixed_rows::<3>(0).transpose() * angular
                 + jacobian.fixed_rows::<3>(3).transpose() * linear;
+        }
+        torque
+    }
+
+    /// Joint torques [N m] of a motion on a moving base: inertia, velocity products, gravity and the base's motion. `v` and `a` are the
+    /// joint velocities [rad/s] and accelerations [rad/s2]; all vectors are in the root frame.
+    ///
+    /// The recursive Newton-Euler algorithm (Featherstone, Rigid Body Dynamics Algorithms, sec. 5.3): velocities and accelerations from the
+    /// base out, forces back.
+    pub fn motion_torque(
+        &self,
+        q: &JointVector,
+        v: &JointVector,
+        a: &JointVector,
+        base: &BaseMotion,
+        gravity: &Vec3,
+    ) -> JointVector {
+        let links = self.link_poses(q);
+        let (mut w, mut alpha) = (base.angular_velocity, base.angular_acceleration);
+        let (mut p, mut linear) = (Vec3::zeros(), base.acceleration - gravity);
+        // Force and moment about the link's centre of mass, and that centre.
+        let mut loads = [(Vec3::zeros(), Vec3::zeros(), Vec3::zeros()); MAX_ARM_DOF];
+        for (i, x) in links.iter().enumerate().take(self.dof()) {
+            let (axis, inertia) = (self.axis(i, x), &self.hinges[i].inertia);
+            let origin = x.translation.vector;
+            let r = origin - p;
+            linear += alpha.cross(&r) + w.cross(&w.cross(&r));
+            alpha += axis * a[i] + w.cross(&(axis * v[i]));
+            w += axis * v[i];
+            p = origin;
+            let com = (x * nalgebra::Point3::from(inertia.p_com)).coords;
+            let c = com - origin;
+            let turn = x.rotation.to_rotation_matrix().into_inner();
+            let about_com = turn * inertia.i_com * turn.transpose();
+            let force = (linear + alpha.cross(&c) + w.cross(&w.cross(&c))) * inertia.mass;
+            loads[i] = (force, about_com * alpha + w.cross(&(about_com * w)), com);
+        }
+        let mut torque = JointVector::zeros();
+        // Sum of the outer links' forces, and of their moments about the root's origin.
+        let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for i in (0..self.dof()).rev() {
+            let (f, n, com) = loads[i];
+            force += f;
+            moment += n + com.cross(&f);
+            torque[i] = self.axis(i, &links[i]).dot(&(moment - links[i].translation.vector.cross(&force)));
         }
         torque
     }

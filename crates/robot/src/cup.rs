@@ -93,15 +93,25 @@ impl Cup {
         p_lip.z > 0.0 && self.gaps(p_lip, radius).any(|gap| gap <= within)
     }
 
-    /// Seal on a ball that the lip lies on; the ball's centre is given in the lip's frame \[m\]. `under` gives the gap
-    /// \[m\] that something under each point of the lip leaves.
-    pub fn seal(&self, p_lip: &Vec3, radius: f64, under: impl Fn(usize) -> f64) -> Seal {
+    /// Openings of the lip at its points \[m\], 0 where it is closed, on a ball that it lies on; the ball's centre is given in the lip's frame
+    /// \[m\]. `under` gives the gap \[m\] that something under each point leaves.
+    pub fn openings(
+        &self,
+        p_lip: &Vec3,
+        radius: f64,
+        under: impl Fn(usize) -> f64,
+    ) -> impl Iterator<Item = f64> {
         // Height of the ball's cap within the lip, beyond that to which the lip bends without folds.
         let height = |radius: f64| 0.5 * self.lip_radius * self.lip_radius / radius;
         let folds = (height(radius) - height(self.curve_radius_min)).max(0.0);
+        let gaps = self.gaps(p_lip, radius).enumerate();
+        gaps.map(move |(i, gap)| (gap - self.follow).max(0.0) + folds + under(i))
+    }
+
+    /// Seal of a lip with these openings at its points \[m\].
+    pub fn seal(&self, openings: impl Iterator<Item = f64>) -> Seal {
         let (mut open, mut closed) = (0.0, 0_u32);
-        for (i, gap) in self.gaps(p_lip, radius).enumerate() {
-            let opening = (gap - self.follow).max(0.0) + folds + under(i);
+        for opening in openings {
             open += opening;
             closed += u32::from(opening == 0.0);
         }

@@ -36,7 +36,7 @@ mod size;
 mod survey;
 mod warning;
 
-pub use arm::{ArmKinematics, Jacobian, JointVector};
+pub use arm::{ArmKinematics, BaseMotion, Jacobian, JointVector};
 pub use articulation::{Articulation, Frame, Limit, Limits, Link, LinkShape, Loaded, MeshUse, Mimic};
 pub use base::BaseJoint;
 pub use built_in::{PAPER_TOML, PAPER_URDF};

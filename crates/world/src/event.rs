@@ -76,6 +76,14 @@ pub enum WorldEvent {
         /// Frame: the first without contact.
         frame: u32,
     },
+    /// The suction cup lost its seal on a fruit although its valve was open: the vacuum fell below the cup's grip vacuum, or the lip left the
+    /// fruit.
+    SealLost {
+        /// Fruit index.
+        fruit: usize,
+        /// Frame: the first without the seal.
+        frame: u32,
+    },
 }
 
 impl WorldEvent {

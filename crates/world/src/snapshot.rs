@@ -99,6 +99,7 @@ impl World {
             touched: _,
             loose: _,
             before: _,
+            under: _,
         } = &self.state;
         let content = Content {
             identity: self.identity,
@@ -135,6 +136,7 @@ impl World {
             | WorldEvent::FruitDeposited { fruit: i, .. }
             | WorldEvent::FruitDropped { fruit: i, .. }
             | WorldEvent::FingerContactBegan { fruit: i, .. }
+            | WorldEvent::SealLost { fruit: i, .. }
             | WorldEvent::FingerContactEnded { fruit: i, .. } => i < fruit,
             WorldEvent::FruitImpact { fruit: i, partner, .. } => {
                 i < fruit && !matches!(partner, Partner::Fruit(k) if k >= fruit)

@@ -6,7 +6,7 @@ use crate::build::Parts;
 use crate::camera::{CameraTruth, Flight, Shot, Shutter};
 use crate::event::{Status, WorldEvent};
 use crate::load::WoodLoad;
-use crate::suction::Suction;
+use crate::suction::{Suction, Under};
 use crate::touch::{FruitTouch, fruit_touches};
 use loose::Loose;
 use orchard_fruit::{FruitLives, RestRule, Touch, is_gripped};
@@ -26,6 +26,8 @@ pub(crate) struct State {
     pub servos: Servos,
     /// Vacuum of the suction cup.
     pub suction: Suction,
+    /// What lies under the cup's lip; scratch of a substep.
+    pub under: Under,
     pub frame: u32,
     pub status: Status,
     pub events: Vec<WorldEvent>,
@@ -62,6 +64,7 @@ impl State {
             fruit: FruitLives::new(&parts.fruit),
             servos: Servos::new(robot),
             suction: Suction::default(),
+            under: Under::default(),
             data,
             frame: 0,
             status: Status::Running,
@@ -93,7 +96,7 @@ impl State {
         let Parts { tree, model, .. } = parts;
         // Before rupture: a joint that breaks now has borne this frame's moment.
         self.load.end_frame(tree, model, &self.data, start, &self.rupture, spec.sim.frame());
-        self.end_frame(spec, parts);
+        self.end_frame(spec, parts, command.vacuum);
     }
 
     /// `remaining`: what is left of the frame after it \[s\].
@@ -108,8 +111,8 @@ impl State {
         self.rupture.begin_substep(&parts.tree, model, &mut self.data, &spec.wood, h);
         self.data.save_motion(&mut self.before);
         self.keep_velocities(parts);
-        let Self { data, fruit, report, .. } = self;
-        let pull = self.suction.begin_substep(parts, data, fruit, report, command.vacuum);
+        let Self { data, fruit, report, under, .. } = self;
+        let pull = self.suction.begin_substep(parts, data, fruit, report, command.vacuum, under);
         step(model, &mut self.data, settings, &mut self.report);
         // Each repetition caps at least one more joint.
         while self.servos.cap_overshoot(model, &mut self.data, handle) {
@@ -125,7 +128,8 @@ impl State {
         self.step_loose(parts);
     }
 
-    fn end_frame(&mut self, spec: &Spec, parts: &Parts) {
+    /// `valve`: the commanded opening between pump and cup.
+    fn end_frame(&mut self, spec: &Spec, parts: &Parts, valve: f64) {
         let frame = self.frame;
         let gravity = spec.sim.gravity.si();
         for segment in self.rupture.end_frame(&parts.tree, &parts.model, &mut self.data, &spec.wood, gravity)
@@ -141,6 +145,7 @@ impl State {
         self.end_touches(spec, parts, &x_world_base);
         self.note_finger_contacts();
         self.note_grips();
+        self.note_lost_seals(valve);
         let rest = RestRule {
             speed: spec.sim.sleep_speed.si(),
             frames: (spec.sim.sleep_time.si() * spec.sim.frame_rate.si()).round() as u32,
@@ -180,6 +185,19 @@ impl State {
                 self.events.push(WorldEvent::FruitGripped { fruit: i, frame: self.frame });
             }
             self.gripped[i] = gripped;
+        }
+    }
+
+    /// Emits an event for the fruit whose seal the cup has lost although its valve is open; a vented cup lets go on purpose.
+    fn note_lost_seals(&mut self, valve: f64) {
+        if !(valve > 0.0) {
+            return;
+        }
+        let frame = self.frame;
+        for (fruit, (before, now)) in self.touches_before.iter().zip(&self.touches).enumerate() {
+            if before.sealed && !now.sealed {
+                self.events.push(WorldEvent::SealLost { fruit, frame });
+            }
         }
     }
 

@@ -19,6 +19,8 @@ pub(crate) struct Suction {
     pub vacuum: f64,
     /// Fruit on which the lip lies.
     fruit: Option<usize>,
+    /// Points of the lip that are closed on that fruit, a bit each, of the first 64: nothing gets under them.
+    closed: u64,
 }
 
 /// Force of the pressure in one substep, with the inputs that it replaced.
@@ -53,7 +55,7 @@ impl Suction {
     }
 
     /// Brings the vacuum to the end of the next substep and applies its force. `report` holds the contacts of the substep before; `valve` is
-    /// the commanded opening.
+    /// the commanded opening; `under` is scratch.
     pub fn begin_substep(
         &mut self,
         parts: &Parts,
@@ -61,17 +63,24 @@ impl Suction {
         lives: &FruitLives,
         report: &StepReport,
         valve: f64,
+        under: &mut Under,
     ) -> Option<Pull> {
         let cup = parts.handle.cup.as_ref()?;
         let wrist = parts.handle.wrist();
         let x_world_lip = data.x_world_body(wrist) * cup.x_wrist_lip;
         let found = nearest(parts, data, lives, cup, &x_world_lip, self.fruit);
-        let seal = found.map_or(cup.open(), |(fruit, p_lip)| {
+        let (mut seal, mut closed) = (cup.open(), 0);
+        if let Some((fruit, p_lip)) = found {
             let radius = parts.fruit.fruit[fruit].radius;
-            cup.seal(&p_lip, radius, under(parts, data, report, cup, &x_world_lip, fruit))
-        });
+            let was_closed = if self.fruit == Some(fruit) { self.closed } else { 0 };
+            under.find(parts, data, report, cup, &x_world_lip, fruit, was_closed);
+            let openings = || cup.openings(&p_lip, radius, |i| under.gaps[i]);
+            seal = cup.seal(openings());
+            closed = openings().enumerate().fold(0, |mask, (i, gap)| mask | (u64::from(gap == 0.0) * bit(i)));
+        }
         self.vacuum = cup.vacuum_after(self.vacuum, valve, &seal, parts.settings.h);
         self.fruit = found.map(|(fruit, _)| fruit).filter(|_| seal.closed > 0.0);
+        self.closed = closed;
         let fruit = self.fruit?;
         let point = parts.fruit.points[fruit].index();
         let on_cup = x_world_lip.rotation * Vec3::z() * cup.force(self.vacuum, &seal);
@@ -118,47 +127,71 @@ fn nearest(
     best.map(|(_, fruit, p_lip)| (fruit, p_lip))
 }
 
-/// Gap that something else than a fruit leaves under each point of the lip \[m\]. Wood, scenery, other fruit or anything else that presses on a
-/// point of the lip keeps it off by the lip's thickness. A leaf where the camera draws it, as a flat ellipse, leaves its own gap; leaves bear no
-/// force here, so the lip does not push them aside.
-fn under(
-    parts: &Parts,
-    data: &Data,
-    report: &StepReport,
-    cup: &Cup,
-    x_world_lip: &Pose,
-    fruit: usize,
-) -> impl Fn(usize) -> f64 {
-    let mut gaps = vec![0.0_f64; cup.lip_p_lip.len()];
-    for contact in &report.contacts {
-        let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
-        let presses = contact.force_world.dot(&contact.n_world) > 0.0;
-        for (one, other) in [(a, b), (b, a)] {
-            if let (Part::Cup(i), true, true) = (one, other != Part::Fruit(fruit), presses) {
-                gaps[i] = gaps[i].max(2.0 * cup.half_thickness);
+/// Bit of a point of the lip; 0 beyond the 64th.
+fn bit(point: usize) -> u64 {
+    u32::try_from(point).ok().and_then(|point| 1_u64.checked_shl(point)).unwrap_or(0)
+}
+
+/// What lies under the lip; scratch of a substep.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Under {
+    /// Gap that something else than the fruit leaves under each point of the lip \[m\].
+    gaps: Vec<f64>,
+    /// Points of the lip in the world \[m\].
+    points: Vec<Vec3>,
+}
+
+impl Under {
+    #[expect(clippy::too_many_arguments, reason = "one call, each input a different kind of thing")]
+    /// Finds what lies under the lip on a fruit. Wood, scenery, other fruit or anything else that presses on a point of the lip keeps it off
+    /// by the lip's thickness. A leaf where the camera draws it, as a flat ellipse, leaves its own gap; leaves bear no force here, so the
+    /// lip does not push them aside. Nothing comes between the fruit and a point that was closed on it (`was_closed`, a bit each).
+    fn find(
+        &mut self,
+        parts: &Parts,
+        data: &Data,
+        report: &StepReport,
+        cup: &Cup,
+        x_world_lip: &Pose,
+        fruit: usize,
+        was_closed: u64,
+    ) {
+        let Self { gaps, points } = self;
+        gaps.clear();
+        gaps.resize(cup.lip_p_lip.len(), 0.0);
+        points.clear();
+        points.extend(cup.lip_p_lip.iter().map(|p| transform(x_world_lip, p)));
+        let open = |i: usize| was_closed & bit(i) == 0;
+        for contact in &report.contacts {
+            let (a, b) = (parts.colliders[contact.a.index()], parts.colliders[contact.b.index()]);
+            let presses = contact.force_world.dot(&contact.n_world) > 0.0;
+            for (one, other) in [(a, b), (b, a)] {
+                if let (Part::Cup(i), true, true) = (one, other != Part::Fruit(fruit), presses)
+                    && open(i)
+                {
+                    gaps[i] = gaps[i].max(2.0 * cup.half_thickness);
+                }
+            }
+        }
+        let lip = x_world_lip.translation.vector;
+        let near = 0.5 * cup.spacing();
+        for leaf in &parts.skeleton.leaves {
+            let x_world_segment = data.x_world_body(parts.tree.bodies[leaf.segment]);
+            let petiole = transform(x_world_segment, &leaf.x_segment_leaf.translation.vector);
+            let far = leaf.length + cup.lip_radius + near;
+            if (petiole - lip).norm_squared() > far * far {
+                continue;
+            }
+            let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
+            for (i, (gap, p_world)) in gaps.iter_mut().zip(points.iter()).enumerate() {
+                let p = inverse_transform(&x_world_leaf, p_world);
+                let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
+                if open(i) && along * along + across * across <= 1.0 && p.z.abs() <= near {
+                    *gap = gap.max(cup.leaf_gap);
+                }
             }
         }
     }
-    let lip = x_world_lip.translation.vector;
-    let points: Vec<Vec3> = cup.lip_p_lip.iter().map(|p| transform(x_world_lip, p)).collect();
-    let near = 0.5 * cup.spacing();
-    for leaf in &parts.skeleton.leaves {
-        let x_world_segment = data.x_world_body(parts.tree.bodies[leaf.segment]);
-        let petiole = transform(x_world_segment, &leaf.x_segment_leaf.translation.vector);
-        let far = leaf.length + cup.lip_radius + near;
-        if (petiole - lip).norm_squared() > far * far {
-            continue;
-        }
-        let x_world_leaf = x_world_segment * leaf.x_segment_leaf;
-        for (gap, p_world) in gaps.iter_mut().zip(&points) {
-            let p = inverse_transform(&x_world_leaf, p_world);
-            let (along, across) = (2.0 * p.x / leaf.length - 1.0, 2.0 * p.y / leaf.width);
-            if along * along + across * across <= 1.0 && p.z.abs() <= near {
-                *gap = gap.max(cup.leaf_gap);
-            }
-        }
-    }
-    move |i| gaps[i]
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
 use crate::World;
 use crate::event::WorldEvent;
+use crate::touch::Part;
 use orchard_fruit::Phase;
-use orchard_geometry::{Pose, Vec3, transform};
-use orchard_multibody::forward_kinematics;
-use orchard_robot::{Command, RobotModel};
+use orchard_geometry::{Pose, Rotation, Vec3, transform};
+use orchard_multibody::{ContactReport, forward_kinematics};
+use orchard_robot::{Command, IkTarget, RobotModel};
 use orchard_spec::Spec;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// A world of the suction robot with a fruit off its stem at the lip of the cup, pressed on it by `depth` \[m\] and off its axis by `offset`.
@@ -14,18 +16,29 @@ struct Bench {
     fruit: usize,
 }
 
+fn robot() -> Arc<RobotModel> {
+    Arc::new(RobotModel::named("rail-xarm6-suction").unwrap())
+}
+
+fn world(robot: &Arc<RobotModel>) -> World {
+    World::new(Arc::new(Spec::paper()), robot.clone(), 7, 0).unwrap()
+}
+
 impl Bench {
     fn new(depth: f64, offset: f64) -> Self {
-        let spec = Arc::new(Spec::paper());
-        let robot = Arc::new(RobotModel::named("rail-xarm6-suction").unwrap());
-        let mut world = World::new(spec, robot.clone(), 7, 0).unwrap();
+        let robot = robot();
+        Self::on(world(&robot), robot.start_command(), depth, offset)
+    }
+
+    /// The same where the arm is, while it follows a command.
+    fn on(mut world: World, command: Command, depth: f64, offset: f64) -> Self {
         let fruit = 0;
         let parts = world.parts.clone();
         let cup = parts.handle.cup.clone().unwrap();
         let point = parts.fruit.points[fruit].index();
         while world.fruit_lives().phase(fruit) == Phase::Hanging {
             world.state.data.point_force_world[point] = Vec3::z() * 60.0;
-            world.step(&robot.start_command());
+            world.step(&command);
         }
         world.drain_events();
         let data = &mut world.state.data;
@@ -36,7 +49,7 @@ impl Bench {
         let along = (reach * reach - cup.lip_radius * cup.lip_radius).sqrt();
         data.point_p_world[point] = transform(&x_world_lip, &Vec3::new(offset, 0.0, along));
         data.point_v_world[point] = Vec3::zeros();
-        Self { world, command: Command { vacuum: 1.0, ..robot.start_command() }, fruit }
+        Self { world, command: Command { vacuum: 1.0, ..command }, fruit }
     }
 
     fn point(&self) -> usize {
@@ -64,6 +77,21 @@ impl Bench {
         assert_eq!(self.world.state.data.point_force_world[point], total, "the cup takes its force back");
     }
 
+    /// Lays a leaf flat in the plane of the lip, its tip over the edge.
+    fn lay_leaf(&mut self) {
+        let mut parts = (*self.world.parts).clone();
+        let cup = parts.handle.cup.clone().unwrap();
+        let data = &self.world.state.data;
+        let x_world_lip = data.x_world_body(parts.handle.wrist()) * cup.x_wrist_lip;
+        let leaf = &mut parts.skeleton.leaves[0];
+        // On the trunk, which does not sway.
+        leaf.segment = 0;
+        let petiole = Vec3::new(-0.5 * cup.lip_radius - leaf.length, 0.0, 0.0);
+        let x_world_leaf = x_world_lip * Pose::from_parts(petiole.into(), Default::default());
+        leaf.x_segment_leaf = data.x_world_body(parts.tree.bodies[leaf.segment]).inverse() * x_world_leaf;
+        self.world.parts = Arc::new(parts);
+    }
+
     fn settle(&mut self) {
         for _ in 0..60 {
             self.step(|_| Vec3::zeros());
@@ -72,6 +100,13 @@ impl Bench {
 
     fn is_held(&self) -> bool {
         self.world.is_held(self.fruit)
+    }
+
+    /// True if the cup has lost a seal since the events were last drained.
+    fn loses_seals(&mut self) -> bool {
+        let fruit = self.fruit;
+        let lost = |e: &WorldEvent| matches!(e, WorldEvent::SealLost { fruit: i, .. } if *i == fruit);
+        self.world.drain_events().iter().any(lost)
     }
 
     fn vacuum(&self) -> f64 {
@@ -100,6 +135,7 @@ fn the_pull_off_force_is_pressure_times_area() {
     let wanted = bench.vacuum() * area;
     let force = bench.pull_off(|axis| *axis);
     assert!((force / wanted - 1.0).abs() < 0.03, "{force} N, {wanted} N");
+    assert!(bench.loses_seals(), "it came off with the valve open");
 }
 
 /// Across the axis a ball rolls over the rim of a rigid ring at F tan a, where sin a is the ring's radius over the distance of its points from
@@ -145,7 +181,10 @@ fn a_sealed_fruit_is_held_against_gravity_until_the_cup_is_vented() {
         bench.world.step(&bench.command);
     }
     assert!(!bench.is_held());
-    assert!(bench.world.drain_events().iter().any(|e| matches!(e, WorldEvent::FruitDropped { .. })));
+    let events = bench.world.drain_events();
+    assert!(events.iter().any(|e| matches!(e, WorldEvent::FruitDropped { .. })));
+    let lost = |e: &WorldEvent| matches!(e, WorldEvent::SealLost { .. });
+    assert!(!events.iter().any(lost), "it was let go on purpose: {events:?}");
 }
 
 /// A fruit far off the cup's axis leaves a gap, and the vacuum does not rise.
@@ -163,20 +202,77 @@ fn a_leaf_under_the_lip_weakens_the_seal() {
     let mut clean = Bench::new(1e-3, 0.0);
     clean.settle();
     let mut bench = Bench::new(1e-3, 0.0);
-    let mut parts = (*bench.world.parts).clone();
-    let cup = parts.handle.cup.clone().unwrap();
-    let data = &bench.world.state.data;
-    let x_world_lip = data.x_world_body(parts.handle.wrist()) * cup.x_wrist_lip;
-    // Flat in the plane of the lip, its tip over the edge.
-    let leaf = &mut parts.skeleton.leaves[0];
-    // On the trunk, which does not sway.
-    leaf.segment = 0;
-    let petiole = Vec3::new(-0.5 * cup.lip_radius - leaf.length, 0.0, 0.0);
-    let x_world_leaf = x_world_lip * Pose::from_parts(petiole.into(), Default::default());
-    leaf.x_segment_leaf = data.x_world_body(parts.tree.bodies[leaf.segment]).inverse() * x_world_leaf;
-    bench.world.parts = Arc::new(parts);
+    bench.lay_leaf();
     bench.settle();
     assert!(bench.vacuum() < 0.8 * clean.vacuum(), "{} {}", bench.vacuum(), clean.vacuum());
+}
+
+/// A leaf that a sealed lip is drawn across does not come between lip and fruit, and does once the lip has been lifted.
+#[test]
+fn no_leaf_gets_under_a_lip_that_is_closed() {
+    let mut bench = Bench::new(1e-3, 0.0);
+    bench.settle();
+    let sealed = bench.vacuum();
+    bench.lay_leaf();
+    bench.settle();
+    assert!((bench.vacuum() - sealed).abs() < 1.0, "{} {sealed}", bench.vacuum());
+    // Off the lip for a moment, then back on it.
+    let point = bench.point();
+    let (axis, p_world) = (bench.axis(), bench.world.state.data.point_p_world[point]);
+    bench.world.state.data.point_p_world[point] = p_world + axis * 0.01;
+    bench.step(|_| Vec3::zeros());
+    bench.world.state.data.point_p_world[point] = p_world;
+    bench.world.state.data.point_v_world[point] = Vec3::zeros();
+    bench.settle();
+    assert!(bench.vacuum() < 0.8 * sealed, "{} {sealed}", bench.vacuum());
+}
+
+/// The robot with an edge of its lip pressed on a branch, and the command that holds it there; `None` if the arm does not come to press on the
+/// branch.
+fn against_branch(world: &World, segment: usize) -> Option<(World, Command)> {
+    let (robot, parts) = (world.robot(), world.parts.clone());
+    let cup = parts.handle.cup.clone()?;
+    let s = &parts.skeleton.segments[segment];
+    let x_base_segment = parts.handle.x_world_base(&world.state.data).inverse()
+        * world.state.data.x_world_body(parts.tree.bodies[segment]);
+    let p_base = transform(&x_base_segment, &Vec3::new(0.0, 0.0, 0.5 * s.length));
+    // Level, the branch under the lip's edge to the right; the lip aims beyond the branch's skin.
+    let level = Rotation::from_axis_angle(&Vec3::y_axis(), FRAC_PI_2);
+    let rotation = level * Rotation::from_axis_angle(&Vec3::z_axis(), PI);
+    let p_lip = p_base + Vec3::y() * cup.lip_radius - Vec3::x() * (s.radius + cup.half_thickness - PRESS);
+    let pose = Pose::from_parts(p_lip.into(), rotation);
+    let arm = robot.kinematics();
+    let q = arm.solve(&IkTarget::Pose(pose), &arm.home()).ok()?;
+    let command = Command { arm_q: arm.values(&q), ..robot.start_command() };
+    let mut world = world.clone();
+    for _ in 0..180 {
+        world.step(&command);
+    }
+    let presses = |c: &ContactReport| {
+        let pair = [parts.colliders[c.a.index()], parts.colliders[c.b.index()]];
+        pair.contains(&Part::Wood)
+            && pair.iter().any(|part| matches!(part, Part::Cup(_)))
+            && c.force_world != Vec3::zeros()
+    };
+    world.report().contacts.iter().any(presses).then_some((world, command))
+}
+
+/// Depth by which the lip aims beyond the skin of a branch \[m\].
+const PRESS: f64 = 0.01;
+
+/// Wood under the edge of the lip keeps it open there: the vacuum stays too low to hold the fruit.
+#[test]
+fn wood_under_the_lip_prevents_the_seal() {
+    let mut clean = Bench::new(1e-3, 0.0);
+    clean.settle();
+    assert!(clean.is_held());
+    let world = world(&robot());
+    let segments = world.parts.skeleton.segments.len();
+    let (world, command) = (0..segments).find_map(|i| against_branch(&world, i)).expect("a branch in reach");
+    let mut bench = Bench::on(world, command, 1e-3, 0.0);
+    bench.settle();
+    assert!(bench.vacuum() < 0.5 * clean.vacuum(), "{} {}", bench.vacuum(), clean.vacuum());
+    assert!(!bench.is_held());
 }
 
 #[test]

@@ -100,8 +100,13 @@ impl BaselinePicker {
         if self.core.arm_stalled() && !near {
             return Next::Fail(FailureReason::GraspStalled);
         }
-        let there =
-            self.core.arm_arrived(robot) || (near && (self.core.arm_stalled() || self.core.motion.is_lost()));
+        if self.core.touches_down(left) {
+            self.core.close_hand();
+            self.core.motion.set_line_speed(self.core.config.suction.touch_speed.si());
+        }
+        let there = self.core.is_sealed(robot)
+            || self.core.arm_arrived(robot)
+            || (near && (self.core.arm_stalled() || self.core.motion.is_lost()));
         if !there {
             return Next::Stay(Phase::Grasp(Grasp::Advancing { p_goal: *p_goal }), STILL);
         }

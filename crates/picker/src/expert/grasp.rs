@@ -69,13 +69,18 @@ impl ExpertPicker {
         Next::Enter(Phase::Grasp(Grasp::lost(robot, failed)))
     }
 
-    /// Sets the hand's goal to the present estimate of the target.
-    fn steer(&mut self, robot: &RobotState) -> Option<()> {
+    /// Pose of the TCP at the grasp of the present estimate of the target, base frame.
+    fn x_grasp(&self, robot: &RobotState) -> Option<(Target, Pose)> {
         let target = self.core.target_base(robot)?;
         let rotation = self.core.attempt.as_ref()?.plan.rotation;
         let depth = grasp_depth(&self.core.arm, target.radius, &self.core.config);
         let p_goal = target.p + rotation * Vec3::z() * depth;
-        let x_goal = Pose::from_parts(p_goal.into(), rotation);
+        Some((target, Pose::from_parts(p_goal.into(), rotation)))
+    }
+
+    /// Sets the hand's goal to the present estimate of the target.
+    fn steer(&mut self, robot: &RobotState) -> Option<()> {
+        let (target, x_goal) = self.x_grasp(robot)?;
         let obstacles = self.obstacles(&target, &x_goal, robot);
         self.core.motion.home_in(&self.core.arm, x_goal, obstacles, &self.config.homing);
         Some(())
@@ -156,15 +161,22 @@ impl ExpertPicker {
     }
 
     fn advance(&mut self, mut grasp: Grasp, robot: &RobotState) -> Next {
-        if self.view(&mut grasp.views) && self.steer(robot).is_none() {
-            return Next::Fail(FailureReason::GraspUnreachable);
+        if self.view(&mut grasp.views) {
+            if self.steer(robot).is_none() {
+                return Next::Fail(FailureReason::GraspUnreachable);
+            }
+        } else if let (true, Some((_, x_goal))) = (self.core.config.sensors.base_motion, self.x_grasp(robot))
+        {
+            // The base may have moved since the last image.
+            self.core.motion.aim(x_goal);
         }
         let (Some(target), Some(attempt)) = (self.core.target_base(robot), &self.core.attempt) else {
             return Next::Fail(FailureReason::GraspStalled);
         };
         let (direction, met) = (attempt.plan.direction(), attempt.plan.met);
         let p_goal = target.p + direction * grasp_depth(&self.core.arm, target.radius, &self.core.config);
-        let left = (self.core.arm.tcp(&robot.q).translation.vector - p_goal).norm();
+        let off = self.core.arm.tcp(&robot.q).translation.vector - p_goal;
+        let left = off.norm();
         let near = left <= self.core.config.grasp.close_near.si();
         let c = &self.config.homing;
         let push = self.core.tcp_force(robot).dot(&direction);
@@ -176,7 +188,14 @@ impl ExpertPicker {
         let crowd = c.crowd.si();
         let careful = self.speed_share(Caution::after(grasp.failed));
         let pace = room.min(careful * crowd / (crowd + met as f64));
-        self.core.motion.set_homing_pace(pace.clamp(c.pace_min.si(), 1.0));
+        let mut pace = pace.clamp(c.pace_min.si(), 1.0);
+        if self.core.arm.cup().is_some() {
+            pace = pace.min(self.pace_of_cup(&off, &direction, near, robot));
+        }
+        if self.core.touches_down(left) {
+            self.core.close_hand();
+        }
+        self.core.motion.set_homing_pace(pace);
         if !near && self.core.motion.is_lost() {
             return self.try_again(grasp, FailureReason::GraspUnreachable, robot);
         }
@@ -184,13 +203,32 @@ impl ExpertPicker {
             self.core.note_yielding(robot, grasp.push.max(self.touch));
             return self.try_again(grasp, FailureReason::GraspStalled, robot);
         }
-        if !(self.core.arm_arrived(robot) || (near && (pushed || self.core.motion.is_over()))) {
+        let sealed = self.core.is_sealed(robot);
+        if !(sealed || self.core.arm_arrived(robot) || (near && (pushed || self.core.motion.is_over()))) {
             return Next::Stay(Phase::Grasp(grasp), STILL);
         }
         self.core.motion.stop();
         self.core.close_hand();
         grasp.stage = Stage::Closing { since: robot.time, width: f64::INFINITY, steady: 0.0 };
         Next::Stay(Phase::Grasp(grasp), STILL)
+    }
+
+    /// Share of its speeds at which a cup homes in: slowly before the fruit, more slowly the more the arm lags sideways behind its command, and
+    /// not at all before the fruit while the lip is beside its line. `off` is the way from the goal to the TCP \[m\].
+    fn pace_of_cup(&self, off: &Vec3, direction: &Vec3, near: bool, robot: &RobotState) -> f64 {
+        let touch = &self.core.config.suction;
+        let aside = |v: &Vec3| (v - direction * v.dot(direction)).norm();
+        let lateral_max = touch.lateral_max.si();
+        let tcp = |q| self.core.arm.tcp(q).translation.vector;
+        let lag = aside(&(tcp(self.core.motion.q()) - tcp(&robot.q)));
+        let pace = if lag > lateral_max { lateral_max / lag } else { 1.0 };
+        if !self.core.touches_down(off.norm()) {
+            return pace;
+        }
+        if aside(off) > lateral_max && !near {
+            return 0.0;
+        }
+        pace.min(touch.touch_speed.si() / self.config.homing.speed.si())
     }
 
     /// Backs out for another try, if one is left. A direction in which wood stopped the hand is not tried again.

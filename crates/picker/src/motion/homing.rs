@@ -98,8 +98,12 @@ impl Homing {
     }
 
     pub fn correct(&mut self, x_goal: Pose, obstacles: Vec<Obstacle>) {
-        self.x_goal = x_goal;
+        self.aim(x_goal);
         self.obstacles = obstacles;
+    }
+
+    pub fn aim(&mut self, x_goal: Pose) {
+        self.x_goal = x_goal;
     }
 
     pub fn set_pace(&mut self, pace: f64) {

@@ -4,6 +4,7 @@ mod grippers;
 mod harvester;
 mod kinematics;
 mod loading;
+mod moving_base;
 mod qp;
 mod servos;
 mod urdf;

@@ -62,6 +62,8 @@ pub struct History {
     pub deposited: Vec<FruitMoment>,
     /// Fruit that reached the ground.
     pub dropped: Vec<FruitMoment>,
+    /// Fruit that the suction cup lost its seal on with the valve open.
+    pub seals_lost: Vec<FruitMoment>,
     /// Intervals in which a detached fruit was held.
     pub held: Vec<HeldFruit>,
     /// Ruptures of wood.

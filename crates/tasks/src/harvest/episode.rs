@@ -377,6 +377,9 @@ pub struct EpisodeRecord {
     pub fruit_deposited: Vec<DepositEvent>,
     /// Fruit that reached the ground.
     pub fruit_dropped: Vec<FruitMoment>,
+    /// Fruit that the suction cup lost its seal on with the valve open; left out where there is none, as without a cup.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub seals_lost: Vec<FruitMoment>,
     /// Counts of the detector against truth.
     pub detection: DetectionTally,
     /// Largest stem force of the episode \[N\]; null if it was not finite.

@@ -120,6 +120,7 @@ pub fn never_started(key: EpisodeKey, reason: String) -> EpisodeRecord {
         fruit_knocked_off: Vec::new(),
         fruit_deposited: Vec::new(),
         fruit_dropped: Vec::new(),
+        seals_lost: Vec::new(),
         detection: DetectionTally::default(),
         max_stem_pull_n: None,
         commands_sha256: None,
@@ -358,6 +359,7 @@ impl EpisodeLog {
                     });
                 }
                 WorldEvent::FruitDropped { fruit, .. } => self.history.dropped.push(of(fruit)),
+                WorldEvent::SealLost { fruit, .. } => self.history.seals_lost.push(of(fruit)),
                 WorldEvent::BranchSnapped { segment, .. } => {
                     self.history.snapped.push(SnapEvent { segment: segment as u32, frame, time });
                 }
@@ -427,6 +429,7 @@ impl EpisodeLog {
             fruit_detached: self.detached,
             fruit_deposited: self.deposits,
             fruit_dropped: self.history.dropped,
+            seals_lost: self.history.seals_lost,
             detection: self.detection,
             max_stem_pull_n: finite(self.max_stem_pull),
             commands_sha256: None,

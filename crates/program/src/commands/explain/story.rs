@@ -158,6 +158,9 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
             format!("branch SNAPS at segment {}{}{because}", snap.segment, state(&snap.state)),
         ));
     }
+    for event in record.seals_lost.iter().filter(|e| within(e.frame)) {
+        lines.push((event.time, format!("the cup loses its seal on fruit {}", event.fruit)));
+    }
     for event in record.fruit_dropped.iter().filter(|e| within(e.frame)) {
         lines.push((event.time, format!("fruit {} reaches the ground", event.fruit)));
     }
