@@ -1,6 +1,7 @@
 //! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
 
 mod harvester;
+mod ik;
 mod kinematics;
 mod loading;
 mod qp;
