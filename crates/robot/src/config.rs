@@ -20,7 +20,7 @@ fn base_text(name: &str) -> Result<&'static str, String> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
-    /// Names in the URDF.
+    /// Names in the URDF. Joints that are not named are locked at 0, and their links become parts of those that carry them.
     pub parts: Parts,
     /// Posture at the start of an episode.
     pub start: Start,
@@ -46,16 +46,16 @@ pub struct RobotConfig {
     pub ik: IkConfig,
     /// Inverse kinematics by quadratic programs.
     pub qp: QpConfig,
-    /// Limits that complete or replace those of the URDF.
+    /// Limits that complete or replace those of the URDF, by joint: as in the limits file.
     #[serde(default)]
     pub limits: Limits,
     /// Folders with the packages that mesh files are in, relative to the config's folder.
     #[serde(default, skip_serializing)]
     pub package_path: Vec<String>,
-    /// Joint between the ground and the root of a URDF that has none.
+    /// Joint between the ground and the root of a URDF that has none. A frame `mount` on the ground under the root serves as `parts.base_link`.
     #[serde(default)]
     pub mount: Option<MountConfig>,
-    /// Bucket of a robot whose URDF has none.
+    /// Bucket of a robot whose URDF has none: a square box on the base, open at the top.
     #[serde(default)]
     pub bucket: Option<BucketConfig>,
     /// Reach of the arm; none for the figures of the world's config, which are the paper's robot's.
@@ -64,8 +64,8 @@ pub struct RobotConfig {
     /// Place beside the tree; none for a base that drives there.
     #[serde(default)]
     pub placement: Option<Placement>,
-    /// Figures of controllers that differ for this robot: table `picker` is laid over the config that all controllers of this project share,
-    /// table `expert` over the expert's own.
+    /// Figures of the built-in controllers that differ for this robot: table `picker` is laid over `configs/baseline/picker.toml`, which they
+    /// share, table `expert` over `configs/expert/picker.toml`.
     #[serde(default)]
     pub tuning: toml::Table,
 }
@@ -153,7 +153,7 @@ const ARM_DOF: std::ops::RangeInclusive<usize> = 4..=MAX_ARM_DOF;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parts {
-    /// Link whose frame is `base`.
+    /// Link whose frame is `base`: on the ground, x forward, y left.
     pub base_link: String,
     /// Joint of the base at the root of the URDF: planar on the ground, prismatic on a rail; none for a base that stands.
     #[serde(default)]
@@ -163,7 +163,7 @@ pub struct Parts {
     pub height_joint: Option<String>,
     /// Four to eight revolute joints of the arm, from the shoulder out.
     pub arm_joints: Vec<String>,
-    /// Prismatic joints of the two fingers; none for a hand with a suction cup.
+    /// Prismatic joints of the two fingers, on the last arm link; none for a hand with a suction cup.
     #[serde(default)]
     pub finger_joints: Option<[String; 2]>,
     /// Link of the hand: z is the approach axis, the fingers move along y.
