@@ -49,7 +49,7 @@ pub struct Args {
     /// Folder that holds packages which package:// names, or other meshes; may be given several times
     #[arg(long, value_name = "DIR")]
     package_path: Vec<PathBuf>,
-    /// Limits of joints: a TOML file with a table [JOINT] of lower, upper, velocity, effort
+    /// Limits of joints: a TOML file with a table [JOINT] of lower, upper, velocity, effort [default: those of the mapping]
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
     /// Also write the report to a JSON file; missing limits are null
@@ -131,12 +131,18 @@ fn check(args: &Args) -> Result<Checked, Failure> {
         None => RobotConfig::from_toml("ridgeback-fr3/robot.toml", PAPER_TOML),
     };
     let config = config.map_err(|e| bad(&e))?;
-    let limits = match &args.limits {
-        Some(path) => Limits::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?),
-        None => Ok(Limits::default()),
+    let limits = match (&args.limits, &args.mapping) {
+        (Some(path), _) => {
+            Limits::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?)
+        }
+        (None, Some(_)) => Ok(config.limits.clone()),
+        (None, None) => Ok(Limits::default()),
     };
     let limits = limits.map_err(|e| bad(&e))?;
-    let mut files = MeshFiles::new(&args.urdf, &args.package_path).map_err(|e| bad(&e))?;
+    let beside = args.mapping.as_ref().and_then(|path| path.parent()).unwrap_or(Path::new(""));
+    let own = config.package_path.iter().map(|folder| beside.join(folder));
+    let packages: Vec<PathBuf> = args.package_path.iter().cloned().chain(own).collect();
+    let mut files = MeshFiles::new(&args.urdf, &packages).map_err(|e| bad(&e))?;
     let loaded = Articulation::load(&text, &mut files, &limits)
         .map_err(|e| Failure::BadInput(format!("{}: {e}", args.urdf.display())))?;
     let survey = Survey::of(&text, &loaded, &config);
