@@ -37,7 +37,9 @@ mod survey;
 mod warning;
 
 pub use arm::{ArmKinematics, Jacobian, JointVector};
-pub use articulation::{Articulation, Frame, Limit, Limits, Link, LinkShape, Loaded, MeshUse, Mimic};
+pub use articulation::{
+    Articulation, Frame, Friction, Limit, Limits, Link, LinkShape, Loaded, MeshUse, Mimic,
+};
 pub use base::BaseJoint;
 pub use built_in::{PAPER_TOML, PAPER_URDF};
 pub use clearance::SelfDistance;

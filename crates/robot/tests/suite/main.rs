@@ -1,5 +1,6 @@
 //! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
 
+mod fidelity;
 mod harvester;
 mod ik;
 mod kinematics;
