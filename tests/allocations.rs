@@ -111,7 +111,7 @@ fn a_frame_with_a_fruit_on_the_cup_allocates_nothing() {
     data.point_force_world[point] = Vec3::zeros();
     data.point_p_world[point] = x_world_lip.transform_point(&Vec3::new(0.0, 0.0, along).into()).coords;
     data.point_v_world[point] = Vec3::zeros();
-    let mut run = |world: &mut World| (0..60).for_each(|_| world.step(&hold));
+    let run = |world: &mut World| (0..60).for_each(|_| world.step(&hold));
     run(&mut world);
     assert!(world.is_held(fruit), "the cup holds nothing");
     world.drain_events();

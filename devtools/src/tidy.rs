@@ -4,8 +4,10 @@ mod architecture;
 mod circles;
 mod crates;
 mod lengths;
+mod mapping;
 mod metrics;
 mod purity;
+mod robot_pages;
 mod sources;
 
 use std::path::Path;
@@ -18,11 +20,11 @@ use orchard_program::Failure;
 #[command(
     after_help = "Checks:\n  crates depend only on crates below them; picker and perception have no access to ground truth\n  \
 the files of a crate have no circular imports\n  \
-crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  \
+crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
 every source key in configs/ exists in docs/references.bib\n  no source file is longer than 800 lines (warning above 500)"
 )]
 pub struct Args {
-    /// Bring the tables of metrics in the documentation up to date instead of comparing them.
+    /// Bring the tables of metrics and robots and the reference of the mapping in the documentation up to date instead of comparing them.
     #[arg(long)]
     write: bool,
 }
@@ -112,6 +114,8 @@ fn check(root: &Path, write: bool) -> anyhow::Result<Findings> {
         Findings::errors(architecture::check(root, &packages)?),
         Findings::errors(sources::check(root)?),
         Findings::errors(metrics::check(root, write)?),
+        Findings::errors(mapping::check(root, write)?),
+        Findings::errors(robot_pages::check(root, write)?),
         lengths::check(root)?,
     ] {
         all.errors.extend(found.errors);

@@ -402,12 +402,12 @@ impl PickerConfig {
 }
 
 impl PickerConfig {
-    /// Lays a robot's figures, table `picker` of its tuning, over the config.
+    /// Fits the config to a robot's geometry and lays the robot's figures, table `picker` of its tuning, over it.
     ///
     /// # Errors
     /// An unknown field, or a value outside its range.
     pub(crate) fn tuned(&self, robot: &RobotModel) -> Result<Self, ConfigError> {
-        tuned(self, robot, "picker")
+        tuned(&self.fitted(robot), robot, "picker")
     }
 }
 

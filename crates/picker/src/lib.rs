@@ -14,6 +14,7 @@ mod config;
 mod controller_kind;
 mod drive;
 mod expert;
+mod geometry;
 mod goal;
 mod kind;
 mod machine;

@@ -29,6 +29,8 @@ fn at(base_pose: [f64; 3], speed: f64, turn: f64) -> RobotState {
         base_pose,
         base_speed: speed.abs(),
         turn_speed: turn.abs(),
+        base_velocity: [speed, 0.0, turn],
+        base_acceleration: [0.0; 3],
     }
 }
 

@@ -53,6 +53,8 @@ units! {
     PerSecond = "1/s", 1.0;
     /// Kilogram.
     Kilogram = "kg", 1.0;
+    /// Kilogram square metre.
+    KilogramSquareMetre = "kg m2", 1.0;
     /// Kilogram per cubic metre.
     KilogramPerCubicMetre = "kg/m3", 1.0;
     /// Newton.

@@ -6,7 +6,7 @@ use crate::cup::Cup;
 use crate::finger::{ChainJoint, Opening, joined};
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::parameters::{IkParameters, QpParameters};
-use orchard_geometry::{Pose, Shape, Vec3};
+use orchard_geometry::{Aabb, Pose, Shape, Vec3};
 
 pub use crate::chain::{BaseMotion, Jacobian};
 pub use crate::joint_values::JointVector;
@@ -102,6 +102,35 @@ impl ArmKinematics {
     /// Position of the first joint's frame, base frame \[m\].
     pub fn shoulder(&self) -> Vec3 {
         self.chain.hinges[0].x_parent_joint.translation.vector
+    }
+
+    /// Length of the arm from its second joint to the tool point \[m\]: the sum of the offsets of its joints, as if it could be stretched out.
+    pub fn length(&self) -> f64 {
+        let offsets =
+            self.chain.hinges.iter().skip(2).map(|hinge| hinge.x_parent_joint.translation.vector.norm());
+        offsets.sum::<f64>() + self.mounts.x_wrist_tcp.translation.vector.norm()
+    }
+
+    /// Distance from the hand's frame to the tool point along the approach \[m\].
+    pub fn hand_length(&self) -> f64 {
+        -self.x_tcp_hand().translation.z
+    }
+
+    /// Box about hand and fingers, wide open, in the tool point's frame: about the shapes on the last arm link whose middles lie beyond the
+    /// hand's frame. A point at the origin if there are none.
+    pub fn hand_box(&self) -> Aabb {
+        let (links, x_hand) = ([Pose::identity(); MAX_ARM_DOF], self.x_tcp_hand());
+        let x_tcp_wrist = self.mounts.x_wrist_tcp.inverse();
+        let open = [self.finger_stroke; 2];
+        let on_hand = self.shapes.iter().filter(|s| s.rank == self.dof());
+        let boxes = on_hand.map(|s| s.shape.aabb(&(x_tcp_wrist * s.placed(&links, &open))));
+        let beyond = boxes.filter(|b| 0.5 * (b.min.z + b.max.z) > x_hand.translation.z);
+        let none = Aabb { min: Vec3::zeros(), max: Vec3::zeros() };
+        beyond.reduce(|a, b| a.union(&b)).unwrap_or(none)
+    }
+
+    fn x_tcp_hand(&self) -> Pose {
+        self.mounts.x_wrist_tcp.inverse() * self.mounts.x_wrist_hand
     }
 
     /// Force that the hand exerts on its surroundings at the TCP \[N\], base axes. It is the force part of the least-squares wrench that

@@ -2,6 +2,7 @@
 
 use crate::articulation::{Limit, Limits};
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
+use crate::plausible::{EFFORT_MAX, MASS_MAX};
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +21,7 @@ fn base_text(name: &str) -> Result<&'static str, String> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
-    /// Names in the URDF.
+    /// Names in the URDF. Joints that are not named are locked at 0, and their links become parts of those that carry them.
     pub parts: Parts,
     /// Posture at the start of an episode.
     pub start: Start,
@@ -46,16 +47,16 @@ pub struct RobotConfig {
     pub ik: IkConfig,
     /// Inverse kinematics by quadratic programs.
     pub qp: QpConfig,
-    /// Limits that complete or replace those of the URDF.
+    /// Limits that complete or replace those of the URDF, by joint: as in the limits file.
     #[serde(default)]
     pub limits: Limits,
     /// Folders with the packages that mesh files are in, relative to the config's folder.
     #[serde(default, skip_serializing)]
     pub package_path: Vec<String>,
-    /// Joint between the ground and the root of a URDF that has none.
+    /// Joint between the ground and the root of a URDF that has none. A frame `mount` on the ground under the root serves as `parts.base_link`.
     #[serde(default)]
     pub mount: Option<MountConfig>,
-    /// Bucket of a robot whose URDF has none.
+    /// Bucket of a robot whose URDF has none: a square box on the base, open at the top.
     #[serde(default)]
     pub bucket: Option<BucketConfig>,
     /// Reach of the arm; none for the figures of the world's config, which are the paper's robot's.
@@ -64,8 +65,8 @@ pub struct RobotConfig {
     /// Place beside the tree; none for a base that drives there.
     #[serde(default)]
     pub placement: Option<Placement>,
-    /// Figures of controllers that differ for this robot: table `picker` is laid over the config that all controllers of this project share,
-    /// table `expert` over the expert's own.
+    /// Figures of the built-in controllers that differ for this robot: table `picker` is laid over `configs/baseline/picker.toml`, which they
+    /// share, table `expert` over `configs/expert/picker.toml`.
     #[serde(default)]
     pub tuning: toml::Table,
 }
@@ -153,7 +154,7 @@ const ARM_DOF: std::ops::RangeInclusive<usize> = 4..=MAX_ARM_DOF;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parts {
-    /// Link whose frame is `base`.
+    /// Link whose frame is `base`: on the ground, x forward, y left.
     pub base_link: String,
     /// Joint of the base at the root of the URDF: planar on the ground, prismatic on a rail; none for a base that stands.
     #[serde(default)]
@@ -256,6 +257,21 @@ pub struct ArmDrive {
     pub damping: Quantity,
     /// Largest acceleration of each joint's set point.
     pub acceleration_max: Quantity,
+    /// Inertia of each joint's rotor and gears as the joint feels it (that of the rotor times the square of the gear ratio); without the entry 0.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub armature: Vec<Quantity>,
+    /// Coulomb friction of each joint; without the entry that of the URDF (`<dynamics friction>`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub friction: Vec<Quantity>,
+    /// Viscous friction of each joint; without the entry that of the URDF (`<dynamics damping>`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub viscous_friction: Vec<Quantity>,
+    /// Relative error of the gravity torques that the servos compensate: at 0.05 they lift 5 % too much. From -1 to 1; without the entry 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity_error: Option<Quantity>,
+    /// Mass fixed to the tool point in addition to the URDF's, which the servos' gravity compensation knows; without the entry 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub payload: Option<Quantity>,
 }
 
 /// Position servos of the fingers. Figures of hinged fingers are those at the pads, too.
@@ -377,6 +393,35 @@ pub struct QpConfig {
     pub iterations: Count,
 }
 
+impl ArmDrive {
+    /// Field and problem of an entry that no arm of this many joints can have.
+    fn problem(&self, joints: usize) -> Option<(String, String)> {
+        let lists = [
+            ("arm.armature", &self.armature),
+            ("arm.friction", &self.friction),
+            ("arm.viscous_friction", &self.viscous_friction),
+        ];
+        for (field, list) in lists {
+            if !list.is_empty() && list.len() != joints {
+                return Some((field.to_owned(), format!("{} values for {joints} arm joints", list.len())));
+            }
+            if let Some(i) = list.iter().position(|x| !(0.0..=EFFORT_MAX).contains(&x.si())) {
+                let problem = format!("{} must be within 0 and {EFFORT_MAX:e}", list[i].value());
+                return Some((format!("{field}[{i}]"), problem));
+            }
+        }
+        let of_one = [
+            ("arm.gravity_error", &self.gravity_error, -1.0, 1.0),
+            ("arm.payload", &self.payload, 0.0, MASS_MAX),
+        ];
+        of_one.into_iter().find_map(|(field, given, low, high)| {
+            let value = given.as_ref()?.si();
+            let problem = format!("{value} must be within {low} and {high}");
+            (!(low..=high).contains(&value)).then(|| (field.to_owned(), problem))
+        })
+    }
+}
+
 impl RobotConfig {
     /// Reads a config from TOML text; `file` names the config in errors. With `base = "common"` the text leaves out what all robots share.
     ///
@@ -395,6 +440,9 @@ impl RobotConfig {
         }
         if home != joints {
             return error("start.arm_home", format!("{home} positions for {joints} arm joints"));
+        }
+        if let Some((field, problem)) = config.arm.problem(joints) {
+            return error(&field, problem);
         }
         let hand = [
             config.parts.finger_joints.is_some(),

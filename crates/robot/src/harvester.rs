@@ -1,9 +1,9 @@
 //! The articulation of a harvester from that of any robot: its mount on the ground, and no joints but those that play a part.
 
-use crate::articulation::{Articulation, Frame, Link, LinkShape, Mimic, combined, massless, moved};
+use crate::articulation::{Articulation, Frame, Friction, Link, LinkShape, Mimic, combined, massless, moved};
 use crate::config::{MountConfig, MountKind, RobotConfig};
 use orchard_geometry::{Pose, Shape, Vec3};
-use orchard_multibody::JointKind;
+use orchard_multibody::{JointKind, SpatialInertia};
 
 /// Name of the frame on the ground that a mount adds.
 const MOUNT: &str = "mount";
@@ -34,6 +34,7 @@ impl Articulation {
             self = self.locked(&kept);
         }
         self.add_bucket(config);
+        self.add_payload(config);
         self
     }
 
@@ -57,6 +58,7 @@ impl Articulation {
                 inertia: massless(),
                 shapes: Vec::new(),
                 limit: None,
+                friction: Friction::default(),
                 mimic: None,
             };
             self.links.insert(0, ground);
@@ -123,6 +125,17 @@ impl Articulation {
             frame
         });
         Self { name: self.name, frames: frames.collect(), links }
+    }
+
+    /// Adds the mass of the config's payload to the link that carries the tool, at the tool's point.
+    fn add_payload(&mut self, config: &RobotConfig) {
+        let Some(payload) = &config.arm.payload else { return };
+        let tool =
+            self.frame(&config.parts.tcp_link).and_then(|frame| Some((frame.link?, frame.x_link_frame)));
+        let Some((on, x_link_tool)) = tool else { return };
+        let load = SpatialInertia { mass: payload.si(), ..massless() };
+        let carrier = &mut self.links[on];
+        carrier.inertia = combined(&carrier.inertia, &moved(&load, &x_link_tool));
     }
 
     /// Adds the boxes of the config's bucket to the link that carries the base.

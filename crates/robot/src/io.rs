@@ -13,7 +13,7 @@ pub struct Observation {
     pub arm_q: JointValues,
     /// Arm joint velocities [rad/s].
     pub arm_v: JointValues,
-    /// Torques that the arm servos exert [N m], gravity compensation included.
+    /// Torques behind the gears of the arm [N m]: what the servos exert, gravity compensation included, less what rotors and friction take.
     pub arm_torque: JointValues,
     /// Openings of the fingers \[m\], 0 closed: distance of each pad from the plane midway between the pads.
     pub finger_q: [f64; 2],

@@ -20,6 +20,7 @@ mod finger;
 mod handle;
 mod harvester;
 mod ik;
+mod ik_trial;
 pub mod io;
 mod joint_values;
 mod mesh;
@@ -37,7 +38,9 @@ mod survey;
 mod warning;
 
 pub use arm::{ArmKinematics, BaseMotion, Jacobian, JointVector};
-pub use articulation::{Articulation, Frame, Limit, Limits, Link, LinkShape, Loaded, MeshUse, Mimic};
+pub use articulation::{
+    Articulation, Frame, Friction, Limit, Limits, Link, LinkShape, Loaded, MeshUse, Mimic,
+};
 pub use base::BaseJoint;
 pub use built_in::{PAPER_TOML, PAPER_URDF};
 pub use clearance::SelfDistance;
@@ -49,6 +52,7 @@ pub use error::RobotError;
 pub use finger::{Finger, FingerLink, Opening, Turn};
 pub use handle::{Bucket, PartGroups, RobotColliders, RobotHandle};
 pub use ik::{IkFailure, IkTarget};
+pub use ik_trial::IkTrial;
 pub use io::{Command, Observation};
 pub use joint_values::{JointValues, MAX_ARM_DOF, TooManyJoints};
 pub use mesh::MeshFacts;

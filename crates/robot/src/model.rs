@@ -12,6 +12,7 @@ use crate::joint_values::JointValues;
 use crate::outline::outline;
 use crate::resources::{NoMeshes, Resources};
 use crate::roles::Roles;
+use crate::warning::Warning;
 use orchard_geometry::{Aabb, Pose, Shape, Vec3, transform};
 use orchard_multibody::{
     Body, BodyId, Collider, ColliderId, Coupling, Data, JointKind, Model, ModelBuilder, Owner,
@@ -28,6 +29,7 @@ pub struct RobotModel {
     pub(crate) roles: Roles,
     kinematics: ArmKinematics,
     whole: SpatialInertia,
+    warnings: Vec<Warning>,
 }
 
 impl RobotModel {
@@ -44,7 +46,8 @@ impl RobotModel {
     /// # Errors
     /// [`Articulation::load`] refuses the text, or the file lacks a part that the config names.
     pub fn load(text: &str, resources: &mut dyn Resources, config: &RobotConfig) -> Result<Self, RobotError> {
-        Self::of(text, Articulation::load(text, resources, &config.limits)?.articulation, config)
+        let loaded = Articulation::load(text, resources, &config.limits)?;
+        Ok(Self { warnings: loaded.warnings, ..Self::of(text, loaded.articulation, config)? })
     }
 
     /// Robot of an articulation that was loaded from URDF text, on the config's mount and with its bucket. Joints that play no part are locked
@@ -57,12 +60,18 @@ impl RobotModel {
         let roles = Roles::find(&articulation, &config.parts)?;
         let kinematics = ArmKinematics::new(&articulation, &roles, config)?;
         let whole = whole_inertia(&articulation, &roles, config);
-        Ok(Self { urdf: text.to_owned(), articulation, config: config.clone(), roles, kinematics, whole })
+        let (urdf, config) = (text.to_owned(), config.clone());
+        Ok(Self { urdf, articulation, config, roles, kinematics, whole, warnings: Vec::new() })
     }
 
     /// URDF text that the robot was read from.
     pub fn urdf(&self) -> &str {
         &self.urdf
+    }
+
+    /// What its description leaves open or gets wrong, and what was assumed instead.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// The moving links.

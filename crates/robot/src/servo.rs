@@ -11,8 +11,12 @@
 //! The arm's set points obey the joints' speed and acceleration limits. A command gives their positions at the end of the frame and their
 //! velocities there. Meanwhile they move at those velocities, plus the largest speed from which their offset can be braked away
 //! ([`crate::braking`]). So they follow a smooth command without lag and come to rest at a command of velocity 0.
+//!
+//! Between an arm's servo and its link lies the drivetrain ([`drivetrain`]): rotor inertia and friction, which the servo's limit and its
+//! prediction leave out and which act beyond it.
 
 mod base;
+mod drivetrain;
 
 use crate::articulation::Limit;
 use crate::base::BaseJoint;
@@ -20,11 +24,13 @@ use crate::braking::{stopping_speed, velocity_range};
 use crate::finger::FoundFinger;
 use crate::handle::RobotHandle;
 use crate::io::Command;
-use crate::joint_values::JointValues;
+use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::model::RobotModel;
 use base::BaseServo;
+use drivetrain::{Drivetrain, Loss};
 use orchard_geometry::Vec3;
 use orchard_multibody::{Data, Model};
+use orchard_quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// Servos of one robot. They hold the set points, which move no faster than the hardware allows.
@@ -32,6 +38,8 @@ use serde::{Deserialize, Serialize};
 pub struct Servos {
     robot: Parameters,
     set: SetPoints,
+    /// What the arm's drivetrains take in the present substep.
+    losses: [Loss; MAX_ARM_DOF],
 }
 
 /// Set points of a robot's servos: the part of [`Servos`] that a step changes.
@@ -50,6 +58,9 @@ struct Parameters {
     height: Option<Gains>,
     arm: Gains,
     arm_acceleration: f64,
+    drivetrains: [Drivetrain; MAX_ARM_DOF],
+    /// Compensated gravity torque over the true one \[1\].
+    gravity_share: f64,
     finger: Option<Gains>,
     finger_speed: f64,
     finger_force: f64,
@@ -86,6 +97,15 @@ impl Input {
     fn constant(torque: f64) -> Self {
         Self { stiffness: 0.0, damping: 0.0, rest: 0.0, torque }
     }
+
+    /// Returns the drive with what its drivetrain takes.
+    fn with(self, loss: &Loss) -> Self {
+        // Sums with nothing are left out, so that robots without losses keep their bits.
+        if *loss == Loss::default() {
+            return self;
+        }
+        Self { damping: self.damping + loss.damping(), torque: self.torque + loss.torque(), ..self }
+    }
 }
 
 impl FingerServo {
@@ -117,6 +137,21 @@ impl Gains {
             Input { stiffness: 0.0, damping: 0.0, rest: joint.q, torque: limit.copysign(predicted) }
         }
     }
+}
+
+/// Drivetrains of the arm's joints: the config's figures, else the description's.
+fn drivetrains(robot: &RobotModel) -> [Drivetrain; MAX_ARM_DOF] {
+    let arm = &robot.config().arm;
+    std::array::from_fn(|i| {
+        let Some(&link) = robot.roles.arm.get(i) else { return Drivetrain::default() };
+        let friction = robot.articulation().links[link].friction;
+        let given = |list: &[Quantity], other: f64| list.get(i).map_or(other, Quantity::si);
+        Drivetrain {
+            armature: given(&arm.armature, 0.0),
+            coulomb: given(&arm.friction, friction.coulomb),
+            viscous: given(&arm.viscous_friction, friction.viscous),
+        }
+    })
 }
 
 struct Joint {
@@ -156,11 +191,14 @@ impl Servos {
                 arm_rate: JointValues::zeros(start.arm_q.len()),
                 finger_target: [start.finger_q; 2],
             },
+            losses: [Loss::default(); MAX_ARM_DOF],
             robot: Parameters {
                 base: c.drive.as_ref().map(|c| BaseServo::new(c, robot.mass(), robot.yaw_inertia(), rail)),
                 height: c.height.as_ref().map(Gains::new),
                 arm: Gains { stiffness: c.arm.stiffness.si(), damping: c.arm.damping.si() },
                 arm_acceleration: c.arm.acceleration_max.si(),
+                drivetrains: drivetrains(robot),
+                gravity_share: 1.0 + c.arm.gravity_error.as_ref().map_or(0.0, |error| error.si()),
                 finger: c
                     .finger
                     .as_ref()
@@ -219,18 +257,27 @@ impl Servos {
         self.drive_fingers(model, data, handle, command, h);
     }
 
-    /// Enforces the arm's effort limits after contact, which the prediction cannot know. Call it after a substep: a servo that exerted more
-    /// than its limit at the substep's end gets the limit as a constant torque, and the result is true if the substep must be repeated
-    /// from its start.
-    pub fn cap_overshoot(&self, model: &Model, data: &mut Data, handle: &RobotHandle) -> bool {
+    /// Enforces the arm's effort limits and its Coulomb friction after contact, which the prediction cannot know. Call it after a substep: a
+    /// servo that exerted more than its limit at the substep's end gets the limit as a constant torque, a joint that stuck under more than its
+    /// friction slips, and the result is true if the substep must be repeated from its start.
+    pub fn cap_overshoot(&mut self, model: &Model, data: &mut Data, handle: &RobotHandle) -> bool {
         let mut capped = false;
-        for (&body, limit) in handle.arm.iter().zip(self.robot.kinematics.limits()) {
+        let limits = self.robot.kinematics.limits().iter().zip(&mut self.losses);
+        for (&body, (limit, loss)) in handle.arm.iter().zip(limits) {
             let (dof, q) = (model.dofs(body).start, data.q[model.qs(body).start]);
-            let exerted = data.stiffness[dof] * (data.rest[dof] - q) - data.damping[dof] * data.v[dof]
-                + data.torque[dof];
-            if exerted.abs() > limit.effort * (1.0 + EFFORT_SLACK) {
-                let torque = limit.effort.copysign(exerted);
-                write(data, dof, Input { stiffness: 0.0, damping: 0.0, rest: q, torque });
+            let mut servo = Input {
+                stiffness: data.stiffness[dof],
+                damping: data.damping[dof] - loss.damping(),
+                rest: data.rest[dof],
+                torque: data.torque[dof] - loss.torque(),
+            };
+            let exerted = servo.stiffness * (servo.rest - q) - servo.damping * data.v[dof] + servo.torque;
+            let overshoots = exerted.abs() > limit.effort * (1.0 + EFFORT_SLACK);
+            if overshoots {
+                servo = Input { rest: q, ..Input::constant(limit.effort.copysign(exerted)) };
+            }
+            if loss.breaks_free(data.v[dof], EFFORT_SLACK) || overshoots {
+                write(data, dof, servo.with(loss));
                 capped = true;
             }
         }
@@ -273,12 +320,12 @@ impl Servos {
             *rate = speed.max(slowest).min(fastest);
             *target = (*target + *rate * h).clamp(limit.lower, limit.upper);
             let dof = model.dofs(handle.arm[i]).start;
-            let joint = Joint { q: q[i], v: data.v[dof], inertia: inertia[i] };
-            write(
-                data,
-                dof,
-                self.robot.arm.input(&joint, self.set.arm_target[i], holding[i], limit.effort, h),
-            );
+            let drivetrain = &self.robot.drivetrains[i];
+            let joint = Joint { q: q[i], v: data.v[dof], inertia: inertia[i] + drivetrain.armature };
+            let feed_forward = holding[i] * self.robot.gravity_share;
+            let servo = self.robot.arm.input(&joint, self.set.arm_target[i], feed_forward, limit.effort, h);
+            self.losses[i] = drivetrain.loss(&joint, &servo, -holding[i], h);
+            write(data, dof, servo.with(&self.losses[i]));
         }
     }
 

@@ -43,6 +43,8 @@ pub enum Purpose {
     ScalingKick,
     /// Choice of a submission's episodes that the leaderboard runs again.
     LeaderboardSample,
+    /// Postures by which inverse kinematics are checked.
+    Kinematics,
     /// Test fixtures.
     Test,
 }
@@ -68,6 +70,7 @@ impl Purpose {
             Purpose::Permutation => "permutation",
             Purpose::ScalingKick => "scaling-kick",
             Purpose::LeaderboardSample => "leaderboard-sample",
+            Purpose::Kinematics => "kinematics",
             Purpose::Test => "test",
         }
     }

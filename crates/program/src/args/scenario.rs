@@ -1,6 +1,7 @@
 //! The options of a scenario, the same for every command.
 
 use std::path::PathBuf;
+use std::sync::Once;
 
 use orchard_scenario::{OptionValue, Options, Scenario, ScenarioError, StoredScenario};
 
@@ -198,7 +199,20 @@ impl ScenarioArgs {
 }
 
 fn resolve(options: &Options, program: &Program) -> Result<Scenario, Failure> {
-    Scenario::resolve(options, program.controllers()).map_err(refused)
+    let scenario = Scenario::resolve(options, program.controllers()).map_err(refused)?;
+    TOLD.call_once(|| tell_warnings(&scenario));
+    Ok(scenario)
+}
+
+/// Called once a process: a command may resolve its scenario several times.
+static TOLD: Once = Once::new();
+
+/// Tells what the robot's description leaves open or gets wrong.
+fn tell_warnings(scenario: &Scenario) {
+    let name = &scenario.names().scene.robot;
+    for warning in scenario.robot().warnings() {
+        note!("note: robot {name}: {warning}");
+    }
 }
 
 fn refused(e: ScenarioError) -> Failure {

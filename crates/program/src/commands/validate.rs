@@ -1,7 +1,8 @@
-//! `orchard validate`: compares the simulator with measurements and with f64 results, and writes a file of rows.
+//! `orchard validate`: compares the simulator with measurements, with f64 results and with itself, and writes a file of rows.
 
 #[cfg(feature = "gpu")]
 mod gpu;
+pub mod ik;
 mod trees;
 
 use std::path::PathBuf;
@@ -11,11 +12,12 @@ use crate::failure::Failure;
 use crate::failure::Verdict;
 use crate::rows::{Effort, Suite, run_suite};
 
-/// Compares the simulator with published measurements, or the graphics device with f64, and writes the rows to a file.
+/// Compares the simulator with published measurements, the graphics device with f64, or inverse with forward kinematics; writes the rows to a
+/// file.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n  gpu    trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
-                  A row has the figure of the grown trees, the measured figure as its target, and the target interval.\n\
+    after_help = "Suites:\n  trees  200 grown trees of each calibrated preset against measured apple trees\n  ik     10,000 reachable tool poses of each robot, solved by both inverse kinematics\n  gpu    trees on the graphics device against the same trees in f64: states, ruptures, detachments\n\n\
+                  A row of trees has the figure of the grown trees, the measured figure as its target, and the target interval.\n\
                   Histograms are written to the folder FILE-pictures beside FILE. A missed target gives exit code 1 unless\n\
                   its row has a reason why it cannot be met.\n\nExample:\n  orchard validate trees --json trees.json"
 )]
@@ -32,6 +34,11 @@ const SUITES: &[Suite] = &[
         name: "trees",
         about: "200 grown trees of each calibrated preset against measured ones",
         measure: trees::measure,
+    },
+    Suite {
+        name: "ik",
+        about: "10,000 reachable tool poses of each robot, solved by both inverse kinematics",
+        measure: ik::measure,
     },
     #[cfg(feature = "gpu")]
     Suite {

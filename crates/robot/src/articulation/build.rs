@@ -2,12 +2,12 @@
 
 use super::inertia::{NO_MASS, combined, inertia_of, least, massless};
 use super::motion::{Freedom, Motion};
-use super::parts::{Articulation, Frame, Limit, Link, LinkShape, Mimic};
+use super::parts::{Articulation, Frame, Friction, Limit, Link, LinkShape, Mimic};
 use super::place::{kind_of, moved_by, pose_of};
 use super::shape::Shapes;
 use super::tree::Tree;
 use crate::RobotError;
-use crate::plausible::{LENGTH_MAX, check_inertial, within};
+use crate::plausible::{EFFORT_MAX, LENGTH_MAX, check_inertial, within};
 use crate::warning::Warning;
 use orchard_geometry::Pose;
 use orchard_multibody::JointKind;
@@ -64,6 +64,7 @@ impl<'a, 'r> Builder<'a, 'r> {
                 inertia: massless(),
                 shapes: Vec::new(),
                 limit: None,
+                friction: Friction::default(),
                 mimic: None,
             });
             ground = Some(0);
@@ -148,6 +149,7 @@ impl<'a, 'r> Builder<'a, 'r> {
             inertia: massless(),
             shapes: Vec::new(),
             limit: limit_from_zero(&freedom),
+            friction: friction_of(joint)?,
             mimic: None,
         });
         Ok(Place { on: Some(self.links.len() - 1), x: x_joint_link, reach })
@@ -180,6 +182,18 @@ impl<'a, 'r> Builder<'a, 'r> {
             }
         }
     }
+}
+
+/// Friction that a description states for a joint; none by default.
+fn friction_of(joint: &urdf_rs::Joint) -> Result<Friction, RobotError> {
+    let Some(dynamics) = &joint.dynamics else { return Ok(Friction::default()) };
+    let Friction { coulomb, viscous } = Friction { coulomb: dynamics.friction, viscous: dynamics.damping };
+    within(&format!("dynamics of joint `{}`", joint.name), &[coulomb, viscous], EFFORT_MAX)?;
+    if coulomb < 0.0 || viscous < 0.0 {
+        let problem = "its friction or damping is negative";
+        return Err(RobotError::Limit { joint: joint.name.clone(), problem });
+    }
+    Ok(Friction { coulomb, viscous })
 }
 
 /// Limits of a joint by its own q, which counts from the offset of a follower.

@@ -15,7 +15,7 @@ mod tree;
 
 pub(crate) use inertia::{ROUNDING, combined, massless, matrix_of, moments, moved, point_inertia};
 pub use limits::Limits;
-pub use parts::{Articulation, Frame, Limit, Link, LinkShape, Mimic};
+pub use parts::{Articulation, Frame, Friction, Limit, Link, LinkShape, Mimic};
 pub(crate) use place::moved_by;
 pub use shape::MeshUse;
 

@@ -34,6 +34,15 @@ impl Limit {
     }
 }
 
+/// Friction of a joint with one degree of freedom.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Friction {
+    /// Coulomb friction [N m or N].
+    pub coulomb: f64,
+    /// Viscous friction [N m s/rad or N s/m].
+    pub viscous: f64,
+}
+
 /// Coupling of a joint to another: q = multiplier * q of the leader. An offset of the description is part of the placement, so that the
 /// follower's q counts from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +83,8 @@ pub struct Link {
     pub shapes: Vec<LinkShape>,
     /// Limits, for hinges and slides.
     pub limit: Option<Limit>,
+    /// Friction in the description.
+    pub friction: Friction,
     /// Coupling to another joint.
     pub mimic: Option<Mimic>,
 }

@@ -12,7 +12,8 @@ const STALLED: f64 = 1e-7;
 
 impl ArmKinematics {
     /// Finds a posture that meets the target within the tolerances of [`ArmKinematics::solve`], the joint limits and the clearance between
-    /// links, from `q_start`, else from the home posture and the same restarts as there.
+    /// links, from `q_start`, else from the home posture and the same restarts as there. If none of them leads to a posture with that
+    /// clearance, they are tried again with links that may come as near as touching.
     ///
     /// A step minimises `|J dq - e|^2 + mu |dq - dq_n|^2` with the damping mu and the homeward motion dq_n of damped least
     /// squares, subject to `|dq|` under the largest step, the joint ranges and `d + g . dq >= d_min`.
@@ -20,14 +21,30 @@ impl ArmKinematics {
     /// # Errors
     /// No posture was found, or an input is not finite.
     pub fn solve_qp(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
-        self.with_restarts(q_start, |start| self.solve_qp_near(target, start))
+        let clear = self.with_restarts(q_start, |start| self.solve_qp_near(target, start));
+        match clear {
+            Err(IkFailure::Unreachable { .. }) => {
+                self.with_restarts(q_start, |start| self.solve_qp_apart(target, start, 0.0))
+            }
+            done => done,
+        }
     }
 
-    /// Solves as [`ArmKinematics::solve_qp`] does, without restarts.
+    /// Solves as [`ArmKinematics::solve_qp`] does, without restarts and with the clearance between links.
     ///
     /// # Errors
     /// No posture was found, or an input is not finite.
     pub fn solve_qp_near(&self, target: &IkTarget, q_start: &JointVector) -> Result<JointVector, IkFailure> {
+        self.solve_qp_apart(target, q_start, self.qp.self_clearance)
+    }
+
+    /// Solves without restarts, with steps that keep links apart by a distance \[m\].
+    fn solve_qp_apart(
+        &self,
+        target: &IkTarget,
+        q_start: &JointVector,
+        apart: f64,
+    ) -> Result<JointVector, IkFailure> {
         if !target.is_finite() || q_start.iter().any(|x| !x.is_finite()) {
             return Err(IkFailure::NotFinite);
         }
@@ -41,7 +58,7 @@ impl ArmKinematics {
             }
             let rows = near.iter().map(|pair| Row {
                 gradient: pair.gradient,
-                least: self.qp.self_clearance - pair.distance,
+                least: apart - pair.distance,
                 penalty: None,
             });
             let step = self.pose_step(&q, &residual, rows.collect());

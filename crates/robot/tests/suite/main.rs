@@ -1,7 +1,9 @@
 //! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
 
+mod fidelity;
 mod grippers;
 mod harvester;
+mod ik;
 mod kinematics;
 mod loading;
 mod moving_base;

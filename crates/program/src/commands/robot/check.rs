@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use orchard_bench::store::{write_bytes, write_json};
-use orchard_robot::{Articulation, Draft, Limits, Loaded, PAPER_TOML, RobotConfig, Survey};
+use orchard_robot::{Articulation, Draft, Limits, Loaded, PAPER_TOML, RobotConfig, RobotModel, Survey};
 use orchard_scenario::MeshFiles;
 
 use super::{draft, picture, table};
+use crate::commands::validate::ik;
 use crate::failure::Failure;
 use crate::picture_file;
 
@@ -48,7 +49,7 @@ pub struct Args {
     /// Folder that holds packages which package:// names, or other meshes; may be given several times
     #[arg(long, value_name = "DIR")]
     package_path: Vec<PathBuf>,
-    /// Limits of joints: a TOML file with a table [JOINT] of lower, upper, velocity, effort
+    /// Limits of joints: a TOML file with a table [JOINT] of lower, upper, velocity, effort [default: those of the mapping]
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
     /// Also write the report to a JSON file; missing limits are null
@@ -57,6 +58,9 @@ pub struct Args {
     /// Draw the robot at q = 0 from the side and from above: a PNG file
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
+    /// Let both inverse kinematics solve N reachable tool poses, and tell how many they solve; needs a robot that can harvest here
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    ik: Option<u32>,
     /// End with exit code 3 if the robot cannot harvest here
     #[arg(long)]
     require_harvest: bool,
@@ -67,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         picture_file::check("--picture", path)?;
     }
     let start = Instant::now();
-    let Checked { survey, loaded, bytes } = check(args)?;
+    let Checked { survey, loaded, robot, bytes } = check(args)?;
     say!("{}", table::text(&survey).trim_end());
     // The time is told and stored nowhere: it differs from run to run.
     note!(
@@ -87,6 +91,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.picture {
         picture_file::write(path, &picture::draw(&loaded.articulation, &parts(&survey, &guesses)))?;
     }
+    match (args.ik, robot) {
+        (Some(poses), Some(robot)) => {
+            let solved = ik::solved(robot.kinematics(), poses, || ());
+            say!(
+                "Inverse kinematics: of {poses} reachable tool poses damped least squares solve {}, quadratic programs {}.",
+                solved.least_squares,
+                solved.programs
+            );
+        }
+        (Some(_), None) => note!("--ik: no poses are tried, since the robot cannot harvest here"),
+        (None, _) => {}
+    }
     match survey.obstacle {
         Some(reason) if args.require_harvest => {
             Err(Failure::Unmet(format!("{}: this robot cannot harvest here: {reason}", args.urdf.display())))
@@ -99,6 +115,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 struct Checked {
     survey: Survey,
     loaded: Loaded,
+    /// The robot, if it can harvest here.
+    robot: Option<RobotModel>,
     /// Size of all collision meshes \[bytes\].
     bytes: usize,
 }
@@ -113,15 +131,23 @@ fn check(args: &Args) -> Result<Checked, Failure> {
         None => RobotConfig::from_toml("ridgeback-fr3/robot.toml", PAPER_TOML),
     };
     let config = config.map_err(|e| bad(&e))?;
-    let limits = match &args.limits {
-        Some(path) => Limits::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?),
-        None => Ok(Limits::default()),
+    let limits = match (&args.limits, &args.mapping) {
+        (Some(path), _) => {
+            Limits::from_toml(&path.display().to_string(), &read(path, orchard_input::CONFIG)?)
+        }
+        (None, Some(_)) => Ok(config.limits.clone()),
+        (None, None) => Ok(Limits::default()),
     };
     let limits = limits.map_err(|e| bad(&e))?;
-    let mut files = MeshFiles::new(&args.urdf, &args.package_path).map_err(|e| bad(&e))?;
+    let beside = args.mapping.as_ref().and_then(|path| path.parent()).unwrap_or(Path::new(""));
+    let own = config.package_path.iter().map(|folder| beside.join(folder));
+    let packages: Vec<PathBuf> = args.package_path.iter().cloned().chain(own).collect();
+    let mut files = MeshFiles::new(&args.urdf, &packages).map_err(|e| bad(&e))?;
     let loaded = Articulation::load(&text, &mut files, &limits)
         .map_err(|e| Failure::BadInput(format!("{}: {e}", args.urdf.display())))?;
-    Ok(Checked { survey: Survey::of(&text, &loaded, &config), loaded, bytes: files.bytes })
+    let survey = Survey::of(&text, &loaded, &config);
+    let robot = RobotModel::of(&text, loaded.articulation.clone(), &config).ok();
+    Ok(Checked { survey, loaded, robot, bytes: files.bytes })
 }
 
 /// Parts for the picture: those of the mapping that the robot has, else the guesses.

@@ -36,6 +36,7 @@ fn arguments(urdf: &Path) -> Args {
         limits: None,
         json: None,
         picture: None,
+        ik: None,
         require_harvest: false,
     }
 }
