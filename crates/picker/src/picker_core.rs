@@ -408,6 +408,7 @@ mod tests {
         };
         assert!(core.tcp_force(&robot).norm() < 1e-6, "{}", core.tcp_force(&robot));
         core.config.sensors.base_motion = false;
-        assert!(core.tcp_force(&robot).norm() > 3.0, "{}", core.tcp_force(&robot));
+        // Without the base's motion the arm's own inertia looks like a push along the rail.
+        assert!(core.tcp_force(&robot).y.abs() > 0.1, "{}", core.tcp_force(&robot));
     }
 }
