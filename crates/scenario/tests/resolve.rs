@@ -65,7 +65,10 @@ fn what_a_user_can_get_wrong_names_the_option_and_what_there_is() {
     let e = refused(&[("camera", "eye")]);
     assert!(e.starts_with("--camera: no camera 'eye'; the cameras are: ideal, paper, d435i"), "{e}");
     let e = refused(&[("robot", "r2")]);
-    assert_eq!(e, "--robot: no robot 'r2'; the robots are: ridgeback-fr3, fr3-fixed, rail-xarm6-suction");
+    assert_eq!(
+        e,
+        "--robot: no robot 'r2'; the robots are: ridgeback-fr3, fr3-fixed, rail-xarm6-suction, husky-ur5e-2f85"
+    );
     let e = refused(&[("controller", "nobody")]);
     assert!(e.starts_with("--controller: no controller 'nobody'; the controllers are: baseline"), "{e}");
     let e = refused(&[("config", "no/such.toml")]);

@@ -190,7 +190,7 @@ impl State {
 
     /// Emits an event for the fruit whose seal the cup has lost although its valve is open; a vented cup lets go on purpose.
     fn note_lost_seals(&mut self, valve: f64) {
-        if !(valve > 0.0) {
+        if valve.is_nan() || valve <= 0.0 {
             return;
         }
         let frame = self.frame;

@@ -199,7 +199,7 @@ mod tests {
     fn viscous_friction_bounds_the_speed() {
         let mut wheel = Wheel::new(Drivetrain { viscous: 2.0, ..Drivetrain::default() });
         wheel.run(1.0, 0.0, 20);
-        let expected = 0.5 * (1.0 - (1.0 + H * 2.0 / INERTIA).powi(-20));
+        let expected = 0.5 * (1.0 - orchard_geometry::math::pow(1.0 + H * 2.0 / INERTIA, -20.0));
         assert!((wheel.data.v[0] - expected).abs() < 1e-12, "{} {expected}", wheel.data.v[0]);
         wheel.run(1.0, 0.0, 400);
         assert!((wheel.data.v[0] - 0.5).abs() < 1e-6, "{}", wheel.data.v[0]);
