@@ -1,5 +1,7 @@
 //! Robots that come with the crate.
 
+use std::sync::OnceLock;
+
 use crate::config::RobotConfig;
 use crate::model::RobotModel;
 
@@ -28,6 +30,9 @@ const ROBOTS: [BuiltIn; 4] = [
     built_in!("husky-ur5e-2f85"),
 ];
 
+/// The robots that were asked for: each is read once.
+static READ: [OnceLock<RobotModel>; ROBOTS.len()] = [const { OnceLock::new() }; ROBOTS.len()];
+
 impl RobotModel {
     /// Name of the paper's robot.
     pub const PAPER: &str = ROBOTS[0].name;
@@ -42,12 +47,16 @@ impl RobotModel {
     /// # Errors
     /// There is none of that name; the message lists all names.
     pub fn named(name: &str) -> Result<Self, String> {
-        let found = ROBOTS.iter().find(|robot| robot.name == name);
-        let BuiltIn { name, urdf, toml } = found
+        let found = ROBOTS.iter().zip(&READ).find(|(robot, _)| robot.name == name);
+        let (BuiltIn { name, urdf, toml }, read) = found
             .ok_or_else(|| format!("no robot '{name}'; the robots are: {}", Self::names().join(", ")))?;
+        if let Some(robot) = read.get() {
+            return Ok(robot.clone());
+        }
         let config =
             RobotConfig::from_toml(&format!("{name}/robot.toml"), toml).map_err(|e| e.to_string())?;
-        Self::from_urdf(urdf, &config).map_err(|e| format!("{name}/robot.urdf: {e}"))
+        let robot = Self::from_urdf(urdf, &config).map_err(|e| format!("{name}/robot.urdf: {e}"))?;
+        Ok(read.get_or_init(|| robot).clone())
     }
 
     /// The paper's robot, `ridgeback-fr3`.
