@@ -117,7 +117,7 @@ fn it_drives_around_the_tree() {
     }
 }
 
-/// Where the target lies ahead, places on the line of the heading have it at the wanted distances, and cost no turn.
+/// Places straight ahead or behind, on the line of the heading, from which the target is at one of the wanted distances: the base need not turn to reach them.
 #[test]
 fn places_straight_ahead_take_no_turn() {
     let law = Mobility::Wheels(WHEELS);

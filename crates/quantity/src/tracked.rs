@@ -188,7 +188,7 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
     }
 }
 
-/// What a variant holds.
+/// Content of an enum's variant.
 struct Content<'a> {
     name: String,
     value: Option<Value>,
@@ -292,7 +292,7 @@ mod tests {
         planted: Option<String>,
     }
 
-    /// What both readers make of a text: the document, or the place and the problem.
+    /// Reads a text with our reader and with `serde_path_to_error`; an error is its place and its problem.
     fn both(text: &str) -> [Result<Doc, (String, String)>; 2] {
         let table: Table = text.parse().unwrap();
         let path = Path::default();

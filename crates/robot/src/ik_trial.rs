@@ -4,7 +4,7 @@ use crate::arm::ArmKinematics;
 use crate::ik::{IkFailure, IkTarget};
 use crate::joint_values::{JointValues, JointVector};
 
-/// Whether each solver found a posture for a pose.
+/// Result of one pose: true for each solver that found a posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IkTrial {
     /// Damped least squares ([`ArmKinematics::solve`]).

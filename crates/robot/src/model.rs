@@ -69,7 +69,7 @@ impl RobotModel {
         &self.urdf
     }
 
-    /// What its description leaves open or gets wrong, and what was assumed instead.
+    /// Warnings: gaps and errors of the description, each with the value assumed instead.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }

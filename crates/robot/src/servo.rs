@@ -38,7 +38,7 @@ use serde::{Deserialize, Serialize};
 pub struct Servos {
     robot: Parameters,
     set: SetPoints,
-    /// What the arm's drivetrains take in the present substep.
+    /// Torques that friction and rotors take from the arm's servos in the present substep \[N m\].
     losses: [Loss; MAX_ARM_DOF],
 }
 

@@ -1,4 +1,4 @@
-//! What lies between a joint's motor and its link: the inertia of rotor and gears, and friction.
+//! Drivetrain of a joint: the inertia of its rotor and gears, and its friction, between motor and link.
 //!
 //! A drivetrain with armature B, Coulomb friction F and viscous friction b exerts `-B (v' - v) / h - b v' - f` on its joint over a substep of
 //! length h, with `|f| <= F`. The first two terms are a damper and a torque, which the step takes implicitly. f is foreseen from the joint

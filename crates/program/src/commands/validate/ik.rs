@@ -19,7 +19,7 @@ const SHARE: f64 = 0.99;
 /// Most draws of a posture whose links do not overlap.
 const DRAWS: u32 = 1000;
 
-/// How many poses each solver solved.
+/// Number of poses that each solver solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Solved {
     /// Number of poses.
