@@ -53,15 +53,27 @@ impl Sight {
             Sight::MeanFruit { p_world, radius } => {
                 let p_camera = transform(&truth.x_world_camera.inverse(), &p_world);
                 let labels = &truth.capture.truth.label;
+                let camera = observation.intrinsics;
+                // Middle of the phantom's image, and a length that no part of the image is beyond; a ray for every pixel of every image takes minutes.
+                let image = camera
+                    .project(&p_camera)
+                    .map(|(u, v)| (u, v, 2.0 * camera.fx * radius / (p_camera.z - radius).max(0.5 * radius)));
+                let phantom = |u: f64, v: f64| {
+                    let (u_middle, v_middle, reach) = image?;
+                    if (u - u_middle).abs().max((v - v_middle).abs()) > reach {
+                        return None;
+                    }
+                    let ray = camera.ray(u, v).normalize();
+                    let along = ray.dot(&p_camera);
+                    let inside = radius * radius - (p_camera - ray * along).norm_squared();
+                    (inside > 0.0).then(|| ((along - inside.sqrt()) * ray.z) as f32)
+                };
                 for v in 0..depth.height() {
                     for u in 0..depth.width() {
-                        let ray = observation.intrinsics.ray(u as f64, v as f64).normalize();
-                        let along = ray.dot(&p_camera);
-                        let inside = radius * radius - (p_camera - ray * along).norm_squared();
-                        if along > 0.0 && inside > 0.0 {
-                            depth[(u, v)] = ((along - inside.sqrt()) * ray.z) as f32;
-                        } else if labels[(u, v)] == Label::Fruit {
-                            depth[(u, v)] = 0.0;
+                        match phantom(u as f64, v as f64) {
+                            Some(nearest) => depth[(u, v)] = nearest,
+                            None if labels[(u, v)] == Label::Fruit => depth[(u, v)] = 0.0,
+                            None => {}
                         }
                     }
                 }

@@ -1,7 +1,7 @@
 //! `cargo xtask fuzz`: the targets under `fuzz/`, each for a bounded time.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::Context;
@@ -108,7 +108,7 @@ pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
         }
         return Ok(Verdict::Skipped(reason));
     }
-    let folder = target_folder().join("fuzz");
+    let folder = workspace::target().join("fuzz");
     let this = std::env::current_exe().context("cannot find this program")?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
@@ -124,7 +124,7 @@ pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
         return Err(Failure::Failed("the fuzz targets cannot be built".into()));
     }
     valid_files(&folder.join(FILES))?;
-    let program = target_folder().join("debug/orchard-fuzz");
+    let program = workspace::target().join("debug/orchard-fuzz");
     eprintln!("{} targets, {seconds} s each, one on every processor", TARGETS.len());
     let logs =
         TARGETS.par_iter().with_max_len(1).map(|target| run_target(&folder, &program, target, seconds));
@@ -218,8 +218,4 @@ fn compiler() -> Result<(), String> {
         Ok(status) if status.success() => Ok(()),
         _ => Err(format!("C++ compiler {name} not found; libFuzzer needs one (set CXX to use another)")),
     }
-}
-
-fn target_folder() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace::root().join("target"), PathBuf::from)
 }

@@ -17,7 +17,7 @@ pub struct Environment {
 
 /// Folder of a suite's environment and of its last run's output.
 pub fn folder(suite: &str) -> PathBuf {
-    workspace::root().join("target").join(suite)
+    workspace::target().join(suite)
 }
 
 /// Folder of a suite's scripts and pinned packages.

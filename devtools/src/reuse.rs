@@ -40,18 +40,18 @@ pub fn run(_: &Args) -> Result<(), Failure> {
 /// Runs all checks.
 pub fn check() -> Result<Verdict, Failure> {
     let root = workspace::root();
-    let folder = root.join("target/reuse");
+    let target = workspace::target();
+    let folder = target.join("reuse");
     for (package, example) in EXAMPLES {
         // The tools are named for their features, which are those of all builds here.
         let both = ["--package", package, "--package", "devtools"];
         cargo(&root, &[&["build", "--quiet", "--example", example], &both[..]].concat())?;
-        let program = root.join("target/debug/examples").join(example);
+        let program = target.join("debug/examples").join(example);
         run_in(&root, Command::new(program).stdout(std::process::Stdio::null()))?;
     }
     let packages = packages(&root, &folder)?;
     let outside = outside(&root, &folder, &packages)?;
-    let target = root.join("target").to_string_lossy().into_owned();
-    let here = ["--quiet", "--target-dir", &target];
+    let here = ["--quiet", "--target-dir", &target.to_string_lossy()];
     cargo(&outside, &[&["build", "--workspace", "--lib", "--bin", CONTROLLER], &here[..]].concat())?;
     // Alone, the project leaves out the default features of the library.
     cargo(&outside, &[&["check", "--package", CONTROLLER], &here[..]].concat())?;
@@ -61,7 +61,7 @@ pub fn check() -> Result<Verdict, Failure> {
     let out = results.to_string_lossy().into_owned();
     let bench = ["bench-v1", "--controller", "drive", "--tasks", "harvest", "--conditions", "nominal"];
     let short = ["--trees", "1", "--horizon", "0.2", "--out", &out];
-    let program = root.join("target/debug").join(CONTROLLER);
+    let program = target.join("debug").join(CONTROLLER);
     run_in(&outside, Command::new(program).args(bench).args(short).stdout(std::process::Stdio::null()))?;
     let summary = fs::read_to_string(results.join("summary.json"))
         .map_err(|e| Failure::Failed(format!("the controller's summary: {e}")))?;

@@ -48,7 +48,7 @@ struct Outcome {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let skipped = workspace::root().join("target/skipped-tests.txt");
+    let skipped = workspace::target().join("skipped-tests.txt");
     let _ = fs::remove_file(&skipped);
     let start = Instant::now();
     let beside = (!args.quick).then(|| std::thread::spawn(beside::run));

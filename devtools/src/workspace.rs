@@ -10,7 +10,13 @@ pub fn root() -> PathBuf {
     package.parent().unwrap_or(package).to_owned()
 }
 
-/// All files under a folder with one of the extensions, sorted. Links, hidden folders and `target` are skipped.
+/// The folder that cargo builds in.
+pub fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+/// All files under a folder with one of the extensions, sorted. Links, hidden folders, `target` and folders marked as caches, as cargo marks any
+/// folder that it builds in, are skipped.
 pub fn files(folder: &Path, extensions: &[&str]) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     if folder.is_dir() {
@@ -26,7 +32,8 @@ fn collect(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>) -> anyh
         let entry = entry.with_context(|| folder.display().to_string())?;
         let (path, kind) = (entry.path(), entry.file_type()?);
         let name = entry.file_name().to_string_lossy().into_owned();
-        if kind.is_dir() && name != "target" && !name.starts_with('.') {
+        let is_built = || name == "target" || path.join("CACHEDIR.TAG").exists();
+        if kind.is_dir() && !name.starts_with('.') && !is_built() {
             collect(&path, extensions, found)?;
         } else if kind.is_file() && path.extension().is_some_and(|e| extensions.iter().any(|x| e == *x)) {
             found.push(path);

@@ -18,22 +18,23 @@ pub(crate) struct Choice {
 }
 
 impl PickerCore {
-    /// Returns the choice of least cost among the nearest eligible tracks.
+    /// Returns the choice of least cost among the nearest eligible tracks: nearest to the base where it can drive to any of them, else to the
+    /// arm, which reaches only some of them.
     pub fn choose(&self, robot: &RobotState) -> Option<Choice> {
         if let Some(task) = &self.task {
             return self.place_for(&task.track(robot.time), robot);
         }
-        let mut tracks: Vec<(f64, Track)> = self
-            .perception
-            .tracker
-            .confirmed()
-            .filter(|t| self.is_eligible(t, robot))
-            .map(|t| (self.least_drive(robot, t), *t))
-            .collect();
+        let is_free = self.mobility.is_free();
+        let eligible = self.perception.tracker.confirmed().filter(|t| self.is_eligible(t, robot));
+        let mut tracks: Vec<(f64, Track)> = match is_free {
+            true => eligible.map(|t| (self.least_drive(robot, t), *t)).collect(),
+            false => eligible.filter_map(|t| Some((self.least_reach(robot, t)?, *t))).collect(),
+        };
         tracks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.id.cmp(&b.1.id)));
-        tracks.truncate(self.config.align.candidates.get() as usize);
-        let choices = tracks.iter().filter_map(|(_, t)| self.place_for(t, robot));
-        choices.min_by(|a, b| a.cost.total_cmp(&b.cost).then(a.track.cmp(&b.track)))
+        let candidates = self.config.align.candidates.get() as usize;
+        let asked = if is_free { candidates } else { tracks.len() };
+        let choices = tracks.iter().take(asked).filter_map(|(_, t)| self.place_for(t, robot));
+        choices.take(candidates).min_by(|a, b| a.cost.total_cmp(&b.cost).then(a.track.cmp(&b.track)))
     }
 
     fn is_eligible(&self, track: &Track, robot: &RobotState) -> bool {
@@ -69,6 +70,20 @@ impl PickerCore {
         straight.map(|goal| self.drive_cost(robot, &goal)).fold(outward, f64::min)
     }
 
+    /// Shortest way to a track for a base that cannot leave its spot or its rail \[m\]: its drive and then the way from the arm's first joint;
+    /// `None` if the track is beyond the arm's length.
+    fn least_reach(&self, robot: &RobotState, track: &Track) -> Option<f64> {
+        let goal = self.nearest_goal(robot, track);
+        let p_there = inverse_transform(&goal.pose(robot.x_odom_base.translation.z), &track.p_odom);
+        let way = (p_there - self.arm.shoulder()).norm();
+        self.arm.may_reach(&p_there).then(|| self.drive_cost(robot, &goal) + way)
+    }
+
+    /// Place for a track of a base that cannot leave its spot or its rail.
+    fn nearest_goal(&self, robot: &RobotState, track: &Track) -> BaseGoal {
+        self.mobility.nearest(robot, &self.outward_goal(track, 0.0, 0.0))
+    }
+
     /// Places for a track that a base on wheels takes without a turn.
     fn straight_ahead(&self, robot: &RobotState, track: &Track) -> Vec<BaseGoal> {
         // A push comes from a given side.
@@ -87,8 +102,7 @@ impl PickerCore {
         let points: Vec<Vec3> = self.perception.points().copied().collect();
         let cheaper = |a: &Choice, b: &Choice| a.cost.total_cmp(&b.cost);
         if !self.mobility.is_free() {
-            let goal = self.mobility.nearest(robot, &self.outward_goal(track, 0.0, 0.0));
-            return self.choice_at(track, robot, goal, &points);
+            return self.choice_at(track, robot, self.nearest_goal(robot, track), &points);
         }
         let outwards = align.standoffs.iter().filter_map(|s| {
             let choice = self.choice_at(track, robot, self.outward_goal(track, 0.0, s.si()), &points)?;

@@ -111,6 +111,12 @@ impl ArmKinematics {
         offsets.sum::<f64>() + self.mounts.x_wrist_tcp.translation.vector.norm()
     }
 
+    /// False if a point (base frame) is farther away than the stretched arm could be long; the joints' limits are left out.
+    pub fn may_reach(&self, p_base: &Vec3) -> bool {
+        let second = self.chain.hinges[1].x_parent_joint.translation.vector.norm();
+        (p_base - self.shoulder()).norm() <= second + self.length()
+    }
+
     /// Distance from the hand's frame to the tool point along the approach \[m\].
     pub fn hand_length(&self) -> f64 {
         -self.x_tcp_hand().translation.z

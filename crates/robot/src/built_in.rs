@@ -2,33 +2,11 @@
 
 use std::sync::OnceLock;
 
+use orchard_quantity::parse;
+
+use crate::assets::{self, BuiltIn, ROBOTS};
 use crate::config::RobotConfig;
 use crate::model::RobotModel;
-
-/// A robot that comes with the crate: the content of its folder in `assets/robots/`.
-struct BuiltIn {
-    name: &'static str,
-    urdf: &'static str,
-    toml: &'static str,
-}
-
-macro_rules! built_in {
-    ($name:literal) => {
-        BuiltIn {
-            name: $name,
-            urdf: include_str!(concat!("../assets/robots/", $name, "/robot.urdf")),
-            toml: include_str!(concat!("../assets/robots/", $name, "/robot.toml")),
-        }
-    };
-}
-
-/// The robots; the first is the paper's.
-const ROBOTS: [BuiltIn; 4] = [
-    built_in!("ridgeback-fr3"),
-    built_in!("fr3-fixed"),
-    built_in!("rail-xarm6-suction"),
-    built_in!("husky-ur5e-2f85"),
-];
 
 /// The robots that were asked for: each is read once.
 static READ: [OnceLock<RobotModel>; ROBOTS.len()] = [const { OnceLock::new() }; ROBOTS.len()];
@@ -39,7 +17,7 @@ impl RobotModel {
 
     /// Names of the robots that come with the crate.
     pub fn names() -> Vec<&'static str> {
-        ROBOTS.iter().map(|robot| robot.name).collect()
+        assets::names()
     }
 
     /// Returns the robot of a name.
@@ -47,16 +25,28 @@ impl RobotModel {
     /// # Errors
     /// There is none of that name; the message lists all names.
     pub fn named(name: &str) -> Result<Self, String> {
-        let found = ROBOTS.iter().zip(&READ).find(|(robot, _)| robot.name == name);
-        let (BuiltIn { name, urdf, toml }, read) = found
-            .ok_or_else(|| format!("no robot '{name}'; the robots are: {}", Self::names().join(", ")))?;
-        if let Some(robot) = read.get() {
+        let BuiltIn { urdf, toml, .. } = assets::find(name)?;
+        let read = ROBOTS.iter().zip(&READ).find_map(|(robot, read)| (robot.name == name).then_some(read));
+        if let Some(robot) = read.and_then(OnceLock::get) {
             return Ok(robot.clone());
         }
         let config =
             RobotConfig::from_toml(&format!("{name}/robot.toml"), toml).map_err(|e| e.to_string())?;
         let robot = Self::from_urdf(urdf, &config).map_err(|e| format!("{name}/robot.urdf: {e}"))?;
-        Ok(read.get_or_init(|| robot).clone())
+        Ok(read.map_or(robot.clone(), |read| read.get_or_init(|| robot).clone()))
+    }
+
+    /// Returns a built-in robot with other figures: `text` is a config whose field `base` is the robot's name and that holds what differs; `file`
+    /// names the config in errors.
+    ///
+    /// # Errors
+    /// The text is no such config, or the figures do not fit the robot's URDF.
+    pub fn variant(file: &str, text: &str) -> Result<Self, String> {
+        let table = parse(file, text).map_err(|e| e.to_string())?;
+        let base = table.get("base").and_then(|base| base.as_str()).unwrap_or_default();
+        let BuiltIn { urdf, .. } = assets::find(base).map_err(|e| format!("{file}: base: {e}"))?;
+        let config = RobotConfig::from_toml(file, text).map_err(|e| e.to_string())?;
+        Self::from_urdf(urdf, &config).map_err(|e| format!("{file}: {e}"))
     }
 
     /// The paper's robot, `ridgeback-fr3`.

@@ -1,21 +1,11 @@
 //! Config of a robot: roles of the URDF's joints and links, servo gains, camera mount.
 
 use crate::articulation::{Limit, Limits};
+use crate::assets::base_text;
 use crate::joint_values::{JointValues, MAX_ARM_DOF};
 use crate::plausible::{EFFORT_MAX, MASS_MAX};
 use orchard_quantity::{ConfigError, Count, Quantity, Span, from_table, parse, with_base};
 use serde::{Deserialize, Serialize};
-
-/// Surfaces and inverse kinematics of no robot in particular: the base that configs of robots name.
-const COMMON_TOML: &str = include_str!("../assets/robots/common.toml");
-
-/// TOML text of a config that other configs name as their base.
-fn base_text(name: &str) -> Result<&'static str, String> {
-    match name {
-        "common" => Ok(COMMON_TOML),
-        _ => Err(format!("no robot config '{name}'; the one that can be a base is: common")),
-    }
-}
 
 /// Properties of a robot that its URDF does not hold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -423,7 +413,8 @@ impl ArmDrive {
 }
 
 impl RobotConfig {
-    /// Reads a config from TOML text; `file` names the config in errors. With `base = "common"` the text leaves out what all robots share.
+    /// Reads a config from TOML text; `file` names the config in errors. With `base = "common"` the text leaves out
+    /// what all robots share; with the name of a built-in robot it holds only what differs from that robot.
     ///
     /// # Errors
     /// The text is not TOML, a field is missing or unknown, or a value lies outside its range.

@@ -8,6 +8,7 @@
 mod arm;
 mod articulation;
 mod assembly;
+mod assets;
 mod base;
 mod braking;
 mod built_in;

@@ -78,7 +78,7 @@ enum Strength {
 pub(crate) fn is_robot_path(value: &str) -> bool {
     let path = Path::new(value);
     path.components().count() > 1
-        || path.extension().is_some_and(|extension| extension == "urdf")
+        || path.extension().is_some_and(|extension| extension == "urdf" || extension == "toml")
         || path.is_dir()
 }
 

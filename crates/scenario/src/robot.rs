@@ -41,8 +41,8 @@ const FILES: [&str; 2] = ["robot.urdf", "robot.toml"];
 /// Largest collision meshes of a robot together, which every result stores \[bytes\]. Our own choice: convex hulls need no more.
 const MESHES_MAX: usize = 16 << 20;
 
-/// Returns the robot that an option asks for: by the name of a built-in robot, a folder with `robot.urdf` and `robot.toml`, or a URDF file
-/// with a config of the same name beside it.
+/// Returns the robot that an option asks for: by the name of a built-in robot, a folder with `robot.urdf` and `robot.toml`, a URDF file with a
+/// config of the same name beside it, or a config that changes figures of a built-in robot.
 pub(crate) fn find(given: &OptionValue) -> Result<Found, ScenarioError> {
     let given = &match given.value.as_str() {
         FORMER_NAME => OptionValue::new(RobotModel::PAPER, &given.by),
@@ -53,13 +53,20 @@ pub(crate) fn find(given: &OptionValue) -> Result<Found, ScenarioError> {
         return built_in(given).map(|robot| Found { robot, name: value.to_owned(), files: None });
     }
     let path = Path::new(value);
+    let text = |path: &Path, most: u64| {
+        orchard_input::text(path, most).map_err(|e| given.refuse(format!("{}: {e}", path.display())))
+    };
+    let name = path.file_stem().map_or_else(|| value.to_owned(), |name| name.to_string_lossy().into_owned());
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        let robot = RobotModel::variant(value, &text(path, orchard_input::CONFIG)?);
+        let robot = checked(robot.map_err(|e| given.refuse(e))?, given)?;
+        let (urdf, config) = (robot.urdf().to_owned(), robot.config().clone());
+        let files = RobotFiles { urdf, config, meshes: BTreeMap::new() };
+        return Ok(Found { robot, name, files: Some(Arc::new(files)) });
+    }
     let [urdf, config] = match path.extension().is_some_and(|extension| extension == "urdf") {
         true => [path.to_owned(), path.with_extension("toml")],
         false => FILES.map(|file| path.join(file)),
-    };
-    let name = path.file_stem().map_or_else(|| value.to_owned(), |name| name.to_string_lossy().into_owned());
-    let text = |path: &Path, most: u64| {
-        orchard_input::text(path, most).map_err(|e| given.refuse(format!("{}: {e}", path.display())))
     };
     let urdf_text = text(&urdf, orchard_input::ROBOT)?;
     if !config.is_file() {

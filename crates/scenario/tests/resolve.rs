@@ -79,6 +79,33 @@ fn what_a_user_can_get_wrong_names_the_option_and_what_there_is() {
     assert!(e.starts_with("--preset and --config: "), "{e}");
 }
 
+/// A file of changed figures makes a variant of a built-in robot: its own name and hash, all else as it was; a result keeps what it needs.
+#[test]
+fn figures_of_a_built_in_robot_can_be_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("heavy.toml");
+    let named = file.display().to_string();
+    let write = |base: &str| {
+        let error =
+            "gravity_error = { value = 0.05, range = [-0.2, 0.2], unit = \"1\", source = \"protocol\" }";
+        std::fs::write(&file, format!("base = \"{base}\"\n[arm]\n{error}\n")).unwrap();
+    };
+    write("fr3-fixed");
+    let (variant, plain) = (of(&[("robot", &named)]), of(&[("robot", "fr3-fixed")]));
+    assert_eq!(variant.names().scene.robot, "heavy");
+    assert_ne!(variant.hash(), plain.hash());
+    let mut arm = variant.robot().config().arm.clone();
+    assert_eq!(arm.gravity_error.take().unwrap().si(), 0.05);
+    assert_eq!(arm, plain.robot().config().arm);
+    let stored = variant.stored();
+    std::fs::remove_file(&file).unwrap();
+    let restored = Scenario::from_stored(&stored, &controllers(), "plan.json").unwrap();
+    assert_eq!((restored.hash(), restored.robot().config()), (variant.hash(), variant.robot().config()));
+    write("common");
+    let e = refused(&[("robot", &named)]);
+    assert!(e.contains("heavy.toml: base: no robot 'common'; the robots are: ridgeback-fr3"), "{e}");
+}
+
 #[test]
 fn a_scenario_file_holds_options_and_the_command_line_wins() {
     let folder = tempfile::tempdir().unwrap();

@@ -39,6 +39,8 @@ mod tests {
             ("a/501.rs", &lines(501)),
             ("a/801.wgsl", &lines(801)),
             ("target/900.rs", &lines(900)),
+            ("elsewhere/CACHEDIR.TAG", ""),
+            ("elsewhere/900.rs", &lines(900)),
             ("a/900.txt", &lines(900)),
         ]);
         let findings = check(folder.path()).unwrap();

@@ -27,9 +27,9 @@ pub struct ScenarioArgs {
     /// Strength of the randomisation on all axes, 0 to 1, or a file of changed figures [default: the config's]
     #[arg(long, value_name = "STRENGTH|FILE.toml", allow_negative_numbers = true)]
     randomisation: Option<String>,
-    /// Robot; `orchard robots` lists them; or a folder with robot.urdf and robot.toml, or a URDF file with its mapping beside it [default:
-    /// ridgeback-fr3]
-    #[arg(long, value_name = "NAME|DIR|FILE.urdf")]
+    /// Robot; `orchard robots` lists them; or a folder with robot.urdf and robot.toml, a URDF file with its mapping beside it, or a file of
+    /// changed figures of a robot [default: ridgeback-fr3]
+    #[arg(long, value_name = "NAME|DIR|FILE.urdf|FILE.toml")]
     robot: Option<String>,
     /// Depth camera, or a file of changed figures; `orchard cameras` lists the cameras [default: the config's]
     #[arg(long, value_name = "NAME|FILE.toml")]

@@ -1,16 +1,10 @@
 //! Dials of fidelity against closed forms: friction, armature, gravity error and payload of an arm.
 
-use orchard_geometry::{Intrinsics, Pose, Vec3};
-use orchard_multibody::{
-    ContactPath, Data, Groups, Integrator, Model, ModelBuilder, Solver, StepReport, StepSettings, step,
-};
+use crate::bench::{Bench, GRAVITY, SUBSTEP, substeps};
+use orchard_geometry::Vec3;
 use orchard_robot::{
-    Articulation, Command, Friction, JointVector, Observation, PAPER_TOML, PAPER_URDF, PartGroups,
-    RobotConfig, RobotHandle, RobotModel, Servos, observe,
+    Articulation, Command, Friction, JointVector, PAPER_TOML, PAPER_URDF, RobotConfig, RobotModel,
 };
-
-const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
-const SUBSTEP: f64 = 1.0 / 180.0;
 
 fn constant(value: f64, unit: &str) -> String {
     format!("{{ value = {value:?}, range = [-100.0, 100.0], unit = \"{unit}\", source = \"x\" }}")
@@ -25,61 +19,19 @@ fn robot(entries: &str) -> RobotModel {
     RobotModel::from_urdf(PAPER_URDF, &config(entries).unwrap()).unwrap()
 }
 
-struct Bench {
-    model: Model,
-    data: Data,
-    handle: RobotHandle,
-    servos: Servos,
+/// Runs under a command, with a force on the tool that no servo knows \[N\].
+fn run(bench: &mut Bench, command: &Command, force: Vec3, seconds: f64) {
+    for _ in 0..substeps(seconds) {
+        let (wrist, p) = (bench.handle.wrist(), bench.handle.x_world_tcp(&bench.data).translation.vector);
+        bench.data.body_force_world[wrist.index()] = force;
+        bench.data.body_torque_world[wrist.index()] = (p - bench.data.com_p_world(wrist)).cross(&force);
+        bench.substep(command, &GRAVITY);
+    }
 }
 
-impl Bench {
-    fn new(robot: &RobotModel) -> Self {
-        let mut builder = ModelBuilder::new();
-        let here = Groups { member: 1, filter: 2 };
-        let groups = PartGroups { base: here, arm: here, finger: here, bucket: here, self_contact: None };
-        let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
-        let model = builder.build().unwrap();
-        let mut data = Data::new(&model);
-        robot.set_start(&model, &mut data, &handle);
-        Self { model, data, handle, servos: Servos::new(robot) }
-    }
-
-    /// Runs under a command, with a force on the tool that no servo knows \[N\].
-    fn run(&mut self, command: &Command, force: Vec3, seconds: f64) {
-        let settings = StepSettings {
-            h: SUBSTEP,
-            gravity: GRAVITY,
-            contact_dissipation_time: 0.01,
-            contact_margin: 0.005,
-            integrator: Integrator::default(),
-            solver: Solver::default(),
-            contact_path: ContactPath::default(),
-        };
-        let mut report = StepReport::default();
-        for _ in 0..(seconds / SUBSTEP).round() as usize {
-            let Self { model, data, handle, servos } = self;
-            servos.apply(model, data, handle, command, 0.0, &GRAVITY, SUBSTEP, 0.0);
-            let p = handle.x_world_tcp(data).translation.vector;
-            let wrist = handle.wrist();
-            data.body_force_world[wrist.index()] = force;
-            data.body_torque_world[wrist.index()] = (p - data.com_p_world(wrist)).cross(&force);
-            let mut before = orchard_multibody::Motion::default();
-            data.save_motion(&mut before);
-            step(model, data, &settings, &mut report);
-            while servos.cap_overshoot(model, data, handle) {
-                data.restore_motion(&before);
-                step(model, data, &settings, &mut report);
-            }
-        }
-    }
-
-    fn observe(&self) -> Observation {
-        observe(&self.model, &self.data, &self.handle, 0.0, Intrinsics::from_vertical_fov(8, 6, 1.0))
-    }
-
-    fn q(&self) -> JointVector {
-        self.observe().arm_q.vector()
-    }
+/// Positions of the arm's joints \[rad\].
+fn q(bench: &Bench) -> JointVector {
+    bench.observe().arm_q.vector()
 }
 
 /// At rest the servo's spring bears the error: q - target = e tau_g(q) / k.
@@ -89,11 +41,11 @@ fn a_gravity_error_lets_the_arm_sag_by_torque_over_stiffness() {
         let robot = robot(&format!("gravity_error = {}", constant(error, "1")));
         let arm = robot.kinematics();
         let mut bench = Bench::new(&robot);
-        bench.run(&robot.start_command(), Vec3::zeros(), 4.0);
-        let (q, stiffness) = (bench.q(), robot.config().arm.stiffness.si());
-        let sag = arm.gravity_torque(&q, &GRAVITY) * (error / stiffness);
+        run(&mut bench, &robot.start_command(), Vec3::zeros(), 4.0);
+        let (reached, stiffness) = (q(&bench), robot.config().arm.stiffness.si());
+        let sag = arm.gravity_torque(&reached, &GRAVITY) * (error / stiffness);
         assert!(sag.amax() > 1e-4, "{sag}");
-        let off = q - arm.home() - sag;
+        let off = reached - arm.home() - sag;
         assert!(off.amax() < 1e-7, "{error}: {off}");
     }
 }
@@ -104,13 +56,13 @@ fn a_payload_loads_the_joints_by_its_weight_and_is_compensated() {
     let (bare, loaded) = (RobotModel::paper(), robot(&format!("payload = {}", constant(2.0, "kg"))));
     assert!((loaded.mass() - bare.mass() - 2.0).abs() < 1e-9);
     let (without, with) = (bare.kinematics(), loaded.kinematics());
-    let q = with.posture_at(|| 0.4);
-    let more = with.gravity_torque(&q, &GRAVITY) - without.gravity_torque(&q, &GRAVITY);
-    let weight = with.jacobian(&q).fixed_rows::<3>(3).transpose() * (-2.0 * GRAVITY);
+    let posture = with.posture_at(|| 0.4);
+    let more = with.gravity_torque(&posture, &GRAVITY) - without.gravity_torque(&posture, &GRAVITY);
+    let weight = with.jacobian(&posture).fixed_rows::<3>(3).transpose() * (-2.0 * GRAVITY);
     assert!((more - weight).amax() < 1e-9, "{more} {weight}");
     let mut bench = Bench::new(&loaded);
-    bench.run(&loaded.start_command(), Vec3::zeros(), 2.0);
-    assert!((bench.q() - with.home()).amax() < 1e-6);
+    run(&mut bench, &loaded.start_command(), Vec3::zeros(), 2.0);
+    assert!((q(&bench) - with.home()).amax() < 1e-6);
 }
 
 /// A push on the tool below the joints' friction moves nothing, though the servos are soft; without friction they give way by J^T F / k.
@@ -120,8 +72,8 @@ fn friction_bears_a_push_that_bends_an_arm_without_it() {
     let moved = |entries: &str| {
         let robot = robot(entries);
         let mut bench = Bench::new(&robot);
-        bench.run(&robot.start_command(), force, 2.0);
-        (bench.q() - robot.kinematics().home()).amax()
+        run(&mut bench, &robot.start_command(), force, 2.0);
+        (q(&bench) - robot.kinematics().home()).amax()
     };
     let list = |value: f64| vec![constant(value, "N m"); 7].join(", ");
     let free = moved("");
@@ -151,19 +103,19 @@ fn an_arm_with_rotors_and_friction_follows_and_its_torques_are_those_of_the_link
     let mut command = robot.start_command();
     command.arm_q[0] += 0.4;
     command.arm_q[3] -= 0.3;
-    bench.run(&command, Vec3::zeros(), 0.15);
+    run(&mut bench, &command, Vec3::zeros(), 0.15);
     let before = bench.observe();
-    bench.run(&command, Vec3::zeros(), SUBSTEP);
+    run(&mut bench, &command, Vec3::zeros(), SUBSTEP);
     let after = bench.observe();
     let a = (after.arm_v.vector() - before.arm_v.vector()) / SUBSTEP;
-    let q = after.arm_q.vector();
-    let links = arm.gravity_torque(&q, &GRAVITY) + arm.inertial_torque(&q, &a);
+    let reached = after.arm_q.vector();
+    let links = arm.gravity_torque(&reached, &GRAVITY) + arm.inertial_torque(&reached, &a);
     let off = after.arm_torque.vector() - links;
     // The base gives way under the arm and velocity products are left out: below the 0.5 kg m2 of the rotors by a factor of 5.
     assert!(off.amax() < 0.1 * a.amax().max(1.0), "{off} {a}");
-    bench.run(&command, Vec3::zeros(), 3.0);
+    run(&mut bench, &command, Vec3::zeros(), 3.0);
     // Friction keeps it from the last of the way, F / k.
-    let left = (bench.q() - command.arm_q.vector()).amax();
+    let left = (q(&bench) - command.arm_q.vector()).amax();
     assert!(left < 0.4 / 1500.0 + 1e-4, "{left}");
 }
 

@@ -1,40 +1,25 @@
 //! Grippers whose fingers turn: opening and force by kinematics, coupling by mimic joints, grip by contact and friction alone.
 
-use orchard_geometry::{Intrinsics, Pose, Vec3, math};
-use orchard_multibody::{
-    Body, BodyId, Collider, ContactPath, Data, Groups, Integrator, JointKind, Model, ModelBuilder, Owner,
-    Solver, SpatialInertia, StepReport, StepSettings, step,
-};
+use crate::bench::{Bench, FINGERS_TOUCH, NO_GRAVITY, OTHER, SUBSTEP, substeps};
+use orchard_geometry::{Pose, Vec3, math};
+use orchard_multibody::{Body, BodyId, Collider, JointKind, Owner, SpatialInertia};
 use orchard_robot::{
-    Articulation, Command, Draft, Limits, NoMeshes, Observation, PAPER_TOML, PartGroups, RobotConfig,
-    RobotHandle, RobotModel, Servos, observe,
+    Articulation, Command, Draft, Limits, NoMeshes, Observation, PAPER_TOML, RobotConfig, RobotModel,
 };
-
-const SUBSTEP: f64 = 1.0 / 180.0;
-const NO_GRAVITY: Vec3 = Vec3::new(0.0, 0.0, 0.0);
 
 fn husky() -> RobotModel {
     RobotModel::named("husky-ur5e-2f85").unwrap()
 }
 
 /// A robot whose fingers alone touch, with a ball of a fruit's mass at its tool point.
-struct Grip {
-    model: Model,
-    data: Data,
-    handle: RobotHandle,
-    servos: Servos,
+pub struct Grip {
+    bench: Bench,
     ball: BodyId,
-    report: StepReport,
 }
 
 impl Grip {
     /// `aside` is the ball's offset along the fingers' direction \[m\].
-    fn new(robot: &RobotModel, radius: f64, aside: f64) -> Self {
-        let mut builder = ModelBuilder::new();
-        let here = Groups { member: 1, filter: 2 };
-        let none = Groups::NONE;
-        let groups = PartGroups { base: none, arm: none, finger: here, bucket: none, self_contact: None };
-        let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
+    pub fn new(robot: &RobotModel, radius: f64, aside: f64) -> Self {
         let arm = robot.kinematics();
         let inertia = SpatialInertia {
             mass: 0.16,
@@ -42,48 +27,38 @@ impl Grip {
             i_com: orchard_geometry::Mat3::identity() * 1e-4,
         };
         let x_parent_joint = arm.tcp(&arm.home()) * Pose::translation(0.0, aside, 0.0);
-        let ball = builder.add_body(Body { parent: None, joint: JointKind::Free, x_parent_joint, inertia });
-        builder.add_collider(Collider {
-            owner: Owner::Body(ball),
-            shape: orchard_geometry::Shape::Sphere { radius },
-            x_owner_shape: Pose::identity(),
-            groups: Groups { member: 2, filter: 1 },
-            friction: 1.0,
-            stiffness: 1e5,
+        let (bench, ball) = Bench::with(robot, &FINGERS_TOUCH, |builder| {
+            let ball =
+                builder.add_body(Body { parent: None, joint: JointKind::Free, x_parent_joint, inertia });
+            builder.add_collider(Collider {
+                owner: Owner::Body(ball),
+                shape: orchard_geometry::Shape::Sphere { radius },
+                x_owner_shape: Pose::identity(),
+                groups: OTHER,
+                friction: 1.0,
+                stiffness: 1e5,
+            });
+            ball
         });
-        let model = builder.build().unwrap();
-        let mut data = Data::new(&model);
-        robot.set_start(&model, &mut data, &handle);
-        Self { model, data, handle, servos: Servos::new(robot), ball, report: StepReport::default() }
+        Self { bench, ball }
     }
 
-    fn run(&mut self, command: &Command, gravity: &Vec3, seconds: f64) -> Observation {
-        let settings = StepSettings {
-            h: SUBSTEP,
-            gravity: *gravity,
-            contact_dissipation_time: 0.01,
-            contact_margin: 0.005,
-            integrator: Integrator::default(),
-            solver: Solver::default(),
-            contact_path: ContactPath::default(),
-        };
-        for _ in 0..(seconds / SUBSTEP).round() as usize {
-            let Self { model, data, handle, servos, report, .. } = self;
-            servos.apply(model, data, handle, command, 0.0, gravity, SUBSTEP, 0.0);
-            step(model, data, &settings, report);
+    pub fn run(&mut self, command: &Command, gravity: &Vec3, seconds: f64) -> Observation {
+        for _ in 0..substeps(seconds) {
+            self.bench.substep(command, gravity);
         }
-        observe(&self.model, &self.data, &self.handle, 0.0, Intrinsics::from_vertical_fov(8, 6, 1.0))
+        self.bench.observe()
     }
 
     /// Sum of the normal forces of each finger on the ball \[N\].
     fn squeeze(&self) -> [f64; 2] {
-        let owner = |c| match self.model.collider(c).owner {
+        let owner = |c| match self.bench.model.collider(c).owner {
             Owner::Body(body) => Some(body),
             _ => None,
         };
         std::array::from_fn(|side| {
-            let finger = &self.handle.fingers[side];
-            let contacts = self.report.contacts.iter();
+            let finger = &self.bench.handle.fingers[side];
+            let contacts = self.bench.report.contacts.iter();
             let on = contacts.filter(|c| {
                 let ends = [owner(c.a), owner(c.b)];
                 ends.contains(&Some(self.ball)) && ends.iter().flatten().any(|&body| finger.has(body))
@@ -94,13 +69,13 @@ impl Grip {
 
     /// Largest angle between the tips and the palm about the joints' axis \[rad\].
     fn tilt(&self) -> f64 {
-        let palm = self.data.x_world_body(self.handle.wrist()).rotation;
+        let palm = self.bench.data.x_world_body(self.bench.handle.wrist()).rotation;
         let tilt = |finger: &orchard_robot::Finger<BodyId>| {
-            let tip = self.data.x_world_body(finger.links.last().unwrap().on).rotation;
+            let tip = self.bench.data.x_world_body(finger.links.last().unwrap().on).rotation;
             let z: Vec3 = palm.inverse() * (tip * Vec3::z());
             math::atan2(math::hypot(z.x, z.y), z.z)
         };
-        self.handle.fingers.iter().map(tilt).fold(0.0, f64::max)
+        self.bench.handle.fingers.iter().map(tilt).fold(0.0, f64::max)
     }
 }
 
@@ -113,7 +88,7 @@ fn the_opening_follows_the_crank() {
     // Joint of the crank, its arm, and the face of the pad before the tip's joint.
     let gap = |q: f64| 0.030_601_1 + crank_y * math::cos(q) - crank_z * math::sin(q) - 0.022_02 - 0.003_175;
     let rate = |q: f64| -crank_y * math::sin(q) - crank_z * math::cos(q);
-    for finger in &grip.handle.fingers {
+    for finger in &grip.bench.handle.fingers {
         assert_eq!(finger.links.len(), 2);
         for k in 0..=81 {
             let q = f64::from(k) * 0.01;
@@ -182,10 +157,10 @@ fn only_friction_holds_the_ball() {
         let mut grip = Grip::new(&robot, 0.033, 0.0);
         let command = Command { finger_q: 0.0, finger_force: 45.0, ..robot.start_command() };
         grip.run(&command, &NO_GRAVITY, 1.0);
-        let before = grip.data.x_world_body(grip.ball).translation.vector;
+        let before = grip.bench.data.x_world_body(grip.ball).translation.vector;
         // Down in the world is across the pads of a level hand.
         grip.run(&command, &Vec3::new(0.0, 0.0, -9.81), 1.0);
-        let fallen = before.z - grip.data.x_world_body(grip.ball).translation.vector.z;
+        let fallen = before.z - grip.bench.data.x_world_body(grip.ball).translation.vector.z;
         assert_eq!(fallen < 0.01, stays, "friction {friction}: {fallen} m");
     }
 }
@@ -314,7 +289,7 @@ fn a_strangers_coupled_gripper_holds_with_the_draft() {
     let followers = robot.articulation().links.iter().filter(|link| link.mimic.is_some()).count();
     assert_eq!(followers, 5);
     let mut grip = Grip::new(&robot, 0.033, 0.002);
-    assert!(grip.handle.fingers.iter().all(|finger| finger.links.len() == 3));
+    assert!(grip.bench.handle.fingers.iter().all(|finger| finger.links.len() == 3));
     let command = Command { finger_q: 0.0, finger_force: 60.0, ..robot.start_command() };
     let seen = grip.run(&command, &NO_GRAVITY, 1.5);
     for pressed in grip.squeeze() {

@@ -1,5 +1,6 @@
 //! Tests of `orchard-robot` from outside, in one binary: a folder or file a subject.
 
+mod bench;
 mod fidelity;
 mod grippers;
 mod harvester;

@@ -1,18 +1,9 @@
 //! Torques of an arm on a moving base, against the inverse dynamics of `multibody`.
 
-use orchard_geometry::{Pose, Rotation, Vec3};
-use orchard_multibody::{BodyId, Data, Groups, Model, ModelBuilder, forward_kinematics, inverse_dynamics};
-use orchard_robot::{BaseMotion, JointVector, PartGroups, RobotHandle, RobotModel};
-
-const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
-
-/// A robot alone, at odom's origin.
-struct Alone {
-    robot: RobotModel,
-    model: Model,
-    data: Data,
-    handle: RobotHandle,
-}
+use crate::bench::{Bench, GRAVITY};
+use orchard_geometry::{Rotation, Vec3};
+use orchard_multibody::{BodyId, forward_kinematics, inverse_dynamics};
+use orchard_robot::{BaseMotion, JointVector, RobotModel};
 
 /// A motion of arm and base, and the torques of the arm that it takes by the world model.
 struct Moved {
@@ -23,17 +14,9 @@ struct Moved {
     torque: JointVector,
 }
 
-impl Alone {
-    fn new(name: &str) -> Self {
-        let robot = RobotModel::named(name).unwrap();
-        let mut builder = ModelBuilder::new();
-        let here = Groups { member: 1, filter: 2 };
-        let groups = PartGroups { base: here, arm: here, finger: here, bucket: here, self_contact: None };
-        let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
-        let model = builder.build().unwrap();
-        let mut data = Data::new(&model);
-        robot.set_start(&model, &mut data, &handle);
-        Self { robot, model, data, handle }
+impl Bench {
+    fn named(name: &str) -> Self {
+        Self::new(&RobotModel::named(name).unwrap())
     }
 
     /// Sets the base in motion; returns that motion in the base's axes. `speed` and `change` are along odom's axes and about the vertical.
@@ -95,7 +78,7 @@ impl Alone {
 #[test]
 fn the_force_at_the_hand_is_found_while_the_base_moves() {
     for name in ["ridgeback-fr3", "rail-xarm6-suction"] {
-        let mut alone = Alone::new(name);
+        let mut alone = Bench::named(name);
         let arm = alone.robot.kinematics().clone();
         let mut off = 0.0_f64;
         for n in 0..20 {

@@ -1,25 +1,13 @@
 //! The robot in a world of its own: kinematics and gravity against `multibody`, servo laws in motion.
 
-use orchard_geometry::{Intrinsics, Pose, Rotation, Vec3, math};
-use orchard_multibody::{
-    Body, Collider, ContactPath, Data, Groups, Integrator, JointKind, Model, ModelBuilder, Owner, Solver,
-    SpatialInertia, StepReport, StepSettings, forward_kinematics, gravity_torque, step,
-};
-use orchard_robot::{Command, JointValues, PartGroups, RobotHandle, RobotModel, Servos, observe};
+use crate::bench::{Bench, GRAVITY, NO_GRAVITY, SUBSTEP, TOUCHING, fixed, substeps};
+use crate::grippers::Grip;
+use orchard_geometry::{Pose, Rotation, Shape, Vec3, math};
+use orchard_multibody::{forward_kinematics, gravity_torque};
+use orchard_robot::{Command, JointValues, PartGroups, RobotModel};
 
 /// Number of joints of the paper's arm.
 const DOF: usize = 7;
-
-const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
-const SUBSTEP: f64 = 1.0 / 180.0;
-
-struct Bench {
-    robot: RobotModel,
-    model: Model,
-    data: Data,
-    handle: RobotHandle,
-    servos: Servos,
-}
 
 /// The robot alone, or with a fixed block at `obstacle`.
 fn bench(obstacle: Option<(Vec3, Vec3)>) -> Bench {
@@ -27,66 +15,20 @@ fn bench(obstacle: Option<(Vec3, Vec3)>) -> Bench {
 }
 
 fn bench_with(obstacle: Option<(Vec3, Vec3)>, self_contact: Option<u32>) -> Bench {
-    let robot = RobotModel::paper();
-    let mut builder = ModelBuilder::new();
-    let here = Groups { member: 1, filter: 2 };
-    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here, self_contact };
-    let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
-    if let Some((p, half)) = obstacle {
-        builder.add_collider(Collider {
-            owner: Owner::World,
-            shape: orchard_geometry::Shape::Box { half },
-            x_owner_shape: Pose::translation(p.x, p.y, p.z),
-            groups: Groups { member: 2, filter: 1 },
-            friction: 0.5,
-            stiffness: 1e5,
-        });
-    }
-    let model = builder.build().unwrap();
-    let mut data = Data::new(&model);
-    robot.set_start(&model, &mut data, &handle);
-    let servos = Servos::new(&robot);
-    Bench { robot, model, data, handle, servos }
+    let groups = PartGroups { self_contact, ..TOUCHING };
+    let add = |builder: &mut orchard_multibody::ModelBuilder| {
+        if let Some((p, half)) = obstacle {
+            builder.add_collider(fixed(Shape::Box { half }, p));
+        }
+    };
+    Bench::with(&RobotModel::paper(), &groups, add).0
 }
 
-impl Bench {
-    fn run(&mut self, command: &Command, seconds: f64, mut watch: impl FnMut(&Bench)) {
-        let settings = StepSettings {
-            h: SUBSTEP,
-            gravity: GRAVITY,
-            contact_dissipation_time: 0.01,
-            contact_margin: 0.005,
-            integrator: Integrator::default(),
-            solver: Solver::default(),
-            contact_path: ContactPath::default(),
-        };
-        let mut report = StepReport::default();
-        for _ in 0..(seconds / SUBSTEP).round() as usize {
-            self.servos.apply(
-                &self.model,
-                &mut self.data,
-                &self.handle,
-                command,
-                0.0,
-                &GRAVITY,
-                SUBSTEP,
-                0.0,
-            );
-            let mut before = orchard_multibody::Motion::default();
-            self.data.save_motion(&mut before);
-            step(&self.model, &mut self.data, &settings, &mut report);
-            // As a world does: servos that contact pushed over their limits exert the limit, and the substep is repeated.
-            while self.servos.cap_overshoot(&self.model, &mut self.data, &self.handle) {
-                self.data.restore_motion(&before);
-                step(&self.model, &mut self.data, &settings, &mut report);
-            }
-            watch(self);
-        }
-    }
-
-    fn observe(&self) -> orchard_robot::Observation {
-        let intrinsics = Intrinsics::from_vertical_fov(8, 6, 1.0);
-        observe(&self.model, &self.data, &self.handle, 0.0, intrinsics)
+/// Runs under a command; `watch` sees the state after each substep.
+fn run(bench: &mut Bench, command: &Command, seconds: f64, mut watch: impl FnMut(&Bench)) {
+    for _ in 0..substeps(seconds) {
+        bench.substep(command, &GRAVITY);
+        watch(bench);
     }
 }
 
@@ -130,7 +72,7 @@ fn at_rest_nothing_drifts() {
     let mut bench = bench(None);
     let start = bench.data.q.clone();
     let command = bench.robot.start_command();
-    bench.run(&command, 2.0, |_| {});
+    run(&mut bench, &command, 2.0, |_| {});
     let drift = start.iter().zip(&bench.data.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(drift < 1e-6, "{drift}");
 }
@@ -142,7 +84,7 @@ fn the_arm_goes_where_it_is_told_within_its_torque_and_speed_limits() {
     let mut command = bench.robot.start_command();
     command.arm_q = [1.0, -0.2, 0.4, -1.2, -0.6, 2.0, 1.5].into();
     let mut fastest = [0.0_f64; DOF];
-    bench.run(&command, 2.5, |b| {
+    run(&mut bench, &command, 2.5, |b| {
         let o = b.observe();
         for i in 0..DOF {
             fastest[i] = fastest[i].max(o.arm_v[i].abs());
@@ -165,7 +107,7 @@ fn targets_outside_the_limits_stop_at_them_and_nonsense_is_ignored() {
     command.arm_q[5] = f64::NAN;
     command.base_velocity = [f64::NAN, 0.0, 0.0];
     command.finger_q = f64::INFINITY;
-    bench.run(&command, 3.0, |_| {});
+    run(&mut bench, &command, 3.0, |_| {});
     let o = bench.observe();
     assert!((o.arm_q[3] - bench.robot.kinematics().limits()[3].upper).abs() < 1e-3);
     assert!((o.arm_q[5] - 2.77).abs() < 1e-3);
@@ -183,7 +125,7 @@ fn the_base_drives_in_its_own_frame_with_limited_acceleration() {
     bench.data.q[planar + 2] = turned;
     command.base_velocity = [3.0, 0.0, 0.0];
     let mut speed = 0.0_f64;
-    bench.run(&command, 1.5, |b| {
+    run(&mut bench, &command, 1.5, |b| {
         let v = b.observe().base_velocity;
         let now = math::hypot(v[0], v[1]);
         assert!(now - speed < 2.5 * SUBSTEP * 1.05, "{speed} to {now}");
@@ -202,7 +144,7 @@ fn a_blocked_base_pushes_with_its_traction_bound() {
     command.base_velocity = [1.0, 0.0, 0.0];
     let mut strongest = 0.0_f64;
     let dof = bench.model.dofs(*bench.handle.base_joint.moving().unwrap()).start;
-    bench.run(&command, 3.0, |b| {
+    run(&mut bench, &command, 3.0, |b| {
         let d = &b.data;
         strongest = strongest.max((d.torque[dof] - d.damping[dof] * d.v[dof]).abs());
     });
@@ -215,50 +157,13 @@ fn a_blocked_base_pushes_with_its_traction_bound() {
 /// The fingers close on a free block with the force they are given, stay symmetric and let go again.
 #[test]
 fn fingers_hold_with_the_commanded_force() {
-    let mut builder = ModelBuilder::new();
     let robot = RobotModel::paper();
-    let here = Groups { member: 1, filter: 2 };
-    let none = Groups::NONE;
-    let groups = PartGroups { base: none, arm: none, finger: here, bucket: none, self_contact: None };
-    let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
-    let arm = robot.kinematics();
-    let tcp = arm.tcp(&arm.home());
-    let ball =
-        SpatialInertia { mass: 0.16, p_com: Vec3::zeros(), i_com: orchard_geometry::Mat3::identity() * 1e-4 };
     // 4 mm off centre: the coupled fingers push it to the middle before they hold it.
-    let x = tcp * Pose::translation(0.0, 0.004, 0.0);
-    let body =
-        builder.add_body(Body { parent: None, joint: JointKind::Free, x_parent_joint: x, inertia: ball });
-    builder.add_collider(Collider {
-        owner: Owner::Body(body),
-        shape: orchard_geometry::Shape::Sphere { radius: 0.03 },
-        x_owner_shape: Pose::identity(),
-        groups: Groups { member: 2, filter: 1 },
-        friction: 1.0,
-        stiffness: 1e5,
-    });
-    let model = builder.build().unwrap();
-    let mut data = Data::new(&model);
-    robot.set_start(&model, &mut data, &handle);
-    let settings = StepSettings {
-        h: SUBSTEP,
-        gravity: Vec3::zeros(),
-        contact_dissipation_time: 0.01,
-        contact_margin: 0.005,
-        integrator: Integrator::default(),
-        solver: Solver::default(),
-        contact_path: ContactPath::default(),
-    };
-    let mut servos = Servos::new(&robot);
-    let mut report = StepReport::default();
+    let mut grip = Grip::new(&robot, 0.03, 0.004);
     let mut command = robot.start_command();
     for (opening, force, seconds) in [(0.0, 70.0, 1.5), (0.0, 5.0, 1.0), (0.04, 70.0, 1.0)] {
         (command.finger_q, command.finger_force) = (opening, force);
-        for _ in 0..(seconds / SUBSTEP) as usize {
-            servos.apply(&model, &mut data, &handle, &command, 0.0, &settings.gravity, SUBSTEP, 0.0);
-            step(&model, &mut data, &settings, &mut report);
-        }
-        let o = observe(&model, &data, &handle, 0.0, Intrinsics::from_vertical_fov(8, 6, 1.0));
+        let o = grip.run(&command, &NO_GRAVITY, seconds);
         assert!((o.finger_q[0] - o.finger_q[1]).abs() < 2e-3, "{:?}", o.finger_q);
         if opening == 0.0 {
             // The drives exert the limit; radius less the depth to which 70 N press into 5e4 N/m.
@@ -286,7 +191,7 @@ fn set_points_obey_the_published_speeds_and_accelerations() {
             command.arm_v[i] = 3.0 * f64::from((n + i as u32) % 3) * (share - 0.5);
         }
         let seconds = [0.05, 0.3, 0.7][n as usize % 3];
-        bench.run(&command, seconds, |b| {
+        run(&mut bench, &command, seconds, |b| {
             let (q, v) = b.servos.arm_set();
             let o = b.observe();
             for i in 0..DOF {
@@ -324,7 +229,7 @@ fn a_smooth_command_is_followed_without_lag() {
             command.arm_v[i] = amplitude * rate * sin;
         }
         let wanted = command.arm_q;
-        bench.run(&command, SUBSTEP, |b| {
+        run(&mut bench, &command, SUBSTEP, |b| {
             let (q, _) = b.servos.arm_set();
             for (q, wanted) in q.iter().zip(&wanted) {
                 assert!((q - wanted).abs() <= acceleration * SUBSTEP * SUBSTEP, "{n}: {q} {wanted}");
@@ -341,7 +246,7 @@ fn a_commanded_step_takes_the_shortest_time_that_the_limits_allow() {
     command.arm_q[0] = 1.5;
     let mut arrived = None;
     let mut time = 0.0;
-    bench.run(&command, 1.5, |b| {
+    run(&mut bench, &command, 1.5, |b| {
         time += SUBSTEP;
         let q = b.servos.arm_set().0[0];
         assert!(q <= 1.5 + 1e-12, "{q}");
@@ -362,10 +267,10 @@ fn the_base_stalls_at_its_effort_limit() {
     let mut bench = bench(Some((Vec3::new(1.0, 0.0, 0.1), Vec3::new(0.1, 2.0, 0.1))));
     let mut command = bench.robot.start_command();
     command.base_velocity = [1.0, 0.0, 0.5];
-    bench.run(&command, 3.0, |_| {});
+    run(&mut bench, &command, 3.0, |_| {});
     let dof = bench.model.dofs(*bench.handle.base_joint.moving().unwrap()).start;
     let before = bench.observe().base_pose;
-    bench.run(&command, 1.0, |b| {
+    run(&mut bench, &command, 1.0, |b| {
         let effort = |k: usize| b.data.torque[dof + k] - b.data.damping[dof + k] * b.data.v[dof + k];
         assert!(math::hypot(effort(0), effort(1)) <= 900.0 * (1.0 + 1e-12));
         assert!(effort(2).abs() <= 350.0 * (1.0 + 1e-12));
@@ -387,12 +292,12 @@ fn the_arm_holds_any_posture_without_drift() {
         let mut bench = bench(None);
         let mut command = bench.robot.start_command();
         command.arm_q = arm_q.into();
-        bench.run(&command, 4.0, |_| {});
+        run(&mut bench, &command, 4.0, |_| {});
         let held = bench.observe().arm_q;
         let worst = (0..DOF).map(|i| (held[i] - arm_q[i]).abs()).fold(0.0, f64::max);
         // The chassis settles on its servo; the arm's own weight is compensated exactly.
         assert!(worst < 1e-3, "{worst} rad");
-        bench.run(&command, 4.0, |_| {});
+        run(&mut bench, &command, 4.0, |_| {});
         let later = bench.observe().arm_q;
         let drift = (0..DOF).map(|i| (held[i] - later[i]).abs()).fold(0.0, f64::max);
         assert!(drift < 1e-6, "{drift} rad");
@@ -416,14 +321,14 @@ fn the_arm_does_not_pass_through_the_robot() {
         let limits = bench.robot.kinematics().limits().to_vec();
         let mut command = bench.robot.start_command();
         command.arm_q = above;
-        bench.run(&command, 3.0, |_| {});
+        run(&mut bench, &command, 3.0, |_| {});
         assert!(bench.robot.kinematics().self_distance(&above.vector()).distance > 0.0, "{what}");
         let at_target = bench.robot.kinematics().self_distance(&inside.vector());
         assert!(at_target.distance < -0.01, "{what}: {at_target:?}");
         command.arm_q = inside;
         let mut last = bench.robot.kinematics().self_distance(&above.vector()).distance;
         let (mut deepest, mut farthest, mut strongest) = (f64::INFINITY, 0.0_f64, 0.0_f64);
-        bench.run(&command, 4.0, |b| {
+        run(&mut bench, &command, 4.0, |b| {
             let o = b.observe();
             let distance = b.robot.kinematics().self_distance_with(&o.arm_q.vector(), &o.finger_q).distance;
             farthest = farthest.max(last - distance);

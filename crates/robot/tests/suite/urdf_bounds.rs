@@ -1,11 +1,8 @@
 //! URDF files with implausible numbers and trees.
 
-use orchard_geometry::{Pose, Vec3};
-use orchard_multibody::{
-    Collider, ContactPath, Data, Groups, Integrator, ModelBuilder, Owner, Solver, StepReport, StepSettings,
-    step,
-};
-use orchard_robot::{Articulation, PAPER_URDF, PartGroups, RobotConfig, RobotError, RobotModel};
+use crate::bench::{Bench, GRAVITY, TOUCHING, fixed};
+use orchard_geometry::{Shape, Vec3};
+use orchard_robot::{Articulation, PAPER_URDF, RobotConfig, RobotError, RobotModel};
 use std::fmt::Write as _;
 use std::ops::Range;
 
@@ -29,31 +26,10 @@ fn numbers(text: &str) -> Vec<Range<usize>> {
 
 /// Puts the robot on a block and steps it once: every shape meets another.
 fn step_once(robot: &RobotModel) {
-    let mut builder = ModelBuilder::new();
-    let here = Groups { member: 1, filter: 2 };
-    let groups = PartGroups { base: here, arm: here, finger: here, bucket: here, self_contact: None };
-    let handle = robot.add_to(&mut builder, &Pose::identity(), &groups);
-    builder.add_collider(Collider {
-        owner: Owner::World,
-        shape: orchard_geometry::Shape::Box { half: Vec3::new(2.0, 2.0, 0.5) },
-        x_owner_shape: Pose::identity(),
-        groups: Groups { member: 2, filter: 1 },
-        friction: 0.5,
-        stiffness: 1e5,
-    });
-    let model = builder.build().unwrap();
-    let mut data = Data::new(&model);
-    robot.set_start(&model, &mut data, &handle);
-    let settings = StepSettings {
-        h: 1.0 / 180.0,
-        gravity: Vec3::new(0.0, 0.0, -9.81),
-        contact_dissipation_time: 0.01,
-        contact_margin: 0.005,
-        integrator: Integrator::default(),
-        solver: Solver::default(),
-        contact_path: ContactPath::default(),
-    };
-    step(&model, &mut data, &settings, &mut StepReport::default());
+    let block = Shape::Box { half: Vec3::new(2.0, 2.0, 0.5) };
+    let (mut bench, _) =
+        Bench::with(robot, &TOUCHING, |builder| builder.add_collider(fixed(block, Vec3::zeros())));
+    bench.substep(&robot.start_command(), &GRAVITY);
 }
 
 #[test]
