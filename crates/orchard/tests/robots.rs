@@ -54,6 +54,45 @@ fn strangers_urdf() -> String {
     format!("{}{mesh}{}", &text[..hand], &text[hand..])
 }
 
+/// The draft of an arm without a hand is read, and the check says that the hand is what lacks; the lift of a robot that stands is locked.
+#[test]
+fn a_draft_without_a_hand_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let home = folder.path();
+    let link = |name: &str| {
+        format!(
+            "<link name='{name}'><inertial><mass value='1'/><inertia ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+        )
+    };
+    let joint = |n: u32, kind: &str| {
+        format!(
+            "<joint name='j{n}' type='{kind}'><parent link='l{n}'/><child link='l{}'/><origin xyz='0 0 0.2'/><axis xyz='0 {} {}'/>\
+             <limit lower='-1' upper='1' effort='50' velocity='1'/></joint>",
+            n + 1,
+            n % 2,
+            (n + 1) % 2
+        )
+    };
+    let links: String = (0..7).map(|n| link(&format!("l{n}"))).collect();
+    let joints: String = (0..6).map(|n| joint(n, if n == 0 { "prismatic" } else { "revolute" })).collect();
+    fs::write(home.join("arm.urdf"), format!("<robot name='arm'>{links}{joints}</robot>")).unwrap();
+    let draft = orchard(home, &["robot", "check", "--urdf", "arm.urdf", "--write-mapping", "arm.toml"]);
+    assert_eq!(draft.status.code(), Some(0), "{}", text(&draft.stderr));
+    let mapping = fs::read_to_string(home.join("arm.toml")).unwrap();
+    assert!(
+        mapping.contains("finger_joints = [\"\", \"\"]") && mapping.contains("# height_joint = "),
+        "{mapping}"
+    );
+    let check = ["robot", "check", "--urdf", "arm.urdf", "--mapping", "arm.toml", "--require-harvest"];
+    let lacking = orchard(home, &check);
+    assert_eq!(lacking.status.code(), Some(3), "{}", text(&lacking.stderr));
+    assert!(
+        text(&lacking.stdout).contains("cannot harvest here: finger_joints: "),
+        "{}",
+        text(&lacking.stdout)
+    );
+}
+
 #[test]
 fn a_strangers_robot_is_checked_drafted_and_harvests() {
     let folder = tempfile::tempdir().unwrap();

@@ -31,7 +31,9 @@ impl Draft {
         let arm = longest_row(robot);
         let wrist = arm.last().copied();
         let fingers = fingers(robot, wrist);
-        let joints = |links: &[usize]| links.iter().map(|&l| robot.links[l].joint_name.clone()).collect();
+        let joints = |links: &[usize]| -> Vec<String> {
+            links.iter().map(|&l| robot.links[l].joint_name.clone()).collect()
+        };
         let before_arm = arm.first().map(|&first| chain_to(robot, first)).unwrap_or_default();
         let of_kind = |fits: &dyn Fn(&JointKind) -> bool| {
             let found = before_arm.iter().copied().find(|&l| fits(&robot.links[l].joint));
@@ -40,18 +42,20 @@ impl Draft {
         let hand = hand(robot, wrist);
         let tool = wrist.and_then(|wrist| frame_named(robot, Some(wrist), &["tcp", "tool", "grasp", "ee"]));
         let guess = |role, names, why| Guess { role, names, why };
+        let base_joint = of_kind(&|k| *k == JointKind::Planar);
+        // The lift of a robot that stands is locked at 0.
+        let height = match base_joint.is_empty() {
+            true => Vec::new(),
+            false => of_kind(&|k| matches!(k, JointKind::Slide(_))),
+        };
         let guesses = vec![
             guess(
                 "base_link",
                 massive(loaded, before_arm.last().copied()),
                 "the first link with mass on the body that carries the arm, or else from the root out",
             ),
-            guess("base_joint", of_kind(&|k| *k == JointKind::Planar), "a planar joint before the arm"),
-            guess(
-                "height_joint",
-                of_kind(&|k| matches!(k, JointKind::Slide(_))),
-                "the first prismatic joint before the arm",
-            ),
+            guess("base_joint", base_joint, "a planar joint before the arm"),
+            guess("height_joint", height, "the first prismatic joint before the arm, on a base that moves"),
             guess(
                 "arm_joints",
                 joints(&arm),
@@ -60,7 +64,7 @@ impl Draft {
             guess(
                 "finger_joints",
                 joints(&fingers),
-                "prismatic joints beyond the arm, or else the two hinges on its last link that mimic one another and carry most",
+                "two prismatic joints beyond the arm, or else two hinges on its last link: those that mimic one another and carry most, or the only two",
             ),
             guess("hand_link", hand.clone(), "the link on the last hinge of the arm with the most shapes"),
             guess(
@@ -146,21 +150,26 @@ fn chain_to(robot: &Articulation, link: usize) -> Vec<usize> {
     chain
 }
 
-/// Links beyond the wrist that slide; if there is none, those on the wrist that are coupled to one another: the two that carry most links, in the
-/// robot's order.
+/// The first two links beyond the wrist that slide, or else two hinges on the wrist: of those that are coupled to one another the two that carry
+/// most links, in the robot's order; if none is coupled, the only two. Empty if there are no such two.
 fn fingers(robot: &Articulation, wrist: Option<usize>) -> Vec<usize> {
     let Some(wrist) = wrist else { return Vec::new() };
     let chains: Vec<Vec<usize>> = (0..robot.links.len()).map(|l| chain_to(robot, l)).collect();
     let beyond: Vec<usize> = (0..robot.links.len()).filter(|&l| chains[l].contains(&wrist)).collect();
     let slides = beyond.iter().copied().filter(|&l| matches!(robot.links[l].joint, JointKind::Slide(_)));
-    let slides: Vec<usize> = slides.collect();
-    if !slides.is_empty() {
+    let slides: Vec<usize> = slides.take(2).collect();
+    if slides.len() == 2 {
         return slides;
     }
     let is_coupled = coupled(robot);
-    let is_hinge = |l: &usize| matches!(robot.links[*l].joint, JointKind::Hinge(_));
-    let on_wrist = |l: &usize| robot.links[*l].parent == Some(wrist) && is_coupled[*l] && is_hinge(l);
-    let mut hinges: Vec<usize> = beyond.iter().copied().filter(on_wrist).collect();
+    let on_wrist = |l: &usize| {
+        robot.links[*l].parent == Some(wrist) && matches!(robot.links[*l].joint, JointKind::Hinge(_))
+    };
+    let (mut hinges, others): (Vec<usize>, Vec<usize>) =
+        beyond.iter().copied().filter(on_wrist).partition(|&l| is_coupled[l]);
+    if hinges.len() < 2 {
+        return if hinges.is_empty() && others.len() == 2 { others } else { Vec::new() };
+    }
     let carried = |l: usize| beyond.iter().filter(|&&other| chains[other].contains(&l)).count();
     hinges.sort_by(|&a, &b| carried(b).cmp(&carried(a)).then(a.cmp(&b)));
     hinges.truncate(2);

@@ -30,7 +30,11 @@ pub fn text(urdf: &str, draft: &Draft, robot: &Articulation) -> String {
             }
             None => {
                 let off = if is_optional { "# " } else { "" };
-                let value = if is_list { "[]" } else { "\"\"" };
+                let value = match guess.role {
+                    "arm_joints" => "[]",
+                    "finger_joints" => "[\"\", \"\"]",
+                    _ => "\"\"",
+                };
                 let _ =
                     writeln!(text, "# nothing found; sought: {}\n{off}{} = {value}", guess.why, guess.role);
             }
