@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use orchard_geometry::{Rotation, Vec3, math, transform};
+use orchard_geometry::{Rotation, Vec3, transform};
 use orchard_spec::{Purpose, Spec, Stream, tree::annual_shoots::AnnualShootsSpec};
 
 use crate::grammar::annual_shoots::AnnualShoots;
@@ -11,7 +11,7 @@ use crate::links::{self, Links, Place};
 use crate::lsystem::{self, AxisKind, Grammar as _};
 use crate::skeleton::{FruitSite, Segment, Skeleton, Spur};
 use crate::turtle::Internode;
-use crate::{TreegenError, assemble, clearance, fruit_sites, leaves, pipe, turtle};
+use crate::{TreegenError, assemble, clearance, fruit_sites, leaves, radii, turtle};
 
 /// A tree with its growth units, which are finer than its segments.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,12 +76,10 @@ pub(crate) fn grow(
         return Err(TreegenError::NoShoot);
     }
 
-    let parents: Vec<Option<usize>> = linked.links.iter().map(|link| link.parent).collect();
     let structural = structural(&linked.links);
-    let shed = shed_pipes(grammar, &linked.links, &structural, grammar_of_tree.stream());
-    let (trunk_radius, exponent) = (grammar_of_tree.trunk_radius(), spec.tree.pipe_exponent.si());
-    let tip_radius = spec.tree.tip_radius.si().min(thickest_tip(grammar, &parents, trunk_radius, exponent));
-    let radii = pipe::radii(&parents, |link, _| shed[link], tip_radius, trunk_radius, exponent);
+    let trunk_radius = grammar_of_tree.trunk_radius();
+    let radii =
+        radii::radii(&spec.tree, grammar, &linked.links, &structural, trunk_radius, grammar_of_tree.stream());
     let clearance = spec.tree.clearance.si();
     let lifts = clearance::lift(&mut linked.links, &radii, clearance).map_err(|segment| {
         let height = linked.links[0].length;
@@ -113,21 +111,6 @@ pub(crate) fn grow(
     Ok(Growth { skeleton: Skeleton { segments, fruit_sites, leaves, spurs }, units })
 }
 
-/// Largest radius of the tips \[m\]: together they then make up `tip_share` of the trunk's pipes.
-fn thickest_tip(
-    grammar: &AnnualShootsSpec,
-    parents: &[Option<usize>],
-    trunk_radius: f64,
-    exponent: f64,
-) -> f64 {
-    let mut has_children = vec![false; parents.len()];
-    for parent in parents.iter().flatten() {
-        has_children[*parent] = true;
-    }
-    let tips = has_children.iter().filter(|has_children| !**has_children).count().max(1) as f64;
-    trunk_radius * math::pow(grammar.tip_share.si() / tips, 1.0 / exponent)
-}
-
 /// True for each link of the leader or of a limb; all links of an axis are of the kind of its first.
 fn structural(links: &[Internode]) -> Vec<bool> {
     let mut structural: Vec<bool> = Vec::with_capacity(links.len());
@@ -137,30 +120,6 @@ fn structural(links: &[Internode]) -> Vec<bool> {
         structural.push(before.map_or(own, |parent| structural[parent]));
     }
     structural
-}
-
-/// Weight of every link in the pipes of branches that were shed or cut: scars on leader and limbs in proportion
-/// to their length, and the cut tips.
-fn shed_pipes(
-    grammar: &AnnualShootsSpec,
-    links: &[Internode],
-    structural: &[bool],
-    stream: &mut Stream,
-) -> Vec<f64> {
-    let mut goes_on = vec![false; links.len()];
-    for link in links {
-        if let Some(parent) = link.parent.filter(|&parent| links[parent].order == link.order) {
-            goes_on[parent] = true;
-        }
-    }
-    let mut shed = |i: usize| {
-        if !structural[i] {
-            return 0.0;
-        }
-        let tip = if goes_on[i] { 0.0 } else { stream.cut_normal(&grammar.cut_tip) };
-        tip + grammar.scars.si() * links[i].length
-    };
-    (0..links.len()).map(&mut shed).collect()
 }
 
 /// The growth units in the order in which they are drawn.

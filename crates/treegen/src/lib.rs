@@ -20,6 +20,7 @@ mod habit;
 mod leaves;
 mod links;
 mod pipe;
+mod radii;
 mod segment_map;
 mod skeleton;
 

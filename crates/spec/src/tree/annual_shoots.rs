@@ -95,6 +95,33 @@ pub struct AnnualShootsSpec {
     pub fruit_per_area: Quantity,
     /// Length of a lateral, from its base, that bears fruit.
     pub fruit_reach: Quantity,
+    /// Branches by their own allometry; without it the pipes of the whole tree give their diameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allometry: Option<Allometry>,
+}
+
+/// Diameters and angles of the branches on the leader by their lengths, and how the number of branches follows the trunk.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Allometry {
+    /// Diameter at the base of a branch of 40 cm.
+    pub base_diameter: Quantity,
+    /// Exponent by which a branch's length follows the diameter of its base.
+    pub length_exponent: Quantity,
+    /// Factor on a branch's diameter.
+    pub base_factor: Normal,
+    /// Largest diameter of a branch over that of the leader where it stands.
+    pub base_share: Quantity,
+    /// Exponent by which the leader tapers: its diameter above the tip's follows the length that is left.
+    pub leader_taper: Quantity,
+    /// Angle that all branches on the leader of a tree have more than others, a tree.
+    pub tree_angle: Normal,
+    /// Change of a branch's angle from one that is ten times as short; a branch of 10 cm keeps its angle.
+    pub angle_by_length: Quantity,
+    /// Exponent by which the number of limbs follows the trunk's diameter.
+    pub limbs_exponent: Quantity,
+    /// Exponent by which the number of laterals follows the trunk's diameter.
+    pub vigour_exponent: Quantity,
 }
 
 /// Chances of the length classes; the remainder is the chance of a long shoot.

@@ -1,12 +1,17 @@
 //! Figures of unpruned trees of four seasons.
 
+use orchard_geometry::math;
 use serde::{Deserialize, Serialize};
 
 use super::{Check, Measured, Moments, Population, Sample, Target};
 use crate::GrowthUnit;
-use crate::morphometry::distribution::{ks_distance, mean_and_sd, mode, normal_cdf, quantile, quantile_cdf};
+use crate::morphometry::allometry::{regression, standardised_major_axis};
+use crate::morphometry::distribution::{
+    ks_distance, mean_and_sd, median, mode, normal_cdf, quantile, quantile_cdf,
+};
 use crate::morphometry::shoots::{
-    angle_from_vertical, branches_on_leader, divergences, length_classes, total_length,
+    LeaderBranch, angle_from_vertical, branches_on_leader, divergences, leader_branches, length_classes,
+    total_length,
 };
 
 /// Measurements of young trees.
@@ -67,7 +72,36 @@ pub struct YoungTargets {
     pub leaf_area_before_mean: Target,
     /// Leaf area in the season before: standard deviation over the trees.
     pub leaf_area_before_sd: Target,
+    /// Structure: branches on the leader by their lengths.
+    pub structure: StructureTargets,
 }
+
+/// Targets of the structure of young trees. Limbs are the branches on the leader of [`LIMB_LENGTHS`] and more.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StructureTargets {
+    /// Median diameter at the base of limbs.
+    pub limb_diameter: Target,
+    /// The same by length, in the classes of [`LIMB_LENGTHS`].
+    pub limb_diameter_by_length: [Target; 3],
+    /// Exponent of a limb's length against the diameter of its base.
+    pub limb_exponent: Target,
+    /// Summed cross-sections of the branches' bases over that of the trunk: mean of the trees.
+    pub limb_area: Target,
+    /// Correlation over trees of the logarithms of trunk diameter and length of all shoots.
+    pub size_correlation: Target,
+    /// Number of branches of 40 cm and more: mean of the trees.
+    pub long_branches: Target,
+    /// Median length of a branch's axis.
+    pub branch_length: Target,
+    /// Change of the angle from the vertical with the length: slope on its decimal logarithm.
+    pub angle_by_length: Target,
+    /// Mean angle of a tree's limbs: standard deviation over the trees.
+    pub limb_angle_sd: Target,
+}
+
+/// Lower ends of the length classes of limbs \[m\].
+const LIMB_LENGTHS: [f64; 3] = [0.2, 0.4, 0.8];
 
 impl Measured {
     /// Compares the figures of young trees.
@@ -134,8 +168,63 @@ impl Measured {
             checks.push(mean.check(&format!("young.{name}.mean"), m));
             checks.push(sd.check(&format!("young.{name}.sd"), s));
         }
+        checks.extend(structure_checks(&t.structure, trees));
         checks
     }
+}
+
+fn structure_checks(t: &StructureTargets, trees: &Population) -> Vec<Check> {
+    let of_trees: Vec<Vec<LeaderBranch>> = trees.trees.iter().map(leader_branches).collect();
+    let branches = || of_trees.iter().flatten();
+    let limbs = || branches().filter(|branch| branch.length >= LIMB_LENGTHS[0]);
+    let thick = |low: f64, high: f64| -> Vec<f64> {
+        let of_class = branches().filter(|branch| (low..high).contains(&branch.length));
+        of_class.filter_map(|branch| branch.base_diameter).collect()
+    };
+    let all = thick(LIMB_LENGTHS[0], f64::INFINITY);
+    let mut checks = vec![
+        t.limb_diameter
+            .check("young.limb.diameter", median(&all))
+            .noted(format!("median of {} limbs", all.len())),
+    ];
+    for (k, target) in t.limb_diameter_by_length.iter().enumerate() {
+        let end = LIMB_LENGTHS.get(k + 1).copied().unwrap_or(f64::INFINITY);
+        let of_class = thick(LIMB_LENGTHS[k], end);
+        let name = format!("young.limb.diameter.from_{:.0}_cm", 100.0 * LIMB_LENGTHS[k]);
+        checks.push(
+            target.check(&name, median(&of_class)).noted(format!("median of {} limbs", of_class.len())),
+        );
+    }
+    let pairs = limbs().filter_map(|limb| Some((limb.base_diameter?, limb.length)));
+    let axis = standardised_major_axis(pairs);
+    let note = format!("standardised major axis of {} limbs, r2 {:.2}", axis.n, axis.r_squared);
+    checks.push(t.limb_exponent.check("young.limb.exponent", axis.slope).noted(note));
+    let mean =
+        |figure: &dyn Fn(usize) -> f64| (0..of_trees.len()).map(figure).sum::<f64>() / of_trees.len() as f64;
+    let trunk = |tree: usize| trees.trees[tree].skeleton.segments.first().map_or(0.0, |s| 2.0 * s.radius);
+    let area = mean(&|tree| {
+        let bases = of_trees[tree].iter().filter_map(|branch| branch.base_diameter);
+        bases.map(|d| d * d).sum::<f64>() / (trunk(tree) * trunk(tree))
+    });
+    checks.push(t.limb_area.check("young.limb.area", area));
+    let sizes = (0..of_trees.len()).map(|tree| (trunk(tree), total_length(&trees.trees[tree].units)));
+    let size = standardised_major_axis(sizes);
+    let correlation = size.r_squared.sqrt().copysign(size.slope);
+    let note = format!("length follows the diameter with exponent {:.2}", size.slope);
+    checks.push(t.size_correlation.check("young.size_correlation", correlation).noted(note));
+    let long = |tree: usize| of_trees[tree].iter().filter(|branch| branch.length >= LIMB_LENGTHS[1]).count();
+    checks.push(t.long_branches.check("young.long_branches", mean(&|tree| long(tree) as f64)));
+    let lengths: Vec<f64> = branches().map(|branch| branch.length).collect();
+    checks.push(t.branch_length.check("young.branch_length", median(&lengths)));
+    let slope = regression(branches().map(|b| (math::ln(b.length) / math::ln(10.0), b.angle)));
+    checks.push(t.angle_by_length.check("young.angle_by_length", slope));
+    let means = of_trees.iter().map(|tree| {
+        let angles: Vec<f64> = tree.iter().filter(|b| b.length >= LIMB_LENGTHS[0]).map(|b| b.angle).collect();
+        (!angles.is_empty()).then(|| mean_and_sd(&angles).0)
+    });
+    let means: Vec<f64> = means.flatten().collect();
+    checks.push(t.limb_angle_sd.check("young.limb_angle.sd", mean_and_sd(&means).1));
+    checks
 }
 
 /// Leaf area at dial 1 of the growth units of a season [m^2]; the leaves of a tree have that of the

@@ -17,6 +17,9 @@ const LEAST_LENGTH: f64 = 1e-3;
 /// Largest number of nodes over the largest number of growth units; beyond it shoots set no buds.
 const NODES_A_UNIT: u32 = 16;
 
+/// Length of a first shoot whose branch keeps the drawn angle \[m\].
+const STEADY_LENGTH: f64 = 0.1;
+
 /// The grammar of one tree: the parameters drawn once a tree, and the stream for all other draws.
 #[derive(Debug, Clone)]
 pub struct AnnualShoots<'a> {
@@ -30,6 +33,8 @@ pub struct AnnualShoots<'a> {
     limb_heights: Vec<f64>,
     /// Factor on a limb's shoot from the trunk's diameter.
     limb_scale: f64,
+    /// Angle that the branches on the leader have more than those of other trees \[rad\].
+    tree_angle: f64,
     /// Number of growth units made.
     units: u32,
     /// Number of nodes made.
@@ -72,7 +77,9 @@ impl<'a> AnnualShoots<'a> {
     pub fn new(spec: &'a AnnualShootsSpec, mut stream: Stream) -> Self {
         let diameter = stream.cut_normal(&spec.trunk_diameter);
         let size = diameter / spec.trunk_diameter.mean_si();
-        let vigour = stream.cut_normal(&spec.vigour);
+        let exponents =
+            spec.allometry.as_ref().map_or((0.0, 0.0), |a| (a.vigour_exponent.si(), a.limbs_exponent.si()));
+        let vigour = stream.cut_normal(&spec.vigour) * math::pow(size, exponents.0);
         let length = stream.cut_normal(&spec.leader_length) * math::pow(size, spec.leader_exponent.si());
         let parts: Vec<f64> = spec.leader_shoots.iter().map(|part| stream.cut_normal(part)).collect();
         let whole: f64 = parts.iter().sum();
@@ -80,7 +87,8 @@ impl<'a> AnnualShoots<'a> {
         let zone = length * spec.limb_zone.si();
         let bare_trunk = stream.cut_normal(&spec.bare_trunk).min(zone);
         let most_limbs = f64::from(spec.growth_units_max.get());
-        let limbs = stream.cut_normal(&spec.limbs).round().clamp(0.0, most_limbs);
+        let limbs = stream.cut_normal(&spec.limbs) * math::pow(size, exponents.1);
+        let limbs = limbs.round().clamp(0.0, most_limbs);
         let tiers = stream.cut_normal(&spec.limb_tiers).round().clamp(1.0, limbs.max(1.0));
         // The limb zone has as many equal parts as tiers; each tier is at a random height in its part.
         let tier_heights: Vec<f64> = (0..tiers as u32)
@@ -92,6 +100,7 @@ impl<'a> AnnualShoots<'a> {
             .map(|tier| tier_heights[tier as usize])
             .collect();
         limb_heights.sort_by(|a, b| b.total_cmp(a));
+        let tree_angle = spec.allometry.as_ref().map_or(0.0, |a| stream.cut_normal(&a.tree_angle));
         Self {
             spec,
             stream,
@@ -100,6 +109,7 @@ impl<'a> AnnualShoots<'a> {
             vigour,
             limb_heights,
             limb_scale: math::pow(size, spec.limb_exponent.si()),
+            tree_angle,
             units: 0,
             nodes: 0,
             height: 0.0,
@@ -161,7 +171,7 @@ impl<'a> AnnualShoots<'a> {
             return;
         }
         let angle = if order == 1 { &self.spec.branch_angle } else { &self.spec.lateral_angle };
-        let angle = self.stream.cut_normal(angle);
+        let angle = self.stream.cut_normal(angle) + if order == 1 { self.tree_angle } else { 0.0 };
         // Laterals that open earlier are pruned away by the last season.
         let last = self.seasons();
         let stands = 1 + self.stream.integer(0, self.spec.lateral_seasons.get().max(1) - 1);
@@ -244,6 +254,10 @@ impl<'a> AnnualShoots<'a> {
         let (bend, _) = self.draw_wobble();
         let droop = self.stream.cut_normal(&spec.droop);
         let axis = if limb.is_some() { AxisKind::Limb } else { AxisKind::Lateral };
+        if let Some(allometry) = spec.allometry.as_ref().filter(|_| order == 1 && shoots == 0) {
+            let more = allometry.angle_by_length.si() * math::ln(length / STEADY_LENGTH) / math::ln(10.0);
+            successor.push(Module::Turtle(Command::Pitch(more)));
+        }
         successor.push(unit(season, axis, floral));
         successor.extend(bend.map(Module::Turtle));
         successor.push(Module::Turtle(Command::Droop(droop)));

@@ -21,21 +21,27 @@ pub struct Slope {
 /// Standardised (reduced) major axis of log y on log x (Warton et al. 2006, Biol. Rev. 81:259-291). Pairs without
 /// a logarithm are left out.
 pub fn standardised_major_axis(pairs: impl IntoIterator<Item = (f64, f64)>) -> Slope {
-    let logs: Vec<(f64, f64)> = pairs
-        .into_iter()
-        .filter(|&(x, y)| x > 0.0 && y > 0.0)
-        .map(|(x, y)| (math::ln(x), math::ln(y)))
-        .collect();
-    let n = logs.len() as f64;
-    let (mean_x, mean_y) = logs.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
-    for (x, y) in &logs {
-        let (dx, dy) = (x - mean_x, y - mean_y);
-        xx += dx * dx;
-        yy += dy * dy;
-        xy += dx * dy;
-    }
+    let positive = pairs.into_iter().filter(|&(x, y)| x > 0.0 && y > 0.0);
+    let logs: Vec<(f64, f64)> = positive.map(|(x, y)| (math::ln(x), math::ln(y))).collect();
+    let [xx, yy, xy] = squares(&logs);
     Slope { slope: (yy / xx).sqrt().copysign(xy), r_squared: xy * xy / (xx * yy), n: logs.len() }
+}
+
+/// Slope of the regression of y on x.
+pub fn regression(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+    let pairs: Vec<(f64, f64)> = pairs.into_iter().collect();
+    let [xx, _, xy] = squares(&pairs);
+    xy / xx
+}
+
+/// Sums of squares about the means: of x, of y, and of their products.
+fn squares(pairs: &[(f64, f64)]) -> [f64; 3] {
+    let n = pairs.len() as f64;
+    let (mean_x, mean_y) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    pairs.iter().fold([0.0; 3], |[xx, yy, xy], (x, y)| {
+        let (dx, dy) = (x - mean_x, y - mean_y);
+        [xx + dx * dx, yy + dy * dy, xy + dx * dy]
+    })
 }
 
 /// The exponent b of the pipe model at one fork, `sum d_child^b = d_parent^b`; `None` where a child is as thick as

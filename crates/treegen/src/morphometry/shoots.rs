@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use orchard_geometry::math;
 
-use crate::growth::GrowthUnit;
+use crate::growth::{Growth, GrowthUnit};
 
 /// Upper limit of short growth units, and of medium ones \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +33,35 @@ pub fn total_length(units: &[GrowthUnit]) -> f64 {
 /// The first growth units of the branches on the leader, from below up.
 pub fn branches_on_leader(units: &[GrowthUnit]) -> impl Iterator<Item = &GrowthUnit> {
     units.iter().filter(|unit| unit.order == 1 && unit.first)
+}
+
+/// An axis that stands on the leader.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeaderBranch {
+    /// Length of its axis \[m\].
+    pub length: f64,
+    /// Diameter at its base \[m\]; `None` for a branch so short that it is no link of its own.
+    pub base_diameter: Option<f64>,
+    /// Angle of its base from the vertical \[rad\].
+    pub angle: f64,
+}
+
+/// The axes on the leader, from below up.
+pub fn leader_branches(tree: &Growth) -> Vec<LeaderBranch> {
+    let segments = &tree.skeleton.segments;
+    let mut branches: Vec<LeaderBranch> = Vec::new();
+    // Units of an axis follow one another in the order in which they are drawn, with those of its laterals between them.
+    for unit in tree.units.iter().filter(|unit| unit.order == 1) {
+        if unit.first {
+            let segment = &segments[unit.segment];
+            let base_diameter = (segment.order == 1).then_some(2.0 * segment.radius);
+            branches.push(LeaderBranch { length: 0.0, base_diameter, angle: angle_from_vertical(unit) });
+        }
+        if let Some(branch) = branches.last_mut() {
+            branch.length += unit.length;
+        }
+    }
+    branches
 }
 
 /// Angle of a growth unit's base from the vertical \[rad\].

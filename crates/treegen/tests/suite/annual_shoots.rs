@@ -54,6 +54,42 @@ fn links_and_spurs_are_the_growth_units() {
     }
 }
 
+/// With an allometry the base of every branch on the leader has the diameter of its length, but for branches as thick as the leader there, and
+/// the leader only tapers.
+#[test]
+fn branches_have_the_diameters_of_their_lengths() {
+    let exact = "preset = 'exact'\nbase = 'calibrated-young'\n[tree.grammar.annual-shoots.allometry]\n\
+                 base_factor = { mean = 1.0, sd = 0.0, low = 1.0, high = 1.0, range = [0.1, 5.0], unit = '1', source = 'growth_fit' }\n";
+    let spec = Spec::from_toml("exact.toml", exact).unwrap();
+    let (mut by_length, mut as_leader) = (0, 0);
+    for world in 0..20 {
+        let tree = grow(&spec, 3, world).unwrap();
+        let segments = &tree.segments;
+        for (i, segment) in segments.iter().enumerate() {
+            let Some(parent) = segment.parent.filter(|&p| segments[p].order == 0) else { continue };
+            if segment.order == 0 {
+                assert!(segment.radius <= segments[parent].radius + ROUNDING);
+                continue;
+            }
+            let mut length = segment.length;
+            let mut tip = i;
+            while let Some(next) =
+                (tip + 1..segments.len()).find(|&k| segments[k].parent == Some(tip) && segments[k].order == 1)
+            {
+                length += segments[next].length;
+                tip = next;
+            }
+            let wanted = 0.5 * 7.7e-3 * orchard_geometry::math::pow(length / 0.4, 1.0 / 1.95);
+            // Links are chords: a bend makes the branch up to 2 % shorter than its shoots.
+            let is_so = |radius: f64| (segment.radius - radius).abs() < 0.02 * radius;
+            by_length += u32::from(is_so(wanted));
+            as_leader += u32::from(!is_so(wanted) && is_so(segments[parent].radius));
+            assert!(is_so(wanted) || is_so(segments[parent].radius), "world {world}, link {i}");
+        }
+    }
+    assert!(by_length > 20 * as_leader, "{by_length} {as_leader}");
+}
+
 #[test]
 fn links_have_sensible_lengths() {
     for preset in CALIBRATED {
