@@ -76,13 +76,13 @@ pub struct YoungTargets {
     pub structure: StructureTargets,
 }
 
-/// Targets of the structure of young trees. Limbs are the branches on the leader of [`LIMB_LENGTHS`] and more.
+/// Targets of the structure of young trees. Limbs are the branches on the leader of 20 cm and more.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StructureTargets {
     /// Median diameter at the base of limbs.
     pub limb_diameter: Target,
-    /// The same by length, in the classes of [`LIMB_LENGTHS`].
+    /// The same by length: from 20, 40 and 80 cm.
     pub limb_diameter_by_length: [Target; 3],
     /// Exponent of a limb's length against the diameter of its base.
     pub limb_exponent: Target,
