@@ -54,7 +54,10 @@ pub(crate) fn find(given: &OptionValue) -> Result<Found, ScenarioError> {
     }
     let path = Path::new(value);
     let text = |path: &Path, most: u64| {
-        orchard_input::text(path, most).map_err(|e| given.refuse(format!("{}: {e}", path.display())))
+        // The option names the file already, unless it is one of a folder.
+        let of_folder =
+            if path == Path::new(value) { String::new() } else { format!("{}: ", path.display()) };
+        orchard_input::text(path, most).map_err(|e| given.refuse(format!("{of_folder}{e}")))
     };
     let name = path.file_stem().map_or_else(|| value.to_owned(), |name| name.to_string_lossy().into_owned());
     if path.extension().is_some_and(|extension| extension == "toml") {

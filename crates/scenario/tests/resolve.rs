@@ -69,6 +69,8 @@ fn what_a_user_can_get_wrong_names_the_option_and_what_there_is() {
         e,
         "--robot: no robot 'r2'; the robots are: ridgeback-fr3, fr3-fixed, rail-xarm6-suction, husky-ur5e-2f85"
     );
+    let e = refused(&[("robot", "no/such.toml")]);
+    assert!(e.starts_with("--robot no/such.toml: ") && e.matches("no/such.toml").count() == 1, "{e}");
     let e = refused(&[("controller", "nobody")]);
     assert!(e.starts_with("--controller: no controller 'nobody'; the controllers are: baseline"), "{e}");
     let e = refused(&[("config", "no/such.toml")]);
