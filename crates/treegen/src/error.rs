@@ -38,4 +38,12 @@ pub enum TreegenError {
         "tree.grammar.annual-shoots.leader_shoots: a tree needs a season, and growth_units_max a growth unit"
     )]
     NoShoot,
+    /// A figure that thickness is divided or multiplied by is not positive.
+    #[error("tree.grammar.annual-shoots.allometry.{field}: {value} must be above 0")]
+    NotPositive {
+        /// The field.
+        field: &'static str,
+        /// Its value or the lower end of its range, SI units.
+        value: f64,
+    },
 }

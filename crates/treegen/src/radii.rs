@@ -5,11 +5,26 @@ use orchard_spec::Stream;
 use orchard_spec::tree::TreeSpec;
 use orchard_spec::tree::annual_shoots::{Allometry, AnnualShootsSpec};
 
+use crate::TreegenError;
 use crate::pipe;
 use crate::turtle::Internode;
 
 /// Length of a branch whose base has the diameter `base_diameter` of the config \[m\].
 const REFERENCE_LENGTH: f64 = 0.4;
+
+/// Checks that every branch has a thickness.
+pub(crate) fn check(allometry: &Allometry) -> Result<(), TreegenError> {
+    let figures = [
+        ("base_diameter", allometry.base_diameter.si()),
+        ("length_exponent", allometry.length_exponent.si()),
+        ("base_factor", allometry.base_factor.ends_si().0),
+        ("base_share", allometry.base_share.si()),
+    ];
+    match figures.into_iter().find(|(_, value)| *value <= 0.0) {
+        Some((field, value)) => Err(TreegenError::NotPositive { field, value }),
+        None => Ok(()),
+    }
+}
 
 /// Radius of every link \[m\].
 pub(crate) fn radii(

@@ -82,7 +82,7 @@ pub struct YoungTargets {
 pub struct StructureTargets {
     /// Median diameter at the base of limbs.
     pub limb_diameter: Target,
-    /// The same by length: from 20, 40 and 80 cm.
+    /// Median diameter at the base of limbs in three classes of length: 20 to 40 cm, 40 to 80 cm, 80 cm and more.
     pub limb_diameter_by_length: [Target; 3],
     /// Exponent of a limb's length against the diameter of its base.
     pub limb_exponent: Target,

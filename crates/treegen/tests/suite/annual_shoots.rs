@@ -91,6 +91,14 @@ fn branches_have_the_diameters_of_their_lengths() {
 }
 
 #[test]
+fn a_branch_without_thickness_is_refused_by_field() {
+    let none = "preset = 'none'\nbase = 'calibrated-young'\n[tree.grammar.annual-shoots.allometry]\n\
+                length_exponent = { value = 0.0, range = [0.0, 5.0], unit = '1', source = 'growth_fit' }\n";
+    let e = grow(&Spec::from_toml("none.toml", none).unwrap(), 3, 0).unwrap_err().to_string();
+    assert_eq!(e, "tree.grammar.annual-shoots.allometry.length_exponent: 0 must be above 0");
+}
+
+#[test]
 fn links_have_sensible_lengths() {
     for preset in CALIBRATED {
         let Grammar::AnnualShoots(grammar) = Spec::preset(preset).tree.grammar else { panic!("{preset}") };
