@@ -13,13 +13,13 @@ use std::time::{Duration, Instant};
 use orchard_program::commands::validate;
 use orchard_program::{Failure, Verdict};
 
-use crate::{fuzz, reuse, tidy, workspace};
+use crate::{check_python, fuzz, reuse, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, packages (cargo package of every crate, and a\n\
-                  controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, python (check-python), packages (cargo package of\n\
+                  every crate, and a controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
                   preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
@@ -37,6 +37,9 @@ const SKIPPED: &str = "ORCHARD_SKIPPED";
 
 /// Package that needs a C++ compiler; its own step builds it.
 const FUZZ: &str = "orchard-fuzz";
+
+/// Packages that have steps of their own.
+const APART: [&str; 4] = ["--exclude", FUZZ, "--exclude", check_python::PACKAGE];
 
 type Step = (&'static str, Box<dyn Fn() -> Result<Verdict, Failure>>);
 
@@ -99,49 +102,26 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
         (
             "clippy",
             Box::new(|| {
-                cargo(
-                    &[
-                        "clippy",
-                        "--workspace",
-                        "--exclude",
-                        FUZZ,
-                        "--all-targets",
-                        "--quiet",
-                        "--",
-                        "-D",
-                        "warnings",
-                    ],
-                    &[],
-                )
+                // The Python package has no targets that need Python to be compiled.
+                let all = ["clippy", "--workspace", "--exclude", FUZZ, "--all-targets", "--quiet"];
+                cargo(&[&all[..], &["--", "-D", "warnings"]].concat(), &[])
             }),
         ),
         (
             "docs",
             Box::new(|| {
-                cargo(
-                    &[
-                        "doc",
-                        "--workspace",
-                        "--exclude",
-                        "devtools",
-                        "--exclude",
-                        FUZZ,
-                        "--no-deps",
-                        "--quiet",
-                    ],
-                    &[("RUSTDOCFLAGS", "-D warnings".as_ref())],
-                )
+                let all = ["doc", "--workspace", "--exclude", "devtools", "--no-deps", "--quiet"];
+                cargo(&[&all[..], &APART].concat(), &[("RUSTDOCFLAGS", "-D warnings".as_ref())])
             }),
         ),
         (
             "tests",
             Box::new(move || {
-                cargo(
-                    &["test", "--workspace", "--exclude", FUZZ, "--quiet", "--no-fail-fast"],
-                    &[(SKIPPED, skipped.as_ref())],
-                )
+                let all = ["test", "--workspace", "--quiet", "--no-fail-fast"];
+                cargo(&[&all[..], &APART].concat(), &[(SKIPPED, skipped.as_ref())])
             }),
         ),
+        ("python", Box::new(check_python::check)),
         ("packages", Box::new(reuse::check)),
         ("gpu", Box::new(validate::check_gpu)),
         ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),

@@ -3,8 +3,10 @@
 mod architecture;
 mod circles;
 mod crates;
+mod figures;
 mod lengths;
 mod mapping;
+mod marked;
 mod metrics;
 mod purity;
 mod robot_pages;
@@ -18,19 +20,19 @@ use orchard_program::Failure;
 /// Checks the crate graph, the architecture page, source keys and file lengths.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Checks:\n  crates depend only on crates below them; picker and perception have no access to ground truth\n  \
+    after_help = "Checks:\n  crates depend only on crates below them; perception, picker and policy have no access to ground truth\n  \
 the files of a crate have no circular imports\n  \
-crates from quantity to picker, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
-every source key in configs/ exists in docs/references.bib\n  no source file is longer than 800 lines (warning above 500)"
+crates from quantity to policy, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
+every source key in configs/ and of the robots exists in docs/references.bib, and README and conventions count them rightly\n  no source file is longer than 800 lines (warning above 500)"
 )]
 pub struct Args {
-    /// Bring the tables of metrics and robots and the reference of the mapping in the documentation up to date instead of comparing them.
+    /// Bring the tables of metrics, robots and sources and the reference of the mapping in the documentation up to date instead of comparing them.
     #[arg(long)]
     write: bool,
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 32] = [
+const LAYERS: [&str; 34] = [
     "quantity",
     "spec",
     "geometry",
@@ -45,13 +47,14 @@ const LAYERS: [&str; 32] = [
     "gpu",
     "robot",
     "picker",
+    "policy",
     "input",
     "world",
     "scenario",
-    "env",
     "statistics",
     "bench",
     "tasks",
+    "env",
     "scaling",
     "dataset",
     "leaderboard",
@@ -59,6 +62,7 @@ const LAYERS: [&str; 32] = [
     "report",
     "program",
     "orchardbench",
+    "python",
     "tests",
     "devtools",
     "xtask",
@@ -113,6 +117,7 @@ fn check(root: &Path, write: bool) -> anyhow::Result<Findings> {
         Findings::errors(purity::check(root)?),
         Findings::errors(architecture::check(root, &packages)?),
         Findings::errors(sources::check(root)?),
+        Findings::errors(figures::check(root, write)?),
         Findings::errors(metrics::check(root, write)?),
         Findings::errors(mapping::check(root, write)?),
         Findings::errors(robot_pages::check(root, write)?),

@@ -2,14 +2,17 @@
 
 use super::backends::{PUSHES, backends};
 use super::forces::push;
-use super::trees::{Errors, grown, kick, siblings, state};
+use super::trees::{Errors, grown, kick, measured, siblings, state};
 use orchard_batch::{Status, TreeWorld};
 use orchard_geometry::Vec3;
 
 /// Force on a tip \[N\], and torque about its segment's centre of mass \[N m\].
 const PULL: [Vec3; 2] = [Vec3::new(0.4, -0.2, -0.3), Vec3::new(0.04, -0.02, -0.03)];
-/// Joint rates at the start \[rad/s\].
+/// Joint rates at the start \[rad/s\]. Wood as measured has little damping: its twigs whip, and from 18 rad/s on f64 takes velocity products otherwise
+/// (decision 10). Half of its pull stays on, since its joints bend too little by themselves for an error over the largest angle.
 const KICK: f64 = 0.5;
+const LIGHTLY_DAMPED_KICK: f64 = 0.2;
+const STAYS_ON: f64 = 0.5;
 /// Frames of each half, and between two comparisons.
 const HALF: u32 = 30;
 const LOOK: u32 = 6;
@@ -23,11 +26,22 @@ fn tip_segments(world: &TreeWorld) -> Vec<usize> {
 #[test]
 fn pull_and_release_agrees_with_f64() {
     for backend in backends() {
-        for (kind, mut worlds) in [("one topology", siblings(3)), ("own topologies", grown(4))] {
-            kick(&mut worlds, KICK);
+        let kinds = [
+            ("one topology", siblings(3), KICK, 0.0, backend.tolerance),
+            ("own topologies", grown(4), KICK, 0.0, backend.tolerance),
+            (
+                "wood as measured",
+                measured(4),
+                LIGHTLY_DAMPED_KICK,
+                STAYS_ON,
+                backend.tolerance.lightly_damped(),
+            ),
+        ];
+        for (kind, mut worlds, rate, stays_on, tolerance) in kinds {
+            kick(&mut worlds, rate);
             let mut stepper = backend.build(&worlds);
             let mut worst = Errors::default();
-            for wrench in [PULL, [Vec3::zeros(); 2]] {
+            for wrench in [PULL, PULL.map(|part| part * stays_on)] {
                 for (index, world) in worlds.iter_mut().enumerate() {
                     for segment in tip_segments(world) {
                         push(world, &mut *stepper, index, segment, wrench);
@@ -41,7 +55,7 @@ fn pull_and_release_agrees_with_f64() {
                         let errors = Errors::of(world, &state(&mut *stepper, world, index));
                         worst = worst.max(errors);
                         assert!(
-                            backend.tolerance.admits(errors),
+                            tolerance.admits(errors),
                             "{}, {kind}, world {index}: {errors:?}",
                             backend.name
                         );

@@ -98,11 +98,12 @@ impl Batch {
         order.sort_by_cached_key(|&index| {
             let plant = worlds[index].plant();
             let fruit: Vec<usize> = plant.fruit.fruit.iter().map(|fruit| fruit.segment).collect();
-            (plant.tree.len(), plant.tree.parent.clone(), fruit, index)
+            (worlds[index].has_stems(), plant.tree.len(), plant.tree.parent.clone(), fruit, index)
         });
         let start = self.len();
         self.places.resize(start + worlds.len(), (0, 0));
-        for members in order.chunks(isa.lanes()) {
+        let alike = order.chunk_by(|&a, &b| worlds[a].has_stems() == worlds[b].has_stems());
+        for members in alike.flat_map(|members| members.chunks(isa.lanes())) {
             for (lane, &index) in members.iter().enumerate() {
                 self.places[start + index] = (self.tiles.len(), lane);
             }
@@ -191,10 +192,12 @@ impl Batch {
 /// Checks the assumptions of the lanes about a world.
 fn check(world: &TreeWorld) -> Result<(), &'static str> {
     let (plant, data) = (world.plant(), world.data());
-    if data.rest.iter().chain(&data.torque).any(|x| *x != 0.0) {
+    // Springs that lead are set anew in every substep.
+    let rest = data.rest.iter().filter(|_| !plant.tree.is_modal);
+    if rest.chain(&data.torque).any(|x| *x != 0.0) {
         return Err("a joint has a torque or a spring that is at rest elsewhere than at 0");
     }
-    for body in plant.model.bodies() {
+    for body in plant.tree.bodies.iter().map(|id| plant.model.body(*id)) {
         let (inertia, i_com) = (&body.inertia, &body.inertia.i_com);
         let axial = inertia.p_com.x == 0.0 && inertia.p_com.y == 0.0;
         let symmetric = i_com[(0, 0)] == i_com[(1, 1)] && i_com.iter().filter(|x| **x != 0.0).count() <= 3;

@@ -4,6 +4,7 @@ use crate::fault::{Quarantine, Status};
 use crate::ground::{Ball, DebrisTip};
 use crate::schedule::Walk;
 use crate::tree_world::{Plant, TreeWorld};
+use orchard_fruit::StemLife;
 use orchard_geometry::{Shape, Vec3};
 use orchard_multibody::contact::in_series;
 use orchard_multibody::{Data, forward_kinematics};
@@ -19,12 +20,19 @@ pub(crate) struct Wood {
     pub stiffness: f64,
     /// Joint damping [N m s/rad].
     pub damping: f64,
+    /// True if the spring leads: it then acts without the joint's present rate.
+    pub leads: bool,
 }
 
 impl Wood {
     /// Inertia that the joint's implicit spring and damper add [kg m^2].
     pub fn armature(&self, h: f64) -> f64 {
         h * (self.damping + h * self.stiffness)
+    }
+
+    /// Factor of the joint's rate in the impulse of spring and damper [kg m^2].
+    pub fn h_damping(&self, h: f64) -> f64 {
+        if self.leads { h * self.damping } else { self.armature(h) }
     }
 }
 
@@ -33,6 +41,7 @@ impl Wood {
 pub(crate) struct Remains {
     pub links: Vec<f32>,
     pub fruit: Vec<f32>,
+    pub stems: Vec<f32>,
     pub stem_limits: Vec<f32>,
 }
 
@@ -52,19 +61,28 @@ pub(crate) struct LaneWorld {
     pub broken_rows: Vec<usize>,
     /// Fruit off the stem, by index, as balls.
     pub loose: Vec<(usize, Ball)>,
+    /// Lives of the stems, by fruit; empty on tethers.
+    pub stems: Vec<StemLife>,
     /// Tips of the links of broken limbs.
     pub debris: Vec<DebrisTip>,
     /// The f64 state that the rules of breaking work on; `None` before the first break.
     shadow: Option<Box<Data>>,
+    /// Frame of the tile in which the world's time was 0.
+    pub began: i64,
+    /// Applied forces on the fruit \[N\], without those of the wind.
+    pub pulls: Vec<Vec3>,
     /// Time and reason at which it was stopped, and its numbers then.
     stopped: Option<(Quarantine, Remains)>,
 }
 
 impl LaneWorld {
-    pub fn new(index: usize, world: &TreeWorld, walk: Walk, fruit_row: Vec<usize>) -> Self {
+    /// A world that joins its tile at a frame.
+    pub fn new(index: usize, world: &TreeWorld, walk: Walk, fruit_row: Vec<usize>, frame: u32) -> Self {
+        let of_fruit = world.plant().fruit.points.iter();
+        let pulls = of_fruit.map(|point| world.data().point_force_world[point.index()]).collect();
         let rupture = world.rupture().clone();
         let shadow = (!rupture.breaks().is_empty()).then(|| Box::new(world.data().clone()));
-        let wood = vec![Wood::default(); walk.links.len()];
+        let (wood, stems) = (vec![Wood::default(); walk.links.len()], fruit_row.len());
         let is_broken = |segment: &usize| rupture.breaks().iter().any(|b| b.segment == *segment);
         let broken_rows = (0..walk.links.len()).filter(|row| is_broken(&walk.links[*row])).collect();
         Self {
@@ -76,8 +94,11 @@ impl LaneWorld {
             wood,
             broken_rows,
             loose: Vec::new(),
+            stems: if world.has_stems() { vec![StemLife::default(); stems] } else { Vec::new() },
             debris: Vec::new(),
             shadow,
+            began: i64::from(frame) - i64::from(world.frame()),
+            pulls,
             stopped: None,
         }
     }

@@ -30,12 +30,15 @@ pub(crate) mod link {
     pub const ARMATURE: usize = 13;
     /// h k of the joint [N m s].
     pub const H_STIFFNESS: usize = 14;
+    /// What the joint's rate counts in its impulse [kg m^2]: `ARMATURE`, or h d alone where the springs lead
+    /// (`orchard_treephys::TreeBody::lead_springs`).
+    pub const H_DAMPING: usize = 15;
     /// Joint angles \[rad\] (2).
-    pub const Q: usize = 15;
+    pub const Q: usize = 16;
     /// Joint rates [rad/s] (2).
-    pub const V: usize = 17;
+    pub const V: usize = 18;
     /// Fields.
-    pub const FIELDS: usize = 19;
+    pub const FIELDS: usize = 20;
 }
 
 /// Intermediate numbers of a link between the passes.
@@ -100,6 +103,80 @@ pub(crate) mod fruit_work {
     pub const IMPULSE: usize = 5;
     /// Stretch of the stem spring \[m\] (3).
     pub const STRETCH: usize = 8;
+    /// Fields.
+    pub const FIELDS: usize = 11;
+}
+
+/// Numbers of a stem that bends, h the substep; worlds with fruit on tethers have none. Constants first, then what detachment changes, then the state.
+/// Symbols are those of `docs/computation/batch.md`, Stems; an excess is what counts along the stem beyond what counts across it.
+pub(crate) mod stem {
+    /// Direction at rest in the link's axes (3).
+    pub const REST: usize = 0;
+    /// L, from the joint to the centre of the fruit \[m\].
+    pub const LENGTH: usize = 3;
+    /// h J, with the rotational inertia J of the fruit [kg m^2 s].
+    pub const H_INERTIA: usize = 4;
+    /// h times the bending stiffness [N m s].
+    pub const H_BENDING: usize = 5;
+    /// h times the twisting stiffness [N m s].
+    pub const H_TWISTING: usize = 6;
+    /// a of bending, and excess of that of twist [kg m^2].
+    pub const ARMATURE: usize = 7;
+    pub const ARMATURE_EXCESS: usize = 8;
+    /// Twisting stiffness [N m/rad].
+    pub const TWISTING: usize = 9;
+    /// 1 over the strength against a pull along the zone's axis [1/N].
+    pub const PER_PULL: usize = 10;
+    /// 1 over the strength against a pull across it [1/N].
+    pub const PER_BEND: usize = 11;
+    /// 1 over the strength against twist [1/(N m)].
+    pub const PER_TWIST: usize = 12;
+    /// 1 over the strength of the spur [1/N].
+    pub const PER_SPUR: usize = 13;
+    /// 1 over the mass and what the tether adds to it [1/kg].
+    pub const INVERSE_MASS: usize = 14;
+    /// 1 / (P + a_b), and the excess of 1 / (J + a_t) [1/(kg m^2)].
+    pub const INVERSE: usize = 15;
+    pub const INVERSE_EXCESS: usize = 16;
+    /// P, and the excess of J [kg m^2].
+    pub const SWING: usize = 17;
+    pub const SWING_EXCESS: usize = 18;
+    /// mu L [kg m].
+    pub const LEVER: usize = 19;
+    /// Share of the link's turn that is taken off the stem's rate: P / (P + a_b), and the excess of J / (J + a_t).
+    pub const SHARE: usize = 20;
+    pub const SHARE_EXCESS: usize = 21;
+    /// mu L / (P + a_b): share of the anchor's motion across the stem [1/m].
+    pub const SHARE_SHIFT: usize = 22;
+    /// What the link bears: a point mass \[kg\] at a distance along the stem \[m\], mass along the stem alone \[kg\], and what is left of the rotational inertia, across
+    /// the stem and its excess [kg m^2].
+    pub const MASS: usize = 23;
+    pub const REACH: usize = 24;
+    pub const MASS_ALONG: usize = 25;
+    pub const ACROSS: usize = 26;
+    pub const EXCESS: usize = 27;
+    /// Stiffness along the stem [N/m]; 0 off the stem.
+    pub const STIFFNESS: usize = 28;
+    /// Square of the load over the strength from which wear is counted; infinite off the stem.
+    pub const LEAST_LOAD: usize = 29;
+    /// Rotation from the rest, in the link's axes (4: vector, scalar).
+    pub const Q: usize = 30;
+    /// Its rate, in the link's axes [rad/s] (3).
+    pub const V: usize = 34;
+    /// Fields.
+    pub const FIELDS: usize = 37;
+}
+
+/// Intermediate numbers of a stem between the passes.
+pub(crate) mod stem_work {
+    /// Its direction (3).
+    pub const DIRECTION: usize = 0;
+    /// Change of its rate if the link's velocity stays unchanged [rad/s] (3).
+    pub const Y: usize = 3;
+    /// Square of the larger load over its strength, of zone and spur, less `stem::LEAST_LOAD`.
+    pub const OVER: usize = 6;
+    /// Where that is positive in any world: tension, its parts along and across the zone's axis \[N\], and torque about the stem [N m].
+    pub const LOAD: usize = 7;
     /// Fields.
     pub const FIELDS: usize = 11;
 }

@@ -3,6 +3,8 @@
 mod breaking;
 mod load;
 mod quarantine;
+mod stems;
+mod wind;
 
 use crate::fault::Status;
 use crate::isa::Isa;
@@ -24,7 +26,7 @@ pub struct BatchEvent {
     pub event: TreeEvent,
 }
 
-/// Some worlds, one a lane.
+/// Some worlds, one a lane: all with fruit on stems that bend, or all with fruit on tethers.
 #[derive(Debug, Clone)]
 pub(crate) struct Tile {
     isa: Isa,
@@ -40,6 +42,8 @@ pub(crate) struct Tile {
     worlds: Vec<LaneWorld>,
     /// External force and torque about the centre of mass, by link.
     pushes: Vec<Push>,
+    /// Force of the wind on links in this frame.
+    gusts: Vec<Push>,
     /// True if an input has changed since the last outward pass.
     is_stale: bool,
     step: Step,
@@ -71,17 +75,19 @@ impl Tile {
             .collect();
         let schedule = Schedule::new(&walks.iter().collect::<Vec<_>>(), lanes, &fruit_rows);
         let (rows, fruit_rows) = (schedule.rows.len(), schedule.fruit_rows());
+        let has_stems = worlds[0].1.has_stems();
         let spec = &worlds[0].1.plant().spec;
         let mut tile = Tile {
             isa,
             lanes,
-            numbers: Numbers::new(schedule, lanes),
+            numbers: Numbers::new(schedule, lanes, has_stems),
             bend_frames: vec![0; rows * lanes],
             stretch_frames: vec![0; fruit_rows * lanes],
             pull_frames: vec![0; fruit_rows * lanes],
             is_counting: false,
             worlds: Vec::new(),
             pushes: Vec::new(),
+            gusts: Vec::new(),
             is_stale: true,
             step: Step { h: spec.sim.substep() as f32, gravity: spec.sim.gravity.si() as f32 },
             substeps: spec.sim.substeps.get(),
@@ -97,7 +103,7 @@ impl Tile {
                     fruit_row[fruit] = tile.numbers.schedule.rows[row].fruit.0 + k;
                 }
             }
-            tile.worlds.push(LaneWorld::new(index, world, walk, fruit_row));
+            tile.worlds.push(LaneWorld::new(index, world, walk, fruit_row, 0));
             tile.load_lane(lane, world);
         }
         tile
@@ -111,7 +117,7 @@ impl Tile {
     pub fn reset(&mut self, lane: usize) {
         let LaneWorld { index, ref plant, ref walk, ref fruit_row, .. } = self.worlds[lane];
         let world = TreeWorld::at_rest(plant.clone());
-        self.worlds[lane] = LaneWorld::new(index, &world, walk.clone(), fruit_row.clone());
+        self.worlds[lane] = LaneWorld::new(index, &world, walk.clone(), fruit_row.clone(), self.frame);
         self.events.retain(|event| event.world != index);
         self.empty(lane);
         self.load_lane(lane, &world);
@@ -141,6 +147,7 @@ impl Tile {
             return;
         }
         let row = self.worlds[lane].fruit_row[fruit_index];
+        self.worlds[lane].pulls[fruit_index] = force_world;
         for k in 0..3 {
             *self.fruit_mut(row, fruit::FORCE + k, lane) = force_world[k] as f32;
         }
@@ -150,6 +157,7 @@ impl Tile {
     /// Advances all worlds by whole frames.
     pub fn run(&mut self, frames: u32) {
         for _ in 0..frames {
+            self.blow();
             for _ in 0..self.substeps {
                 if self.is_stale {
                     self.work(Phase::Start);
@@ -157,8 +165,11 @@ impl Tile {
                 }
                 self.meet_ground();
                 self.brake();
-                self.work(Phase::Advance);
+                let found = self.work(Phase::Advance);
                 self.push_links();
+                if found.over_limit {
+                    self.wear_stems();
+                }
             }
             self.frame += 1;
             let found = self.work(Phase::Test);
@@ -182,7 +193,7 @@ impl Tile {
     fn push_links(&mut self) {
         self.is_stale = false;
         let (lanes, h) = (self.lanes, f64::from(self.step.h));
-        for push in &self.pushes {
+        for push in self.pushes.iter().chain(&self.gusts) {
             let work = self.numbers.work.as_mut_slice();
             let at = |field: usize| (push.row * work::FIELDS + field) * lanes + push.lane;
             let r_com = 0.5 * Vec3::from_fn(|k, _| f64::from(work[at(work::D + k)]));

@@ -32,6 +32,13 @@ pub enum Kind {
     ShortWrite,
     /// The process dies in the operation: half of the bytes may be written, temporary files stay, and no later operation happens.
     Crash,
+    /// The watched folder is moved beside itself ([`moved`]), then the operation is tried.
+    Move,
+}
+
+/// Where [`Kind::Move`] moves a folder.
+pub fn moved(folder: &Path) -> PathBuf {
+    folder.with_extension("moved")
 }
 
 /// A fault at the n-th operation under a folder, counted from 0.
@@ -91,6 +98,9 @@ pub(crate) fn before(path: &Path, operation: Operation) -> io::Result<()> {
     let number = watched.operations.len();
     watched.operations.push(operation);
     match watched.fault {
+        Some(fault) if fault.at == number && fault.kind == Kind::Move => {
+            std::fs::rename(&watched.folder, moved(&watched.folder))
+        }
         Some(fault) if fault.at == number => {
             watched.is_dead = fault.kind == Kind::Crash;
             Err(io::Error::other(format!("injected fault: {fault:?} ({operation:?})")))

@@ -125,10 +125,10 @@ impl Store {
         let path = self.root.join(name);
         let make = || {
             self.held.root.check()?;
-            if !self.is_held(name) {
-                disk::create_folder(&path)?;
-            }
-            self.check_folder(name)
+            let created = if self.is_held(name) { Ok(()) } else { disk::create_folder(&path) };
+            let checked = created.and_then(|()| self.check_folder(name));
+            self.held.root.check()?;
+            checked
         };
         make().map_err(|e| error(&path, e))
     }
@@ -150,9 +150,10 @@ impl Store {
         let path = self.root.join(name);
         let write = || {
             self.check_folder_of(name)?;
-            write_file(&path, bytes)?;
-            // A folder that was moved between the check and the write is noticed now.
-            self.check_folder_of(name)
+            let written = write_file(&path, bytes);
+            // A folder that was moved since the check is the better reason for a failed write, and a write that went elsewhere fails.
+            self.check_folder_of(name)?;
+            written
         };
         write().map_err(|e| error(&path, e))
     }
@@ -195,7 +196,13 @@ impl Store {
     /// The file is there and cannot be removed.
     pub fn remove(&self, name: &str) -> Result<(), StoreError> {
         let path = self.root.join(name);
-        self.check_folder_of(name).and_then(|()| disk::remove(&path)).map_err(|e| error(&path, e))
+        let remove = || {
+            self.check_folder_of(name)?;
+            let removed = disk::remove(&path);
+            self.check_folder_of(name)?;
+            removed
+        };
+        remove().map_err(|e| error(&path, e))
     }
 
     /// JSON files in a folder under this one, sorted, with the folder's name.

@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::fake::{Sum, SumKey, record};
+#[cfg(unix)]
+use crate::faults::{Fault, Kind, Watch, moved};
 
 fn stored(store: &Store, key: &SumKey) -> Stored<Sum> {
     store.stored(key)
@@ -97,5 +99,25 @@ fn a_folder_that_goes_away_ends_the_run() {
             }
             assert!(!out.join(Sum::path(&record(1).key)).exists() && !out.join("summary.json").exists());
         }
+    }
+}
+
+/// Moves the folder in the middle of a write, at each of its operations; each end tells of the move.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_goes_away_during_a_write_is_told() {
+    // Makes the folder of the records; begins, writes and names a record; removes a file.
+    for at in 0..5 {
+        let place = tempfile::tempdir().unwrap();
+        let out = place.path().join("out");
+        let store = Store::open(&out).unwrap();
+        let _watch = Watch::begin(&out, Some(Fault { kind: Kind::Move, at }));
+        let e = store
+            .write_record(&record(0))
+            .and_then(|()| store.remove("summary.json"))
+            .unwrap_err()
+            .to_string();
+        assert!(e.contains("was moved, removed or replaced while this run wrote into it"), "{at}: {e}");
+        assert!(!out.exists() && moved(&out).is_dir());
     }
 }

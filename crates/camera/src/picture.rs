@@ -17,6 +17,7 @@ use light::Lighting;
 use material::Palette;
 use orchard_geometry::{DepthImage, Image, Intrinsics, Pose, Shape, Vec3, math};
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 /// Light and image quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +54,7 @@ impl Default for PictureStyle {
 pub struct ShadowMaps {
     /// Size of the sun's map.
     pub sun: usize,
-    /// Size of the map of each part of the sky: coarse, since sky light is soft.
+    /// Size of the map of each part of the sky: coarse, since sky light is soft. 0: nothing hides the sky, which is fast.
     pub sky: usize,
 }
 
@@ -112,6 +113,9 @@ impl<'a> Studio<'a> {
         let mut view = View::new(self, supersampled(intrinsics, side), x_world_camera);
         let pixel = |i: usize| {
             let (u, v) = (i % intrinsics.width, i / intrinsics.width);
+            if side == 1 {
+                return view.sample(u, v, (0, 1)).map(shown).into();
+            }
             let mut sum = Vec3::zeros();
             for k in 0..side * side {
                 // Each sample is mapped to display range first, so that edges of bright objects stay smooth.
@@ -216,6 +220,28 @@ fn display(linear: f64) -> f64 {
     if y <= 0.003_130_8 { 12.92 * y } else { 1.055 * math::pow(y, 1.0 / 2.4) - 0.055 }
 }
 
+/// Maps linear light to an sRGB value, 0 to 255: [`display`] rounded, found among the lights at which the rounded value rises.
+fn shown(linear: f64) -> u8 {
+    static RISES: LazyLock<[f64; 255]> = LazyLock::new(|| std::array::from_fn(|value| rise(value as f64)));
+    RISES.partition_point(|rise| *rise <= linear) as u8
+}
+
+/// The least light that [`display`] maps above a value, 0 to 254.
+fn rise(value: f64) -> f64 {
+    let above = |linear: f64| (255.0 * display(linear)).round() > value;
+    let (mut below, mut from) = (0.0, 1.0);
+    while !above(from) {
+        (below, from) = (from, 2.0 * from);
+    }
+    loop {
+        let middle = 0.5 * (below + from);
+        if middle <= below || middle >= from {
+            return from;
+        }
+        if above(middle) { from = middle } else { below = middle }
+    }
+}
+
 /// Brightness of a picture.
 const EXPOSURE: f64 = 1.1;
 /// Shape of the display curve.
@@ -230,4 +256,18 @@ pub fn look_at(p_world: &Vec3, target_world: &Vec3) -> Pose {
     let axes = nalgebra::Matrix3::from_columns(&[x, z.cross(&x), z]);
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);
     Pose::from_parts((*p_world).into(), nalgebra::UnitQuaternion::from_rotation_matrix(&rotation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_found_by_their_rises_are_those_of_the_display_curve() {
+        for k in 0..20_000 {
+            let linear = 1e-3 * f64::from(k) - 0.5;
+            assert_eq!(f64::from(shown(linear)), (255.0 * display(linear)).round(), "{linear}");
+        }
+        assert_eq!((shown(f64::NAN), shown(1e300)), (0, 255));
+    }
 }

@@ -1,174 +1,48 @@
-//! Reset, step, observe and act over many worlds.
+//! Many worlds of a scenario, and the tasks of the benchmark as environments to learn in.
 //!
-//! An [`Env`] is N worlds of one seed of a [`Scenario`], with trees as its randomisation says (by default each its own).
-//! Worlds share nothing, so the result of a world does not depend on the number of other worlds or of threads.
+//! An [`Env`] is N worlds of one seed of a [`orchard_scenario::Scenario`], stepped by commands. A [`TaskEnv`] puts a task of the benchmark on
+//! them: actions and observations in the encoding of `orchard-policy`, rewards, costs and ends. Python uses the same one. Worlds share nothing, so
+//! the result of a world does not depend on the number of other worlds or of threads.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! use orchard_env::{Backend, Env};
+//! use orchard_env::{Settings, Task, TaskEnv};
 //! use orchard_scenario::Scenario;
-//! let scenario = Scenario::of(&[("preset", "tall-spindle"), ("camera", "d435i")])?;
-//! let hold = scenario.robot().start_command();
-//! let mut env = Env::new(&scenario, 1, 0..8, Backend::Cpu)?;
-//! let observations = env.observe();
-//! let commands = vec![hold; observations.len()];
-//! let events = env.step(&commands)?;
-//! assert_eq!(events.len(), 8);
+//! let scenario = Scenario::of(&[("preset", "tall-spindle")])?;
+//! let mut env = TaskEnv::new(&scenario, &Settings::of(Task::Harvest), 0..8)?;
+//! let all = vec![true; 8];
+//! env.reset(&[Some(1); 8], &all)?;
+//! let actions = vec![0.0; 8 * env.interface().policy.action.len()];
+//! env.step(&actions, &all)?;
+//! let reward: Vec<f64> = (0..8).map(|k| env.report(k).reward).collect();
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! `docs/python.md` states the spaces, the conventions and the rewards.
 
-use orchard_robot::{Command, Observation};
-use orchard_scenario::Scenario;
-use orchard_world::{Snapshot, SnapshotError, World, WorldError, WorldEvent};
-use rayon::prelude::*;
-use std::ops::Range;
+mod damage;
+mod error;
+mod harvest;
+mod interface;
+mod pixels;
+mod reach;
+mod report;
+mod rules;
+mod settings;
+mod slot;
+mod task_env;
+mod worlds;
 
-/// Backend that computes the physics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Backend {
-    /// f64 on the CPU, worlds in parallel on the current rayon pool. The reference.
-    #[default]
-    Cpu,
-}
+pub use error::EnvError;
+pub use interface::{Interface, Term};
+pub use report::{Report, Statistics};
+pub use rules::{CostRules, HarvestReward, LearningRules, PixelRules, ReachReward, V1_TOML};
+pub use settings::{Settings, Task, WORLDS};
+pub use task_env::TaskEnv;
+pub use worlds::{Backend, Env};
 
-/// An environment that cannot be built or stepped.
-#[derive(Debug, thiserror::Error)]
-pub enum EnvError {
-    /// One of its worlds cannot be built.
-    #[error("world {world}: {source}")]
-    World {
-        /// Index of the world.
-        world: u32,
-        /// Cause.
-        source: WorldError,
-    },
-    /// The number of commands differs from the number of worlds.
-    #[error("{given} commands for {worlds} worlds")]
-    CommandCount {
-        /// Commands given.
-        given: usize,
-        /// Worlds.
-        worlds: usize,
-    },
-    /// The number of snapshots differs from the number of worlds.
-    #[error("{given} snapshots for {worlds} worlds")]
-    SnapshotCount {
-        /// Snapshots given.
-        given: usize,
-        /// Worlds.
-        worlds: usize,
-    },
-    /// A snapshot that does not fit its world.
-    #[error("snapshot {index}: {source}")]
-    Snapshot {
-        /// Place of the world in [`Env::worlds`].
-        index: usize,
-        /// Cause.
-        source: SnapshotError,
-    },
-}
-
-/// Many worlds of one seed.
-#[derive(Debug, Clone)]
-pub struct Env {
-    worlds: Vec<World>,
-}
-
-impl Env {
-    /// Builds the worlds of a range of indices of one seed of a scenario.
-    ///
-    /// # Errors
-    /// A world cannot be built; the lowest index that fails is named.
-    pub fn new(
-        scenario: &Scenario,
-        seed: u64,
-        worlds: Range<u32>,
-        backend: Backend,
-    ) -> Result<Self, EnvError> {
-        let Backend::Cpu = backend;
-        let built: Vec<Result<World, EnvError>> = worlds
-            .into_par_iter()
-            .map(|world| scenario.world(seed, world, 0).map_err(|source| EnvError::World { world, source }))
-            .collect();
-        Ok(Self { worlds: built.into_iter().collect::<Result<_, _>>()? })
-    }
-
-    /// The worlds, for truth and scoring.
-    pub fn worlds(&self) -> &[World] {
-        &self.worlds
-    }
-
-    /// Starts the next episode: every world is back at its start, with new dimensions where the spec's randomisation
-    /// samples them anew at every reset.
-    ///
-    /// # Errors
-    /// A world cannot be built in its new dimensions; then no world has changed. The lowest index that fails is named.
-    pub fn reset(&mut self) -> Result<(), EnvError> {
-        let next: Vec<Result<Option<World>, EnvError>> = self
-            .worlds
-            .par_iter()
-            .map(|world| world.resampled().map_err(|source| EnvError::World { world: world.index(), source }))
-            .collect();
-        let next: Vec<Option<World>> = next.into_iter().collect::<Result<_, _>>()?;
-        for (world, next) in self.worlds.iter_mut().zip(next) {
-            match next {
-                Some(next) => *world = next,
-                None => world.reset(),
-            }
-        }
-        Ok(())
-    }
-
-    /// A snapshot of every world.
-    pub fn snapshot(&self) -> Vec<Snapshot> {
-        self.worlds.par_iter().map(World::snapshot).collect()
-    }
-
-    /// Goes back to snapshots, one a world.
-    ///
-    /// # Errors
-    /// There is not one snapshot a world, or one belongs to another world; then no world has changed. The
-    /// first that does not fit is named.
-    pub fn restore(&mut self, snapshots: &[Snapshot]) -> Result<(), EnvError> {
-        if snapshots.len() != self.worlds.len() {
-            return Err(EnvError::SnapshotCount { given: snapshots.len(), worlds: self.worlds.len() });
-        }
-        let at = |index| move |source| EnvError::Snapshot { index, source };
-        for (index, (world, snapshot)) in self.worlds.iter().zip(snapshots).enumerate() {
-            world.check(snapshot).map_err(at(index))?;
-        }
-        let restored: Vec<Result<(), EnvError>> = self
-            .worlds
-            .par_iter_mut()
-            .zip(snapshots)
-            .enumerate()
-            .map(|(index, (world, snapshot))| world.restore(snapshot).map_err(at(index)))
-            .collect();
-        restored.into_iter().collect()
-    }
-
-    /// Returns the observation of every world, in the order of [`Env::worlds`].
-    pub fn observe(&mut self) -> Vec<Observation> {
-        self.worlds.par_iter_mut().map(World::observe).collect()
-    }
-
-    /// Advances every world one frame under its command; returns each world's events.
-    ///
-    /// # Errors
-    /// The number of commands differs from the number of worlds.
-    pub fn step(&mut self, commands: &[Command]) -> Result<Vec<Vec<WorldEvent>>, EnvError> {
-        if commands.len() != self.worlds.len() {
-            return Err(EnvError::CommandCount { given: commands.len(), worlds: self.worlds.len() });
-        }
-        Ok(self
-            .worlds
-            .par_iter_mut()
-            .zip(commands)
-            .map(|(world, command)| {
-                world.step(command);
-                world.drain_events()
-            })
-            .collect())
-    }
-}
+/// Compiles the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

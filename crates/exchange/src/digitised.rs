@@ -9,16 +9,16 @@ use orchard_treegen::{
 };
 
 /// Allowed lengths of segments and blades \[m\]. Lengths outside come from noise or another unit.
-const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
+pub(crate) const LENGTH: RangeInclusive<f64> = 1e-4..=100.0;
 /// Allowed radii \[m\].
-const RADIUS: RangeInclusive<f64> = 1e-4..=5.0;
+pub(crate) const RADIUS: RangeInclusive<f64> = 1e-4..=5.0;
 /// Most segments; most fruit sites, leaves and spurs of each kind. Our own choice: ten times those of the largest digitised apple trees. An
 /// episode in a world of 49,000 segments took 185 MiB (measured).
 const MOST_SEGMENTS: usize = 50_000;
 const MOST_SITES: usize = 1_000_000;
 /// Largest distance of a segment's base from its parent's tip, and of the root's base from the origin \[m\]: below the accuracy
 /// of measurements, above the rounding of text with seven digits.
-const GAP: f64 = 1e-6;
+pub(crate) const GAP: f64 = 1e-6;
 /// Largest difference of a quaternion's norm from 1: rounding of text with seven digits.
 const NORM: f64 = 1e-6;
 

@@ -50,6 +50,9 @@ pub enum ImportError {
         /// Problem, with the field and its value.
         problem: String,
     },
+    /// The file can be read, but something that holds for all of it is missing or contradictory.
+    #[error("{0}")]
+    Whole(String),
     /// The file can be read, but its content is no valid tree.
     #[error(transparent)]
     Tree(#[from] TreeFault),

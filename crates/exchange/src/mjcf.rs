@@ -151,8 +151,10 @@ fn refuse_unrelated(model: &Model, data: &Data) -> Result<(), MjcfError> {
     }
     for id in model.body_ids() {
         let i = id.index();
-        if model.body(id).joint == JointKind::Free {
-            return refuse("link", i, "free joints are not exported");
+        match model.body(id).joint {
+            JointKind::Free => return refuse("link", i, "free joints are not exported"),
+            JointKind::Ball => return refuse("link", i, "the rods of ball joints are not exported"),
+            _ => {}
         }
         if data.body_force_world[i] != Vec3::zeros() || data.body_torque_world[i] != Vec3::zeros() {
             return refuse("link", i, "external forces are not exported; set them to zero");
@@ -449,7 +451,7 @@ fn tether_bias(tether: &Tether, k: usize) -> [f64; 3] {
 fn joint_axes(joint: &JointKind) -> Vec<(&'static str, Vec3)> {
     let axis = |a: &Unit<Vec3>| a.into_inner();
     match joint {
-        JointKind::Weld | JointKind::Free => vec![],
+        JointKind::Weld | JointKind::Ball | JointKind::Free => vec![],
         JointKind::Hinge(a) => vec![("hinge", axis(a))],
         JointKind::Slide(a) => vec![("slide", axis(a))],
         JointKind::Universal => vec![("hinge", Vec3::x()), ("hinge", Vec3::y())],

@@ -1,17 +1,46 @@
 //! Reads and writes wood as a multiscale tree graph (MTG), the text format of digitised plants.
 //!
-//! Two scales: the plant `P` and its internodes `I`. An internode has the position of its tip and its diameter;
+//! The writer uses two scales: the plant `P` and its internodes `I`. An internode has the position of its tip and its diameter;
 //! its base is its parent's tip.
 //! Grammar: C. Godin, Y. Caraglio, "A multiscale model of plant topological structures" (1998), as AMAPmod codes it.
 
 mod code;
+mod graph;
+mod head;
+mod parts;
 mod read;
+mod shape;
+mod thickness;
+mod unit;
 
 use std::fmt::Write;
 
+use orchard_quantity::{Quantity, from_toml};
 use orchard_treegen::{Segment, Skeleton};
+use serde::Deserialize;
 
-pub use read::read;
+pub use read::{Choice, Import, read, read_with};
+pub use unit::{Measure, Units};
+
+/// Figures of the reader for what files leave open: `configs/import/mtg.toml`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Figures {
+    shortest: Quantity,
+    tallest: Quantity,
+    thickest: Quantity,
+    tip_diameter: Quantity,
+    pipe_exponent: Quantity,
+    insertion_angle: Quantity,
+    divergence: Quantity,
+}
+
+impl Figures {
+    fn embedded() -> Self {
+        let text = include_str!("../configs/import/mtg.toml");
+        from_toml("import/mtg.toml", text).unwrap_or_else(|e| unreachable!("embedded file: {e}"))
+    }
+}
 
 /// Names and types of the feature columns, which follow the codes.
 const FEATURES: [(&str, &str); 5] =
@@ -34,7 +63,8 @@ pub fn write(skeleton: &Skeleton) -> String {
     for (name, _) in FEATURES {
         put(format_args!("\t{name}"));
     }
-    put(format_args!("\n/P1\n"));
+    let base = "\t".repeat(columns);
+    put(format_args!("\n/P1{base}0.0\t0.0\t0.0\n"));
     for Line { segment, column, edge } in lines {
         let Segment { radius, order, .. } = skeleton.segments[segment];
         let tip = skeleton.segments[segment].p_tip_world();
@@ -45,7 +75,8 @@ pub fn write(skeleton: &Skeleton) -> String {
     text
 }
 
-const HEAD: &str = "CODE:\tFORM-A
+const HEAD: &str = "# unit: m
+CODE:\tFORM-A
 
 CLASSES:
 SYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION

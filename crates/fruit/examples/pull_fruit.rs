@@ -17,11 +17,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tree = TreeBody::add_to(&mut builder, &skeleton, &spec.wood, groups);
     let groups = FruitGroups { hanging: apart, loose: apart, passed: apart };
     let gravity = spec.sim.gravity.si(); // [m/s^2]
-    let set = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &spec.fruit, gravity, groups);
+    let set = FruitSet::add_to(&mut builder, fruit, &tree.bodies, &skeleton, &spec.fruit, gravity, groups);
     let model = builder.build()?;
     let mut data = Data::new(&model);
     tree.reset(&model, &mut data, &spec.wood);
-    set.reset(&mut data);
+    set.reset(&model, &mut data);
     let settings = step_settings(&spec.sim);
     equilibrium(&model, &mut data, &settings.gravity, 1e-12)?; // tolerance in [rad]
 

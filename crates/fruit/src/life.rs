@@ -6,6 +6,7 @@
 //! | from | to | rule | function |
 //! |---|---|---|---|
 //! | `Hanging` | `InHand` | the pull exceeds f_detach for `pull_frames` frames in a row, or the stem tension exceeds `tension_factor` f_detach for `tension_frames` frames | `Life::load_stem` |
+//! | `Hanging` | `InHand` | on a stem that bends: zone or spur have worn out under their loads | `Life::come_off` |
 //! | `InHand` | `Free` | for `hand_over_frames` frames neither touched by the hand nor graspable | `Life::end_frame_off_stem` |
 //! | `Free`, `Asleep` | `InHand` | graspable | `Life::end_frame_off_stem` |
 //! | `Free` | `Asleep` | its island is still and nothing moves it | [`Island::support`], `Life::sleep` |
@@ -28,6 +29,7 @@
 
 use crate::Impact;
 use crate::bruise::{Bruise, Partner};
+use crate::stem::{Release, StemLife};
 use orchard_geometry::Vec3;
 use orchard_spec::fruit::FruitSpec;
 use serde::{Deserialize, Serialize};
@@ -81,6 +83,8 @@ pub enum LooseEvent {
         fruit: usize,
         /// Stem tension at that moment \[N\].
         tension: f64,
+        /// How it came off; `None` on a tether, which knows one way.
+        release: Option<Release>,
     },
     /// It came to rest in the bucket.
     Deposited {
@@ -228,6 +232,8 @@ pub(crate) struct Life {
     pub phase: Phase,
     pull_frames: u32,
     tension_frames: u32,
+    /// Of the stem.
+    pub stem: StemLife,
     quiet_frames: u32,
     free_frames: u32,
     pub dropped: bool,
@@ -246,6 +252,7 @@ impl Life {
             phase: Phase::Hanging,
             pull_frames: 0,
             tension_frames: 0,
+            stem: StemLife::default(),
             quiet_frames: 0,
             free_frames: 0,
             dropped: false,
@@ -290,6 +297,16 @@ impl Life {
         let gave_way =
             self.pull_frames >= spec.pull_frames.get() || self.tension_frames >= spec.tension_frames.get();
         if gave_way {
+            self.phase = Phase::InHand;
+            self.begin_fall(p_world);
+        }
+        gave_way
+    }
+
+    /// Takes the fruit off a stem that gave way in this frame: how, and the tension then \[N\].
+    pub fn come_off(&mut self, p_world: &Vec3) -> Option<(Release, f64)> {
+        let gave_way = self.stem.take_gave_way();
+        if gave_way.is_some() {
             self.phase = Phase::InHand;
             self.begin_fall(p_world);
         }

@@ -90,19 +90,28 @@ impl FruitLives {
         self.lives[fruit].wake();
     }
 
-    /// Ends a substep: notes stem tensions, and holds sleeping fruit at its place; fruit on the base moves with it.
+    /// Ends a substep of length `h` \[s\]: notes stem tensions, wears stems, and holds sleeping fruit at its place; fruit on the base moves with it.
     pub fn end_substep(
         &mut self,
         set: &FruitSet,
         model: &Model,
         data: &mut Data,
+        h: f64,
         x_world_base: &Pose,
         base_velocity: impl Fn(&Vec3) -> Vec3,
     ) {
-        for (i, life) in self.lives.iter().enumerate() {
+        for (i, life) in self.lives.iter_mut().enumerate() {
             match life.phase {
                 Phase::Hanging => {
-                    let tension = data.tether_spring_force(model, set.points[i]).norm();
+                    let tension = match &set.stems {
+                        None => data.tether_spring_force(model, set.points[i]).norm(),
+                        Some(stems) => {
+                            let load = stems.load(model, data, i, set.points[i]);
+                            let rule = &stems.spec.release;
+                            life.stem.bear(&load, &set.fruit[i], rule, h);
+                            load.tension
+                        }
+                    };
                     self.frame_peak = self.frame_peak.max(tension);
                 }
                 Phase::InHand | Phase::Free => {}
@@ -145,11 +154,18 @@ impl FruitLives {
             }
             let (p_world, v_world) = (data.point_p_world[point], data.point_v_world[point]);
             if life.phase == Phase::Hanging {
-                let tension = data.tether_spring_force(model, set.points[i]).norm();
-                let pull = data.point_force_world[point].norm();
-                if life.load_stem(spec, pull, tension, set.fruit[i].detach_force, &p_world) {
+                let come_off = match &set.stems {
+                    None => {
+                        let tension = data.tether_spring_force(model, set.points[i]).norm();
+                        let pull = data.point_force_world[point].norm();
+                        let threshold = set.fruit[i].detach_force;
+                        life.load_stem(spec, pull, tension, threshold, &p_world).then_some((None, tension))
+                    }
+                    Some(_) => life.come_off(&p_world).map(|(release, tension)| (Some(release), tension)),
+                };
+                if let Some((release, tension)) = come_off {
                     set.detach(data, i);
-                    events.push(LooseEvent::Detached { fruit: i, tension });
+                    events.push(LooseEvent::Detached { fruit: i, tension, release });
                 }
                 continue;
             }

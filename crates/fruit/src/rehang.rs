@@ -1,8 +1,8 @@
 //! Transfer of fruit to another form of their tree.
 
-use crate::Fruit;
+use crate::apple::{Fruit, hang_point};
 use crate::clear::Wood;
-use crate::place::{crowded, hang_point};
+use crate::place::crowded;
 use orchard_spec::fruit::FruitSpec;
 use orchard_treegen::{Skeleton, map_point};
 

@@ -1,11 +1,13 @@
 //! The fruit of one tree in a multibody model.
 
+use crate::stem::{StemLoad, Stems};
 use crate::{Ball, Fruit};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
-    BodyId, Collider, ColliderId, Data, Groups, ModelBuilder, Owner, PointBody, PointId, Tether,
+    BodyId, Collider, ColliderId, Data, Groups, Model, ModelBuilder, Owner, PointBody, PointId, Tether,
 };
 use orchard_spec::fruit::FruitSpec;
+use orchard_treegen::Skeleton;
 use std::f64::consts::PI;
 
 /// Collision groups of fruit in the model.
@@ -30,6 +32,7 @@ pub struct FruitSet {
     pub colliders: Vec<ColliderId>,
     /// Collision groups.
     pub groups: FruitGroups,
+    pub(crate) stems: Option<Stems>,
     quadratic_drag: Vec<f64>,
     rolling_loss: f64,
     restitution: f64,
@@ -37,32 +40,54 @@ pub struct FruitSet {
 }
 
 impl FruitSet {
-    /// Adds one tethered point body a fruit; `segments` are the links of the tree's segments.
+    /// Adds one tethered point body a fruit, and a stem between it and its segment where the spec has stems; `segments` are the links
+    /// of the skeleton's segments.
     pub fn add_to(
         builder: &mut ModelBuilder,
         fruit: Vec<Fruit>,
         segments: &[BodyId],
+        skeleton: &Skeleton,
         spec: &FruitSpec,
         gravity: f64,
         groups: FruitGroups,
     ) -> Self {
-        let stiffness = spec.stem_stiffness.si();
+        let stem = spec.stem.as_ref();
+        let stems =
+            stem.map(|stem| Stems::add_to(builder, &fruit, segments, skeleton, (spec, stem), gravity));
         let (mut points, mut colliders, mut quadratic_drag) = (Vec::new(), Vec::new(), Vec::new());
-        for f in &fruit {
-            let weight = if spec.weight_compensated { f.mass * gravity } else { 0.0 };
-            let point = builder.add_point(PointBody {
-                mass: f.mass,
-                // A homogeneous ball.
-                spin_inertia: 0.4 * f.mass * f.radius * f.radius,
-                tether: Some(Tether {
+        for (i, f) in fruit.iter().enumerate() {
+            let length = spec.stem_length.si() + f.radius;
+            let damping = |stiffness: f64, ratio: f64| 2.0 * ratio * (stiffness * f.mass).sqrt();
+            let tether = match &stems {
+                Some(Stems { spec, bodies, .. }) => Tether {
+                    body: bodies[i],
+                    p_body: Vec3::new(0.0, 0.0, length),
+                    offset_world: Vec3::zeros(),
+                    stiffness: spec.stiffness.si(),
+                    damping: damping(spec.stiffness.si(), spec.damping_ratio.si()),
+                    anchor_bias_world: Vec3::zeros(),
+                    reaction_cap: f64::INFINITY,
+                    turns: true,
+                },
+                None => Tether {
                     body: segments[f.segment],
                     p_body: f.p_segment,
-                    offset_world: Vec3::new(0.0, 0.0, -(spec.stem_length.si() + f.radius)),
-                    stiffness,
-                    damping: 2.0 * spec.stem_damping_ratio.si() * (stiffness * f.mass).sqrt(),
-                    anchor_bias_world: Vec3::new(0.0, 0.0, weight),
+                    offset_world: Vec3::new(0.0, 0.0, -length),
+                    stiffness: spec.stem_stiffness.si(),
+                    damping: damping(spec.stem_stiffness.si(), spec.stem_damping_ratio.si()),
+                    anchor_bias_world: Vec3::new(
+                        0.0,
+                        0.0,
+                        if spec.weight_compensated { f.mass * gravity } else { 0.0 },
+                    ),
                     reaction_cap: spec.reaction_cap.si(),
-                }),
+                    turns: false,
+                },
+            };
+            let point = builder.add_point(PointBody {
+                mass: f.mass,
+                spin_inertia: f.spin_inertia(),
+                tether: Some(tether),
             });
             points.push(point);
             colliders.push(builder.add_collider(Collider {
@@ -82,11 +107,27 @@ impl FruitSet {
             points,
             colliders,
             groups,
+            stems,
             quadratic_drag,
             rolling_loss: spec.rolling_loss.si(),
             restitution: spec.restitution.si(),
             friction: spec.friction.si(),
         }
+    }
+
+    /// Load of a fruit on the zone at the end of its stem; `None` on a tether. Holds while the fruit is on its stem.
+    pub fn stem_load(&self, model: &Model, data: &Data, fruit: usize) -> Option<StemLoad> {
+        self.stems.as_ref().map(|stems| stems.load(model, data, fruit, self.points[fruit]))
+    }
+
+    /// The link of a fruit's stem; `None` on a tether.
+    pub fn stem(&self, fruit: usize) -> Option<BodyId> {
+        self.stems.as_ref().map(|stems| stems.bodies[fruit])
+    }
+
+    /// Point body and radius \[m\] of each fruit.
+    pub fn balls(&self) -> impl Iterator<Item = (PointId, f64)> {
+        self.points.iter().copied().zip(self.fruit.iter().map(|fruit| fruit.radius))
     }
 
     /// Number of fruit.
@@ -123,7 +164,10 @@ impl FruitSet {
     }
 
     /// Hangs every fruit on its stem, without air drag (the wood's drag surrogate and the stem damp it there).
-    pub fn reset(&self, data: &mut Data) {
+    pub fn reset(&self, model: &Model, data: &mut Data) {
+        if let Some(stems) = &self.stems {
+            stems.reset(model, data);
+        }
         for i in 0..self.len() {
             let point = self.points[i].index();
             data.tethered[point] = true;
@@ -149,6 +193,9 @@ impl FruitSet {
     pub(crate) fn detach(&self, data: &mut Data, i: usize) {
         let point = self.points[i].index();
         data.tethered[point] = false;
+        if let Some(stems) = &self.stems {
+            data.point_w_world[point] = data.velocity(stems.bodies[i]).angular;
+        }
         data.point_quadratic_drag[point] = self.quadratic_drag[i];
         data.groups[self.colliders[i].index()] = self.groups.loose;
     }

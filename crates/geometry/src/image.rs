@@ -91,16 +91,19 @@ impl Intrinsics {
     }
 
     /// Ray of a pixel in the camera frame, scaled to z = 1.
+    #[inline]
     pub fn ray(&self, u: f64, v: f64) -> Vec3 {
         Vec3::new((u - self.cx) / self.fx, (v - self.cy) / self.fy, 1.0)
     }
 
     /// Point in the camera frame \[m\] of a pixel with a depth \[m\].
+    #[inline]
     pub fn back_project(&self, u: f64, v: f64, depth: f64) -> Vec3 {
         self.ray(u, v) * depth
     }
 
     /// Pixel of a point in the camera frame; `None` behind the camera.
+    #[inline]
     pub fn project(&self, p_camera: &Vec3) -> Option<(f64, f64)> {
         (p_camera.z > 0.0).then(|| {
             (self.fx * p_camera.x / p_camera.z + self.cx, self.fy * p_camera.y / p_camera.z + self.cy)

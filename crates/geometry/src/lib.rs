@@ -30,16 +30,19 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 pub type Pose = nalgebra::Isometry3<f64>;
 
 /// Applies a pose to a point.
+#[inline]
 pub fn transform(x: &Pose, p: &Vec3) -> Vec3 {
     x.rotation * p + x.translation.vector
 }
 
 /// Applies the inverse of a pose to a point.
+#[inline]
 pub fn inverse_transform(x: &Pose, p: &Vec3) -> Vec3 {
     x.rotation.inverse() * (p - x.translation.vector)
 }
 
 /// Shortest rotation that turns +z into `direction` (a unit vector); for -z, half a turn about x.
+#[inline]
 pub fn rotation_from_z(direction: &Vec3) -> Rotation {
     let w = 1.0 + direction.z;
     if w < 1e-12 {

@@ -125,6 +125,10 @@ impl GpuBatch {
     fn of(gpu: &Gpu, memory: Memory, plants: Vec<Arc<Plant>>) -> Result<Self, GpuError> {
         let buffers = Buffers::new(gpu, &memory)?;
         let pipelines = gpu.pipelines();
+        // Every batch steps: compiling them now spares the first frame the wait.
+        for pass in [Pass::Frame, Pass::Events] {
+            pipelines.of(pass, memory.laws);
+        }
         Ok(Self {
             bindings: buffers.bind(gpu, &pipelines.bindings, Use::Steps),
             vary_bindings: None,
@@ -226,7 +230,7 @@ impl GpuBatch {
                     let varied = self.vary_bindings.as_ref().filter(|_| kind == Pass::Vary);
                     let bindings = varied.unwrap_or(&self.bindings);
                     pass.set_bind_group(0, bindings, &[(slot * RULES_STRIDE) as u32]);
-                    pass.set_pipeline(self.pipelines.of(kind));
+                    pass.set_pipeline(self.pipelines.of(kind, self.memory.laws));
                     pass.dispatch_workgroups(tiles, 1, 1);
                 }
             }
@@ -262,8 +266,10 @@ impl GpuBatch {
             let (broke, off) = self.memory.lost(world);
             let snapped =
                 broke.into_iter().enumerate().map(|(segment, frame)| (frame, TreeEvent::Snapped { segment }));
-            let came_off =
-                off.into_iter().enumerate().map(|(fruit, frame)| (frame, TreeEvent::Detached { fruit }));
+            let came_off = off
+                .into_iter()
+                .enumerate()
+                .map(|(fruit, frame)| (frame, TreeEvent::Detached { fruit, release: None }));
             let new = snapped.chain(came_off).filter(|(frame, _)| *frame > reported.until);
             events.extend(new.map(|(frame, event)| BatchEvent { frame, world, event }));
             if let (Status::Quarantined(quarantine), 0) = (self.memory.status(world), reported.counts[2]) {

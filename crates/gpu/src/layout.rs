@@ -36,7 +36,7 @@ fields! {
         ACROSS = 5,
         /// Inertia about the axis less that across [kg m^2].
         EXCESS = 6,
-        /// Joint stiffness [N m/rad]; its damping is in proportion.
+        /// Joint stiffness [N m/rad]; its damping is in proportion, by the world's time or by the joint's own ([`damper`]).
         STIFFNESS = 7,
         /// Square of the angle that breaks the joint [rad^2]. This and the next three fields are not read in every substep.
         LIMIT = 8,
@@ -70,6 +70,13 @@ fields! {
         HELD = 4,
         /// Number of fields.
         FIELDS = 16,
+    }
+    /// The own damper of a joint, in worlds whose dampers hold damping ratios ([`crate::laws`]).
+    damper {
+        /// Damping over stiffness [s].
+        TIME = 0,
+        /// Number of fields.
+        FIELDS = 4,
     }
     /// Numbers of a joint for conjugate gradients.
     krylov {
@@ -193,7 +200,7 @@ fields! {
         RESET = 10,
         /// Energy when it was last measured [J].
         ENERGY = 11,
-        /// Damping of a joint over its stiffness [s].
+        /// Damping of a joint over its stiffness, where all joints have the same [s].
         DAMPING_TIME = 12,
         /// Number of fields.
         FIELDS = 13,
@@ -389,7 +396,7 @@ fields! {
         CROSS_FORKS = 6,
         /// First quad of the loads that other warps store.
         CROSS_LOADS = 7,
-        /// First quad of the links in their buffer; the numbers of conjugate gradients ([`krylov`]) follow them.
+        /// First quad of the links in their buffer; the dampers of joints ([`damper`]), where there are any, and the numbers of conjugate gradients ([`krylov`]) follow them.
         LINKS = 8,
         /// First row of each part, from the trunk's on; the last number is that of all rows (20).
         STARTS = 9,

@@ -30,7 +30,9 @@ mod batch;
 mod batch_tests;
 mod buffers;
 mod device;
+mod laws;
 mod layout;
+mod left_out;
 mod memory;
 mod pipelines;
 #[cfg(test)]
@@ -59,6 +61,7 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
+pub use left_out::{left_out, simplified};
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
@@ -81,6 +84,14 @@ pub enum BatchError {
     Damping {
         /// Index of the world.
         world: usize,
+    },
+    /// A world has what a graphics device leaves out ([`left_out`]).
+    #[error("world {world} has [{table}], which a graphics device leaves out (orchard_gpu::simplified)")]
+    LeftOut {
+        /// Index of the world.
+        world: usize,
+        /// Table of its spec.
+        table: &'static str,
     },
     /// A tree has broken limbs.
     #[error("world {world} has broken limbs; a batch on a graphics device starts with whole trees")]

@@ -22,12 +22,13 @@ use std::sync::Arc;
 use orchard_batch::TreeWorld;
 use orchard_geometry::{Shape, Vec3};
 
+use crate::laws::Laws;
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, fourth, fruit, link, notice, push, third, tile, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, fruit, link, notice, push, third, tile, world,
 };
 use crate::rules::Rules;
-use crate::schedule::Schedule;
-use crate::{BatchError, Solver};
+use crate::schedule::{PARTS, Schedule};
+use crate::{BatchError, Solver, left_out};
 
 /// The buffers on the host, in the layout of [`crate::layout`]; whole numbers among floats are kept as bits.
 #[derive(Debug, Clone)]
@@ -47,6 +48,8 @@ pub(crate) struct Memory {
     pub pushes_each: usize,
     /// Solver of the linear system of a substep.
     pub solver: Solver,
+    /// Laws of the worlds.
+    pub laws: Laws,
     places: Vec<Place>,
     blocks: Vec<Block>,
 }
@@ -87,15 +90,19 @@ impl Memory {
     ) -> Result<Self, BatchError> {
         for (index, world) in given.iter().enumerate() {
             let plant = world.plant();
-            if Rules::of(plant) != Rules::of(given[0].plant()) {
+            let (first, laws) = (given[0].plant(), Laws::of(plant));
+            if Rules::of(plant) != Rules::of(first) || laws != Laws::of(first) {
                 return Err(BatchError::Rules { world: index });
+            }
+            if let Some(table) = left_out(&plant.spec).first() {
+                return Err(BatchError::LeftOut { world: index, table });
             }
             if !world.rupture().breaks().is_empty() {
                 return Err(BatchError::Broken { world: index });
             }
             let damping_time = plant.spec.wood.damping_time.si();
             let of_wood = |(damping, stiffness): (&f64, &f64)| *damping == damping_time * stiffness;
-            if !world.data().damping.iter().zip(&world.data().stiffness).all(of_wood) {
+            if !laws.modal && !world.data().damping.iter().zip(&world.data().stiffness).all(of_wood) {
                 return Err(BatchError::Damping { world: index });
             }
             let data = world.data();
@@ -132,6 +139,7 @@ impl Memory {
             table: Vec::new(),
             pushes_each,
             solver,
+            laws: given.first().map_or_else(Laws::default, |world| Laws::of(world.plant())),
             places: vec![
                 Place { block: 0, tile: 0, lane: 0, rows: [].into(), fruit_rows: [].into() };
                 given.len()
@@ -193,6 +201,10 @@ impl Memory {
             for (field, value) in numbers {
                 let at = self.link_at(number, row, field, lane);
                 self.links[at] = value as f32;
+            }
+            if self.laws.modal {
+                let at = self.damper_at(number, row, lane);
+                self.links[at] = (data.damping[dof] / data.stiffness[dof]) as f32;
             }
             let [a, b, mut c] = visit.words;
             if let Some(&first) = schedule.fruit[visit.fruit()].first() {
@@ -260,6 +272,12 @@ impl Memory {
 
     pub fn link_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
         self.header(number, tile::LINKS) * QUAD + quad_at(row * link::FIELDS + field, lane)
+    }
+
+    /// Place of the time of a joint's own damper.
+    fn damper_at(&self, number: usize, row: usize, lane: usize) -> usize {
+        let links = self.header(number, tile::STARTS + PARTS) * link::FIELDS;
+        self.header(number, tile::LINKS) * QUAD + quad_at(links + row * damper::FIELDS + damper::TIME, lane)
     }
 
     pub fn fruit_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {

@@ -4,9 +4,10 @@ use std::sync::OnceLock;
 
 use wgpu::{ComputePipeline, PipelineCompilationOptions, PipelineLayout, ShaderModule};
 
+use crate::laws::Laws;
 use crate::shader;
 
-/// One pipeline for each kind of pass. Kinds that not every batch needs are compiled at their first use.
+/// One pipeline for each kind of pass and each set of laws, compiled at its first use.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     device: wgpu::Device,
@@ -14,8 +15,8 @@ pub(crate) struct Pipelines {
     layout: PipelineLayout,
     /// Layout of their bindings.
     pub bindings: wgpu::BindGroupLayout,
-    /// Compiled pipelines, by kind of pass.
-    compiled: [OnceLock<ComputePipeline>; Pass::ALL.len()],
+    /// Compiled pipelines, by laws and kind of pass.
+    compiled: [[OnceLock<ComputePipeline>; Pass::ALL.len()]; Laws::COUNT],
 }
 
 /// Kind of a pass.
@@ -56,7 +57,7 @@ impl Pass {
 }
 
 impl Pipelines {
-    /// Compiles the kernels that every batch needs.
+    /// Reads the kernels' source.
     pub fn new(device: &wgpu::Device) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("orchard"),
@@ -68,24 +69,20 @@ impl Pipelines {
             bind_group_layouts: &[Some(&bindings)],
             immediate_size: 0,
         });
-        let pipelines = Self {
+        Self {
             device: device.clone(),
             layout,
             module,
             bindings,
-            compiled: [const { OnceLock::new() }; Pass::ALL.len()],
-        };
-        // Every batch steps: compiling them now spares the first frame the wait.
-        for pass in [Pass::Frame, Pass::Events] {
-            pipelines.of(pass);
+            compiled: [const { [const { OnceLock::new() }; Pass::ALL.len()] }; Laws::COUNT],
         }
-        pipelines
     }
 
-    /// Pipeline of a pass.
-    pub fn of(&self, pass: Pass) -> &ComputePipeline {
-        self.compiled[pass as usize].get_or_init(|| {
+    /// Pipeline of a pass under some laws.
+    pub fn of(&self, pass: Pass, laws: Laws) -> &ComputePipeline {
+        self.compiled[laws.index()][pass as usize].get_or_init(|| {
             let (entry, constants) = pass.entry();
+            let constants = &[constants, &laws.constants()].concat();
             self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(&self.layout),

@@ -3,6 +3,8 @@
 use orchard_batch::Status;
 use orchard_geometry::Vec3;
 use orchard_spec::randomisation::Mode;
+use orchard_spec::{Preset, Spec};
+use std::sync::Arc;
 
 use crate::layout::{LANES, fruit, link};
 use crate::memory::{Field, Memory};
@@ -159,8 +161,23 @@ fn what_cannot_be_drawn_is_refused() {
     let base = base_of(&spec(Mode::DistinctDimensions, |_| 1.0));
     let grown = spec(Mode::DistinctTopology, |_| 1.0);
     let skeleton = orchard_treegen::grow(&grown, SEED, 0).unwrap();
-    let refused = BaseTree::new(std::sync::Arc::new(grown), &skeleton, Vec::new(), SEED).unwrap_err();
+    let refused = BaseTree::new(Arc::new(grown), &skeleton, Vec::new(), SEED).unwrap_err();
     assert!(matches!(refused, BaseError::Topology), "{refused}");
+    for law in ["wood.scatter", "wood.modal_damping", "wood.young", "wood.union"] {
+        let mut measured = Spec::preset(Preset::MeasuredWood);
+        measured.randomisation = spec(Mode::DistinctDimensions, |_| 1.0).randomisation;
+        let wood = &mut measured.wood;
+        wood.scatter.take_if(|_| law != "wood.scatter");
+        wood.modal_damping.take_if(|_| law != "wood.modal_damping");
+        wood.young.take_if(|_| law != "wood.young");
+        wood.union.take_if(|_| law != "wood.union");
+        let skeleton = orchard_treegen::grow(&measured, SEED, 0).unwrap();
+        let refused = BaseTree::new(Arc::new(measured), &skeleton, Vec::new(), SEED).unwrap_err();
+        assert!(refused.to_string().starts_with(law), "{refused}");
+    }
+    let stemmed = crate::trees::stemmed(1);
+    let refused = Memory::new(&stemmed, 1, Solver::Aba).unwrap_err();
+    assert_eq!(refused, BatchError::LeftOut { world: 0, table: "fruit.stem" });
     let Some(gpu) = device() else { return };
     let mut given = GpuBatch::new(&gpu, std::slice::from_ref(base.world())).unwrap();
     assert_eq!(given.redraw(&[0], 0), Err(GpuError::Batch(BatchError::NoBase)));

@@ -43,6 +43,20 @@ pub enum BaseError {
         "randomisation.mode = distinct-topology: a graphics device changes the dimensions of one tree but cannot grow trees; use another mode, or grow the worlds on the host and use GpuBatch::new"
     )]
     Topology,
+    /// The wood of the spec follows a law by which a graphics device does not draw it.
+    #[error(
+        "{law}: a graphics device does not draw wood by this law; grow the worlds on the host and use GpuBatch::new"
+    )]
+    Law {
+        /// Table of the spec.
+        law: &'static str,
+    },
+    /// The spec has what a graphics device leaves out ([`crate::left_out()`]).
+    #[error("{table}: a graphics device leaves this out (orchard_gpu::simplified)")]
+    LeftOut {
+        /// Table of the spec.
+        table: &'static str,
+    },
     /// The tree cannot form a world.
     #[error(transparent)]
     World(#[from] TreeWorldError),
@@ -76,7 +90,8 @@ impl BaseTree {
     /// Creates a base from a tree with its fruit before any randomisation; `spec.randomisation` sets the draws of the worlds, and `seed` their random streams.
     ///
     /// # Errors
-    /// The mode of the spec gives every world a topology of its own, or the tree cannot form a world.
+    /// The mode of the spec gives every world a topology of its own, its wood scatters, or follows another law that the device does not
+    /// draw while some axis acts on wood, or the tree cannot form a world.
     pub fn new(
         spec: Arc<Spec>,
         skeleton: &Skeleton,
@@ -86,8 +101,25 @@ impl BaseTree {
         if spec.randomisation.mode == Mode::DistinctTopology {
             return Err(BaseError::Topology);
         }
+        if let Some(table) = crate::left_out(&spec).first() {
+            return Err(BaseError::LeftOut { table });
+        }
         let world = TreeWorld::new(spec.clone(), skeleton, fruit)?;
-        Ok(Self { spec, segments: skeleton.segments.clone(), seed, world })
+        let base = Self { spec, segments: skeleton.segments.clone(), seed, world };
+        base.undrawn().map_or(Ok(base), |law| Err(BaseError::Law { law }))
+    }
+
+    /// A law of the wood that the kernel `vary` lacks. Scatter belongs to the world, whatever else is drawn; the others only matter where wood is drawn.
+    fn undrawn(&self) -> Option<&'static str> {
+        let wood = &self.spec.wood;
+        let varies = AXES[..=axis::RUPTURE_STRESS].iter().any(|&axis| self.strength(axis) != 0.0);
+        let laws = [
+            ("wood.scatter", wood.scatter.is_some()),
+            ("wood.modal_damping", varies && wood.modal_damping.is_some()),
+            ("wood.young", varies && wood.young.is_some()),
+            ("wood.union", varies && wood.union.is_some()),
+        ];
+        laws.into_iter().find(|(_, is_undrawn)| *is_undrawn).map(|(name, _)| name)
     }
 
     /// The base as a world.

@@ -103,6 +103,15 @@ pub fn text(path: &Path, most: u64) -> Result<String, InputError> {
         .map_err(|e| InputError::NotText { at: e.utf8_error().valid_up_to() })
 }
 
+/// Reads a text file of at most `most` bytes in UTF-8 or, if its bytes are not UTF-8, in Latin-1 (ISO 8859-1), in which every byte is a character.
+///
+/// # Errors
+/// As [`bytes`].
+pub fn latin_text(path: &Path, most: u64) -> Result<String, InputError> {
+    let text = String::from_utf8(bytes(path, most)?);
+    Ok(text.unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +127,7 @@ mod tests {
         assert_eq!(e, "has more than 4 bytes, the largest size that is read");
         fs::write(&path, b"ab\xff").unwrap();
         assert_eq!(text(&path, 5).unwrap_err().to_string(), "is not text in UTF-8: byte 2 cannot be read");
+        assert_eq!(latin_text(&path, 5).unwrap(), "ab\u{ff}");
         let missing = text(&folder.path().join("b.toml"), 5).unwrap_err();
         assert!(missing.is_missing());
         assert!(matches!(text(folder.path(), 5), Err(InputError::NotRegular)));

@@ -135,8 +135,9 @@ impl ModelBuilder {
             })?;
             for dof in [coupling.dof_a, coupling.dof_b] {
                 check_id("coupling", index, "degree of freedom", dof, nv)?;
-                if self.bodies[v_start.partition_point(|&start| start <= dof) - 1].joint == JointKind::Free {
-                    let problem = "it couples a free joint, which has no coordinate for each velocity";
+                if self.bodies[v_start.partition_point(|&start| start <= dof) - 1].joint.has_quaternion() {
+                    let problem =
+                        "it couples a free or ball joint, which has no coordinate for each velocity";
                     return Err(ModelError::Value { what: "coupling", index, problem });
                 }
             }
@@ -153,6 +154,9 @@ impl ModelBuilder {
                 Owner::Point(id) => check_id("collider", index, "point", id.index(), points)?,
             }
         }
+        let turning =
+            (0..bodies as u32).map(BodyId).filter(|id| self.bodies[id.index()].joint.has_quaternion());
+        let turning = turning.collect();
         let (schedule, runs) = (schedule(&self.bodies), runs(&self.bodies));
         let model = Model {
             bodies: self.bodies,
@@ -162,6 +166,7 @@ impl ModelBuilder {
             q_start,
             v_start,
             movable,
+            turning,
             runs,
             schedule,
         };
@@ -247,6 +252,11 @@ fn check_tether(tether: &Tether) -> Result<(), &'static str> {
     }
     if tether.reaction_cap.is_nan() || tether.reaction_cap < 0.0 {
         return Err("its tether's reaction cap is negative");
+    }
+    if tether.turns && tether.reaction_cap.is_finite() {
+        return Err(
+            "its tether turns with the link and has a reaction cap, which only a point on a string has",
+        );
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use crate::aba::vectors::{Change, Impulse};
 use crate::contact::scratch::ContactScratch;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Groups, JointKind, Model, PointId};
+use crate::rod::Deflection;
 use crate::solver::scratch::LinearScratch;
 use crate::spatial::Twist;
 use crate::velocity_products::VelocityProducts;
@@ -27,7 +28,7 @@ pub struct Data {
     pub point_p_world: Vec<Vec3>,
     /// Velocities of the point bodies [m/s], world.
     pub point_v_world: Vec<Vec3>,
-    /// Angular velocities of the point bodies [rad/s], world; zero while tethered.
+    /// Angular velocities of the point bodies [rad/s], world; while tethered zero, or that of the link with which they turn.
     pub point_w_world: Vec<Vec3>,
     /// True for point bodies on their tethers. Without effect on point bodies that have none in the model.
     pub tethered: Vec<bool>,
@@ -85,7 +86,7 @@ impl Data {
         let (nv, bodies, points) = (model.nv(), model.bodies.len(), model.points.len());
         let mut q = vec![0.0; model.nq()];
         for id in model.body_ids() {
-            if model.body(id).joint == JointKind::Free {
+            if model.body(id).joint.has_quaternion() {
                 q[model.qs(id).end - 1] = 1.0;
             }
         }
@@ -191,6 +192,18 @@ impl Data {
             }
             _ => Vec3::zeros(),
         }
+    }
+
+    /// Deflection of the rod of a link's ball joint; `None` of other joints.
+    pub fn deflection(&self, model: &Model, id: BodyId) -> Option<Deflection> {
+        let is_ball = model.body(id).joint == JointKind::Ball;
+        is_ball.then(|| Deflection::of(&self.q[model.qs(id)]))
+    }
+
+    /// The link with which a point body turns while it is tethered.
+    pub(crate) fn turns_with(&self, model: &Model, point: usize) -> Option<BodyId> {
+        let tether = model.points[point].tether.as_ref()?;
+        (tether.turns && self.tethered[point] && !self.point_carried[point]).then_some(tether.body)
     }
 
     /// True if a point body takes part in rotation: off its tether, with a finite inertia.

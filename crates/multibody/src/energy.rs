@@ -4,6 +4,7 @@ use orchard_geometry::Vec3;
 
 use crate::data::Data;
 use crate::model::{JointKind, Model, PointId};
+use crate::rod::Deflection;
 
 /// Energy by kind \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -37,7 +38,11 @@ pub fn energy(model: &Model, data: &Data, gravity: &Vec3) -> Energy {
         let omega = link.velocity.angular;
         energy.kinetic += 0.5 * (body.inertia.mass * v_com.norm_squared() + omega.dot(&(link.i_com * omega)));
         energy.gravitational -= body.inertia.mass * gravity.dot(&data.com_p_world(id));
-        if body.joint != JointKind::Free {
+        if body.joint == JointKind::Ball {
+            let stiffness = &data.stiffness[model.dofs(id)];
+            let rod = Deflection::of(&data.q[model.qs(id)]);
+            energy.joint_springs += rod.energy(stiffness[0], stiffness[2]);
+        } else if body.joint != JointKind::Free {
             for (q, dof) in model.qs(id).zip(model.dofs(id)) {
                 let stretch = data.q[q] - data.rest[dof];
                 energy.joint_springs += 0.5 * data.stiffness[dof] * stretch * stretch;

@@ -5,7 +5,8 @@ use orchard_geometry::Vec3;
 
 use crate::data::Data;
 use crate::lanes::{Packed, Pair, Real, each};
-use crate::model::{Model, Tether};
+use crate::model::{JointKind, Model, Tether};
+use crate::rod::Deflection;
 use crate::schedule::Slot;
 use crate::spatial::{Twist, Wrench};
 use crate::symmetric::Symmetric3;
@@ -124,6 +125,14 @@ fn assemble_joints(model: &Model, data: &Data, h: f64, lead: f64, impulse: &mut 
         let springs = data.stiffness[run.dofs()].iter().zip(stretch);
         for (impulse, (stiffness, ((q, rest), v))) in impulse[run.dofs()].iter_mut().zip(springs) {
             *impulse -= h * (stiffness * (q - rest + lead * v));
+        }
+    }
+    for &id in model.turning.iter().filter(|id| model.body(**id).joint == JointKind::Ball) {
+        let dofs = model.dofs(id);
+        let stiffness = &data.stiffness[dofs.clone()];
+        let torque = Deflection::of(&data.q[model.qs(id)]).torque(stiffness[0], stiffness[2]);
+        for (k, dof) in dofs.enumerate() {
+            impulse[dof] += h * (torque[k] - lead * stiffness[k] * data.v[dof]);
         }
     }
 }

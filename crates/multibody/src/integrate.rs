@@ -13,18 +13,23 @@ pub(crate) fn move_joints(model: &Model, q: &mut [f64], v: &[f64], h: f64) {
             *q += h * v;
         }
     }
-    for id in model.body_ids().filter(|id| model.body(*id).joint == JointKind::Free) {
+    for &id in &model.turning {
         let (q, v) = (&mut q[model.qs(id)], &v[model.dofs(id)]);
-        for (q, v) in q[..3].iter_mut().zip(v) {
-            *q += h * v;
+        match model.body(id).joint {
+            JointKind::Free => {
+                for (q, v) in q[..3].iter_mut().zip(v) {
+                    *q += h * v;
+                }
+                turn(&mut q[3..], |old| rotation_by(&(Vec3::from_column_slice(&v[3..]) * h)) * old);
+            }
+            _ => turn(q, |old| old * rotation_by(&(Vec3::from_column_slice(v) * h))),
         }
-        turn(&mut q[3..], &(Vec3::from_column_slice(&v[3..]) * h));
     }
 }
 
-/// Turns a quaternion (x, y, z, w) by a rotation vector in the frame that it maps to.
-fn turn(quaternion: &mut [f64], by: &Vec3) {
+/// Turns a quaternion (x, y, z, w). Its sign never jumps: a twist beyond half a turn keeps its angle.
+fn turn(quaternion: &mut [f64], by: impl Fn(Rotation) -> Rotation) {
     let old = Quaternion::new(quaternion[3], quaternion[0], quaternion[1], quaternion[2]);
-    let new = rotation_by(by) * Rotation::new_normalize(old);
+    let new = by(Rotation::new_normalize(old));
     quaternion.copy_from_slice(new.as_ref().coords.as_slice());
 }

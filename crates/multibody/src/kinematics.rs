@@ -211,6 +211,12 @@ fn universal_motion<S: Real>(frame: &Turn<S>, q: [S; 2], v: [S; 2]) -> (JointMot
     (motion, axes)
 }
 
+/// The rotation of a joint's quaternion (x, y, z, w).
+fn turn_of(q: &[f64]) -> Turn<f64> {
+    let quaternion = Quaternion::new(q[3], q[0], q[1], q[2]);
+    Turn::pack(|_| Rotation::from_quaternion(quaternion))
+}
+
 /// Motion of a joint whose frame has the rotation `frame` in the world; fills the joint's axes.
 fn joint_motion(
     joint: &JointKind,
@@ -242,6 +248,12 @@ fn joint_motion(
             (motion, both) = universal_motion(frame, [q[0], q[1]], [v[0], v[1]]);
             axes[..2].copy_from_slice(&both);
         }
+        JointKind::Ball => {
+            motion.rotation = frame.after(&turn_of(q));
+            let columns = motion.rotation.columns();
+            axes[..3].copy_from_slice(&columns);
+            motion.velocity.angular = combine(&columns, &Vec3::from_column_slice(&v[..3]));
+        }
         JointKind::Planar => {
             axes[..3].copy_from_slice(&frame.columns());
             motion.rotation = frame.after(&rotation_about(&Vec3::z(), q[2]));
@@ -253,8 +265,7 @@ fn joint_motion(
             axes[..3].copy_from_slice(&columns);
             axes[3..6].copy_from_slice(&columns);
             let along = |c: &[f64]| combine(&columns, &Vec3::from_column_slice(&c[..3]));
-            let quaternion = Quaternion::new(q[6], q[3], q[4], q[5]);
-            motion.rotation = frame.after(&Turn::pack(|_| Rotation::from_quaternion(quaternion)));
+            motion.rotation = frame.after(&turn_of(&q[3..]));
             motion.translation = along(q);
             motion.velocity = Twist { angular: along(&v[3..]), linear: along(v) };
         }

@@ -52,6 +52,7 @@ mod midpoint;
 pub mod model;
 mod parts;
 pub mod rnea;
+mod rod;
 mod rotation;
 mod schedule;
 mod settings;
@@ -75,6 +76,7 @@ pub use model::{
     SpatialInertia, Tether,
 };
 pub use rnea::{gravity_torque, inertia_product, inverse_dynamics};
+pub use rod::Deflection;
 pub use solver::{LinearSolve, Preconditioner, Solver};
 pub use spatial::{Twist, Wrench};
 pub use state::{State, StateError};

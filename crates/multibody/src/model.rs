@@ -21,6 +21,8 @@ pub struct Model {
     pub(crate) v_start: Vec<usize>,
     /// True if a force can move the body: some joint between it and the world has a degree of freedom.
     pub(crate) movable: Vec<bool>,
+    /// Links whose joints have quaternions.
+    pub(crate) turning: Vec<BodyId>,
     /// Coordinates with a spring, in runs.
     pub(crate) runs: Vec<Run>,
     /// The order of the recursions.

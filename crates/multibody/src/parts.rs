@@ -43,6 +43,10 @@ pub enum JointKind {
     Slide(Unit<Vec3>),
     /// Rotation about x, then about the turned y: a bending joint. q: [rad, rad].
     Universal,
+    /// Rotation about any axis: a rod along z that bends and twists. q: quaternion (x, y, z, w); v: angular velocity relative to the
+    /// parent [rad/s], in the link's axes. Its spring is that of [`crate::Deflection`]: the first two degrees of freedom hold the
+    /// bending stiffness, which must be the same, the third the twisting stiffness; the rest pose is q = identity.
+    Ball,
     /// x, y, then yaw about z. q: [m, m, rad].
     Planar,
     /// Free in space. q: position \[m\] (3) and quaternion (x, y, z, w) (4); v: linear velocity of the body
@@ -61,14 +65,20 @@ impl JointKind {
     pub fn nq(&self) -> usize {
         match self {
             JointKind::Free => 7,
+            JointKind::Ball => 4,
             _ => self.nv(),
         }
+    }
+
+    /// True if q holds the joint's rotation as a quaternion, in its last four coordinates.
+    pub fn has_quaternion(&self) -> bool {
+        matches!(self, JointKind::Ball | JointKind::Free)
     }
 
     /// Degrees of freedom that are translations; they come before the rotations.
     pub fn translations(&self) -> usize {
         match self {
-            JointKind::Weld | JointKind::Hinge(_) | JointKind::Universal => 0,
+            JointKind::Weld | JointKind::Hinge(_) | JointKind::Universal | JointKind::Ball => 0,
             JointKind::Slide(_) => 1,
             JointKind::Planar => 2,
             JointKind::Free => 3,
@@ -81,7 +91,7 @@ impl JointKind {
             JointKind::Weld | JointKind::Slide(_) => 0,
             JointKind::Hinge(_) | JointKind::Planar => 1,
             JointKind::Universal => 2,
-            JointKind::Free => 3,
+            JointKind::Ball | JointKind::Free => 3,
         }
     }
 }
@@ -144,6 +154,9 @@ pub struct Tether {
     /// Largest net reaction on the anchor \[N\], at reset; the excess is dropped. Infinite: no cap.
     /// `Data::reaction_cap` may change it.
     pub reaction_cap: f64,
+    /// True if the point body turns with the link while tethered: the link then holds its rotational inertia, and what turns the
+    /// ball turns the link. False for a point on a string, which nothing turns.
+    pub turns: bool,
 }
 
 /// A linear relation held by a stiff spring-damper: `q[dof_a] = ratio * q[dof_b]` (coupled gripper fingers).

@@ -51,7 +51,7 @@ pub(crate) fn schedule(bodies: &[Body]) -> Vec<Slot> {
     slots
 }
 
-/// Joints in a row whose coordinates are the integrals of their velocities: all but free ones.
+/// Joints in a row whose coordinates are the integrals of their velocities: all but those with quaternions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Run {
     q_start: usize,
@@ -71,12 +71,12 @@ impl Run {
     }
 }
 
-/// The runs between the free joints.
+/// The runs between the joints with quaternions.
 pub(crate) fn runs(bodies: &[Body]) -> Vec<Run> {
     let mut runs = Vec::new();
     let mut run = Run { q_start: 0, v_start: 0, len: 0 };
     for body in bodies {
-        if body.joint == JointKind::Free {
+        if body.joint.has_quaternion() {
             runs.push(run);
             let (nq, nv) = (body.joint.nq(), body.joint.nv());
             run = Run { q_start: run.qs().end + nq, v_start: run.dofs().end + nv, len: 0 };

@@ -28,13 +28,14 @@ pub fn step(model: &Model, data: &mut Data, settings: &StepSettings, report: &mu
     forward_kinematics(model, data);
 }
 
-/// Spin without contacts: lost implicitly off the tether, none on it.
+/// Spin without contacts: lost implicitly off the tether; on it none, or that of the link.
 fn free_spin(model: &Model, data: &mut Data, h: f64) {
     for index in 0..model.points.len() {
         if data.spins(model, index) {
             data.point_w_world[index] /= 1.0 + h * data.point_spin_damping[index];
         } else {
-            data.point_w_world[index] = Vec3::zeros();
+            let link = data.turns_with(model, index);
+            data.point_w_world[index] = link.map_or_else(Vec3::zeros, |link| data.velocity(link).angular);
         }
     }
 }

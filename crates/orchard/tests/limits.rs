@@ -214,7 +214,7 @@ fn a_robot_that_is_nested_too_deep_is_refused() {
 fn a_tree_of_too_many_segments_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut text = String::from(
-        "CODE:\tFORM-A\n\nCLASSES:\nSYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION\n$\t0\tFREE\tFREE\tIMPLICIT\n\
+        "# unit: m\nCODE:\tFORM-A\n\nCLASSES:\nSYMBOL\tSCALE\tDECOMPOSITION\tINDEXATION\tDEFINITION\n$\t0\tFREE\tFREE\tIMPLICIT\n\
          P\t1\tFREE\tFREE\tEXPLICIT\nI\t2\tFREE\tFREE\tEXPLICIT\n\nDESCRIPTION:\nLEFT\tRIGHT\tRELTYPE\tMAX\n\n\
          FEATURES:\nNAME\tTYPE\nXX\tREAL\nYY\tREAL\nZZ\tREAL\nTopDia\tREAL\n\nMTG:\nENTITY-CODE\tXX\tYY\tZZ\tTopDia\n/P1\n",
     );

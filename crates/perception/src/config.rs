@@ -153,7 +153,7 @@ impl DetectorConfig {
     /// # Errors
     /// The text is not TOML, there is no such base, a field is missing or unknown, or a value lies outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_table(file, with_base(file, parse(file, text)?, &preset_text)?)
+        from_table(file, with_base(file, parse(file, text)?, &preset_text, &[])?)
     }
 
     /// Presets that come with the crate: names and TOML texts.

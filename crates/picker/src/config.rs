@@ -372,7 +372,7 @@ impl PickerConfig {
     /// # Errors
     /// Not TOML, no such base, a field missing or unknown, a value outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        from_table(file, with_base(file, parse(file, text)?, &text_of)?)
+        from_table(file, with_base(file, parse(file, text)?, &text_of, &[])?)
     }
 
     /// The config of a controller by its name.

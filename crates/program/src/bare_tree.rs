@@ -7,7 +7,7 @@ use orchard_geometry::Vec3;
 use orchard_multibody::{Data, Groups, Model, ModelBuilder, PointBody, Tether};
 use orchard_spec::Spec;
 use orchard_treegen::Skeleton;
-use orchard_treephys::{TreeBody, TreeGroups};
+use orchard_treephys::{Timber, TreeBody, TreeGroups};
 use orchard_world::Planting;
 use std::sync::Arc;
 
@@ -36,10 +36,10 @@ impl BareTree {
         let name = format!("{}-{seed}-{world}", spec.preset);
         let planting =
             Planting::draw(&spec, seed, world, 0).with_context(|| format!("seed {seed}, tree {world}"))?;
-        Self::of_planting(planting, name)
+        Self::of_planting(planting, name, seed, world)
     }
 
-    /// Makes the model of a given tree; seed and world choose its fruit.
+    /// Makes the model of a given tree; seed and world choose its fruit and wood.
     pub fn of_skeleton(
         spec: &Spec,
         skeleton: Skeleton,
@@ -48,22 +48,24 @@ impl BareTree {
         world: u32,
     ) -> anyhow::Result<Self> {
         let spec = Arc::new(spec.clone());
-        Self::of_planting(Planting::of_tree(spec, skeleton, seed, world), name)
+        Self::of_planting(Planting::of_tree(spec, skeleton, seed, world), name, seed, world)
     }
 
-    fn of_planting(planting: Planting, name: String) -> anyhow::Result<Self> {
+    fn of_planting(planting: Planting, name: String, seed: u64, world: u32) -> anyhow::Result<Self> {
         let Planting { spec, skeleton, fruit, .. } = planting;
         let gravity = spec.sim.gravity.si();
         let mut builder = ModelBuilder::new();
         let no_contact = TreeGroups { wood: Groups::NONE, debris: Groups::NONE };
-        let tree = TreeBody::add_to(&mut builder, &skeleton, &spec.wood, no_contact);
+        let timber = Timber::draw(&skeleton, &spec.wood, seed, world);
+        let tree = TreeBody::of_timber(&mut builder, &skeleton, &spec.wood, &timber, no_contact);
 
         let mut capped = builder.clone();
         FruitSet::add_to(
             &mut capped,
             fruit,
             &tree.bodies,
-            &spec.fruit,
+            &skeleton,
+            &spec.fruit.on_tethers(),
             gravity,
             FruitGroups { hanging: Groups::NONE, loose: Groups::NONE, passed: Groups::NONE },
         );

@@ -68,23 +68,32 @@ impl Failure {
     /// Prints the error of a command, if there is one, and returns the exit code of the process. A standard output that could not be
     /// written is an error.
     pub fn finish(result: Result<(), Self>) -> ExitCode {
+        ExitCode::from(Self::finish_code(result))
+    }
+
+    /// [`Self::finish`], with the exit code as a number.
+    pub fn finish_code(result: Result<(), Self>) -> u8 {
         match result.and_then(|()| output::check().map_err(|e| unwritten(&e))) {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(()) => 0,
             Err(failure) => {
                 note!("error: {failure}");
-                failure.exit_code()
+                failure.code()
             }
         }
     }
 
     /// The process exit code.
     pub fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
+        ExitCode::from(self.code())
+    }
+
+    fn code(&self) -> u8 {
+        match self {
             Failure::BadInput(_) => 2,
             Failure::Failed(_) => 1,
             Failure::Unmet(_) => 3,
             Failure::Interrupted(_) => signals::exit_code(),
-        })
+        }
     }
 }
 

@@ -7,12 +7,14 @@ use orchard_bench::compute::Machine;
 use orchard_bench::store::write_json;
 use orchard_report::Figure;
 use orchard_scaling::Scaling;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 use crate::out_folder::open_folder;
 
 mod table;
+
+pub use table::number;
 
 /// Version of the row layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -42,6 +44,12 @@ pub struct Row {
     /// Smallest and largest figure of the peer's rounds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peer_spread: Option<[f64; 2]>,
+    /// 95 % bootstrap interval of the figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+    /// 95 % bootstrap interval of the peer's figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peer_ci95: Option<[f64; 2]>,
     /// Target ratio to the peer's figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_ratio: Option<f64>,
@@ -57,6 +65,43 @@ pub struct Row {
     /// Known reason why the target cannot be met.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_missed: Option<String>,
+    /// Measurement behind the target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
+    /// Whether the row is one of those that a validation must have; null outside validations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub demanded: Option<bool>,
+}
+
+/// Measurement that a row is judged by.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Evidence {
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+    /// Reason of the target interval.
+    pub tolerance: String,
+    /// What the figure is to the simulator.
+    pub role: Role,
+}
+
+/// What a measured figure is to the simulator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// A config holds it, or was fitted to it: the row shows that the parts fit together, and is no evidence.
+    Input,
+    /// It follows from others.
+    Prediction,
+}
+
+impl Role {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Prediction => "prediction",
+        }
+    }
 }
 
 /// A rate compared with the arithmetic peak of one core.
@@ -107,17 +152,21 @@ impl Row {
             pass: None,
             spread: None,
             peer_spread: None,
+            ci95: None,
+            peer_ci95: None,
             target_ratio: None,
             target_interval: None,
             limit: None,
             note: None,
             why_missed: None,
+            evidence: None,
+            demanded: None,
         }
     }
 
-    /// Returns the row with a peer's figure, in the same unit, and the ratio to it.
+    /// Returns the row with a peer's figure, in the same unit, and the ratio to it; none to 0.
     pub fn beside(self, peer: &str, peer_value: f64) -> Self {
-        let ratio = self.value.map(|value| value / peer_value);
+        let ratio = self.value.map(|value| value / peer_value).filter(|ratio| ratio.is_finite());
         Self { peer: Some(peer.to_owned()), peer_value: Some(peer_value), ratio, ..self }
     }
 
@@ -205,6 +254,18 @@ pub fn run_suite(
     json: &Path,
     effort: Effort,
 ) -> Result<(), Failure> {
+    judge(&measure_suite(kind, suites, name, json, effort, |_| ())?)
+}
+
+/// Measures a suite, completes its rows with `complete`, prints them and writes them to a file.
+pub fn measure_suite(
+    kind: &str,
+    suites: &[Suite],
+    name: &str,
+    json: &Path,
+    effort: Effort,
+    complete: impl FnOnce(&mut Vec<Row>),
+) -> Result<Vec<Row>, Failure> {
     let Some(suite) = suites.iter().find(|s| s.name == name) else {
         let known: Vec<&str> = suites.iter().map(|s| s.name).collect();
         let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
@@ -216,7 +277,8 @@ pub fn run_suite(
         return Err(Failure::BadInput(format!("--json {}: no such folder", json.display())));
     }
     note!("{}: {}", suite.name, suite.about);
-    let Measured { rows, context, pictures, scaling } = (suite.measure)(effort)?;
+    let Measured { mut rows, context, pictures, scaling } = (suite.measure)(effort)?;
+    complete(&mut rows);
     let report = Report {
         schema_version: SCHEMA_VERSION,
         machine: Machine::detect(),
@@ -227,6 +289,11 @@ pub fn run_suite(
     write_json(json, &report).map_err(|e| Failure::Failed(e.to_string()))?;
     write_pictures(json, &pictures)?;
     say!("{}", table::markdown(&rows).trim_end());
+    Ok(rows)
+}
+
+/// Fails if a target was missed without a reason.
+pub fn judge(rows: &[Row]) -> Result<(), Failure> {
     let missed = rows.iter().filter(|r| r.pass == Some(false) && r.why_missed.is_none());
     let missed: Vec<&str> = missed.map(|r| r.name.as_str()).collect();
     if missed.is_empty() {

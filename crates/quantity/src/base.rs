@@ -9,7 +9,8 @@ const BASE: &str = "base";
 /// entries of `table` laid over it; without, returns `table`. `text_of` returns the TOML text of a base by its name; `file` names
 /// the config in errors.
 ///
-/// Tables merge entry by entry; constants, arrays and all other values replace those of the base.
+/// Tables merge entry by entry; constants, arrays and all other values replace those of the base. Of a table named in `choices` a config
+/// chooses one entry, and another choice replaces the base's table.
 ///
 /// # Errors
 /// `base` is not text, `text_of` knows no such name, or the base is not TOML.
@@ -17,14 +18,15 @@ pub fn with_base(
     file: &str,
     mut table: toml::Table,
     text_of: &dyn Fn(&str) -> Result<&'static str, String>,
+    choices: &[&str],
 ) -> Result<toml::Table, ConfigError> {
     let Some(base) = table.remove(BASE) else { return Ok(table) };
     let named = base.as_str().ok_or_else(|| "the name of a base is text".to_owned());
     let found = named.and_then(|name| Ok((name, text_of(name)?)));
     let (name, text) =
         found.map_err(|problem| ConfigError { file: file.to_owned(), field: BASE.to_owned(), problem })?;
-    let mut whole = with_base(name, parse(name, text)?, text_of)?;
-    overlay(&mut whole, table, &[]);
+    let mut whole = with_base(name, parse(name, text)?, text_of, choices)?;
+    overlay(&mut whole, table, choices);
     Ok(whole)
 }
 
@@ -44,7 +46,7 @@ mod tests {
     }
 
     fn read(text: &str) -> Result<toml::Table, ConfigError> {
-        with_base("x.toml", parse("x.toml", text)?, &text_of)
+        with_base("x.toml", parse("x.toml", text)?, &text_of, &[])
     }
 
     #[test]

@@ -166,6 +166,7 @@ impl TryFrom<RawCount> for Count {
 
 impl Quantity {
     /// The value in SI units (radians for angles).
+    #[inline]
     pub fn si(&self) -> f64 {
         self.value * self.unit.to_si()
     }
@@ -203,6 +204,7 @@ impl Quantity {
 
 impl Span {
     /// Both ends in SI units (radians for angles).
+    #[inline]
     pub fn si(&self) -> (f64, f64) {
         let k = self.unit.to_si();
         (self.low * k, self.high * k)

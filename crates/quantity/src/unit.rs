@@ -17,6 +17,7 @@ macro_rules! units {
             }
 
             /// Factor from this unit to SI (radians for angles).
+            #[inline]
             pub fn to_si(self) -> f64 {
                 match self { $(Unit::$name => $factor,)* }
             }
@@ -33,6 +34,10 @@ units! {
     Centimetre = "cm", 1e-2;
     /// Millimetre.
     Millimetre = "mm", 1e-3;
+    /// Cubic millimetre.
+    CubicMillimetre = "mm3", 1e-9;
+    /// Cubic centimetre per joule.
+    CubicCentimetrePerJoule = "cm3/J", 1e-6;
     /// Square metre.
     SquareMetre = "m2", 1.0;
     /// Square centimetre.
@@ -59,6 +64,10 @@ units! {
     KilogramPerCubicMetre = "kg/m3", 1.0;
     /// Newton.
     Newton = "N", 1.0;
+    /// Newton per second.
+    NewtonPerSecond = "N/s", 1.0;
+    /// Newton metre per second.
+    NewtonMetrePerSecond = "N m/s", 1.0;
     /// Newton metre.
     NewtonMetre = "N m", 1.0;
     /// Newton per metre.

@@ -1,8 +1,8 @@
 //! Horizontal bars with a name on the left and a number on the right, whole or stacked.
 
-use plotters::element::{Rectangle, Text};
+use plotters::element::{PathElement, Rectangle, Text};
 use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor};
+use plotters::style::{Color, RGBColor, ShapeStyle};
 
 use crate::figure::{Figure, FigureError, LETTERS, WIDTH, colour, drawn, heading, letters, text_width};
 
@@ -12,6 +12,8 @@ pub(crate) struct Bar {
     pub name: String,
     /// Parts of the bar from left to right: size and colour.
     pub parts: Vec<(f64, RGBColor)>,
+    /// 95 % interval of the bar's end, if there is one.
+    pub ci95: Option<[f64; 2]>,
     /// Text, right of the bar.
     pub label: String,
 }
@@ -23,6 +25,8 @@ const MARGIN: i32 = 10;
 /// Height of a bar with and without the gap below it \[px\].
 const ROW: i32 = 27;
 const THICK: i32 = 17;
+/// Half height of the caps of an interval \[px\].
+const CAP: i32 = 4;
 /// Height of a line of the legend \[px\].
 const LINE: i32 = 19;
 
@@ -40,7 +44,8 @@ pub(crate) fn bars(
     let left = MARGIN + widest(&|bar| &bar.name) + 8;
     let right = WIDTH as i32 - MARGIN - widest(&|bar| &bar.label) - 6;
     let total = |bar: &Bar| bar.parts.iter().map(|(size, _)| size).sum::<f64>();
-    let longest = bars.iter().map(total).fold(0.0, f64::max);
+    let reach = |bar: &Bar| bar.ci95.map_or(0.0, |[_, high]| high).max(total(bar));
+    let longest = bars.iter().map(reach).fold(0.0, f64::max);
     let scale = if longest > 0.0 { f64::from(right - left) / longest } else { 0.0 };
     let legend = laid_out(keys, size);
     let top = MARGIN + 24 + LINE * legend.last().map_or(0, |(.., line)| line + 1) + 4;
@@ -65,7 +70,19 @@ pub(crate) fn bars(
                 area.draw(&Rectangle::new([(ends[0], y), (ends[1], y + THICK)], colour.filled()))?;
                 from += size;
             }
-            let end = left + (from * scale).round() as i32 + 6;
+            let at = |x: f64| left + (x * scale).round() as i32;
+            if let Some(ends) = bar.ci95 {
+                let [low, high] = ends.map(at);
+                let thin = ShapeStyle::from(colour::INK).stroke_width(1);
+                for stroke in [
+                    [(low, middle), (high, middle)],
+                    [(low, middle - CAP), (low, middle + CAP)],
+                    [(high, middle - CAP), (high, middle + CAP)],
+                ] {
+                    area.draw(&PathElement::new(stroke, thin))?;
+                }
+            }
+            let end = at(reach(bar)) + 6;
             let behind = letters(size, colour::SOFT, HPos::Left, VPos::Center);
             area.draw(&Text::new(bar.label.clone(), (end, middle), behind))?;
         }

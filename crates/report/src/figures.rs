@@ -5,6 +5,7 @@ mod detect;
 mod front;
 mod populations;
 mod scaling;
+mod screening;
 mod sweep;
 mod trees;
 mod zones;
@@ -13,6 +14,7 @@ pub(crate) use attempts::{attempts_of, ranked, seconds_in, states_of};
 pub use detect::detection;
 pub use front::pareto;
 pub use populations::populations;
+pub use screening::{ScreenedParameter, screening};
 pub(crate) use sweep::dial;
 
 use orchard_scaling::{PublishedScaling, ScalingRules};

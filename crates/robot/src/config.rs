@@ -419,7 +419,7 @@ impl RobotConfig {
     /// # Errors
     /// The text is not TOML, a field is missing or unknown, or a value lies outside its range.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        let mut config: Self = from_table(file, with_base(file, parse(file, text)?, &base_text)?)?;
+        let mut config: Self = from_table(file, with_base(file, parse(file, text)?, &base_text, &[])?)?;
         config.limits = config.limits.checked(file)?;
         let error = |field: &str, problem| {
             Err(ConfigError { file: file.to_owned(), field: field.to_owned(), problem })

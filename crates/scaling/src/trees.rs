@@ -10,11 +10,12 @@ use orchard_spec::{Purpose, Spec, Stream};
 use orchard_world::Planting;
 use rayon::prelude::*;
 
+use crate::device;
 use crate::plan::ScalingPlan;
 
-/// Config of a mode with all fruit of every tree present. (The paper hides fruit but keeps their bodies.)
+/// Config of a mode with all fruit of every tree present, without what the plan's backend leaves out. (The paper hides fruit but keeps their bodies.)
 pub fn spec_of(plan: &ScalingPlan, mode: Mode) -> Spec {
-    let mut spec = (*plan.spec).clone();
+    let mut spec = Spec::clone(&device::simplified(plan.backend, &plan.spec));
     spec.randomisation.mode = mode;
     switch_off(&mut spec, Axis::FruitVisible);
     spec
@@ -32,7 +33,7 @@ pub fn switch_off(spec: &mut Spec, axis: Axis) {
 pub fn settled(spec: &Arc<Spec>, seed: u64, index: u32) -> Result<TreeWorld, String> {
     let Planting { spec, skeleton, fruit, .. } =
         Planting::draw(spec, seed, index, 0).map_err(|e| e.to_string())?;
-    TreeWorld::new(spec, &skeleton, fruit).map_err(|e| e.to_string())
+    TreeWorld::drawn(spec, &skeleton, fruit, seed, index).map_err(|e| e.to_string())
 }
 
 /// Worlds of a batch, built on request, so that not all of them are in memory at once.

@@ -36,6 +36,10 @@ pub struct Options {
     pub config: Option<OptionValue>,
     /// File of a digitised tree.
     pub tree: Option<OptionValue>,
+    /// Units of that file, `LENGTH` or `LENGTH,DIAMETER`.
+    pub tree_unit: Option<OptionValue>,
+    /// Plant of that file.
+    pub tree_plant: Option<OptionValue>,
     /// Strength of every axis of the randomisation in [0, 1], or a file of changed figures.
     pub randomisation: Option<OptionValue>,
     /// Name of a robot, its folder, or its URDF file.
@@ -57,6 +61,8 @@ struct ScenarioFile {
     preset: Option<String>,
     config: Option<String>,
     tree: Option<String>,
+    tree_unit: Option<String>,
+    tree_plant: Option<String>,
     randomisation: Option<Strength>,
     robot: Option<String>,
     camera: Option<String>,
@@ -111,6 +117,8 @@ impl Options {
             preset: given("preset", file.preset),
             config: by_itself("config", file.config),
             tree: by_itself("tree", file.tree),
+            tree_unit: given("tree_unit", file.tree_unit),
+            tree_plant: given("tree_plant", file.tree_plant),
             randomisation: beside("randomisation", randomisation),
             robot: given(
                 "robot",
@@ -127,10 +135,13 @@ impl Options {
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         let world = self.preset.is_some() || self.config.is_some();
+        let tree = self.tree.is_some();
         Self {
             preset: self.preset.or(below.preset.filter(|_| !world)),
             config: self.config.or(below.config.filter(|_| !world)),
             tree: self.tree.or(below.tree),
+            tree_unit: self.tree_unit.or(below.tree_unit.filter(|_| !tree)),
+            tree_plant: self.tree_plant.or(below.tree_plant.filter(|_| !tree)),
             randomisation: self.randomisation.or(below.randomisation),
             robot: self.robot.or(below.robot),
             camera: self.camera.or(below.camera),
@@ -152,6 +163,8 @@ impl Options {
                 "preset" => &mut options.preset,
                 "config" => &mut options.config,
                 "tree" => &mut options.tree,
+                "tree-unit" => &mut options.tree_unit,
+                "tree-plant" => &mut options.tree_plant,
                 "randomisation" => &mut options.randomisation,
                 "robot" => &mut options.robot,
                 "camera" => &mut options.camera,

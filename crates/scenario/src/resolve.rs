@@ -79,7 +79,7 @@ impl Scenario {
         let robot = robot::find(&robot)?;
         let controller = options.controller.clone().unwrap_or_else(|| default(Kind::default().name()));
         layers.part("controller", &controller.by);
-        let tree = options.tree.as_ref().map(read_tree).transpose()?;
+        let tree = read_tree(options)?;
         if let Some((field, problem)) = limits::of_world(&spec) {
             let files = [&options.config, &options.camera, &options.randomisation];
             let by = files.into_iter().flatten().next().map_or("world", |given| &given.by);
@@ -175,8 +175,16 @@ fn randomise(spec: &mut Spec, given: &OptionValue) -> Result<(), ScenarioError> 
     Ok(())
 }
 
-fn read_tree(given: &OptionValue) -> Result<TreeFile, ScenarioError> {
-    TreeFile::read(Path::new(&given.value)).map_err(|e| given.refuse(e))
+fn read_tree(options: &Options) -> Result<Option<TreeFile>, ScenarioError> {
+    let Some(given) = &options.tree else {
+        let extra = [&options.tree_unit, &options.tree_plant].into_iter().flatten().next();
+        return extra.map_or(Ok(None), |extra| {
+            Err(extra.refuse("there is no digitised tree: --tree FILE gives one"))
+        });
+    };
+    let value = |option: &Option<OptionValue>| option.as_ref().map(|given| given.value.clone());
+    let file = TreeFile::read(Path::new(&given.value), value(&options.tree_unit), value(&options.tree_plant));
+    file.map(Some).map_err(|e| given.refuse(e))
 }
 
 /// Looks up a controller among those of the program.

@@ -20,6 +20,7 @@ pub struct RobotFiles {
     /// URDF text.
     pub urdf: String,
     /// Config.
+    #[serde(deserialize_with = "crate::stored::config")]
     pub config: RobotConfig,
     /// Collision meshes by their names in the URDF: the bytes of the files in base64.
     pub meshes: BTreeMap<String, String>,

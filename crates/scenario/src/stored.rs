@@ -5,7 +5,8 @@ use std::sync::Arc;
 use orchard_perception::DetectorConfig;
 use orchard_picker::ControllerKind;
 use orchard_spec::Spec;
-use serde::{Deserialize, Serialize};
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::figures::Layers;
 use crate::limits;
@@ -23,17 +24,39 @@ pub struct StoredScenario {
     /// [`Scenario::hash`].
     pub hash: String,
     /// The world.
+    #[serde(deserialize_with = "config")]
     pub world: Box<Spec>,
     /// The digitised tree, if there is one.
     pub tree_file: Option<TreeFile>,
     /// The robot's files, if it does not come with the program.
     pub robot_files: Option<Box<RobotFiles>>,
     /// The detector's config.
+    #[serde(deserialize_with = "config")]
     pub detector_config: Box<DetectorConfig>,
     /// Config texts of the controller, by name.
     pub controller_configs: Vec<(String, String)>,
     /// Figures of the tasks that differ from the protocol's.
     pub rules: toml::Table,
+}
+
+/// Reads a config as config files are read, whatever format it stands in here: so its structs are compiled for one format. In TOML an optional field that is not
+/// set is absent.
+pub(crate) fn config<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer: D) -> Result<T, D::Error> {
+    let mut value = serde_json::Value::deserialize(deserializer)?;
+    remove_nulls(&mut value);
+    let table = toml::Table::deserialize(value).map_err(D::Error::custom)?;
+    orchard_quantity::from_table("scenario", table).map_err(D::Error::custom)
+}
+
+fn remove_nulls(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(fields) => {
+            fields.retain(|_, value| !value.is_null());
+            fields.values_mut().for_each(remove_nulls);
+        }
+        serde_json::Value::Array(values) => values.iter_mut().for_each(remove_nulls),
+        _ => {}
+    }
 }
 
 impl Scenario {

@@ -174,3 +174,34 @@ fn a_digitised_tree_stands_in_every_world() {
     assert_eq!(b.skeleton().segments, grown.segments);
     assert_ne!(a.x_world_odom(), scenario.world(1, 0, 1).unwrap().x_world_odom());
 }
+
+/// Units and plant of an MTG file are options; a result keeps them; the file may be Latin-1.
+#[test]
+fn unit_and_plant_of_a_tree_are_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("measured.mtg");
+    let text = "# mesur\u{e9}\nCODE:\tFORM-A\nCLASSES:\nP\t1\nU\t2\nFEATURES:\nXX\tREAL\nYY\tREAL\nZZ\tREAL\nTopDia\tREAL\nMTG:\n\
+                TOPO\tXX\tYY\tZZ\tTopDia\n/P1/U1\t0\t0\t900\t400\n/P2/U1\t0\t0\t2000\t400\n";
+    std::fs::write(&file, text.chars().map(|c| c as u8).collect::<Vec<u8>>()).unwrap();
+    let tree = ("tree", file.to_str().unwrap());
+    let scenario = of(&[tree, ("tree-unit", "mm,0.1mm"), ("tree-plant", "P2")]);
+    let trunk = |scenario: &Scenario| {
+        scenario.digitised_tree().unwrap().skeleton(scenario.spec(), 1, 0).segments[0].clone()
+    };
+    assert!((trunk(&scenario).length - 2.0).abs() < 1e-12 && (trunk(&scenario).radius - 0.02).abs() < 1e-12);
+    assert!(scenario.digitised_tree().unwrap().notes().is_empty());
+    let stored = serde_json::to_string(&scenario.stored()).unwrap();
+    let restored =
+        Scenario::from_stored(&serde_json::from_str(&stored).unwrap(), &controllers(), "plan.json").unwrap();
+    assert_eq!((restored.hash(), trunk(&restored)), (scenario.hash(), trunk(&scenario)));
+    assert_ne!(scenario.hash(), of(&[tree, ("tree-unit", "mm,0.1mm"), ("tree-plant", "P1")]).hash());
+    let e = refused(&[tree]);
+    assert!(
+        e.starts_with(&format!("--tree {}: the file states no unit", tree.1)) && e.contains("--tree-unit"),
+        "{e}"
+    );
+    let e = refused(&[tree, ("tree-unit", "inch")]);
+    assert!(e.ends_with("the unit \"inch\" is no unit: m, cm, mm, or a multiple such as 0.1mm"), "{e}");
+    let e = refused(&[("tree-plant", "P2")]);
+    assert_eq!(e, "--tree-plant P2: there is no digitised tree: --tree FILE gives one");
+}

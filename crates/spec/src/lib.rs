@@ -5,6 +5,7 @@
 //! need not depend on this one, which could regrow the tree from a seed.
 
 mod axis;
+mod figure;
 mod preset;
 mod streams;
 
@@ -17,6 +18,7 @@ pub mod scenery;
 pub mod sim;
 pub mod terrain;
 pub mod tree;
+pub mod wind;
 pub mod wood;
 
 pub use preset::Preset;
@@ -52,6 +54,9 @@ pub struct Spec {
     /// Posts and wires; absent for a tree that stands alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenery: Option<scenery::ScenerySpec>,
+    /// Wind; absent for still air.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wind: Option<wind::WindSpec>,
 }
 
 impl Spec {

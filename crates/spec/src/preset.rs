@@ -1,6 +1,6 @@
 //! Presets of the crate, and the rules by which a config overrides its base.
 
-use orchard_quantity::{ConfigError, from_table, overlay, parse};
+use orchard_quantity::{self as quantity, ConfigError, from_table, overlay, parse};
 use std::fmt;
 use std::str::FromStr;
 
@@ -41,6 +41,8 @@ presets! {
     Ternary = "ternary";
     /// The paper's figures with every axis of the domain randomisation at strength 1.
     Randomised = "randomised";
+    /// The paper's figures with wood as measured on living trees.
+    MeasuredWood = "measured-wood";
     /// Tall spindle: a tall, slender central leader with weak, pendant laterals, on a wire.
     TallSpindle = "tall-spindle";
     /// V-trellis: two leaders that lean into the alleys.
@@ -79,10 +81,37 @@ const BASE: &str = "base";
 const NAME: &str = "preset";
 
 /// Tables of which a config chooses one entry; a different choice replaces the base's table entirely.
-const CHOICES: [&str; 2] = ["grammar", CAMERA];
+const CHOICES: [&str; 5] = ["grammar", CAMERA, "pull_strength", "twist_strength", "spur_strength"];
 
 /// Table that chooses a camera.
 const CAMERA: &str = "camera";
+
+/// Table of fruit, whose parts below may name a base.
+const FRUIT: &str = "fruit";
+
+/// Parts of fruit that come with the crate: table, and its bases by name.
+const FRUIT_PARTS: [(&str, &[(&str, &str)]); 2] = [
+    ("stem", &[("measured", include_str!("../configs/stem/measured.toml"))]),
+    ("cluster", &[("measured", include_str!("../configs/cluster/measured.toml"))]),
+];
+
+/// Completes the parts of a world's fruit from the bases that they name.
+fn complete_fruit(file: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
+    for (part, bases) in FRUIT_PARTS {
+        let Some(toml::Value::Table(given)) = table.get_mut(FRUIT).and_then(|fruit| fruit.get_mut(part))
+        else {
+            continue;
+        };
+        let toml_of = |name: &str| {
+            let base = bases.iter().find(|(known, _)| *known == name).map(|(_, toml)| *toml);
+            let known: Vec<&str> = bases.iter().map(|(known, _)| *known).collect();
+            base.ok_or_else(|| format!("no {part} '{name}'; the {part}s are: {}", known.join(", ")))
+        };
+        *given = quantity::with_base(file, std::mem::take(given), &toml_of, &CHOICES)
+            .map_err(|error| ConfigError { field: format!("{FRUIT}.{part}.{}", error.field), ..error })?;
+    }
+    Ok(())
+}
 
 /// Reads a spec; fields that it omits have the base's values.
 pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
@@ -90,6 +119,7 @@ pub(crate) fn read(file: &str, text: &str) -> Result<Spec, ConfigError> {
     if let Some(toml::Value::Table(cameras)) = table.get_mut(CAMERA) {
         camera::complete(cameras)?;
     }
+    complete_fruit(file, &mut table)?;
     from_table(file, table)
 }
 

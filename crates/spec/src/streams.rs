@@ -15,6 +15,8 @@ pub enum Purpose {
     FruitPlacement,
     /// Fruit sizes and masses.
     FruitSize,
+    /// Sizes of clusters, and all but the first fruit of each.
+    FruitCluster,
     /// Stem detachment thresholds.
     Stem,
     /// Leaf placement and shape.
@@ -29,6 +31,14 @@ pub enum Purpose {
     ComponentTarget,
     /// Position errors that a component task adds to its target fruit.
     Localisation,
+    /// Densities of wood.
+    WoodDensity,
+    /// Moduli of wood.
+    WoodModulus,
+    /// Rupture stresses of wood.
+    WoodStrength,
+    /// Gusts of wind.
+    Wind,
     /// Ground shape.
     Terrain,
     /// Colours.
@@ -45,6 +55,8 @@ pub enum Purpose {
     LeaderboardSample,
     /// Postures by which inverse kinematics are checked.
     Kinematics,
+    /// Trajectories of a screening of parameters.
+    Screening,
     /// Test fixtures.
     Test,
 }
@@ -56,6 +68,7 @@ impl Purpose {
             Purpose::Growth => "growth",
             Purpose::FruitPlacement => "fruit-placement",
             Purpose::FruitSize => "fruit-size",
+            Purpose::FruitCluster => "fruit-cluster",
             Purpose::Stem => "stem",
             Purpose::Foliage => "foliage",
             Purpose::RobotStart => "robot-start",
@@ -63,6 +76,10 @@ impl Purpose {
             Purpose::Vantage => "vantage",
             Purpose::ComponentTarget => "component-target",
             Purpose::Localisation => "localisation",
+            Purpose::WoodDensity => "wood-density",
+            Purpose::WoodModulus => "wood-modulus",
+            Purpose::WoodStrength => "wood-strength",
+            Purpose::Wind => "wind",
             Purpose::Terrain => "terrain",
             Purpose::Appearance => "appearance",
             Purpose::Variation(axis) => axis.stream_name(),
@@ -71,6 +88,7 @@ impl Purpose {
             Purpose::ScalingKick => "scaling-kick",
             Purpose::LeaderboardSample => "leaderboard-sample",
             Purpose::Kinematics => "kinematics",
+            Purpose::Screening => "screening",
             Purpose::Test => "test",
         }
     }

@@ -1,6 +1,6 @@
 //! Wood: density, stiffness, damping, drag and rupture.
 
-use orchard_quantity::{Count, Quantity};
+use orchard_quantity::{Count, Normal, Quantity, Span};
 use serde::{Deserialize, Serialize};
 
 /// Law of the stiffness of the joint at a segment's base.
@@ -29,6 +29,66 @@ pub struct RailsSpec {
     pub fade_speed: Quantity,
     /// Angular speed at which the part of a moment along the angular velocity begins to fade; it is gone at the limit.
     pub fade_spin: Quantity,
+}
+
+/// Damping by the share of critical damping of a limb's sway, in place of `damping_time`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModalDampingSpec {
+    /// Damping ratio of a limb without leaves.
+    pub ratio: Quantity,
+    /// Damping ratio of a limb that bears a leaf anywhere.
+    pub ratio_in_leaf: Quantity,
+}
+
+/// Young wood: thickness stands for age, which a skeleton does not tell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct YoungWoodSpec {
+    /// Young's modulus of the shoots of a season.
+    pub youngs_modulus: Quantity,
+    /// Rupture stress of the shoots of a season.
+    pub rupture_stress: Quantity,
+    /// Diameters up to which wood is a season's shoot, and from which it is mature; modulus and strength change evenly between them.
+    pub diameter: Span,
+}
+
+/// Scatter of the wood: factors on the means.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScatterSpec {
+    /// Green density of a segment over the mean.
+    pub density: Normal,
+    /// Young's modulus of a tree over the mean.
+    pub modulus_tree: Normal,
+    /// Young's modulus of a segment over its tree's.
+    pub modulus: Normal,
+    /// Rupture stress of a tree over the mean.
+    pub rupture_tree: Normal,
+    /// Rupture stress of a segment over its tree's.
+    pub rupture: Normal,
+}
+
+/// Strength of the union between a branch and the wood that bears it, over that of the branch's own section.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnionSpec {
+    /// Aspect ratio, the branch's diameter over that of the wood that bears it, up to which the union is as strong as the branch.
+    pub codominant: Quantity,
+    /// Strength of the union of two equal stems; it falls evenly to this from the aspect ratio `codominant` to 1, and no further.
+    pub equal_stems: Quantity,
+}
+
+impl UnionSpec {
+    /// Strength of a union at an aspect ratio, over that of the branch's section: 1 up to `codominant`.
+    pub fn strength(&self, aspect: f64) -> f64 {
+        let (onset, least) = (self.codominant.si(), self.equal_stems.si());
+        if aspect <= onset {
+            return 1.0;
+        }
+        let part = if onset < 1.0 { ((aspect - onset) / (1.0 - onset)).min(1.0) } else { 1.0 };
+        1.0 - (1.0 - least) * part
+    }
 }
 
 /// Material and rupture of branches.
@@ -87,4 +147,31 @@ pub struct WoodSpec {
     pub friction_regularisation: Quantity,
     /// Rails on applied forces.
     pub rails: RailsSpec,
+    /// Damping by modal ratios; absent for that of `damping_time`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modal_damping: Option<ModalDampingSpec>,
+    /// Softness of young wood; absent for one modulus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub young: Option<YoungWoodSpec>,
+    /// Scatter from tree to tree and along a tree; absent for uniform wood.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<ScatterSpec>,
+    /// Strength of branch unions; absent where only sections break.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub union: Option<UnionSpec>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_union_is_as_strong_as_its_branch_until_the_stems_are_nearly_equal() {
+        let text = "codominant = { value = 0.7, range = [0, 1], unit = '1', source = 'x' }\n\
+                    equal_stems = { value = 0.74, range = [0, 1], unit = '1', source = 'x' }";
+        let union: UnionSpec = orchard_quantity::from_toml("x", text).unwrap();
+        for (aspect, strength) in [(0.0, 1.0), (0.7, 1.0), (0.85, 0.87), (1.0, 0.74), (1.4, 0.74)] {
+            assert!((union.strength(aspect) - strength).abs() < 1e-12, "{aspect}");
+        }
+    }
 }

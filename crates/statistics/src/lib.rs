@@ -11,6 +11,7 @@ pub mod design;
 pub mod effect;
 pub mod holm;
 pub mod metric;
+pub mod morris;
 pub mod permutation;
 pub mod quantile;
 pub mod ranks;

@@ -25,3 +25,4 @@ pub use rules::{ComponentRules, GentleRules, GraspRules};
 pub use run::{ComponentResult, Trials, run};
 pub use summary::{ComponentSummary, TreeLine};
 pub use task::Component;
+pub use trial::TrialWatch;

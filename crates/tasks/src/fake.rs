@@ -110,6 +110,7 @@ impl BenchWorld for FakeWorld {
                     fruit: index,
                     frame,
                     tension: f64::from(20 + 10 * (id % 2)),
+                    release: None,
                 });
             }
             6 if id % 3 == 2 => {

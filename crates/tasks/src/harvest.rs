@@ -26,7 +26,7 @@ pub mod summary;
 mod trial;
 mod worlds;
 
-pub use harness::{census, never_started, run_episode, run_observed_episode};
+pub use harness::{census, never_started, outcome_of, run_episode, run_observed_episode};
 pub use plan::Extent;
 pub use run::{Episodes, RunResult, WorldFactory, run};
 pub use trial::trial;

@@ -14,7 +14,7 @@ mod matching;
 pub mod plan_file;
 pub mod protocol;
 pub mod seeds;
-mod stall;
+pub mod stall;
 pub mod vantage;
 pub mod verify;
 pub mod zones;

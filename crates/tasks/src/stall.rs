@@ -2,6 +2,7 @@
 
 use orchard_geometry::math;
 use orchard_robot::{JointValues, Observation};
+use serde::{Deserialize, Serialize};
 
 use crate::protocol::Rules;
 
@@ -9,7 +10,7 @@ use crate::protocol::Rules;
 ///
 /// The reference is an observation, the anchor; the first observation that differs from it by more than a threshold becomes the
 /// next anchor. A robot that stays within the thresholds for the stall time has stalled.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StallWatch {
     base: f64,
     angle: f64,

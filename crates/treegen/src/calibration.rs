@@ -4,9 +4,10 @@ use orchard_quantity::{Quantity, Unit, from_toml};
 use orchard_spec::Spec;
 use serde::{Deserialize, Serialize};
 
-use crate::Growth;
 use crate::morphometry::branches::{Survey, survey};
+use crate::morphometry::distribution::{ks_critical, ks_distance, median, quantile_cdf};
 use crate::morphometry::shoots::ClassLimits;
+use crate::{Growth, Skeleton};
 
 pub mod dwarf;
 pub mod mature;
@@ -32,8 +33,8 @@ pub struct Measured {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurveyRules {
-    /// Branches with a thinner base are twigs.
-    pub branch_diameter: Quantity,
+    /// Thinnest wood that was not counted as a twig, of each tree.
+    pub thinnest: Thinnest,
     /// Dry mass of wood over its fresh volume.
     pub dry_density: Quantity,
     /// Growth units below this length are short.
@@ -42,6 +43,48 @@ pub struct SurveyRules {
     pub medium_shoot: Quantity,
     /// Bandwidth of the kernel that finds the mode of divergences.
     pub mode_bandwidth: Quantity,
+}
+
+/// Thinnest pieces of wood of the surveyed trees; thinner wood was counted as twigs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Thinnest {
+    /// Diameter of each tree's trunk, and of its thinnest piece.
+    pub trees: Vec<[f64; 2]>,
+    /// Unit of the diameters.
+    pub unit: Unit,
+    /// Key of the source in `docs/references.bib`.
+    pub source: String,
+}
+
+impl Thinnest {
+    /// Limit of the surveyed tree whose trunk is nearest in diameter \[m\]; 0 without trees.
+    pub fn like(&self, trunk_diameter: f64) -> f64 {
+        let apart = |tree: &&[f64; 2]| (tree[0] * self.unit.to_si() - trunk_diameter).abs();
+        let nearest = self.trees.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        nearest.map_or(0.0, |tree| tree[1] * self.unit.to_si())
+    }
+}
+
+/// Part of a figure in the fit of a preset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Evidence {
+    /// A parameter of the preset was fitted to the figure itself.
+    Input,
+    /// The figure follows from parameters that were fitted to others.
+    #[default]
+    Prediction,
+}
+
+impl Evidence {
+    /// The name in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Prediction => "prediction",
+        }
+    }
 }
 
 /// A measured figure, and the interval that the figure of a grown population must meet.
@@ -58,6 +101,9 @@ pub struct Target {
     pub unit: Unit,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
+    /// Part of the figure in the fit.
+    #[serde(default)]
+    pub evidence: Evidence,
     /// Reason why grown trees miss the target, if they do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why_missed: Option<String>,
@@ -75,6 +121,38 @@ pub struct Sample {
     pub unit: Unit,
     /// Key of the source in `docs/references.bib`.
     pub source: String,
+    /// Part of the distribution in the fit.
+    #[serde(default)]
+    pub evidence: Evidence,
+    /// Reason why grown trees miss the distribution, if they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why_missed: Option<String>,
+}
+
+impl Sample {
+    /// Compares values in SI units with the sample: the Kolmogorov-Smirnov distance must be below the one that two samples of one
+    /// distribution and of these sizes exceed with a chance of 5 %.
+    pub fn check(&self, name: &str, values_si: &[f64]) -> Check {
+        let values: Vec<f64> = values_si.iter().map(|value| value / self.unit.to_si()).collect();
+        let distance = ks_distance(&values, |x| quantile_cdf(&self.quantiles, x));
+        let target = Target {
+            value: 0.0,
+            low: 0.0,
+            high: ks_critical(self.n as usize, values.len()),
+            unit: Unit::One,
+            source: self.source.clone(),
+            evidence: self.evidence,
+            why_missed: self.why_missed.clone(),
+        };
+        let note = format!(
+            "{} values of {} measured; medians {:.3} and {:.3}",
+            values.len(),
+            self.n,
+            median(&values),
+            median(&self.quantiles)
+        );
+        target.check(name, distance).noted(note)
+    }
 }
 
 /// Published moments of a sample.
@@ -129,8 +207,9 @@ impl Measured {
 
     /// Surveys a population of trees.
     pub fn population(&self, spec: Spec, trees: Vec<Growth>) -> Population {
-        let least = self.survey.branch_diameter.si();
-        let surveys = trees.iter().map(|tree| survey(&tree.skeleton, least)).collect();
+        let like_measured =
+            |tree: &Growth| survey(&tree.skeleton, self.survey.thinnest.like(trunk_diameter(&tree.skeleton)));
+        let surveys = trees.iter().map(like_measured).collect();
         let limits =
             ClassLimits { short: self.survey.short_shoot.si(), medium: self.survey.medium_shoot.si() };
         Population { spec, trees, surveys, limits }
@@ -160,6 +239,16 @@ impl Check {
     pub fn noted(self, note: impl Into<String>) -> Self {
         Self { note: Some(note.into()), ..self }
     }
+}
+
+/// Diameter of the trunk's first link \[m\].
+pub(crate) fn trunk_diameter(skeleton: &Skeleton) -> f64 {
+    skeleton.segments.first().map_or(0.0, |segment| 2.0 * segment.radius)
+}
+
+/// Height of the highest tip \[m\].
+fn height(skeleton: &Skeleton) -> f64 {
+    skeleton.segments.iter().map(|segment| segment.p_tip_world().z).fold(0.0, f64::max)
 }
 
 impl Population {
@@ -199,5 +288,27 @@ mod tests {
             assert!(target.holds(target.value), "{target:?}");
         }
         assert!(!measured.dwarf.targets.height.holds(2.4));
+    }
+
+    #[test]
+    fn a_tree_is_surveyed_like_the_measured_one_of_its_size() {
+        let thinnest = Measured::embedded().survey.thinnest;
+        for (trunk, limit) in [(0.010, 14.6), (0.0574, 16.0), (0.0576, 10.1), (0.400, 23.5)] {
+            assert!((thinnest.like(trunk) - 1e-3 * limit).abs() < 1e-12, "{trunk}");
+        }
+        assert_eq!(Thinnest { trees: Vec::new(), ..thinnest }.like(0.1), 0.0);
+    }
+
+    /// The measured values themselves are no distance from their quantiles but that of a step; shifted ones are.
+    #[test]
+    fn a_sample_holds_for_its_own_values() {
+        let sample = Measured::embedded().mature.samples.limb_length;
+        let own: Vec<f64> = sample.quantiles.iter().map(|cm| 1e-2 * cm).collect();
+        let check = sample.check("own", &own);
+        assert!(
+            check.passes() && check.value <= 1.0 / 21.0 + 1e-12 && check.target.evidence == Evidence::Input
+        );
+        let longer: Vec<f64> = own.iter().map(|m| m + 1.0).collect();
+        assert!(!sample.check("longer", &longer).passes());
     }
 }

@@ -39,8 +39,10 @@ pub enum TreegenError {
     )]
     NoShoot,
     /// A figure that thickness is divided or multiplied by is not positive.
-    #[error("tree.grammar.annual-shoots.allometry.{field}: {value} must be above 0")]
+    #[error("tree.grammar.annual-shoots.{table}{field}: {value} must be above 0")]
     NotPositive {
+        /// The table below the grammar's with a dot, or nothing.
+        table: &'static str,
         /// The field.
         field: &'static str,
         /// Its value or the lower end of its range, SI units.

@@ -61,9 +61,7 @@ pub(crate) fn grow(
     seed: u64,
     world: u32,
 ) -> Result<Growth, TreegenError> {
-    if let Some(allometry) = &grammar.allometry {
-        radii::check(allometry)?;
-    }
+    radii::check(grammar)?;
     let mut grammar_of_tree = AnnualShoots::new(grammar, Stream::new(seed, world, Purpose::Growth));
     let derivations = grammar_of_tree.derivations();
     let drawn = turtle::interpret(&lsystem::derive(&mut grammar_of_tree, derivations));

@@ -1,6 +1,6 @@
 //! Conversion of a skeleton to links of a multibody model.
 
-use crate::{section, stiffness};
+use crate::{Timber, section, stiffness, subtree, sway};
 use orchard_geometry::{Pose, Shape, Vec3};
 use orchard_multibody::{
     Body, BodyId, Collider, ColliderId, Data, Groups, JointKind, Model, ModelBuilder, Owner,
@@ -30,14 +30,18 @@ pub struct TreeBody {
     pub stiffness: Vec<f64>,
     /// Bending damping Kd [N m s/rad].
     pub damping: Vec<f64>,
-    /// Rupture moment of the joint at the segment's base [N m].
+    /// Rupture moment of the joint at the segment's base [N m]: that of the section, or of the union with the parent where it is weaker.
     pub rupture_moment: Vec<f64>,
+    /// True where the union with the parent is weaker than the section.
+    pub union_fails: Vec<bool>,
+    /// True if the dampers hold damping ratios: the springs then act without the numerical damping of the step ([`crate::Rupture::begin_substep`]).
+    pub is_modal: bool,
     /// Collision groups.
     pub groups: TreeGroups,
 }
 
 impl TreeBody {
-    /// Adds one link a segment to the model. Every joint, the trunk base included, bends about two axes (none in
+    /// Adds one link a segment to the model, of the mean wood. Every joint, the trunk base included, bends about two axes (none in
     /// the rigid mode); its
     /// placement reproduces the skeleton at q = 0.
     pub fn add_to(
@@ -46,22 +50,46 @@ impl TreeBody {
         wood: &WoodSpec,
         groups: TreeGroups,
     ) -> Self {
-        let n = skeleton.segments.len();
+        Self::of_timber(builder, skeleton, wood, &Timber::mean(skeleton, wood), groups)
+    }
+
+    /// Adds the links as [`Self::add_to`] does, of given wood.
+    pub fn of_timber(
+        builder: &mut ModelBuilder,
+        skeleton: &Skeleton,
+        wood: &WoodSpec,
+        timber: &Timber,
+        groups: TreeGroups,
+    ) -> Self {
+        let segments = &skeleton.segments;
+        let (stiffness_min, stiffness_max) = (wood.stiffness_min.si(), wood.stiffness_max.si());
+        let stiffness: Vec<f64> = (0..segments.len())
+            .map(|i| stiffness::of_joint(skeleton, timber, i, wood).clamp(stiffness_min, stiffness_max))
+            .collect();
+        let inertia = sway::inertias(skeleton, &timber.density);
+        let times = match &wood.modal_damping {
+            Some(law) => sway::damping_times(skeleton, &inertia, &stiffness, law),
+            None => vec![wood.damping_time.si(); segments.len()],
+        };
+        let union: Vec<f64> = (0..segments.len()).map(|i| union_strength(skeleton, i, wood)).collect();
         let mut tree = Self {
-            bodies: Vec::with_capacity(n),
-            colliders: Vec::with_capacity(n),
-            parent: skeleton.segments.iter().map(|s| s.parent).collect(),
-            stiffness: Vec::with_capacity(n),
-            damping: Vec::with_capacity(n),
-            rupture_moment: Vec::with_capacity(n),
+            bodies: Vec::with_capacity(segments.len()),
+            colliders: Vec::with_capacity(segments.len()),
+            parent: segments.iter().map(|s| s.parent).collect(),
+            damping: times.iter().zip(&stiffness).map(|(time, stiffness)| time * stiffness).collect(),
+            stiffness,
+            rupture_moment: (segments.iter().zip(&timber.rupture_stress).zip(&union))
+                .map(|((s, stress), union)| section::rupture_moment(*stress, s.radius) * union)
+                .collect(),
+            union_fails: union.iter().map(|&strength| strength < 1.0).collect(),
+            is_modal: wood.modal_damping.is_some(),
             groups,
         };
-        let (stiffness_min, stiffness_max) = (wood.stiffness_min.si(), wood.stiffness_max.si());
-        for (index, segment) in skeleton.segments.iter().enumerate() {
+        for (segment, inertia) in segments.iter().zip(inertia) {
             let x_parent_joint = match segment.parent {
                 None => segment.x_world_segment(),
                 Some(p) => {
-                    let parent = &skeleton.segments[p];
+                    let parent = &segments[p];
                     Pose::from_parts(
                         Vec3::new(0.0, 0.0, parent.length).into(),
                         parent.r_world_segment.inverse() * segment.r_world_segment,
@@ -72,9 +100,8 @@ impl TreeBody {
                 parent: segment.parent.map(|p| tree.bodies[p]),
                 joint: if wood.rigid { JointKind::Weld } else { JointKind::Universal },
                 x_parent_joint,
-                inertia: section::capsule_inertia(wood.density.si(), segment.radius, segment.length),
+                inertia,
             });
-            let stiffness = stiffness::of_joint(skeleton, index, wood).clamp(stiffness_min, stiffness_max);
             tree.colliders.push(builder.add_collider(Collider {
                 owner: Owner::Body(body),
                 shape: Shape::Capsule { radius: segment.radius, length: segment.length },
@@ -84,9 +111,6 @@ impl TreeBody {
                 stiffness: wood.contact_stiffness.si(),
             }));
             tree.bodies.push(body);
-            tree.stiffness.push(stiffness);
-            tree.damping.push(wood.damping_time.si() * stiffness);
-            tree.rupture_moment.push(section::rupture_moment(wood.rupture_stress.si(), segment.radius));
         }
         tree
     }
@@ -115,6 +139,21 @@ impl TreeBody {
         }
     }
 
+    /// Sets the angles at which the springs are at rest to `h v` for the next substep h of
+    /// [`orchard_multibody::Integrator::LinearlyImplicitEuler`]. The step takes springs at `q + h v'`; less `h v` this is `q + h dv`, so that
+    ///
+    /// `(M + h D + h^2 K) dv = -h (K q + D v)`,  `q' = q + h v'`.
+    ///
+    /// Without dampers a mode then keeps its amplitude at any h: it turns by `cos(theta) = (1 + z^2 / 2) / (1 + z^2)` a substep, z = omega h.
+    /// With `D = c K` its square shrinks by `(1 + z^2) / (1 + z^2 + c z^2 / h)`. Derived in docs/computation/dynamics.md.
+    pub fn lead_springs(&self, model: &Model, data: &mut Data, h: f64) {
+        for &body in &self.bodies {
+            for dof in model.dofs(body) {
+                data.rest[dof] = h * data.v[dof];
+            }
+        }
+    }
+
     /// Bending angle |theta| of a segment's joint \[rad\].
     pub fn bending_angle(&self, model: &Model, data: &Data, segment: usize) -> f64 {
         let dofs = model.qs(self.bodies[segment]);
@@ -123,15 +162,16 @@ impl TreeBody {
 
     /// Segments of the sub-tree that starts at `root`, in index order.
     pub fn subtree(&self, root: usize) -> Vec<usize> {
-        let mut inside = vec![false; self.len()];
-        inside[root] = true;
-        let mut members = vec![root];
-        for i in root + 1..self.len() {
-            if self.parent[i].is_some_and(|p| inside[p]) {
-                inside[i] = true;
-                members.push(i);
-            }
-        }
-        members
+        subtree::members(&self.parent, root)
+    }
+}
+
+/// Strength of the union at a segment's base over that of its section; 1 within an axis.
+fn union_strength(skeleton: &Skeleton, index: usize, wood: &WoodSpec) -> f64 {
+    let segment = &skeleton.segments[index];
+    let bearer = segment.parent.map(|p| &skeleton.segments[p]).filter(|p| p.order != segment.order);
+    match (&wood.union, bearer) {
+        (Some(union), Some(bearer)) => union.strength(segment.radius / bearer.radius),
+        _ => 1.0,
     }
 }

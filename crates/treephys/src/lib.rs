@@ -11,10 +11,16 @@ mod rupture;
 pub mod section;
 mod settings;
 mod stiffness;
+mod subtree;
+pub mod sway;
+mod timber;
+pub mod trials;
+pub mod wind;
 
 pub use body::{TreeBody, TreeGroups};
 pub use rupture::{Break, Rupture};
 pub use settings::step_settings;
+pub use timber::Timber;
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

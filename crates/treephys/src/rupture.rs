@@ -72,6 +72,8 @@ impl Rupture {
     /// the substep, by extrapolation, and at least `friction_regularisation`. A brake that grows with the fourth
     /// power of the rate keeps whipping twigs about the configured limit, against the joint before them; a falling
     /// limb does not feel it. The step stays bounded at any rate without it (decision 10).
+    ///
+    /// Where the dampers hold modal ratios, the springs are first led by the present rates, see [`TreeBody::lead_springs`].
     pub fn begin_substep(
         &mut self,
         tree: &TreeBody,
@@ -80,6 +82,9 @@ impl Rupture {
         wood: &WoodSpec,
         substep: f64,
     ) {
+        if tree.is_modal {
+            tree.lead_springs(model, data, substep);
+        }
         if !self.breaks.is_empty() {
             for (body, _) in tree.bodies.iter().zip(&self.debris).filter(|(_, debris)| **debris) {
                 data.body_force_world[body.index()] = Vec3::zeros();
@@ -152,7 +157,9 @@ impl Rupture {
             first_moment += arm * link.mass;
             inertia += link.mass * arm.norm_squared() + link.i_com.trace() / 3.0;
             for (index, point) in model.points().iter().enumerate() {
-                if data.tethered[index] && point.tether.as_ref().is_some_and(|t| t.body == body) {
+                let hangs_here = |link| link == body || model.body(link).parent == Some(body);
+                let tether = point.tether.as_ref().filter(|_| data.tethered[index]);
+                if tether.is_some_and(|t| if t.turns { hangs_here(t.body) } else { t.body == body }) {
                     let arm = data.point_p_world[index] - p_joint;
                     first_moment += arm * point.mass;
                     inertia += point.mass * arm.norm_squared();

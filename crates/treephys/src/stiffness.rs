@@ -1,6 +1,6 @@
 //! Stiffness laws of the joints.
 
-use crate::section;
+use crate::{Timber, section};
 use orchard_geometry::math;
 use orchard_spec::wood::{JointLaw, WoodSpec};
 use orchard_treegen::Skeleton;
@@ -14,16 +14,18 @@ use orchard_treegen::Skeleton;
 ///
 /// and at a branch root, where the wood is clamped into its parent, keeps its own half alone: k = 2 E I / l. A
 /// uniform cantilever of n links then errs by 1 / (2 n^2) under a tip load. The paper's law takes E I / l everywhere.
-pub(crate) fn of_joint(skeleton: &Skeleton, index: usize, wood: &WoodSpec) -> f64 {
+pub(crate) fn of_joint(skeleton: &Skeleton, timber: &Timber, index: usize, wood: &WoodSpec) -> f64 {
     let segment = &skeleton.segments[index];
-    let modulus = wood.youngs_modulus.si();
-    let whole = section::joint_stiffness(modulus, segment.radius, segment.length);
+    let of_segment = |i: usize| {
+        let segment = &skeleton.segments[i];
+        section::joint_stiffness(timber.youngs_modulus[i], segment.radius, segment.length)
+    };
+    let whole = of_segment(index);
     match wood.joint_law {
         JointLaw::Paper => whole,
         JointLaw::Corrected => {
-            let before = segment.parent.map(|p| &skeleton.segments[p]).filter(|p| p.order == segment.order);
-            let half_before =
-                before.map_or(0.0, |p| 0.5 / section::joint_stiffness(modulus, p.radius, p.length));
+            let before = segment.parent.filter(|&p| skeleton.segments[p].order == segment.order);
+            let half_before = before.map_or(0.0, |p| 0.5 / of_segment(p));
             1.0 / (half_before + 0.5 / whole)
         }
         JointLaw::PerLevel => {

@@ -5,13 +5,14 @@ use crate::groups;
 use crate::scenery::{self, Strut};
 use crate::terrain::TerrainError;
 use crate::touch::{Part, parts};
-use orchard_fruit::{Fruit, FruitGroups, FruitSet, Shapes};
+use orchard_fruit::{Fruit, FruitSet, Shapes};
 use orchard_geometry::{Aabb, Pose, Rotation, Vec3, math};
 use orchard_multibody::{Collider, Model, ModelBuilder, ModelError, Owner, StepSettings};
 use orchard_robot::{PartGroups, RobotHandle, RobotModel};
 use orchard_spec::{Purpose, Spec, Stream};
 use orchard_treegen::{Skeleton, TreegenError};
-use orchard_treephys::{TreeBody, TreeGroups, step_settings};
+use orchard_treephys::wind::Weather;
+use orchard_treephys::{Timber, TreeBody, TreeGroups, step_settings};
 
 /// A world that cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +39,7 @@ pub(crate) struct Parts {
     pub struts: Vec<Strut>,
     pub model: Model,
     pub tree: TreeBody,
+    pub wind: Option<Weather>,
     pub fruit: FruitSet,
     pub handle: RobotHandle,
     pub colliders: Vec<Part>,
@@ -74,23 +76,21 @@ pub(crate) fn build(
     });
     let struts = scenery::struts(spec.scenery.as_ref());
     let scenery = scenery::add_to(&mut builder, spec.scenery.as_ref(), &struts);
-    let tree = TreeBody::add_to(
+    let tree = TreeBody::of_timber(
         &mut builder,
         &skeleton,
         &spec.wood,
+        &Timber::draw(&skeleton, &spec.wood, seed, world),
         TreeGroups { wood: groups::WOOD_GROUPS, debris: groups::DEBRIS_GROUPS },
     );
     let fruit = FruitSet::add_to(
         &mut builder,
         fruit,
         &tree.bodies,
+        &skeleton,
         &spec.fruit,
         gravity,
-        FruitGroups {
-            hanging: groups::HANGING_GROUPS,
-            loose: groups::LOOSE_GROUPS,
-            passed: groups::PASSED_GROUPS,
-        },
+        groups::fruit(spec.fruit.cluster.is_some()),
     );
     let mut x_world_odom =
         start_pose(spec, robot, &mut Stream::of_repeat(seed, world, repeat, Purpose::RobotStart));
@@ -108,6 +108,7 @@ pub(crate) fn build(
     );
     let model = builder.build()?;
     let colliders = parts(&model, &tree.colliders, &fruit.colliders, ground_collider, &scenery, &handle);
+    let wind = Weather::new(spec, &skeleton, seed, world);
     let settings = step_settings(&spec.sim);
     let robot_colliders = (0..colliders.len()).filter(|&c| colliders[c].is_robot()).collect();
     let bounds = bounds(&model);
@@ -118,6 +119,7 @@ pub(crate) fn build(
         struts,
         model,
         tree,
+        wind,
         fruit,
         handle,
         colliders,
@@ -159,3 +161,7 @@ fn start_pose(spec: &Spec, robot: &RobotModel, stream: &mut Stream) -> Pose {
         Rotation::from_axis_angle(&Vec3::z_axis(), bearing + std::f64::consts::PI + heading),
     )
 }
+
+#[cfg(test)]
+#[path = "cluster_tests.rs"]
+mod cluster_tests;

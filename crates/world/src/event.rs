@@ -1,6 +1,6 @@
 //! Events of a world, each with its frame: the one event vocabulary from the world to the records of a benchmark.
 
-use orchard_fruit::{Impact, LooseEvent, Partner};
+use orchard_fruit::{Impact, LooseEvent, Partner, Release};
 use serde::{Deserialize, Serialize};
 
 /// Event that a benchmark counts.
@@ -22,6 +22,8 @@ pub enum WorldEvent {
         frame: u32,
         /// Stem tension \[N\].
         tension: f64,
+        /// How it came off a stem that bends; `None` on a tether.
+        release: Option<Release>,
     },
     /// A fruit came to rest in the bucket. If it leaves the bucket later, the next event is its touch of the ground
     /// ([`WorldEvent::FruitDropped`]) or its rest in the bucket (this event again).
@@ -90,7 +92,9 @@ impl WorldEvent {
     /// Adds the frame to an event of a fruit.
     pub(crate) fn of_fruit(event: LooseEvent, frame: u32) -> Self {
         match event {
-            LooseEvent::Detached { fruit, tension } => Self::FruitDetached { fruit, frame, tension },
+            LooseEvent::Detached { fruit, tension, release } => {
+                Self::FruitDetached { fruit, frame, tension, release }
+            }
             LooseEvent::Deposited { fruit, drop_height, impact_energy } => {
                 Self::FruitDeposited { fruit, frame, drop_height, impact_energy }
             }

@@ -1,11 +1,12 @@
 //! Collision groups: the paper's filter of pairs that may touch.
 //!
 //! The robot touches wood, fruit and ground, and its links each other where they share no joint; tree and fruit never touch each
-//! other; a broken sub-tree meets the ground only; loose fruit in the coupled solve meets the ground, the robot, other such fruit,
+//! other, hanging fruit touch each other in configs with clusters only; a broken sub-tree meets the ground only; loose fruit in the coupled solve meets the ground, the robot, other such fruit,
 //! and fruit that the rigid-body engine moves or that is at rest (the engine computes the contacts
 //! of those). The posts and wires of a row,
 //! which the paper lacks, meet all that the ground meets, and the chassis.
 
+use orchard_fruit::FruitGroups;
 use orchard_multibody::Groups;
 
 const GROUND: u32 = 1;
@@ -28,8 +29,13 @@ pub const WOOD_GROUPS: Groups = Groups { member: WOOD, filter: ROBOT };
 pub const DEBRIS_GROUPS: Groups = Groups { member: DEBRIS, filter: GROUND | SCENERY };
 /// Fruit on its stem.
 pub const HANGING_GROUPS: Groups = Groups { member: HANGING, filter: ROBOT };
+/// Fruit on its stem in clusters, which touch each other and fruit at the hand.
+pub const CLUSTER_GROUPS: Groups = Groups { member: HANGING, filter: ROBOT | HANGING | LOOSE };
 /// Fruit off its stem, at the hand.
 pub const LOOSE_GROUPS: Groups = Groups { member: LOOSE, filter: GROUND | ROBOT | LOOSE | PASSED | SCENERY };
+/// The same among clusters.
+pub const LOOSE_CLUSTER_GROUPS: Groups =
+    Groups { member: LOOSE, filter: GROUND | ROBOT | HANGING | LOOSE | PASSED | SCENERY };
 /// Fruit that the rigid-body engine moves, or at rest: an obstacle for fruit at the hand.
 pub const PASSED_GROUPS: Groups = Groups { member: PASSED, filter: LOOSE };
 /// Arm and fingers.
@@ -38,3 +44,10 @@ pub const ROBOT_GROUPS: Groups = Groups { member: ROBOT, filter: GROUND | WOOD |
 pub const BASE_GROUPS: Groups = Groups { member: ROBOT, filter: WOOD | HANGING | LOOSE | SCENERY };
 /// Posts and wires.
 pub const SCENERY_GROUPS: Groups = Groups { member: SCENERY, filter: DEBRIS | LOOSE | ROBOT };
+
+/// Groups of fruit, with or without clusters.
+pub fn fruit(in_clusters: bool) -> FruitGroups {
+    let (hanging, loose) =
+        if in_clusters { (CLUSTER_GROUPS, LOOSE_CLUSTER_GROUPS) } else { (HANGING_GROUPS, LOOSE_GROUPS) };
+    FruitGroups { hanging, loose, passed: PASSED_GROUPS }
+}

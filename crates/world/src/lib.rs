@@ -24,6 +24,8 @@ mod suction;
 pub mod terrain;
 mod touch;
 pub mod truth;
+#[cfg(test)]
+mod weather_tests;
 mod world;
 
 pub use build::WorldError;
@@ -32,6 +34,7 @@ pub use envelope::FORMAT_VERSION;
 pub use event::{Status, WorldEvent};
 pub use identity::Difference;
 pub use load::WoodLoad;
+pub use orchard_fruit::Release;
 pub use planting::{Appearance, Planting, tree_scene};
 pub use snapshot::Snapshot;
 pub use snapshot_error::SnapshotError;

@@ -87,6 +87,11 @@ impl State {
     pub fn advance(&mut self, spec: &Spec, parts: &Parts, start: &Data, command: &Command) {
         self.begin_loose(spec, parts);
         self.load.begin_frame();
+        if let Some(wind) = &parts.wind {
+            let time = f64::from(self.frame) * spec.sim.frame();
+            let Parts { tree, model, fruit, .. } = parts;
+            wind.blow(tree, fruit.balls(), &self.rupture, model, &mut self.data, time);
+        }
         for left in (0..spec.sim.substeps.get()).rev() {
             if self.data.is_finite() {
                 self.substep(spec, parts, command, f64::from(left) * parts.settings.h);
@@ -124,7 +129,7 @@ impl State {
         }
         self.load.add_substep(&parts.colliders, &self.report, h);
         let (x_world_base, velocity) = bucket_motion(&self.data, handle);
-        self.fruit.end_substep(&parts.fruit, model, &mut self.data, &x_world_base, velocity);
+        self.fruit.end_substep(&parts.fruit, model, &mut self.data, h, &x_world_base, velocity);
         self.step_loose(parts);
     }
 

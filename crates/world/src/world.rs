@@ -113,7 +113,7 @@ impl World {
         let parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world, repeat)?;
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
-        parts.fruit.reset(&mut data);
+        parts.fruit.reset(&parts.model, &mut data);
         robot.set_start(&parts.model, &mut data, &parts.handle);
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
         let sensor = Sensor::new(&spec.camera);
@@ -184,18 +184,27 @@ impl World {
     /// Returns the robot's observation, with a depth image on the frames in which the camera delivers one. It shows the moment
     /// [`Observation::depth_time`], the camera's latency ago.
     pub fn observe(&mut self) -> Observation {
-        let frame = self.spec.sim.frame();
-        let time = |count: u32| f64::from(count) * frame;
-        let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
-        let proprioception = Observation {
-            cup_pressure: 0.0 - self.state.suction.vacuum,
-            ..observe(&self.parts.model, &self.state.data, &self.parts.handle, time(now), intrinsics)
-        };
-        let Some(truth) = self.delivered() else { return proprioception };
+        let sensed = self.sense();
+        let Some(truth) = self.delivered() else { return sensed };
         let depth = Some(truth.capture.measured.clone());
-        let depth_time = time(truth.frame);
+        let depth_time = f64::from(truth.frame) * self.spec.sim.frame();
         self.state.image = Some(Arc::new(truth));
-        Observation { depth, depth_time, ..proprioception }
+        Observation { depth, depth_time, ..sensed }
+    }
+
+    /// Returns the observation of [`Self::observe`] without the depth image, which is not drawn.
+    pub fn sense(&self) -> Observation {
+        let (now, intrinsics) = (self.state.frame, *self.sensor.intrinsics());
+        let time = f64::from(now) * self.spec.sim.frame();
+        Observation {
+            cup_pressure: 0.0 - self.state.suction.vacuum,
+            ..observe(&self.parts.model, &self.state.data, &self.parts.handle, time, intrinsics)
+        }
+    }
+
+    /// True if the camera delivers an image a number of frames from now.
+    pub fn delivers_in(&self, frames: u32) -> bool {
+        self.shutter.taken(self.state.frame.saturating_add(frames)).is_some()
     }
 
     /// The image that the camera delivers now, if any.

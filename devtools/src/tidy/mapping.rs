@@ -7,15 +7,12 @@ use std::path::Path;
 use anyhow::Context;
 use syn::{Attribute, Expr, Fields, Item, Lit, Meta, Type};
 
+use super::marked;
 use crate::workspace::{files, relative};
 
-/// Page with the reference, and the command that writes it.
+/// Page with the reference, and its name there.
 const PAGE: &str = "docs/robots.md";
-const WRITE: &str = "cargo xtask tidy --write";
-
-/// Marks around the reference.
-const BEGIN: &str = "<!-- mapping -->\n";
-const END: &str = "<!-- end of mapping -->";
+const PART: &str = "mapping";
 
 /// The crate with the config, the file in which it begins, and its type.
 const SOURCE: &str = "crates/robot/src";
@@ -23,28 +20,7 @@ const ROOT: &str = "RobotConfig";
 
 /// Compares the reference with the code; with `write`, brings it up to date instead.
 pub fn check(root: &Path, write: bool) -> anyhow::Result<Vec<String>> {
-    let path = root.join(PAGE);
-    let page = std::fs::read_to_string(&path).context(PAGE)?;
-    let types = types(root)?;
-    let reference = types.reference(&units(root)?)?;
-    let Some(renewed) = renewed(&page, &reference) else {
-        return Ok(vec![format!("{PAGE} lacks the lines `{}` and `{END}`", BEGIN.trim())]);
-    };
-    if renewed == page {
-        return Ok(Vec::new());
-    }
-    if write {
-        std::fs::write(&path, renewed).context(PAGE)?;
-        return Ok(Vec::new());
-    }
-    Ok(vec![format!("{PAGE}: the reference of the mapping differs from the code; {WRITE} renews it")])
-}
-
-/// The page with the reference between its marks.
-fn renewed(page: &str, reference: &str) -> Option<String> {
-    let (before, rest) = page.split_once(BEGIN)?;
-    let (_, after) = rest.split_once(END)?;
-    Some(format!("{before}{BEGIN}{reference}{END}{after}"))
+    marked::keep(root, PAGE, PART, &types(root)?.reference(&units(root)?)?, write)
 }
 
 /// A field of a config's type, or a variant of a choice.
@@ -328,12 +304,5 @@ mod tests {
     #[test]
     fn the_page_of_this_workspace_is_up_to_date() {
         assert_eq!(check(&crate::workspace::root(), false).unwrap(), Vec::<String>::new());
-    }
-
-    #[test]
-    fn a_page_without_marks_is_named() {
-        assert_eq!(renewed("a", "b"), None);
-        let page = format!("a\n{BEGIN}old\n{END}\nb\n");
-        assert_eq!(renewed(&page, "new\n").unwrap(), format!("a\n{BEGIN}new\n{END}\nb\n"));
     }
 }

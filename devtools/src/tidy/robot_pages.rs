@@ -6,39 +6,24 @@ use orchard_multibody::JointKind;
 use orchard_quantity::Quantity;
 use orchard_robot::RobotModel;
 
-const WRITE: &str = "cargo xtask tidy --write";
+use super::marked;
 
-/// Marks around the table.
-const BEGIN: &str = "<!-- figures -->\n";
-const END: &str = "<!-- end of figures -->";
+/// Name of the table in a page.
+const PART: &str = "figures";
 
 /// Compares the tables of all pages with the robots; with `write`, brings them up to date instead.
 pub fn check(root: &Path, write: bool) -> anyhow::Result<Vec<String>> {
     let mut errors = Vec::new();
     for name in RobotModel::names() {
         let page = format!("docs/robots/{name}.md");
-        let path = root.join(&page);
-        let Ok(text) = std::fs::read_to_string(&path) else {
+        if !root.join(&page).exists() {
             errors.push(format!("{page} is missing: a robot that comes with the program has a page"));
             continue;
-        };
-        let robot = RobotModel::named(name).map_err(anyhow::Error::msg)?;
-        match renewed(&text, &table(&robot)) {
-            None => errors.push(format!("{page} lacks the lines `{}` and `{END}`", BEGIN.trim())),
-            Some(new) if new == text => {}
-            Some(new) if write => std::fs::write(&path, new)?,
-            Some(_) => errors
-                .push(format!("{page}: a figure differs from the robot's files; {WRITE} renews the table")),
         }
+        let robot = RobotModel::named(name).map_err(anyhow::Error::msg)?;
+        errors.extend(marked::keep(root, &page, PART, &table(&robot), write)?);
     }
     Ok(errors)
-}
-
-/// The page with the table between its marks.
-fn renewed(page: &str, table: &str) -> Option<String> {
-    let (before, rest) = page.split_once(BEGIN)?;
-    let (_, after) = rest.split_once(END)?;
-    Some(format!("{before}{BEGIN}{table}{END}{after}"))
 }
 
 /// Moving links with their masses, limits, rotors and friction, a row each.
@@ -104,7 +89,7 @@ mod tests {
     fn a_missing_page_and_a_table_that_differs_are_named() {
         let folder = super::super::fixture::folder(&[(
             "docs/robots/fr3-fixed.md",
-            &format!("a\n{BEGIN}old\n{END}\n"),
+            "a\n<!-- figures -->\nold\n<!-- end of figures -->\n",
         )]);
         let errors = check(folder.path(), false).unwrap();
         assert!(
@@ -112,7 +97,7 @@ mod tests {
             "{errors:?}"
         );
         assert!(
-            errors.iter().any(|e| e.starts_with("docs/robots/fr3-fixed.md: a figure differs")),
+            errors.iter().any(|e| e.starts_with("docs/robots/fr3-fixed.md: the part `figures` differs")),
             "{errors:?}"
         );
         check(folder.path(), true).unwrap();

@@ -1,6 +1,5 @@
 //! Checks that every `source = "key"` in `configs/` and of the robots exists in `docs/references.bib`.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::Context;
@@ -10,35 +9,55 @@ use crate::workspace::{files, relative};
 
 const BIBLIOGRAPHY: &str = "docs/references.bib";
 
-/// Reads all config files and the bibliography under `root`.
+/// A source key in a file of figures.
+pub struct Used {
+    /// File, and dotted path of the figure in it.
+    pub field: String,
+    /// The key.
+    pub key: String,
+}
+
+/// Reads all files of figures and the bibliography under `root`.
 pub fn check(root: &Path) -> anyhow::Result<Vec<String>> {
-    let text = std::fs::read_to_string(root.join(BIBLIOGRAPHY)).context(BIBLIOGRAPHY)?;
-    let bibliography = match Bibliography::parse(&text) {
+    let bibliography = match bibliography(root)? {
         Ok(bibliography) => bibliography,
-        Err(e) => return Ok(vec![format!("{BIBLIOGRAPHY} cannot be parsed: {e}")]),
+        Err(problem) => return Ok(vec![problem]),
     };
-    let known: BTreeSet<String> = bibliography.keys().map(str::to_owned).collect();
-    let mut errors = Vec::new();
+    Ok(match used(root)? {
+        Err(problems) => problems,
+        Ok(used) => used
+            .into_iter()
+            .filter(|used| bibliography.get(&used.key).is_none())
+            .map(|used| format!("{}: source '{}' is not in {BIBLIOGRAPHY}", used.field, used.key))
+            .collect(),
+    })
+}
+
+/// The bibliography, or what is wrong with it.
+pub fn bibliography(root: &Path) -> anyhow::Result<Result<Bibliography, String>> {
+    let text = std::fs::read_to_string(root.join(BIBLIOGRAPHY)).context(BIBLIOGRAPHY)?;
+    Ok(Bibliography::parse(&text).map_err(|e| format!("{BIBLIOGRAPHY} cannot be parsed: {e}")))
+}
+
+/// Every source key in `configs/` and of the robots, in the order of files and fields; or which files cannot be read.
+pub fn used(root: &Path) -> anyhow::Result<Result<Vec<Used>, Vec<String>>> {
+    let (mut all, mut errors) = (Vec::new(), Vec::new());
     let configs = files(&root.join("configs"), &["toml"])?;
     let robots = files(&root.join("assets/robots"), &["toml"])?;
     for path in configs.into_iter().chain(robots) {
         let name = relative(root, &path);
-        let document: toml::Table = match std::fs::read_to_string(&path)?.parse() {
-            Ok(document) => document,
-            Err(e) => {
-                errors.push(format!("{name} is not TOML: {}", e.to_string().trim().replace('\n', " ")));
-                continue;
+        match std::fs::read_to_string(&path)?.parse::<toml::Table>() {
+            Ok(document) => {
+                let mut keys = Vec::new();
+                collect(&toml::Value::Table(document), String::new(), &mut keys);
+                all.extend(
+                    keys.into_iter().map(|(field, key)| Used { field: format!("{name}: {field}"), key }),
+                );
             }
-        };
-        let mut keys = Vec::new();
-        collect(&toml::Value::Table(document), String::new(), &mut keys);
-        for (field, key) in keys {
-            if !known.contains(&key) {
-                errors.push(format!("{name}: {field}: source '{key}' is not in {BIBLIOGRAPHY}"));
-            }
+            Err(e) => errors.push(format!("{name} is not TOML: {}", e.to_string().trim().replace('\n', " "))),
         }
     }
-    Ok(errors)
+    Ok(if errors.is_empty() { Ok(all) } else { Err(errors) })
 }
 
 /// Dotted path and key of every string field called `source`.

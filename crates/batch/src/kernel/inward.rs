@@ -1,17 +1,15 @@
 //! Elimination of the joints, leaf to root.
 
-use super::View;
+use super::inertia::{ENTRIES, add_point_mass};
 use super::instructions::Instructions;
 use super::lane::{Lane, Lane3, axmy, cross_add, dot, dot_add, load3, scale, store3, sub};
+use super::{View, stem};
 use crate::layout::{fruit_work, link, load, prop, work};
 use crate::schedule::{NO_SLOT, Row, Source};
 
-/// Places of the entries of a symmetric matrix.
-const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-
 #[inline(always)]
-pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>) {
-    let View { rows, sources, masks, links, work, fruit_work, loads, props, .. } = view;
+pub(super) fn run<S: Instructions, const STEMS: bool>(simd: S, view: &mut View<S>) {
+    let View { rows, sources, masks, links, work, fruit_work, stems, stem_work, loads, props, .. } = view;
     // Three slots beyond those of the schedule.
     let (nothing, scratch, delivered) = (loads.len() - 3, loads.len() - 2, loads.len() - 1);
     for (k, ((row, link), work)) in rows.iter().zip(links.iter()).zip(work.iter_mut()).enumerate().rev() {
@@ -22,9 +20,15 @@ pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>) {
                 borne = scratch;
                 loads[borne] = loads[nothing];
             }
-            for left in &fruit_work[row.fruit.0..row.fruit.1] {
-                let mass = Lane::load(simd, left[fruit_work::ADDED_MASS]);
-                add_point_mass(simd, &mut loads[borne], mass, load3(simd, &left[fruit_work::R_TIP..]));
+            for k in row.fruit.0..row.fruit.1 {
+                let left = &fruit_work[k];
+                let r_tip = load3(simd, &left[fruit_work::R_TIP..]);
+                if STEMS {
+                    stem::inward(simd, &mut loads[borne], r_tip, &stems[k], &stem_work[k]);
+                } else {
+                    let mass = Lane::load(simd, left[fruit_work::ADDED_MASS]);
+                    add_point_mass(simd, &mut loads[borne], mass, r_tip);
+                }
             }
             if let Some(prop) = prop {
                 prop_up(simd, &mut loads[borne], prop);
@@ -71,32 +75,6 @@ fn scatter<S: Instructions>(
                 *to = (Lane::load(simd, *to) + Lane::load(simd, *from).only(*mask)).value;
             }
         }
-    }
-}
-
-/// Adds `-m [r][r]`, `m [r]`, `m 1`.
-#[inline(always)]
-fn add_point_mass<S: Instructions>(
-    simd: S,
-    load: &mut [S::Vector; load::FIELDS],
-    mass: Lane<S>,
-    r: Lane3<S>,
-) {
-    let mr = scale(mass, r);
-    let square = dot(mr, r);
-    for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
-        let entry = &mut load[load::ANGULAR + k];
-        let own = mr[i].take_from(r[j], Lane::load(simd, *entry));
-        *entry = if i == j { own + square } else { own }.value;
-    }
-    for (column, row, value) in
-        [(0, 1, mr[2]), (0, 2, -mr[1]), (1, 0, -mr[2]), (1, 2, mr[0]), (2, 0, mr[1]), (2, 1, -mr[0])]
-    {
-        let entry = &mut load[load::COUPLING + 3 * column + row];
-        *entry = (Lane::load(simd, *entry) + value).value;
-    }
-    for k in [0, 3, 5] {
-        load[load::LINEAR + k] = (Lane::load(simd, load[load::LINEAR + k]) + mass).value;
     }
 }
 
@@ -297,8 +275,9 @@ fn eliminate<S: Instructions, const ADD: bool, const ALONE: bool>(
         (cross_add(d, borne, sub(load3(simd, &from[load::TORQUE..]), torque)), sub(borne, force))
     };
     let h_stiffness = number(link::H_STIFFNESS);
-    let spring_1 = h_stiffness.mul_add(number(link::Q), armature * number(link::V));
-    let spring_2 = h_stiffness.mul_add(number(link::Q + 1), armature * number(link::V + 1));
+    let h_damping = number(link::H_DAMPING);
+    let spring_1 = h_stiffness.mul_add(number(link::Q), h_damping * number(link::V));
+    let spring_2 = h_stiffness.mul_add(number(link::Q + 1), h_damping * number(link::V + 1));
     let (y_1, y_2) = (dot(a_1, n) - spring_1, dot(a_2, n) - spring_2);
     let (y_1, y_2) = (s_1 * y_1, s_2 * share.take_from(y_1, y_2));
     let (g_1n, g_1f) = (scale(s_1, u_1n), scale(s_1, u_1f));

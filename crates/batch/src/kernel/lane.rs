@@ -94,6 +94,12 @@ impl<S: Instructions> Lane<S> {
         self.simd.any(self.above(limit))
     }
 
+    /// Absolute value.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self { simd: self.simd, value: self.simd.abs(self.value) }
+    }
+
     /// Square root.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
@@ -166,6 +172,34 @@ pub(crate) fn sin_cos_pair<S: Instructions>(a: Lane<S>, b: Lane<S>) -> [(Lane<S>
     } else {
         [a.sin_cos_within_an_eighth(), b.sin_cos_within_an_eighth()]
     }
+}
+
+/// Angle of the points (x, y), between -pi and pi, to about 2e-7: reduction to an eighth of a turn, then Cephes' polynomial.
+#[inline(always)]
+pub(crate) fn atan2<S: Instructions>(y: Lane<S>, x: Lane<S>) -> Lane<S> {
+    const ATAN: [f32; 4] = [8.053_745e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1];
+    /// Tangents of 22.5 and 67.5 degrees.
+    const TAN_22: f32 = 0.414_213_57;
+    const TAN_67: f32 = 2.414_213_7;
+    /// Gives the origin the angle 0.
+    const TINY: f32 = 1e-30;
+    let constant = |number| Lane::splat(x.simd, number);
+    let (zero, a, b) = (constant(0.0), x.abs(), y.abs());
+    let (is_above, is_steep) = (b.above(constant(TAN_22) * a), b.above(constant(TAN_67) * a));
+    let (mut upper, mut lower, mut start) = (b, a + constant(TINY), zero);
+    // Most angles are small; where none is above, the selections would change no bit.
+    if x.simd.any(is_above) {
+        upper = (-a).where_true(is_steep, (b - a).where_true(is_above, upper));
+        lower = b.where_true(is_steep, (b + a).where_true(is_above, lower));
+        start = constant(std::f32::consts::FRAC_PI_2)
+            .where_true(is_steep, constant(std::f32::consts::FRAC_PI_4).where_true(is_above, zero));
+    }
+    let t = upper / lower;
+    let z = t * t;
+    let p = constant(ATAN[0]).mul_add(z, constant(ATAN[1])).mul_add(z, constant(ATAN[2]));
+    let angle = start + (p.mul_add(z, constant(ATAN[3])) * z).mul_add(t, t);
+    let angle = zero.if_above(x, constant(std::f32::consts::PI) - angle, angle);
+    zero.if_above(y, -angle, angle)
 }
 
 /// The worlds in which the bits of a mask are set.
@@ -248,6 +282,28 @@ mod tests {
     use super::*;
     use crate::kernel::Baseline;
     use orchard_geometry::math;
+
+    #[test]
+    fn angles_of_points() {
+        let mut worst = 0.0_f64;
+        for k in -2_000..=2_000 {
+            let angle = f64::from(k) * std::f64::consts::PI / 2_000.0;
+            for size in [1e-6, 1.0, 300.0] {
+                let (s, c) = math::sin_cos(angle);
+                let (y, x) = ((size * s) as f32, (size * c) as f32);
+                let exact = math::atan2(f64::from(y), f64::from(x));
+                for found in [
+                    atan2(Lane::splat(pulp::Scalar, y), Lane::splat(pulp::Scalar, x)).value,
+                    atan2(Lane::splat(Baseline, y), Lane::splat(Baseline, x)).value.to_array()[1],
+                ] {
+                    worst = worst.max((f64::from(found) - exact).abs());
+                }
+            }
+        }
+        // Two units in the last place of pi.
+        assert!(worst < 5e-7, "{worst}");
+        assert_eq!(atan2(Lane::splat(pulp::Scalar, 0.0), Lane::splat(pulp::Scalar, 0.0)).value, 0.0);
+    }
 
     /// Fused and not.
     #[test]

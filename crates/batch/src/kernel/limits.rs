@@ -3,7 +3,7 @@
 use super::instructions::Instructions;
 use super::lane::{Lane, dot, load3};
 use super::{Found, View};
-use crate::layout::{fruit, fruit_work, limit, link};
+use crate::layout::{fruit, fruit_work, limit, link, stem as stem_fields};
 
 /// Findings in any world of the tile.
 #[inline(always)]
@@ -32,6 +32,11 @@ pub(super) fn find<S: Instructions>(simd: S, view: &View<S>) -> Found {
             let x = load3(simd, &fruit[state..]);
             *poison = dot(x, x).mul_add(zero, *poison);
         }
+    }
+    for stem in view.stems.iter() {
+        let v = load3(simd, &stem[stem_fields::V..]);
+        let q = load3(simd, &stem[stem_fields::Q..]);
+        poison[0] = (dot(q, q) + dot(v, v)).mul_add(zero, poison[0]);
     }
     let one = Lane::splat(simd, 1.0);
     let is_poisoned = (poison[0] + poison[1]).if_above(-one, zero, one);

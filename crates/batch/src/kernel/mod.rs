@@ -5,13 +5,19 @@
 //! `orchard_multibody`, for universal joints, links that are symmetric about their own axis, and fruit on stems.
 
 mod advance;
+mod inertia;
 mod instructions;
 mod inward;
 mod lane;
 mod limits;
+mod motion;
 mod outward;
+mod stem;
 
-use crate::layout::{Aligned, change, fruit, fruit_work, limit, link, load, prop, tip, tip_motion, work};
+use crate::layout::{
+    Aligned, change, fruit, fruit_work, limit, link, load, prop, stem as stem_fields, stem_work, tip,
+    tip_motion, work,
+};
 use crate::schedule::{Row, Schedule, Source};
 pub(crate) use instructions::{Baseline, Instructions};
 use lane::{Lane, lanes_of};
@@ -40,7 +46,7 @@ pub(crate) enum Phase {
 /// Findings of the tests at the end of a frame, in any world.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Found {
-    /// A joint or stem over its limit.
+    /// A joint or stem over its limit; after an advance, a stem whose wear counts.
     pub over_limit: bool,
     /// A state that is not finite, or whose square is not.
     pub non_finite: bool,
@@ -54,6 +60,9 @@ pub(crate) struct Numbers {
     pub work: Aligned,
     pub fruit: Aligned,
     pub fruit_work: Aligned,
+    /// By row of fruit; empty where fruit hang on tethers.
+    pub stems: Aligned,
+    pub stem_work: Aligned,
     /// Square of the joint angle that ruptures, by row; infinite where the joint cannot break.
     pub bend_limits: Aligned,
     /// Limits of the stems, by row of fruit.
@@ -73,7 +82,7 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    pub fn new(schedule: Schedule, lanes: usize) -> Self {
+    pub fn new(schedule: Schedule, lanes: usize, has_stems: bool) -> Self {
         let numbers = |rows: usize, fields: usize| Aligned::zeros(rows * fields * lanes);
         let infinite = |rows: usize, fields: usize| {
             let mut limits = numbers(rows, fields);
@@ -81,6 +90,7 @@ impl Numbers {
             limits
         };
         let (rows, fruit_rows, slots) = (schedule.rows.len(), schedule.fruit_rows(), schedule.slots);
+        let stem_rows = if has_stems { fruit_rows } else { 0 };
         let mut masks = numbers(schedule.sources.len(), 1);
         for (mask, is_in) in masks.as_mut_slice().iter_mut().zip(schedule.lanes_of_source.iter().flatten()) {
             *mask = f32::from_bits(if *is_in { u32::MAX } else { 0 });
@@ -90,6 +100,8 @@ impl Numbers {
             work: numbers(rows, work::FIELDS),
             fruit: numbers(fruit_rows, fruit::FIELDS),
             fruit_work: numbers(fruit_rows, fruit_work::FIELDS),
+            stems: numbers(stem_rows, stem_fields::FIELDS),
+            stem_work: numbers(stem_rows, stem_work::FIELDS),
             bend_limits: infinite(rows, 1),
             stem_limits: infinite(fruit_rows, limit::FIELDS),
             tips: numbers(slots + 2, tip::FIELDS),
@@ -118,6 +130,8 @@ impl Numbers {
             &self.work,
             &self.fruit,
             &self.fruit_work,
+            &self.stems,
+            &self.stem_work,
             &self.bend_limits,
             &self.stem_limits,
             &self.tips,
@@ -148,21 +162,32 @@ impl WithSimd for Work<'_> {
 }
 
 impl Work<'_> {
-    /// Runs the phase. Phases other than the test have no findings.
+    /// Runs the phase.
     #[inline(always)]
     pub fn with<S: Instructions>(self, simd: S) -> Found {
+        let has_stems = !self.numbers.stems.as_slice().is_empty();
         let mut view = View::new(self.numbers);
-        match self.phase {
-            Phase::Start => outward::run(simd, &mut view, self.step),
-            Phase::Test => return limits::find(simd, &view),
-            Phase::Advance => {
-                inward::run(simd, &mut view);
-                advance::run(simd, &mut view, self.step);
-                outward::run(simd, &mut view, self.step);
-            }
+        match (self.phase, has_stems) {
+            (Phase::Test, _) => limits::find(simd, &view),
+            (phase, false) => passes::<S, false>(simd, &mut view, phase, self.step),
+            (phase, true) => passes::<S, true>(simd, &mut view, phase, self.step),
         }
-        Found::default()
     }
+}
+
+/// The passes of a phase. A batch with fruit on tethers runs code without a trace of stems.
+#[inline(always)]
+fn passes<S: Instructions, const STEMS: bool>(
+    simd: S,
+    view: &mut View<S>,
+    phase: Phase,
+    step: Step,
+) -> Found {
+    if phase == Phase::Advance {
+        inward::run::<S, STEMS>(simd, view);
+        advance::run::<S, STEMS>(simd, view, step);
+    }
+    Found { over_limit: outward::run::<S, STEMS>(simd, view, step), non_finite: false }
 }
 
 /// The numbers of a tile as vectors.
@@ -176,6 +201,8 @@ struct View<'a, S: Instructions> {
     stem_limits: &'a [[S::Vector; limit::FIELDS]],
     fruit: &'a mut [[S::Vector; fruit::FIELDS]],
     fruit_work: &'a mut [[S::Vector; fruit_work::FIELDS]],
+    stems: &'a mut [[S::Vector; stem_fields::FIELDS]],
+    stem_work: &'a mut [[S::Vector; stem_work::FIELDS]],
     tips: &'a mut [[S::Vector; tip::FIELDS]],
     changes: &'a mut [[S::Vector; change::FIELDS]],
     loads: &'a mut [[S::Vector; load::FIELDS]],
@@ -196,6 +223,8 @@ impl<'a, S: Instructions> View<'a, S> {
             work: rows::<S, _>(numbers.work.as_mut_slice()),
             fruit: rows::<S, _>(numbers.fruit.as_mut_slice()),
             fruit_work: rows::<S, _>(numbers.fruit_work.as_mut_slice()),
+            stems: rows::<S, _>(numbers.stems.as_mut_slice()),
+            stem_work: rows::<S, _>(numbers.stem_work.as_mut_slice()),
             tips: rows::<S, _>(numbers.tips.as_mut_slice()),
             changes: rows::<S, _>(numbers.changes.as_mut_slice()),
             loads: rows::<S, _>(numbers.loads.as_mut_slice()),

@@ -1,18 +1,21 @@
 //! Kinematics and right-hand side, root to leaf.
 
 use super::instructions::Instructions;
-use super::lane::{
-    Lane, Lane3, add, axmy, axpy, cross, cross_add, dot, load3, scale, sin_cos_pair, store3, sub,
-};
-use super::{Step, View, gather};
+use super::lane::{Lane, add, axmy, axpy, cross, cross_add, dot, load3, scale, sin_cos_pair, store3, sub};
+use super::motion::Here;
+use super::{Step, View, gather, stem};
 use crate::layout::{fruit, fruit_work, link, tip, tip_motion, work};
 use crate::schedule::NO_SLOT;
 
+/// Returns true if a stem bears a load from which its wear counts.
 #[inline(always)]
-pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>, step: Step) {
+pub(super) fn run<S: Instructions, const STEMS: bool>(simd: S, view: &mut View<S>, step: Step) -> bool {
     let View { rows, sources, masks, links, work, fruit, fruit_work, tips, tip_motion, .. } = view;
+    let (stems, stem_work) = (&view.stems, &mut view.stem_work);
+    let zero = Lane::splat(simd, 0.0);
+    let mut largest = zero;
     // Two slots beyond those of the schedule.
-    let Some((scratch, tips)) = tips.split_last_mut() else { return };
+    let Some((scratch, tips)) = tips.split_last_mut() else { return false };
     let childless = tips.len() - 1;
     for (k, ((row, link), work)) in rows.iter().zip(links.iter()).zip(work.iter_mut()).enumerate() {
         let has_children = row.slot != NO_SLOT;
@@ -25,7 +28,13 @@ pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>, step: Step) {
         let parent = if count > 1 { &*scratch } else { &*parent };
         let here = link_outward(simd, link, work, parent, step);
         for k in row.fruit.0..row.fruit.1 {
-            fruit_outward(simd, &fruit[k], &mut fruit_work[k], work, &here, step);
+            if STEMS {
+                let (left, kept) = (&mut fruit_work[k], &mut stem_work[k]);
+                let over = stem::outward(simd, &fruit[k], &stems[k], left, kept, work, &here, step);
+                largest = over.if_above(largest, over, largest);
+            } else {
+                fruit_outward(simd, &fruit[k], &mut fruit_work[k], work, &here, step);
+            }
         }
         if let Some(motion) = tip_motion.get_mut(k) {
             motion[tip_motion::Z] = (here.p[2] + here.d[2]).value;
@@ -43,21 +52,7 @@ pub(super) fn run<S: Instructions>(simd: S, view: &mut View<S>, step: Step) {
             store3::<S>(&mut own[tip::P..], add(p, d));
         }
     }
-}
-
-/// A link's state.
-struct Here<S: Instructions> {
-    axes: [Lane3<S>; 3],
-    w: Lane3<S>,
-    /// Velocity, position and bias accelerations at the origin.
-    v: Lane3<S>,
-    p: Lane3<S>,
-    b_w: Lane3<S>,
-    b_v: Lane3<S>,
-    /// Differences of position, velocity and linear bias between origin and tip.
-    d: Lane3<S>,
-    v_d: Lane3<S>,
-    b_d: Lane3<S>,
+    STEMS && largest.any_above(zero)
 }
 
 /// Kinematics of one link from its parent's tip, and its resistance: the impulse on it with the sign turned.

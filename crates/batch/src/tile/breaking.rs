@@ -5,6 +5,7 @@ use crate::ground::Prop;
 use crate::kernel::Numbers;
 use crate::layout::{fruit, fruit_work, limit, link, prop, tip_motion};
 use crate::tree_world::TreeEvent;
+use orchard_fruit::Release;
 use orchard_geometry::Vec3;
 
 impl Tile {
@@ -52,7 +53,9 @@ impl Tile {
             let at = |row: usize, field: usize| (row * link::FIELDS + field) * lanes + lane;
             world.brake(|row| [0, 1].map(|k| f64::from(links[at(row, link::V + k)])));
             for &row in &world.broken_rows {
-                links[at(row, link::ARMATURE)] = world.wood[row].armature(world.plant.settings.h) as f32;
+                let (h, wood) = (world.plant.settings.h, &world.wood[row]);
+                links[at(row, link::ARMATURE)] = wood.armature(h) as f32;
+                links[at(row, link::H_DAMPING)] = wood.h_damping(h) as f32;
             }
         }
     }
@@ -99,7 +102,9 @@ impl Tile {
         self.worlds[lane].keep_shadow(data);
         self.expect_debris(lane);
         let world = &self.worlds[lane];
-        self.pushes.retain(|push| push.lane != lane || !world.rupture.is_debris(world.walk.links[push.row]));
+        for pushes in [&mut self.pushes, &mut self.gusts] {
+            pushes.retain(|push| push.lane != lane || !world.rupture.is_debris(world.walk.links[push.row]));
+        }
         let event = TreeEvent::Snapped { segment };
         self.events.push(BatchEvent { frame: self.frame, world: world.index, event });
         self.is_stale = true;
@@ -110,8 +115,11 @@ impl Tile {
         self.worlds[lane].list_debris();
     }
 
-    /// Detaches the fruit whose stem was over a limit for long enough.
+    /// Detaches the fruit whose stem was over a limit for long enough, or has worn out.
     pub(super) fn detach(&mut self) {
+        if self.has_stems() {
+            return self.take_off_stems();
+        }
         let lanes = self.lanes;
         let mut hits = Vec::new();
         for row in 0..self.numbers.schedule.fruit_rows() {
@@ -140,18 +148,23 @@ impl Tile {
             }
         }
         for (lane, row) in hits {
-            let Some((i, air_drag)) = self.worlds[lane].loose_fruit(row) else { continue };
-            for field in [fruit::H_STIFFNESS, fruit::KAPPA, fruit::H_BIAS] {
-                *self.fruit_mut(row, field, lane) = 0.0;
-            }
-            *self.fruit_mut(row, fruit::AIR_DRAG, lane) = air_drag as f32;
-            for field in [limit::STRETCH, limit::PULL] {
-                *self.stem_limit_mut(row, field, lane) = f32::INFINITY;
-            }
-            self.worlds[lane].let_loose(i, Vec3::zeros());
-            let event = TreeEvent::Detached { fruit: i };
-            self.events.push(BatchEvent { frame: self.frame, world: self.worlds[lane].index, event });
-            self.is_stale = true;
+            self.take_off(lane, row, Vec3::zeros(), None);
         }
+    }
+
+    /// Takes the fruit of a row off its stem, with an angular velocity [rad/s].
+    pub(super) fn take_off(&mut self, lane: usize, row: usize, w_world: Vec3, release: Option<Release>) {
+        let Some((i, air_drag)) = self.worlds[lane].loose_fruit(row) else { return };
+        for field in [fruit::H_STIFFNESS, fruit::KAPPA, fruit::H_BIAS] {
+            *self.fruit_mut(row, field, lane) = 0.0;
+        }
+        *self.fruit_mut(row, fruit::AIR_DRAG, lane) = air_drag as f32;
+        for field in [limit::STRETCH, limit::PULL] {
+            *self.stem_limit_mut(row, field, lane) = f32::INFINITY;
+        }
+        self.worlds[lane].let_loose(i, w_world);
+        let event = TreeEvent::Detached { fruit: i, release };
+        self.events.push(BatchEvent { frame: self.frame, world: self.worlds[lane].index, event });
+        self.is_stale = true;
     }
 }

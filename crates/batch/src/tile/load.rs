@@ -27,6 +27,9 @@ impl Tile {
             *self.world_frame_mut(tip::AXES + 4 * k, lane) = 1.0;
             *self.world_frame_mut(tip::P + k, lane) = 0.0;
         }
+        if self.has_stems() {
+            self.pad_stems(lane);
+        }
     }
 
     /// A number of the world frame, the parent of the trunks.
@@ -88,10 +91,15 @@ impl Tile {
                 constants.push((fruit::P + k, data.point_p_world[id.index()][k]));
                 constants.push((fruit::V + k, data.point_v_world[id.index()][k]));
             }
+            self.load_stem(lane, &plant, data, i);
+            let stem = plant.fruit.stem(i);
+            // The anchor of a fruit on a stem that bends is the joint of the stem, tethered or not.
+            let on_link = stem.map(|stem| model.body(stem).x_parent_joint.translation.vector);
+            for k in 0..3 {
+                let anchor = on_link.or(point.tether.as_ref().map(|tether| tether.p_body));
+                constants.push((fruit::ANCHOR + k, anchor.map_or(0.0, |anchor| anchor[k])));
+            }
             if let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[id.index()]) {
-                for k in 0..3 {
-                    constants.push((fruit::ANCHOR + k, tether.p_body[k]));
-                }
                 constants.extend([
                     (fruit::DROP, tether.offset_world.z),
                     (fruit::H_CAP, h * data.reaction_cap[id.index()]),
@@ -101,8 +109,13 @@ impl Tile {
                 ]);
                 let threshold = plant.fruit.fruit[i].detach_force;
                 let stretch = plant.spec.fruit.tension_factor.si() * threshold / tether.stiffness;
-                *self.stem_limit_mut(row, limit::STRETCH, lane) = (stretch * stretch) as f32;
-                *self.stem_limit_mut(row, limit::PULL, lane) = (threshold * threshold) as f32;
+                // A stem that bends wears out instead; a finite limit says that the fruit hangs.
+                let [stretch, pull] = match stem {
+                    Some(_) => [f32::MAX; 2],
+                    None => [stretch, threshold].map(|x| (x * x) as f32),
+                };
+                *self.stem_limit_mut(row, limit::STRETCH, lane) = stretch;
+                *self.stem_limit_mut(row, limit::PULL, lane) = pull;
             }
             for (field, number) in constants {
                 *self.fruit_mut(row, field, lane) = number as f32;
@@ -127,6 +140,7 @@ impl Tile {
                 drag: [data.linear_drag[id.index()], data.angular_drag[id.index()]],
                 stiffness: data.stiffness[dof],
                 damping: data.damping[dof],
+                leads: plant.tree.is_modal,
             };
             self.worlds[lane].wood[row] = wood;
             let (h, inertia) = (plant.settings.h, &plant.model.body(id).inertia);
@@ -144,6 +158,7 @@ impl Tile {
                 (link::ALONG, (axial - across + ends) / (length * length)),
                 (link::H_STIFFNESS, h * wood.stiffness),
                 (link::ARMATURE, wood.armature(h)),
+                (link::H_DAMPING, wood.h_damping(h)),
             ];
             for (field, number) in constants {
                 *self.link_mut(row, field, lane) = number as f32;
@@ -190,6 +205,7 @@ impl Tile {
             data.point_v_world[point] = vector(fruit::V);
             data.point_quadratic_drag[point] = f64::from(self.fruit(row, fruit::AIR_DRAG, lane));
             data.tethered[point] = self.is_hanging(row, lane);
+            self.store_stem(lane, i, data);
         }
         for (i, ball) in &world.loose {
             data.point_w_world[plant.fruit.points[*i].index()] = ball.w_world;

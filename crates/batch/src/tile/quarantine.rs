@@ -4,7 +4,7 @@ use super::{BatchEvent, Tile};
 use crate::fault::{Fault, Quarantine};
 use crate::kernel::Numbers;
 use crate::lane_world::Remains;
-use crate::layout::{Aligned, fruit, link};
+use crate::layout::{Aligned, fruit, link, stem};
 use crate::tree_world::TreeEvent;
 
 impl Tile {
@@ -29,8 +29,11 @@ impl Tile {
             .filter(|(row, _)| (link::Q..link::V + 2).any(|field| is_bad(self.link(*row, field, lane))))
             .map(|(_, segment)| *segment)
             .min();
-        let is_bad_fruit =
-            |row: &usize| (fruit::P..fruit::V + 3).any(|field| is_bad(self.fruit(*row, field, lane)));
+        let is_bad_fruit = |row: &usize| {
+            (fruit::P..fruit::V + 3).any(|field| is_bad(self.fruit(*row, field, lane)))
+                || (self.has_stems()
+                    && (stem::Q..stem::V + 3).any(|field| is_bad(self.stem(*row, field, lane))))
+        };
         segment
             .map(|segment| Fault::Joint { segment })
             .or_else(|| world.fruit_row.iter().position(is_bad_fruit).map(|fruit| Fault::Fruit { fruit }))
@@ -42,9 +45,13 @@ impl Tile {
         let lanes = self.lanes;
         let column =
             |numbers: &Aligned| numbers.as_slice().iter().skip(lane).step_by(lanes).copied().collect();
-        let Numbers { links, fruit, stem_limits, .. } = &self.numbers;
-        let remains =
-            Remains { links: column(links), fruit: column(fruit), stem_limits: column(stem_limits) };
+        let Numbers { links, fruit, stems, stem_limits, .. } = &self.numbers;
+        let remains = Remains {
+            links: column(links),
+            fruit: column(fruit),
+            stems: column(stems),
+            stem_limits: column(stem_limits),
+        };
         let quarantine = Quarantine { frame: self.frame, fault };
         self.worlds[lane].quarantine(quarantine, remains);
         self.empty(lane);
@@ -56,13 +63,16 @@ impl Tile {
     pub(super) fn empty(&mut self, lane: usize) {
         let lanes = self.lanes;
         self.pushes.retain(|push| push.lane != lane);
+        self.gusts.retain(|gust| gust.lane != lane);
         for counts in [&mut self.bend_frames, &mut self.stretch_frames, &mut self.pull_frames] {
             counts.iter_mut().skip(lane).step_by(lanes).for_each(|count| *count = 0);
         }
-        let Numbers { links, fruit, tip_motion, props, bend_limits, stem_limits, .. } = &mut self.numbers;
+        let Numbers { links, fruit, stems, tip_motion, props, bend_limits, stem_limits, .. } =
+            &mut self.numbers;
         for (numbers, padding) in [
             (links, 0.0),
             (fruit, 0.0),
+            (stems, 0.0),
             (tip_motion, 0.0),
             (props, 0.0),
             (bend_limits, f32::INFINITY),

@@ -7,6 +7,7 @@
 mod ground;
 mod quarantine;
 mod same_bits;
+mod stems;
 #[path = "../trees/mod.rs"]
 mod trees;
 

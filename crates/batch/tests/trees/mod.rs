@@ -5,13 +5,44 @@ use orchard_batch::{Stepper, TreeWorld};
 use orchard_fruit::place;
 use orchard_geometry::{Vec3, transform};
 use orchard_multibody::{Data, forward_kinematics};
-use orchard_spec::{Purpose, Spec, Stream};
+use orchard_spec::fruit::FruitSpec;
+use orchard_spec::wood::WoodSpec;
+use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_treegen::grow;
 use std::sync::Arc;
 
 /// Grown trees, each of its own topology.
 pub fn grown(count: u32) -> Vec<TreeWorld> {
     let spec = Arc::new(Spec::paper());
+    (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
+}
+
+/// Grown trees of wood as measured: modulus and strength follow the thickness and scatter, dampers hold damping ratios, unions may be weak.
+pub fn measured(count: u32) -> Vec<TreeWorld> {
+    measured_with(count, |_| ())
+}
+
+/// As [`measured`], with a change of the wood.
+pub fn measured_with(count: u32, change: impl FnOnce(&mut WoodSpec)) -> Vec<TreeWorld> {
+    let mut spec = Spec::preset(Preset::MeasuredWood);
+    change(&mut spec.wood);
+    let spec = Arc::new(spec);
+    (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
+}
+
+/// Grown trees of wood as measured with fruit on stems that bend, on their own topologies.
+pub fn stemmed(count: u32) -> Vec<TreeWorld> {
+    in_wind(count, 0.0)
+}
+
+/// As [`stemmed`], in a wind of a speed [m/s].
+pub fn in_wind(count: u32, speed: f64) -> Vec<TreeWorld> {
+    let mut spec = Spec::preset(Preset::MeasuredWood);
+    let wind = spec.wind.as_mut().unwrap();
+    wind.speed = wind.speed.with_value(speed).unwrap();
+    let measured = Spec::preset(Preset::Calibrated).fruit;
+    spec.fruit = FruitSpec { stem: measured.stem, ..spec.fruit };
+    let spec = Arc::new(spec);
     (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
 }
 

@@ -8,7 +8,7 @@ use orchard_geometry::{Aabb, DepthImage, Image, Intrinsics, Mat3, Shape, Vec3, m
 
 /// Distance of a shadow map's camera \[m\]: far enough for nearly parallel rays, near enough for f32 depth.
 const DISTANCE: f64 = 100.0;
-/// Offset along the normal, and tolerance in depth, against a surface shading itself \[m\].
+/// Offset along the normal, and tolerance in depth, against a surface shading itself \[m\]; in the sun's map both are at least a pixel.
 const OFFSET: f64 = 0.004;
 const BIAS: f64 = 0.004;
 /// Number of sky directions.
@@ -83,9 +83,12 @@ impl Lighting {
             sun_world,
             sun_color: Vec3::new(2.9, 2.6, 2.1).component_mul(&through_air),
             glow: Vec3::new(0.30, 0.24, 0.15).component_mul(&through_air),
-            sun: shines.then(|| ShadowMap::new(&casters, &bounds, &sun_world, style.shadows.sun)),
+            sun: shines.then(|| ShadowMap::new(&casters, &bounds, &sun_world, style.shadows.sun).tolerant()),
             sky_light: SkyLight::under(overcast),
-            sky: sky.map(|d| (d, ShadowMap::new(&casters, &bounds, &d, style.shadows.sky))).collect(),
+            sky: match style.shadows.sky {
+                0 => Vec::new(),
+                size => sky.map(|d| (d, ShadowMap::new(&casters, &bounds, &d, size))).collect(),
+            },
         }
     }
 
@@ -108,7 +111,8 @@ impl Lighting {
         let facing = s.n_world.dot(&self.sun_world);
         let (front, back) = (facing.max(0.0), (-facing).max(0.0));
         let lit_side = if facing >= 0.0 { s.n_world } else { -s.n_world };
-        let lit = self.sun.as_ref().map_or(0.0, |map| map.light(&(s.p_world + lit_side * OFFSET)));
+        let lit =
+            self.sun.as_ref().map_or(0.0, |map| map.light(&(s.p_world + lit_side * OFFSET.max(map.pixel))));
         let sun = self.sun_color * lit;
         let mut out = m.color.component_mul(&sun) * front;
         out += m.transmitted.component_mul(&sun) * back;
@@ -122,6 +126,11 @@ impl Lighting {
 
     /// Sky light, less where other objects hide the sky, and light from the ground.
     fn ambient(&self, s: &Surface, (k, n): (usize, usize)) -> Vec3 {
+        let up = 0.5 + 0.5 * s.n_world.z;
+        let sky = self.sky_light.from_above * up + self.sky_light.from_below * (1.0 - up);
+        if self.sky.is_empty() {
+            return sky;
+        }
         let p = s.p_world + s.n_world * OFFSET;
         let (mut open, mut all) = (0.0, 1e-9);
         let stride = n.clamp(1, SKY_DIRECTIONS / 4);
@@ -131,8 +140,6 @@ impl Lighting {
             all += weight;
             open += weight * map.tap(&p);
         }
-        let up = 0.5 + 0.5 * s.n_world.z;
-        let sky = self.sky_light.from_above * up + self.sky_light.from_below * (1.0 - up);
         sky * (0.12 + 0.88 * open / all)
     }
 }
@@ -176,6 +183,9 @@ struct ShadowMap {
     /// World to light frame: rotation and offset.
     r_light_world: Mat3,
     t_light_world: Vec3,
+    /// Tolerance in depth \[m\], and size of a pixel.
+    bias: f64,
+    pixel: f64,
 }
 
 impl ShadowMap {
@@ -190,7 +200,19 @@ impl ShadowMap {
         rasterise(casters, &intrinsics, &x_world_light, f64::INFINITY, &mut depth, &mut index);
         let x_light_world = x_world_light.inverse();
         let r_light_world = *x_light_world.rotation.to_rotation_matrix().matrix();
-        Self { depth, intrinsics, r_light_world, t_light_world: x_light_world.translation.vector }
+        Self {
+            depth,
+            intrinsics,
+            r_light_world,
+            t_light_world: x_light_world.translation.vector,
+            bias: BIAS,
+            pixel: 2.0 * radius / size as f64,
+        }
+    }
+
+    /// The map with a tolerance of at least a pixel.
+    fn tolerant(self) -> Self {
+        Self { bias: self.bias.max(self.pixel), ..self }
     }
 
     /// Share of the light that reaches a point: mean over four pixels around it.
@@ -214,7 +236,7 @@ impl ShadowMap {
         let (u, v) = (u.round(), v.round());
         let n = self.intrinsics.width as f64;
         let inside = (0.0..n).contains(&u) && (0.0..n).contains(&v);
-        let shaded = inside && f64::from(self.depth[(u as usize, v as usize)]) < z - BIAS;
+        let shaded = inside && f64::from(self.depth[(u as usize, v as usize)]) < z - self.bias;
         if shaded { 0.0 } else { 1.0 }
     }
 }

@@ -1,251 +1,295 @@
-//! Reads MTG text into internodes.
-
-use std::collections::BTreeMap;
+//! Reads MTG text into a tree.
 
 use orchard_geometry::Vec3;
 use orchard_treegen::{segments, turtle::Internode};
 
-use super::code::{Edge, entities};
+use super::graph::Entity;
+use super::head::{Head, Role};
+use super::parts::Part;
+use super::shape::{Piece, Rules, Shape};
+use super::unit::{Measure, Units};
+use super::{Figures, graph, head, parts, thickness};
+use crate::digitised::{GAP, LENGTH, RADIUS};
 use crate::{DigitisedTree, ImportError};
 
-/// An entity of the finest scale: an internode.
-struct Vertex {
-    line: usize,
-    parent: Option<usize>,
-    index: Option<usize>,
-    p_tip: Vec3,
-    radius: f64,
-    order: u8,
+/// What a reader of a file knows beyond it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Choice {
+    /// Units of the file. If the file states its own, they must be the same.
+    pub units: Option<Units>,
+    /// Plant of a file with several, such as `P3`; the first by default.
+    pub plant: Option<String>,
 }
 
-/// Reader state: the header, and the tree so far.
-#[derive(Default)]
-struct Reader {
-    /// Scale of each class.
-    classes: BTreeMap<String, u32>,
-    features: Vec<String>,
-    /// Names of the feature columns, and the index of the first.
-    columns: Vec<String>,
-    first_column: usize,
-    /// The last vertex in each column of codes; `None` stands for a coarser entity without wood so far.
-    last: Vec<Option<usize>>,
-    /// Base of the trunk in the file's coordinates \[m\].
-    p_base: Vec3,
-    vertices: Vec<Vertex>,
+/// A tree that was read, and what the reader had to assume.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Import {
+    /// The tree.
+    pub tree: DigitisedTree,
+    /// Assumptions and omissions, one sentence each; none for a file that states all.
+    pub notes: Vec<String>,
 }
 
-/// Most classes and features of a file, our own choice: a file has 10, and each line is compared with all of them.
-const MOST_NAMES: usize = 200;
-
-fn few(names: &str, count: usize) -> Result<(), String> {
-    if count <= MOST_NAMES { Ok(()) } else { Err(format!("a file has at most {MOST_NAMES} {names}")) }
-}
-
-/// Reads a tree. Entities of the finest scale are wood; `XX`, `YY`, `ZZ` are the tip \[m\], `TopDia` the diameter \[m\].
-/// On a coarser entity `XX`, `YY`, `ZZ` are the base of the trunk, by default the origin.
+/// Reads a tree with nothing known beyond the file; [`read_with`] also returns what was assumed.
 ///
 /// # Errors
-/// A line cannot be read, or the tree is not valid; the error names the line, the field and its value.
+/// As [`read_with`].
 pub fn read(text: &str) -> Result<DigitisedTree, ImportError> {
-    let mut reader = Reader::default();
-    let mut section = "";
-    for (number, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default().trim_end();
-        if line.is_empty() {
-            continue;
-        }
-        let at = |problem: String| ImportError::Line { line: number + 1, problem };
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match (section, words[0]) {
-            (_, "CODE:") if words.get(1) != Some(&"FORM-A") => {
-                return Err(at(format!(
-                    "CODE is {:?}; only FORM-A can be read",
-                    words.get(1).unwrap_or(&"")
-                )));
-            }
-            (_, "CODE:") => section = "CODE",
-            ("CODE", "CLASSES:") => section = "CLASSES",
-            ("CLASSES", "DESCRIPTION:") => section = "DESCRIPTION",
-            ("CLASSES" | "DESCRIPTION", "FEATURES:") => section = "FEATURES",
-            ("FEATURES", "MTG:") => section = "MTG",
-            ("CLASSES", "SYMBOL") | ("FEATURES", "NAME") | ("DESCRIPTION", _) => {}
-            ("CLASSES", class) => {
-                let scale = words.get(1).and_then(|scale| scale.parse().ok());
-                let scale =
-                    scale.ok_or_else(|| at(format!("class {class}: its scale is not a whole number")))?;
-                reader.classes.insert(class.to_owned(), scale);
-                few("classes", reader.classes.len()).map_err(at)?;
-            }
-            ("FEATURES", name) => {
-                reader.features.push(name.to_owned());
-                few("features", reader.features.len()).map_err(at)?;
-            }
-            ("MTG", "ENTITY-CODE") => {
-                reader.header(line).map_err(at)?;
-                section = "BODY";
-            }
-            ("BODY", _) => reader.entity(line, number + 1).map_err(at)?,
-            (_, word) => {
-                return Err(at(format!(
-                    "{word:?} is not expected here; the order is CODE, CLASSES, FEATURES, MTG"
-                )));
-            }
-        }
-    }
-    if section != "BODY" {
-        let problem = "the file ends before the line ENTITY-CODE".to_owned();
-        return Err(ImportError::Line { line: text.lines().count().max(1), problem });
-    }
-    reader.tree()
+    read_with(text, &Choice::default()).map(|import| import.tree)
 }
 
-impl Reader {
-    fn header(&mut self, line: &str) -> Result<(), String> {
-        let cells: Vec<&str> = line.split('\t').collect();
-        self.first_column = cells.iter().skip(1).position(|c| !c.is_empty()).map_or(cells.len(), |k| k + 1);
-        self.columns = cells[self.first_column..].iter().map(|c| c.trim().to_owned()).collect();
-        match self.columns.iter().find(|name| !self.features.contains(name)) {
-            Some(name) => Err(format!("column {name:?} is not among the FEATURES")),
-            None => Ok(()),
+/// Reads a tree. Entities without parts are wood; `XX`, `YY`, `ZZ` are the tip, `TopDia` the diameter there. On a coarser entity
+/// they are the base. Without positions the tree is shaped from lengths. `docs/exchange.md` has all rules.
+///
+/// # Errors
+/// A line cannot be read, the unit is missing and cannot be metres, or the tree is not valid. The error names line, field and value.
+pub fn read_with(text: &str, choice: &Choice) -> Result<Import, ImportError> {
+    let text = text.trim_start_matches('\u{feff}');
+    let head = head::read(text)?;
+    let entities = graph::read(text, &head)?;
+    let mut notes = Vec::new();
+    let plant = plant(&entities, choice.plant.as_deref(), &mut notes)?;
+    let parts = parts::parts(&entities, plant);
+    let positions = parts.iter().any(|part| part.values.point.is_some());
+    if !positions && parts.iter().all(|part| part.values.length.is_none()) {
+        return Err(ImportError::Whole(format!(
+            "{} has neither positions (XX, YY, ZZ) nor lengths (Length) that give it a shape; the columns are: {}",
+            entities[plant].name(),
+            if head.names.is_empty() { "none".to_owned() } else { head.names.join(", ") }
+        )));
+    }
+    let p_base = if positions { base(&parts, &mut notes) } else { Vec3::zeros() };
+    let height = if positions { height(&parts, &p_base) } else { longest(&parts) };
+    let figures = Figures::embedded();
+    let units = units(&head, choice.units, height, &figures, &mut notes)?;
+    check(&parts, &head, &units, &p_base)?;
+    let rules = Rules {
+        figures: &figures,
+        unit: units.length.si(),
+        diameter_unit: units.diameter.si(),
+        shortest: *LENGTH.start(),
+    };
+    let shape = if positions { rules.by_positions(&parts, p_base) } else { rules.by_lengths(&parts) };
+    let (tree, radii, derived) = tree(&shape, &figures)?;
+    if !positions {
+        let angle = |quantity: &orchard_quantity::Quantity| quantity.si().to_degrees();
+        notes.push(format!(
+            "the file has no positions: the tree is shaped from its lengths, with branches at {:.1} degrees, each turned by {:.1} \
+             degrees against the one before",
+            angle(&figures.insertion_angle),
+            angle(&figures.divergence)
+        ));
+    }
+    if shape.left_out > 0 {
+        let what = if positions { "a position" } else { "a length" };
+        notes.push(format!(
+            "{} of {} entities without {what} at or beyond them are left out",
+            shape.left_out,
+            parts.len()
+        ));
+    }
+    if shape.empty > 0 {
+        notes.push(format!("{} entities without any extent are left out", shape.empty));
+    }
+    if derived > 0 {
+        notes.push(format!(
+            "{derived} of {} diameters are not in the file and follow from the others",
+            radii.len()
+        ));
+    }
+    if !notes.is_empty() {
+        let top = tree.segments().iter().map(|s| s.p_tip_world().z).fold(0.0, f64::max);
+        let trunk = 2.0 * radii[0];
+        let thick = trunk > figures.thickest.si() * top;
+        notes.push(format!(
+            "the tree is {top:.2} m tall, its trunk {:.1} mm thick, in {} segments{}",
+            1e3 * trunk,
+            radii.len(),
+            if thick { "; is the diameters' unit another one, as in mm,0.1mm?" } else { "" }
+        ));
+    }
+    Ok(Import { tree, notes })
+}
+
+/// The chosen plant.
+fn plant(entities: &[Entity], name: Option<&str>, notes: &mut Vec<String>) -> Result<usize, ImportError> {
+    let plants: Vec<usize> = (0..entities.len()).filter(|&i| entities[i].plant == i).collect();
+    let Some(&first) = plants.first() else {
+        return Err(ImportError::Whole("the file has no entity after the line of its columns".into()));
+    };
+    let range = || format!("{} to {}", entities[first].name(), entities[plants[plants.len() - 1]].name());
+    match name {
+        None if plants.len() == 1 => Ok(first),
+        None => {
+            let read = entities[first].name();
+            notes.push(format!("the file has {} plants, {}: {read} is read", plants.len(), range()));
+            Ok(first)
+        }
+        Some(name) => {
+            let found = plants.iter().copied().find(|&plant| entities[plant].name() == name);
+            let problem =
+                || format!("there is no plant {name:?}; the file has {} plants, {}", plants.len(), range());
+            found.ok_or_else(|| ImportError::Whole(problem()))
         }
     }
+}
 
-    fn entity(&mut self, line: &str, number: usize) -> Result<(), String> {
-        let cells: Vec<&str> = line.split('\t').collect();
-        let column = cells.iter().position(|c| !c.trim().is_empty()).unwrap_or(0);
-        if column >= self.first_column {
-            return Err(format!("there is no entity code in the first {} columns", self.first_column));
+/// Base of the trunk in the file's unit.
+fn base(parts: &[Part], notes: &mut Vec<String>) -> Vec3 {
+    if let Some(base) = parts[0].base {
+        return base;
+    }
+    let first = parts.iter().find_map(|part| part.values.point).unwrap_or_default();
+    if first.z > 0.0 {
+        return Vec3::zeros();
+    }
+    notes.push(
+        "the first point of the trunk is its base: the file gives no other, and it is not above the origin"
+            .into(),
+    );
+    first
+}
+
+/// Height above the base in the file's unit.
+fn height(parts: &[Part], p_base: &Vec3) -> f64 {
+    parts.iter().filter_map(|part| part.values.point).map(|p| p.z - p_base.z).fold(0.0, f64::max)
+}
+
+/// Length of the longest way up in the file's unit.
+fn longest(parts: &[Part]) -> f64 {
+    let mut ways: Vec<f64> = Vec::with_capacity(parts.len());
+    for part in parts {
+        ways.push(part.values.length.unwrap_or(0.0) + part.parent.map_or(0.0, |parent| ways[parent]));
+    }
+    ways.into_iter().fold(0.0, f64::max)
+}
+
+/// Units of the file: those that it states, else the given ones, else metres if the tree then has the height of a tree.
+fn units(
+    head: &Head,
+    given: Option<Units>,
+    height: f64,
+    figures: &Figures,
+    notes: &mut Vec<String>,
+) -> Result<Units, ImportError> {
+    match (head.units, given) {
+        (Some(stated), Some(given)) if stated != given => {
+            Err(ImportError::Whole(format!("the file states the unit {stated}, but {given} is given")))
         }
-        let code = cells[column].trim();
-        let same_column = code.starts_with('^');
-        let before = if same_column { Some(column) } else { column.checked_sub(1) };
-        let mut at = match before {
-            None => None,
-            Some(k) => {
-                *self.last.get(k).ok_or_else(|| format!("code {code:?}: there is no entity before it"))?
+        (Some(units), _) | (None, Some(units)) => Ok(units),
+        (None, None) => {
+            let range = figures.shortest.si()..=figures.tallest.si();
+            if range.contains(&height) {
+                notes.push("the file states no unit: metres are taken (--tree-unit gives another)".into());
+                return Ok(Units::METRES);
             }
-        };
-        if before.is_none() && !self.last.is_empty() {
-            return Err(format!("code {code:?} begins a second plant; a file holds one tree"));
-        }
-        let finest = self.classes.values().copied().max().unwrap_or(0);
-        let order = at.map_or(0, |v: usize| self.vertices[v].order);
-        let (mut branched, mut vertex) = (false, None);
-        for entity in entities(code.trim_start_matches('^'))? {
-            let scale = self
-                .classes
-                .get(entity.class)
-                .ok_or_else(|| format!("class {:?} is unknown", entity.class))?;
-            branched |= entity.edge == Edge::Branch;
-            if *scale == finest && vertex.replace(entity.index).is_some() {
-                return Err(format!("code {code:?}: a line may hold only one entity of the finest scale"));
-            }
-        }
-        if let Some(index) = vertex {
-            if at.is_none() && !self.vertices.is_empty() {
-                return Err(format!("code {code:?}: it has no parent"));
-            }
-            let p_tip =
-                self.point(&cells)?.ok_or_else(|| format!("code {code:?}: XX, YY and ZZ are missing"))?;
-            let diameter =
-                self.value(&cells, "TopDia")?.ok_or_else(|| format!("code {code:?}: TopDia is missing"))?;
-            let order = match self.value(&cells, "Order")? {
-                None => order.saturating_add(u8::from(branched)),
-                Some(value) if (0.0..=255.0).contains(&value) && value.fract() == 0.0 => value as u8,
-                Some(value) => {
-                    return Err(format!("Order is {value}; it must be a whole number from 0 to 255"));
-                }
-            };
-            self.vertices.push(Vertex {
-                line: number,
-                parent: at,
-                index,
-                p_tip,
-                radius: 0.5 * diameter,
-                order,
+            let others = ["cm", "mm", "0.1mm"].into_iter().filter_map(|name| {
+                let height = height * name.parse::<Measure>().map_or(0.0, Measure::si);
+                range.contains(&height).then(|| format!("{height:.2} m with --tree-unit {name}"))
             });
-            at = Some(self.vertices.len() - 1);
-        } else if let Some(p_base) = self.point(&cells)? {
-            if !self.vertices.is_empty() {
-                return Err(
-                    "XX, YY and ZZ of a coarse entity are the trunk's base and must come before all wood"
-                        .into(),
-                );
+            let others: Vec<String> = others.collect();
+            Err(ImportError::Whole(format!(
+                "the file states no unit, and in metres the tree would be {height:.2} m tall, outside {} to {} m: give the unit of \
+                 lengths and of diameters by --tree-unit LENGTH,DIAMETER{}{}",
+                range.start(),
+                range.end(),
+                if others.is_empty() { "" } else { "; the tree is " },
+                others.join(", ")
+            )))
+        }
+    }
+}
+
+/// Checks the values of the wood in the file's units.
+fn check(parts: &[Part], head: &Head, units: &Units, p_base: &Vec3) -> Result<(), ImportError> {
+    let name = |role| head.column(role).map_or("", |column| column.name.as_str());
+    for part in parts {
+        let at = |problem: String| ImportError::Line { line: part.line, problem };
+        let values = &part.values;
+        for (role, value) in [(Role::Top, values.top), (Role::Bottom, values.bottom)] {
+            let range = 2.0 * RADIUS.start()..=2.0 * RADIUS.end();
+            within(name(role), value, units.diameter, range).map_err(at)?;
+        }
+        within(name(Role::Length), values.length, units.length, 0.0..=*LENGTH.end()).map_err(at)?;
+        if let Some(point) = values.point {
+            for (role, value) in [(Role::X, point.x), (Role::Y, point.y), (Role::Z, point.z)] {
+                let range = -LENGTH.end()..=*LENGTH.end();
+                within(name(role), Some(value), units.length, range).map_err(at)?;
             }
-            self.p_base = p_base;
-        }
-        self.last.truncate(column);
-        self.last.push(at);
-        Ok(())
-    }
-
-    /// Position from XX, YY and ZZ; all or none of them must be given.
-    fn point(&self, cells: &[&str]) -> Result<Option<Vec3>, String> {
-        let [x, y, z] = ["XX", "YY", "ZZ"].map(|name| self.value(cells, name));
-        match (x?, y?, z?) {
-            (Some(x), Some(y), Some(z)) => Ok(Some(Vec3::new(x, y, z))),
-            (None, None, None) => Ok(None),
-            _ => Err("some of XX, YY and ZZ are missing".into()),
+            let above = (point.z - p_base.z) * units.length.si();
+            if above < -GAP {
+                let by = units.length.text(-above);
+                return Err(at(format!(
+                    "{} is {}, {by} below the base of the trunk: wood stands above the ground",
+                    name(Role::Z),
+                    point.z
+                )));
+            }
         }
     }
+    Ok(())
+}
 
-    fn value(&self, cells: &[&str], name: &str) -> Result<Option<f64>, String> {
-        let Some(column) = self.columns.iter().position(|c| c == name) else { return Ok(None) };
-        match cells.get(self.first_column + column).map_or("", |cell| cell.trim()) {
-            "" => Ok(None),
-            cell => match cell.parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(Some(value)),
-                _ => Err(format!("{name} is {cell:?}, not a finite number")),
-            },
+fn within(
+    name: &str,
+    value: Option<f64>,
+    unit: Measure,
+    range: std::ops::RangeInclusive<f64>,
+) -> Result<(), String> {
+    match value {
+        Some(value) if !range.contains(&(value * unit.si())) => {
+            let [low, high] = [*range.start(), *range.end()].map(|end| end / unit.si());
+            Err(format!("{name} is {value} {unit}: the allowed range is [{low}, {high}] {unit}"))
         }
+        _ => Ok(()),
     }
+}
 
-    fn tree(mut self) -> Result<DigitisedTree, ImportError> {
-        self.restore_numbering();
-        let mut internodes: Vec<Internode> = Vec::with_capacity(self.vertices.len());
-        let mut radii = Vec::with_capacity(self.vertices.len());
-        for v in &self.vertices {
-            let along = v.p_tip - v.parent.map_or(self.p_base, |p| self.vertices[p].p_tip);
-            let length = along.norm();
-            let heading = along.try_normalize(0.0).ok_or_else(|| ImportError::Line {
-                line: v.line,
-                problem: "XX, YY and ZZ are at its base, so that its length is zero".into(),
-            })?;
-            internodes.push(Internode {
-                parent: v.parent,
-                heading,
-                length,
-                width: 1.0,
-                order: v.order,
-                unit: None,
-            });
-            radii.push(v.radius);
+/// The tree, its radii \[m\], and the number of derived diameters.
+fn tree(shape: &Shape, figures: &Figures) -> Result<(DigitisedTree, Vec<f64>, usize), ImportError> {
+    let pieces = in_order(shape.pieces.clone());
+    let (radii, derived) = thickness::radii(&pieces, figures);
+    let internode = |piece: &Piece| {
+        let along = piece.p_tip - piece.p_base;
+        let length = along.norm();
+        Internode {
+            parent: piece.parent,
+            heading: along / length,
+            length,
+            width: 1.0,
+            order: piece.order,
+            unit: None,
         }
-        let tree = DigitisedTree::new(segments(&internodes, &radii), None, None);
-        tree.map_err(|fault| match self.vertices.get(fault.index) {
-            Some(v) => ImportError::Line { line: v.line, problem: fault.to_string() },
+    };
+    let internodes: Vec<Internode> = pieces.iter().map(internode).collect();
+    let tree = DigitisedTree::new(segments(&internodes, &radii), None, None);
+    match tree {
+        Ok(tree) => Ok((tree, radii, derived)),
+        Err(fault) => Err(match pieces.get(fault.index) {
+            Some(piece) => ImportError::Line { line: piece.line, problem: fault.to_string() },
             None => fault.into(),
-        })
+        }),
     }
+}
 
-    /// Sorts the internodes by number if they are numbered 1 to n with parents first; else keeps the file's order.
-    fn restore_numbering(&mut self) {
-        let n = self.vertices.len();
-        let mut at = vec![None; n];
-        for (i, v) in self.vertices.iter().enumerate() {
-            match v.index.and_then(|index| at.get_mut(index.wrapping_sub(1))) {
-                Some(place @ None) => *place = Some(i),
-                _ => return,
-            }
-        }
-        let number = |i: usize| self.vertices[i].index.unwrap_or_default();
-        if self.vertices.iter().any(|v| v.parent.is_some_and(|p| v.index <= Some(number(p)))) {
-            return;
-        }
-        let numbers: Vec<usize> = (0..n).map(|i| number(i) - 1).collect();
-        self.vertices.sort_by_key(|v| v.index);
-        for v in &mut self.vertices {
-            v.parent = v.parent.map(|p| numbers[p]);
+/// Sorts the pieces by number if they are numbered 1 to n with parents first; else keeps the file's order.
+fn in_order(mut pieces: Vec<Piece>) -> Vec<Piece> {
+    let n = pieces.len();
+    let mut found = vec![false; n];
+    for piece in &pieces {
+        match piece.index.and_then(|index| found.get_mut(index.wrapping_sub(1))) {
+            Some(place @ false) => *place = true,
+            _ => return pieces,
         }
     }
+    let numbers: Vec<usize> = pieces.iter().map(|piece| piece.index.unwrap_or_default() - 1).collect();
+    if pieces.iter().zip(&numbers).any(|(piece, number)| piece.parent.is_some_and(|p| numbers[p] >= *number))
+    {
+        return pieces;
+    }
+    for piece in &mut pieces {
+        piece.parent = piece.parent.map(|parent| numbers[parent]);
+    }
+    pieces.sort_by_key(|piece| piece.index);
+    pieces
 }

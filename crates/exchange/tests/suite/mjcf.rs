@@ -39,6 +39,7 @@ fn tree(reaction_cap: f64) -> Model {
             damping: 17.0,
             anchor_bias_world: Vector3::new(0.0, 0.0, 1.5),
             reaction_cap,
+            turns: false,
         }),
     });
     builder.build().unwrap()

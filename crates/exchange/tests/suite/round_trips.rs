@@ -82,13 +82,13 @@ fn errors_name_line_field_and_value() {
         mtg::read(&DIGITISED.replacen(from, to, 1)).unwrap_err().to_string()
     };
     for (from, to, message) in [
-        ("0.06", "-0.06", "line 24: segment 0: radius is -0.03"),
+        ("0.06", "-0.06", "line 24: TopDia is -0.06: it must not be negative"),
         ("0.06", "thick", "line 24: TopDia is \"thick\""),
         ("10.5", "nan", "line 25: XX is \"nan\""),
         ("FORM-A", "FORM-B", "line 1: CODE is \"FORM-B\""),
-        ("^<E8\t", "^<<E8\t", "line 27: code"),
+        ("^<E8\t", "^<<E2\t", "line 27: code \"<<E2\": a series needs one class and growing indices"),
         ("^<E8\t", "^<K8\t", "line 27: class \"K\""),
-        ("^<E8\t", "<E8\t", "line 27: code \"<E8\" begins a second plant"),
+        ("^<E8\t", "<E8\t", "line 27: code \"<E8\": there is no entity in the columns to the left"),
         ("\tTopDia\n/P", "\tGirth\n/P", "line 22: column \"Girth\""),
     ] {
         let error = mtg_error(from, to);

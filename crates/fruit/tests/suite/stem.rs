@@ -50,16 +50,20 @@ impl Spur {
             TreeBody::add_to(&mut builder, &skeleton, &spec.wood, TreeGroups { wood: none, debris: none });
         let apple = Fruit {
             segment: 1,
+            site: 0,
             p_segment: Vec3::new(0.0, 0.0, TWIG),
             p_hang_world: Vec3::new(TWIG, 0.0, 2.0 - spec.fruit.stem_length.si() - RADIUS),
             radius: RADIUS,
             mass: 0.16,
             detach_force: strength,
+            twist_strength: f64::INFINITY,
+            spur_strength: f64::INFINITY,
         };
         let fruit = FruitSet::add_to(
             &mut builder,
             if bears { vec![apple] } else { Vec::new() },
             &tree.bodies,
+            &skeleton,
             &spec.fruit,
             spec.sim.gravity.si(),
             FruitGroups { hanging: none, loose: none, passed: none },
@@ -67,7 +71,7 @@ impl Spur {
         let model = builder.build().unwrap();
         let mut data = Data::new(&model);
         tree.reset(&model, &mut data, &spec.wood);
-        fruit.reset(&mut data);
+        fruit.reset(&model, &mut data);
         let settings = step_settings(&spec.sim);
         equilibrium(&model, &mut data, &settings.gravity, 1e-14).unwrap();
         let state = FruitLives::new(&fruit);
@@ -78,7 +82,8 @@ impl Spur {
         let identity = Pose::identity();
         for _ in 0..self.spec.sim.substeps.get() {
             step(&self.model, &mut self.data, &self.settings, &mut StepReport::default());
-            self.state.end_substep(&self.fruit, &self.model, &mut self.data, &identity, |_| Vec3::zeros());
+            let h = self.settings.h;
+            self.state.end_substep(&self.fruit, &self.model, &mut self.data, h, &identity, |_| Vec3::zeros());
         }
         let rest = RestRule { speed: 0.0, frames: u32::MAX };
         let touch = [Touch::default()];

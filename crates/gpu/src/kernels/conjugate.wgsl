@@ -20,7 +20,10 @@ var<workgroup> any_goes_on: u32;
 fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
-    krylov_at = link_at(header(TILE_STARTS + PARTS));
+    krylov_at = dampers_at();
+    if MODAL {
+        krylov_at += header(TILE_STARTS + PARTS) * (DAMPER_FIELDS / QUAD * LANES);
+    }
     let runs = is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u;
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;

@@ -39,6 +39,11 @@ fn inward(part: u32) {
     );
     var next_operation = awaited_words(operations[operation_at(end - 1u)]);
     var next_bits = awaited_words(vec4u(states[operation_at(end - 1u)])).x;
+    let dampers = dampers_at();
+    var next_time = damping_time;
+    if MODAL {
+        next_time = awaited(vec4f(damper_time(dampers, end - 1u))).x;
+    }
     var tip = awaited_motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
     var next_tip: Packed;
     for (var row = end; row > start;) {
@@ -46,6 +51,7 @@ fn inward(part: u32) {
         let own = next;
         let operation = next_operation;
         let bits = next_bits;
+        let time = next_time;
         // The load in the slot first, then the loads of other parts. One loop: each copy of its code would have to be fetched.
         let taken = select(0u, 1u, (operation.y & SECOND_TAKES) != 0u);
         let loads = taken + ((operation.y >> SECOND_LOADS) & 0x3fu);
@@ -59,6 +65,9 @@ fn inward(part: u32) {
         next = read_link(link_at(ahead));
         next_operation = operations[operation_at(ahead)];
         next_bits = states[operation_at(ahead)];
+        if MODAL {
+            next_time = damper_time(dampers, ahead);
+        }
         let is_active = (operation.x & FIRST_ACTIVE) != 0u;
         // Then the next row does not continue this one: its motion is read from the leaf before.
         let gives = !is_active
@@ -98,7 +107,8 @@ fn inward(part: u32) {
             torque += push[0];
             force += push[1];
         }
-        borne = eliminate(own, row, bits, drag, body, borne, torque, force);
+        let law = joint_law(own, row, bits, select(time, rules.damped * time, MODAL));
+        borne = eliminate(own, row, law, drag, body, borne, torque, force);
         if is_debris {
             hand_on(row, held);
         }
@@ -176,11 +186,12 @@ fn push3(at: u32, field: u32) -> vec3f {
     return vec3f(pushes[at + field * LANES], pushes[at + (field + 1u) * LANES], pushes[at + (field + 2u) * LANES]);
 }
 
-// Stiffness of a joint, and its armature h (D + h K). A broken joint has no spring; its damper stands for friction, brake and residual damping
-// (`treephys::Rupture`).
-fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
+// Stiffness of a joint, its armature h (D + h K), and what its rate counts in its impulse: the armature, or h D where the springs lead. `time` is its damping
+// over its stiffness. A broken joint has no spring; its damper stands for friction, brake and residual damping (`treephys::Rupture`).
+fn joint_law(own: Link, row: u32, bits: u32, time: f32) -> vec3f {
     if (bits & STATE_BROKEN) == 0u {
-        return vec2f(own.stiffness, rules.h * (damping_time + rules.h) * own.stiffness);
+        let armature = rules.h * (time + rules.h) * own.stiffness;
+        return vec3f(own.stiffness, armature, select(armature, rules.h * time * own.stiffness, MODAL));
     }
     let broken = link(link_at(row), LINK_LIMIT);
     let inertia = broken.y;
@@ -198,18 +209,18 @@ fn joint_law(own: Link, row: u32, bits: u32) -> vec2f {
     let residual = min(rules.residual_damping * inertia, rules.residual_damping_max);
     let held = residual + brake + moment / max(expected, rules.friction_regularisation);
     set_link(link_at(row), LINK_LIMIT, vec4f(broken.xyz, rate));
-    return vec2f(0.0, rules.h * held);
+    return vec3f(0.0, vec2f(rules.h * held));
 }
 
 // Eliminates a joint: stores what the outward pass needs, and returns what the parent bears. Steps: the link's own inertia at its joint, drag
 // included (a rod of mass m (1 + h c), and what the link has beyond a rod); the load from the tip to the joint, H' = H + [d] M and
 // J' = J + [d] H^T - H' [d]; then U = I S, the pivot D = S^T U + armature and g = D^-1 U.
-fn eliminate(own: Link, row: u32, bits: u32, drag: vec2f, body: Body, borne: Load, torque: vec3f, force: vec3f) -> Load {
+fn eliminate(own: Link, row: u32, law: vec3f, drag: vec2f, body: Body, borne: Load, torque: vec3f, force: vec3f) -> Load {
     let h = rules.h;
     let d = body.d;
-    let law = joint_law(own, row, bits);
     let stiffness = law.x;
     let armature = law.y;
+    let damping = law.z;
 
     let mass = own.mass * (1.0 + h * drag.x);
     let turning = 1.0 + h * drag.y;
@@ -257,8 +268,8 @@ fn eliminate(own: Link, row: u32, bits: u32, drag: vec2f, body: Body, borne: Loa
     let g_1f = u_1f * i_11 + u_2f * i_12;
     let g_2n = u_1n * i_12 + u_2n * i_22;
     let g_2f = u_1f * i_12 + u_2f * i_22;
-    let y_1 = dot(a_1, n) - (h * stiffness * own.q.x + armature * own.v.x);
-    let y_2 = dot(a_2, n) - (h * stiffness * own.q.y + armature * own.v.y);
+    let y_1 = dot(a_1, n) - (h * stiffness * own.q.x + damping * own.v.x);
+    let y_2 = dot(a_2, n) - (h * stiffness * own.q.y + damping * own.v.y);
     if CONJUGATE {
         prepare(row, body, vec3f(i_11, i_12, i_22), armature, vec2f(y_1, y_2));
         return Load(array(angular_0, angular_1), array(h_0, h_1, h_2), array(linear_0, linear_1), n, f);

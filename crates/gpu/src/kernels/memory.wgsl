@@ -131,8 +131,21 @@ fn set_world(field: u32, value: f32) {
     worlds[world_at(field)] = value;
 }
 
+// True if every joint has a damper of its own and the springs lead (`orchard_treephys::TreeBody::lead_springs`).
+override MODAL: bool = false;
+
 // Damping of the world's joints over their stiffness [s], read once a frame.
 var<private> damping_time: f32;
+
+// First quad of the dampers of the joints: behind the links.
+fn dampers_at() -> u32 {
+    return link_at(header(TILE_STARTS + PARTS));
+}
+
+// Damping over stiffness of the joint of a row [s]; `at` is that of `dampers_at`.
+fn damper_time(at: u32, row: u32) -> f32 {
+    return links[at + row * (DAMPER_FIELDS / QUAD * LANES)].x;
+}
 
 fn p_trunk() -> vec3f {
     return vec3f(world(WORLD_P), world(WORLD_P + 1u), world(WORLD_P + 2u));

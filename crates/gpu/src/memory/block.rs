@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Member, Memory, Place, fruit_rows};
 use crate::Solver;
-use crate::layout::{LANES, QUAD, fork, fruit, krylov, leaf, link, load, push, tile, work, world};
+use crate::layout::{LANES, QUAD, damper, fork, fruit, krylov, leaf, link, load, push, tile, work, world};
 use crate::schedule::{PARTS, Schedule, WARPS};
 
 /// Number of lanes whose quads are 32 bytes together, the smallest unit that a graphics card reads: they belong to one tile.
@@ -109,10 +109,13 @@ impl Memory {
         self.work.resize(at * QUAD, 0.0);
         self.operations.resize(self.operations.len() + rows * LANES, [0; 4]);
         self.states.resize(self.operations.len(), 0);
-        let of_row = match self.solver {
-            Solver::Aba => link::FIELDS,
-            Solver::ConjugateGradients => link::FIELDS + krylov::FIELDS,
-        };
+        let dampers = if self.laws.modal { damper::FIELDS } else { 0 };
+        let of_row = link::FIELDS
+            + dampers
+            + match self.solver {
+                Solver::Aba => 0,
+                Solver::ConjugateGradients => krylov::FIELDS,
+            };
         self.links.resize(self.links.len() + rows * of_row * LANES, 0.0);
         self.fruit.resize(self.fruit.len() + fruit_rows * fruit::FIELDS * LANES, 0.0);
         let mut lane = 0;

@@ -19,6 +19,7 @@ macro_rules! for_slot {
                 JointKind::Hinge(_) => $function::<f64, 0, 1>(links, $($argument),*),
                 JointKind::Slide(_) => $function::<f64, 1, 1>(links, $($argument),*),
                 JointKind::Universal => $function::<f64, 0, 2>(links, $($argument),*),
+                JointKind::Ball => $function::<f64, 0, 3>(links, $($argument),*),
                 JointKind::Planar => $function::<f64, 2, 3>(links, $($argument),*),
                 JointKind::Free => $function::<f64, 3, 6>(links, $($argument),*),
             },

@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 
 use orchard_geometry::Vec3;
 
-use super::block::{Block, Load};
+use super::block::{Block, Load, Turns};
 use super::law::Response;
 use super::newton::{Direction, Unknown};
 use crate::data::Data;
 use crate::model::Model;
 use crate::solver::cholesky::{Entry, SparseFactor, entries, for_ancestors};
+use crate::spatial::Wrench;
 use crate::vectors::{add_scaled, dot};
 
 /// The velocity change of joints, point bodies and spins; the matrix and the rows.
@@ -96,12 +97,23 @@ fn row_values(model: &Model, data: &Data, spins: usize, block: &Block) -> Vec<(u
                 }
             }
             Load::Point { point, .. } if data.point_carried[*point] => {}
-            Load::Point { point, impulses, r_spin } => {
-                let turning = r_spin.map(|r| r.cross_matrix() * impulses);
+            Load::Point { point, impulses, r, turns } => {
+                let turning = r.cross_matrix() * impulses;
                 for k in 0..3 {
                     values.insert(model.nv() + 3 * point + k, impulses.row(k).transpose());
-                    if let Some(turning) = &turning {
+                }
+                match turns {
+                    Turns::Nothing => {}
+                    Turns::Ball => (0..3).for_each(|k| {
                         values.insert(spins + 3 * point + k, turning.row(k).transpose());
+                    }),
+                    Turns::Link(link) => {
+                        for (row, torque) in turning.column_iter().enumerate() {
+                            let wrench = Wrench { torque: torque.into_owned(), force: Vec3::zeros() };
+                            for_ancestors(model, &data.kinematics, *link, wrench, |dof, value| {
+                                values.entry(dof).or_default()[row] += value;
+                            });
+                        }
                     }
                 }
             }

@@ -12,10 +12,21 @@ pub(super) enum Load {
     None,
     /// On a link, at its origin.
     Body { body: usize, wrenches: [Wrench; 3] },
-    /// On a point body: the columns, at `r_spin` from its centre if it takes part in rotation.
-    Point { point: usize, impulses: Mat3, r_spin: Option<Vec3> },
+    /// On a point body: the columns, at `r` from its centre.
+    Point { point: usize, impulses: Mat3, r: Vec3, turns: Turns },
     /// On a degree of freedom, in the first row only.
     Dof { body: usize, dof: usize, factor: f64 },
+}
+
+/// What a force beside the centre of a point body turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turns {
+    /// Nothing.
+    Nothing,
+    /// The ball alone.
+    Ball,
+    /// The link of its tether, and the ball with it.
+    Link(usize),
 }
 
 /// Three rows of the contact problem.

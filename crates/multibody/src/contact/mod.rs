@@ -182,8 +182,11 @@ impl ContactScratch {
                     Owner::Point(id) => {
                         let index = id.index();
                         impulse.point[index] += on;
-                        if data.spins(model, index) {
-                            let r = contact.p_world - data.point_p_world[index];
+                        let r = contact.p_world - data.point_p_world[index];
+                        if let Some(link) = data.turns_with(model, index) {
+                            impulse.body[link.index()] +=
+                                Wrench { torque: r.cross(&on), force: Vec3::zeros() };
+                        } else if data.spins(model, index) {
                             data.point_w_world[index] += r.cross(&on) / model.points[index].spin_inertia;
                         }
                     }

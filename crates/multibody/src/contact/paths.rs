@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use orchard_geometry::{Mat3, Vec3};
 
-use super::block::{Block, Load};
+use super::block::{Block, Load, Turns};
 use super::root::lower_root;
 use super::shared::SharedPathFinder;
 use crate::aba::factors::Factor;
@@ -179,11 +179,17 @@ impl Paths {
                     *side = Propagated { body: Some(*body), wrenches: *wrenches }
                 }
                 Load::Dof { body, .. } => side.body = Some(*body),
-                Load::Point { point, impulses, r_spin } => {
-                    if let Some(r) = r_spin {
+                Load::Point { point, impulses, r, turns } => {
+                    if *turns == Turns::Ball {
                         self.pass_spin(model, *point, impulses, r);
                     }
                     *side = self.pass_point(model, factor, *point, impulses);
+                    if let Turns::Link(link) = turns {
+                        side.body = Some(*link);
+                        for (wrench, impulse) in side.wrenches.iter_mut().zip(impulses.column_iter()) {
+                            wrench.torque += r.cross(&impulse);
+                        }
+                    }
                 }
             }
         }
@@ -215,6 +221,7 @@ impl Paths {
                 JointKind::Universal => {
                     self.pass_joint::<0, 2>(model, kinematics, factor, body, wrenches, loads)
                 }
+                JointKind::Ball => self.pass_joint::<0, 3>(model, kinematics, factor, body, wrenches, loads),
                 JointKind::Planar => {
                     self.pass_joint::<2, 3>(model, kinematics, factor, body, wrenches, loads)
                 }

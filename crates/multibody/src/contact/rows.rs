@@ -2,7 +2,7 @@
 
 use orchard_geometry::{Mat3, Vec3};
 
-use super::block::{Block, Load};
+use super::block::{Block, Load, Turns};
 use super::law::Law;
 use super::paths::Paths;
 use super::{ContactReport, in_series};
@@ -36,7 +36,7 @@ pub(super) fn push_contacts(
         for (load, (id, sign)) in loads.iter_mut().zip([(contact.a, 1.0), (contact.b, -1.0)]) {
             let owner = model.collider(id).owner;
             *load = contact_load(model, data, owner, &contact.p_world, &(frame * sign));
-            v_free += frame.tr_mul(&(free_velocity(data, owner, &contact.p_world) * sign));
+            v_free += frame.tr_mul(&(free_velocity(model, data, owner, &contact.p_world) * sign));
         }
         let (a, b) = (model.collider(contact.a), model.collider(contact.b));
         blocks.push(Block {
@@ -88,8 +88,12 @@ fn contact_load(model: &Model, data: &Data, owner: Owner, p_world: &Vec3, direct
         Owner::World => Load::None,
         Owner::Point(id) => {
             let point = id.index();
-            let r_spin = data.spins(model, point).then(|| p_world - data.point_p_world[point]);
-            Load::Point { point, impulses: *directions, r_spin }
+            let turns = match data.turns_with(model, point) {
+                Some(link) => Turns::Link(link.index()),
+                None if data.spins(model, point) => Turns::Ball,
+                None => Turns::Nothing,
+            };
+            Load::Point { point, impulses: *directions, r: p_world - data.point_p_world[point], turns }
         }
         Owner::Body(id) => {
             let r = p_world - data.kinematics.links[id.index()].origin();
@@ -100,13 +104,15 @@ fn contact_load(model: &Model, data: &Data, owner: Owner, p_world: &Vec3, direct
 }
 
 /// Velocity that a point of an owner would have after the step without contacts [m/s].
-fn free_velocity(data: &Data, owner: Owner, p_world: &Vec3) -> Vec3 {
+fn free_velocity(model: &Model, data: &Data, owner: Owner, p_world: &Vec3) -> Vec3 {
     match owner {
         Owner::World => Vec3::zeros(),
         Owner::Point(id) => {
             let index = id.index();
             let r = p_world - data.point_p_world[index];
-            data.point_v_world[index] + data.change.point[index] + data.point_w_world[index].cross(&r)
+            let added = data.turns_with(model, index).map(|link| data.change.body[link.index()].angular);
+            let omega = data.point_w_world[index] + added.unwrap_or_else(Vec3::zeros);
+            data.point_v_world[index] + data.change.point[index] + omega.cross(&r)
         }
         Owner::Body(id) => {
             let link = &data.kinematics.links[id.index()];

@@ -163,6 +163,7 @@ mod tests {
                 damping: 1.0,
                 anchor_bias_world: Vec3::zeros(),
                 reaction_cap: f64::INFINITY,
+                turns: false,
             };
             builder.add_point(PointBody { mass: 0.1, spin_inertia: f64::INFINITY, tether: Some(tether) });
         }

@@ -40,6 +40,7 @@ fn tether(body: BodyId) -> Tether {
         damping: 0.0,
         anchor_bias_world: Vec3::zeros(),
         reaction_cap: f64::INFINITY,
+        turns: false,
     }
 }
 

@@ -244,6 +244,7 @@ fn sprung_tree(seed: u64, links: usize) -> (Model, Data) {
                     damping: 2.0,
                     anchor_bias_world: Vec3::z() * if takes_weight_off { weight } else { 0.0 },
                     reaction_cap: 10.0,
+                    turns: false,
                 }),
             });
         }
@@ -318,6 +319,7 @@ fn arm_with_point(reaction_cap: f64) -> (Model, Data) {
             damping: 5.0,
             anchor_bias_world: Vec3::zeros(),
             reaction_cap,
+            turns: false,
         }),
     });
     let model = builder.build().unwrap();

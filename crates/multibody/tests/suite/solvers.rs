@@ -69,6 +69,7 @@ fn random_world(seed: u64) -> (Model, Data) {
                     damping: rng.uniform(0.0, 3.0),
                     anchor_bias_world: random_vec(&mut rng, 1.0),
                     reaction_cap: cap,
+                    turns: cap.is_infinite() && index % 2 == 0,
                 }),
             });
             colliders.push((Owner::Point(point), Shape::Sphere { radius: 0.05 }, Vec3::zeros()));
@@ -93,9 +94,9 @@ fn random_world(seed: u64) -> (Model, Data) {
     let mut data = Data::new(&model);
     let speed = decades(&mut rng, 0.01, 3.0);
     for id in model.body_ids() {
-        let is_free = model.body(id).joint == JointKind::Free;
+        let turns = model.body(id).joint.has_quaternion();
         for (dof, q) in model.dofs(id).zip(model.qs(id)) {
-            data.q[q] = if is_free { data.q[q] } else { rng.uniform(-1.0, 1.0) };
+            data.q[q] = if turns { data.q[q] } else { rng.uniform(-1.0, 1.0) };
             data.v[dof] = rng.uniform(-speed, speed);
             let is_broken = rng.unit() < 0.2;
             data.stiffness[dof] = if is_broken { 0.0 } else { decades(&mut rng, 1e-2, 1e5) };
@@ -166,7 +167,9 @@ fn compare(model: &Model, data: &Data, integrator: Integrator, mut check: impl F
         let end = velocities(&stepped);
         let expected = expected.get_or_insert(end.clone());
         let relative = apart(&end, expected) / apart(expected, &start);
-        assert!(relative < 1e-8, "{way:?}: {relative:e}");
+        // The residual, at most 1e-12, times the condition number of what is left to the solver.
+        let plain = way.0 == Solver::Cg { preconditioner: Preconditioner::None };
+        assert!(relative < if plain { 1e-7 } else { 1e-8 }, "{way:?}: {relative:e}");
         check(way, &report);
     }
 }
@@ -234,6 +237,7 @@ fn a_canopy_gives_way_alike() {
     assert!(most > 5, "{most}");
     for (end, way) in ends.iter().zip(WAYS) {
         let relative = apart(end, &ends[0]) / apart(&ends[0], &start);
+        eprintln!("REL {way:?} {relative:e}");
         assert!(relative < 1e-6, "{way:?}: {relative:e}");
     }
 }

@@ -142,7 +142,7 @@ impl ExpertConfig {
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let mut table = parse(file, text)?;
         if let Some(toml::Value::Table(shared)) = table.get_mut(SHARED) {
-            *shared = with_base(file, std::mem::take(shared), &text_of)
+            *shared = with_base(file, std::mem::take(shared), &text_of, &[])
                 .map_err(|e| ConfigError { field: format!("{SHARED}.{}", e.field), ..e })?;
         }
         from_table(file, table)

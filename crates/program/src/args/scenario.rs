@@ -24,6 +24,12 @@ pub struct ScenarioArgs {
     /// Digitised tree, used in every world instead of grown trees: a skeleton (.json) or a multiscale tree graph (.mtg)
     #[arg(long, alias = "from", value_name = "FILE")]
     tree: Option<String>,
+    /// Units of the lengths and of the diameters in a tree's MTG file: m, cm, mm or a multiple, as in mm,0.1mm [default: the file's, else metres]
+    #[arg(long, value_name = "LENGTH[,DIAMETER]")]
+    tree_unit: Option<String>,
+    /// Plant of a tree's MTG file that has several [default: the first]
+    #[arg(long, value_name = "NAME")]
+    tree_plant: Option<String>,
     /// Strength of the randomisation on all axes, 0 to 1, or a file of changed figures [default: the config's]
     #[arg(long, value_name = "STRENGTH|FILE.toml", allow_negative_numbers = true)]
     randomisation: Option<String>,
@@ -85,6 +91,8 @@ impl ScenarioArgs {
             preset: given("preset", &self.preset),
             config: given("config", &self.config),
             tree: given("tree", &self.tree),
+            tree_unit: given("tree-unit", &self.tree_unit),
+            tree_plant: given("tree-plant", &self.tree_plant),
             randomisation: given("randomisation", &self.randomisation),
             robot: given("robot", &self.robot),
             camera: given("camera", &self.camera),
@@ -144,6 +152,8 @@ impl ScenarioArgs {
             ("--preset", &self.preset),
             ("--config", &self.config),
             ("--tree", &self.tree),
+            ("--tree-unit", &self.tree_unit),
+            ("--tree-plant", &self.tree_plant),
             ("--randomisation", &self.randomisation),
             ("--robot", &self.robot),
             ("--camera", &self.camera),
@@ -179,6 +189,8 @@ impl ScenarioArgs {
             &self.preset,
             &self.config,
             &self.tree,
+            &self.tree_unit,
+            &self.tree_plant,
             &self.randomisation,
             &self.robot,
             &self.camera,
@@ -207,8 +219,13 @@ fn resolve(options: &Options, program: &Program) -> Result<Scenario, Failure> {
 /// Called once a process: a command may resolve its scenario several times.
 static TOLD: Once = Once::new();
 
-/// Tells what the robot's description leaves open or gets wrong.
+/// Tells what the robot's description leaves open or gets wrong, and what was assumed of a digitised tree.
 fn tell_warnings(scenario: &Scenario) {
+    if let Some(tree) = scenario.digitised_tree() {
+        for text in tree.notes() {
+            note!("note: tree {}: {text}", tree.name());
+        }
+    }
     let name = &scenario.names().scene.robot;
     for warning in scenario.robot().warnings() {
         note!("note: robot {name}: {warning}");

@@ -4,7 +4,19 @@ use super::Row;
 
 /// The rows as text.
 pub fn markdown(rows: &[Row]) -> String {
-    let head = ["row", "figure", "unit", "rounds", "peer", "peer's figure", "ratio", "target", ""];
+    let head = [
+        "row",
+        "figure",
+        "unit",
+        "rounds",
+        "95 % interval",
+        "peer",
+        "peer's figure",
+        "ratio",
+        "target",
+        "evidence",
+        "",
+    ];
     let mut cells = vec![head.map(str::to_owned)];
     cells.extend(rows.iter().map(|row| {
         [
@@ -12,9 +24,10 @@ pub fn markdown(rows: &[Row]) -> String {
             number(row.value),
             row.unit.clone(),
             range(row.spread),
+            range(row.ci95),
             row.peer.clone().unwrap_or_default(),
-            match row.peer_spread {
-                Some(_) => format!("{} ({})", number(row.peer_value), range(row.peer_spread)),
+            match row.peer_spread.or(row.peer_ci95) {
+                Some(ends) => format!("{} ({})", number(row.peer_value), range(Some(ends))),
                 None => number(row.peer_value),
             },
             row.ratio.map_or_else(String::new, |ratio| format!("{ratio:.2} x")),
@@ -23,6 +36,7 @@ pub fn markdown(rows: &[Row]) -> String {
                 (None, Some(ratio)) => format!(">= {ratio} x"),
                 (None, None) => number(row.target),
             },
+            row.evidence.as_ref().map_or("", |evidence| evidence.role.name()).to_owned(),
             row.pass.map_or("", |pass| if pass { "pass" } else { "FAIL" }).to_owned(),
         ]
     }));
@@ -71,7 +85,7 @@ fn range(spread: Option<[f64; 2]>) -> String {
 }
 
 /// Four significant digits, thousands apart.
-fn number(value: Option<f64>) -> String {
+pub fn number(value: Option<f64>) -> String {
     let Some(value) = value else { return String::new() };
     if value.abs() < 1000.0 {
         let mut decimals = 3;
@@ -89,6 +103,7 @@ fn number(value: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rows::{Evidence, Role};
 
     #[test]
     fn numbers_read_well() {
@@ -114,5 +129,8 @@ mod tests {
         );
         let rows = [Row::measured("a", 2.0, "m").beside("b", 4.0).at_least_times(0.6)];
         assert!(markdown(&rows).contains("| 0.50 x | >= 0.6 x | FAIL |"), "{}", markdown(&rows));
+        let evidence = Evidence { source: String::new(), tolerance: String::new(), role: Role::Input };
+        let fitted = Row { evidence: Some(evidence), ..Row::measured("a", 2.0, "m").within(2.0, [1.0, 3.0]) };
+        assert!(markdown(&[fitted]).contains("| 2.00 (1.00 to 3.00) | input    | pass |"));
     }
 }

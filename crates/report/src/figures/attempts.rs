@@ -39,6 +39,7 @@ pub(crate) fn endings(condition: &str, results: &ConditionSummary) -> Result<Fig
         .map(|(name, n, colour)| Bar {
             name: plain(name),
             parts: vec![(f64::from(*n), *colour)],
+            ci95: None,
             label: format!("{n} ({:.0} %)", share(*n)),
         })
         .collect();
@@ -77,7 +78,7 @@ pub(crate) fn times(condition: &str, results: &ConditionSummary) -> Result<Figur
             parts.extend(results.between_attempts_s.map(|gap| (gap, BETWEEN)));
         }
         let total: f64 = parts.iter().map(|(size, _)| size).sum();
-        Bar { name: name.to_owned(), parts, label: format!("{total:.1} s") }
+        Bar { name: name.to_owned(), parts, ci95: None, label: format!("{total:.1} s") }
     };
     let mut list = vec![bar("all attempts", attempts, false)];
     if placed > 0 {

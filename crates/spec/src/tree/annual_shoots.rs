@@ -64,7 +64,7 @@ pub struct AnnualShootsSpec {
     pub cut_tip: Normal,
     /// Pipes of shed branches a metre of leader or limb, in the unit of `cut_tip`.
     pub scars: Quantity,
-    /// Largest part of living tips among the trunk's pipes; in a tree with more tips they are thinner than
+    /// Largest part of living tips among the pipes at an axis' base; on an axis with more tips they are thinner than
     /// `tree.tip_radius`.
     pub tip_share: Quantity,
     /// Length of a short shoot.
@@ -95,25 +95,24 @@ pub struct AnnualShootsSpec {
     pub fruit_per_area: Quantity,
     /// Length of a lateral, from its base, that bears fruit.
     pub fruit_reach: Quantity,
-    /// Branches by their own allometry; without it the pipes of the whole tree give their diameters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub allometry: Option<Allometry>,
+    /// Size of the tree's parts by the trunk's diameter and by their lengths.
+    pub allometry: Allometry,
 }
 
-/// Diameters and angles of the branches on the leader by their lengths, and how the number of branches follows the trunk.
+/// How thickness, number, length and angle of branches follow the trunk's diameter and the branches' lengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Allometry {
-    /// Diameter at the base of a branch of 40 cm.
-    pub base_diameter: Quantity,
-    /// Exponent by which a branch's length follows the diameter of its base.
-    pub length_exponent: Quantity,
-    /// Factor on a branch's diameter.
-    pub base_factor: Normal,
-    /// Largest diameter of a branch over that of the leader where it stands.
-    pub base_share: Quantity,
-    /// Exponent by which the leader tapers: its diameter above the tip's follows the length that is left.
+    /// Thickness of limbs.
+    pub limb: Thickness,
+    /// Thickness of laterals.
+    pub lateral: Thickness,
+    /// Branch orders whose axes have a base of their own, from 1 on; the pipes of such an axis give the diameters of higher orders on it.
+    pub own_bases: Count,
+    /// Exponent by which the leader tapers: its diameter above the tip's follows the limbs and the length that are left.
     pub leader_taper: Quantity,
+    /// Part of the leader's taper that stands at its limbs, by their lengths.
+    pub leader_pipes: Quantity,
     /// Angle that all branches on the leader of a tree have more than others, a tree.
     pub tree_angle: Normal,
     /// Change of a branch's angle from one that is ten times as short; a branch of 10 cm keeps its angle.
@@ -122,14 +121,32 @@ pub struct Allometry {
     pub limbs_exponent: Quantity,
     /// Exponent by which the number of laterals follows the trunk's diameter.
     pub vigour_exponent: Quantity,
+    /// Exponent by which the limb zone, as a part of the leader's length, follows the trunk's diameter.
+    pub zone_exponent: Quantity,
+}
+
+/// Diameter at the base of an axis by its length, the trunk and the wood on which it stands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Thickness {
+    /// Diameter at the base of an axis of 40 cm on a trunk of the mean diameter.
+    pub base_diameter: Quantity,
+    /// Exponent by which an axis' length follows the diameter of its base.
+    pub length_exponent: Quantity,
+    /// Exponent by which the diameter of the base follows the trunk's.
+    pub trunk_exponent: Quantity,
+    /// Factor on the diameter of the base.
+    pub base_factor: Normal,
+    /// Largest diameter of the base over that of the wood on which the axis stands.
+    pub base_share: Quantity,
 }
 
 /// Chances of the length classes; the remainder is the chance of a long shoot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassWeights {
-    /// Chance of a short shoot, under 5 cm.
+    /// Chance of a short shoot.
     pub short: Quantity,
-    /// Chance of a medium shoot, 5 to 20 cm.
+    /// Chance of a medium shoot.
     pub medium: Quantity,
 }

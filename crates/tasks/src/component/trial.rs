@@ -2,14 +2,87 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use orchard_geometry::Vec3;
 use orchard_picker::{AttemptEnd, Controller, Event};
 use orchard_world::{Status, World, WorldEvent};
+use serde::{Deserialize, Serialize};
 
 use crate::component::record::{TrialOutcome, TrialRecord};
 use crate::component::rules::ComponentRules;
 use crate::component::task::Component;
 use crate::protocol::Protocol;
 use crate::stall::StallWatch;
+
+/// Watches a trial frame by frame: when its target is met, what the robot broke, and how far the tool went.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct TrialWatch<C: Component> {
+    target: C::Target,
+    /// Longest trial, and time for which the target must be met \[frames\].
+    frames: u32,
+    needed: u32,
+    /// Frames for which it has been met without a break.
+    met: u32,
+    p_world_tcp: Vec3,
+    path: f64,
+    snapped: u32,
+    knocked_off: u32,
+}
+
+impl<C: Component> TrialWatch<C> {
+    /// Watches a trial of a world at its start.
+    pub fn new(world: &World, target: &C::Target, rules: &ComponentRules) -> Self {
+        let frame = world.spec().sim.frame();
+        Self {
+            target: target.clone(),
+            frames: (C::time(rules) / frame).round() as u32,
+            needed: C::hold_frames(rules, frame),
+            met: 0,
+            p_world_tcp: p_world_tcp(world),
+            path: 0.0,
+            snapped: 0,
+            knocked_off: 0,
+        }
+    }
+
+    /// The target.
+    pub fn target(&self) -> &C::Target {
+        &self.target
+    }
+
+    /// Adds a frame with its events; returns how the trial ends with it, `None` if it goes on.
+    pub fn after_step(
+        &mut self,
+        world: &World,
+        events: &[WorldEvent],
+        rules: &ComponentRules,
+    ) -> Option<TrialOutcome> {
+        for event in events {
+            match event {
+                WorldEvent::BranchSnapped { .. } => self.snapped += 1,
+                WorldEvent::FruitDetached { fruit, .. } => {
+                    self.knocked_off += u32::from(C::named_fruit(&self.target) != Some(*fruit as u32));
+                }
+                _ => {}
+            }
+        }
+        if let Status::Quarantined { frame, reason } = world.status() {
+            return Some(TrialOutcome::Quarantined { reason: format!("frame {frame}: {reason}") });
+        }
+        let p_now = p_world_tcp(world);
+        self.path += (p_now - self.p_world_tcp).norm();
+        self.p_world_tcp = p_now;
+        self.met = if C::is_met(world, &self.target, rules) { self.met + 1 } else { 0 };
+        if self.met >= self.needed {
+            return Some(TrialOutcome::Success);
+        }
+        (world.frame() >= self.frames).then_some(TrialOutcome::TimeOver)
+    }
+}
+
+fn p_world_tcp(world: &World) -> Vec3 {
+    world.handle().x_world_tcp(world.data()).translation.vector
+}
 
 /// Runs a trial from the world's start; `None` if `stop` was raised before its end. `on_frame` is called after every frame.
 pub(super) fn run_trial<C: Component>(
@@ -22,65 +95,41 @@ pub(super) fn run_trial<C: Component>(
 ) -> Option<TrialRecord<C::Target>> {
     let rules: &ComponentRules = &protocol.component;
     let frame = world.spec().sim.frame();
-    let frames = (C::time(rules) / frame).round() as u32;
-    let needed = C::hold_frames(rules, frame);
     let mut stall = StallWatch::new(&protocol.rules, frame);
-    let p_world_tcp = |world: &World| world.handle().x_world_tcp(world.data()).translation.vector;
-    let (mut p_tcp, mut path, mut met) = (p_world_tcp(world), 0.0, 0);
-    let (mut snapped, mut knocked_off) = (0, 0);
-    let mut ended = None;
-    while ended.is_none() {
+    let mut watch = TrialWatch::<C>::new(world, target, rules);
+    let ended = loop {
         if stop.load(Ordering::Relaxed) {
             return None;
         }
         let observation = world.observe();
         if stall.stalled(&observation) {
-            ended = Some(TrialOutcome::Stalled);
-            break;
+            break TrialOutcome::Stalled;
         }
         let command = controller.act(&observation);
         world.step(&command);
         on_frame();
-        for event in world.drain_events() {
-            match event {
-                WorldEvent::BranchSnapped { .. } => snapped += 1,
-                WorldEvent::FruitDetached { fruit, .. } => {
-                    knocked_off += u32::from(C::named_fruit(target) != Some(fruit as u32));
-                }
-                _ => {}
-            }
+        let events = world.drain_events();
+        if let Some(ended) = watch.after_step(world, &events, rules) {
+            break ended;
         }
-        if let Status::Quarantined { frame, reason } = world.status() {
-            ended = Some(TrialOutcome::Quarantined { reason: format!("frame {frame}: {reason}") });
-            break;
-        }
-        let p_now = p_world_tcp(world);
-        path += (p_now - p_tcp).norm();
-        p_tcp = p_now;
-        met = if C::is_met(world, target, rules) { met + 1 } else { 0 };
-        if met >= needed {
-            ended = Some(TrialOutcome::Success);
-        } else if world.frame() >= frames {
-            ended = Some(TrialOutcome::TimeOver);
-        }
-    }
+    };
     let load = world.wood_load();
     // The figures of a quarantined world are invalid, and JSON has no NaN.
     let number = |x: f64| if x.is_finite() { x } else { 0.0 };
     let events = &controller.record().events;
     Some(TrialRecord {
         target: target.clone(),
-        ended: ended.unwrap_or(TrialOutcome::TimeOver),
+        ended,
         duration_s: f64::from(world.frame()) * frame,
         frames: world.frame(),
-        path_m: number(path),
+        path_m: number(watch.path),
         contact_impulse_n_s: number(load.contact_impulse),
         peak_contact_force_n: number(load.peak_contact_force),
         peak_moment_ratio: number(load.peak_ratio),
         peak_moment_excess: number(load.peak_excess),
         moment_excess_s: number(load.excess_integral),
-        branches_snapped: snapped,
-        fruit_knocked_off: knocked_off,
+        branches_snapped: watch.snapped,
+        fruit_knocked_off: watch.knocked_off,
         attempts: events.iter().filter(|e| matches!(e, Event::AttemptStarted { .. })).count() as u32,
         failures: events.iter().filter_map(failure).collect(),
     })

@@ -71,6 +71,14 @@ impl BenchWorld for World {
         Some(World::fruit_bruise(self, fruit as usize).peak_impact_energy)
     }
 
+    fn bruise_volume(&self, fruit: u32) -> Option<f64> {
+        World::fruit_bruise(self, fruit as usize).volume(&self.spec().fruit)
+    }
+
+    fn breaks_at_union(&self, segment: u32) -> bool {
+        self.tree().union_fails[segment as usize]
+    }
+
     fn quarantine(&self) -> Option<String> {
         match self.status() {
             Status::Running => None,

@@ -337,7 +337,8 @@ mod tests {
     #[test]
     fn what_falls_and_breaks_on_the_way_back_belongs_to_the_attempt() {
         let states = [(10, "align"), (15, "reach"), (20, "retreat"), (25, "scan"), (30, "align")];
-        let snap = |segment, frame: u32| SnapEvent { segment, frame, time: f64::from(frame) * 0.5 };
+        let snap =
+            |segment, frame: u32| SnapEvent { segment, frame, time: f64::from(frame) * 0.5, at_union: false };
         let history = History {
             detached: events(&[(1, 5), (2, 16), (3, 26), (4, 31)]),
             snapped: vec![snap(40, 15), snap(41, 22), snap(42, 31)],

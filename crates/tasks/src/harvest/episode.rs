@@ -4,6 +4,7 @@
 
 use orchard_bench::record::Record;
 use orchard_scenario::Names;
+use orchard_world::Release;
 use serde::{Deserialize, Serialize};
 
 use crate::zones::{Zone, ZoneFrame, ZoneTable};
@@ -290,6 +291,9 @@ pub struct DetachEvent {
     pub tension_n: Option<f64>,
     /// True if the tension exceeds `rules.stem_pull`, the force that detaches most apples in a straight pull.
     pub stem_pulled: bool,
+    /// How it came off a stem that bends; absent on a tether.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub release: Option<Release>,
 }
 
 /// A fruit that came to rest in the bucket.
@@ -309,6 +313,9 @@ pub struct DepositEvent {
     pub bruise_energy_j: Option<f64>,
     /// True if the energy exceeds `rules.bruise_energy`; null if not recorded.
     pub bruised: Option<bool>,
+    /// Bruised volume of the fruit \[m^3\]; absent where the preset has no law of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bruise_volume_m3: Option<f64>,
 }
 
 /// A rupture of wood.
@@ -320,6 +327,9 @@ pub struct SnapEvent {
     pub frame: u32,
     /// Time \[s\].
     pub time: f64,
+    /// True if the branch broke at its union with the wood that bears it; absent where its own section broke.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub at_union: bool,
 }
 
 /// Sums over the depth images of an episode.
@@ -445,6 +455,12 @@ impl EpisodeRecord {
     pub fn stem_pulled(&self) -> impl Iterator<Item = &DetachEvent> {
         let counts = !self.quarantined();
         self.fruit_detached.iter().filter(move |event| counts && event.stem_pulled)
+    }
+
+    /// Fruit that came off with their spurs; none in a quarantined world.
+    pub fn spurs_torn(&self) -> impl Iterator<Item = &DetachEvent> {
+        let counts = !self.quarantined();
+        self.fruit_detached.iter().filter(move |event| counts && event.release == Some(Release::Spur))
     }
 
     /// Deposited fruit with a bruise.

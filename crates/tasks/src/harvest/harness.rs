@@ -72,15 +72,7 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
         log.step(world, &command, observer);
         on_frame();
         last = Some(command);
-        outcome = if let Some(reason) = world.quarantine() {
-            Some(Outcome::Quarantined { reason })
-        } else if log.all_reachable_picked(world) {
-            Some(Outcome::AllReachablePicked)
-        } else if log.frames >= key.horizon_frames {
-            Some(Outcome::BudgetSpent)
-        } else {
-            None
-        };
+        outcome = outcome_of(world, &log.reachable, log.settlings(), log.frames, key.horizon_frames);
     }
     // The loop ends only with an outcome.
     let outcome = outcome.unwrap_or(Outcome::BudgetSpent);
@@ -92,6 +84,28 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     }
     let commands_sha256 = Some(commands.sha256());
     Some(EpisodeRecord { commands_sha256, ..log.finish(key, outcome, world) })
+}
+
+/// Returns how an episode ends with the frame just stepped, `None` if it goes on: in quarantine, with no `reachable` fruit left on the tree and
+/// none on its way to the bucket, or after `horizon` frames. `settlings` is the number of deposits and drops so far, `frames` that of frames.
+pub fn outcome_of<W: BenchWorld>(
+    world: &W,
+    reachable: &[bool],
+    settlings: usize,
+    frames: u32,
+    horizon: u32,
+) -> Option<Outcome> {
+    if let Some(reason) = world.quarantine() {
+        return Some(Outcome::Quarantined { reason });
+    }
+    let settled = |f: &FruitTruth| matches!(f.state, FruitState::Deposited | FruitState::Dropped);
+    let wanted = reachable.iter().filter(|r| **r).count();
+    // The state of all fruit is only read once there were enough events.
+    let may_be_over = wanted > 0 && settlings >= wanted;
+    if may_be_over && world.fruit().iter().zip(reachable).all(|(f, reachable)| !reachable || settled(f)) {
+        return Some(Outcome::AllReachablePicked);
+    }
+    (frames >= horizon).then_some(Outcome::BudgetSpent)
 }
 
 /// Returns the record of a world before its first frame: its fruit, their reach and zones.
@@ -336,11 +350,11 @@ impl EpisodeLog {
                 }
                 WorldEvent::FingerContactEnded { fruit, .. } => self.history.end_contact(fruit as u32, frame),
                 WorldEvent::FruitGripped { fruit, .. } => self.history.gripped.push(of(fruit)),
-                WorldEvent::FruitDetached { fruit, tension, .. } => {
+                WorldEvent::FruitDetached { fruit, tension, release, .. } => {
                     self.history.detached.push(of(fruit));
                     let fruit = fruit as u32;
                     let (tension_n, stem_pulled) = (finite(tension), tension > self.stem_pull);
-                    self.detached.push(DetachEvent { fruit, frame, time, tension_n, stem_pulled });
+                    self.detached.push(DetachEvent { fruit, frame, time, tension_n, stem_pulled, release });
                     let held = was_held(&self.history, fruit, frame, self.contact_gap);
                     self.hold.detached(fruit, held, frame);
                 }
@@ -356,12 +370,15 @@ impl EpisodeLog {
                         impact_energy_j: finite(impact_energy),
                         bruise_energy_j: bruise,
                         bruised: bruise.map(|energy| energy > self.bruise_energy),
+                        bruise_volume_m3: world.bruise_volume(fruit).and_then(finite),
                     });
                 }
                 WorldEvent::FruitDropped { fruit, .. } => self.history.dropped.push(of(fruit)),
                 WorldEvent::SealLost { fruit, .. } => self.history.seals_lost.push(of(fruit)),
                 WorldEvent::BranchSnapped { segment, .. } => {
-                    self.history.snapped.push(SnapEvent { segment: segment as u32, frame, time });
+                    let segment = segment as u32;
+                    let at_union = world.breaks_at_union(segment);
+                    self.history.snapped.push(SnapEvent { segment, frame, time, at_union });
                 }
                 // The largest impact of the fruit is known when it is at rest in the bucket.
                 WorldEvent::FruitImpact { .. } => {}
@@ -377,15 +394,9 @@ impl EpisodeLog {
         }
     }
 
-    /// True if no reachable fruit is left on the tree and none is on its way to the bucket.
-    fn all_reachable_picked<W: BenchWorld>(&self, world: &W) -> bool {
-        let settled = |f: &FruitTruth| matches!(f.state, FruitState::Deposited | FruitState::Dropped);
-        // The state of all fruit is only read once there were enough events.
-        let events = self.history.deposited.len() + self.history.dropped.len();
-        let reachable = self.reachable.iter().filter(|r| **r).count();
-        reachable > 0
-            && events >= reachable
-            && world.fruit().iter().zip(&self.reachable).all(|(f, reachable)| !reachable || settled(f))
+    /// Deposits and drops so far.
+    fn settlings(&self) -> usize {
+        self.history.deposited.len() + self.history.dropped.len()
     }
 
     fn finish<W: BenchWorld>(mut self, key: EpisodeKey, outcome: Outcome, world: &W) -> EpisodeRecord {

@@ -39,6 +39,16 @@ pub trait BenchWorld {
         let _ = fruit;
         None
     }
+    /// Bruised volume of a fruit so far \[m^3\], if the world's config has a law of it.
+    fn bruise_volume(&self, fruit: u32) -> Option<f64> {
+        let _ = fruit;
+        None
+    }
+    /// True if the joint at a segment's base breaks at the union of two axes, not in the branch's own section.
+    fn breaks_at_union(&self, segment: u32) -> bool {
+        let _ = segment;
+        false
+    }
     /// Reason of the world's quarantine, if its state is no longer plausible.
     fn quarantine(&self) -> Option<String>;
 }

@@ -144,6 +144,17 @@ pub const METRICS: &[MetricDefinition<EpisodeRecord>] = &[
     },
     MetricDefinition {
         info: MetricInfo {
+            name: "spurs_torn_per_tree",
+            title: "Spurs torn off a tree",
+            unit: "spurs",
+            numerator: "fruit that came off with their spurs, which would have borne next year's fruit",
+            denominator: "1",
+            note: "Always 0 where fruit hang on tethers (preset `paper`); a quarantined world has none",
+        },
+        share: |e| Share::of_one(e.spurs_torn().count() as f64),
+    },
+    MetricDefinition {
+        info: MetricInfo {
             name: "fruit_bruised_per_tree",
             title: "Fruit bruised a tree",
             unit: "fruit",
@@ -297,6 +308,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use orchard_statistics::{Metric, Resamples, Undefined, estimate};
+    use orchard_world::Release;
 
     use crate::fake::{attempt, contact_attempt, record};
     use crate::harvest::episode::{
@@ -329,7 +341,7 @@ mod tests {
                 contact_attempt(fruit, if placed { ContactOutcome::Placed } else { ContactOutcome::Dropped })
             })
             .into();
-        a.branches_snapped = vec![SnapEvent { segment: 9, frame: 4, time: 0.1 }];
+        a.branches_snapped = vec![SnapEvent { segment: 9, frame: 4, time: 0.1, at_union: false }];
         a.detection =
             DetectionTally { images: 2, true_positives: 9, false_positives: 1, visible: 12, recalled: 6 };
         a.max_stem_pull_n = Some(20.0);
@@ -340,6 +352,7 @@ mod tests {
             time: 0.2,
             tension_n: Some(if stem_pulled { 30.0 } else { 20.0 }),
             stem_pulled,
+            release: Some(if stem_pulled { Release::Spur } else { Release::Bend }),
         };
         a.fruit_detached = vec![detached(0, false), detached(1, true)];
         a.reachable_ik_count = Some(3);
@@ -352,6 +365,7 @@ mod tests {
             impact_energy_j: None,
             bruise_energy_j: None,
             bruised,
+            bruise_volume_m3: None,
         };
         a.fruit_deposited = vec![
             deposit(0, Some(0.06), Some(false)),
@@ -386,6 +400,7 @@ mod tests {
             ("fruit_deposited_per_tree", 1.5, 2),
             ("fruit_knocked_off_per_tree", 0.5, 2),
             ("fruit_stem_pulled_per_tree", 0.5, 2),
+            ("spurs_torn_per_tree", 0.5, 2),
             ("fruit_bruised_per_tree", 0.5, 2),
             ("reachable_fruit_per_tree", 3.0, 2),
             ("reachable_fruit_by_ik_per_tree", 2.5, 2),

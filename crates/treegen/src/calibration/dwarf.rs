@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Check, Measured, Population, Target};
-use crate::Skeleton;
+use super::{Check, Measured, Population, Target, height, trunk_diameter};
 use crate::morphometry::distribution::{mean_and_sd, quantile};
 
 /// Measurements of dwarf trees.
@@ -50,15 +49,14 @@ impl Measured {
             mean_of(
                 &t.trunk_diameter,
                 "dwarf.trunk_diameter",
-                &trees.each(|tree| tree.skeleton.segments.first().map_or(0.0, |s| 2.0 * s.radius)),
+                &trees.each(|tree| trunk_diameter(&tree.skeleton)),
             ),
             mean_of(&t.branch_length, "dwarf.branch_length", &trees.each_survey(|s| s.length())),
             mean_of(&t.pieces, "dwarf.pieces", &trees.each_survey(|s| s.branches.len() as f64)),
             mean_of(&t.twigs, "dwarf.twigs", &trees.each_survey(|s| s.twigs as f64)),
             mean_of(&t.stem_mass, "dwarf.stem_mass", &trees.each_survey(|s| dry * s.volume())),
+            mean_of(&t.twig_mass, "dwarf.twig_mass", &trees.each_survey(|s| dry * s.twig_volume)),
         ];
-        let twigs = mean_of(&t.twig_mass, "dwarf.twig_mass", &trees.each_survey(|s| dry * s.twig_volume));
-        checks.push(twigs);
         checks.extend(self.limb_angle_checks("dwarf", trees));
         checks
     }
@@ -70,9 +68,4 @@ pub fn mean_of(target: &Target, name: &str, figures: &[f64]) -> Check {
     let at = |p| quantile(figures, p) / k;
     let note = format!("mean of {} trees; 5 % to 95 %: {:.3} to {:.3}", figures.len(), at(0.05), at(0.95));
     target.check(name, mean_and_sd(figures).0).noted(note)
-}
-
-/// Height of the highest tip \[m\].
-fn height(skeleton: &Skeleton) -> f64 {
-    skeleton.segments.iter().map(|segment| segment.p_tip_world().z).fold(0.0, f64::max)
 }

@@ -3,7 +3,7 @@
 use orchard_geometry::math;
 use serde::{Deserialize, Serialize};
 
-use super::{Check, Measured, Moments, Population, Sample, Target};
+use super::{Check, Measured, Moments, Population, Sample, Target, trunk_diameter};
 use crate::GrowthUnit;
 use crate::morphometry::allometry::{regression, standardised_major_axis};
 use crate::morphometry::distribution::{
@@ -125,7 +125,7 @@ impl Measured {
                 &t.trunk_diameter_mean,
                 &t.trunk_diameter_sd,
                 "trunk_diameter",
-                trees.each(|tree| tree.skeleton.segments.first().map_or(0.0, |s| 2.0 * s.radius)),
+                trees.each(|tree| trunk_diameter(&tree.skeleton)),
             ),
             (
                 &t.leader_length_mean,
@@ -201,7 +201,7 @@ fn structure_checks(t: &StructureTargets, trees: &Population) -> Vec<Check> {
     checks.push(t.limb_exponent.check("young.limb.exponent", axis.slope).noted(note));
     let mean =
         |figure: &dyn Fn(usize) -> f64| (0..of_trees.len()).map(figure).sum::<f64>() / of_trees.len() as f64;
-    let trunk = |tree: usize| trees.trees[tree].skeleton.segments.first().map_or(0.0, |s| 2.0 * s.radius);
+    let trunk = |tree: usize| trunk_diameter(&trees.trees[tree].skeleton);
     let area = mean(&|tree| {
         let bases = of_trees[tree].iter().filter_map(|branch| branch.base_diameter);
         bases.map(|d| d * d).sum::<f64>() / (trunk(tree) * trunk(tree))

@@ -6,6 +6,7 @@
 //! `docs/computation/growth.md` lists the productions and how their parameters were fitted.
 
 use orchard_geometry::math;
+use orchard_quantity::Quantity;
 use orchard_spec::Stream;
 use orchard_spec::tree::annual_shoots::{AnnualShootsSpec, ClassWeights};
 
@@ -77,17 +78,17 @@ impl<'a> AnnualShoots<'a> {
     pub fn new(spec: &'a AnnualShootsSpec, mut stream: Stream) -> Self {
         let diameter = stream.cut_normal(&spec.trunk_diameter);
         let size = diameter / spec.trunk_diameter.mean_si();
-        let exponents =
-            spec.allometry.as_ref().map_or((0.0, 0.0), |a| (a.vigour_exponent.si(), a.limbs_exponent.si()));
-        let vigour = stream.cut_normal(&spec.vigour) * math::pow(size, exponents.0);
-        let length = stream.cut_normal(&spec.leader_length) * math::pow(size, spec.leader_exponent.si());
+        let allometry = &spec.allometry;
+        let scale = |exponent: &Quantity| math::pow(size, exponent.si());
+        let vigour = stream.cut_normal(&spec.vigour) * scale(&allometry.vigour_exponent);
+        let length = stream.cut_normal(&spec.leader_length) * scale(&spec.leader_exponent);
         let parts: Vec<f64> = spec.leader_shoots.iter().map(|part| stream.cut_normal(part)).collect();
         let whole: f64 = parts.iter().sum();
         let leader: Vec<f64> = parts.iter().map(|part| (length * part / whole).max(LEAST_LENGTH)).collect();
-        let zone = length * spec.limb_zone.si();
+        let zone = length * (spec.limb_zone.si() * scale(&allometry.zone_exponent)).min(1.0);
         let bare_trunk = stream.cut_normal(&spec.bare_trunk).min(zone);
         let most_limbs = f64::from(spec.growth_units_max.get());
-        let limbs = stream.cut_normal(&spec.limbs) * math::pow(size, exponents.1);
+        let limbs = stream.cut_normal(&spec.limbs) * scale(&allometry.limbs_exponent);
         let limbs = limbs.round().clamp(0.0, most_limbs);
         let tiers = stream.cut_normal(&spec.limb_tiers).round().clamp(1.0, limbs.max(1.0));
         // The limb zone has as many equal parts as tiers; each tier is at a random height in its part.
@@ -100,7 +101,7 @@ impl<'a> AnnualShoots<'a> {
             .map(|tier| tier_heights[tier as usize])
             .collect();
         limb_heights.sort_by(|a, b| b.total_cmp(a));
-        let tree_angle = spec.allometry.as_ref().map_or(0.0, |a| stream.cut_normal(&a.tree_angle));
+        let tree_angle = stream.cut_normal(&allometry.tree_angle);
         Self {
             spec,
             stream,
@@ -108,7 +109,7 @@ impl<'a> AnnualShoots<'a> {
             leader,
             vigour,
             limb_heights,
-            limb_scale: math::pow(size, spec.limb_exponent.si()),
+            limb_scale: scale(&spec.limb_exponent),
             tree_angle,
             units: 0,
             nodes: 0,
@@ -254,8 +255,9 @@ impl<'a> AnnualShoots<'a> {
         let (bend, _) = self.draw_wobble();
         let droop = self.stream.cut_normal(&spec.droop);
         let axis = if limb.is_some() { AxisKind::Limb } else { AxisKind::Lateral };
-        if let Some(allometry) = spec.allometry.as_ref().filter(|_| order == 1 && shoots == 0) {
-            let more = allometry.angle_by_length.si() * math::ln(length / STEADY_LENGTH) / math::ln(10.0);
+        if order == 1 && shoots == 0 {
+            let more =
+                spec.allometry.angle_by_length.si() * math::ln(length / STEADY_LENGTH) / math::ln(10.0);
             successor.push(Module::Turtle(Command::Pitch(more)));
         }
         successor.push(unit(season, axis, floral));

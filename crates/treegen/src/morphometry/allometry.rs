@@ -34,6 +34,29 @@ pub fn regression(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     xy / xx
 }
 
+/// A power law y = level (x / reference)^exponent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerLaw {
+    /// Slope of the regression of log y on log x.
+    pub exponent: f64,
+    /// Figure of the law at the reference.
+    pub level: f64,
+    /// Standard deviation of log y about the law, with two degrees of freedom less than pairs.
+    pub scatter: f64,
+}
+
+/// The power law through pairs, by the regression of log y on log x. Pairs without a logarithm are left out.
+pub fn power_law(pairs: impl IntoIterator<Item = (f64, f64)>, reference: f64) -> PowerLaw {
+    let positive = pairs.into_iter().filter(|&(x, y)| x > 0.0 && y > 0.0);
+    let logs: Vec<(f64, f64)> = positive.map(|(x, y)| (math::ln(x / reference), math::ln(y))).collect();
+    let n = logs.len() as f64;
+    let [xx, yy, xy] = squares(&logs);
+    let exponent = xy / xx;
+    let mean = logs.iter().map(|(x, y)| y - exponent * x).sum::<f64>() / n;
+    let scatter = ((yy - exponent * xy).max(0.0) / (n - 2.0)).sqrt();
+    PowerLaw { exponent, level: math::exp(mean), scatter }
+}
+
 /// Sums of squares about the means: of x, of y, and of their products.
 fn squares(pairs: &[(f64, f64)]) -> [f64; 3] {
     let n = pairs.len() as f64;
@@ -75,6 +98,12 @@ fn forks(branches: &[Branch]) -> Vec<(f64, Vec<f64>)> {
     forks.filter(|(_, children)| children.len() > 1).collect()
 }
 
+/// Diameter of every piece but the first over that of the piece on which it stands.
+pub fn diameter_ratios(branches: &[Branch]) -> Vec<f64> {
+    let ratio = |branch: &Branch| Some(branch.diameter / branches[branch.parent?].diameter);
+    branches.iter().filter_map(ratio).collect()
+}
+
 /// Pipe exponents at a tree's forks, where they exist.
 pub fn pipe_exponents(branches: &[Branch]) -> Vec<f64> {
     forks(branches).iter().filter_map(|(parent, children)| pipe_exponent(*parent, children)).collect()
@@ -99,6 +128,16 @@ mod tests {
         assert!((fit.slope - 2.57).abs() < 1e-12 && (fit.r_squared - 1.0).abs() < 1e-12 && fit.n == 19);
         let falling = standardised_major_axis([(1.0, 4.0), (2.0, 2.0), (4.0, 1.0), (0.0, 5.0)]);
         assert!((falling.slope + 1.0).abs() < 1e-12 && falling.n == 3);
+    }
+
+    /// About y = 2 x^3 at x = 1, 1, e, e with log y one above and one below: the scatter is sqrt(4 / 2).
+    #[test]
+    fn a_law_has_its_exponent_level_and_scatter() {
+        let e = std::f64::consts::E;
+        let y = |x: f64, off: f64| (x, 2.0 * x * x * x * math::exp(off));
+        let law = power_law([y(1.0, 1.0), y(1.0, -1.0), y(e, 1.0), y(e, -1.0), (0.0, 1.0)], e);
+        assert!((law.exponent - 3.0).abs() < 1e-12 && (law.level - 2.0 * e * e * e).abs() < 1e-12);
+        assert!((law.scatter - 2.0_f64.sqrt()).abs() < 1e-12);
     }
 
     /// The slope is the ratio of standard deviations for any correlation.

@@ -1,6 +1,6 @@
 //! Surveys a tree as orchard surveys do: pieces of wood between forks.
 //!
-//! Twigs, branches thinner at their base than a limit, are neither pieces nor forks. Columns as in the data of
+//! Wood thinner than a limit is a twig, also where an axis goes on: it makes neither pieces nor forks. Columns as in the data of
 //! Brym and Ernest (2018): length and mid-length diameter of a piece, length of the longest path above it,
 //! total length and total dry mass of it and all pieces above.
 
@@ -40,13 +40,13 @@ pub struct Branch {
 pub struct Survey {
     /// Pieces; parents before children.
     pub branches: Vec<Branch>,
-    /// Number of twigs that stand on pieces.
+    /// Number of twigs that stand on pieces or end them.
     pub twigs: usize,
     /// Volume of the twigs and all wood on them [m^3].
     pub twig_volume: f64,
 }
 
-/// Surveys a tree; a branch whose first segment is thinner than `least_diameter` \[m\] is a twig.
+/// Surveys a tree; where wood gets thinner than `least_diameter` \[m\] a twig begins.
 pub fn survey(skeleton: &Skeleton, least_diameter: f64) -> Survey {
     let segments = &skeleton.segments;
     let children = skeleton.children();
@@ -67,7 +67,7 @@ pub fn survey(skeleton: &Skeleton, least_diameter: f64) -> Survey {
             continue;
         };
         let goes_on = segment.order == segments[parent].order;
-        if !goes_on && 2.0 * segment.radius < least_diameter {
+        if 2.0 * segment.radius < least_diameter {
             out.twigs += 1;
             out.twig_volume += volume;
             continue;
@@ -187,8 +187,9 @@ mod tests {
             (Some(0), UP, 0.4, 0.03, 0),
             (Some(1), OUT, 0.5, 0.010, 1),
             (Some(1), UP, 0.6, 0.020, 0),
-            (Some(2), [1.0, 0.0, 1.0], 0.5, 0.008, 1),
+            (Some(2), [1.0, 0.0, 1.0], 0.5, 0.006, 1),
             (Some(2), UP, 0.1, 0.002, 2),
+            (Some(3), UP, 0.2, 0.003, 0),
         ]);
         let survey = survey(&tree, 0.01);
         let lengths: Vec<f64> = survey.branches.iter().map(|b| b.length).collect();
@@ -200,10 +201,11 @@ mod tests {
         let trunk = &survey.branches[0];
         assert!((trunk.path_length - 1.8).abs() < 1e-12 && (trunk.subtree_length - 2.4).abs() < 1e-12);
         let volume = |w: &[(f64, f64)]| w.iter().map(|(l, r)| PI * r * r * l).sum::<f64>();
-        let wood = volume(&[(0.4, 0.04), (0.4, 0.03), (0.5, 0.01), (0.6, 0.02), (0.5, 0.008)]);
+        let wood = volume(&[(0.4, 0.04), (0.4, 0.03), (0.5, 0.01), (0.6, 0.02), (0.5, 0.006)]);
         assert!((trunk.subtree_volume - wood).abs() < 1e-15);
-        assert_eq!(survey.twigs, 1);
-        assert!((survey.twig_volume - volume(&[(0.1, 0.002)])).abs() < 1e-15);
+        // The branch on the limb, and the end of the leader.
+        assert_eq!(survey.twigs, 2);
+        assert!((survey.twig_volume - volume(&[(0.1, 0.002), (0.2, 0.003)])).abs() < 1e-15);
         let limbs: Vec<&Branch> = survey.limbs().collect();
         assert_eq!(limbs.len(), 1);
         // Half level, half at 45 degrees: the chord rises at 22.5 degrees.

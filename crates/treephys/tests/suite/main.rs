@@ -3,4 +3,8 @@
 mod beam;
 #[path = "break.rs"]
 mod breaking;
+mod damping;
 mod fixture;
+mod timber;
+mod unions;
+mod wind;

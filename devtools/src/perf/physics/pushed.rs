@@ -81,6 +81,7 @@ impl PushedTree {
             &mut builder,
             planting.fruit.clone(),
             &tree.bodies,
+            &planting.skeleton,
             &spec.fruit,
             gravity,
             FruitGroups { hanging: CANOPY, loose: CANOPY, passed: Groups::NONE },
@@ -89,7 +90,7 @@ impl PushedTree {
         let model = builder.build()?;
         let mut data = Data::new(&model);
         tree.reset(&model, &mut data, &spec.wood);
-        fruit.reset(&mut data);
+        fruit.reset(&model, &mut data);
         // The capsule slides freely, with nothing along its axis that could move it.
         data.stiffness[model.dofs(capsule)].fill(1.0);
         equilibrium(&model, &mut data, &settings.gravity, STATICS_TOLERANCE)?;

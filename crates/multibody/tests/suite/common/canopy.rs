@@ -101,6 +101,7 @@ pub fn canopy(link_count: usize, distance: f64) -> (Model, Data) {
                 damping: 0.3,
                 anchor_bias_world: Vec3::z() * (0.16 * 9.81),
                 reaction_cap: f64::INFINITY,
+                turns: false,
             }),
         });
         builder.add_collider(Collider {

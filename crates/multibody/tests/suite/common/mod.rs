@@ -37,12 +37,13 @@ pub fn random_inertia(rng: &mut Stream) -> SpatialInertia {
 
 pub fn random_joint(rng: &mut Stream, kind: usize) -> JointKind {
     let axis = Unit::new_normalize(random_vec(rng, 1.0) + Vec3::new(0.1, 0.0, 0.0));
-    match kind % 6 {
+    match kind % 7 {
         0 => JointKind::Universal,
         1 => JointKind::Hinge(axis),
         2 => JointKind::Slide(axis),
         3 => JointKind::Planar,
         4 => JointKind::Free,
+        5 => JointKind::Ball,
         _ => JointKind::Weld,
     }
 }
@@ -76,6 +77,7 @@ pub fn random_builder(seed: u64, links: usize) -> ModelBuilder {
                     damping: rng.uniform(0.0, 3.0),
                     anchor_bias_world: random_vec(&mut rng, 1.0),
                     reaction_cap: f64::INFINITY,
+                    turns: false,
                 }),
             });
         }
@@ -88,11 +90,11 @@ pub fn random_data(model: &Model, seed: u64) -> Data {
     let mut rng = stream(seed);
     let mut data = Data::new(model);
     for id in model.body_ids() {
-        if model.body(id).joint == JointKind::Free {
-            let start = model.qs(id).start;
-            let rotation = random_rotation(&mut rng);
-            data.q[start..start + 3].copy_from_slice(random_vec(&mut rng, 0.5).as_slice());
-            data.q[start + 3..start + 7].copy_from_slice(rotation.coords.as_slice());
+        if model.body(id).joint.has_quaternion() {
+            let (translations, end) = (model.body(id).joint.translations(), model.qs(id).end);
+            let p = random_vec(&mut rng, 0.5);
+            data.q[end - 4 - translations..end - 4].copy_from_slice(&p.as_slice()[..translations]);
+            data.q[end - 4..end].copy_from_slice(random_rotation(&mut rng).coords.as_slice());
         } else {
             data.q[model.qs(id)].iter_mut().for_each(|q| *q = rng.uniform(-1.0, 1.0));
         }
@@ -149,24 +151,42 @@ pub fn jacobian_rate_times_v(model: &Model, data: &Data, id: BodyId, p_body: &Ve
     ((w1 - w0) / (2.0 * eps), (v1 - v0) / (2.0 * eps))
 }
 
+/// Torque of a ball joint's spring on one of its degrees of freedom: minus the slope of the energy.
+fn spring_torque(model: &Model, data: &Data, id: BodyId, dof: usize) -> f64 {
+    let energy_at = |angle: f64| {
+        let mut turned = data.clone();
+        turned.v.fill(0.0);
+        turned.v[dof] = 1.0;
+        flow(model, &mut turned, angle);
+        let rod = turned.deflection(model, id).expect("a ball joint");
+        let stiffness = &data.stiffness[model.dofs(id)];
+        0.5 * (stiffness[0] * rod.bend.norm_squared() + stiffness[2] * rod.twist * rod.twist)
+    };
+    let step = 1e-5;
+    (energy_at(-step) - energy_at(step)) / (2.0 * step)
+}
+
 /// Moves the coordinates along constant joint velocities.
 pub fn flow(model: &Model, data: &mut Data, time: f64) {
     for id in model.body_ids() {
         let (q, v) = (model.qs(id).start, model.dofs(id).start);
-        let is_free = model.body(id).joint == JointKind::Free;
-        for k in 0..if is_free { 3 } else { model.body(id).joint.nv() } {
+        let joint = model.body(id).joint;
+        let turns = joint.has_quaternion();
+        for k in 0..if turns { joint.translations() } else { joint.nv() } {
             data.q[q + k] += time * data.v[v + k];
         }
-        if is_free {
+        if turns {
+            let (q, v) = (q + joint.translations(), v + joint.translations());
             let old = Rotation::from_quaternion(nalgebra::Quaternion::new(
-                data.q[q + 6],
                 data.q[q + 3],
-                data.q[q + 4],
-                data.q[q + 5],
+                data.q[q],
+                data.q[q + 1],
+                data.q[q + 2],
             ));
-            let omega = Vec3::from_column_slice(&data.v[v + 3..v + 6]);
-            let new = Rotation::from_scaled_axis(omega * time) * old;
-            data.q[q + 3..q + 7].copy_from_slice(new.coords.as_slice());
+            let turn = Rotation::from_scaled_axis(Vec3::from_column_slice(&data.v[v..v + 3]) * time);
+            // A ball's velocity is in the link's axes.
+            let new = if joint == JointKind::Ball { old * turn } else { turn * old };
+            data.q[q..q + 4].copy_from_slice(new.coords.as_slice());
         }
     }
 }
@@ -200,7 +220,10 @@ pub fn dense_system(model: &Model, data: &Data, h: f64, gravity: &Vec3) -> (DMat
         for (k, dof) in model.dofs(id).enumerate() {
             let mut tau = data.torque[dof] - data.damping[dof] * data.v[dof];
             matrix[(dof, dof)] += h * data.damping[dof];
-            if body.joint != JointKind::Free {
+            if body.joint == JointKind::Ball {
+                tau += spring_torque(model, data, id, dof) - h * data.stiffness[dof] * data.v[dof];
+                matrix[(dof, dof)] += h * h * data.stiffness[dof];
+            } else if body.joint != JointKind::Free {
                 let stretch = data.q[model.qs(id).start + k] + h * data.v[dof] - data.rest[dof];
                 tau -= data.stiffness[dof] * stretch;
                 matrix[(dof, dof)] += h * h * data.stiffness[dof];

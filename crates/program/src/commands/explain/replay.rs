@@ -225,6 +225,14 @@ impl BenchWorld for ReplayedWorld {
         BenchWorld::fruit_bruise(&self.world, fruit)
     }
 
+    fn bruise_volume(&self, fruit: u32) -> Option<f64> {
+        self.world.bruise_volume(fruit)
+    }
+
+    fn breaks_at_union(&self, segment: u32) -> bool {
+        BenchWorld::breaks_at_union(&self.world, segment)
+    }
+
     fn quarantine(&self) -> Option<String> {
         self.world.quarantine()
     }

@@ -155,7 +155,12 @@ fn lines(record: &EpisodeRecord, attempt: &AttemptRecord, causes: &[Cause]) -> V
         let because = cause(CausedEvent::Branch(event.segment), event.frame);
         lines.push((
             event.time,
-            format!("branch SNAPS at segment {}{}{because}", snap.segment, state(&snap.state)),
+            format!(
+                "branch SNAPS at segment {}{}{}{because}",
+                snap.segment,
+                if event.at_union { ", at its union" } else { "" },
+                state(&snap.state)
+            ),
         ));
     }
     for event in record.seals_lost.iter().filter(|e| within(e.frame)) {

@@ -114,7 +114,12 @@ fn a_short_episode_is_told_and_drawn_and_agrees() {
     // A record that was changed by hand is detected by the second run.
     let segment = 3;
     let mut other = input.record.clone();
-    other.branches_snapped.push(orchard_tasks::harvest::episode::SnapEvent { segment, frame: 7, time: 0.1 });
+    other.branches_snapped.push(orchard_tasks::harvest::episode::SnapEvent {
+        segment,
+        frame: 7,
+        time: 0.1,
+        at_union: false,
+    });
     assert_eq!(replay::difference(&other, &input.record).as_deref(), Some("branches snapped differ"));
     std::fs::write(&file, encode(&other).unwrap()).unwrap();
     match explain(&[line, "--text"]) {

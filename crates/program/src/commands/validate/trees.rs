@@ -4,17 +4,20 @@ mod crop;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use orchard_spec::{Preset, Spec};
-use orchard_treegen::calibration::{Check, Measured as MeasuredTrees, Population};
+use orchard_treegen::calibration::{Check, Evidence as Part, Measured as MeasuredTrees, Population};
 use orchard_treegen::{Growth, grow_with_units};
 use rayon::prelude::*;
 
-use crate::rows::{Effort, Measured, Row};
+use crate::rows::{Effort, Evidence, Measured, Role, Row};
 
 /// Trees of a preset.
 const TREES: u32 = 200;
 
 /// Seed of the populations; tree i is its world i.
 const SEED: u64 = 1;
+
+/// Reason of the intervals.
+const TOLERANCE: &str = "sampling interval of the measured trees, or 10 % where none is published";
 
 /// Grows the populations, loads the dwarf trees with their crop, and compares.
 pub fn measure(_: Effort) -> anyhow::Result<Measured> {
@@ -54,5 +57,10 @@ fn row(check: Check) -> Row {
     let row = Row::measured(&check.name, check.value, target.unit.symbol())
         .within(target.value, [target.low, target.high]);
     let why_missed = target.why_missed.filter(|_| !passes);
-    Row { note: check.note, why_missed, ..row }
+    let role = match target.evidence {
+        Part::Input => Role::Input,
+        Part::Prediction => Role::Prediction,
+    };
+    let evidence = Evidence { source: target.source, tolerance: TOLERANCE.to_owned(), role };
+    Row { evidence: Some(evidence), note: check.note, why_missed, ..row }
 }

@@ -1,0 +1,88 @@
+//! What a task environment is asked for: task, observations and actions, reward.
+
+use orchard_policy::{SettingError, Spaces, Target};
+use serde::{Deserialize, Serialize};
+
+/// Largest number of environments of a seed. The next episode of the environment with world `k` has world `k + WORLDS`, and so on; after as many
+/// episodes the seed counts up.
+pub const WORLDS: u32 = 1 << 16;
+
+/// A task to learn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Task {
+    /// Pick fruit into the bucket until none is reachable or the time is over: the benchmark's harvest.
+    #[serde(rename = "Harvest-v1")]
+    Harvest,
+    /// Hold a named fruit: the benchmark's reach-and-grasp, one fruit an episode.
+    #[serde(rename = "Reach-v1")]
+    Reach,
+}
+
+/// Settings of a task environment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Settings {
+    /// The task.
+    pub task: Task,
+    /// Observations and actions; the target is the task's.
+    pub spaces: Spaces,
+    /// Reward the task's success alone, without shaping and damage.
+    pub sparse: bool,
+}
+
+impl Task {
+    /// All tasks.
+    pub const ALL: [Self; 2] = [Self::Harvest, Self::Reach];
+
+    /// Name of the task.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Harvest => "Harvest-v1",
+            Self::Reach => "Reach-v1",
+        }
+    }
+
+    /// Finds a task by its name.
+    ///
+    /// # Errors
+    /// No task has this name.
+    pub fn named(name: &str) -> Result<Self, SettingError> {
+        SettingError::choice("task", name, &Self::ALL.map(|task| (task.name(), task)))
+    }
+
+    /// What a policy is told of the task's target.
+    pub fn target(self) -> Option<Target> {
+        match self {
+            Self::Harvest => None,
+            Self::Reach => Some(Target::Fruit),
+        }
+    }
+}
+
+impl Settings {
+    /// The default settings of a task: the default [`Spaces`] with the task's target, and the shaped reward.
+    pub fn of(task: Task) -> Self {
+        Self { task, spaces: Spaces { target: task.target(), ..Spaces::default() }, sparse: false }
+    }
+
+    /// Sets the reward by its name: `shaped` or `sparse`.
+    ///
+    /// # Errors
+    /// No reward has this name.
+    pub fn rewarding(self, reward: &str) -> Result<Self, SettingError> {
+        let sparse = SettingError::choice("reward", reward, &[("shaped", false), ("sparse", true)])?;
+        Ok(Self { sparse, ..self })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_user_can_get_wrong() {
+        let e = Settings::of(Task::Harvest).rewarding("dense").unwrap_err().to_string();
+        assert_eq!(e, "reward dense: unknown; it is one of shaped, sparse");
+        let e = Task::named("Harvest-v2").unwrap_err().to_string();
+        assert_eq!(e, "task Harvest-v2: unknown; it is one of Harvest-v1, Reach-v1");
+    }
+}

@@ -1,0 +1,322 @@
+//! One environment: a world with its episode.
+
+use orchard_policy::{DepthReading, Encoding, Reading, Spaces, Values};
+use orchard_robot::JointValues;
+use orchard_scenario::Scenario;
+use orchard_tasks::protocol::Protocol;
+use orchard_tasks::stall::StallWatch;
+use orchard_world::{Snapshot, World, WorldEvent};
+use serde::{Deserialize, Serialize};
+
+use crate::damage::Damage;
+use crate::error::EnvError;
+use crate::harvest::Harvest;
+use crate::interface::Interface;
+use crate::pixels::{Cameras, Pictures};
+use crate::reach::Reach;
+use crate::report::{Ending, Report, Statistics};
+use crate::rules::LearningRules;
+use crate::settings::{Task, WORLDS};
+
+/// Worlds that are tried for a target.
+const TRIES: u32 = 32;
+
+/// What all environments share.
+pub(crate) struct Shared {
+    pub scenario: Scenario,
+    pub protocol: Protocol,
+    pub rules: LearningRules,
+    pub interface: Interface,
+    pub encoding: Encoding,
+    /// Cameras for pictures, if they are observed.
+    pub cameras: Option<Cameras>,
+    /// Hash of scenario, protocol and settings, by which saved states know where they belong.
+    pub identity: String,
+}
+
+/// An environment.
+pub(crate) struct Slot {
+    /// Place in the list, and index of its first world.
+    env: usize,
+    first: u32,
+    running: Option<(World, Episode)>,
+    values: Vec<Values>,
+    pub report: Report,
+}
+
+/// An episode under way.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Episode {
+    seed: u64,
+    /// Number of the episode since the seed was given.
+    number: u32,
+    task: State,
+    stall: StallWatch,
+    /// The arm's set points \[rad\].
+    set: JointValues,
+    /// The latest pictures.
+    pictures: Option<Pictures>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+enum State {
+    Harvest(Harvest),
+    Reach(Reach),
+}
+
+/// Saved state of an environment.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    identity: String,
+    first: u32,
+    episode: Episode,
+    report: Report,
+    world: Vec<u8>,
+}
+
+/// World of an episode: seed and index.
+fn world_of(seed: u64, first: u32, number: u32) -> (u64, u32) {
+    let rounds = number / WORLDS;
+    (seed.wrapping_add(u64::from(rounds)), first + (number % WORLDS) * WORLDS)
+}
+
+impl Slot {
+    pub fn new(env: usize, first: u32) -> Self {
+        Self { env, first, running: None, values: Vec::new(), report: Report::default() }
+    }
+
+    /// Arrays of the latest observation.
+    pub fn values(&self) -> &[Values] {
+        &self.values
+    }
+
+    /// Seed and index of the world; none before the first reset.
+    pub fn world(&self) -> Option<(u64, u32)> {
+        let (world, episode) = self.running.as_ref()?;
+        Some((world_of(episode.seed, self.first, episode.number).0, world.index()))
+    }
+
+    /// Begins an episode: the first of a seed, or the next one.
+    pub fn reset(&mut self, seed: Option<u64>, shared: &Shared) -> Result<(), EnvError> {
+        let next = self.running.as_ref().map(|(_, episode)| (episode.seed, episode.number.wrapping_add(1)));
+        let (seed, number) = match (seed, next) {
+            (Some(seed), _) => (seed, 0),
+            (None, Some(next)) => next,
+            (None, None) => (0, 0),
+        };
+        for tried in 0..TRIES {
+            let number = number.wrapping_add(tried);
+            let (of_seed, index) = world_of(seed, self.first, number);
+            let mut world = shared.build(of_seed, index)?;
+            let Some(task) = State::new(&world, of_seed, shared) else { continue };
+            let mut stall = StallWatch::new(&shared.protocol.rules, world.spec().sim.frame());
+            stall.stalled(&world.sense());
+            if shared.interface.policy.spaces.depth && world.delivers_in(0) {
+                world.observe();
+            }
+            let pictures = shared.cameras.as_ref().map(|cameras| cameras.take(&world));
+            let episode = Episode { seed, number, task, stall, set: shared.encoding.start(), pictures };
+            self.running = Some((world, episode));
+            self.report = Report::default();
+            self.look(shared);
+            return Ok(());
+        }
+        let (seed, world) = world_of(seed, self.first, number);
+        let task = shared.interface.task.name();
+        Err(EnvError::NoTarget { env: self.env, task, tried: TRIES, world, seed })
+    }
+
+    /// Checks that an action can be taken.
+    pub fn check(&self, action: &[f32], shared: &Shared) -> Result<(), EnvError> {
+        let env = self.env;
+        if self.running.is_none() {
+            return Err(EnvError::NotStarted { env });
+        }
+        if self.report.terminated || self.report.truncated {
+            return Err(EnvError::Ended { env });
+        }
+        match shared.encoding.refused(action) {
+            Some((channel, value)) => Err(EnvError::Action { env, channel: channel.name.clone(), value }),
+            None => Ok(()),
+        }
+    }
+
+    /// Takes an action that [`Self::check`] allows.
+    pub fn step(&mut self, action: &[f32], shared: &Shared) {
+        let Some((world, episode)) = &mut self.running else { return };
+        let frames = shared.interface.policy.frames;
+        let motion = shared.encoding.motion(action, &episode.set);
+        episode.set = motion.end();
+        // Only the last image of a step is seen.
+        let (seen, now) = (shared.interface.policy.spaces.depth, world.frame());
+        let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
+        let cameras = shared.cameras.as_ref();
+        let last_picture = (1..=frames).rev().find(|&k| cameras.is_some_and(|c| c.take_in(now + k)));
+        episode.task.begin_step(world);
+        let (mut damage, mut ending) = (Damage::default(), None);
+        for k in 1..=frames {
+            world.step(&motion.command(k - 1));
+            let events = world.drain_events();
+            damage.take(&events);
+            ending = episode.task.after_frame(world, &events, shared);
+            if last_image == Some(k) {
+                world.observe();
+            }
+            if last_picture == Some(k) {
+                episode.pictures = cameras.map(|cameras| cameras.take(world));
+            }
+            if ending.is_none() && episode.stall.stalled(&world.sense()) {
+                ending = Some(Ending::STALLED);
+            }
+            if ending.is_some() {
+                break;
+            }
+        }
+        self.report = shared.judge(world, &episode.task, &damage, ending, &self.report.statistics);
+        self.look(shared);
+    }
+
+    /// Reads the sensors.
+    fn look(&mut self, shared: &Shared) {
+        let Some((world, episode)) = &self.running else { return };
+        let depth = world.camera_truth().map(|truth| DepthReading {
+            image: &truth.capture.measured,
+            time: f64::from(truth.frame) * world.spec().sim.frame(),
+        });
+        let target = match &episode.task {
+            State::Harvest(_) => None,
+            State::Reach(reach) => Some(reach.told()),
+        };
+        let frame = shared.interface.policy.frame;
+        let pixels = episode.pictures.as_ref().map(|pictures| pictures.reading(frame));
+        self.values = shared.encoding.read(&Reading { sensed: &world.sense(), depth, pixels, target });
+    }
+
+    /// The state as bytes.
+    pub fn save(&self, shared: &Shared) -> Result<Vec<u8>, EnvError> {
+        let Some((world, episode)) = &self.running else {
+            return Err(EnvError::NotStarted { env: self.env });
+        };
+        let saved = Saved {
+            identity: shared.identity.clone(),
+            first: self.first,
+            episode: episode.clone(),
+            report: self.report.clone(),
+            world: world.snapshot().to_bytes(),
+        };
+        Ok(postcard::to_stdvec(&saved).unwrap_or_else(|e| unreachable!("lists of numbers serialise: {e}")))
+    }
+
+    /// The environment of a saved state; this one does not change.
+    pub fn restored(&self, bytes: &[u8], shared: &Shared) -> Result<Self, EnvError> {
+        let refused = |problem: String| EnvError::State { env: self.env, problem };
+        let (saved, rest): (Saved, _) = postcard::take_from_bytes(bytes)
+            .map_err(|_| refused("it is not a state, or it is damaged".to_owned()))?;
+        let Saved { identity, first, episode, report, world: bytes } = saved;
+        if identity != shared.identity || first != self.first || !rest.is_empty() {
+            return Err(refused("it belongs to another scenario, setting or world".to_owned()));
+        }
+        let snapshot = Snapshot::from_bytes(&bytes).map_err(|e| refused(e.to_string()))?;
+        let (seed, index) = world_of(episode.seed, first, episode.number);
+        let mut world = shared.build(seed, index)?;
+        world.restore(&snapshot).map_err(|e| refused(e.to_string()))?;
+        let fit = |pictures: &Pictures, spaces: &Spaces| spaces.pixels.is_some_and(|p| pictures.fit(&p));
+        let pictures = episode.pictures.as_ref().is_none_or(|p| fit(p, &shared.interface.policy.spaces));
+        if !(episode.task.fits(&world) && pictures) || episode.set.len() != shared.encoding.start().len() {
+            return Err(refused("its episode does not fit its world".to_owned()));
+        }
+        let mut slot = Self { report, running: Some((world, episode)), ..Self::new(self.env, first) };
+        slot.look(shared);
+        Ok(slot)
+    }
+}
+
+impl Shared {
+    fn build(&self, seed: u64, index: u32) -> Result<World, EnvError> {
+        self.scenario.world(seed, index, 0).map_err(|source| EnvError::World { world: index, source })
+    }
+
+    /// What a step was worth.
+    fn judge(
+        &self,
+        world: &World,
+        task: &State,
+        damage: &Damage,
+        ending: Option<Ending>,
+        before: &Statistics,
+    ) -> Report {
+        let cost = damage.cost(&self.rules.cost);
+        let (mut terms, deposited, completeness) = match task {
+            State::Harvest(harvest) => {
+                (harvest.end_step(world), harvest.deposited(), harvest.completeness(world))
+            }
+            State::Reach(reach) => (reach.end_step(world), 0, reach.completeness()),
+        };
+        let weights = &self.interface.reward;
+        // The damage is the last term.
+        terms[weights.len() - 1] = -cost;
+        for (value, term) in terms.iter_mut().zip(weights) {
+            // Ways in a world in quarantine are not numbers.
+            *value = if value.is_finite() { *value * term.weight } else { 0.0 };
+        }
+        // The task's success is the first.
+        let reward = if self.interface.sparse { terms[0] } else { terms.iter().sum() };
+        let mut total = before.damage;
+        total.branches_snapped += damage.branches_snapped;
+        total.fruit_dropped += damage.fruit_dropped;
+        total.spurs_torn += damage.spurs_torn;
+        let statistics = Statistics {
+            total_reward: before.total_reward + reward,
+            total_cost: before.total_cost + cost,
+            length: before.length + 1,
+            time: f64::from(world.frame()) * self.interface.policy.frame,
+            deposited,
+            completeness,
+            damage: total,
+        };
+        Report {
+            reward,
+            terms,
+            cost,
+            terminated: ending.as_ref().is_some_and(|ending| ending.terminated),
+            truncated: ending.as_ref().is_some_and(|ending| !ending.terminated),
+            is_success: ending.as_ref().is_some_and(|ending| ending.success),
+            outcome: ending.map(|ending| ending.outcome.to_owned()),
+            statistics,
+        }
+    }
+}
+
+impl State {
+    /// The task at the start of a world; none if the world has no target for it.
+    fn new(world: &World, seed: u64, shared: &Shared) -> Option<Self> {
+        match shared.interface.task {
+            Task::Harvest => {
+                let horizon = (shared.interface.horizon / shared.interface.policy.frame).round() as u32;
+                Some(Self::Harvest(Harvest::new(world, horizon)))
+            }
+            Task::Reach => Reach::new(world, &shared.protocol.component, seed).map(Self::Reach),
+        }
+    }
+
+    fn begin_step(&mut self, world: &World) {
+        match self {
+            Self::Harvest(harvest) => harvest.begin_step(world),
+            Self::Reach(reach) => reach.begin_step(world),
+        }
+    }
+
+    fn after_frame(&mut self, world: &World, events: &[WorldEvent], shared: &Shared) -> Option<Ending> {
+        match self {
+            Self::Harvest(harvest) => harvest.after_frame(world, events),
+            Self::Reach(reach) => reach.after_frame(world, events, &shared.protocol.component),
+        }
+    }
+
+    fn fits(&self, world: &World) -> bool {
+        match self {
+            Self::Harvest(harvest) => harvest.fits(world),
+            Self::Reach(reach) => reach.fits(world),
+        }
+    }
+}

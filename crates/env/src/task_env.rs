@@ -1,0 +1,180 @@
+//! Many environments of a task.
+
+use std::ops::Range;
+
+use orchard_policy::{Encoding, SettingError, Spaces, Values};
+use orchard_scenario::Scenario;
+use orchard_tasks::component::{Component, ReachAndGrasp};
+use orchard_tasks::protocol::Protocol;
+use rayon::prelude::*;
+
+use crate::error::EnvError;
+use crate::interface::Interface;
+use crate::pixels::Cameras;
+use crate::report::Report;
+use crate::rules::LearningRules;
+use crate::settings::{Settings, Task, WORLDS};
+use crate::slot::{Shared, Slot};
+use crate::{harvest, reach};
+
+/// A task on many worlds: each environment has a world of its own and steps it by actions.
+///
+/// The bits of an environment depend on scenario, settings, seed, the index of its world and its actions, and on nothing else: not on the
+/// other environments, nor on the number of threads (worlds run in parallel on the current rayon pool).
+pub struct TaskEnv {
+    shared: Shared,
+    slots: Vec<Slot>,
+}
+
+impl TaskEnv {
+    /// Makes one environment for each index of a range of worlds. The first reset builds them.
+    ///
+    /// # Errors
+    /// Settings that do not fit, rules that the protocol does not have, or worlds beyond [`WORLDS`].
+    pub fn new(scenario: &Scenario, settings: &Settings, worlds: Range<u32>) -> Result<Self, EnvError> {
+        if worlds.end > WORLDS || worlds.is_empty() {
+            let problem = format!("they are at least one, from 0 and below {WORLDS}");
+            let value = format!("{}..{}", worlds.start, worlds.end);
+            return Err(SettingError { option: "worlds", value, problem }.into());
+        }
+        let (spec, robot) = (scenario.spec(), scenario.robot());
+        let protocol = Protocol::of_scenario(scenario)?;
+        let rules = LearningRules::v1();
+        let view = spec.camera.view();
+        let size = [view.width.get() as usize, view.height.get() as usize];
+        let spaces = Spaces { target: settings.task.target(), ..settings.spaces.clone() };
+        let encoding = Encoding::new(robot, &spaces, size, spec.sim.frame_rate.si())?;
+        let cameras = |pixels| Cameras::new(pixels, scenario, &rules.pixels);
+        let cameras = spaces.pixels.as_ref().map(cameras).transpose()?;
+        let (horizon, reward) = match settings.task {
+            Task::Harvest => (protocol.full.horizon.si(), harvest::terms(&rules.harvest)),
+            Task::Reach => (ReachAndGrasp::time(&protocol.component), reach::terms(&rules.reach)),
+        };
+        let interface = Interface {
+            version: rules.version.clone(),
+            task: settings.task,
+            scenario: scenario.hash(),
+            horizon,
+            sparse: settings.sparse,
+            reward,
+            policy: encoding.interface().clone(),
+        };
+        let identity = format!("{interface:?} {protocol:?}");
+        let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
+        let slots = worlds.enumerate().map(|(env, world)| Slot::new(env, world)).collect();
+        let scenario = scenario.clone();
+        Ok(Self {
+            shared: Shared { scenario, protocol, rules, interface, encoding, cameras, identity },
+            slots,
+        })
+    }
+
+    /// Number of environments.
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// False: there is at least one.
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+
+    /// The conventions of actions, observations and rewards.
+    pub fn interface(&self) -> &Interface {
+        &self.shared.interface
+    }
+
+    /// Begins an episode in every environment that the mask names: with a seed the first one of that seed, without one the next. Before any
+    /// seed was given, the seed is 0.
+    ///
+    /// # Errors
+    /// A list of another length, a world that cannot be built or a task without a target in it; the first such environment is named. The
+    /// others have begun their episodes then.
+    pub fn reset(&mut self, seeds: &[Option<u64>], mask: &[bool]) -> Result<(), EnvError> {
+        self.counted("seeds", seeds.len(), 1)?;
+        self.counted("entries of the reset mask", mask.len(), 1)?;
+        let shared = &self.shared;
+        let done: Vec<Result<(), EnvError>> = self
+            .slots
+            .par_iter_mut()
+            .zip(seeds)
+            .zip(mask)
+            .filter(|(_, chosen)| **chosen)
+            .map(|((slot, seed), _)| slot.reset(*seed, shared))
+            .collect();
+        done.into_iter().collect()
+    }
+
+    /// Takes one action in every environment that the mask names; `actions` has the numbers of all environments, one after another.
+    ///
+    /// # Errors
+    /// A list of another length, a number that is not finite, an environment without an episode or after its end; then none has stepped.
+    pub fn step(&mut self, actions: &[f32], mask: &[bool]) -> Result<(), EnvError> {
+        let size = self.shared.interface.policy.action.len();
+        self.counted("numbers of actions", actions.len(), size)?;
+        self.counted("entries of the mask", mask.len(), 1)?;
+        let shared = &self.shared;
+        let chosen = |action: &(&Slot, (&[f32], &bool))| *action.1.1;
+        let each = || actions.chunks_exact(size).zip(mask);
+        for (slot, (action, _)) in self.slots.iter().zip(each()).filter(chosen) {
+            slot.check(action, shared)?;
+        }
+        self.slots
+            .par_iter_mut()
+            .zip(actions.par_chunks_exact(size))
+            .zip(mask)
+            .filter(|(_, chosen)| **chosen)
+            .for_each(|((slot, action), _)| slot.step(action, shared));
+        Ok(())
+    }
+
+    /// The latest observation of an environment: an array for each field of [`orchard_policy::Interface::observation`]; none before the first reset.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn observation(&self, env: usize) -> &[Values] {
+        self.slots[env].values()
+    }
+
+    /// What the latest step of an environment was worth; zeros after a reset.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn report(&self, env: usize) -> &Report {
+        &self.slots[env].report
+    }
+
+    /// Seed and index of an environment's world; none before the first reset.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn world(&self, env: usize) -> Option<(u64, u32)> {
+        self.slots[env].world()
+    }
+
+    /// The state of every environment as bytes.
+    ///
+    /// # Errors
+    /// An environment without an episode.
+    pub fn snapshot(&self) -> Result<Vec<Vec<u8>>, EnvError> {
+        self.slots.par_iter().map(|slot| slot.save(&self.shared)).collect()
+    }
+
+    /// Goes back to states, one an environment.
+    ///
+    /// # Errors
+    /// There is not one an environment, or one is damaged or belongs to another scenario, setting or world; then nothing has changed.
+    pub fn restore(&mut self, states: &[Vec<u8>]) -> Result<(), EnvError> {
+        self.counted("states", states.len(), 1)?;
+        let shared = &self.shared;
+        let restored: Vec<Result<Slot, EnvError>> =
+            self.slots.par_iter().zip(states).map(|(slot, bytes)| slot.restored(bytes, shared)).collect();
+        self.slots = restored.into_iter().collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    fn counted(&self, what: &'static str, given: usize, each: usize) -> Result<(), EnvError> {
+        let envs = self.slots.len();
+        if given == envs * each { Ok(()) } else { Err(EnvError::Count { what, given, envs }) }
+    }
+}

@@ -1,0 +1,247 @@
+//! Actions: normalised numbers as commands of a robot.
+
+use orchard_robot::{ArmKinematics, BaseJoint, Command, JointValues, RobotModel, Steering};
+use serde::Serialize;
+
+use crate::rules::Scales;
+use crate::spaces::Control;
+
+/// One number of an action, in [-1, 1]. The value that it stands for is linear in it; numbers beyond the ends count as the ends.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Channel {
+    /// Name: a joint of the robot, `base_*` or `gripper`.
+    pub name: String,
+    /// Unit of the value.
+    pub unit: &'static str,
+    /// Value of action -1.
+    pub at_minus_one: f64,
+    /// Value of action 1.
+    pub at_plus_one: f64,
+    /// Meaning of the value, with its sign, for people.
+    pub meaning: &'static str,
+}
+
+impl Channel {
+    fn new(name: &str, unit: &'static str, ends: [f64; 2], meaning: &'static str) -> Self {
+        Self { name: name.to_owned(), unit, at_minus_one: ends[0], at_plus_one: ends[1], meaning }
+    }
+
+    fn value(&self, action: f32) -> f64 {
+        let share = 0.5 * (f64::from(action.clamp(-1.0, 1.0)) + 1.0);
+        self.at_minus_one + share * (self.at_plus_one - self.at_minus_one)
+    }
+}
+
+/// Turns actions into commands of a robot.
+#[derive(Debug, Clone)]
+pub(crate) struct Drive {
+    control: Control,
+    /// The arm's joints, the directions of the base, the gripper.
+    pub channels: Vec<Channel>,
+    arm: ArmKinematics,
+    /// Velocity of the base in its frame per value of each of its channels.
+    base: Vec<[f64; 3]>,
+    has_cup: bool,
+    start: Command,
+    /// Frames of an action, and their whole time \[s\].
+    frames: u32,
+    period: f64,
+}
+
+impl Drive {
+    /// Makes the drive of a robot; an action has a number of frames, which take `period` seconds in all.
+    pub fn new(robot: &RobotModel, control: Control, scales: &Scales, frames: u32, period: f64) -> Self {
+        let (config, arm) = (robot.config(), robot.kinematics());
+        let mut channels: Vec<Channel> = Vec::new();
+        for (name, limit) in config.parts.arm_joints.iter().zip(arm.limits()) {
+            let most = limit.velocity * scales.joint_speed.si() * period;
+            channels.push(match control {
+                Control::JointDelta => Channel::new(
+                    name,
+                    "rad",
+                    [-most, most],
+                    "move of the joint's set point, added to the last one, within the joint's limits",
+                ),
+                Control::JointAbsolute => {
+                    Channel::new(name, "rad", [limit.lower, limit.upper], "place of the joint's set point")
+                }
+            });
+        }
+        let mut base = Vec::new();
+        if let Some(drive) = &config.drive {
+            let (speed, turn) = (drive.speed_max.si(), drive.turn_speed_max.si());
+            let axes: Vec<(&str, &str, f64, [f64; 3], &str)> = match (robot.base_joint(), &drive.steering) {
+                (BaseJoint::Fixed, _) => Vec::new(),
+                (BaseJoint::Rail { axis_base: a, .. }, _) => {
+                    vec![("base_rail", "m/s", speed, [a.x, a.y, 0.0], "velocity along the rail")]
+                }
+                (BaseJoint::Planar(_), steering) => {
+                    let forward =
+                        ("base_forward", "m/s", speed, [1.0, 0.0, 0.0], "velocity forwards, base frame");
+                    let left =
+                        ("base_left", "m/s", speed, [0.0, 1.0, 0.0], "velocity to the left, base frame");
+                    let turn =
+                        ("base_turn", "rad/s", turn, [0.0, 0.0, 1.0], "turn rate, positive to the left");
+                    match steering {
+                        Steering::Holonomic => vec![forward, left, turn],
+                        Steering::Differential | Steering::Ackermann { .. } => vec![forward, turn],
+                    }
+                }
+            };
+            for (name, unit, most, direction, meaning) in axes {
+                channels.push(Channel::new(name, unit, [-most, most], meaning));
+                base.push(direction);
+            }
+        }
+        let has_cup = robot.cup().is_some();
+        channels.push(if has_cup {
+            Channel::new(
+                "gripper",
+                "1",
+                [1.0, 0.0],
+                "valve of the suction cup: -1 draws the whole vacuum, 1 vents",
+            )
+        } else {
+            let open = [0.0, arm.finger_stroke()];
+            Channel::new("gripper", "m", open, "opening of each finger: -1 closes, 1 opens")
+        });
+        Self {
+            control,
+            channels,
+            arm: arm.clone(),
+            base,
+            has_cup,
+            start: robot.start_command(),
+            frames,
+            period,
+        }
+    }
+
+    /// The arm's set points at the start of an episode \[rad\].
+    pub fn start(&self) -> JointValues {
+        self.start.arm_q
+    }
+
+    /// The motion of an action, one number a channel, after the set points of the last one.
+    pub fn motion(&self, action: &[f32], last: &JointValues) -> Motion {
+        let values: Vec<f64> = self.channels.iter().zip(action).map(|(c, &a)| c.value(a)).collect();
+        let dof = self.arm.dof();
+        let to = JointValues::from_fn(dof, |i| match self.control {
+            Control::JointDelta => {
+                let limit = self.arm.limits()[i];
+                (last[i] + values[i]).clamp(limit.lower, limit.upper)
+            }
+            Control::JointAbsolute => values[i],
+        });
+        let mut base_velocity = [0.0; 3];
+        for (direction, value) in self.base.iter().zip(&values[dof..]) {
+            for k in 0..3 {
+                base_velocity[k] += direction[k] * value;
+            }
+        }
+        let gripper = values[values.len() - 1];
+        let held = match self.has_cup {
+            true => Command { vacuum: gripper, ..self.start },
+            false => Command { finger_q: gripper, ..self.start },
+        };
+        // Moves pass through their ends at an even speed; places are approached as the servos can.
+        let (from, speed) = match self.control {
+            Control::JointDelta => (*last, JointValues::from_fn(dof, |i| (to[i] - last[i]) / self.period)),
+            Control::JointAbsolute => (to, JointValues::zeros(dof)),
+        };
+        Motion { from, to, frames: self.frames, command: Command { base_velocity, arm_v: speed, ..held } }
+    }
+}
+
+/// The commands of one action.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    from: JointValues,
+    to: JointValues,
+    frames: u32,
+    command: Command,
+}
+
+impl Motion {
+    /// Set points at its end \[rad\].
+    pub fn end(&self) -> JointValues {
+        self.to
+    }
+
+    /// The command of a frame, counted from 0.
+    pub fn command(&self, frame: u32) -> Command {
+        let share = f64::from(frame + 1) / f64::from(self.frames);
+        let arm_q =
+            JointValues::from_fn(self.to.len(), |i| self.from[i] + share * (self.to[i] - self.from[i]));
+        Command { arm_q, ..self.command }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive(robot: &str, control: Control) -> Drive {
+        Drive::new(&RobotModel::named(robot).unwrap(), control, &Scales::v1(), 6, 0.1)
+    }
+
+    #[test]
+    fn every_robot_has_the_channels_of_its_parts() {
+        let names = |robot| -> Vec<String> {
+            let drive = drive(robot, Control::JointDelta);
+            drive.channels[drive.arm.dof()..].iter().map(|c| c.name.clone()).collect()
+        };
+        assert_eq!(names("ridgeback-fr3"), ["base_forward", "base_left", "base_turn", "gripper"]);
+        assert_eq!(names("husky-ur5e-2f85"), ["base_forward", "base_turn", "gripper"]);
+        assert_eq!(names("rail-xarm6-suction"), ["base_rail", "gripper"]);
+        assert_eq!(names("fr3-fixed"), ["gripper"]);
+    }
+
+    #[test]
+    fn signs_and_ends_are_those_of_the_convention() {
+        let drive = drive("ridgeback-fr3", Control::JointDelta);
+        let n = drive.channels.len();
+        let start = drive.start();
+        let still = drive.motion(&vec![0.0; n], &start).command(5);
+        assert_eq!((still.arm_q, still.base_velocity), (start, [0.0; 3]));
+        let mut action = vec![0.0; n];
+        (action[0], action[7], action[n - 1]) = (1.0, -1.0, 1.0);
+        let motion = drive.motion(&action, &start);
+        let limit = drive.arm.limits()[0];
+        // Half the joint's speed for a tenth of a second, passed at that speed.
+        assert!((motion.to[0] - start[0] - 0.05 * limit.velocity).abs() < 1e-12);
+        let (first, last) = (motion.command(0), motion.command(5));
+        assert!((first.arm_q[0] - start[0] - (motion.to[0] - start[0]) / 6.0).abs() < 1e-12);
+        assert!((last.arm_q[0] - motion.to[0]).abs() < 1e-12);
+        assert!((last.arm_v[0] - 0.5 * limit.velocity).abs() < 1e-12);
+        assert!(last.base_velocity[0] < 0.0 && last.finger_q == drive.arm.finger_stroke());
+        action[n - 1] = -3.0;
+        assert_eq!(drive.motion(&action, &start).command(0).finger_q, 0.0);
+    }
+
+    #[test]
+    fn absolute_actions_span_the_joints_and_moves_end_at_their_limits() {
+        let absolute = drive("ridgeback-fr3", Control::JointAbsolute);
+        let n = absolute.channels.len();
+        let motion = absolute.motion(&vec![1.0; n], &absolute.start());
+        for (q, limit) in motion.to.iter().zip(absolute.arm.limits()) {
+            assert!((q - limit.upper).abs() < 1e-12);
+        }
+        let delta = drive("ridgeback-fr3", Control::JointDelta);
+        let mut set = delta.start();
+        for _ in 0..200 {
+            set = delta.motion(&vec![1.0; n], &set).to;
+        }
+        for (q, limit) in set.iter().zip(delta.arm.limits()) {
+            assert_eq!(*q, limit.upper);
+        }
+    }
+
+    #[test]
+    fn a_cup_draws_where_fingers_close() {
+        let drive = drive("rail-xarm6-suction", Control::JointDelta);
+        let n = drive.channels.len();
+        let vacuum = |a: f32| drive.motion(&vec![a; n], &drive.start()).command(0).vacuum;
+        assert_eq!((vacuum(-1.0), vacuum(1.0)), (1.0, 0.0));
+    }
+}

@@ -1,0 +1,51 @@
+//! Scales of actions: `configs/policy/v1.toml`.
+
+use orchard_quantity::{ConfigError, Quantity, from_toml};
+use serde::{Deserialize, Serialize};
+
+/// The scales as TOML text.
+pub const V1_TOML: &str = include_str!("../configs/policy/v1.toml");
+
+/// Scales of actions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scales {
+    /// Version; it is raised when a figure changes.
+    pub version: String,
+    /// Speed of a joint's set point under action 1 of control `joint_delta`, as a share of the joint's largest speed.
+    pub joint_speed: Quantity,
+}
+
+impl Scales {
+    /// Reads the scales from TOML text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, a field missing or unknown, a value outside its range.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
+        from_toml(file, text)
+    }
+
+    /// The scales of version 1.
+    ///
+    /// # Panics
+    /// Never: the embedded file is read in this crate's tests.
+    pub fn v1() -> Self {
+        match Self::from_toml("policy/v1.toml", V1_TOML) {
+            Ok(scales) => scales,
+            Err(e) => unreachable!("embedded scales: {e}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_scales_read_and_a_wrong_one_is_named() {
+        assert_eq!(Scales::v1().version, "v1");
+        let text = V1_TOML.replacen("joint_speed = { value = 0.5", "joint_speed = { value = 2.0", 1);
+        let e = Scales::from_toml("x.toml", &text).unwrap_err().to_string();
+        assert!(e.starts_with("x.toml: joint_speed: ") && e.contains('2'), "{e}");
+    }
+}

@@ -1,0 +1,118 @@
+"""Keyword arguments of the environments, their spaces, and checks of what callers give."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from os import PathLike
+from typing import Any, TypedDict, cast
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from orchardbench._native import Core
+
+
+class Settings(TypedDict, total=False):
+    """Keyword arguments that the environments share."""
+
+    scenario: str | PathLike[str]
+    """A scenario file: everything at once. The options below change it."""
+    preset: str
+    """The world: a preset (``orchard presets``)."""
+    config: str
+    """The world: a config file of your own."""
+    tree: str
+    """A digitised tree."""
+    randomisation: str
+    """Strength of the randomisation, or its file."""
+    robot: str
+    """The robot (``orchard robots``), its folder or URDF file."""
+    camera: str
+    """The depth camera (``orchard cameras``)."""
+    obs: Sequence[str]
+    """Groups of observations: ``state``, ``depth``, ``pixels``. Default: ``("state",)``."""
+    pixels_size: int | Sequence[int]
+    """Rows and columns of the pictures, or one number for both. Default: 128."""
+    pixels_hz: int
+    """Pictures a second, a divisor of 60. Default: as many as actions."""
+    control: str
+    """``joint_delta`` (default) or ``joint_absolute``."""
+    control_hz: int
+    """Actions a second, a divisor of 60. Default: 10."""
+    reward: str
+    """``shaped`` (default) or ``sparse``."""
+    world: int
+    """Index of the first environment's world under its seed. Default: 0."""
+
+
+OPTIONS = ("preset", "config", "tree", "randomisation", "robot", "camera")
+
+
+def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Core:
+    """Makes the environments of a task; raises ``ValueError`` for settings that do not fit and ``TypeError`` for unknown ones."""
+    unknown = set(settings) - set(Settings.__annotations__)
+    if unknown:
+        known = ", ".join(Settings.__annotations__)
+        raise TypeError(f"unknown setting {', '.join(sorted(unknown))}; the settings are {known}")
+    obs = settings.get("obs", ("state",))
+    if isinstance(obs, str):
+        obs = (obs,)
+    size = settings.get("pixels_size", 128)
+    height, width = size if isinstance(size, (tuple, list)) and len(size) == 2 else (size, size)
+    control_hz = whole("control_hz", settings.get("control_hz", 10), 2**32)
+    hz = whole("pixels_hz", settings.get("pixels_hz", control_hz), 2**32)
+    options = [(name, str(value)) for name in OPTIONS if (value := settings.get(name)) is not None]
+    return Core(
+        task,
+        settings.get("scenario"),
+        options,
+        list(obs),
+        (whole("pixels_size", height, 2**32), whole("pixels_size", width, 2**32), hz),
+        settings.get("control", "joint_delta"),
+        control_hz,
+        settings.get("reward", "shaped"),
+        (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
+        whole("threads", threads, 2**16),
+    )
+
+
+def whole(name: str, value: object, end: int) -> int:
+    """The value, if it is a whole number from 0 and below ``end``."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} must be a whole number, not {value!r}")
+    if not 0 <= value < end:
+        raise ValueError(f"{name} {value}: it must be at least 0 and less than {end}")
+    return int(value)
+
+
+def spaces_of(
+    interface: dict[str, Any],
+) -> tuple[spaces.Space[dict[str, NDArray[Any]]], spaces.Space[NDArray[np.float32]]]:
+    """Observation and action space of one environment."""
+    fields: dict[str, spaces.Space[Any]] = {}
+    for field in interface["observation"]:
+        low = -np.inf if field["low"] is None else field["low"]
+        high = np.inf if field["high"] is None else field["high"]
+        fields[field["key"]] = spaces.Box(low, high, tuple(field["shape"]), np.dtype(field["dtype"]).type)
+    size = len(interface["action"])
+    observation, action = spaces.Dict(fields), spaces.Box(-1.0, 1.0, (size,), np.float32)
+    # Gymnasium's types of these spaces leave open what they hold.
+    return cast("spaces.Space[dict[str, NDArray[Any]]]", observation), cast("spaces.Space[NDArray[np.float32]]", action)
+
+
+def interface_of(core: Core) -> dict[str, Any]:
+    """The conventions of the environments."""
+    interface: dict[str, Any] = json.loads(core.interface())
+    return interface
+
+
+def checked_actions(actions: object, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """The actions as an array that the native half takes."""
+    array = np.asarray(actions)
+    if array.dtype.kind != "f":
+        raise TypeError(f"actions must be floating-point numbers, not {array.dtype}")
+    if array.shape != shape:
+        raise ValueError(f"actions have the shape {array.shape}, but {shape} is needed")
+    return np.ascontiguousarray(array, dtype=np.float32)

@@ -1,0 +1,152 @@
+"""Many environments that step together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from orchardbench._native import Core
+from orchardbench._settings import Settings, checked_actions, interface_of, make_core, spaces_of, whole
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+Observations = dict[str, NDArray[Any]]
+Mask = NDArray[np.bool_]
+
+
+class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]]):
+    """A task of the benchmark in many worlds, on all cores. Environment ``k`` has world ``world + k`` of its seed, and its bits do not
+    depend on the other environments."""
+
+    def __init__(
+        self,
+        task: str = "Harvest-v1",
+        num_envs: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        threads: int = 0,
+        render_mode: None = None,
+        **settings: Unpack[Settings],
+    ) -> None:
+        if render_mode is not None:
+            raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
+        self._mode = AutoresetMode(autoreset_mode)
+        self._core: Core | None = make_core(task, num_envs, threads, settings)
+        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
+        self.num_envs = num_envs
+        self.interface = interface_of(self._core)
+        """All conventions: units, signs and ranges of actions, observations and rewards."""
+        self.single_observation_space, self.single_action_space = spaces_of(self.interface)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        # Environments whose episode has ended and that reset at the next step.
+        self._ended = np.zeros(num_envs, dtype=np.bool_)
+
+    def _open(self) -> Core:
+        if self._core is None:
+            raise ClosedEnvironmentError("the environments are closed")
+        return self._core
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begins an episode in every environment, or in those of ``options["reset_mask"]``: with a seed the first one of the seed, without
+        the next one. One number is the seed of all environments, whose worlds differ by their indices."""
+        core = self._open()
+        seeds = self._seeds(seed)
+        mask = self._mask(options)
+        core.reset(seeds, mask)
+        self._ended &= ~mask
+        return core.observations(), self._info(core.reports(), mask)
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seed = [seed] * self.num_envs
+        if len(seed) != self.num_envs:
+            raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
+        return [None if one is None else whole("seed", one, 2**64) for one in seed]
+
+    def _mask(self, options: dict[str, Any] | None) -> Mask:
+        options = dict(options or {})
+        mask = options.pop("reset_mask", None)
+        if options:
+            raise ValueError(f"unknown option {', '.join(options)}; the only one is reset_mask")
+        if mask is None:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+            kind = mask.dtype if isinstance(mask, np.ndarray) else type(mask).__name__
+            raise TypeError(f"reset_mask must be a numpy array of bool, not {kind}")
+        if mask.shape != (self.num_envs,):
+            raise ValueError(f"reset_mask has the shape {mask.shape}, but {(self.num_envs,)} is needed")
+        if not mask.any():
+            raise ValueError("reset_mask names no environment")
+        return np.ascontiguousarray(mask)
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[Observations, NDArray[np.float64], Mask, Mask, dict[str, Any]]:
+        core = self._open()
+        array = checked_actions(actions, (self.num_envs, len(self.interface["action"])))
+        resets = self._ended if self._mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
+        core.step(array, ~resets)
+        if resets.any():
+            core.reset([None] * self.num_envs, resets)
+        observations, reports = core.observations(), core.reports()
+        reward, terminated, truncated = reports["reward"], reports["terminated"], reports["truncated"]
+        ended = terminated | truncated
+        info: dict[str, Any] = {}
+        if self._mode == AutoresetMode.SAME_STEP and ended.any():
+            final = np.full(self.num_envs, None, dtype=object)
+            for k in np.flatnonzero(ended):
+                final[k] = {key: rows[k].copy() for key, rows in observations.items()}
+            info = {"final_obs": final, "_final_obs": ended.copy()}
+            info |= {"final_info": self._info(reports, ended), "_final_info": ended.copy()}
+            core.reset([None] * self.num_envs, ended)
+            observations, reports = core.observations(), core.reports()
+            self._ended = np.zeros_like(ended)
+        else:
+            self._ended = ended.copy()
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        return observations, reward, terminated, truncated, info | self._info(reports, every)
+
+    def _info(self, reports: dict[str, Any], mask: Mask) -> dict[str, Any]:
+        kept = ("is_success", "cost", "outcome", "reward_terms", "statistics", "seed", "world")
+        return masked({key: reports[key] for key in kept}, mask)
+
+    def snapshot(self) -> list[bytes]:
+        """The state of every environment; the same actions after :meth:`restore` give the same bits."""
+        return self._open().snapshot()
+
+    def restore(self, states: Sequence[bytes]) -> tuple[Observations, dict[str, Any]]:
+        """Goes back to states of these environments, or of ones made with the same settings."""
+        core = self._open()
+        core.restore(list(states))
+        reports = core.reports()
+        self._ended = reports["terminated"] | reports["truncated"]
+        return core.observations(), self._info(reports, np.ones(self.num_envs, dtype=np.bool_))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        self._core = None
+
+
+def masked(values: dict[str, Any], mask: Mask) -> dict[str, Any]:
+    """Values in Gymnasium's form: beside each array a mask of the environments that it speaks of."""
+    info: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, dict):
+            info[key] = masked(value, mask)
+        elif isinstance(value, list):
+            info[key] = np.array(value, dtype=object)
+        else:
+            info[key] = value
+        info[f"_{key}"] = mask.copy()
+    return info

@@ -1,0 +1,132 @@
+//! The environments as a Python object.
+
+use std::path::PathBuf;
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use orchard_env::{EnvError, Settings, Task, TaskEnv};
+use orchard_policy::{Control, Pixels, Spaces};
+use orchard_scenario::{Options, Scenario, controllers};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::arrays;
+use crate::guard::{detached, exception};
+
+/// Environments of one task that step together.
+#[pyclass(module = "orchardbench._native")]
+pub struct Core {
+    env: TaskEnv,
+    /// Threads of its own, which do not outlive it.
+    pool: ThreadPool,
+    /// The process that made it: threads are not in a forked one.
+    process: u32,
+}
+
+#[pymethods]
+impl Core {
+    /// Makes environments: `options` are those of a scenario on the command line, `pixels` height, width and rate of pictures, `worlds` the first index and the number of worlds, `threads` 0 for
+    /// one a core.
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "the keyword arguments of Python")]
+    fn new(
+        py: Python<'_>,
+        task: &str,
+        scenario: Option<PathBuf>,
+        options: Vec<(String, String)>,
+        obs: Vec<String>,
+        pixels: (u32, u32, u32),
+        control: &str,
+        control_hz: u32,
+        reward: &str,
+        worlds: (u32, u32),
+        threads: usize,
+    ) -> PyResult<Self> {
+        let groups: Vec<&str> = obs.iter().map(String::as_str).collect();
+        let settings = || -> Result<Settings, EnvError> {
+            let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
+            let spaces = settings.spaces.observing(&groups)?;
+            let (height, width, hz) = pixels;
+            let pixels = spaces.pixels.map(|_| Pixels { height, width, hz });
+            let control = Control::named(control)?;
+            Ok(Settings { spaces: Spaces { pixels, control, control_hz, ..spaces }, ..settings })
+        };
+        let settings = settings().map_err(exception)?;
+        let resolve = || {
+            let pairs: Vec<(&str, &str)> = options.iter().map(|(k, v)| (k.as_str(), v.as_str())).collect();
+            let given = Options::of(&pairs)?;
+            let below = scenario.as_deref().map(Options::from_file).transpose()?.unwrap_or_default();
+            Scenario::resolve(&given.over(below), &controllers())
+        };
+        let scenario = detached(py, resolve)?.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let (first, count) = worlds;
+        let range = first..first.saturating_add(count);
+        let env = detached(py, || TaskEnv::new(&scenario, &settings, range))?.map_err(exception)?;
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|e| PyRuntimeError::new_err(format!("threads {threads}: {e}")))?;
+        Ok(Self { env, pool, process: std::process::id() })
+    }
+
+    /// The conventions as JSON text.
+    fn interface(&self) -> PyResult<String> {
+        serde_json::to_string(self.env.interface()).map_err(|e| PyRuntimeError::new_err(e.to_string()))
+    }
+
+    fn reset(
+        &mut self,
+        py: Python<'_>,
+        seeds: Vec<Option<u64>>,
+        mask: PyReadonlyArray1<'_, bool>,
+    ) -> PyResult<()> {
+        let mask = mask.as_slice()?.to_vec();
+        self.compute(py, |env| env.reset(&seeds, &mask))
+    }
+
+    /// Takes the actions, a row an environment, of those that the mask names.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        actions: PyReadonlyArray2<'_, f32>,
+        mask: PyReadonlyArray1<'_, bool>,
+    ) -> PyResult<()> {
+        let (actions, mask) = (actions.as_slice()?.to_vec(), mask.as_slice()?.to_vec());
+        self.compute(py, |env| env.step(&actions, &mask))
+    }
+
+    fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        arrays::observations(py, &self.env)
+    }
+
+    fn reports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        arrays::reports(py, &self.env)
+    }
+
+    fn snapshot<'py>(&mut self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        let states = self.compute(py, |env| env.snapshot())?;
+        Ok(states.iter().map(|state| PyBytes::new(py, state)).collect())
+    }
+
+    fn restore(&mut self, py: Python<'_>, states: Vec<Vec<u8>>) -> PyResult<()> {
+        self.compute(py, |env| env.restore(&states))
+    }
+}
+
+impl Core {
+    /// Computes on the own threads, without the interpreter's lock.
+    fn compute<T: Send>(
+        &mut self,
+        py: Python<'_>,
+        compute: impl FnOnce(&mut TaskEnv) -> Result<T, EnvError> + Send,
+    ) -> PyResult<T> {
+        let now = std::process::id();
+        if now != self.process {
+            return Err(PyRuntimeError::new_err(format!(
+                "this environment was made in process {} and cannot be used in its fork {now}: make it after the fork, or start processes with the method spawn",
+                self.process
+            )));
+        }
+        let (env, pool) = (&mut self.env, &self.pool);
+        detached(py, || pool.install(|| compute(env)))?.map_err(exception)
+    }
+}

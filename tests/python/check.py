@@ -1,0 +1,367 @@
+"""Checks the Python package `orchardbench` with Gymnasium's own checkers, against itself, and with bad input.
+
+Runs every function named test_*, or those whose names are given.
+"""
+
+import multiprocessing
+import pathlib
+import subprocess
+import sys
+import time
+import traceback
+import warnings
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import orchardbench
+
+SEED = 20250704
+HARVEST, REACH = "orchardbench/Harvest-v1", "orchardbench/Reach-v1"
+
+
+def vector(num_envs, task=HARVEST, **settings):
+    return gymnasium.make_vec(task, num_envs=num_envs, vectorization_mode="vector_entry_point", **settings)
+
+
+def single(task=HARVEST, **settings):
+    return gymnasium.make(task, disable_env_checker=True, **settings)
+
+
+def actions(env, step, first=0):
+    """Actions that differ by environment and step, and depend on nothing else."""
+    size = len(env.interface["action"])
+    rows = [np.random.default_rng([step, first + k]).uniform(-1, 1, size) for k in range(getattr(env, "num_envs", 1))]
+    return np.array(rows, dtype=np.float32)
+
+
+def same(a, b, where=""):
+    assert type(a) is type(b), (where, a, b)
+    if isinstance(a, dict):
+        assert a.keys() == b.keys(), (where, a.keys(), b.keys())
+        for key in a:
+            same(a[key], b[key], f"{where}.{key}")
+    elif isinstance(a, np.ndarray) and a.dtype != object:
+        assert a.dtype == b.dtype and a.tobytes() == b.tobytes(), (where, a, b)
+    elif isinstance(a, np.ndarray):
+        assert len(a) == len(b)
+        for i in range(len(a)):
+            same(a[i], b[i], f"{where}[{i}]")
+    else:
+        assert a == b, (where, a, b)
+
+
+def row(values, k):
+    """Environment k of the results of many: as its own results."""
+    if isinstance(values, dict):
+        return {key: row(value, k) for key, value in values.items() if not key.startswith("_")}
+    value = values[k]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def raises(kind, text, call):
+    try:
+        call()
+    except kind as e:
+        assert text in str(e), f"{text!r} is not in {e}"
+        return
+    raise AssertionError(f"nothing was raised; expected {kind.__name__}: {text}")
+
+
+def test_gymnasium_accepts_every_task():
+    for task, settings in ((HARVEST, {}), (HARVEST, {"obs": ("state", "depth", "pixels")}), (REACH, {"control": "joint_absolute"})):
+        env = gymnasium.make(task, **settings)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            check_env(env.unwrapped, skip_render_check=True)
+        # Forces and velocities have no limits.
+        left = [str(w.message) for w in caught if "infinity" not in str(w.message)]
+        assert not left, left
+
+
+def test_spaces_are_those_of_the_interface():
+    env = vector(2, obs=("state", "depth"), robot="fr3-fixed")
+    names = [channel["name"] for channel in env.interface["action"]]
+    assert env.single_action_space.shape == (len(names),) and names[-1] == "gripper", names
+    assert list(env.single_observation_space) == ["agent_pos", "agent_vel", "depth", "depth_time", "depth_valid", "forces"]
+    assert env.single_observation_space["depth"].shape == (144, 192)
+    observations, _ = env.reset(seed=SEED)
+    assert observations in env.observation_space
+    gripper = env.interface["action"][-1]
+    assert gripper["at_minus_one"] == 0.0 and gripper["at_plus_one"] > 0.0 and gripper["unit"] == "m"
+    assert env.interface["task"] == "Harvest-v1" and env.interface["frames"] == 6
+
+
+def test_pictures_show_fruit_and_robot():
+    settings = {"obs": ("pixels",), "pixels_size": (96, 128), "pixels_hz": 5}
+    env = single(**settings).unwrapped
+    seen, _ = env.reset(seed=SEED)
+    assert list(env.observation_space) == ["pixels_base", "pixels_time", "pixels_wrist"]
+    assert seen in env.observation_space and list(seen["pixels_time"]) == [0.0, 0.0]
+    for key in ("pixels_wrist", "pixels_base"):
+        assert seen[key].shape == (96, 128, 3) and seen[key].dtype == np.uint8
+        # The sky above is brighter and bluer than the grass below.
+        red, green, blue = seen[key].reshape(-1, 3).mean(axis=0)
+        assert 40 < green < 220 and seen[key].std() > 20, (key, red, green, blue)
+    red, green, blue = np.moveaxis(seen["pixels_wrist"].astype(int), 2, 0)
+    assert ((red > 120) & (green < 80) & (blue < 80)).sum() > 3, "no red fruit in the picture"
+    still = np.zeros(env.action_space.shape, dtype=np.float32)
+    moving = still.copy()
+    moving[0] = 1.0
+    taken = []
+    before = seen["pixels_base"]
+    for _ in range(4):
+        seen = env.step(moving)[0]
+        taken.append(float(seen["pixels_time"][0]))
+    # A picture in every other step, and the arm moves in it.
+    assert np.allclose(taken, [0.0, 0.2, 0.2, 0.4]) and abs(seen["pixels_time"][1] - 0.4) < 1e-6, taken
+    changed = (np.abs(seen["pixels_base"].astype(int) - before).max(axis=2) > 30).mean()
+    assert 0.005 < changed < 0.5, changed
+    state = env.snapshot()
+    other = single(**settings).unwrapped
+    other.reset(seed=SEED + 1)
+    same(other.restore(state)[0], seen)
+    same(other.step(still)[0], env.step(still)[0])
+    for k, key in enumerate(("pixels_wrist", "pixels_base")):
+        many = vector(2, **settings).reset(seed=SEED)[0][key]
+        one = single(**settings, world=k).reset(seed=SEED)[0][key]
+        same(many[k], one)
+    raises(ValueError, "pixels_hz 7: it must divide the frame rate, 60 Hz", lambda: single(obs="pixels", pixels_hz=7))
+    raises(ValueError, "pixels_size (0, 0): rows and columns must be 1 to 1024", lambda: single(obs="pixels", pixels_size=0))
+    raises(TypeError, "pixels_size must be a whole number", lambda: single(obs="pixels", pixels_size="big"))
+
+
+def test_the_gripper_opens_at_plus_one_and_closes_at_minus_one():
+    env = single().unwrapped
+    env.reset(seed=SEED)
+    fingers = [e["name"] for e in env.interface["observation"][0]["elements"]].index("finger_left")
+    stroke = env.interface["action"][-1]["at_plus_one"]
+    for sign, opening in ((1.0, stroke), (-1.0, 0.0)):
+        action = np.zeros(env.action_space.shape, dtype=np.float32)
+        action[-1] = sign
+        for _ in range(15):
+            seen = env.step(action)[0]["agent_pos"][fingers]
+        assert abs(seen - opening) < 1e-3, (sign, seen, opening)
+
+
+def test_one_world_alone_has_the_bits_of_the_same_among_many():
+    settings = {"obs": ("state", "depth")}
+    many, one = vector(3, **settings), single(world=2, **settings).unwrapped
+    few = vector(2, threads=1, world=1, **settings)
+    results = [env.reset(seed=SEED) for env in (many, few, one)]
+    for step in range(4):
+        same(row(results[0][0], 2), results[2][0])
+        same(row(results[0][1], 2), results[2][1])
+        same(row(results[0][0], 1), row(results[1][0], 0))
+        acts = actions(many, step)
+        results = [many.step(acts), few.step(acts[1:]), one.step(acts[2])]
+        assert results[0][1][2] == results[2][1] and results[0][1][1] == results[1][1][0]
+        results = [(r[0], r[4]) for r in results]
+    assert results[0][0]["depth_valid"].any(), "the camera delivered no image"
+    worlds = [row(results[0][1], k)["world"] for k in range(3)]
+    assert worlds == [0, 1, 2], worlds
+
+
+def test_seeds_and_reset_masks():
+    env = vector(2)
+    first, info = env.reset(seed=[SEED, SEED + 1])
+    assert list(info["seed"]) == [SEED, SEED + 1] and list(info["world"]) == [0, 1]
+    env.step(actions(env, 0))
+    before, _, _, _, _ = env.step(actions(env, 1))
+    after, info = env.reset(options={"reset_mask": np.array([False, True])})
+    same(row(before, 0), row(after, 0))
+    assert list(info["_world"]) == [False, True] and info["world"][1] == 1 + 65536
+    again, _ = env.reset(seed=[None, SEED + 1], options={"reset_mask": np.array([False, True])})
+    same(row(first, 1), row(again, 1))
+    # Without a seed the next world; with it the first again.
+    assert list(env.reset()[1]["world"]) == [65536, 1 + 65536]
+    same(env.reset(seed=[SEED, SEED + 1])[0], first)
+
+
+def run(env, steps):
+    """Steps at rest; the results of each step."""
+    still = np.zeros(env.action_space.shape, dtype=np.float32)
+    return [env.step(still) for _ in range(steps)]
+
+
+# A robot at rest stalls after 15 s: at 1 Hz in the 15th step.
+END = 15
+
+
+def test_autoreset_modes():
+    modes = AutoresetMode
+    same_step, next_step, disabled = (
+        vector(2, control_hz=1, threads=2, autoreset_mode=mode) for mode in (modes.SAME_STEP, modes.NEXT_STEP, "Disabled")
+    )
+    assert same_step.metadata["autoreset_mode"] == modes.SAME_STEP
+    for env in (same_step, next_step, disabled):
+        env.reset(seed=SEED)
+    # One environment is a step ahead.
+    ahead = np.array([False, True])
+    a, b, c = run(same_step, END), run(next_step, END), run(disabled, END)
+    for results in (a, b, c):
+        assert not any(r[2].any() or r[3].any() for r in results[:-1])
+        assert results[-1][3].all() and not results[-1][2].any()
+    end = c[-1]
+    assert list(end[4]["outcome"]) == ["stalled"] * 2 and not end[4]["is_success"].any()
+    # Same step: the new episode's observation, with the last one beside it.
+    observations, _, _, _, info = a[-1]
+    assert info["_final_obs"].all() and list(info["world"]) == [65536, 65537]
+    for k in range(2):
+        same(info["final_obs"][k], row(end[0], k))
+    same({k: v for k, v in info["final_info"].items() if not k.startswith("_")}, {k: v for k, v in end[4].items() if not k.startswith("_")})
+    # Next step: the last observation, then a step that only resets.
+    same(b[-1][0], end[0])
+    assert "final_obs" not in b[-1][4]
+    (reset,) = run(next_step, 1)
+    same(reset[0], observations)
+    assert not reset[1].any() and not reset[3].any()
+    # Disabled: a step is refused until the caller resets.
+    raises(ResetNeeded, "has ended", lambda: run(disabled, 1))
+    begun, _ = disabled.reset(options={"reset_mask": ahead})
+    same(row(begun, 1), row(observations, 1))
+    raises(ResetNeeded, "environment 0 has ended", lambda: run(disabled, 1))
+
+
+def test_a_snapshot_continues_with_the_same_bits():
+    for task in (HARVEST, REACH):
+        env, other = vector(2, task, obs=("state", "depth")), vector(2, task, obs=("state", "depth"))
+        env.reset(seed=SEED)
+        for step in range(2):
+            env.step(actions(env, step))
+        states = env.snapshot()
+        onward = [env.step(actions(env, step)) for step in range(2, 4)]
+        other.restore(states)
+        for step, expected in zip(range(2, 4), onward):
+            got = other.step(actions(env, step))
+            for a, b in zip(got, expected):
+                same(a, b)
+    raises(ValueError, "belongs to another scenario", lambda: vector(2, REACH).restore(states))
+    raises(ValueError, "not a state", lambda: other.restore([b"x", states[1]]))
+    raises(ValueError, "1 states for 2 environments", lambda: other.restore(states[:1]))
+
+
+def test_rewards_costs_and_statistics_add_up():
+    env = single().unwrapped
+    env.reset(seed=SEED)
+    rewards, costs = [], []
+    for step in range(5):
+        _, reward, _, _, info = env.step(actions(env, step)[0])
+        assert abs(reward - sum(info["reward_terms"].values())) < 1e-12
+        rewards.append(reward)
+        costs.append(info["cost"])
+    assert abs(info["statistics"]["return"] - sum(rewards)) < 1e-12 and info["statistics"]["cost"] == sum(costs)
+    assert info["statistics"]["length"] == 5 and abs(info["statistics"]["time"] - 0.5) < 1e-9
+    assert set(info["reward_terms"]) == {"deposit", "grip", "detach", "approach", "carry", "damage"}
+    assert any(info["reward_terms"].values()), "no term has moved"
+    sparse = single(reward="sparse").unwrapped
+    sparse.reset(seed=SEED)
+    assert sparse.step(actions(env, 0)[0])[1] == 0.0
+
+
+def test_reach_tells_its_target_as_the_benchmark_does():
+    env = single(REACH).unwrapped
+    observation, info = env.reset(seed=SEED)
+    assert observation["target"].shape == (4,) and 0.02 < observation["target"][3] < 0.06, observation["target"]
+    same(env.reset(seed=SEED)[0], observation)
+    assert list(info["reward_terms"]) == ["success", "grip", "approach", "damage"]
+
+
+def test_bad_input_is_refused():
+    env = vector(2)
+    size = len(env.interface["action"])
+    good = np.zeros((2, size), dtype=np.float32)
+    raises(ResetNeeded, "call reset first", lambda: env.step(good))
+    raises(ResetNeeded, "call reset first", env.snapshot)
+    env.reset(seed=SEED)
+    nan = good.copy()
+    nan[1, 0] = np.nan
+    raises(ValueError, "action of environment 1", lambda: env.step(nan))
+    raises(ValueError, "have the shape (1, ", lambda: env.step(good[:1]))
+    raises(ValueError, "have the shape", lambda: env.step(good[:, :-1]))
+    raises(TypeError, "not int64", lambda: env.step(good.astype(np.int64)))
+    raises(TypeError, "not object", lambda: env.step([[None] * size] * 2))
+    raises(ValueError, "3 seeds for 2", lambda: env.reset(seed=[1, 2, 3]))
+    raises(ValueError, "at least 0", lambda: env.reset(seed=-1))
+    raises(TypeError, "whole number", lambda: env.reset(seed=[1.5, 2]))
+    raises(TypeError, "numpy array of bool", lambda: env.reset(options={"reset_mask": [True, False]}))
+    raises(ValueError, "has the shape", lambda: env.reset(options={"reset_mask": np.ones(3, dtype=bool)}))
+    raises(ValueError, "names no environment", lambda: env.reset(options={"reset_mask": np.zeros(2, dtype=bool)}))
+    raises(ValueError, "unknown option", lambda: env.reset(options={"mask": 1}))
+    env.close()
+    raises(ClosedEnvironmentError, "closed", lambda: env.step(good))
+    raises(ClosedEnvironmentError, "closed", lambda: env.reset())
+    one = single().unwrapped
+    one.close()
+    raises(ClosedEnvironmentError, "closed", lambda: one.reset())
+    raises(ValueError, "--preset: no preset 'nowhere'", lambda: single(preset="nowhere"))
+    raises(ValueError, "/no/such.toml", lambda: single(scenario="/no/such.toml"))
+    raises(ValueError, "--camera", lambda: single(camera="eye"))
+    raises(ValueError, "obs smell: unknown; it is one of state, depth, pixels", lambda: single(obs=("smell",)))
+    raises(ValueError, "control_hz 7: it must divide the frame rate, 60 Hz", lambda: single(control_hz=7))
+    raises(ValueError, "control torque: unknown", lambda: single(control="torque"))
+    raises(ValueError, "worlds 0..0", lambda: vector(0))
+    raises(TypeError, "unknown setting colour", lambda: orchardbench.OrchardEnv(colour=1))
+    raises(ValueError, "task Sleep-v1: unknown", lambda: orchardbench.OrchardEnv("Sleep-v1"))
+    raises(ValueError, "render_mode human", lambda: orchardbench.OrchardEnv(render_mode="human"))
+
+
+def in_fork(env, queue):
+    try:
+        env.reset(seed=SEED)
+        queue.put("no error")
+    except RuntimeError as e:
+        queue.put(str(e))
+
+
+def test_a_forked_process_is_told_so():
+    if "fork" not in multiprocessing.get_all_start_methods():
+        return
+    env = vector(1)
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        process = context.Process(target=in_fork, args=(env, queue))
+        process.start()
+    said = queue.get(timeout=60)
+    process.join()
+    assert "cannot be used in its fork" in said, said
+
+
+def test_the_program_runs():
+    code = "import sys; from orchardbench._program import main; sys.argv = ['orchard', *sys.argv[1:]]; main()"
+    presets = subprocess.run([sys.executable, "-c", code, "presets"], capture_output=True, text=True, check=True)
+    assert "paper" in presets.stdout.split()
+    bad = subprocess.run([sys.executable, "-c", code, "scenario", "show", "--preset", "nowhere"], capture_output=True, text=True)
+    assert bad.returncode == 2 and "nowhere" in bad.stderr, (bad.returncode, bad.stderr)
+
+
+def test_types():
+    package = pathlib.Path(orchardbench.__file__).parent
+    for command in (["mypy", "--strict", str(package)], ["mypy.stubtest", "orchardbench._native"]):
+        done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, cwd=package.parent)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def main():
+    chosen = sys.argv[1:]
+    tests = [f for name, f in globals().items() if name.startswith("test_") and (not chosen or name in chosen)]
+    failed = 0
+    for test in tests:
+        start = time.monotonic()
+        try:
+            test()
+            said = "ok"
+        except Exception:
+            failed += 1
+            said = f"FAILED\n{traceback.format_exc()}"
+        print(f"{test.__name__} ({time.monotonic() - start:.1f} s): {said}", flush=True)
+    sys.exit(f"{failed} of {len(tests)} tests failed" if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
