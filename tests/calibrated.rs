@@ -22,7 +22,8 @@ fn a_dwarf_bears_its_crop() {
     assert_eq!(*world.status(), Status::Running);
     assert!(world.rupture().breaks().is_empty());
     assert!(world.rupture().peak_ratio() < 1.0, "{}", world.rupture().peak_ratio());
-    assert_eq!(hanging(&world), before);
+    let events = world.drain_events();
+    assert_eq!(hanging(&world), before, "{events:?}");
 }
 
 #[test]

@@ -166,14 +166,16 @@ impl TreeWorld {
             stiffness: spec.sim.ground_stiffness.si(),
         });
         let groups = TreeGroups { wood: APART, debris: OFF_THE_TREE };
-        let tree = TreeBody::of_timber(&mut builder, skeleton, &spec.wood, timber, groups);
+        let mut tree = TreeBody::of_timber(&mut builder, skeleton, &spec.wood, timber, groups);
         let groups = FruitGroups { hanging: APART, loose: OFF_THE_TREE, passed: APART };
-        let fruit =
+        let mut fruit =
             FruitSet::add_to(&mut builder, fruit, &tree.bodies, skeleton, &spec.fruit, gravity, groups);
         let model = builder.build()?;
         let settings = step_settings(&spec.sim);
         let mut data = unbroken(&spec, &model, &tree, &fruit);
         equilibrium(&model, &mut data, &settings.gravity, EQUILIBRIUM_TOLERANCE)?;
+        tree.strengthen_to_stand(&model, &data, &spec.wood);
+        fruit.strengthen_to_hang(&model, &data);
         let Data { q, point_p_world, .. } = data;
         let rest = Rest { q, point_p_world };
         Ok(Self::at_rest(Arc::new(Plant { spec, model, tree, fruit, settings, weather, rest })))

@@ -120,6 +120,19 @@ impl FruitSet {
         self.stems.as_ref().map(|stems| stems.load(model, data, fruit, self.points[fruit]))
     }
 
+    /// Raises the strengths of fruit whose stems bear more than `release.rest_load` in the state of a tree at rest. On tethers nothing changes.
+    pub fn strengthen_to_hang(&mut self, model: &Model, data: &Data) {
+        let Some(stems) = &self.stems else { return };
+        for (i, (fruit, point)) in self.fruit.iter_mut().zip(&self.points).enumerate() {
+            let rule = &stems.spec.release;
+            let [zone, spur] = stems.load(model, data, i, *point).over(fruit, rule);
+            let [zone, spur] = [zone, spur].map(|u| (u / rule.rest_load.si()).max(1.0));
+            fruit.detach_force *= zone;
+            fruit.twist_strength *= zone;
+            fruit.spur_strength *= spur;
+        }
+    }
+
     /// The link of a fruit's stem; `None` on a tether.
     pub fn stem(&self, fruit: usize) -> Option<BodyId> {
         self.stems.as_ref().map(|stems| stems.bodies[fruit])

@@ -9,7 +9,7 @@
 //!
 //! a quadratic criterion as that of a cohesive zone under mixed modes (Camanho and Dávila 2002, eq. 4), with the strengths F along the axis, s F
 //! across it and Q in twist; past a right angle the whole pull is across. Tissue bears a load u for `t / u^n`, so that a share
-//! `h u^n / t` of its life passes in a substep h (linear damage: Gerhards 1979); the stem gives way when the life has passed.
+//! `h u^n / t` of its life passes in a substep h (linear damage: Gerhards 1977); the stem gives way when the life has passed.
 
 use crate::Fruit;
 use orchard_geometry::{Mat3, Pose, Rotation, Vec3, math};
@@ -43,6 +43,13 @@ pub struct StemLoad {
     pub across: f64,
     /// Torque about the stem [N m].
     pub torque: f64,
+}
+
+impl StemLoad {
+    /// Loads u over the strengths of a fruit: of its zone, and of its spur.
+    pub(crate) fn over(&self, fruit: &Fruit, rule: &ReleaseSpec) -> [f64; 2] {
+        Shares::of(self, fruit, rule).loads()
+    }
 }
 
 /// Loads over the strengths of one fruit.

@@ -1,5 +1,7 @@
 //! Collects and checks the parts of a [`Model`].
 
+use std::collections::BTreeMap;
+
 use orchard_geometry::{Pose, Shape, Vec3};
 
 use crate::model::{
@@ -159,6 +161,7 @@ impl ModelBuilder {
         let turning = turning.collect();
         let (schedule, runs) = (schedule(&self.bodies), runs(&self.bodies));
         let model = Model {
+            overlaps: BTreeMap::new(),
             bodies: self.bodies,
             points: self.points,
             couplings: self.couplings,

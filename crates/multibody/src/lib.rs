@@ -67,7 +67,7 @@ mod vectors;
 mod velocity_products;
 
 pub use builder::{ModelBuilder, ModelError};
-pub use contact::{ContactPath, ContactReport, Gap, GapFinder};
+pub use contact::{ContactPath, ContactReport, Gap, GapFinder, accept_overlaps};
 pub use data::{Data, Motion, forward_kinematics};
 pub use energy::{Energy, energy};
 pub use jacobian::geometric_jacobian;

@@ -1,5 +1,6 @@
 //! The constant part of a world: its parts ([`Body`] and the others), and the order in which the recursions visit them.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 pub use crate::parts::{
@@ -27,6 +28,8 @@ pub struct Model {
     pub(crate) runs: Vec<Run>,
     /// The order of the recursions.
     pub(crate) schedule: Vec<Slot>,
+    /// Overlap of each pair of colliders that counts as touching \[m\]; the smaller id is first.
+    pub(crate) overlaps: BTreeMap<(ColliderId, ColliderId), f64>,
 }
 
 impl Model {

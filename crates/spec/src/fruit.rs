@@ -184,6 +184,8 @@ pub struct ReleaseSpec {
     pub hold_time: Quantity,
     /// Exponent n of the life of tissue under load: a load of u times its strength is borne for `hold_time / u^n`.
     pub rate_exponent: Quantity,
+    /// Largest load at rest, u. A fruit that was drawn weaker gets the strength that it shows by hanging.
+    pub rest_load: Quantity,
 }
 
 /// Distribution of a strength over fruit.

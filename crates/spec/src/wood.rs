@@ -67,6 +67,9 @@ pub struct ScatterSpec {
     pub rupture_tree: Normal,
     /// Rupture stress of a segment over its tree's.
     pub rupture: Normal,
+    /// Largest share of its rupture moment that a joint bears at rest. A joint that was drawn weaker gets the strength that its tree shows by
+    /// standing with its crop.
+    pub rest_load: Quantity,
 }
 
 /// Strength of the union between a branch and the wood that bears it, over that of the branch's own section.

@@ -115,6 +115,17 @@ impl TreeBody {
         tree
     }
 
+    /// Raises the strength of joints that bear more than `wood.scatter.rest_load` of their rupture moment in the state of a tree at rest. Where no
+    /// wood scatters, nothing changes.
+    pub fn strengthen_to_stand(&mut self, model: &Model, data: &Data, wood: &WoodSpec) {
+        let Some(scatter) = &wood.scatter else { return };
+        // The trunk's base is held by the soil and does not break.
+        for i in (0..self.len()).filter(|&i| self.parent[i].is_some()) {
+            let least = self.stiffness[i] * self.bending_angle(model, data, i) / scatter.rest_load.si();
+            self.rupture_moment[i] = self.rupture_moment[i].max(least);
+        }
+    }
+
     /// Number of segments.
     pub fn len(&self) -> usize {
         self.bodies.len()

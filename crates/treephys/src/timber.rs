@@ -34,7 +34,9 @@ impl Timber {
     /// Each property has a stream of its own.
     pub fn draw(skeleton: &Skeleton, wood: &WoodSpec, seed: u64, world: u32) -> Self {
         let mut timber = Self::mean(skeleton, wood);
-        if let Some(ScatterSpec { density, modulus_tree, modulus, rupture_tree, rupture }) = &wood.scatter {
+        if let Some(ScatterSpec { density, modulus_tree, modulus, rupture_tree, rupture, rest_load: _ }) =
+            &wood.scatter
+        {
             let stream = |purpose| Stream::new(seed, world, purpose);
             vary(&mut timber.density, stream(Purpose::WoodDensity), None, density);
             vary(&mut timber.youngs_modulus, stream(Purpose::WoodModulus), Some(modulus_tree), modulus);

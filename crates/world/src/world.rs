@@ -12,7 +12,7 @@ use crate::state::State;
 use orchard_camera::{ImageKey, Sensor};
 use orchard_fruit::{FruitLives, FruitSet};
 use orchard_geometry::{HeightField, Pose};
-use orchard_multibody::{Data, Model, StepReport, equilibrium};
+use orchard_multibody::{Data, Model, StepReport, accept_overlaps, equilibrium};
 use orchard_robot::{Command, Observation, RobotHandle, RobotModel, observe};
 use orchard_spec::Spec;
 use orchard_treegen::Skeleton;
@@ -110,12 +110,15 @@ impl World {
         repeat: u32,
     ) -> Result<Self, WorldError> {
         let Planting { spec, skeleton, fruit, appearance } = planting;
-        let parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world, repeat)?;
+        let mut parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world, repeat)?;
         let mut data = Data::new(&parts.model);
         parts.tree.reset(&parts.model, &mut data, &spec.wood);
         parts.fruit.reset(&parts.model, &mut data);
         robot.set_start(&parts.model, &mut data, &parts.handle);
         equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
+        parts.tree.strengthen_to_stand(&parts.model, &data, &spec.wood);
+        parts.fruit.strengthen_to_hang(&parts.model, &data);
+        accept_overlaps(&mut parts.model, &data);
         let sensor = Sensor::new(&spec.camera);
         let shutter = Shutter::new(&spec);
         let state = State::new(&parts, &robot, data.clone(), shutter);

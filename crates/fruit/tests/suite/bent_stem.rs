@@ -2,7 +2,9 @@
 
 use orchard_fruit::{Fruit, FruitGroups, FruitLives, FruitSet, LooseEvent, Release, RestRule, Touch};
 use orchard_geometry::{Pose, Vec3, math, rotation_from_z};
-use orchard_multibody::{BodyId, Data, Groups, Model, ModelBuilder, StepReport, StepSettings, energy, step};
+use orchard_multibody::{
+    BodyId, Data, Groups, Model, ModelBuilder, StepReport, StepSettings, energy, equilibrium, step,
+};
 use orchard_spec::{Preset, Spec};
 use orchard_treegen::{Segment, Skeleton};
 use orchard_treephys::{TreeBody, TreeGroups, step_settings};
@@ -240,4 +242,25 @@ fn a_swinging_and_twisting_fruit_keeps_its_energy() {
     assert!(finest < 0.0 && finest > -0.05, "{finest}");
     let order = (coarse - fine) / (fine - finest);
     assert!((order - 4.0).abs() < 1.0, "{coarse} {fine} {finest}");
+}
+
+/// A fruit that was drawn too weak to hang gets twice the strength that its weight takes, and hangs; one that is strong enough keeps its own.
+#[test]
+fn a_fruit_that_hangs_is_no_weaker_than_its_weight() {
+    for (drawn, is_raised) in [(1.9, true), (PULL, false)] {
+        let mut hung = Hung::new();
+        let weight = hung.spec.sim.gravity.si() * hung.fruit.fruit[0].mass;
+        hung.fruit.fruit[0].detach_force = drawn;
+        equilibrium(&hung.model, &mut hung.data, &hung.settings.gravity, 1e-12).unwrap();
+        hung.fruit.strengthen_to_hang(&hung.model, &hung.data);
+        let apple = hung.fruit.fruit[0].clone();
+        let (strength, twist) =
+            if is_raised { (2.0 * weight, TWIST * 2.0 * weight / drawn) } else { (drawn, TWIST) };
+        assert!((apple.detach_force / strength - 1.0).abs() < 1e-6, "{}", apple.detach_force);
+        assert!((apple.twist_strength / twist - 1.0).abs() < 1e-6, "{}", apple.twist_strength);
+        assert_eq!(apple.spur_strength, 1e3);
+        assert_eq!((0..60).find_map(|_| hung.frame()), None);
+        hung.fruit.fruit[0].detach_force = 1.9;
+        assert!((0..60).find_map(|_| hung.frame()).is_some(), "so weak a fruit falls");
+    }
 }

@@ -33,7 +33,7 @@ use orchard_geometry::{Mat3, Pose, Vec3};
 
 use crate::data::Data;
 use crate::kinematics::Kinematics;
-use crate::model::{Collider, Model, Owner};
+use crate::model::{Collider, ColliderId, Model, Owner};
 pub use crate::settings::ContactPath;
 use crate::settings::{StepReport, StepSettings};
 use crate::solver::{self, LinearSolve, Solver};
@@ -74,6 +74,17 @@ fn x_world_shape(kinematics: &Kinematics, point_p_world: &[Vec3], collider: &Col
 fn contact_frame(normal: &Vec3) -> Mat3 {
     let first = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
     Mat3::from_columns(&[first, normal.cross(&first), *normal])
+}
+
+/// Lets point bodies overlap by as much as they do in a state: such a pair has grown flat where it touches, and is pushed apart where it overlaps more.
+pub fn accept_overlaps(model: &mut Model, data: &Data) {
+    model.overlaps.clear();
+    let mut scratch = ContactScratch::default();
+    scratch.collide(model, data, 0.0);
+    let is_point = |id: ColliderId| matches!(model.collider(id).owner, Owner::Point(_));
+    let found = scratch.contacts.iter().map(|(contact, _)| contact);
+    let found = found.filter(|c| c.gap < 0.0 && is_point(c.a) && is_point(c.b));
+    model.overlaps = found.map(|c| ((c.a, c.b), -c.gap)).collect();
 }
 
 /// Adds the velocity change by contacts and couplings to the free one in `Data::change`.
@@ -120,13 +131,14 @@ impl ContactScratch {
                 &mut self.narrow,
                 &mut self.touches,
             );
-            for touch in &self.touches {
+            let accepted = model.overlaps.get(&(a, b)).copied().unwrap_or(0.0);
+            for touch in self.touches.iter().filter(|touch| touch.gap + accepted <= margin) {
                 let report = ContactReport {
                     a,
                     b,
                     p_world: touch.p_world,
                     n_world: touch.n_world,
-                    gap: touch.gap,
+                    gap: touch.gap + accepted,
                     force_world: Vec3::zeros(),
                 };
                 self.contacts.push((report, contact_frame(&touch.n_world)));

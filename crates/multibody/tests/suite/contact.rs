@@ -374,3 +374,32 @@ fn a_spinning_point_body_rolls() {
     assert!((speed / exact - 1.0).abs() < 1e-3, "{speed} against {exact}");
     assert!((data.point_w_world[0].norm() * radius / speed - 1.0).abs() < 1e-3);
 }
+
+/// Two balls overlap by 3 mm at the start: accepted, they stay where they are; pushed together by 2 N, they sink in by what the spring gives beyond that.
+#[test]
+fn accepted_overlaps_count_as_touching() {
+    let radius = 0.04;
+    let mut builder = ModelBuilder::new();
+    let points = [0, 1].map(|_| builder.add_point(point(0.2)));
+    for id in points {
+        builder.add_collider(collider(Owner::Point(id), Shape::Sphere { radius }, Pose::identity(), 0.5));
+    }
+    let mut model = builder.build().unwrap();
+    let mut start = Data::new(&model);
+    start.point_p_world[1].x = 2.0 * radius - 0.003;
+    let settings = settings(1.0 / 180.0, Vec3::zeros());
+    let distance = |model: &Model, push: f64| {
+        let mut data = start.clone();
+        data.point_force_world = vec![Vec3::x() * push, Vec3::x() * -push];
+        for _ in 0..1800 {
+            data.point_v_world.iter_mut().for_each(|v| *v *= 0.9);
+            step(model, &mut data, &settings, &mut StepReport::default());
+        }
+        data.point_p_world[1].x - data.point_p_world[0].x
+    };
+    assert!(distance(&model, 0.0) > 2.0 * radius - 1e-4, "they part");
+    accept_overlaps(&mut model, &start);
+    assert_eq!(distance(&model, 0.0), start.point_p_world[1].x);
+    let sunk = start.point_p_world[1].x - distance(&model, 2.0);
+    assert!((sunk / (2.0 / STIFFNESS) - 1.0).abs() < 1e-3, "{sunk}");
+}

@@ -1,7 +1,8 @@
 //! Wood that scatters and softens towards the shoots.
 
-use super::fixture::{chain, empty};
+use super::fixture::{Wood, chain, empty};
 use orchard_geometry::Vec3;
+use orchard_multibody::equilibrium;
 use orchard_quantity::from_toml;
 use orchard_spec::Spec;
 use orchard_spec::wood::{ScatterSpec, WoodSpec, YoungWoodSpec};
@@ -29,7 +30,8 @@ fn scattered() -> WoodSpec {
     ]
     .map(|(name, sd)| factor(name, sd))
     .concat();
-    let scatter: ScatterSpec = from_toml("x", &text).unwrap();
+    let rest_load = "rest_load = { value = 0.8, range = [0.1, 1], unit = '1', source = 'x' }";
+    let scatter: ScatterSpec = from_toml("x", &(text + rest_load)).unwrap();
     WoodSpec { scatter: Some(scatter), ..Spec::paper().wood }
 }
 
@@ -97,4 +99,26 @@ fn young_wood_is_softer_and_tougher() {
     let strength = |diameter: f64| Timber::mean(&trunk(1, 0.5 * diameter), &wood).rupture_stress[0];
     assert_eq!([0.008, 0.030].map(strength), [80e6, 50e6]);
     assert!((strength(0.019) / 65e6 - 1.0).abs() < 1e-12);
+}
+
+/// A limb that bears more than it was drawn for has the strength that it shows, and the others keep theirs.
+#[test]
+fn a_tree_that_stands_is_no_weaker_than_its_load() {
+    let mut skeleton = empty();
+    chain(&mut skeleton, None, Vec3::zeros(), Vec3::z(), 1, 1.0, 0.04);
+    chain(&mut skeleton, Some(0), Vec3::z(), Vec3::x(), 2, 0.5, 0.012);
+    let mut wood = Wood::new(&skeleton, scattered());
+    let load = 0.9 * wood.tree.rupture_moment[1] / 0.5;
+    wood.load_tip(1, 0.5, Vec3::new(0.0, 0.0, -load));
+    equilibrium(&wood.model, &mut wood.data, &Vec3::zeros(), 1e-9).unwrap();
+    let drawn = wood.tree.rupture_moment.clone();
+    let Wood { tree, model, data, spec, .. } = &mut wood;
+    let moment = tree.stiffness[1] * tree.bending_angle(model, data, 1);
+    assert!(moment > 0.8 * drawn[1] && moment < drawn[1], "{moment} of {}", drawn[1]);
+    tree.strengthen_to_stand(model, data, spec);
+    assert_eq!(tree.rupture_moment, [drawn[0], moment / 0.8, drawn[2]]);
+    spec.scatter = None;
+    tree.rupture_moment.clone_from(&drawn);
+    tree.strengthen_to_stand(model, data, spec);
+    assert_eq!(tree.rupture_moment, drawn);
 }
