@@ -109,7 +109,7 @@ pub fn fuzz(seconds: u32) -> Result<Verdict, Failure> {
         return Ok(Verdict::Skipped(reason));
     }
     let folder = workspace::target().join("fuzz");
-    let this = std::env::current_exe().context("cannot find this program")?;
+    let this = workspace::tools()?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         // The tools are named for their features, which are those of all builds here.

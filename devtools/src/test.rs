@@ -54,6 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let skipped = workspace::target().join("skipped-tests.txt");
     let _ = fs::remove_file(&skipped);
     let start = Instant::now();
+    workspace::tools()?;
     let beside = (!args.quick).then(|| std::thread::spawn(beside::run));
     let steps = if args.quick { quick_steps(&skipped)? } else { all_steps(&skipped) };
     let mut outcomes = Vec::new();

@@ -1,6 +1,7 @@
 //! The workspace on disk.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use anyhow::Context;
 
@@ -13,6 +14,25 @@ pub fn root() -> PathBuf {
 /// The folder that cargo builds in.
 pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+/// These tools as a program to call. It is a second name of the file that runs: cargo replaces the first one when it builds the tools again. The first
+/// call makes it, so whoever builds calls this before.
+pub fn tools() -> anyhow::Result<PathBuf> {
+    static TOOLS: OnceLock<PathBuf> = OnceLock::new();
+    if let Some(path) = TOOLS.get() {
+        return Ok(path.clone());
+    }
+    let this = std::env::current_exe().context("cannot find this program")?;
+    let folder = target().join("tools");
+    // One name for all runs: cargo compiles everything anew for a compiler of another name (`fuzz`).
+    let path = folder.join(format!("devtools{}", std::env::consts::EXE_SUFFIX));
+    let _ = std::fs::remove_file(&path);
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    std::fs::hard_link(&this, &path)
+        .or_else(|_| std::fs::copy(&this, &path).map(drop))
+        .with_context(|| path.display().to_string())?;
+    Ok(TOOLS.get_or_init(|| path).clone())
 }
 
 /// All files under a folder with one of the extensions, sorted. Links, hidden folders, `target` and folders marked as caches, as cargo marks any

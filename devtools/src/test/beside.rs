@@ -1,11 +1,13 @@
 //! Checks that compile nothing. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends.
 
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use orchard_program::{Failure, Verdict};
 
 use super::Outcome;
+use crate::workspace;
 
 /// Name of each check, and its command.
 const CHECKS: [(&str, &str); 6] = [
@@ -35,8 +37,8 @@ pub fn run() -> Vec<Outcome> {
 
 /// Runs one command of these tools; returns what it printed, and how it ended.
 fn check(command: &str) -> (String, Result<Verdict, Failure>) {
-    let output = std::env::current_exe()
-        .and_then(|this| Command::new(this).arg(command).stdin(Stdio::null()).output());
+    let run = |this: PathBuf| Ok(Command::new(this).arg(command).stdin(Stdio::null()).output()?);
+    let output = workspace::tools().and_then(run);
     match output {
         Err(e) => (String::new(), Err(Failure::Failed(format!("cannot run {command}: {e}")))),
         Ok(output) => {
