@@ -38,3 +38,24 @@ fn young_and_mature_trees_stand() {
         assert!(world.rupture().breaks().is_empty(), "{preset}");
     }
 }
+
+/// At rest no two hanging fruit of a cluster preset overlap by more than fruit that grew against each other, and few had to be left out for that.
+#[test]
+fn fruit_hang_beside_each_other() {
+    let robot = Arc::new(RobotModel::paper());
+    for index in 0..4 {
+        let spec = Spec::preset(Preset::Calibrated);
+        let (count, flat) = (spec.fruit.count.get() as usize, spec.fruit.cluster.as_ref().unwrap().flat.si());
+        let world = World::new(Arc::new(spec), robot.clone(), 7, index).unwrap();
+        let set = world.fruit();
+        assert!(set.len() >= count * 9 / 10 && set.len() <= count, "{} of {count}", set.len());
+        let p_world = |i: usize| world.data().point_p_world[set.points[i].index()];
+        for i in 0..set.len() {
+            for j in 0..i {
+                let reach = set.fruit[i].radius + set.fruit[j].radius;
+                let overlap = 1.0 - (p_world(i) - p_world(j)).norm() / reach;
+                assert!(overlap <= flat, "world {index}, fruit {i} and {j}: {overlap}");
+            }
+        }
+    }
+}

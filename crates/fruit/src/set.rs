@@ -133,6 +133,22 @@ impl FruitSet {
         }
     }
 
+    /// Fruit that overlap one of lower number by more than a share of both their radii, as they hang; one that is listed itself does not count.
+    pub fn inside_others(&self, data: &Data, share: f64) -> Vec<usize> {
+        let mut inside = Vec::new();
+        for i in 0..self.len() {
+            let reaches = |j: usize| {
+                let reach = self.fruit[i].radius + self.fruit[j].radius;
+                let [a, b] = [i, j].map(|k| data.point_p_world[self.points[k].index()]);
+                (a - b).norm() < (1.0 - share) * reach
+            };
+            if (0..i).any(|j| reaches(j) && inside.binary_search(&j).is_err()) {
+                inside.push(i);
+            }
+        }
+        inside
+    }
+
     /// The link of a fruit's stem; `None` on a tether.
     pub fn stem(&self, fruit: usize) -> Option<BodyId> {
         self.stems.as_ref().map(|stems| stems.bodies[fruit])

@@ -95,6 +95,8 @@ pub struct ClusterSpec {
     pub shares: Vec<Quantity>,
     /// Distance between the centres of two fruit side by side in a cluster over the sum of their radii.
     pub gap: Quantity,
+    /// Largest overlap of two fruit in the tree at rest over the sum of their radii; a fruit that would overlap another one more is left out.
+    pub flat: Quantity,
 }
 
 #[derive(Deserialize)]
@@ -102,14 +104,15 @@ pub struct ClusterSpec {
 struct RawCluster {
     shares: Vec<Quantity>,
     gap: Quantity,
+    flat: Quantity,
 }
 
 impl TryFrom<RawCluster> for ClusterSpec {
     type Error = String;
 
-    fn try_from(RawCluster { shares, gap }: RawCluster) -> Result<Self, String> {
+    fn try_from(RawCluster { shares, gap, flat }: RawCluster) -> Result<Self, String> {
         if shares.iter().map(Quantity::si).sum::<f64>() > 0.0 {
-            Ok(Self { shares, gap })
+            Ok(Self { shares, gap, flat })
         } else {
             Err("shares: one of them at least must be above 0".to_owned())
         }

@@ -109,13 +109,25 @@ impl World {
         start: Start,
         repeat: u32,
     ) -> Result<Self, WorldError> {
-        let Planting { spec, skeleton, fruit, appearance } = planting;
-        let mut parts = build(&spec, &robot, skeleton, fruit, start.seed, start.world, repeat)?;
-        let mut data = Data::new(&parts.model);
-        parts.tree.reset(&parts.model, &mut data, &spec.wood);
-        parts.fruit.reset(&parts.model, &mut data);
-        robot.set_start(&parts.model, &mut data, &parts.handle);
-        equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
+        let Planting { spec, skeleton, mut fruit, appearance } = planting;
+        let (mut parts, data) = loop {
+            let parts =
+                build(&spec, &robot, skeleton.clone(), fruit.clone(), start.seed, start.world, repeat)?;
+            let mut data = Data::new(&parts.model);
+            parts.tree.reset(&parts.model, &mut data, &spec.wood);
+            parts.fruit.reset(&parts.model, &mut data);
+            robot.set_start(&parts.model, &mut data, &parts.handle);
+            equilibrium(&parts.model, &mut data, &parts.settings.gravity, EQUILIBRIUM_TOLERANCE)?;
+            // The tree sags under its crop, and fruit that hung clear of each other may not any more.
+            let cluster = spec.fruit.cluster.as_ref();
+            let inside = cluster.map(|law| parts.fruit.inside_others(&data, law.flat.si()));
+            let inside = inside.unwrap_or_default();
+            if inside.is_empty() {
+                break (parts, data);
+            }
+            let mut index = 0..;
+            fruit.retain(|_| index.next().is_some_and(|i| inside.binary_search(&i).is_err()));
+        };
         parts.tree.strengthen_to_stand(&parts.model, &data, &spec.wood);
         parts.fruit.strengthen_to_hang(&parts.model, &data);
         accept_overlaps(&mut parts.model, &data);

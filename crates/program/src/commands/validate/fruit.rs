@@ -94,7 +94,7 @@ fn largest_harmless(spec: &Spec) -> f64 {
     (0..1000).map(|k| f64::from(k) * 1e-3).take_while(harmless).last().unwrap_or(f64::NAN)
 }
 
-/// Deepest overlap of two hanging fruit in the strongest wind, over the sum of their radii.
+/// Deepest overlap of two hanging fruit in the strongest wind, over the sum of their radii, beyond that at rest.
 fn deepest_overlap(spec: &Spec) -> anyhow::Result<f64> {
     let mut spec = spec.clone();
     if let Some(wind) = &mut spec.wind {
@@ -103,20 +103,26 @@ fn deepest_overlap(spec: &Spec) -> anyhow::Result<f64> {
     let frames = (WATCH * spec.sim.frame_rate.si()) as u32;
     let mut world = World::new(Arc::new(spec), Arc::new(RobotModel::paper()), SEED, 0)?;
     let hold = world.robot().start_command();
+    let at_rest: BTreeMap<(usize, usize), f64> = overlaps(&world).collect();
     let mut deepest: f64 = 0.0;
     for _ in 0..frames {
         world.step(&hold);
-        let (set, data) = (world.fruit(), world.data());
-        let hanging: Vec<usize> = (0..set.len()).filter(|&i| data.tethered[set.points[i].index()]).collect();
-        for (k, &i) in hanging.iter().enumerate() {
-            for &j in &hanging[..k] {
-                let p_world = |i: usize| data.point_p_world[set.points[i].index()];
-                let reach = set.fruit[i].radius + set.fruit[j].radius;
-                deepest = deepest.max(1.0 - (p_world(i) - p_world(j)).norm() / reach);
-            }
-        }
+        let grown = |pair: &(usize, usize)| at_rest.get(pair).copied().unwrap_or(0.0);
+        deepest = overlaps(&world).map(|(pair, overlap)| overlap - grown(&pair)).fold(deepest, f64::max);
     }
     Ok(deepest)
+}
+
+/// Overlap of each pair of hanging fruit that overlap, over the sum of their radii.
+fn overlaps(world: &World) -> impl Iterator<Item = ((usize, usize), f64)> + '_ {
+    let (set, data) = (world.fruit(), world.data());
+    let p_world = |i: usize| data.point_p_world[set.points[i].index()];
+    let overlap = move |i: usize, j: usize| {
+        1.0 - (p_world(i) - p_world(j)).norm() / (set.fruit[i].radius + set.fruit[j].radius)
+    };
+    let hangs = move |i: &usize| data.tethered[set.points[*i].index()];
+    let pairs = (0..set.len()).filter(hangs).flat_map(move |i| (0..i).filter(hangs).map(move |j| (i, j)));
+    pairs.map(move |(i, j)| ((i, j), overlap(i, j))).filter(|(_, overlap)| *overlap > 0.0)
 }
 
 #[cfg(test)]
