@@ -1,9 +1,6 @@
-"""Prints how many control steps a second the Python environments take on this machine, and what Python adds to a native step.
+"""Prints what a step of the Python environments takes on top of the native step, as a share of it: the median of rounds."""
 
-python tests/python/speed.py [ENVS [STEPS [THREADS]]]
-"""
-
-import platform
+import statistics
 import sys
 import time
 
@@ -15,39 +12,34 @@ import orchardbench  # noqa: F401  registers the environments
 SEED = 20250704
 
 
-def measure(num_envs, steps, threads, **settings):
-    """Control steps a second of all environments, the same a second of processor time, and what comes on top of the native step, as a share of it."""
-    env = gymnasium.make_vec("orchardbench/Harvest-v1", num_envs=num_envs, threads=threads, **settings)
+class Timed:
+    """The native environments, with the time spent in their steps."""
+
+    def __init__(self, native):
+        self.native, self.inside = native, 0.0
+
+    def __getattr__(self, name):
+        return getattr(self.native, name)
+
+    def step(self, *args):
+        start = time.perf_counter()
+        self.native.step(*args)
+        self.inside += time.perf_counter() - start
+
+
+def main(num_envs, rounds, steps):
+    env = gymnasium.make_vec("orchardbench/Harvest-v1", num_envs=num_envs, threads=1)
+    draws, shares = np.random.default_rng(SEED), []
     env.reset(seed=SEED)
-    native, inside = env._core, 0.0
-
-    class Timed:
-        def __getattr__(self, name):
-            return getattr(native, name)
-
-        def step(self, *args):
-            nonlocal inside
-            start = time.perf_counter()
-            native.step(*args)
-            inside += time.perf_counter() - start
-
-    env._core = Timed()
-    # The same slow wandering for every run: no robot stalls.
-    actions = np.random.default_rng(SEED).uniform(-0.2, 0.2, (steps, *env.action_space.shape)).astype(np.float32)
-    start, busy = time.perf_counter(), time.process_time()
-    for action in actions:
-        env.step(action)
-    whole, busy = time.perf_counter() - start, time.process_time() - busy
-    return num_envs * steps / whole, num_envs * steps / busy, (whole - inside) / inside
+    for _ in range(rounds):
+        timed = env._core = Timed(env._core)
+        actions = draws.uniform(-0.2, 0.2, (steps, *env.action_space.shape)).astype(np.float32)
+        start = time.perf_counter()
+        for action in actions:
+            env.step(action)
+        shares.append((time.perf_counter() - start - timed.inside) / timed.inside)
+        env._core = timed.native
+    print(statistics.median(shares))
 
 
-def main():
-    num_envs, steps, threads = [int(word) for word in sys.argv[1:]] + [8, 100, 0][len(sys.argv) - 1 :]
-    print(f"{platform.machine()}, {num_envs} environments, {steps} steps at 10 Hz, threads {threads or 'one a core'}")
-    for name, settings in (("state", {}), ("state and depth (paper, 5 Hz)", {"obs": ("state", "depth")})):
-        rate, a_core, overhead = measure(num_envs, steps, threads, **settings)
-        print(f"{name}: {rate:.0f} control steps/s in all, {a_core:.0f} a core, {100 * overhead:.1f} % on top of the native step")
-
-
-if __name__ == "__main__":
-    main()
+main(*[int(word) for word in sys.argv[1:]])
