@@ -20,7 +20,7 @@ use orchard_program::rows::{Effort, Suite, run_suite};
 /// Measures speed on this machine and writes the rows to a file.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Suites:\n  trees    trees grown per second on one core; 512 randomised worlds built\n  physics  substeps of trees per second, beside MuJoCo's\n  \
+    after_help = "Suites:\n  env      the learning environments; `orchard perf env` is the same\n  trees    trees grown per second on one core; 512 randomised worlds built\n  physics  substeps of trees per second, beside MuJoCo's\n  \
                         episode  nominal episodes of every controller with picker and camera, one core\n  \
                         gpu      substeps of batches of trees on the graphics device\n  \
                         perception  depth images of the wrist camera and the detector on them, one core\n  \
@@ -76,8 +76,9 @@ pub struct Args {
 const SCALING: &str = "scaling";
 
 /// The suites; one of them runs on a backend.
-fn suites(backend: Backend) -> [Suite; 6] {
+fn suites(backend: Backend) -> [Suite; 7] {
     [
+        orchard_program::commands::perf::ENV,
         Suite {
             name: "trees",
             about: "trees grown per second on one core; 512 randomised worlds built",

@@ -3,10 +3,12 @@
 Runs every function named test_*, or those whose names are given.
 """
 
+import json
 import multiprocessing
 import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 import traceback
 import warnings
@@ -20,7 +22,7 @@ from gymnasium.vector import AutoresetMode
 import orchardbench
 
 SEED = 20250704
-HARVEST, REACH = "orchardbench/Harvest-v1", "orchardbench/Reach-v1"
+HARVEST, REACH, GENTLE = "orchardbench/Harvest-v1", "orchardbench/Reach-v1", "orchardbench/Gentle-v1"
 
 
 def vector(num_envs, task=HARVEST, **settings):
@@ -72,7 +74,7 @@ def raises(kind, text, call):
 
 
 def test_gymnasium_accepts_every_task():
-    for task, settings in ((HARVEST, {}), (HARVEST, {"obs": ("state", "depth", "pixels")}), (REACH, {"control": "joint_absolute"})):
+    for task, settings in ((HARVEST, {}), (HARVEST, {"obs": ("state", "depth", "pixels")}), (REACH, {"obs": "task_description"}), (REACH, {"control": "joint_absolute"}), (GENTLE, {"control": "ee_delta"})):
         env = gymnasium.make(task, **settings)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -227,7 +229,7 @@ def test_autoreset_modes():
 
 
 def test_a_snapshot_continues_with_the_same_bits():
-    for task in (HARVEST, REACH):
+    for task in (HARVEST, REACH, GENTLE):
         env, other = vector(2, task, obs=("state", "depth")), vector(2, task, obs=("state", "depth"))
         env.reset(seed=SEED)
         for step in range(2):
@@ -270,6 +272,268 @@ def test_reach_tells_its_target_as_the_benchmark_does():
     assert list(info["reward_terms"]) == ["success", "grip", "approach", "damage"]
 
 
+def test_truth_is_observed_only_when_asked_for():
+    for task in (HARVEST, REACH, GENTLE):
+        assert "privileged" not in single(task).observation_space.spaces
+        env = single(task, privileged=True).unwrapped
+        seen, _ = env.reset(seed=SEED)
+        assert env.interface["privileged"] and seen in env.observation_space
+        names = [e["name"] for e in env.interface["observation"][-1]["elements"]]
+        truth = dict(zip(names, seen["privileged"].tolist()))
+        assert 0.2 < truth["goal_z"] < 2.5 and truth["held"] == 0 and truth["wood_impulse"] == 0, truth
+        if task != HARVEST:
+            assert np.abs(seen["target"][:3] - seen["privileged"][:3]).max() < 0.02, (seen, truth)
+
+
+def test_tasks_are_told_in_words():
+    for task, words in ((HARVEST, "into the bucket"), (GENTLE, "break nothing")):
+        seen, _ = single(task, obs=("state", "task_description")).reset(seed=SEED)
+        assert words in seen["task_description"], seen["task_description"]
+    many = vector(3, REACH, obs=("state", "task_description"))
+    seen, _ = many.reset(seed=SEED)
+    assert seen in many.observation_space
+    told = seen["task_description"]
+    assert isinstance(told, tuple) and len(set(told)) > 1 and all(" apple" in words for words in told), told
+    assert many.step(actions(many, 0))[0]["task_description"] == told
+    one, other = (single(REACH, obs="task_description", world=2).unwrapped for _ in range(2))
+    assert one.reset(seed=SEED)[0]["task_description"] == told[2]
+    other.reset(seed=SEED + 1)
+    assert other.restore(one.snapshot())[0]["task_description"] == told[2]
+
+
+def test_views_stay_as_they_are_for_one_step_and_buffers_are_written():
+    settings = {"obs": ("state", "depth"), "control_hz": 1}
+    copying, viewing, writing = vector(2, **settings), vector(2, copy=False, **settings), vector(2, **settings)
+    first = copying.reset(seed=SEED)[0]
+    before = viewing.reset(seed=SEED)[0]
+    same(before, first)
+    buffers = {key: np.empty_like(value) for key, value in writing.reset(seed=SEED)[0].items()}
+    buffers |= {"reward": np.zeros(2, dtype=np.float32), "terminated": np.zeros(2, dtype=bool), "truncated": np.zeros(2, dtype=bool)}
+    # At rest the episodes end in the last step, which also begins the next ones.
+    still = np.zeros(copying.action_space.shape, dtype=np.float32)
+    for step in range(END):
+        seen, reward, terminated, truncated, info = copying.step(still)
+        now = viewing.step(still)[0]
+        same(now, seen)
+        same(before, first)
+        assert not np.shares_memory(now["depth"], before["depth"])
+        before, first = now, seen
+        same(writing.step_into(still, buffers), info)
+        for key, value in buffers.items():
+            if key == "reward":
+                assert np.array_equal(value, reward.astype(np.float32))
+            else:
+                same(value, (seen | {"terminated": terminated, "truncated": truncated})[key])
+    assert truncated.all() and list(info["world"]) == [65536, 65537]
+    # Two steps later the arrays are the same.
+    viewing.step(still)
+    assert np.shares_memory(viewing.step(still)[0]["depth"], now["depth"])
+    state = writing.snapshot()
+    for key, bad, kind, text in (
+        ("depth", buffers["depth"][:1], ValueError, "depth has the shape"),
+        ("depth", buffers["depth"].astype(np.float64), TypeError, "depth must be a numpy array of float32"),
+        ("depth", np.asfortranarray(buffers["depth"]), ValueError, "contiguous"),
+        ("reward", np.zeros(2, dtype=int), TypeError, "reward must be"),
+        ("truncated", np.zeros(3, dtype=bool), ValueError, "truncated has the shape"),
+    ):
+        raises(kind, text, lambda: writing.step_into(still, buffers | {key: bad}))
+    frozen = buffers["depth"].copy()
+    frozen.flags.writeable = False
+    raises(ValueError, "cannot be written", lambda: writing.step_into(still, buffers | {"depth": frozen}))
+    del buffers["depth"]
+    raises(ValueError, "depth is missing", lambda: writing.step_into(still, buffers))
+    assert writing.snapshot() == state, "a refused step moved something"
+
+
+def test_gentle_names_a_point_and_its_side():
+    env = single(GENTLE).unwrapped
+    observation, info = env.reset(seed=SEED)
+    names = {f["key"]: [(e["name"], e["unit"]) for e in f["elements"]] for f in env.interface["observation"]}
+    assert names["target"] == [("x", "m"), ("y", "m"), ("z", "m"), ("heading", "rad")]
+    x, y, z, heading = observation["target"]
+    # Before the robot, at the height of the canopy, and approached from the robot's side.
+    assert x > 0.5 and 0.5 < z < 2.0 and abs(heading) < 2.0, observation["target"]
+    same(env.reset(seed=SEED)[0], observation)
+    assert list(info["reward_terms"]) == ["success", "approach", "impulse", "damage"]
+    info = env.step(actions(env, 0)[0])[4]
+    assert info["reward_terms"]["approach"] != 0.0 and info["reward_terms"]["impulse"] <= 0.0
+
+
+def test_the_spec_states_every_convention():
+    with tempfile.TemporaryDirectory() as folder:
+        for robot, control in (("ridgeback-fr3", "ee_delta"), ("rail-xarm6-suction", "joint_delta")):
+            env, file = single(robot=robot, control=control).unwrapped, pathlib.Path(folder, "spec.json")
+            env.write_spec(file)
+            spec = json.loads(file.read_text())
+            assert spec == env.interface
+            assert all(channel["unit"] and channel["meaning"] for channel in spec["action"])
+            for field in spec["observation"]:
+                assert field["meaning"] and all(element["unit"] for element in field["elements"]), field
+            said = spec["conventions"]
+            assert said["gripper"].startswith("-1 closes") and "exp(r) R" in said["rotations"]
+            assert set(said["frames"]) == {"odom", "base", "tool"}
+        raises(OSError, "spec.json", lambda: env.write_spec(pathlib.Path(folder, "none", "spec.json")))
+    env = vector(1, control="ee_delta")
+    channels = {channel["name"]: channel for channel in env.interface["action"]}
+    assert list(channels)[:6] == ["ee_x", "ee_y", "ee_z", "ee_rx", "ee_ry", "ee_rz"]
+    assert all(channels[name]["frame"] == "base" for name in list(channels)[:-1]) and channels["gripper"]["frame"] is None
+    assert (channels["ee_x"]["unit"], channels["ee_rx"]["unit"]) == ("m", "rad")
+
+
+def test_the_tool_moves_towards_the_target():
+    # At the start odom is the base frame, whose axes the actions have.
+    env = single(REACH, control="ee_delta").unwrapped
+    seen, _ = env.reset(seed=SEED)
+    action = np.zeros(env.action_space.shape, dtype=np.float32)
+    # The target is far ahead, so the tool comes nearer along x.
+    action[0] = np.sign(seen["target"][0])
+    forth = sum(env.step(action)[4]["reward_terms"]["approach"] for _ in range(5))
+    back = sum(env.step(-action)[4]["reward_terms"]["approach"] for _ in range(5))
+    assert forth > 0.05 and back < -0.02, (forth, back)
+
+
+def orchard(*line):
+    code = "import sys; from orchardbench._program import main; sys.argv = ['orchard', *sys.argv[1:]]; main()"
+    return subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True)
+
+
+class Playback:
+    """Answers with the commands and events of logs, one an episode."""
+
+    def __init__(self, logs, fails_at=None):
+        self.logs, self.fails_at, self.frames = list(logs), fails_at, 0
+
+    def reset(self, interface):
+        self.current, self.frame = self.logs.pop(0), -1
+
+    def act(self, observation):
+        self.frame, self.frames = self.frame + 1, self.frames + 1
+        if self.frames == self.fails_at:
+            raise ArithmeticError("the policy has had enough")
+        return self.current["commands"][self.frame]
+
+    def log(self):
+        return [event for frame, event in self.current["events"] if frame == self.frame]
+
+
+def test_the_commands_of_a_controller_give_its_episodes_byte_for_byte():
+    with tempfile.TemporaryDirectory() as folder:
+        own, here = pathlib.Path(folder, "own"), pathlib.Path(folder, "here")
+        size = ["--conditions=nominal", f"--seeds={SEED}", "--trees=2", "--horizon=12"]
+        done = orchard("bench-v1", "--tasks=harvest", "--controller=expert", *size, f"--out={own}")
+        assert done.returncode == 0, done.stderr
+        (stored,) = json.loads((own / "plan.json").read_text())["scenarios"].values()
+        episodes = sorted(file.stem for file in (own / "episodes").iterdir())
+        logs = [orchardbench.command_log(own, episode) for episode in episodes]
+        assert any("AttemptStarted" in event for log in logs for _, event in log["events"])
+
+        def again(policy):
+            configs = dict(stored["controller_configs"])
+            size = {"conditions": ["nominal"], "seeds": [SEED], "trees": 2, "horizon": 12}
+            return orchardbench.run_benchmark(
+                policy, out=here, name="expert", configs=configs, control="command", **size
+            )
+
+        # A failure in the second episode keeps the first, and the same call goes on.
+        frames = len(logs[0]["commands"])
+        raises(ArithmeticError, "had enough", lambda: again(Playback(logs, fails_at=frames + 5)))
+        assert [file.stem for file in (here / "episodes").iterdir()] == episodes[:1]
+        assert not (here / "summary.json").exists()
+        summaries = again(Playback(logs[1:]))
+        for file in ("plan.json", "summary.json"):
+            assert (own / file).read_bytes() == (here / file).read_bytes(), file
+        for kind in ("episodes", "commands"):
+            names = sorted(file.name for file in (own / kind).iterdir())
+            assert len(names) == 2 and names == sorted(file.name for file in (here / kind).iterdir())
+            for name in names:
+                assert (own / kind / name).read_bytes() == (here / kind / name).read_bytes(), name
+        assert summaries == {"harvest": json.loads((own / "summary.json").read_text())}
+
+
+class Wanderer:
+    """Small moves that depend on the number of the action, as :func:`actions` makes them."""
+
+    def reset(self, interface):
+        self.size, self.step, self.seen = len(interface["action"]), 0, []
+
+    def act(self, observation):
+        self.seen.append(observation)
+        self.step += 1
+        return 0.3 * np.random.default_rng([self.step, 0]).uniform(-1, 1, self.size).astype(np.float32)
+
+
+def test_a_policy_sees_in_the_benchmark_what_it_sees_in_the_environment():
+    with tempfile.TemporaryDirectory() as folder:
+        policy = Wanderer()
+        size = {"conditions": ["nominal"], "seeds": [SEED], "trees": 1, "horizon": 2}
+        settings = {"obs": ("state", "depth"), "control": "ee_delta"}
+        orchardbench.run_benchmark(policy, out=pathlib.Path(folder, "out"), name="wanderer", **size, **settings)
+        env, again = single(**settings).unwrapped, Wanderer()
+        again.reset(env.interface)
+        seen = env.reset(seed=SEED)[0]
+        assert len(policy.seen) == 20
+        for step in range(20):
+            same(policy.seen[step], seen)
+            seen = env.step(again.act(seen))[0]
+        # The other tasks tell their targets, and a class serves several threads.
+        size = {"seeds": [SEED], "trees": 1, "threads": 2, "obs": "state", "control_hz": 1}
+        tasks = ("reach-and-grasp", "gentle")
+        told = orchardbench.run_benchmark(Still, out=pathlib.Path(folder, "still"), name="still", tasks=tasks, **size)
+        assert list(told) == list(tasks) and all(len(target) == 4 for target in Still.told) and len(Still.told) > 1
+
+
+class Still:
+    told = []
+
+    def reset(self, interface):
+        self.size = len(interface["action"])
+
+    def act(self, observation):
+        Still.told.append(observation["target"])
+        return np.zeros(self.size, dtype=np.float32)
+
+
+def test_the_benchmark_refuses_what_it_cannot_run():
+    with tempfile.TemporaryDirectory() as folder:
+        size = {"conditions": ["nominal"], "seeds": [SEED], "trees": 1, "horizon": 1}
+
+        def run(policy=Still, **settings):
+            out = pathlib.Path(folder, "out")
+            return lambda: orchardbench.run_benchmark(policy, **{"out": out, "name": "x", **size, **settings})
+
+        def answering(answer):
+            return type("Answers", (), {"reset": lambda self, _: None, "act": lambda self, _: answer})
+
+        raises(ValueError, "name '../x'", run(name="../x"))
+        raises(TypeError, "unknown option colour", run(colour="red"))
+        raises(ValueError, "tasks sleep: unknown", run(tasks=("sleep",)))
+        raises(TypeError, "methods reset and act", run(policy=3))
+        raises(ValueError, "threads 2: one policy object", run(policy=Still(), threads=2))
+        raises(ValueError, "obs pixels", run(obs=("pixels",)))
+        raises(ValueError, "control torque: unknown", run(control="torque"))
+        raises(ValueError, "control_hz 7", run(control_hz=7))
+        raises(ValueError, "--conditions: nowhere", run(conditions=["nowhere"]))
+        raises(ValueError, "--preset: no preset 'nowhere'", run(preset="nowhere"))
+        raises(ValueError, "/no/such.toml", run(scenario="/no/such.toml"))
+        raises(ValueError, "--horizon", run(horizon=-1))
+        raises(ValueError, "have the shape (2,)", run(policy=answering(np.zeros(2))))
+        raises(TypeError, "not object", run(policy=answering(None)))
+        raises(ValueError, "is NaN, which", run(policy=answering(np.full(11, np.nan, dtype=np.float32))))
+        raises(TypeError, "with the keys", run(policy=answering({"arm_q": []}), control="command"))
+        command = {"arm_q": [0.0] * 6, "arm_v": [0.0] * 7, "base_velocity": [0.0] * 3}
+        command |= {"finger_q": 0.0, "finger_force": 0.0, "vacuum": 0.0}
+        raises(ValueError, "arm_q has 6 numbers for 7 joints", run(policy=answering(command), control="command"))
+        command |= {"arm_q": [np.inf] * 7}
+        raises(ValueError, "not finite", run(policy=answering(command), control="command"))
+        raises(ValueError, "base_velocity has the shape", run(policy=answering(command | {"base_velocity": 1}), control="command"))
+        logging = type("Logs", (Still,), {"log": lambda self: [{"Slept": {}}]})
+        logging.act = lambda self, _: np.zeros(self.size, dtype=np.float32)
+        raises(ValueError, "log: unknown variant", run(policy=logging))
+        missing = type("Missing", (), {"act": lambda self, _: None})
+        raises(AttributeError, "reset", run(policy=missing))
+        raises(ValueError, "none.json", lambda: orchardbench.command_log(folder, "none"))
+
+
 def test_bad_input_is_refused():
     env = vector(2)
     size = len(env.interface["action"])
@@ -300,7 +564,7 @@ def test_bad_input_is_refused():
     raises(ValueError, "--preset: no preset 'nowhere'", lambda: single(preset="nowhere"))
     raises(ValueError, "/no/such.toml", lambda: single(scenario="/no/such.toml"))
     raises(ValueError, "--camera", lambda: single(camera="eye"))
-    raises(ValueError, "obs smell: unknown; it is one of state, depth, pixels", lambda: single(obs=("smell",)))
+    raises(ValueError, "obs smell: unknown; it is one of state, depth, pixels, task_description", lambda: single(obs=("smell",)))
     raises(ValueError, "control_hz 7: it must divide the frame rate, 60 Hz", lambda: single(control_hz=7))
     raises(ValueError, "control torque: unknown", lambda: single(control="torque"))
     raises(ValueError, "worlds 0..0", lambda: vector(0))
@@ -333,10 +597,9 @@ def test_a_forked_process_is_told_so():
 
 
 def test_the_program_runs():
-    code = "import sys; from orchardbench._program import main; sys.argv = ['orchard', *sys.argv[1:]]; main()"
-    presets = subprocess.run([sys.executable, "-c", code, "presets"], capture_output=True, text=True, check=True)
-    assert "paper" in presets.stdout.split()
-    bad = subprocess.run([sys.executable, "-c", code, "scenario", "show", "--preset", "nowhere"], capture_output=True, text=True)
+    presets = orchard("presets")
+    assert presets.returncode == 0 and "paper" in presets.stdout.split()
+    bad = orchard("scenario", "show", "--preset", "nowhere")
     assert bad.returncode == 2 and "nowhere" in bad.stderr, (bad.returncode, bad.stderr)
 
 

@@ -7,7 +7,7 @@ use orchard_world::truth::{FruitState, FruitTruth};
 use orchard_world::{World, WorldEvent};
 use serde::{Deserialize, Serialize};
 
-use crate::interface::Term;
+use crate::interface::{Term, term};
 use crate::report::{Ending, TERMS};
 use crate::rules::HarvestReward;
 
@@ -31,7 +31,6 @@ pub(crate) struct Harvest {
 }
 
 pub(crate) fn terms(rules: &HarvestReward) -> Vec<Term> {
-    let term = |name, weight: &orchard_quantity::Quantity| Term { name, weight: weight.si() };
     vec![
         term("deposit", &rules.deposit),
         term("grip", &rules.grip),
@@ -59,13 +58,24 @@ impl Harvest {
         }
     }
 
+    /// The reachable fruit on the tree, each with its distance from the tool \[m\].
+    fn hanging(&self, world: &World, fruit: &[FruitTruth]) -> Vec<(usize, f64)> {
+        let p_world_tcp = p_world_tcp(world);
+        let distance = |i: usize| (i, (fruit[i].p_world - p_world_tcp).norm());
+        (0..fruit.len()).filter(|&i| self.reachable[i] && hangs(&fruit[i])).map(distance).collect()
+    }
+
+    /// The nearest of them, and their number.
+    pub fn goal(&self, world: &World) -> (Option<Vec3>, usize) {
+        let fruit = world.fruit_truth();
+        let hanging = self.hanging(world, &fruit);
+        (nearest(&hanging).map(|(i, _)| fruit[i].p_world), hanging.len())
+    }
+
     pub fn begin_step(&mut self, world: &World) {
         let fruit = world.fruit_truth();
         self.new = [0; 3];
-        let p_world_tcp = p_world_tcp(world);
-        let distance = |i: usize| (i, (fruit[i].p_world - p_world_tcp).norm());
-        let hanging = (0..fruit.len()).filter(|&i| self.reachable[i] && hangs(&fruit[i]));
-        self.nearest = hanging.map(distance).min_by(|a, b| a.1.total_cmp(&b.1));
+        self.nearest = nearest(&self.hanging(world, &fruit));
         let p_world_bucket = p_world_bucket(world);
         let under_way =
             |&i: &usize| self.taken[i] && matches!(fruit[i].state, FruitState::Held | FruitState::Loose);
@@ -134,6 +144,10 @@ impl Harvest {
         let fruit = world.fruit().len();
         [&self.reachable, &self.gripped, &self.taken, &self.deposited].iter().all(|list| list.len() == fruit)
     }
+}
+
+fn nearest(fruit: &[(usize, f64)]) -> Option<(usize, f64)> {
+    fruit.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 fn hangs(fruit: &FruitTruth) -> bool {

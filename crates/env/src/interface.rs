@@ -1,5 +1,6 @@
 //! The interface of a task environment in words that a machine can read.
 
+use orchard_quantity::Quantity;
 use serde::Serialize;
 
 use crate::settings::Task;
@@ -9,8 +10,13 @@ use crate::settings::Task;
 pub struct Term {
     /// Name.
     pub name: &'static str,
-    /// Weight; the damage's is subtracted.
+    /// Weight; those of damage and impulse are subtracted.
     pub weight: f64,
+}
+
+/// A term with the weight that a config gives it.
+pub(crate) fn term(name: &'static str, weight: &Quantity) -> Term {
+    Term { name, weight: weight.si() }
 }
 
 /// All conventions of a task environment.
@@ -26,6 +32,8 @@ pub struct Interface {
     pub horizon: f64,
     /// True if the first term alone is rewarded.
     pub sparse: bool,
+    /// True if truth is observed: no policy that reads it can be ranked.
+    pub privileged: bool,
     /// The terms of the reward, in the order of [`crate::Report::terms`].
     pub reward: Vec<Term>,
     /// Observations and actions.

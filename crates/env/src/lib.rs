@@ -21,12 +21,14 @@
 //!
 //! `docs/python.md` states the spaces, the conventions and the rewards.
 
+mod component;
 mod damage;
 mod error;
 mod harvest;
+mod instruction;
 mod interface;
 mod pixels;
-mod reach;
+mod privileged;
 mod report;
 mod rules;
 mod settings;
@@ -37,7 +39,9 @@ mod worlds;
 pub use error::EnvError;
 pub use interface::{Interface, Term};
 pub use report::{Report, Statistics};
-pub use rules::{CostRules, HarvestReward, LearningRules, PixelRules, ReachReward, V1_TOML};
+pub use rules::{
+    CostRules, GentleReward, HarvestReward, InstructionRules, LearningRules, PixelRules, ReachReward, V1_TOML,
+};
 pub use settings::{Settings, Task, WORLDS};
 pub use task_env::TaskEnv;
 pub use worlds::{Backend, Env};

@@ -1,4 +1,4 @@
-//! Weights of rewards and costs, and how pictures are taken: `configs/learning/v1.toml`.
+//! Weights of rewards and costs, words of instructions, and how pictures are taken: `configs/learning/v1.toml`.
 
 use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,10 @@ pub struct LearningRules {
     pub harvest: HarvestReward,
     /// Weights of the reward of `Reach-v1`.
     pub reach: ReachReward,
+    /// Weights of the reward of `Gentle-v1`.
+    pub gentle: GentleReward,
+    /// Instructions in words.
+    pub instruction: InstructionRules,
     /// Colour pictures.
     pub pixels: PixelRules,
 }
@@ -64,6 +68,30 @@ pub struct ReachReward {
     pub approach: Quantity,
     /// The cost, subtracted.
     pub damage: Quantity,
+}
+
+/// Weights of the terms of `Gentle-v1`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GentleReward {
+    /// The tool came to the point.
+    pub success: Quantity,
+    /// Way towards the point \[1/m\].
+    pub approach: Quantity,
+    /// Impulse of the robot's contacts with wood, subtracted \[1/(N s)\].
+    pub impulse: Quantity,
+    /// The cost, subtracted.
+    pub damage: Quantity,
+}
+
+/// By how much a fruit must differ from others to be named by it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InstructionRules {
+    /// In radius.
+    pub size_margin: Quantity,
+    /// In height or distance.
+    pub place_margin: Quantity,
 }
 
 /// How colour pictures are taken.

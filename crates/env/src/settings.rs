@@ -16,6 +16,9 @@ pub enum Task {
     /// Hold a named fruit: the benchmark's reach-and-grasp, one fruit an episode.
     #[serde(rename = "Reach-v1")]
     Reach,
+    /// Push the tool through the canopy to a point behind it: the benchmark's gentle task, one point an episode.
+    #[serde(rename = "Gentle-v1")]
+    Gentle,
 }
 
 /// Settings of a task environment.
@@ -27,17 +30,20 @@ pub struct Settings {
     pub spaces: Spaces,
     /// Reward the task's success alone, without shaping and damage.
     pub sparse: bool,
+    /// Observe truth (`privileged`). A policy that reads it cannot be ranked.
+    pub privileged: bool,
 }
 
 impl Task {
     /// All tasks.
-    pub const ALL: [Self; 2] = [Self::Harvest, Self::Reach];
+    pub const ALL: [Self; 3] = [Self::Harvest, Self::Reach, Self::Gentle];
 
     /// Name of the task.
     pub fn name(self) -> &'static str {
         match self {
             Self::Harvest => "Harvest-v1",
             Self::Reach => "Reach-v1",
+            Self::Gentle => "Gentle-v1",
         }
     }
 
@@ -54,6 +60,7 @@ impl Task {
         match self {
             Self::Harvest => None,
             Self::Reach => Some(Target::Fruit),
+            Self::Gentle => Some(Target::Point),
         }
     }
 }
@@ -61,7 +68,12 @@ impl Task {
 impl Settings {
     /// The default settings of a task: the default [`Spaces`] with the task's target, and the shaped reward.
     pub fn of(task: Task) -> Self {
-        Self { task, spaces: Spaces { target: task.target(), ..Spaces::default() }, sparse: false }
+        Self {
+            task,
+            spaces: Spaces { target: task.target(), ..Spaces::default() },
+            sparse: false,
+            privileged: false,
+        }
     }
 
     /// Sets the reward by its name: `shaped` or `sparse`.
@@ -83,6 +95,6 @@ mod tests {
         let e = Settings::of(Task::Harvest).rewarding("dense").unwrap_err().to_string();
         assert_eq!(e, "reward dense: unknown; it is one of shaped, sparse");
         let e = Task::named("Harvest-v2").unwrap_err().to_string();
-        assert_eq!(e, "task Harvest-v2: unknown; it is one of Harvest-v1, Reach-v1");
+        assert_eq!(e, "task Harvest-v2: unknown; it is one of Harvest-v1, Reach-v1, Gentle-v1");
     }
 }

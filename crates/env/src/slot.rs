@@ -1,19 +1,23 @@
 //! One environment: a world with its episode.
 
+use orchard_geometry::Vec3;
 use orchard_policy::{DepthReading, Encoding, Reading, Spaces, Values};
-use orchard_robot::JointValues;
+use orchard_robot::{Command, JointValues};
 use orchard_scenario::Scenario;
+use orchard_tasks::component::{Gentle, ReachAndGrasp};
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::stall::StallWatch;
 use orchard_world::{Snapshot, World, WorldEvent};
 use serde::{Deserialize, Serialize};
 
+use crate::component::{Learnable, Trial};
 use crate::damage::Damage;
 use crate::error::EnvError;
 use crate::harvest::Harvest;
+use crate::instruction::instruction;
 use crate::interface::Interface;
 use crate::pixels::{Cameras, Pictures};
-use crate::reach::Reach;
+use crate::privileged;
 use crate::report::{Ending, Report, Statistics};
 use crate::rules::LearningRules;
 use crate::settings::{Task, WORLDS};
@@ -56,12 +60,15 @@ struct Episode {
     set: JointValues,
     /// The latest pictures.
     pictures: Option<Pictures>,
+    /// The task in words, where they are drawn from truth.
+    sentence: Option<String>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum State {
     Harvest(Harvest),
-    Reach(Reach),
+    Reach(Trial<ReachAndGrasp>),
+    Gentle(Trial<Gentle>),
 }
 
 /// Saved state of an environment.
@@ -115,7 +122,8 @@ impl Slot {
                 world.observe();
             }
             let pictures = shared.cameras.as_ref().map(|cameras| cameras.take(&world));
-            let episode = Episode { seed, number, task, stall, set: shared.encoding.start(), pictures };
+            let (set, sentence) = (shared.encoding.start(), task.sentence(&world, shared, of_seed));
+            let episode = Episode { seed, number, task, stall, set, pictures, sentence };
             self.running = Some((world, episode));
             self.report = Report::default();
             self.look(shared);
@@ -126,15 +134,20 @@ impl Slot {
         Err(EnvError::NoTarget { env: self.env, task, tried: TRIES, world, seed })
     }
 
+    /// Checks that the episode goes on.
+    pub fn goes_on(&self) -> Result<(), EnvError> {
+        let env = self.env;
+        match self.running {
+            None => Err(EnvError::NotStarted { env }),
+            Some(_) if self.report.terminated || self.report.truncated => Err(EnvError::Ended { env }),
+            Some(_) => Ok(()),
+        }
+    }
+
     /// Checks that an action can be taken.
     pub fn check(&self, action: &[f32], shared: &Shared) -> Result<(), EnvError> {
+        self.goes_on()?;
         let env = self.env;
-        if self.running.is_none() {
-            return Err(EnvError::NotStarted { env });
-        }
-        if self.report.terminated || self.report.truncated {
-            return Err(EnvError::Ended { env });
-        }
         match shared.encoding.refused(action) {
             Some((channel, value)) => Err(EnvError::Action { env, channel: channel.name.clone(), value }),
             None => Ok(()),
@@ -143,10 +156,15 @@ impl Slot {
 
     /// Takes an action that [`Self::check`] allows.
     pub fn step(&mut self, action: &[f32], shared: &Shared) {
+        let Some((_, episode)) = &self.running else { return };
+        let motion = shared.encoding.motion(action, &episode.set);
+        self.advance(shared, |frame, _| motion.command(frame));
+    }
+
+    /// Takes the frames of an action, if the episode goes on, with a command for each.
+    pub fn advance(&mut self, shared: &Shared, mut command: impl FnMut(u32, &mut World) -> Command) {
         let Some((world, episode)) = &mut self.running else { return };
         let frames = shared.interface.policy.frames;
-        let motion = shared.encoding.motion(action, &episode.set);
-        episode.set = motion.end();
         // Only the last image of a step is seen.
         let (seen, now) = (shared.interface.policy.spaces.depth, world.frame());
         let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
@@ -155,7 +173,9 @@ impl Slot {
         episode.task.begin_step(world);
         let (mut damage, mut ending) = (Damage::default(), None);
         for k in 1..=frames {
-            world.step(&motion.command(k - 1));
+            let command = command(k - 1, world);
+            episode.set = command.arm_q;
+            world.step(&command);
             let events = world.drain_events();
             damage.take(&events);
             ending = episode.task.after_frame(world, &events, shared);
@@ -185,11 +205,18 @@ impl Slot {
         });
         let target = match &episode.task {
             State::Harvest(_) => None,
-            State::Reach(reach) => Some(reach.told()),
+            State::Reach(trial) => Some(ReachAndGrasp::told(trial.target())),
+            State::Gentle(trial) => Some(Gentle::told(trial.target())),
         };
         let frame = shared.interface.policy.frame;
         let pixels = episode.pictures.as_ref().map(|pictures| pictures.reading(frame));
-        self.values = shared.encoding.read(&Reading { sensed: &world.sense(), depth, pixels, target });
+        let description = episode.sentence.as_deref();
+        let reading = Reading { sensed: &world.sense(), depth, pixels, target, description };
+        self.values = shared.encoding.read(&reading);
+        if shared.interface.privileged {
+            let (goal, left) = episode.task.goal(world);
+            self.values.push(privileged::read(world, goal, left));
+        }
     }
 
     /// The state as bytes.
@@ -250,7 +277,8 @@ impl Shared {
             State::Harvest(harvest) => {
                 (harvest.end_step(world), harvest.deposited(), harvest.completeness(world))
             }
-            State::Reach(reach) => (reach.end_step(world), 0, reach.completeness()),
+            State::Reach(trial) => (trial.end_step(world), 0, trial.completeness()),
+            State::Gentle(trial) => (trial.end_step(world), 0, trial.completeness()),
         };
         let weights = &self.interface.reward;
         // The damage is the last term.
@@ -295,28 +323,49 @@ impl State {
                 let horizon = (shared.interface.horizon / shared.interface.policy.frame).round() as u32;
                 Some(Self::Harvest(Harvest::new(world, horizon)))
             }
-            Task::Reach => Reach::new(world, &shared.protocol.component, seed).map(Self::Reach),
+            Task::Reach => Trial::new(world, &shared.protocol.component, seed).map(Self::Reach),
+            Task::Gentle => Trial::new(world, &shared.protocol.component, seed).map(Self::Gentle),
         }
+    }
+
+    /// Where the task goes, and the reachable fruit left on the tree.
+    fn goal(&self, world: &World) -> (Option<Vec3>, usize) {
+        match self {
+            Self::Harvest(harvest) => harvest.goal(world),
+            Self::Reach(trial) => (Some(world.fruit_truth()[trial.target().fruit as usize].p_world), 0),
+            Self::Gentle(trial) => (Some(trial.target().p_world.into()), 0),
+        }
+    }
+
+    /// The task in words drawn from truth, which ranked tasks do not have.
+    fn sentence(&self, world: &World, shared: &Shared, seed: u64) -> Option<String> {
+        let Self::Reach(trial) = self else { return None };
+        let asked = shared.interface.policy.spaces.description;
+        let fruit = trial.target().fruit as usize;
+        asked.then(|| instruction(world, fruit, &shared.rules.instruction, seed))
     }
 
     fn begin_step(&mut self, world: &World) {
         match self {
             Self::Harvest(harvest) => harvest.begin_step(world),
-            Self::Reach(reach) => reach.begin_step(world),
+            Self::Reach(trial) => trial.begin_step(world),
+            Self::Gentle(trial) => trial.begin_step(world),
         }
     }
 
     fn after_frame(&mut self, world: &World, events: &[WorldEvent], shared: &Shared) -> Option<Ending> {
         match self {
             Self::Harvest(harvest) => harvest.after_frame(world, events),
-            Self::Reach(reach) => reach.after_frame(world, events, &shared.protocol.component),
+            Self::Reach(trial) => trial.after_frame(world, events, &shared.protocol.component),
+            Self::Gentle(trial) => trial.after_frame(world, events, &shared.protocol.component),
         }
     }
 
     fn fits(&self, world: &World) -> bool {
         match self {
             Self::Harvest(harvest) => harvest.fits(world),
-            Self::Reach(reach) => reach.fits(world),
+            Self::Reach(trial) => trial.fits(world),
+            Self::Gentle(trial) => trial.fits(world),
         }
     }
 }

@@ -3,11 +3,13 @@
 use std::ops::Range;
 
 use orchard_policy::{Encoding, SettingError, Spaces, Values};
+use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
-use orchard_tasks::component::{Component, ReachAndGrasp};
+use orchard_tasks::component::{Component, Gentle, ReachAndGrasp};
 use orchard_tasks::protocol::Protocol;
 use rayon::prelude::*;
 
+use crate::component::Learnable;
 use crate::error::EnvError;
 use crate::interface::Interface;
 use crate::pixels::Cameras;
@@ -15,7 +17,7 @@ use crate::report::Report;
 use crate::rules::LearningRules;
 use crate::settings::{Settings, Task, WORLDS};
 use crate::slot::{Shared, Slot};
-use crate::{harvest, reach};
+use crate::{harvest, privileged};
 
 /// A task on many worlds: each environment has a world of its own and steps it by actions.
 ///
@@ -48,8 +50,11 @@ impl TaskEnv {
         let cameras = spaces.pixels.as_ref().map(cameras).transpose()?;
         let (horizon, reward) = match settings.task {
             Task::Harvest => (protocol.full.horizon.si(), harvest::terms(&rules.harvest)),
-            Task::Reach => (ReachAndGrasp::time(&protocol.component), reach::terms(&rules.reach)),
+            Task::Reach => (ReachAndGrasp::time(&protocol.component), ReachAndGrasp::terms(&rules)),
+            Task::Gentle => (Gentle::time(&protocol.component), Gentle::terms(&rules)),
         };
+        let mut policy = encoding.interface().clone();
+        policy.observation.extend(settings.privileged.then(privileged::field));
         let interface = Interface {
             version: rules.version.clone(),
             task: settings.task,
@@ -57,7 +62,8 @@ impl TaskEnv {
             horizon,
             sparse: settings.sparse,
             reward,
-            policy: encoding.interface().clone(),
+            privileged: settings.privileged,
+            policy,
         };
         let identity = format!("{interface:?} {protocol:?}");
         let identity = orchard_bench::digest::config_hash(&[("env", &identity)]);
@@ -125,6 +131,25 @@ impl TaskEnv {
             .zip(mask)
             .filter(|(_, chosen)| **chosen)
             .for_each(|((slot, action), _)| slot.step(action, shared));
+        Ok(())
+    }
+
+    /// Takes the frames of an action in one environment under a controller's commands, one an observation: to value demonstrations by the
+    /// rewards of the task.
+    ///
+    /// # Errors
+    /// An environment without an episode or after its end.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn step_by(
+        &mut self,
+        env: usize,
+        mut controller: impl FnMut(&Observation) -> Command,
+    ) -> Result<(), EnvError> {
+        let (slot, shared) = (&mut self.slots[env], &self.shared);
+        slot.goes_on()?;
+        slot.advance(shared, |_, world| controller(&world.observe()));
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! Actions: normalised numbers as commands of a robot.
 
+use orchard_geometry::{Pose, Rotation, Vec3};
 use orchard_robot::{ArmKinematics, BaseJoint, Command, JointValues, RobotModel, Steering};
 use serde::Serialize;
 
@@ -9,10 +10,12 @@ use crate::spaces::Control;
 /// One number of an action, in [-1, 1]. The value that it stands for is linear in it; numbers beyond the ends count as the ends.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Channel {
-    /// Name: a joint of the robot, `base_*` or `gripper`.
+    /// Name: a joint of the robot, `ee_*`, `base_*` or `gripper`.
     pub name: String,
     /// Unit of the value.
     pub unit: &'static str,
+    /// Frame of reference in whose axes the value is; none for joints and the gripper.
+    pub frame: Option<&'static str>,
     /// Value of action -1.
     pub at_minus_one: f64,
     /// Value of action 1.
@@ -23,7 +26,13 @@ pub struct Channel {
 
 impl Channel {
     fn new(name: &str, unit: &'static str, ends: [f64; 2], meaning: &'static str) -> Self {
-        Self { name: name.to_owned(), unit, at_minus_one: ends[0], at_plus_one: ends[1], meaning }
+        let name = name.to_owned();
+        Self { name, unit, frame: None, at_minus_one: ends[0], at_plus_one: ends[1], meaning }
+    }
+
+    /// A value in axes of the base frame, up to `most` either way.
+    fn of_base(name: &str, unit: &'static str, most: f64, meaning: &'static str) -> Self {
+        Self { frame: Some("base"), ..Self::new(name, unit, [-most, most], meaning) }
     }
 
     fn value(&self, action: f32) -> f64 {
@@ -36,9 +45,13 @@ impl Channel {
 #[derive(Debug, Clone)]
 pub(crate) struct Drive {
     control: Control,
-    /// The arm's joints, the directions of the base, the gripper.
+    /// Those of the arm, the directions of the base, the gripper.
     pub channels: Vec<Channel>,
     arm: ArmKinematics,
+    /// Largest move of each joint's set point in an action \[rad\], but for places.
+    joint_moves: Vec<f64>,
+    /// Steps of inverse kinematics.
+    tool_steps: u32,
     /// Velocity of the base in its frame per value of each of its channels.
     base: Vec<[f64; 3]>,
     has_cup: bool,
@@ -52,44 +65,48 @@ impl Drive {
     /// Makes the drive of a robot; an action has a number of frames, which take `period` seconds in all.
     pub fn new(robot: &RobotModel, control: Control, scales: &Scales, frames: u32, period: f64) -> Self {
         let (config, arm) = (robot.config(), robot.kinematics());
-        let mut channels: Vec<Channel> = Vec::new();
-        for (name, limit) in config.parts.arm_joints.iter().zip(arm.limits()) {
-            let most = limit.velocity * scales.joint_speed.si() * period;
-            channels.push(match control {
-                Control::JointDelta => Channel::new(
-                    name,
-                    "rad",
-                    [-most, most],
-                    "move of the joint's set point, added to the last one, within the joint's limits",
-                ),
-                Control::JointAbsolute => {
+        let joint_moves: Vec<f64> =
+            arm.limits().iter().map(|limit| limit.velocity * scales.joint_speed.si() * period).collect();
+        let joints = config.parts.arm_joints.iter().zip(arm.limits()).zip(&joint_moves);
+        let mut channels: Vec<Channel> = match control {
+            Control::JointDelta => joints
+                .map(|((name, _), most)| {
+                    let meaning =
+                        "move of the joint's set point, added to the last one, within the joint's limits";
+                    Channel::new(name, "rad", [-most, *most], meaning)
+                })
+                .collect(),
+            Control::JointAbsolute => joints
+                .map(|((name, limit), _)| {
                     Channel::new(name, "rad", [limit.lower, limit.upper], "place of the joint's set point")
-                }
-            });
-        }
+                })
+                .collect(),
+            Control::EeDelta => tool_channels(scales, period),
+        };
         let mut base = Vec::new();
         if let Some(drive) = &config.drive {
             let (speed, turn) = (drive.speed_max.si(), drive.turn_speed_max.si());
-            let axes: Vec<(&str, &str, f64, [f64; 3], &str)> = match (robot.base_joint(), &drive.steering) {
-                (BaseJoint::Fixed, _) => Vec::new(),
-                (BaseJoint::Rail { axis_base: a, .. }, _) => {
-                    vec![("base_rail", "m/s", speed, [a.x, a.y, 0.0], "velocity along the rail")]
-                }
-                (BaseJoint::Planar(_), steering) => {
-                    let forward =
-                        ("base_forward", "m/s", speed, [1.0, 0.0, 0.0], "velocity forwards, base frame");
-                    let left =
-                        ("base_left", "m/s", speed, [0.0, 1.0, 0.0], "velocity to the left, base frame");
-                    let turn =
-                        ("base_turn", "rad/s", turn, [0.0, 0.0, 1.0], "turn rate, positive to the left");
-                    match steering {
-                        Steering::Holonomic => vec![forward, left, turn],
-                        Steering::Differential | Steering::Ackermann { .. } => vec![forward, turn],
+            let axes: Vec<(&str, &'static str, f64, [f64; 3], &'static str)> =
+                match (robot.base_joint(), &drive.steering) {
+                    (BaseJoint::Fixed, _) => Vec::new(),
+                    (BaseJoint::Rail { axis_base: a, .. }, _) => {
+                        vec![("base_rail", "m/s", speed, [a.x, a.y, 0.0], "velocity along the rail")]
                     }
-                }
-            };
+                    (BaseJoint::Planar(_), steering) => {
+                        let forward =
+                            ("base_forward", "m/s", speed, [1.0, 0.0, 0.0], "velocity forwards, base frame");
+                        let left =
+                            ("base_left", "m/s", speed, [0.0, 1.0, 0.0], "velocity to the left, base frame");
+                        let turn =
+                            ("base_turn", "rad/s", turn, [0.0, 0.0, 1.0], "turn rate, positive to the left");
+                        match steering {
+                            Steering::Holonomic => vec![forward, left, turn],
+                            Steering::Differential | Steering::Ackermann { .. } => vec![forward, turn],
+                        }
+                    }
+                };
             for (name, unit, most, direction, meaning) in axes {
-                channels.push(Channel::new(name, unit, [-most, most], meaning));
+                channels.push(Channel::of_base(name, unit, most, meaning));
                 base.push(direction);
             }
         }
@@ -109,6 +126,8 @@ impl Drive {
             control,
             channels,
             arm: arm.clone(),
+            joint_moves,
+            tool_steps: scales.tool_steps.get(),
             base,
             has_cup,
             start: robot.start_command(),
@@ -126,15 +145,14 @@ impl Drive {
     pub fn motion(&self, action: &[f32], last: &JointValues) -> Motion {
         let values: Vec<f64> = self.channels.iter().zip(action).map(|(c, &a)| c.value(a)).collect();
         let dof = self.arm.dof();
-        let to = JointValues::from_fn(dof, |i| match self.control {
-            Control::JointDelta => {
-                let limit = self.arm.limits()[i];
-                (last[i] + values[i]).clamp(limit.lower, limit.upper)
-            }
-            Control::JointAbsolute => values[i],
-        });
+        let (of_arm, others) = values.split_at(values.len() - self.base.len() - 1);
+        let to = match self.control {
+            Control::JointDelta => JointValues::from_fn(dof, |i| self.limited(i, last[i] + of_arm[i])),
+            Control::JointAbsolute => JointValues::from_fn(dof, |i| of_arm[i]),
+            Control::EeDelta => self.tool_moved(of_arm, last),
+        };
         let mut base_velocity = [0.0; 3];
-        for (direction, value) in self.base.iter().zip(&values[dof..]) {
+        for (direction, value) in self.base.iter().zip(others) {
             for k in 0..3 {
                 base_velocity[k] += direction[k] * value;
             }
@@ -146,11 +164,45 @@ impl Drive {
         };
         // Moves pass through their ends at an even speed; places are approached as the servos can.
         let (from, speed) = match self.control {
-            Control::JointDelta => (*last, JointValues::from_fn(dof, |i| (to[i] - last[i]) / self.period)),
+            Control::JointDelta | Control::EeDelta => {
+                (*last, JointValues::from_fn(dof, |i| (to[i] - last[i]) / self.period))
+            }
             Control::JointAbsolute => (to, JointValues::zeros(dof)),
         };
         Motion { from, to, frames: self.frames, command: Command { base_velocity, arm_v: speed, ..held } }
     }
+
+    fn limited(&self, joint: usize, q: f64) -> f64 {
+        let limit = self.arm.limits()[joint];
+        q.clamp(limit.lower, limit.upper)
+    }
+
+    /// Set points that move the tool from where the last ones have it \[m\], and turn it by a rotation vector \[rad\], both in axes of the base
+    /// frame. A move that a joint would take faster than its set points may move is shortened as a whole.
+    fn tool_moved(&self, by: &[f64], last: &JointValues) -> JointValues {
+        if by.iter().all(|x| *x == 0.0) {
+            return *last;
+        }
+        let (along, about) = (Vec3::from_column_slice(&by[..3]), Vec3::from_column_slice(&by[3..]));
+        let x_base_tcp = self.arm.tcp(&last.vector());
+        let turned = Rotation::from_scaled_axis(about) * x_base_tcp.rotation;
+        let to = Pose::from_parts((x_base_tcp.translation.vector + along).into(), turned);
+        let q = self.arm.follow(&to, &last.vector(), self.tool_steps);
+        let dof = self.arm.dof();
+        let shares = (0..dof).map(|i| self.joint_moves[i] / (q[i] - last[i]).abs());
+        let share = shares.fold(1.0, f64::min);
+        JointValues::from_fn(dof, |i| self.limited(i, last[i] + share * (q[i] - last[i])))
+    }
+}
+
+/// The channels of control `ee_delta`.
+fn tool_channels(scales: &Scales, period: f64) -> Vec<Channel> {
+    let (moved, turned) = (scales.tool_speed.si() * period, scales.tool_turn_speed.si() * period);
+    let along = "move of the tool's set point, added to the last one";
+    let about = "component of the rotation vector (axis times angle) by which the tool's set point turns: R becomes exp(r) R";
+    let moves = ["ee_x", "ee_y", "ee_z"].map(|name| Channel::of_base(name, "m", moved, along));
+    let turns = ["ee_rx", "ee_ry", "ee_rz"].map(|name| Channel::of_base(name, "rad", turned, about));
+    moves.into_iter().chain(turns).collect()
 }
 
 /// The commands of one action.
@@ -234,6 +286,58 @@ mod tests {
         }
         for (q, limit) in set.iter().zip(delta.arm.limits()) {
             assert_eq!(*q, limit.upper);
+        }
+    }
+
+    #[test]
+    fn the_tool_moves_and_turns_in_axes_of_the_base() {
+        let scales = Scales::v1();
+        let (moved, turned) = (0.1 * scales.tool_speed.si(), 0.1 * scales.tool_turn_speed.si());
+        for robot in ["ridgeback-fr3", "fr3-fixed", "rail-xarm6-suction", "husky-ur5e-2f85"] {
+            let drive = drive(robot, Control::EeDelta);
+            let (n, start) = (drive.channels.len(), drive.start());
+            assert_eq!(drive.motion(&vec![0.0; n], &start).to, start, "{robot} holds");
+            let before = drive.arm.tcp(&start.vector());
+            for axis in 0..6 {
+                // A quarter of the whole scale, so that no joint is too slow for it.
+                let mut action = vec![0.0; n];
+                action[axis] = 0.25;
+                let after = drive.arm.tcp(&drive.motion(&action, &start).to.vector());
+                let (mut p, mut r) = (Vec3::zeros(), Vec3::zeros());
+                if axis < 3 {
+                    p[axis] = 0.25 * moved;
+                } else {
+                    r[axis - 3] = 0.25 * turned;
+                }
+                let p_error = after.translation.vector - before.translation.vector - p;
+                let r_error = (after.rotation * before.rotation.inverse()).scaled_axis() - r;
+                assert!(
+                    p_error.norm() < 1e-5 && r_error.norm() < 1e-5,
+                    "{robot} {axis}: {p_error} {r_error}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_tool_beyond_reach_leaves_the_joints_within_limits_and_speeds() {
+        for robot in ["ridgeback-fr3", "fr3-fixed", "rail-xarm6-suction", "husky-ur5e-2f85"] {
+            let drive = drive(robot, Control::EeDelta);
+            let n = drive.channels.len();
+            for signs in 0..64_u32 {
+                let mut set = drive.start();
+                let action: Vec<f32> =
+                    (0..n).map(|i| if signs >> (i % 6) & 1 == 0 { 1.0 } else { -1.0 }).collect();
+                for _ in 0..40 {
+                    let next = drive.motion(&action, &set).to;
+                    for i in 0..next.len() {
+                        let limit = drive.arm.limits()[i];
+                        assert!((limit.lower..=limit.upper).contains(&next[i]), "{robot} {i}: {}", next[i]);
+                        assert!((next[i] - set[i]).abs() < drive.joint_moves[i] + 1e-12, "{robot} {i}");
+                    }
+                    set = next;
+                }
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use orchard_robot::{JointValues, RobotModel};
 
 use crate::action::{Channel, Drive, Motion};
-use crate::interface::Interface;
+use crate::interface::{Conventions, Interface};
 use crate::rules::Scales;
 use crate::sensors::{Reading, Sensors, Values};
 use crate::setting::SettingError;
@@ -37,6 +37,7 @@ impl Encoding {
             spaces: spaces.clone(),
             frames,
             frame: 1.0 / frame_rate,
+            conventions: Conventions::V1,
             action: drive.channels.clone(),
             observation: sensors.fields.clone(),
         };

@@ -9,6 +9,7 @@
 mod action;
 mod encoding;
 mod interface;
+mod pilot;
 mod rules;
 mod sensors;
 mod setting;
@@ -16,7 +17,8 @@ mod spaces;
 
 pub use action::{Channel, Motion};
 pub use encoding::Encoding;
-pub use interface::{Element, Field, Interface};
+pub use interface::{Conventions, Element, Field, Frames, Interface};
+pub use pilot::Pilot;
 pub use rules::{Scales, V1_TOML};
 pub use sensors::{DepthReading, PixelReading, Reading, Values};
 pub use setting::SettingError;

@@ -1,6 +1,6 @@
 //! Scales of actions: `configs/policy/v1.toml`.
 
-use orchard_quantity::{ConfigError, Quantity, from_toml};
+use orchard_quantity::{ConfigError, Count, Quantity, from_toml};
 use serde::{Deserialize, Serialize};
 
 /// The scales as TOML text.
@@ -12,8 +12,14 @@ pub const V1_TOML: &str = include_str!("../configs/policy/v1.toml");
 pub struct Scales {
     /// Version; it is raised when a figure changes.
     pub version: String,
-    /// Speed of a joint's set point under action 1 of control `joint_delta`, as a share of the joint's largest speed.
+    /// Largest speed of a joint's set point under the controls `joint_delta` and `ee_delta`, as a share of the joint's largest speed.
     pub joint_speed: Quantity,
+    /// Speed of the tool's set point along an axis of the base frame under action 1 of control `ee_delta`.
+    pub tool_speed: Quantity,
+    /// Its turn rate about an axis of the base frame.
+    pub tool_turn_speed: Quantity,
+    /// Steps of inverse kinematics by which the joints follow the tool's set point.
+    pub tool_steps: Count,
 }
 
 impl Scales {

@@ -13,6 +13,8 @@ pub enum Values {
     F32(Vec<f32>),
     /// Bytes.
     U8(Vec<u8>),
+    /// Text.
+    Text(String),
 }
 
 /// A depth image with the time at which it was taken.
@@ -41,9 +43,14 @@ pub struct Reading<'a> {
     pub depth: Option<DepthReading<'a>>,
     /// The latest pictures; none before the first.
     pub pixels: Option<PixelReading<'a>>,
-    /// What a named target's centre (odom) and radius are told to be \[m\].
+    /// What a named target is told to be: centre (odom) and radius of a fruit \[m\]; a point (odom) \[m\] and a heading \[rad\].
     pub target: Option<[f64; 4]>,
+    /// The task in words; without them it is [`Target::sentence`].
+    pub description: Option<&'a str>,
 }
+
+/// Most characters of a description.
+const DESCRIPTION: usize = 160;
 
 /// Time of the image before the first one \[s\].
 const NO_IMAGE: f32 = -1.0;
@@ -68,10 +75,20 @@ impl Sensors {
             sensors.add_numbers("agent_pos", "where joints, fingers and base are", positions(robot));
             sensors.add_numbers("agent_vel", "how fast joints and base move", velocities(robot));
             sensors.add_numbers("forces", "torques, forces and pressure that the robot feels", forces(robot));
-            if spaces.target == Some(Target::Fruit) {
-                let elements = ["x", "y", "z", "radius"].map(|name| Element::new(name, "m"));
-                let meaning = "centre (odom) and radius of the named fruit, with the errors of the benchmark";
-                sensors.add(Field::numbers("target", meaning, elements.to_vec()), |reading| {
+            if let Some(target) = spaces.target {
+                let (last, meaning) = match target {
+                    Target::Fruit => (
+                        Element::new("radius", "m"),
+                        "centre (odom) and radius of the named fruit, with the errors of the benchmark",
+                    ),
+                    Target::Point => (
+                        Element::new("heading", "rad"),
+                        "point for the tool (odom), and the level direction from the base to it, from the x axis of odom to its y axis",
+                    ),
+                };
+                let mut elements = ["x", "y", "z"].map(|name| Element::new(name, "m")).to_vec();
+                elements.push(last);
+                sensors.add(Field::numbers("target", meaning, elements), |reading| {
                     Values::F32(reading.target.unwrap_or_default().map(narrow).to_vec())
                 });
             }
@@ -113,6 +130,13 @@ impl Sensors {
                 Values::U8(reading.pixels.as_ref().map_or_else(|| black.clone(), |seen| seen.base.to_vec()))
             });
             sensors.add_times("pixels_time", |reading| reading.pixels.as_ref().map(|seen| seen.time));
+        }
+        if spaces.description {
+            let sentence = Target::sentence(spaces.target);
+            let field = Field::text("task_description", DESCRIPTION, "the task in words");
+            sensors.add(field, move |reading| {
+                Values::Text(reading.description.unwrap_or(sentence).chars().take(DESCRIPTION).collect())
+            });
         }
         sensors
     }

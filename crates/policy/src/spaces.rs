@@ -12,6 +12,8 @@ pub enum Control {
     JointDelta,
     /// Places of the joints' set points.
     JointAbsolute,
+    /// Moves and turns of the tool's set point, in axes of the base frame.
+    EeDelta,
 }
 
 /// What a policy is told of its target, in group `state`.
@@ -20,6 +22,19 @@ pub enum Control {
 pub enum Target {
     /// Centre and radius of a named fruit.
     Fruit,
+    /// A point for the tool, and the level direction in which it is pushed there.
+    Point,
+}
+
+impl Target {
+    /// The task in words; without a target it is the harvest.
+    pub fn sentence(target: Option<Self>) -> &'static str {
+        match target {
+            None => "pick the apples and put them into the bucket",
+            Some(Self::Fruit) => "grasp the named apple and hold it",
+            Some(Self::Point) => "push the hand through the branches to the named point and break nothing",
+        }
+    }
 }
 
 /// Colour pictures of the wrist camera and of the fixed camera.
@@ -44,6 +59,8 @@ pub struct Spaces {
     pub depth: bool,
     /// Observe colour pictures (`pixels`).
     pub pixels: Option<Pixels>,
+    /// Observe the task in words (`task_description`).
+    pub description: bool,
     /// Target that the task names; none if it names none.
     pub target: Option<Target>,
     /// Meaning of the arm's numbers.
@@ -64,16 +81,24 @@ enum Group {
     State,
     Depth,
     Pixels,
+    Description,
 }
 
 /// The groups by name.
-const GROUPS: [(&str, Group); 3] =
-    [("state", Group::State), ("depth", Group::Depth), ("pixels", Group::Pixels)];
+const GROUPS: [(&str, Group); 4] = [
+    ("state", Group::State),
+    ("depth", Group::Depth),
+    ("pixels", Group::Pixels),
+    ("task_description", Group::Description),
+];
 
 impl Control {
     /// All controls, by name.
-    const ALL: [(&str, Self); 2] =
-        [("joint_delta", Self::JointDelta), ("joint_absolute", Self::JointAbsolute)];
+    const ALL: [(&str, Self); 3] = [
+        ("joint_delta", Self::JointDelta),
+        ("joint_absolute", Self::JointAbsolute),
+        ("ee_delta", Self::EeDelta),
+    ];
 
     /// Finds a control by its name.
     ///
@@ -98,6 +123,7 @@ impl Default for Spaces {
             state: true,
             depth: false,
             pixels: None,
+            description: false,
             target: None,
             control: Control::JointDelta,
             control_hz: CONTROL_HZ,
@@ -106,17 +132,18 @@ impl Default for Spaces {
 }
 
 impl Spaces {
-    /// Sets the groups of observations by their names: `state`, `depth`, `pixels` (of the default size and rate).
+    /// Sets the groups of observations by their names: `state`, `depth`, `pixels` (of the default size and rate), `task_description`.
     ///
     /// # Errors
     /// A name that is no group, or none at all.
     pub fn observing(self, groups: &[&str]) -> Result<Self, SettingError> {
-        let mut spaces = Self { state: false, depth: false, pixels: None, ..self };
+        let mut spaces = Self { state: false, depth: false, pixels: None, description: false, ..self };
         for group in groups {
             match SettingError::choice("obs", group, &GROUPS)? {
                 Group::State => spaces.state = true,
                 Group::Depth => spaces.depth = true,
                 Group::Pixels => spaces.pixels = Some(Pixels::default()),
+                Group::Description => spaces.description = true,
             }
         }
         if groups.is_empty() {
@@ -167,9 +194,12 @@ mod tests {
         let said = |result: Result<Spaces, SettingError>| result.unwrap_err().to_string();
         assert_eq!(
             said(spaces().observing(&["stat"])),
-            "obs stat: unknown; it is one of state, depth, pixels"
+            "obs stat: unknown; it is one of state, depth, pixels, task_description"
         );
-        assert_eq!(said(spaces().observing(&[])), "obs (): give at least one of state, depth, pixels");
+        assert_eq!(
+            said(spaces().observing(&[])),
+            "obs (): give at least one of state, depth, pixels, task_description"
+        );
         for control_hz in [0, 7, 61] {
             let e = Spaces { control_hz, ..spaces() }.frames(60.0).unwrap_err().to_string();
             assert_eq!(e, format!("control_hz {control_hz}: it must divide the frame rate, 60 Hz"));

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
-    bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, render,
-    replay, report, robot, scenario, validate, verify,
+    bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, perf,
+    render, replay, report, robot, scenario, validate, verify,
 };
 use crate::failure::{EXIT_CODES, Failure};
 use crate::program::Program;
@@ -55,6 +55,7 @@ enum Command {
     Controllers,
     Robot(robot::Args),
     Validate(validate::Args),
+    Perf(perf::Args),
     GpuInfo(gpu_info::Args),
 }
 
@@ -109,6 +110,7 @@ impl Program {
             }
             Command::Robot(args) => robot::run(args),
             Command::Validate(args) => validate::run(args),
+            Command::Perf(args) => perf::run(args),
             Command::GpuInfo(args) => gpu_info::run(args),
         }
     }

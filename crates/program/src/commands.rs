@@ -14,6 +14,7 @@ pub mod gpu_info;
 pub mod leaderboard;
 pub mod merge;
 pub mod names;
+pub mod perf;
 pub mod render;
 #[cfg(feature = "recording")]
 pub mod replay;

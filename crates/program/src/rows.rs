@@ -12,8 +12,10 @@ use serde::{Deserialize, Serialize};
 use crate::failure::Failure;
 use crate::out_folder::open_folder;
 
+mod rounds;
 mod table;
 
+pub use rounds::Rounds;
 pub use table::number;
 
 /// Version of the row layout.

@@ -1,44 +1,23 @@
-//! Results of all environments as fresh numpy arrays, one row an environment.
+//! One observation, and what steps were worth, as fresh numpy arrays.
 
-use numpy::{Element, IntoPyArray, PyArrayMethods};
+use numpy::{IntoPyArray, PyArrayMethods};
 use orchard_env::{Report, Statistics, TaskEnv};
 use orchard_policy::{Field, Values};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyString};
 
-/// The observations by key.
-pub fn observations<'py>(py: Python<'py>, env: &TaskEnv) -> PyResult<Bound<'py, PyDict>> {
+/// One observation by key.
+pub fn single<'py>(py: Python<'py>, fields: &[Field], values: Vec<Values>) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
-    for (i, field) in env.interface().policy.observation.iter().enumerate() {
-        let rows = || (0..env.len()).filter_map(move |k| env.observation(k).get(i));
-        let array = match field.dtype {
-            "uint8" => {
-                let rows = rows().filter_map(|v| if let Values::U8(v) = v { Some(v) } else { None });
-                stacked(py, rows, field, env.len())?
-            }
-            _ => {
-                let rows = rows().filter_map(|v| if let Values::F32(v) = v { Some(v) } else { None });
-                stacked(py, rows, field, env.len())?
-            }
+    for (field, values) in fields.iter().zip(values) {
+        let array = match values {
+            Values::F32(numbers) => numbers.into_pyarray(py).reshape(field.shape.clone())?.into_any(),
+            Values::U8(bytes) => bytes.into_pyarray(py).reshape(field.shape.clone())?.into_any(),
+            Values::Text(text) => PyString::new(py, &text).into_any(),
         };
         all.set_item(field.key, array)?;
     }
     Ok(all)
-}
-
-/// One array of the rows of all environments; an environment before its first reset has zeros.
-fn stacked<'py, 'a, T: Element + Copy + Default + 'a>(
-    py: Python<'py>,
-    rows: impl Iterator<Item = &'a Vec<T>>,
-    field: &Field,
-    envs: usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let mut all: Vec<T> = Vec::with_capacity(envs * field.shape.iter().product::<usize>());
-    rows.for_each(|row| all.extend_from_slice(row));
-    let mut shape = vec![envs];
-    shape.extend(&field.shape);
-    all.resize(shape.iter().product(), T::default());
-    Ok(all.into_pyarray(py).reshape(shape)?.into_any())
 }
 
 /// Rewards, ends and statistics by name.

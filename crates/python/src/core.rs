@@ -3,15 +3,17 @@
 use std::path::PathBuf;
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use orchard_bench::store::write_json;
 use orchard_env::{EnvError, Settings, Task, TaskEnv};
-use orchard_policy::{Control, Pixels, Spaces};
+use orchard_policy::{Control, Pixels, SettingError, Spaces};
 use orchard_scenario::{Options, Scenario, controllers};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arrays;
+use crate::buffers::{self, Buffers};
 use crate::guard::{detached, exception};
 
 /// Environments of one task that step together.
@@ -20,8 +22,27 @@ pub struct Core {
     env: TaskEnv,
     /// Threads of its own, which do not outlive it.
     pool: ThreadPool,
+    buffers: Buffers,
     /// The process that made it: threads are not in a forked one.
     process: u32,
+}
+
+/// The spaces of names.
+pub fn spaces_of(obs: &[String], control: &str, control_hz: u32) -> Result<Spaces, SettingError> {
+    let groups: Vec<&str> = obs.iter().map(String::as_str).collect();
+    let control = Control::named(control)?;
+    Ok(Spaces { control, control_hz, ..Spaces::default().observing(&groups)? })
+}
+
+/// The scenario of a file and of options over it.
+pub fn resolved(py: Python<'_>, file: Option<PathBuf>, options: Vec<(String, String)>) -> PyResult<Scenario> {
+    let resolve = || {
+        let pairs: Vec<(&str, &str)> = options.iter().map(|(k, v)| (k.as_str(), v.as_str())).collect();
+        let given = Options::of(&pairs)?;
+        let below = file.as_deref().map(Options::from_file).transpose()?.unwrap_or_default();
+        Scenario::resolve(&given.over(below), &controllers())
+    };
+    detached(py, resolve)?.map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 #[pymethods]
@@ -40,37 +61,36 @@ impl Core {
         control: &str,
         control_hz: u32,
         reward: &str,
+        privileged: bool,
         worlds: (u32, u32),
         threads: usize,
     ) -> PyResult<Self> {
-        let groups: Vec<&str> = obs.iter().map(String::as_str).collect();
         let settings = || -> Result<Settings, EnvError> {
             let settings = Settings::of(Task::named(task)?).rewarding(reward)?;
-            let spaces = settings.spaces.observing(&groups)?;
+            let spaces = spaces_of(&obs, control, control_hz)?;
             let (height, width, hz) = pixels;
             let pixels = spaces.pixels.map(|_| Pixels { height, width, hz });
-            let control = Control::named(control)?;
-            Ok(Settings { spaces: Spaces { pixels, control, control_hz, ..spaces }, ..settings })
+            Ok(Settings { spaces: Spaces { pixels, ..spaces }, privileged, ..settings })
         };
         let settings = settings().map_err(exception)?;
-        let resolve = || {
-            let pairs: Vec<(&str, &str)> = options.iter().map(|(k, v)| (k.as_str(), v.as_str())).collect();
-            let given = Options::of(&pairs)?;
-            let below = scenario.as_deref().map(Options::from_file).transpose()?.unwrap_or_default();
-            Scenario::resolve(&given.over(below), &controllers())
-        };
-        let scenario = detached(py, resolve)?.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let scenario = resolved(py, scenario, options)?;
         let (first, count) = worlds;
         let range = first..first.saturating_add(count);
         let env = detached(py, || TaskEnv::new(&scenario, &settings, range))?.map_err(exception)?;
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|e| PyRuntimeError::new_err(format!("threads {threads}: {e}")))?;
-        Ok(Self { env, pool, process: std::process::id() })
+        let buffers = Buffers::new(py, &env)?;
+        Ok(Self { env, pool, buffers, process: std::process::id() })
     }
 
     /// The conventions as JSON text.
     fn interface(&self) -> PyResult<String> {
         serde_json::to_string(self.env.interface()).map_err(|e| PyRuntimeError::new_err(e.to_string()))
+    }
+
+    /// Writes the conventions into a JSON file.
+    fn write_interface(&self, file: PathBuf) -> PyResult<()> {
+        write_json(&file, self.env.interface()).map_err(|e| PyOSError::new_err(e.to_string()))
     }
 
     fn reset(
@@ -94,8 +114,25 @@ impl Core {
         self.compute(py, |env| env.step(&actions, &mask))
     }
 
-    fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        arrays::observations(py, &self.env)
+    /// The observations in arrays of our own, which stay as they are until the call after the next; with `again` the latest arrays are written
+    /// once more.
+    fn observations<'py>(&mut self, py: Python<'py>, again: bool) -> PyResult<Bound<'py, PyDict>> {
+        let arrays = self.buffers.turned(py, !again);
+        self.observe_into(py, &arrays)?;
+        let given = arrays.copy()?;
+        for (key, texts) in buffers::texts(py, &self.env)? {
+            given.set_item(key, texts)?;
+        }
+        Ok(given)
+    }
+
+    /// Writes the observations, but for text, into arrays of the caller's.
+    fn observe_into(&self, py: Python<'_>, arrays: &Bound<'_, PyDict>) -> PyResult<()> {
+        self.check_process()?;
+        let (env, pool) = (&self.env, &self.pool);
+        buffers::with_numbers(env, arrays, |numbers| {
+            detached(py, || pool.install(|| buffers::fill(env, numbers)))
+        })
     }
 
     fn reports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -113,19 +150,24 @@ impl Core {
 }
 
 impl Core {
+    fn check_process(&self) -> PyResult<()> {
+        let now = std::process::id();
+        if now == self.process {
+            return Ok(());
+        }
+        Err(PyRuntimeError::new_err(format!(
+            "this environment was made in process {} and cannot be used in its fork {now}: make it after the fork, or start processes with the method spawn",
+            self.process
+        )))
+    }
+
     /// Computes on the own threads, without the interpreter's lock.
     fn compute<T: Send>(
         &mut self,
         py: Python<'_>,
         compute: impl FnOnce(&mut TaskEnv) -> Result<T, EnvError> + Send,
     ) -> PyResult<T> {
-        let now = std::process::id();
-        if now != self.process {
-            return Err(PyRuntimeError::new_err(format!(
-                "this environment was made in process {} and cannot be used in its fork {now}: make it after the fork, or start processes with the method spawn",
-                self.process
-            )));
-        }
+        self.check_process()?;
         let (env, pool) = (&mut self.env, &self.pool);
         detached(py, || pool.install(|| compute(env)))?.map_err(exception)
     }

@@ -3,6 +3,8 @@
 //! The Python half (`python/orchardbench`) puts Gymnasium's interface on it; see `docs/python.md`.
 
 mod arrays;
+mod benchmark;
+mod buffers;
 mod core;
 mod guard;
 
@@ -18,5 +20,7 @@ fn run_program(py: Python<'_>, line: Vec<String>) -> PyResult<u8> {
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<core::Core>()?;
+    module.add_function(wrap_pyfunction!(benchmark::run_benchmark, module)?)?;
+    module.add_function(wrap_pyfunction!(benchmark::command_log, module)?)?;
     module.add_function(wrap_pyfunction!(run_program, module)?)
 }

@@ -125,6 +125,16 @@ impl ArmKinematics {
         Err(IkFailure::Unreachable { position: residual.position, angle: residual.angle })
     }
 
+    /// Follows a pose of the TCP (base frame) by a number of damped steps from `q_start`, within the joint limits. The posture connects to
+    /// `q_start` continuously. A pose that the arm cannot take is approached.
+    pub fn follow(&self, x_base_tcp: &Pose, q_start: &JointVector, steps: u32) -> JointVector {
+        let target = IkTarget::Pose(*x_base_tcp);
+        (0..steps).fold(self.clamped(q_start), |q, _| {
+            let step = self.step(&q, self.residual(&target, &q));
+            self.clamped(&(q + step))
+        })
+    }
+
     pub(crate) fn residual(&self, target: &IkTarget, q: &JointVector) -> Residual {
         let (x, mut jacobian) = self.tcp_and_jacobian(q);
         let (p, turn) = match target {

@@ -31,6 +31,8 @@ pub enum Purpose {
     ComponentTarget,
     /// Position errors that a component task adds to its target fruit.
     Localisation,
+    /// Words of instructions for policies.
+    Instruction,
     /// Densities of wood.
     WoodDensity,
     /// Moduli of wood.
@@ -76,6 +78,7 @@ impl Purpose {
             Purpose::Vantage => "vantage",
             Purpose::ComponentTarget => "component-target",
             Purpose::Localisation => "localisation",
+            Purpose::Instruction => "instruction",
             Purpose::WoodDensity => "wood-density",
             Purpose::WoodModulus => "wood-modulus",
             Purpose::WoodStrength => "wood-strength",

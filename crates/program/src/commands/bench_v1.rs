@@ -19,7 +19,6 @@ use orchard_tasks::protocol::Protocol;
 
 use crate::args::ScenarioArgs;
 use crate::failure::Failure;
-use crate::interrupt;
 use crate::out_folder::open_folder;
 use crate::program::Program;
 
@@ -205,7 +204,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     for task in &tasks {
         task.check(&store).map_err(|e| Failure::BadInput(format!("--out: {e}")))?;
     }
-    let stop = interrupt::listen()?;
+    let stop = program.stop()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let written = PlanFile::write(&store, &plans, &scenario.stored(), shard);
     written.map_err(|e| Failure::Failed(e.to_string()))?;

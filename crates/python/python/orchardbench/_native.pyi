@@ -1,15 +1,28 @@
 """The native half of the package."""
 
+from collections.abc import Callable
 from os import PathLike
 from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Core", "__version__", "run_program"]
+__all__ = ["Core", "__version__", "command_log", "run_benchmark", "run_program"]
 __version__: str
 
 def run_program(line: list[str]) -> int: ...
+def run_benchmark(
+    begin: Callable[[str], Callable[[dict[str, NDArray[Any]]], tuple[Any, str | None]]],
+    name: str,
+    configs: list[tuple[str, str]],
+    scenario: str | PathLike[str] | None,
+    options: list[tuple[str, str]],
+    obs: list[str],
+    control: str | None,
+    control_hz: int,
+    line: list[str],
+) -> None: ...
+def command_log(folder: str | PathLike[str], episode: str) -> str: ...
 
 @final
 class Core:
@@ -23,13 +36,16 @@ class Core:
         control: str,
         control_hz: int,
         reward: str,
+        privileged: bool,
         worlds: tuple[int, int],
         threads: int,
     ) -> Self: ...
     def interface(self) -> str: ...
+    def write_interface(self, file: str | PathLike[str]) -> None: ...
     def reset(self, seeds: list[int | None], mask: NDArray[np.bool_]) -> None: ...
     def step(self, actions: NDArray[np.float32], mask: NDArray[np.bool_]) -> None: ...
-    def observations(self) -> dict[str, NDArray[Any]]: ...
+    def observations(self, again: bool) -> dict[str, Any]: ...
+    def observe_into(self, arrays: dict[str, NDArray[Any]]) -> None: ...
     def reports(self) -> dict[str, Any]: ...
     def snapshot(self) -> list[bytes]: ...
     def restore(self, states: list[bytes]) -> None: ...

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import string
 from collections.abc import Sequence
 from os import PathLike
 from typing import Any, TypedDict, cast
@@ -32,20 +33,25 @@ class Settings(TypedDict, total=False):
     camera: str
     """The depth camera (``orchard cameras``)."""
     obs: Sequence[str]
-    """Groups of observations: ``state``, ``depth``, ``pixels``. Default: ``("state",)``."""
+    """Groups of observations: ``state``, ``depth``, ``pixels``, ``task_description``. Default: ``("state",)``."""
     pixels_size: int | Sequence[int]
     """Rows and columns of the pictures, or one number for both. Default: 128."""
     pixels_hz: int
     """Pictures a second, a divisor of 60. Default: as many as actions."""
     control: str
-    """``joint_delta`` (default) or ``joint_absolute``."""
+    """``joint_delta`` (default), ``joint_absolute`` or ``ee_delta``."""
     control_hz: int
     """Actions a second, a divisor of 60. Default: 10."""
     reward: str
     """``shaped`` (default) or ``sparse``."""
+    privileged: bool
+    """Observe truth, under the key ``privileged``: for critics and teachers. A policy that reads it cannot be ranked. Default: False."""
     world: int
     """Index of the first environment's world under its seed. Default: 0."""
 
+
+CHARACTERS = string.ascii_letters + string.digits + " ,.-"
+"""Characters of a task's description."""
 
 OPTIONS = ("preset", "config", "tree", "randomisation", "robot", "camera")
 
@@ -73,6 +79,7 @@ def make_core(task: str, num_envs: int, threads: int, settings: Settings) -> Cor
         settings.get("control", "joint_delta"),
         control_hz,
         settings.get("reward", "shaped"),
+        bool(settings.get("privileged", False)),
         (whole("world", settings.get("world", 0), 2**32), whole("num_envs", num_envs, 2**32)),
         whole("threads", threads, 2**16),
     )
@@ -93,6 +100,9 @@ def spaces_of(
     """Observation and action space of one environment."""
     fields: dict[str, spaces.Space[Any]] = {}
     for field in interface["observation"]:
+        if field["dtype"] == "str":
+            fields[field["key"]] = spaces.Text(int(field["high"]), min_length=0, charset=CHARACTERS)
+            continue
         low = -np.inf if field["low"] is None else field["low"]
         high = np.inf if field["high"] is None else field["high"]
         fields[field["key"]] = spaces.Box(low, high, tuple(field["shape"]), np.dtype(field["dtype"]).type)
@@ -106,6 +116,11 @@ def interface_of(core: Core) -> dict[str, Any]:
     """The conventions of the environments."""
     interface: dict[str, Any] = json.loads(core.interface())
     return interface
+
+
+def copied(value: Any) -> Any:
+    """A copy of an array; text as it is."""
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def checked_actions(actions: object, shape: tuple[int, ...]) -> NDArray[np.float32]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -10,7 +11,7 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from orchardbench._native import Core
-from orchardbench._settings import Settings, checked_actions, interface_of, make_core, spaces_of, whole
+from orchardbench._settings import Settings, checked_actions, copied, interface_of, make_core, spaces_of, whole
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -24,10 +25,17 @@ class OrchardEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     metadata = {"render_modes": []}
 
-    def __init__(self, task: str = "Harvest-v1", render_mode: None = None, **settings: Unpack[Settings]) -> None:
+    def __init__(
+        self,
+        task: str = "Harvest-v1",
+        copy: bool = True,
+        render_mode: None = None,
+        **settings: Unpack[Settings],
+    ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
         self.render_mode = None
+        self._copy = copy
         self._core: Core | None = make_core(task, 1, 1, settings)
         self.interface = interface_of(self._core)
         """All conventions: units, signs and ranges of actions, observations and rewards."""
@@ -56,7 +64,14 @@ class OrchardEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return self._observation(core), float(reports["reward"][0]), *done, info_of(reports)
 
     def _observation(self, core: Core) -> Observation:
-        return {key: rows[0] for key, rows in core.observations().items()}
+        rows = core.observations(False)
+        if not self._copy:
+            return {key: row[0] for key, row in rows.items()}
+        return {key: copied(row[0]) for key, row in rows.items()}
+
+    def write_spec(self, file: str | PathLike[str]) -> None:
+        """Writes :attr:`interface` into a JSON file, such as ``spec.json``."""
+        self._open().write_interface(file)
 
     def snapshot(self) -> bytes:
         """The state of the environment; the same actions after :meth:`restore` give the same bits."""

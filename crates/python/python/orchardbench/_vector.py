@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from orchardbench._native import Core
-from orchardbench._settings import Settings, checked_actions, interface_of, make_core, spaces_of, whole
+from orchardbench._settings import Settings, checked_actions, copied, interface_of, make_core, spaces_of, whole
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -31,12 +32,13 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         num_envs: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         threads: int = 0,
+        copy: bool = True,
         render_mode: None = None,
         **settings: Unpack[Settings],
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode}: the environment has none; `orchard render` draws a world")
-        self._mode = AutoresetMode(autoreset_mode)
+        self._mode, self._copy = AutoresetMode(autoreset_mode), copy
         self._core: Core | None = make_core(task, num_envs, threads, settings)
         self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
         self.num_envs = num_envs
@@ -66,7 +68,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         mask = self._mask(options)
         core.reset(seeds, mask)
         self._ended &= ~mask
-        return core.observations(), self._info(core.reports(), mask)
+        return self._observed(core), self._info(core.reports(), mask)
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -95,32 +97,68 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         self, actions: NDArray[np.float32]
     ) -> tuple[Observations, NDArray[np.float64], Mask, Mask, dict[str, Any]]:
         core = self._open()
+        observations, reports, info = self._advance(core, actions, lambda again: self._observed(core, again))
+        return observations, reports["reward"], reports["terminated"], reports["truncated"], info
+
+    def step_into(self, actions: NDArray[np.float32], buffers: dict[str, NDArray[Any]]) -> dict[str, Any]:
+        """Steps as :meth:`step` does, and writes the results into arrays of the caller's: the observations under their keys, but for text,
+        and ``reward``, ``terminated`` and ``truncated``. Returns the info."""
+        core = self._open()
+        results = {key: buffers.get(key) for key in ("reward", "terminated", "truncated")}
+        for key, array in results.items():
+            kind = "f" if key == "reward" else "b"
+            if not isinstance(array, np.ndarray) or array.dtype.kind != kind:
+                raise TypeError(f"{key} must be a numpy array of {'float' if kind == 'f' else 'bool'}")
+            if array.shape != (self.num_envs,):
+                raise ValueError(f"{key} has the shape {array.shape}, but {(self.num_envs,)} is needed")
+        observations = {key: value for key, value in buffers.items() if key not in results}
+        # Before anything moves: a step whose results cannot be written is not taken.
+        core.observe_into(observations)
+
+        def observe(again: bool) -> Observations:
+            core.observe_into(observations)
+            return observations
+
+        _, reports, info = self._advance(core, actions, observe)
+        for key in results:
+            buffers[key][:] = reports[key]
+        return info
+
+    def _advance(
+        self, core: Core, actions: NDArray[np.float32], observe: Callable[[bool], Observations]
+    ) -> tuple[Observations, dict[str, Any], dict[str, Any]]:
+        """Takes a step; returns observations, reports of the step, and info. ``observe`` reads observations, again if they change within it."""
         array = checked_actions(actions, (self.num_envs, len(self.interface["action"])))
         resets = self._ended if self._mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
         core.step(array, ~resets)
         if resets.any():
             core.reset([None] * self.num_envs, resets)
-        observations, reports = core.observations(), core.reports()
-        reward, terminated, truncated = reports["reward"], reports["terminated"], reports["truncated"]
-        ended = terminated | truncated
-        info: dict[str, Any] = {}
-        if self._mode == AutoresetMode.SAME_STEP and ended.any():
-            final = np.full(self.num_envs, None, dtype=object)
-            for k in np.flatnonzero(ended):
-                final[k] = {key: rows[k].copy() for key, rows in observations.items()}
-            info = {"final_obs": final, "_final_obs": ended.copy()}
-            info |= {"final_info": self._info(reports, ended), "_final_info": ended.copy()}
-            core.reset([None] * self.num_envs, ended)
-            observations, reports = core.observations(), core.reports()
-            self._ended = np.zeros_like(ended)
-        else:
-            self._ended = ended.copy()
+        observations, reports = observe(False), core.reports()
+        ended = reports["terminated"] | reports["truncated"]
         every = np.ones(self.num_envs, dtype=np.bool_)
-        return observations, reward, terminated, truncated, info | self._info(reports, every)
+        self._ended = ended
+        if self._mode != AutoresetMode.SAME_STEP or not ended.any():
+            return observations, reports, self._info(reports, every)
+        final = np.full(self.num_envs, None, dtype=object)
+        for k in np.flatnonzero(ended):
+            final[k] = {key: copied(rows[k]) for key, rows in observations.items()}
+        info = {"final_obs": final, "_final_obs": ended.copy()}
+        info |= {"final_info": self._info(reports, ended), "_final_info": ended.copy()}
+        core.reset([None] * self.num_envs, ended)
+        self._ended = np.zeros_like(ended)
+        return observe(True), reports, info | self._info(core.reports(), every)
+
+    def _observed(self, core: Core, again: bool = False) -> Observations:
+        observations: Observations = core.observations(again)
+        return {key: copied(rows) for key, rows in observations.items()} if self._copy else observations
 
     def _info(self, reports: dict[str, Any], mask: Mask) -> dict[str, Any]:
         kept = ("is_success", "cost", "outcome", "reward_terms", "statistics", "seed", "world")
         return masked({key: reports[key] for key in kept}, mask)
+
+    def write_spec(self, file: str | PathLike[str]) -> None:
+        """Writes :attr:`interface` into a JSON file, such as ``spec.json``."""
+        self._open().write_interface(file)
 
     def snapshot(self) -> list[bytes]:
         """The state of every environment; the same actions after :meth:`restore` give the same bits."""
@@ -132,7 +170,7 @@ class OrchardVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]
         core.restore(list(states))
         reports = core.reports()
         self._ended = reports["terminated"] | reports["truncated"]
-        return core.observations(), self._info(reports, np.ones(self.num_envs, dtype=np.bool_))
+        return self._observed(core), self._info(reports, np.ones(self.num_envs, dtype=np.bool_))
 
     def close_extras(self, **kwargs: Any) -> None:
         self._core = None

@@ -98,14 +98,15 @@ pub(super) fn run_trial<C: Component>(
     let mut stall = StallWatch::new(&protocol.rules, frame);
     let mut watch = TrialWatch::<C>::new(world, target, rules);
     let ended = loop {
-        if stop.load(Ordering::Relaxed) {
-            return None;
-        }
         let observation = world.observe();
         if stall.stalled(&observation) {
             break TrialOutcome::Stalled;
         }
         let command = controller.act(&observation);
+        // After the controller, which may raise the flag when it fails: then its command is none.
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
         world.step(&command);
         on_frame();
         let events = world.drain_events();

@@ -2,9 +2,11 @@
 
 use orchard_geometry::{Pose, Vec3};
 use orchard_multibody::Owner;
-use orchard_picker::{AttemptEnd, Controller, Event, ImageReport};
+use orchard_perception::Sighting;
+use orchard_picker::{AttemptEnd, Controller, Event, ImageReport, Record};
 use orchard_robot::io::{Command, Observation};
 use orchard_world::{Status, World, WorldEvent};
+use serde::de::DeserializeOwned;
 
 use crate::harvest::interface::{
     BenchController, BenchWorld, ControllerEvent, FruitTruth, HandForces, VisibleFruit,
@@ -144,6 +146,51 @@ fn logged(event: &Event) -> ControllerEvent {
     }
 }
 
+impl ControllerEvent {
+    /// Adds the event to a controller's record, as the inverse of [`Recorded`]'s reading; `time` is that of the observation \[s\].
+    ///
+    /// # Errors
+    /// A state or reason that has no such name, detections with another number of centres than of radii, or an event of an attempt before
+    /// the first one.
+    pub fn note_in(&self, record: &mut Record, time: f64) -> Result<(), String> {
+        let starts =
+            record.events.iter().filter(|e| matches!(e, Event::AttemptStarted { .. })).count() as u32;
+        let attempt =
+            || starts.checked_sub(1).ok_or("an event of an attempt before the first AttemptStarted");
+        let event = match self {
+            Self::Detected { p_odom, radius } if p_odom.len() != radius.len() => {
+                return Err(format!("{} centres and {} radii of detections", p_odom.len(), radius.len()));
+            }
+            Self::Detected { p_odom, radius } => {
+                let sighting =
+                    |(p_odom, radius): (&Vec3, &f64)| Sighting { p_odom: *p_odom, radius: *radius };
+                let detections = p_odom.iter().zip(radius).map(sighting).collect();
+                record.images.push(ImageReport { time, detections });
+                return Ok(());
+            }
+            Self::AttemptStarted { p_odom_target, radius } => {
+                Event::AttemptStarted { time, id: starts, p_odom: *p_odom_target, radius: *radius }
+            }
+            Self::StateChanged { state } => Event::StateChanged { time, state: named("state", state)? },
+            Self::AttemptEnded { failure } => {
+                let reason = failure.as_deref().map(|reason| named("reason", reason)).transpose()?;
+                let end = reason.map_or(AttemptEnd::Deposited, AttemptEnd::Failed);
+                Event::AttemptEnded { time, id: attempt()?, end }
+            }
+            Self::Grasped { width } => Event::Grasped { time, id: attempt()?, width: *width },
+            Self::Yielded { force } => Event::Yielded { time, id: attempt()?, force: *force },
+            Self::StemGaveWay { pull } => Event::StemGaveWay { time, id: attempt()?, pull: *pull },
+        };
+        record.events.push(event);
+        Ok(())
+    }
+}
+
+/// The state or reason of a name.
+fn named<T: DeserializeOwned>(what: &str, name: &str) -> Result<T, String> {
+    serde_json::from_value(name.into()).map_err(|e| format!("{what} {name}: {e}"))
+}
+
 /// The serialised name of a state or reason.
 fn name(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
@@ -155,6 +202,44 @@ fn name(value: &impl serde::Serialize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn events_noted_in_a_record_are_read_from_it() {
+        struct Told(Record);
+        impl Controller for Told {
+            fn act(&mut self, seen: &Observation) -> Command {
+                Command::still(seen)
+            }
+            fn record(&self) -> &Record {
+                &self.0
+            }
+        }
+        let p = Vec3::new(0.1 + 0.2, -1.0, 1.5);
+        let events = [
+            ControllerEvent::Detected { p_odom: vec![p, -p], radius: vec![0.03, 0.04] },
+            ControllerEvent::StateChanged { state: "scan".into() },
+            ControllerEvent::AttemptStarted { p_odom_target: p, radius: 0.035 },
+            ControllerEvent::Grasped { width: 0.07 },
+            ControllerEvent::Yielded { force: 3.0 },
+            ControllerEvent::StemGaveWay { pull: 21.5 },
+            ControllerEvent::AttemptEnded { failure: None },
+            ControllerEvent::AttemptStarted { p_odom_target: -p, radius: 0.03 },
+            ControllerEvent::AttemptEnded { failure: Some("slipped".into()) },
+        ];
+        let mut record = Record::default();
+        for event in &events {
+            event.note_in(&mut record, 0.5).unwrap();
+        }
+        assert!(matches!(record.events[6], Event::AttemptStarted { id: 1, time: 0.5, .. }));
+        assert_eq!(Recorded::new(Told(record.clone())).drain_log(), events);
+        let refused = |event: ControllerEvent, record: &mut Record| event.note_in(record, 0.0).unwrap_err();
+        let e = refused(ControllerEvent::StateChanged { state: "nap".into() }, &mut record);
+        assert!(e.starts_with("state nap: unknown variant"), "{e}");
+        let e = refused(ControllerEvent::Grasped { width: 0.1 }, &mut Record::default());
+        assert!(e.contains("before the first"), "{e}");
+        let none = ControllerEvent::Detected { p_odom: vec![p], radius: vec![] };
+        assert_eq!(refused(none, &mut record), "1 centres and 0 radii of detections");
+    }
 
     #[test]
     fn a_list_is_told_once_and_may_lose_what_was_told() {

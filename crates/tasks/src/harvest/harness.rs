@@ -54,15 +54,16 @@ pub fn run_observed_episode<W: BenchWorld, C: BenchController>(
     let mut outcome = world.quarantine().map(|reason| Outcome::Quarantined { reason });
     let mut last = None;
     while outcome.is_none() {
-        if stop.load(Ordering::Relaxed) {
-            return None;
-        }
         let observation = world.observe();
         if stall.stalled(&observation) {
             outcome = Some(Outcome::Stalled);
             break;
         }
         let command = controller.act(&observation);
+        // After the controller, which may raise the flag when it fails: then its command is none.
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
         let events = controller.drain_log();
         let input =
             FrameInput { observation: Some(&observation), controller_events: &events, command: &command };

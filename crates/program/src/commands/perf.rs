@@ -1,0 +1,44 @@
+//! `orchard perf`: speed on this machine, as a file of rows.
+
+pub mod env;
+
+use std::path::PathBuf;
+
+use crate::failure::Failure;
+use crate::rows::{Effort, Suite, run_suite};
+
+/// Measures the speed of the learning environments on this machine and writes the rows to a file.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Suites:\n  env      control steps of Harvest-v1 per second of one core, and memory of a world\n\n\
+                  Rows of env (actions of 0.1 s drawn from their whole range; medians of rounds of processor time):\n  \
+                  env.state          from state, camera off\n  \
+                  env.depth          with a depth image in every step (camera paper at 10 Hz)\n  \
+                  env.pixels         with the pictures of wrist and base camera, 128 x 128, in every step\n  \
+                  env.memory         memory of one of many environments\n  \
+                  env.binding        what Python takes on top of a native step, as a share of it; null without the package\n\n\
+                  A missed target gives exit code 1. Suites of other parts, for developers: cargo xtask perf.\n\n\
+                  Example:\n  orchard perf env --json env.json"
+)]
+pub struct Args {
+    /// Suite to measure: env
+    suite: String,
+    /// JSON file for the rows
+    #[arg(long, value_name = "FILE")]
+    json: PathBuf,
+    /// Few and short rounds, only to check that everything works
+    #[arg(long)]
+    quick: bool,
+}
+
+/// The learning environments.
+pub const ENV: Suite = Suite {
+    name: "env",
+    about: "control steps of the learning environments per second of one core",
+    measure: env::measure,
+};
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    run_suite("perf", &[ENV], &args.suite, &args.json, effort)
+}
