@@ -19,7 +19,7 @@ use orchard_program::{Failure, Program, Verdict};
 #[command(
     after_help = "Targets:\n  detect       any image, intrinsics and choice of gates\n  image_files  PNG, intrinsics, detector config\n  \
                   plan, record, mcap\n               files of a short run of bench-v1, after edits\n  \
-                  board, snapshot, trajectory, tree (MTG and JSON), urdf, toml\n               any bytes, or a valid file after edits\n\
+                  board, snapshot, trajectory, tree (MTG and JSON), urdf, onnx, toml\n               any bytes, or a valid file after edits\n\
                   Needs a C++ compiler for libFuzzer; stable Rust is enough. Found inputs are kept in the target folder under fuzz/.\n\
                   A failing input is named. To reproduce the failure:\n  \
                   ORCHARD_FUZZ_TARGET=NAME ORCHARD_FUZZ_FILES=target/fuzz/files target/debug/orchard-fuzz INPUT"
@@ -30,11 +30,11 @@ pub struct Args {
     pub seconds: u32,
 }
 
-/// Time for each target in `cargo xtask test` \[s\], our own choice: 44 s of one processor for all of them.
+/// Time for each target in `cargo xtask test` \[s\], our own choice: 48 s of one processor for all of them.
 pub const SECONDS: u32 = 4;
 
 /// The targets of the program in `fuzz/`.
-const TARGETS: [&str; 11] = [
+const TARGETS: [&str; 12] = [
     "detect",
     "image_files",
     "plan",
@@ -45,6 +45,7 @@ const TARGETS: [&str; 11] = [
     "trajectory",
     "tree",
     "urdf",
+    "onnx",
     "toml",
 ];
 

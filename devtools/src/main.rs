@@ -4,6 +4,7 @@
 extern crate orchard_program;
 
 mod check_combinations;
+mod check_network;
 mod check_python;
 mod check_report;
 mod check_statistics;
@@ -41,6 +42,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     CheckCombinations(check_combinations::Args),
+    CheckNetwork(check_network::Args),
     CheckPython(check_python::Args),
     CheckReport(check_report::Args),
     CheckStatistics(check_statistics::Args),
@@ -65,6 +67,7 @@ fn main() -> ExitCode {
 fn execute(command: &Command) -> Result<(), Failure> {
     match command {
         Command::CheckCombinations(args) => check_combinations::run(args),
+        Command::CheckNetwork(args) => check_network::run(args),
         Command::CheckPython(args) => check_python::run(args),
         Command::CheckReport(args) => check_report::run(args),
         Command::CheckStatistics(args) => check_statistics::run(args),

@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 use orchard_program::commands::validate;
 use orchard_program::{Failure, Verdict};
 
-use crate::{check_python, fuzz, reuse, tidy, workspace};
+use crate::{check_network, check_python, fuzz, reuse, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, python (check-python), packages (cargo package of\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, python (check-python), network (check-network), packages (cargo package of\n\
                   every crate, and a controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
                   preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
@@ -123,6 +123,7 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
             }),
         ),
         ("python", Box::new(check_python::check)),
+        ("network", Box::new(check_network::check)),
         ("packages", Box::new(reuse::check)),
         ("gpu", Box::new(validate::check_gpu)),
         ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),

@@ -20,9 +20,9 @@ use orchard_program::Failure;
 /// Checks the crate graph, the architecture page, source keys and file lengths.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Checks:\n  crates depend only on crates below them; perception, picker and policy have no access to ground truth\n  \
+    after_help = "Checks:\n  crates depend only on crates below them; networks, perception, picker, policy and learned controllers have no access to ground truth\n  \
 the files of a crate have no circular imports\n  \
-crates from quantity to policy, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
+crates from quantity to learned, and report, open no files and read no clock\n  docs/architecture.md names every crate and no other\n  the tables of metrics and robots and the reference of a robot's mapping are those of the code\n  \
 every source key in configs/ and of the robots exists in docs/references.bib, and README and conventions count them rightly\n  no source file is longer than 800 lines (warning above 500)"
 )]
 pub struct Args {
@@ -32,10 +32,11 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 34] = [
+const LAYERS: [&str; 36] = [
     "quantity",
     "spec",
     "geometry",
+    "network",
     "treegen",
     "multibody",
     "camera",
@@ -48,6 +49,7 @@ const LAYERS: [&str; 34] = [
     "robot",
     "picker",
     "policy",
+    "learned",
     "input",
     "world",
     "scenario",

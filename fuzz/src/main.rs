@@ -15,7 +15,7 @@ use libfuzzer_sys::fuzz_target;
 /// A target: its name and one case.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 11] = [
+const TARGETS: [Target; 12] = [
     ("detect", detect::run),
     ("image_files", image_files::run),
     ("plan", readers::plan),
@@ -26,6 +26,7 @@ const TARGETS: [Target; 11] = [
     ("trajectory", readers::trajectory),
     ("tree", readers::tree),
     ("urdf", readers::urdf),
+    ("onnx", readers::onnx),
     ("toml", readers::toml),
 ];
 

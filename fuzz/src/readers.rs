@@ -6,6 +6,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use orchard_exchange::{json, mtg};
 use orchard_leaderboard::Board;
 use orchard_multibody::{Body, ModelBuilder};
+use orchard_network::{Network, Port, Tensor};
 use orchard_perception::DetectorConfig;
 use orchard_recording::Recording;
 use orchard_robot::{Articulation, Draft, Limits, PAPER_URDF, Resources, RobotConfig, RobotModel, Survey};
@@ -199,6 +200,15 @@ pub fn urdf(bytes: &[u8]) {
             builder.build().unwrap();
         }
     }
+}
+
+/// A network in ONNX format. What reads can be computed.
+pub fn onnx(bytes: &[u8]) {
+    let Ok(network) = Network::from_bytes(&case(include_bytes!("../../tests/network/reach.onnx"), bytes)) else {
+        return;
+    };
+    let inputs: Result<Vec<Tensor>, _> = network.inputs().iter().map(Port::zeros).collect();
+    let _ = inputs.and_then(|inputs| network.run(inputs));
 }
 
 /// Configs: world, camera, detector, robot, protocol.

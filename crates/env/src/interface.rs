@@ -26,7 +26,9 @@ pub struct Interface {
     pub version: String,
     /// The task.
     pub task: Task,
-    /// Hash of the scenario.
+    /// Robot.
+    pub robot: String,
+    /// Hash of the scene: world, robot, camera, detector and rules of the scenario, without its controller.
     pub scenario: String,
     /// Longest episode \[s\].
     pub horizon: f64,

@@ -58,7 +58,8 @@ impl TaskEnv {
         let interface = Interface {
             version: rules.version.clone(),
             task: settings.task,
-            scenario: scenario.hash(),
+            robot: scenario.names().scene.robot.clone(),
+            scenario: scenario.scene_hash(),
             horizon,
             sparse: settings.sparse,
             reward,

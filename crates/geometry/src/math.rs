@@ -62,6 +62,14 @@ through_libm! {
     exp(x) = libm::exp;
     /// Natural logarithm.
     ln(x) = libm::log;
+    /// e to the x, less 1; exact for small x, too.
+    expm1(x) = libm::expm1;
+    /// Natural logarithm of 1 + x; exact for small x, too.
+    ln_1p(x) = libm::log1p;
+    /// Hyperbolic tangent.
+    tanh(x) = libm::tanh;
+    /// Error function.
+    erf(x) = libm::erf;
     /// Complementary error function.
     erfc(x) = libm::erfc;
     /// x to the y.

@@ -16,11 +16,27 @@ pub trait ControllerKind: Debug + Send + Sync {
     /// hashed into every result.
     fn configs(&self) -> Vec<(String, String)>;
 
+    /// Files that the controllers are made of, by name. Results store them, so that the controllers can be made again; [`Self::configs`] must
+    /// decide them, by their hash for example.
+    fn files(&self) -> Vec<(&str, &[u8])> {
+        Vec::new()
+    }
+
+    /// Notes for the user who chose this kind, a sentence each.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Makes a controller at the start of an episode.
     fn controller(&self, robot: &RobotModel, detector: &DetectorConfig) -> Box<dyn Controller>;
 
     /// True if controllers of this kind can be given a goal, as the component tasks do.
     fn takes_goals(&self) -> bool {
+        false
+    }
+
+    /// True if controllers of this kind can do nothing without a goal.
+    fn needs_goal(&self) -> bool {
         false
     }
 

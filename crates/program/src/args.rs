@@ -2,4 +2,4 @@
 
 mod scenario;
 
-pub use scenario::{IndexArgs, Part, ScenarioArgs};
+pub use scenario::{IndexArgs, Part, ScenarioArgs, controller};

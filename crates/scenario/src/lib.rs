@@ -5,6 +5,7 @@
 //! controllers. Every result contains the scenario's hash ([`Scenario::hash`]) and the scenario itself ([`StoredScenario`]).
 //! [`Scenario::figures`] lists every figure with its origin.
 
+mod controller;
 mod digest;
 mod error;
 mod figures;
@@ -20,7 +21,7 @@ mod tree;
 pub use error::ScenarioError;
 pub use figures::Figure;
 pub use mesh_files::MeshFiles;
-pub use names::{Names, SceneNames};
+pub use names::{Names, SceneNames, controller_name};
 pub use options::{OptionValue, Options};
 pub use resolve::{CAMERA_DETECTORS, cameras, controllers, detector, detectors, presets, robots};
 pub use robot::RobotFiles;
@@ -65,22 +66,12 @@ impl Scenario {
     /// Returns the scenario under another controller.
     #[must_use]
     pub fn with_controller(&self, controller: impl ControllerKind + 'static) -> Self {
-        let names = Names { controller: controller.name().to_owned(), ..self.names.clone() };
-        Self { names, controller: Arc::new(controller), ..self.clone() }
+        self.under_kind(Arc::new(controller))
     }
 
-    /// Returns the scenario under one of a program's controllers.
-    ///
-    /// # Errors
-    /// No controller has this name.
-    pub fn under(
-        &self,
-        controller: &OptionValue,
-        controllers: &[Arc<dyn ControllerKind>],
-    ) -> Result<Self, ScenarioError> {
-        let kind = resolve::find_controller(controller, controllers)?;
-        let names = Names { controller: controller.value.clone(), ..self.names.clone() };
-        Ok(Self { names, controller: kind, ..self.clone() })
+    fn under_kind(&self, controller: Arc<dyn ControllerKind>) -> Self {
+        let names = Names { controller: controller.name().to_owned(), ..self.names.clone() };
+        Self { names, controller, ..self.clone() }
     }
 
     /// Names of all parts.

@@ -1,7 +1,23 @@
 //! Names of a scenario's parts in results.
 
+use std::path::Path;
+
 use orchard_robot::RobotModel;
 use serde::{Deserialize, Serialize};
+
+/// What the value of a controller's option begins with if it names a policy's network.
+pub(crate) const POLICY: &str = "onnx:";
+
+/// What the names of policies from files begin with in results.
+pub(crate) const NAMED: &str = "onnx-";
+
+/// The name that a controller's option gives it in results.
+pub fn controller_name(value: &str) -> String {
+    let Some(path) = value.strip_prefix(POLICY) else { return value.to_owned() };
+    let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    format!("{NAMED}{}", stem.chars().map(plain).collect::<String>())
+}
 
 /// Names of the scene: all parts but the controller.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::names::POLICY;
 use crate::{Names, ScenarioError, SceneNames};
 
 /// A value with the option that gave it.
@@ -48,7 +49,7 @@ pub struct Options {
     pub camera: Option<OptionValue>,
     /// Name of a detector, or its file.
     pub detector: Option<OptionValue>,
-    /// Name of a controller.
+    /// Name of a controller, or `onnx:` and the file of a policy's network.
     pub controller: Option<OptionValue>,
     /// Changed figures of the protocol, with the file that gave them.
     pub rules: Option<(String, toml::Table)>,
@@ -126,7 +127,13 @@ impl Options {
             ),
             camera: beside("camera", file.camera),
             detector: beside("detector", file.detector),
-            controller: given("controller", file.controller),
+            controller: given(
+                "controller",
+                file.controller.map(|value| match value.strip_prefix(POLICY) {
+                    Some(path) => format!("{POLICY}{}", under(folder, path)),
+                    None => value,
+                }),
+            ),
             rules: file.rules.map(|rules| (name.clone(), rules)),
         })
     }

@@ -85,7 +85,7 @@ impl Scenario {
             let by = files.into_iter().flatten().next().map_or("world", |given| &given.by);
             return Err(ScenarioError::new(format!("{by}: {field}"), problem));
         }
-        Ok(Self {
+        let scenario = Self {
             names: Names {
                 scene: SceneNames {
                     preset: spec.preset.clone(),
@@ -95,17 +95,18 @@ impl Scenario {
                     camera,
                     detector: file_name(&detector.value),
                 },
-                controller: controller.value.clone(),
+                controller: String::new(),
             },
             spec: Arc::new(spec),
             tree: tree.map(Arc::new),
             robot: robot.robot,
             robot_files: robot.files,
             detector: self::detector(&detector)?,
-            controller: find_controller(&controller, controllers)?,
+            controller: Arc::new(Kind::default()),
             rules: options.rules.as_ref().map(|(_, rules)| rules.clone()).unwrap_or_default(),
             layers,
-        })
+        };
+        scenario.under_option(&controller, controllers)
     }
 }
 
@@ -185,19 +186,6 @@ fn read_tree(options: &Options) -> Result<Option<TreeFile>, ScenarioError> {
     let value = |option: &Option<OptionValue>| option.as_ref().map(|given| given.value.clone());
     let file = TreeFile::read(Path::new(&given.value), value(&options.tree_unit), value(&options.tree_plant));
     file.map(Some).map_err(|e| given.refuse(e))
-}
-
-/// Looks up a controller among those of the program.
-pub(crate) fn find_controller(
-    given: &OptionValue,
-    controllers: &[Arc<dyn ControllerKind>],
-) -> Result<Arc<dyn ControllerKind>, ScenarioError> {
-    let found = controllers.iter().find(|kind| kind.name() == given.value);
-    found.cloned().ok_or_else(|| {
-        let names: Vec<&str> = controllers.iter().map(|kind| kind.name()).collect();
-        let problem = format!("no controller '{}'; the controllers are: {}", given.value, names.join(", "));
-        given_error(given, problem)
-    })
 }
 
 /// Finds a part by its name, or reads it from the text of its file.

@@ -1,21 +1,23 @@
 //! Scenarios stored in results, so that a result can be run again without its option files.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use orchard_perception::DetectorConfig;
-use orchard_picker::ControllerKind;
+use orchard_picker::{ControllerKind, Kind};
 use orchard_spec::Spec;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::figures::Layers;
 use crate::limits;
-use crate::resolve::find_controller;
 use crate::robot;
 use crate::{Names, OptionValue, RobotFiles, Scenario, ScenarioError, TreeFile};
 
-/// A scenario with all its figures. The controller comes with a program and is kept by name, and so is a robot that does; the controller's config texts stand
-/// beside its name, so that a program without it can still check the hash.
+/// A scenario with all its figures. A controller that comes with a program is kept by name, and so is a robot that does; the controller's config texts stand
+/// beside its name, so that a program without it can still check the hash. The files of a policy are kept, so that it can be run again.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredScenario {
     /// Names of all parts.
@@ -35,6 +37,9 @@ pub struct StoredScenario {
     pub detector_config: Box<DetectorConfig>,
     /// Config texts of the controller, by name.
     pub controller_configs: Vec<(String, String)>,
+    /// Files that the controller is made of, by name, in base64: those of a policy.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub controller_files: BTreeMap<String, String>,
     /// Figures of the tasks that differ from the protocol's.
     pub rules: toml::Table,
 }
@@ -70,6 +75,10 @@ impl Scenario {
             robot_files: self.robot_files.as_deref().cloned().map(Box::new),
             detector_config: Box::new(self.detector.clone()),
             controller_configs: self.controller.configs(),
+            controller_files: {
+                let files = self.controller.files().into_iter();
+                files.map(|(name, bytes)| (name.to_owned(), STANDARD.encode(bytes))).collect()
+            },
             rules: self.rules.clone(),
         }
     }
@@ -93,7 +102,7 @@ impl Scenario {
         let scenario = Self {
             robot: robot::of_result(&given("robot", &names.scene.robot), stored.robot_files.as_deref())?,
             robot_files: stored.robot_files.as_deref().cloned().map(Arc::new),
-            controller: find_controller(&given("controller", &names.controller), controllers)?,
+            controller: Arc::new(Kind::default()),
             spec: Arc::new((*stored.world).clone()),
             tree: stored.tree_file.clone().map(Arc::new),
             detector: (*stored.detector_config).clone(),
@@ -101,6 +110,7 @@ impl Scenario {
             layers: Layers::of_one(by, &stored.world),
             names,
         };
+        let scenario = scenario.under_stored(stored, controllers, by)?;
         let hash = scenario.hash();
         if hash == stored.hash {
             return Ok(scenario);

@@ -1,4 +1,4 @@
-//! Checks that crates from `quantity` to `policy`, and `report`, open no files and read no clock.
+//! Checks that crates from `quantity` to `learned`, and `report`, open no files and read no clock.
 //!
 //! The source is read as Rust tokens, so that comments and strings do not count and
 //! `use std::{fs, time::Instant}` does.
@@ -12,7 +12,7 @@ use super::LAYERS;
 use crate::workspace::{files, relative};
 
 /// The last of the lowest crates under the rule, and one more crate.
-const LAST: &str = "policy";
+const LAST: &str = "learned";
 const ABOVE: &str = "report";
 
 /// Modules of the standard library that reach outside the process or to a clock.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Once;
 
+use orchard_picker::Controller;
 use orchard_scenario::{OptionValue, Options, Scenario, ScenarioError, StoredScenario};
 
 use crate::failure::Failure;
@@ -43,8 +44,9 @@ pub struct ScenarioArgs {
     /// Fruit detector, or a file of changed figures; `orchard detectors` lists the detectors [default: the one for the camera]
     #[arg(long, value_name = "NAME|FILE.toml")]
     detector: Option<String>,
-    /// Controller of the robot; `orchard controllers` lists them [default: baseline]
-    #[arg(long, value_name = "NAME")]
+    /// Controller of the robot; `orchard controllers` lists them; or a learned policy, as a network in ONNX format with its spec FILE.json
+    /// beside it [default: baseline]
+    #[arg(long, value_name = "NAME|onnx:FILE.onnx")]
     controller: Option<String>,
 }
 
@@ -219,7 +221,7 @@ fn resolve(options: &Options, program: &Program) -> Result<Scenario, Failure> {
 /// Called once a process: a command may resolve its scenario several times.
 static TOLD: Once = Once::new();
 
-/// Tells what the robot's description leaves open or gets wrong, and what was assumed of a digitised tree.
+/// Tells what the robot's description leaves open or gets wrong, what was assumed of a digitised tree, and what is to be known of the controller.
 fn tell_warnings(scenario: &Scenario) {
     if let Some(tree) = scenario.digitised_tree() {
         for text in tree.notes() {
@@ -230,6 +232,22 @@ fn tell_warnings(scenario: &Scenario) {
     for warning in scenario.robot().warnings() {
         note!("note: robot {name}: {warning}");
     }
+    for text in scenario.controller_kind().notes() {
+        note!("note: controller {}: {text}", scenario.names().controller);
+    }
+}
+
+/// The controller of an episode without a goal.
+///
+/// # Errors
+/// The scenario's controller needs a goal.
+pub fn controller(scenario: &Scenario) -> Result<Box<dyn Controller>, Failure> {
+    if scenario.controller_kind().needs_goal() {
+        let name = &scenario.names().controller;
+        let problem = "it needs a goal, which only the tasks reach-and-grasp and gentle give";
+        return Err(Failure::BadInput(format!("controller {name}: {problem}")));
+    }
+    Ok(scenario.controller())
 }
 
 fn refused(e: ScenarioError) -> Failure {

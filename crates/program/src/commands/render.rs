@@ -1,7 +1,7 @@
 //! `orchard render`: a picture of an episode at one moment, beside the wrist camera's image.
 
 use crate::args::IndexArgs;
-use crate::args::ScenarioArgs;
+use crate::args::{ScenarioArgs, controller};
 use crate::failure::Failure;
 use crate::picture_file::{self, paste};
 use crate::program::Program;
@@ -68,7 +68,7 @@ pub fn run(args: &Args, program: &Program) -> Result<(), Failure> {
     // Worlds depend on the user's options only, so a failure is bad input.
     let built = scenario.world(seed, index, 0);
     let mut world = built.map_err(|e| Failure::BadInput(format!("seed {seed}, tree {index}: {e}")))?;
-    let mut picker = scenario.controller();
+    let mut picker = controller(&scenario)?;
     let mut wrist_view = None;
     while f64::from(world.frame()) * scenario.spec().sim.frame() <= args.time {
         let observation = world.observe();

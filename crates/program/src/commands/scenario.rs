@@ -28,7 +28,7 @@ enum Command {
                   preset = \"tall-spindle\"     # or config = \"mine.toml\"\n  \
                   tree = \"measured.mtg\"       # a digitised tree in every world\n  \
                   randomisation = 0.5         # or a file of changed figures\n  \
-                  robot = \"fr3-fixed\"       # or its folder, or a URDF file\n  camera = \"d435i\"            # or a file\n  detector = \"d435i\"\n  controller = \"expert\"\n  \
+                  robot = \"fr3-fixed\"       # or its folder, or a URDF file\n  camera = \"d435i\"            # or a file\n  detector = \"d435i\"\n  controller = \"expert\"     # or a learned policy: \"onnx:policy.onnx\"\n  \
                   [rules]                     # changed figures of configs/bench/v1.toml\n\n\
                   Examples:\n  orchard scenario show --preset v-trellis --camera d435i\n  \
                   orchard scenario show --scenario mine.toml --json"

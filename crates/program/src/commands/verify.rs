@@ -10,7 +10,7 @@ use orchard_tasks::verify::{
     METRICS, Report, Trajectory, TreeOutcome, VerifyError, VerifyPlan, record_controller, run as run_plan,
 };
 
-use crate::args::{Part, ScenarioArgs};
+use crate::args::{Part, ScenarioArgs, controller};
 use crate::commands::bench_v1::bar::{Bar, RecordProgress};
 use crate::commands::bench_v1::{Seeds, default_threads};
 use crate::failure::Failure;
@@ -180,7 +180,7 @@ fn record(args: &Args, file: &Path, seed: u64, scenario: &Scenario, longest: f64
     check_folder(file)?;
     let world = scenario.world(seed, 0, 0);
     let mut world = world.map_err(|e| Failure::BadInput(format!("seed {seed}, tree 0: {e}")))?;
-    let mut picker = scenario.controller();
+    let mut picker = controller(scenario)?;
     let frames = (args.seconds / world.spec().sim.frame()).round() as u32;
     let trajectory = record_controller(&mut world, scenario.robot(), &mut *picker, frames, args.every)
         .map_err(|e| Failure::Failed(e.to_string()))?;

@@ -76,6 +76,10 @@ fn fits(task: TaskName, scenario: &Scenario) -> Result<(), String> {
                 scenario.names().controller
             ))
         }
+        TaskName::Harvest if scenario.controller_kind().needs_goal() => Err(format!(
+            "controller {} needs a goal, which this task does not give",
+            scenario.names().controller
+        )),
         TaskName::Scaling if scenario.digitised_tree().is_some() => {
             Err("it needs grown trees, but --tree gives a digitised one".to_owned())
         }
@@ -99,7 +103,7 @@ pub fn default_out(args: &Args) -> PathBuf {
         add(&stem(value));
     }
     if let Some(name) = args.scenario.controller().filter(|name| *name != Kind::default().name()) {
-        add(name);
+        add(&orchard_scenario::controller_name(name));
     }
     if matches!(args.seeds, Some(Seeds::V1)) {
         add("v1");

@@ -36,10 +36,9 @@ pub fn verified(
 ) -> Result<(Submission, Checked), Failure> {
     let refused = |e: Refusal| refused(result, &e);
     let head = head(result).map_err(refused)?;
-    let own = program.under(scenario, &head.controller);
-    let (scenario, is_own) = match own {
+    let (scenario, is_own) = match program.under(scenario, &head.controller) {
         Ok(scenario) => (scenario, true),
-        Err(_) => (under_foreign(result, &head, scenario)?, false),
+        Err(_) => under_stored(result, &head, scenario)?,
     };
     let harvest = Harvest::new(scenario)?;
     let extent = official(harvest.protocol(), args.board.seed_set.name())
@@ -75,15 +74,21 @@ pub fn verified(
     Ok((submission, Checked { class, episodes: episodes as u32 }))
 }
 
-/// The scenario under a controller that this program does not have, with the config texts that its result gives.
-fn under_foreign(result: &Path, head: &Head, scenario: &Scenario) -> Result<Scenario, Failure> {
+/// The scenario under a controller that this program does not have: under the policy whose files the result stores, which can be run again
+/// (true), or with the config texts that the result gives.
+fn under_stored(result: &Path, head: &Head, scenario: &Scenario) -> Result<(Scenario, bool), Failure> {
     let bad = |e: &dyn std::fmt::Display| Failure::BadInput(format!("{}: refused: {e}", result.display()));
     let store = Store::open(result).map_err(|e| bad(&e))?;
     let plan = PlanFile::read(&store).map_err(|e| bad(&e))?;
     let stored = plan.scenario("harvest").ok_or_else(|| bad(&"plan.json has no scenario of the harvest"))?;
+    if !stored.controller_files.is_empty() {
+        let own = scenario.under_stored(stored, &[], PlanFile::FILE).map_err(|e| bad(&e))?;
+        return Ok((own, true));
+    }
     let kind = foreign(&head.controller, stored.controller_configs.clone());
     let controller = OptionValue::new(&head.controller, "summary.json: controller");
-    scenario.under(&controller, &[Arc::new(kind)]).map_err(|e| bad(&e))
+    let scenario = scenario.under(&controller, &[Arc::new(kind)]).map_err(|e| bad(&e))?;
+    Ok((scenario, false))
 }
 
 fn refused(result: &Path, e: &Refusal) -> Failure {
