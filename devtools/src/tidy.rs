@@ -32,7 +32,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 34] = [
+const LAYERS: [&str; 35] = [
     "quantity",
     "spec",
     "geometry",
@@ -57,6 +57,7 @@ const LAYERS: [&str; 34] = [
     "env",
     "scaling",
     "dataset",
+    "demos",
     "leaderboard",
     "recording",
     "report",

@@ -20,6 +20,8 @@ pub struct Interface {
     pub version: String,
     /// The task.
     pub task: Task,
+    /// The task in words.
+    pub task_description: &'static str,
     /// Hash of the scenario.
     pub scenario: String,
     /// Longest episode \[s\].

@@ -1,6 +1,8 @@
 //! `Reach-v1`: the benchmark's reach-and-grasp as an episode to learn in, one named fruit an episode.
 
-use orchard_tasks::component::{Component, ComponentRules, ReachAndGrasp, TrialOutcome, TrialWatch};
+use orchard_tasks::component::{
+    Component, ComponentRules, FruitTarget, ReachAndGrasp, TrialOutcome, TrialWatch,
+};
 use orchard_world::{World, WorldEvent};
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +44,11 @@ impl Reach {
     pub fn told(&self) -> [f64; 4] {
         let [x, y, z] = self.watch.target().p_odom_told;
         [x, y, z, self.watch.target().radius_told]
+    }
+
+    /// The target.
+    pub fn target(&self) -> &FruitTarget {
+        self.watch.target()
     }
 
     pub fn begin_step(&mut self, world: &World) {

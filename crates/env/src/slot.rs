@@ -1,12 +1,14 @@
 //! One environment: a world with its episode.
 
 use orchard_policy::{DepthReading, Encoding, Reading, Spaces, Values};
-use orchard_robot::JointValues;
+use orchard_robot::{Command, JointValues};
 use orchard_scenario::Scenario;
 use orchard_tasks::protocol::Protocol;
 use orchard_tasks::stall::StallWatch;
 use orchard_world::{Snapshot, World, WorldEvent};
 use serde::{Deserialize, Serialize};
+
+mod drive;
 
 use crate::damage::Damage;
 use crate::error::EnvError;
@@ -126,15 +128,20 @@ impl Slot {
         Err(EnvError::NoTarget { env: self.env, task, tried: TRIES, world, seed })
     }
 
+    /// Checks that the episode goes on.
+    pub fn goes_on(&self) -> Result<(), EnvError> {
+        let env = self.env;
+        match self.running {
+            None => Err(EnvError::NotStarted { env }),
+            Some(_) if self.report.terminated || self.report.truncated => Err(EnvError::Ended { env }),
+            Some(_) => Ok(()),
+        }
+    }
+
     /// Checks that an action can be taken.
     pub fn check(&self, action: &[f32], shared: &Shared) -> Result<(), EnvError> {
+        self.goes_on()?;
         let env = self.env;
-        if self.running.is_none() {
-            return Err(EnvError::NotStarted { env });
-        }
-        if self.report.terminated || self.report.truncated {
-            return Err(EnvError::Ended { env });
-        }
         match shared.encoding.refused(action) {
             Some((channel, value)) => Err(EnvError::Action { env, channel: channel.name.clone(), value }),
             None => Ok(()),
@@ -143,10 +150,16 @@ impl Slot {
 
     /// Takes an action that [`Self::check`] allows.
     pub fn step(&mut self, action: &[f32], shared: &Shared) {
-        let Some((world, episode)) = &mut self.running else { return };
-        let frames = shared.interface.policy.frames;
+        let Some((_, episode)) = &mut self.running else { return };
         let motion = shared.encoding.motion(action, &episode.set);
         episode.set = motion.end();
+        self.advance(shared, |frame, _| motion.command(frame));
+    }
+
+    /// Takes the frames of an action, if the episode goes on, with a command for each.
+    pub fn advance(&mut self, shared: &Shared, mut command: impl FnMut(u32, &mut World) -> Command) {
+        let Some((world, episode)) = &mut self.running else { return };
+        let frames = shared.interface.policy.frames;
         // Only the last image of a step is seen.
         let (seen, now) = (shared.interface.policy.spaces.depth, world.frame());
         let last_image = (1..=frames).rev().find(|&k| seen && world.delivers_in(k));
@@ -155,7 +168,8 @@ impl Slot {
         episode.task.begin_step(world);
         let (mut damage, mut ending) = (Damage::default(), None);
         for k in 1..=frames {
-            world.step(&motion.command(k - 1));
+            let command = command(k - 1, world);
+            world.step(&command);
             let events = world.drain_events();
             damage.take(&events);
             ending = episode.task.after_frame(world, &events, shared);

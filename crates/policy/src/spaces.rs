@@ -22,6 +22,16 @@ pub enum Target {
     Fruit,
 }
 
+impl Target {
+    /// The task in words; without a target it is the harvest.
+    pub fn sentence(target: Option<Self>) -> &'static str {
+        match target {
+            None => "pick the apples and put them into the bucket",
+            Some(Self::Fruit) => "grasp the named apple and hold it",
+        }
+    }
+}
+
 /// Colour pictures of the wrist camera and of the fixed camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
