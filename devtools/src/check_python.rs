@@ -20,6 +20,8 @@ pub struct Args {}
 
 /// Folder of the script and of the last run's output.
 const SUITE: &str = "python";
+/// The script of a suite that checks.
+pub const SCRIPT: &str = "check.py";
 /// Cargo's package, which no other check builds.
 pub const PACKAGE: &str = "orchard-python";
 /// Its Python half.
@@ -38,22 +40,32 @@ pub fn check() -> Result<Verdict, Failure> {
         Ok(environment) => environment,
         Err(skipped) => return Ok(skipped),
     };
+    let package = build(&[])?;
+    ran(environment.script(SCRIPT).env("PYTHONPATH", &package).current_dir(&package))
+}
+
+/// Runs a script of a suite; it must succeed.
+pub fn ran(script: &mut Command) -> Result<Verdict, Failure> {
+    match script.status() {
+        Ok(status) if status.success() => Ok(Verdict::Agreed),
+        Ok(status) => Err(Failure::Failed(format!("{SCRIPT} ended with {status}"))),
+        Err(e) => Err(Failure::Failed(format!("cannot run {SCRIPT}: {e}"))),
+    }
+}
+
+/// Builds the package, and other packages of Cargo beside it; returns the folder to import it from.
+pub fn build(beside: &[&str]) -> Result<PathBuf, Failure> {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     // The tools are named for their features, which are those of all builds here.
     let built = Command::new(program)
         .args(["build", "--quiet", "--package", PACKAGE, "--package", "devtools"])
+        .args(beside.iter().flat_map(|name| ["--package", name]))
         .current_dir(workspace::root())
         .status();
     if !built.is_ok_and(|status| status.success()) {
         return Err(Failure::Failed("the Python package cannot be built".into()));
     }
-    let package = assemble(&workspace::root())?;
-    let status = environment.script("check.py").env("PYTHONPATH", &package).current_dir(&package).status();
-    match status {
-        Ok(status) if status.success() => Ok(Verdict::Agreed),
-        Ok(status) => Err(Failure::Failed(format!("check.py ended with {status}"))),
-        Err(e) => Err(Failure::Failed(format!("cannot run check.py: {e}"))),
-    }
+    Ok(assemble(&workspace::root())?)
 }
 
 /// Puts both halves of the package into one folder, as a wheel does; returns the folder to import from.

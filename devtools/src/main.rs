@@ -4,6 +4,7 @@
 extern crate orchard_program;
 
 mod check_combinations;
+mod check_learning;
 mod check_network;
 mod check_python;
 mod check_report;

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use orchard_program::commands::validate;
 use orchard_program::{Failure, Verdict};
 
-use crate::{check_network, check_python, fuzz, reuse, tidy, workspace};
+use crate::{check_learning, check_network, check_python, fuzz, reuse, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
@@ -23,6 +23,8 @@ use crate::{check_network, check_python, fuzz, reuse, tidy, workspace};
                   preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
+                  With --learning: the adapters for Stable-Baselines3, rsl_rl, skrl, vla-eval and LeRobot, each at a tiny size with the real package.\n\
+                  It needs the network on the first run: 6 GB go into target/learning/venv. LeRobot needs Python 3.12 as python3, else its\n                  checks are skipped with a message.\n\n\
                   With --quick: format, tidy, lints and tests of the crates that differ from the last commit (or, if none does, of those\n\
                   that the last commit changed)."
 )]
@@ -30,6 +32,9 @@ pub struct Args {
     /// Only the checks and tests of the changed crates
     #[arg(long)]
     quick: bool,
+    /// Only the adapters of the Python package, with the packages that they are for: torch, which brings gigabytes, and others
+    #[arg(long, conflicts_with = "quick")]
+    learning: bool,
 }
 
 /// File that lists the tests skipped without a graphics adapter, a line each.
@@ -55,8 +60,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let _ = fs::remove_file(&skipped);
     let start = Instant::now();
     workspace::tools()?;
-    let beside = (!args.quick).then(|| std::thread::spawn(beside::run));
-    let steps = if args.quick { quick_steps(&skipped)? } else { all_steps(&skipped) };
+    let whole = !(args.quick || args.learning);
+    let beside = whole.then(|| std::thread::spawn(beside::run));
+    let steps: Vec<Step> = match args {
+        Args { learning: true, .. } => vec![("learning", Box::new(check_learning::check))],
+        Args { quick: true, .. } => quick_steps(&skipped)?,
+        _ => all_steps(&skipped),
+    };
     let mut outcomes = Vec::new();
     for (name, step) in steps {
         eprintln!("== {name}");
@@ -88,6 +98,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let left_out =
         outcomes.iter().filter(|outcome| matches!(outcome.result, Ok(Verdict::Skipped(_)))).count();
     let passed = outcomes.len() - left_out;
+    if whole {
+        eprintln!(
+            "not run: the adapters for learning, whose packages take gigabytes (cargo xtask test --learning)"
+        );
+    }
     eprintln!(
         "{passed} of {} steps passed, {left_out} skipped, in {} s",
         outcomes.len(),

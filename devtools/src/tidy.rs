@@ -32,7 +32,7 @@ pub struct Args {
 }
 
 /// The crates, lowest first. A crate may use only crates that stand before it.
-const LAYERS: [&str; 36] = [
+const LAYERS: [&str; 37] = [
     "quantity",
     "spec",
     "geometry",
@@ -59,6 +59,7 @@ const LAYERS: [&str; 36] = [
     "env",
     "scaling",
     "dataset",
+    "demos",
     "leaderboard",
     "recording",
     "report",

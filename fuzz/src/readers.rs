@@ -204,7 +204,8 @@ pub fn urdf(bytes: &[u8]) {
 
 /// A network in ONNX format. What reads can be computed.
 pub fn onnx(bytes: &[u8]) {
-    let Ok(network) = Network::from_bytes(&case(include_bytes!("../../tests/network/reach.onnx"), bytes)) else {
+    let Ok(network) = Network::from_bytes(&case(include_bytes!("../../tests/network/reach.onnx"), bytes))
+    else {
         return;
     };
     let inputs: Result<Vec<Tensor>, _> = network.inputs().iter().map(Port::zeros).collect();

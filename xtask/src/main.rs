@@ -23,13 +23,16 @@ const DEVELOPER: [&str; 11] = [
 /// Commands of the developers' tools whose figures or run times need the optimised build.
 const OPTIMISED: [&str; 1] = ["perf"];
 
-/// Options of cargo that leave out what the command does not need: recordings and the graphics device take as long to compile as half of
+/// Options of cargo that leave out what the command does not need: recordings, demonstrations and the graphics device take as long to compile as half of
 /// all else. Builds with and without them stand beside each other in the target folder.
 fn features(command: &str, args: &[String]) -> Vec<&'static str> {
     let has = |option: &str| args.iter().any(|arg| arg == option || arg.starts_with(&format!("{option}=")));
     let mut options = vec!["--no-default-features"];
     if command == "replay" || has("--record") {
         options.extend(["--features", "recording"]);
+    }
+    if command == "demos" {
+        options.extend(["--features", "demos"]);
     }
     if command == "export-tree" {
         options.extend(["--features", "gltf"]);

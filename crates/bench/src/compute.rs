@@ -70,16 +70,23 @@ pub struct TaskCost {
     pub env_steps_per_s: Option<f64>,
     /// Simulated seconds, summed over worlds, per wall second; null for tasks without motion.
     pub world_seconds_per_s: Option<f64>,
+    /// Records an hour of one thread, of those that this run computed.
+    #[serde(default)]
+    pub records_per_core_hour: Option<f64>,
     /// Peak resident memory of the process up to the end of this task \[MiB\].
     pub peak_memory_mib: Option<f64>,
     /// Cost of every record.
     pub records: Vec<RecordCost>,
 }
 
+/// An hour \[s\].
+const HOUR: f64 = 3600.0;
+
 impl TaskCost {
     /// Sums up a run: `steps` env-steps of `frame` seconds in `wall_s` seconds.
     pub fn of_run(threads: usize, wall_s: f64, steps: u64, frame: f64, records: Vec<RecordCost>) -> Self {
-        let busy: f64 = records.iter().filter_map(|record| record.wall_s).sum();
+        let walls = || records.iter().filter_map(|record| record.wall_s);
+        let busy: f64 = walls().sum();
         let rate = |seconds: f64| (steps > 0 && seconds > 0.0).then(|| steps as f64 / seconds);
         let env_steps_per_s = rate(wall_s);
         Self {
@@ -90,6 +97,7 @@ impl TaskCost {
             step_rate_per_s: rate(busy),
             env_steps_per_s,
             world_seconds_per_s: env_steps_per_s.map(|rate| rate * frame).filter(|rate| *rate > 0.0),
+            records_per_core_hour: (busy > 0.0).then(|| HOUR * walls().count() as f64 / busy),
             peak_memory_mib: peak_memory_mib(),
             records,
         }
@@ -135,9 +143,11 @@ mod tests {
         let cost =
             TaskCost::of_run(2, 5.0, 600, 0.5, vec![record(Some(4.0)), record(None), record(Some(6.0))]);
         assert_eq!(cost.step_rate_per_s, Some(60.0));
+        assert_eq!(cost.records_per_core_hour, Some(720.0));
         assert_eq!((cost.env_steps_per_s, cost.world_seconds_per_s), (Some(120.0), Some(60.0)));
         let reused = TaskCost::of_run(2, 5.0, 0, 0.5, vec![record(None)]);
         assert_eq!((reused.step_rate_per_s, reused.env_steps_per_s), (None, None));
+        assert_eq!(reused.records_per_core_hour, None);
     }
 
     #[test]

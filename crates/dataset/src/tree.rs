@@ -6,7 +6,7 @@ use orchard_camera::picture::Studio;
 use orchard_camera::{Frame, FruitView, ImageKey, Label, NO_INSTANCE, Scene, fruit_views, render};
 use orchard_exchange::coco::Rle;
 use orchard_exchange::{depth_png, image_png};
-use orchard_geometry::{DepthImage, Image};
+use orchard_geometry::Image;
 use orchard_tasks::vantage::vantages;
 
 use crate::error::DatasetError;
@@ -65,7 +65,7 @@ pub(crate) fn draw(
             name,
             files,
             pose: x_world_camera.into(),
-            unfit_depth_px: unfit(&capture.measured, unit),
+            unfit_depth_px: depth_png::unfit(&capture.measured, unit),
             fruit: fruit.iter().filter_map(|view| fruit_record(&truth, view)).collect(),
         });
         on_view();
@@ -102,15 +102,6 @@ fn numbers((seed, tree): (u64, u32), frame: &Frame) -> Result<Numbers, DatasetEr
         }
     }
     Ok(out)
-}
-
-/// Number of pixels whose depth is outside the range of the depth image.
-fn unfit(depth: &DepthImage, unit: f64) -> u64 {
-    let is_unfit = |z: &&f32| {
-        let steps = (f64::from(**z) / unit).round();
-        **z > 0.0 && !(1.0..=f64::from(u16::MAX)).contains(&steps)
-    };
-    depth.pixels().iter().filter(is_unfit).count() as u64
 }
 
 /// Annotation of a visible fruit.

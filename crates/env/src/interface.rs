@@ -26,6 +26,8 @@ pub struct Interface {
     pub version: String,
     /// The task.
     pub task: Task,
+    /// The task in words.
+    pub task_description: &'static str,
     /// Robot.
     pub robot: String,
     /// Hash of the scene: world, robot, camera, detector and rules of the scenario, without its controller.

@@ -19,10 +19,13 @@
 //! # }
 //! ```
 //!
+//! A controller of the benchmark drives an environment by [`TaskEnv::drive`], which gives demonstrations.
+//!
 //! `docs/python.md` states the spaces, the conventions and the rewards.
 
 mod component;
 mod damage;
+mod driven;
 mod error;
 mod harvest;
 mod instruction;
@@ -36,6 +39,7 @@ mod slot;
 mod task_env;
 mod worlds;
 
+pub use driven::{Driven, Via};
 pub use error::EnvError;
 pub use interface::{Interface, Term};
 pub use report::{Report, Statistics};

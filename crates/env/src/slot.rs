@@ -10,6 +10,8 @@ use orchard_tasks::stall::StallWatch;
 use orchard_world::{Snapshot, World, WorldEvent};
 use serde::{Deserialize, Serialize};
 
+mod drive;
+
 use crate::component::{Learnable, Trial};
 use crate::damage::Damage;
 use crate::error::EnvError;

@@ -2,14 +2,17 @@
 
 use std::ops::Range;
 
-use orchard_policy::{Encoding, SettingError, Spaces, Values};
+use orchard_picker::Controller;
+use orchard_policy::{Encoding, SettingError, Spaces, Target, Values};
 use orchard_robot::{Command, Observation};
 use orchard_scenario::Scenario;
 use orchard_tasks::component::{Component, Gentle, ReachAndGrasp};
 use orchard_tasks::protocol::Protocol;
+use orchard_world::World;
 use rayon::prelude::*;
 
 use crate::component::Learnable;
+use crate::driven::{Driven, Via};
 use crate::error::EnvError;
 use crate::interface::Interface;
 use crate::pixels::Cameras;
@@ -58,6 +61,7 @@ impl TaskEnv {
         let interface = Interface {
             version: rules.version.clone(),
             task: settings.task,
+            task_description: Target::sentence(settings.task.target()),
             robot: scenario.names().scene.robot.clone(),
             scenario: scenario.scene_hash(),
             horizon,
@@ -152,6 +156,52 @@ impl TaskEnv {
         slot.goes_on()?;
         slot.advance(shared, |_, world| controller(&world.observe()));
         Ok(())
+    }
+
+    /// Makes the scenario's controller for the present episode of an environment, with the task's goal if it has one.
+    ///
+    /// # Errors
+    /// The environment has no episode, or the controller takes no goals.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn controller(&self, env: usize) -> Result<Box<dyn Controller>, EnvError> {
+        let scenario = &self.shared.scenario;
+        if self.slots[env].truth().is_none() {
+            return Err(EnvError::NotStarted { env });
+        }
+        let Some(goal) = self.slots[env].goal() else { return Ok(scenario.controller()) };
+        scenario.controller_with_goal(&goal).ok_or_else(|| {
+            let problem = format!("it takes no goals, which {} needs", self.interface().task.name());
+            SettingError { option: "controller", value: scenario.names().controller.clone(), problem }.into()
+        })
+    }
+
+    /// Takes a step of one environment under a controller, which sees what it sees in the benchmark. Observation and report follow as
+    /// after an action.
+    ///
+    /// # Errors
+    /// The environment has no episode, or it has ended.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn drive(
+        &mut self,
+        env: usize,
+        controller: &mut dyn Controller,
+        via: Via,
+    ) -> Result<Driven, EnvError> {
+        let slot = &mut self.slots[env];
+        slot.goes_on()?;
+        Ok(slot.drive(controller, via, &self.shared))
+    }
+
+    /// The world of an environment, for truth and scoring; none before the first reset.
+    ///
+    /// # Panics
+    /// There is no such environment.
+    pub fn truth(&self, env: usize) -> Option<&World> {
+        self.slots[env].truth()
     }
 
     /// The latest observation of an environment: an array for each field of [`orchard_policy::Interface::observation`]; none before the first reset.

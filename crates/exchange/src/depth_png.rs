@@ -69,11 +69,7 @@ pub fn read_mask(bytes: &[u8]) -> Result<Image<bool>, PngError> {
 /// # Errors
 /// The image has no pixels or is too large for a PNG.
 pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingError> {
-    let value = |z: &f32| {
-        let steps = (f64::from(*z) / unit).round();
-        if steps >= 1.0 && steps <= f64::from(u16::MAX) { steps as u16 } else { 0 }
-    };
-    let data: Vec<u8> = depth.pixels().iter().flat_map(|z| value(z).to_be_bytes()).collect();
+    let data: Vec<u8> = depth.pixels().iter().flat_map(|z| value(*z, unit).to_be_bytes()).collect();
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, depth.width() as u32, depth.height() as u32);
     encoder.set_color(ColorType::Grayscale);
@@ -82,6 +78,18 @@ pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingErro
     writer.write_image_data(&data)?;
     writer.finish()?;
     Ok(bytes)
+}
+
+/// Number of pixels that are measured and whose depth [`write`] writes as 0, since it does not fit.
+pub fn unfit(depth: &DepthImage, unit: f64) -> u64 {
+    let is_unfit = |z: &&f32| **z > 0.0 && value(**z, unit) == 0;
+    depth.pixels().iter().filter(is_unfit).count() as u64
+}
+
+/// The value of a depth: rounded, 0 if it is not positive or does not fit.
+fn value(depth: f32, unit: f64) -> u16 {
+    let steps = (f64::from(depth) / unit).round();
+    if steps >= 1.0 && steps <= f64::from(u16::MAX) { steps as u16 } else { 0 }
 }
 
 /// First image of a file, as stored.

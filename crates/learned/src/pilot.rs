@@ -56,7 +56,13 @@ impl Pilot {
         let size = encoding.interface().action.len();
         if self.next >= self.actions.len() {
             let depth = self.depth.as_ref().map(|(image, time)| DepthReading { image, time: *time });
-            let seen = encoding.read(&Reading { sensed, depth, pixels: None, target: self.target });
+            let seen = encoding.read(&Reading {
+                sensed,
+                depth,
+                pixels: None,
+                target: self.target,
+                description: None,
+            });
             self.actions = wiring.run(network, &seen, &mut self.states).ok()?;
             self.actions.truncate(spec.execute.map_or(usize::MAX, |n| (n as usize).saturating_mul(size)));
             self.next = 0;

@@ -7,6 +7,8 @@ use serde::Serialize;
 use crate::rules::Scales;
 use crate::spaces::Control;
 
+mod inverse;
+
 /// One number of an action, in [-1, 1]. The value that it stands for is linear in it; numbers beyond the ends count as the ends.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Channel {

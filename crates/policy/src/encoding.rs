@@ -1,6 +1,6 @@
 //! Observations of a robot as arrays, and arrays as its commands.
 
-use orchard_robot::{JointValues, RobotModel};
+use orchard_robot::{Command, JointValues, RobotModel};
 
 use crate::action::{Channel, Drive, Motion};
 use crate::interface::{Conventions, Interface};
@@ -63,6 +63,18 @@ impl Encoding {
     /// The motion of an action, one number a channel, after the set points at the end of the last one.
     pub fn motion(&self, action: &[f32], last: &JointValues) -> Motion {
         self.drive.motion(action, last)
+    }
+
+    /// The action, one number a channel, whose motion comes nearest to the commands of the first frames of a step, or of all: its set points end
+    /// at the last ones, carried on by their speeds to the step's end; the base has their mean velocity, and the hand follows the last one.
+    pub fn action(&self, commands: &[Command], last: &JointValues) -> Vec<f32> {
+        self.drive.action(commands, last)
+    }
+
+    /// Largest difference between a motion and a controller's commands of its frames in each channel, in the channel's unit (of arm joints:
+    /// between set points, rad).
+    pub fn error(&self, motion: &Motion, commands: &[Command]) -> Vec<f64> {
+        self.drive.error(motion, commands)
     }
 
     /// The arrays of an observation, one for each field of [`Interface::observation`].

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
-    bench_v1, dataset, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names, perf,
-    render, replay, report, robot, scenario, validate, verify,
+    bench_v1, dataset, demos, detect, explain, export_tree, gallery, gpu_info, leaderboard, merge, names,
+    perf, render, replay, report, robot, scenario, validate, verify,
 };
 use crate::failure::{EXIT_CODES, Failure};
 use crate::program::Program;
@@ -41,6 +41,7 @@ enum Command {
     Gallery(gallery::Args),
     ExportTree(export_tree::Args),
     Dataset(dataset::Args),
+    Demos(demos::Args),
     Detect(detect::Args),
     Scenario(scenario::Args),
     /// Prints the names of the presets, one per line
@@ -98,6 +99,7 @@ impl Program {
             Command::Gallery(args) => gallery::run(args),
             Command::ExportTree(args) => export_tree::run(args, self),
             Command::Dataset(args) => dataset::run(args, self),
+            Command::Demos(args) => demos::run(args, self),
             Command::Detect(args) => detect::run(args),
             Command::Scenario(args) => scenario::run(args, self),
             Command::Presets => names::print(&orchard_scenario::presets()),

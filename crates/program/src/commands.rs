@@ -2,6 +2,11 @@
 
 pub mod bench_v1;
 pub mod dataset;
+#[cfg(feature = "demos")]
+pub mod demos;
+#[cfg(not(feature = "demos"))]
+#[path = "commands/without_demos.rs"]
+pub mod demos;
 pub mod detect;
 pub mod explain;
 pub mod export_tree;

@@ -129,6 +129,16 @@ impl ScenarioArgs {
         resolve(&self.options()?.over(below), program)
     }
 
+    /// Resolves the scenario, with `controller` as the command's default one.
+    ///
+    /// # Errors
+    /// An option that cannot be used.
+    pub fn resolve_under(&self, program: &Program, controller: &str) -> Result<Scenario, Failure> {
+        let below =
+            Options { controller: Some(OptionValue::new(controller, "default")), ..Options::default() };
+        resolve(&self.options()?.over(below), program)
+    }
+
     /// Resolves the scenario of a result: the stored one, unless options are given.
     ///
     /// # Errors

@@ -1,0 +1,95 @@
+//! Who takes the steps of an episode: a controller, or what it did before.
+
+use orchard_env::{Driven, EnvError, TaskEnv, Via};
+use orchard_picker::{Controller, Event, Record};
+use orchard_robot::{Command, Observation};
+
+/// Takes the steps of the only environment.
+pub(crate) trait Pilot {
+    /// Takes a step; returns it with the controller's state at its begin, empty if it logs none.
+    fn step(&mut self, env: &mut TaskEnv) -> Result<(Driven, String), EnvError>;
+}
+
+/// A controller of the benchmark.
+pub(crate) struct Demonstrator {
+    pub controller: Box<dyn Controller>,
+    pub via: Via,
+}
+
+impl Pilot for Demonstrator {
+    fn step(&mut self, env: &mut TaskEnv) -> Result<(Driven, String), EnvError> {
+        let now = env.truth(0).map_or(0.0, |world| world.sense().time);
+        let driven = env.drive(0, &mut *self.controller, self.via)?;
+        let entered = self.controller.record().events.iter().rev().find_map(|event| match event {
+            Event::StateChanged { time, state } if *time <= now => Some(serde_json::to_value(state)),
+            _ => None,
+        });
+        let name = entered.and_then(Result::ok).and_then(|name| name.as_str().map(str::to_owned));
+        Ok((driven, name.unwrap_or_default()))
+    }
+}
+
+/// A step as it was stored.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StoredStep {
+    pub action: Vec<f32>,
+    pub error: Vec<f64>,
+    pub phase: String,
+}
+
+/// Takes stored steps again: by their actions, as a policy would, or under the stored commands.
+pub(crate) struct Playback {
+    via: Via,
+    steps: std::vec::IntoIter<StoredStep>,
+    commands: Commands,
+}
+
+/// A controller that plays commands back, one a frame.
+struct Commands {
+    commands: Vec<Command>,
+    played: usize,
+    record: Record,
+}
+
+impl Controller for Commands {
+    fn act(&mut self, observation: &Observation) -> Command {
+        let command = self.commands.get(self.played).copied();
+        self.played += 1;
+        command.unwrap_or_else(|| Command::still(observation))
+    }
+
+    fn record(&self) -> &Record {
+        &self.record
+    }
+}
+
+impl Playback {
+    pub fn new(via: Via, steps: Vec<StoredStep>, commands: Vec<Command>) -> Self {
+        let commands = Commands { commands, played: 0, record: Record::default() };
+        Self { via, steps: steps.into_iter(), commands }
+    }
+}
+
+impl Pilot for Playback {
+    fn step(&mut self, env: &mut TaskEnv) -> Result<(Driven, String), EnvError> {
+        // A step too many keeps still and differs from the stored ones in its number.
+        let still = StoredStep { action: Vec::new(), error: Vec::new(), phase: String::new() };
+        let StoredStep { mut action, mut error, phase } = self.steps.next().unwrap_or(still);
+        let size = env.interface().policy.action.len();
+        action.resize(size, 0.0);
+        error.resize(size, 0.0);
+        let commands = match self.via {
+            Via::Commands => env.drive(0, &mut self.commands, Via::Commands)?.commands,
+            Via::Actions => {
+                let before = env.report(0).statistics.time;
+                env.step(&action, &[true])?;
+                let frame = env.interface().policy.frame;
+                let frames = ((env.report(0).statistics.time - before) / frame).round() as usize;
+                let from = self.commands.played;
+                self.commands.played += frames;
+                self.commands.commands.get(from..from + frames).unwrap_or_default().to_vec()
+            }
+        };
+        Ok((Driven { action, error, commands }, phase))
+    }
+}
