@@ -73,8 +73,9 @@ fn numbers(env: &TaskEnv, k: usize, key: &str) -> Vec<f64> {
     }
 }
 
-/// The way from the tool to the goal, base frame \[m\], and the number of channels of an action.
+/// The goal and the way to it from the tool, base frame \[m\], and the number of channels of an action.
 struct Seen {
+    goal_base: Vec3,
     to_goal_base: Vec3,
     channels: usize,
 }
@@ -89,22 +90,24 @@ impl Seen {
         let (dx, dy) = (goal[0] - x, goal[1] - y);
         let goal_base = Vec3::new(cos * dx + sin * dy, cos * dy - sin * dx, goal[2] - height);
         let tool_base = robot.kinematics().tcp(&q).translation.vector;
-        Self { to_goal_base: goal_base - tool_base, channels: env.interface().policy.action.len() }
+        let channels = env.interface().policy.action.len();
+        Self { goal_base, to_goal_base: goal_base - tool_base, channels }
     }
 
     /// Drives and reaches to the goal and stays there, with the gripper at a number. Control `ee_delta`.
     fn go(&self, gripper: f32) -> Vec<f32> {
-        let mut action = vec![0.0; self.channels];
-        let to = &self.to_goal_base;
-        // The arm goes what remains when the base is near, so that the hand comes to rest there.
-        let (scale, speed) = (0.05, 0.5);
-        let far = (to.xy().norm() - 0.2).max(0.0);
-        for i in 0..3 {
-            action[i] = (to[i] / scale).clamp(-1.0, 1.0) as f32;
+        let (mut action, n) = (vec![0.0; self.channels], self.channels);
+        // The base stops within the arm's reach of the goal; then the hand goes on and comes to rest there.
+        let (reach, step) = (0.7, 0.05);
+        let away = self.goal_base.xy().norm();
+        let drive = (away - reach).clamp(0.0, 1.0) / away.max(reach);
+        action[n - 4] = (drive * self.goal_base.x) as f32;
+        action[n - 3] = (drive * self.goal_base.y) as f32;
+        if away < 1.2 * reach {
+            for i in 0..3 {
+                action[i] = (0.5 * self.to_goal_base[i] / step).clamp(-0.5, 0.5) as f32;
+            }
         }
-        let n = self.channels;
-        action[n - 4] = (far.min(1.0) * to.x / to.xy().norm().max(1e-6) * speed) as f32;
-        action[n - 3] = (far.min(1.0) * to.y / to.xy().norm().max(1e-6) * speed) as f32;
         action[n - 1] = gripper;
         action
     }
