@@ -477,10 +477,12 @@ def test_a_policy_sees_in_the_benchmark_what_it_sees_in_the_environment():
             same(policy.seen[step], seen)
             seen = env.step(again.act(seen))[0]
         # The other tasks tell their targets, and a class serves several threads.
-        size = {"seeds": [SEED], "trees": 1, "threads": 2, "obs": "state", "control_hz": 1}
+        obs = ("state", "task_description")
+        size = {"seeds": [SEED], "trees": 1, "threads": 2, "obs": obs, "control_hz": 1}
         tasks = ("reach-and-grasp", "gentle")
         told = orchardbench.run_benchmark(Still, out=pathlib.Path(folder, "still"), name="still", tasks=tasks, **size)
-        assert list(told) == list(tasks) and all(len(target) == 4 for target in Still.told) and len(Still.told) > 1
+        assert list(told) == list(tasks) and all(len(target) == 4 for target, _ in Still.told)
+        assert {words.split()[0] for _, words in Still.told} == {"grasp", "push"}, Still.told
 
 
 class Still:
@@ -490,7 +492,7 @@ class Still:
         self.size = len(interface["action"])
 
     def act(self, observation):
-        Still.told.append(observation["target"])
+        Still.told.append((observation.get("target"), observation.get("task_description", "")))
         return np.zeros(self.size, dtype=np.float32)
 
 
@@ -559,6 +561,8 @@ def test_bad_input_is_refused():
     env.close()
     raises(ClosedEnvironmentError, "closed", lambda: env.step(good))
     raises(ClosedEnvironmentError, "closed", lambda: env.reset())
+    raises(ClosedEnvironmentError, "closed", lambda: env.step_into(good, {}))
+    raises(ClosedEnvironmentError, "closed", lambda: env.write_spec("spec.json"))
     one = single().unwrapped
     one.close()
     raises(ClosedEnvironmentError, "closed", lambda: one.reset())

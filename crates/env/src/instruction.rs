@@ -109,18 +109,19 @@ mod tests {
         let (heights, bearings) = (range(|a| a.height), range(|a| a.bearing));
         // In parts of the range: 0 lowest or rightmost, 1 highest or leftmost.
         let part = |x: f64, (low, high): (f64, f64)| if high > low { (x - low) / (high - low) } else { 0.5 };
+        const THIRD: f64 = 1.0 / 3.0;
         let words_hold = |apple: &Apple| {
             let (up, left) = (part(apple.height, heights), part(apple.bearing, bearings));
             let says = |word: &str| words.ends_with(word) || words.contains(&format!("{word} "));
             let up_holds = match () {
-                () if says("upper") || says("top") => up > 0.66,
-                () if says("lower") || says("bottom") => up < 0.34,
-                () => (0.33..0.67).contains(&up),
+                () if says("upper") || says("top") => up >= 2.0 * THIRD,
+                () if says("lower") || says("bottom") => up < THIRD,
+                () => (THIRD..2.0 * THIRD).contains(&up),
             };
             let left_holds = match () {
-                () if words.ends_with("left") => left > 0.66,
-                () if words.ends_with("right") => left < 0.34,
-                () => (0.33..0.67).contains(&left),
+                () if words.ends_with("left") => left >= 2.0 * THIRD,
+                () if words.ends_with("right") => left < THIRD,
+                () => (THIRD..2.0 * THIRD).contains(&left),
             };
             up_holds && left_holds
         };
@@ -161,7 +162,10 @@ mod tests {
             let found = meant(&words, &apples);
             assert!(found.contains(&target), "{words}: {target} is not among {found:?} of {apples:?}");
             if words.contains(" one of ") {
-                assert!(words.contains(&format!("one of the {} apples", found.len())), "{words}: {found:?}");
+                assert!(
+                    words.contains(&format!("one of the {} apples", found.len())),
+                    "{words}: {found:?} of {apples:?}"
+                );
             } else {
                 assert_eq!(found, [target], "{words}");
                 definite += 1;

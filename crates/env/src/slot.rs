@@ -161,6 +161,10 @@ impl Slot {
         let Some((_, episode)) = &self.running else { return };
         let motion = shared.encoding.motion(action, &episode.set);
         self.advance(shared, |frame, _| motion.command(frame));
+        if let Some((_, episode)) = &mut self.running {
+            // The last command is there but for rounding.
+            episode.set = motion.end();
+        }
     }
 
     /// Takes the frames of an action, if the episode goes on, with a command for each.

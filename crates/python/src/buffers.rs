@@ -125,12 +125,20 @@ pub fn fill(env: &TaskEnv, numbers: Vec<(usize, Numbers<'_>)>) {
     }
 }
 
-/// Numbers from which it is worth while to write rows on several threads: our own choice, without effect on results.
-const MANY: usize = 1 << 16;
+/// Numbers of an array from which it is worth while to write its rows on several threads: our own choice, without effect on results.
+const MUCH: usize = 1 << 16;
+
+/// True if it is worth while to write on several threads.
+pub fn is_much(numbers: &[(usize, Numbers<'_>)]) -> bool {
+    numbers.iter().any(|(_, numbers)| match numbers {
+        Numbers::F32(all) => all.len() >= MUCH,
+        Numbers::U8(all) => all.len() >= MUCH,
+    })
+}
 
 fn rows<T: Send>(all: &mut [T], envs: usize, write: impl Fn(usize, &mut [T]) + Sync) {
     let size = (all.len() / envs).max(1);
-    if all.len() < MANY {
+    if all.len() < MUCH {
         all.chunks_mut(size).enumerate().for_each(|(k, row)| write(k, row));
     } else {
         all.par_chunks_mut(size).enumerate().for_each(|(k, row)| write(k, row));

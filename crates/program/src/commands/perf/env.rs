@@ -21,7 +21,8 @@ const MEMORY: f64 = 24.0 * 1024.0 / 256.0;
 
 /// What Python may take on top of a native step, as a share of it.
 const BINDING: f64 = 0.02;
-/// Measures it: environments, rounds, steps -> share.
+/// Measures it: environments, rounds, steps -> share. The first steps take longer, so that a shorter measurement would say nothing.
+const BINDING_SIZE: [&str; 3] = ["4", "5", "50"];
 const BINDING_PY: &str = include_str!("binding.py");
 
 /// Size of a measurement.
@@ -68,7 +69,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     if let Some(memory) = memory {
         measured.push(Row::measured("env.memory", memory, "MiB").at_most(MEMORY));
     }
-    measured.push(match binding(&size) {
+    measured.push(match binding() {
         Ok(share) => Row::measured("env.binding", share, "1").at_most(BINDING),
         Err(why) => Row { note: Some(why), ..Row::measured("env.binding", f64::NAN, "1") },
     });
@@ -76,9 +77,9 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
 }
 
 /// What the Python package takes on top of a native step; the error gives the reason why it cannot be measured.
-fn binding(size: &Size) -> Result<f64, String> {
-    let numbers = [size.envs, size.rounds, size.steps].map(|number| number.to_string());
-    let done = Command::new("python3").args(["-c", BINDING_PY]).args(numbers).stdin(Stdio::null()).output();
+fn binding() -> Result<f64, String> {
+    let script = [&["-c", BINDING_PY][..], &BINDING_SIZE].concat();
+    let done = Command::new("python3").args(script).stdin(Stdio::null()).output();
     let done = done.map_err(|e| format!("python3: {e}"))?;
     let (said, problem) = (String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr));
     said.trim().parse().map_err(|_| {
