@@ -2,8 +2,9 @@
 
 use super::backends::{Backend, backends};
 use super::forces::{pull, push};
-use super::trees::{Errors, grown, kick, measured_with, state, tips};
+use super::trees::{Errors, grown, kick, measured_with, state, stemmed, tips};
 use orchard_batch::{BatchEvent, TreeEvent, TreeWorld};
+use orchard_fruit::Release;
 use orchard_geometry::Vec3;
 
 /// Joint rates at the start \[rad/s\].
@@ -17,6 +18,8 @@ const PULLS: [f64; 2] = [1.5, 3.0];
 const FRAMES: u32 = 60;
 const UNION_FRAMES: u32 = 10;
 const LOOK: u32 = 5;
+/// Frames of the run on stems that bend: the pulled fruit fly on for some metres.
+const STEM_FRAMES: u32 = 10;
 /// Height of a loose part at which the comparison of a world ends \[m\]: on the ground f64 and f32 have different laws of contact. Some frames' fall at 4 m/s.
 const NEAR_GROUND: f64 = 0.2;
 
@@ -61,6 +64,55 @@ fn unions_break_in_the_same_frame() {
         let at_union = |e: &&BatchEvent| matches!(e.event, TreeEvent::Snapped { segment } if trees[e.world].tree.union_fails[segment]);
         let broken = events.iter().filter(at_union).count();
         assert!(broken * 2 >= limbs.len(), "{}: {events:?}", backend.name);
+    }
+}
+
+/// Pulls on stems that bend, over their strengths along the zone: down and sideways; and how the stems then give way.
+const ON_STEMS: [(Vec3, Release); 2] =
+    [(Vec3::new(0.1, 0.0, -1.3), Release::Pull), (Vec3::new(0.8, 0.5, 0.1), Release::Bend)];
+
+/// Fruit on stems that bend come off in the same frame and in the same way as in f64, and fly on.
+#[test]
+fn stems_give_way_in_the_same_frame_and_way() {
+    for backend in backends() {
+        let name = &backend.name;
+        let mut worlds = stemmed(4);
+        kick(&mut worlds, LIGHTLY_DAMPED_KICK);
+        let mut stepper = backend.build(&worlds);
+        let (mut happened, mut expected) = (Vec::new(), Vec::new());
+        let mut has_landed = vec![false; worlds.len()];
+        for (index, world) in worlds.iter_mut().enumerate() {
+            for (fruit, (along, _)) in ON_STEMS.iter().enumerate() {
+                let force = along * world.plant().fruit.fruit[fruit].detach_force;
+                pull(world, &mut *stepper, index, fruit, force);
+            }
+        }
+        for end in (LOOK..=STEM_FRAMES).step_by(LOOK as usize) {
+            stepper.advance(LOOK);
+            happened.extend(stepper.events().unwrap());
+            for (index, world) in worlds.iter_mut().enumerate() {
+                for frame in end - LOOK + 1..=end {
+                    let events = world.step().into_iter();
+                    expected.extend(events.map(|event| BatchEvent { frame, world: index, event }));
+                    has_landed[index] |= is_near_ground(world);
+                }
+                let data = state(&mut *stepper, world, index);
+                let errors = Errors::of(world, &data);
+                let falling = backend.tolerance.falling;
+                assert!(
+                    has_landed[index] || (errors.tip <= falling && errors.fruit <= falling),
+                    "{name}, world {index}: {errors:?}"
+                );
+                assert_eq!(data.tethered, world.data().tethered, "{name}, world {index}");
+            }
+        }
+        expected.sort_unstable();
+        assert_eq!(happened, expected, "{name}");
+        for (fruit, (_, way)) in ON_STEMS.into_iter().enumerate() {
+            let is_this = |e: &&BatchEvent| e.event == TreeEvent::Detached { fruit, release: Some(way) };
+            // A spur may be weaker than its zone.
+            assert!(expected.iter().filter(is_this).count() + 1 >= worlds.len(), "{name}: {expected:?}");
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::backends::{PUSHES, backends};
 use super::forces::push;
-use super::trees::{Errors, grown, kick, measured, siblings, state};
+use super::trees::{Errors, grown, in_wind, kick, measured, on_tethers_in_wind, siblings, state, stemmed};
 use orchard_batch::{Status, TreeWorld};
 use orchard_geometry::Vec3;
 
@@ -13,6 +13,8 @@ const PULL: [Vec3; 2] = [Vec3::new(0.4, -0.2, -0.3), Vec3::new(0.04, -0.02, -0.0
 const KICK: f64 = 0.5;
 const LIGHTLY_DAMPED_KICK: f64 = 0.2;
 const STAYS_ON: f64 = 0.5;
+/// Speed of the wind at the height of the canopy [m/s]: a fresh breeze.
+const WIND: f64 = 6.0;
 /// Frames of each half, and between two comparisons.
 const HALF: u32 = 30;
 const LOOK: u32 = 6;
@@ -32,6 +34,15 @@ fn pull_and_release_agrees_with_f64() {
             (
                 "wood as measured",
                 measured(4),
+                LIGHTLY_DAMPED_KICK,
+                STAYS_ON,
+                backend.tolerance.lightly_damped(),
+            ),
+            ("fruit on stems", stemmed(4), LIGHTLY_DAMPED_KICK, STAYS_ON, backend.tolerance.on_stems()),
+            ("in wind", in_wind(3, WIND), LIGHTLY_DAMPED_KICK, STAYS_ON, backend.tolerance.on_stems()),
+            (
+                "in wind, on tethers",
+                on_tethers_in_wind(3, WIND),
                 LIGHTLY_DAMPED_KICK,
                 STAYS_ON,
                 backend.tolerance.lightly_damped(),

@@ -51,7 +51,7 @@ pub struct Plant {
     /// Settings of a substep.
     pub settings: StepSettings,
     /// Its wind; `None` in still air.
-    pub(crate) weather: Option<Weather>,
+    pub weather: Option<Weather>,
     /// Static equilibrium of the whole tree with all its fruit.
     rest: Rest,
 }
@@ -218,6 +218,8 @@ impl TreeWorld {
         let settings = &StepSettings { solver, ..*settings };
         let applied = weather.as_ref().map(|_| Applied::take(&self.data));
         if let Some(weather) = weather {
+            // Rates may have been set since the last step.
+            forward_kinematics(model, &mut self.data);
             let time = f64::from(self.frame) * spec.sim.frame();
             weather.blow(tree, fruit.balls(), &self.rupture, model, &mut self.data, time);
         }
@@ -262,7 +264,7 @@ impl TreeWorld {
     }
 
     /// Frames since the tree was at rest.
-    pub(crate) fn frame(&self) -> u32 {
+    pub fn frame(&self) -> u32 {
         self.frame
     }
 

@@ -28,7 +28,7 @@ pub use obstacle::{Obstacle, Shapes};
 pub use place::place;
 pub use rehang::rehang;
 pub use set::{FruitGroups, FruitSet};
-pub use stem::{Release, StemLife, StemLoad};
+pub use stem::{Release, StemLife, StemLoad, least_load};
 
 /// Compiles and runs the example of the README.
 #[cfg(doctest)]

@@ -154,6 +154,11 @@ impl FruitSet {
         self.stems.as_ref().map(|stems| stems.bodies[fruit])
     }
 
+    /// Damping of a fruit's stem in bending and in twist [N m s/rad]; 0 on a tether.
+    pub fn stem_damping(&self, fruit: usize) -> [f64; 2] {
+        self.stems.as_ref().map_or([0.0; 2], |stems| stems.damping[fruit])
+    }
+
     /// Point body and radius \[m\] of each fruit.
     pub fn balls(&self) -> impl Iterator<Item = (PointId, f64)> {
         self.points.iter().copied().zip(self.fruit.iter().map(|fruit| fruit.radius))

@@ -52,6 +52,14 @@ impl StemLoad {
     }
 }
 
+/// Life \[s\] of a stem under the load below which batches of trees leave wear out. What is left out adds up to a life in twelve days.
+const LONGEST_LIFE: f64 = 1e6;
+
+/// Load over the strength that a stem bears for a million seconds: batches of trees count wear from there on.
+pub fn least_load(rule: &ReleaseSpec) -> f64 {
+    math::pow(rule.hold_time.si() / LONGEST_LIFE, 1.0 / rule.rate_exponent.si())
+}
+
 /// Loads over the strengths of one fruit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Shares {
@@ -132,7 +140,7 @@ pub(crate) struct Stems {
     pub spec: StemSpec,
     pub bodies: Vec<BodyId>,
     /// Damping of bending and twist [N m s/rad].
-    damping: Vec<[f64; 2]>,
+    pub damping: Vec<[f64; 2]>,
 }
 
 impl Stems {

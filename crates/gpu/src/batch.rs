@@ -10,7 +10,7 @@ use orchard_multibody::Data;
 use crate::BatchError;
 use crate::buffers::{Buffers, PASSES_AT_ONCE, RULES_STRIDE, Use};
 use crate::device::{Gpu, GpuError};
-use crate::layout::{LANES, fourth, fruit, notice, world};
+use crate::layout::{LANES, fourth, notice, world};
 use crate::memory::Memory;
 use crate::pipelines::{Pass, Pipelines};
 use crate::rules::Rules;
@@ -269,7 +269,7 @@ impl GpuBatch {
             let came_off = off
                 .into_iter()
                 .enumerate()
-                .map(|(fruit, frame)| (frame, TreeEvent::Detached { fruit, release: None }));
+                .map(|(fruit, (frame, release))| (frame, TreeEvent::Detached { fruit, release }));
             let new = snapped.chain(came_off).filter(|(frame, _)| *frame > reported.until);
             events.extend(new.map(|(frame, event)| BatchEvent { frame, world, event }));
             if let (Status::Quarantined(quarantine), 0) = (self.memory.status(world), reported.counts[2]) {
@@ -394,8 +394,9 @@ impl GpuBatch {
     fn fetch_state(&mut self, indices: &[usize]) -> Result<(), GpuError> {
         let blocks = self.memory.blocks_of(indices);
         let times = |rows: &Range<usize>, each: usize| rows.start * each * LANES..rows.end * each * LANES;
+        let each = self.memory.laws.fruit_fields();
         let links = blocks.iter().map(|block| block.links.clone()).collect();
-        let fruit = blocks.iter().map(|block| times(&block.fruit_rows, fruit::FIELDS)).collect();
+        let fruit = blocks.iter().map(|block| times(&block.fruit_rows, each)).collect();
         let states = blocks.iter().map(|block| times(&block.rows, 1)).collect();
         let memory = &mut self.memory;
         self.gpu.fetch(&mut [

@@ -2,30 +2,55 @@
 
 use orchard_batch::Plant;
 
+use crate::layout::{air, damper, fruit, gust, rod};
+
 /// Laws that hold in every world of a batch. The kernels are specialised by them, so that worlds without them pay nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Laws {
     /// Dampers hold damping ratios: each joint has its own, and the springs lead (`orchard_treephys::TreeBody::lead_springs`).
     pub modal: bool,
+    /// Fruit hang on stems that bend.
+    pub stems: bool,
+    /// A wind blows.
+    pub wind: bool,
 }
 
 impl Laws {
-    /// Number of different laws.
-    pub const COUNT: usize = 2;
+    /// Number of different sets of laws.
+    pub const COUNT: usize = 8;
 
     /// Laws of a plant.
     pub fn of(plant: &Plant) -> Self {
-        Self { modal: plant.tree.is_modal }
+        Self {
+            modal: plant.tree.is_modal,
+            stems: plant.spec.fruit.stem.is_some(),
+            wind: plant.weather.is_some(),
+        }
     }
 
     /// Number of these laws among all.
     pub fn index(self) -> usize {
-        usize::from(self.modal)
+        usize::from(self.modal) + 2 * usize::from(self.stems) + 4 * usize::from(self.wind)
     }
 
     /// Constants that specialise the kernels.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
-        let all = [("MODAL", self.modal)];
+        let all = [("MODAL", self.modal), ("STEMS", self.stems), ("WIND", self.wind)];
         all.into_iter().filter(|(_, holds)| *holds).map(|(name, _)| (name, 1.0)).collect()
+    }
+
+    /// Number of fields of a row of fruit.
+    pub fn fruit_fields(self) -> usize {
+        self.gust_field() + if self.wind { gust::FIELDS } else { 0 }
+    }
+
+    /// First field of the gust in a row of fruit.
+    pub fn gust_field(self) -> usize {
+        if self.stems { rod::FIELDS } else { fruit::FIELDS }
+    }
+
+    /// Number of fields of a row of links' dampers, and of the air.
+    pub fn behind_links(self) -> [usize; 2] {
+        [if self.modal { damper::FIELDS } else { 0 }, if self.wind { air::FIELDS } else { 0 }]
     }
 }

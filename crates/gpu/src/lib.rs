@@ -32,7 +32,6 @@ mod buffers;
 mod device;
 mod laws;
 mod layout;
-mod left_out;
 mod memory;
 mod pipelines;
 #[cfg(test)]
@@ -41,6 +40,8 @@ mod rules;
 mod schedule;
 mod shader;
 mod solver;
+#[cfg(test)]
+mod stem_tests;
 mod stepper;
 mod table;
 #[cfg(test)]
@@ -61,7 +62,6 @@ struct Readme;
 
 pub use batch::{GpuBatch, Options, Statistics};
 pub use device::{Choice, Gpu, GpuError, GpuInfo};
-pub use left_out::{left_out, simplified};
 pub use schedule::{ScheduleError, WARPS};
 pub use solver::Solver;
 pub use table::{BaseError, BaseTree};
@@ -84,14 +84,6 @@ pub enum BatchError {
     Damping {
         /// Index of the world.
         world: usize,
-    },
-    /// A world has what a graphics device leaves out ([`left_out`]).
-    #[error("world {world} has [{table}], which a graphics device leaves out (orchard_gpu::simplified)")]
-    LeftOut {
-        /// Index of the world.
-        world: usize,
-        /// Table of its spec.
-        table: &'static str,
     },
     /// A tree has broken limbs.
     #[error("world {world} has broken limbs; a batch on a graphics device starts with whole trees")]

@@ -10,6 +10,7 @@ mod outputs;
 mod replicate;
 mod tiling;
 mod topologies;
+mod wind;
 
 #[cfg(test)]
 pub(crate) use numbers::Field;
@@ -24,11 +25,11 @@ use orchard_geometry::{Shape, Vec3};
 
 use crate::laws::Laws;
 use crate::layout::{
-    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, fruit, link, notice, push, third, tile, world,
+    LANES, QUAD, RADIUS_UNITS, UNBOUNDED, damper, fourth, link, notice, push, third, tile, world,
 };
 use crate::rules::Rules;
 use crate::schedule::{PARTS, Schedule};
-use crate::{BatchError, Solver, left_out};
+use crate::{BatchError, Solver};
 
 /// The buffers on the host, in the layout of [`crate::layout`]; whole numbers among floats are kept as bits.
 #[derive(Debug, Clone)]
@@ -94,18 +95,15 @@ impl Memory {
             if Rules::of(plant) != Rules::of(first) || laws != Laws::of(first) {
                 return Err(BatchError::Rules { world: index });
             }
-            if let Some(table) = left_out(&plant.spec).first() {
-                return Err(BatchError::LeftOut { world: index, table });
-            }
             if !world.rupture().breaks().is_empty() {
                 return Err(BatchError::Broken { world: index });
             }
             let damping_time = plant.spec.wood.damping_time.si();
-            let of_wood = |(damping, stiffness): (&f64, &f64)| *damping == damping_time * stiffness;
-            if !laws.modal && !world.data().damping.iter().zip(&world.data().stiffness).all(of_wood) {
+            let mut of_wood = plant.tree.bodies.iter().flat_map(|&id| plant.model.dofs(id));
+            let data = world.data();
+            if !laws.modal && !of_wood.all(|dof| data.damping[dof] == damping_time * data.stiffness[dof]) {
                 return Err(BatchError::Damping { world: index });
             }
-            let data = world.data();
             let zero = Vec3::zeros();
             let pushed = data
                 .body_force_world
@@ -242,6 +240,7 @@ impl Memory {
             let at = self.world_at(number, field, lane);
             self.worlds[at] = f32::from_bits(count as u32);
         }
+        self.load_wind(given, number, lane, &place.rows);
         for (segment, id) in tree.bodies.iter().enumerate() {
             let (force, torque) = (data.body_force_world[id.index()], data.body_torque_world[id.index()]);
             if force != Vec3::zeros() || torque != Vec3::zeros() {
@@ -277,11 +276,16 @@ impl Memory {
     /// Place of the time of a joint's own damper.
     fn damper_at(&self, number: usize, row: usize, lane: usize) -> usize {
         let links = self.header(number, tile::STARTS + PARTS) * link::FIELDS;
-        self.header(number, tile::LINKS) * QUAD + quad_at(links + row * damper::FIELDS + damper::TIME, lane)
+        self.behind_links_at(number, links + row * damper::FIELDS + damper::TIME, lane)
+    }
+
+    /// Place of a field in a tile's part of the buffer of links, counted from its first link.
+    fn behind_links_at(&self, number: usize, field: usize, lane: usize) -> usize {
+        self.header(number, tile::LINKS) * QUAD + quad_at(field, lane)
     }
 
     pub fn fruit_at(&self, number: usize, row: usize, field: usize, lane: usize) -> usize {
-        quad_at((self.header(number, tile::FRUIT) + row) * fruit::FIELDS + field, lane)
+        quad_at((self.header(number, tile::FRUIT) + row) * self.laws.fruit_fields() + field, lane)
     }
 
     pub fn world_at(&self, number: usize, field: usize, lane: usize) -> usize {

@@ -82,7 +82,9 @@ impl Pipelines {
     pub fn of(&self, pass: Pass, laws: Laws) -> &ComputePipeline {
         self.compiled[laws.index()][pass as usize].get_or_init(|| {
             let (entry, constants) = pass.entry();
-            let constants = &[constants, &laws.constants()].concat();
+            let blows = laws.wind && matches!(pass, Pass::Frame | Pass::Conjugate);
+            let blowing: &[_] = if blows { &[("BLOWS", 1.0)] } else { &[] };
+            let constants = &[constants, &laws.constants(), blowing].concat();
             self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(&self.layout),

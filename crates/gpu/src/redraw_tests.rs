@@ -175,9 +175,15 @@ fn what_cannot_be_drawn_is_refused() {
         let refused = BaseTree::new(Arc::new(measured), &skeleton, Vec::new(), SEED).unwrap_err();
         assert!(refused.to_string().starts_with(law), "{refused}");
     }
-    let stemmed = crate::trees::stemmed(1);
-    let refused = Memory::new(&stemmed, 1, Solver::Aba).unwrap_err();
-    assert_eq!(refused, BatchError::LeftOut { world: 0, table: "fruit.stem" });
+    let mut stemmed = spec(Mode::DistinctDimensions, |_| 1.0);
+    stemmed.fruit.stem = Spec::preset(Preset::Calibrated).fruit.stem;
+    let skeleton = orchard_treegen::grow(&stemmed, SEED, 0).unwrap();
+    let refused = BaseTree::new(Arc::new(stemmed), &skeleton, Vec::new(), SEED).unwrap_err();
+    assert!(matches!(refused, BaseError::Stems), "{refused}");
+    let mut windy = spec(Mode::DistinctDimensions, |_| 1.0);
+    windy.wind = crate::trees::in_wind(1, 6.0)[0].plant().spec.wind.clone();
+    let refused = BaseTree::new(Arc::new(windy), &skeleton, Vec::new(), SEED).unwrap_err();
+    assert!(refused.to_string().starts_with("wind.speed"), "{refused}");
     let Some(gpu) = device() else { return };
     let mut given = GpuBatch::new(&gpu, std::slice::from_ref(base.world())).unwrap();
     assert_eq!(given.redraw(&[0], 0), Err(GpuError::Batch(BatchError::NoBase)));

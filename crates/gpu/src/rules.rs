@@ -2,6 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use orchard_batch::Plant;
+use orchard_fruit::least_load;
+use orchard_geometry::math;
 use orchard_multibody::contact::in_series;
 
 /// Constants of a step. `kernels/memory.wgsl` has the same fields in the same order.
@@ -64,6 +66,36 @@ pub(crate) struct Rules {
     pub wood_stiffness: f32,
     /// Coulomb coefficient of wood on the ground.
     pub wood_friction: f32,
+    /// Stiffness of stems that bend, in bending [N m/rad]; 0 on tethers, as the next five.
+    pub stem_bending: f32,
+    /// In twist [N m/rad].
+    pub stem_twisting: f32,
+    /// Strength of a zone against a pull across it over that along its axis.
+    pub stem_bent: f32,
+    /// Share of a life that passes in a substep under a load of the strength.
+    pub stem_wear: f32,
+    /// Exponent of that share by the load.
+    pub stem_exponent: f32,
+    /// Square of the load over the strength from which wear is counted.
+    pub stem_least_load: f32,
+    /// Number of waves of a world's gusts; 0 in still air, as the next eight.
+    pub waves: u32,
+    /// Mean velocity of the air at the height of the canopy [m/s], along x.
+    pub wind_x: f32,
+    /// Along y.
+    pub wind_y: f32,
+    /// Height of the canopy [m].
+    pub canopy: f32,
+    /// Attenuation of the mean speed in the canopy.
+    pub attenuation: f32,
+    /// Displacement height above it, over its height.
+    pub displacement: f32,
+    /// Roughness length above it, over its height.
+    pub roughness: f32,
+    /// 1 over the logarithm of the profile at the height of the canopy.
+    pub profile: f32,
+    /// Speed above which leaves fold [m/s].
+    pub folding_speed: f32,
 }
 
 /// Steps from rest to the static equilibrium: length of a step [s], and number of steps. Long steps are Newton steps on the statics without geometric stiffness, which overshoot in limp twigs, where
@@ -112,6 +144,34 @@ impl Rules {
             spin_loss: fruit.rolling_loss.si() as f32,
             wood_stiffness: in_series(wood.contact_stiffness.si(), sim.ground_stiffness.si()) as f32,
             wood_friction: (wood.friction.si() * sim.ground_friction.si()).sqrt() as f32,
+            ..Self::of_stems_and_wind(plant)
         }
+    }
+
+    /// Those of stems and wind; all others are 0.
+    fn of_stems_and_wind(plant: &Plant) -> Self {
+        let mut rules = Self::zeroed();
+        if let Some(stem) = &plant.spec.fruit.stem {
+            let release = &stem.release;
+            let least = least_load(release);
+            rules.stem_bending = stem.bending_stiffness.si() as f32;
+            rules.stem_twisting = stem.twisting_stiffness.si() as f32;
+            rules.stem_bent = release.bent.si() as f32;
+            rules.stem_wear = (plant.settings.h / release.hold_time.si()) as f32;
+            rules.stem_exponent = release.rate_exponent.si() as f32;
+            rules.stem_least_load = (least * least) as f32;
+        }
+        if let (Some(spec), Some(weather)) = (&plant.spec.wind, &plant.weather) {
+            let (displacement, roughness) = (spec.displacement.si(), spec.roughness.si());
+            let mean = weather.wind().mean();
+            rules.waves = weather.wind().waves().count() as u32;
+            (rules.wind_x, rules.wind_y) = (mean.x as f32, mean.y as f32);
+            rules.canopy = spec.canopy_height.si() as f32;
+            rules.attenuation = spec.attenuation.si() as f32;
+            (rules.displacement, rules.roughness) = (displacement as f32, roughness as f32);
+            rules.profile = (1.0 / math::ln((1.0 - displacement) / roughness)) as f32;
+            rules.folding_speed = spec.folding_speed.si() as f32;
+        }
+        rules
     }
 }

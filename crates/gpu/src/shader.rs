@@ -4,7 +4,7 @@ use crate::layout;
 use crate::schedule::{LEVELS, PARTS, WARPS};
 
 /// Source files of the kernels.
-pub(crate) const FILES: [(&str, &str); 18] = [
+pub(crate) const FILES: [(&str, &str); 20] = [
     ("memory", include_str!("kernels/memory.wgsl")),
     ("math", include_str!("kernels/math.wgsl")),
     ("load", include_str!("kernels/load.wgsl")),
@@ -12,6 +12,8 @@ pub(crate) const FILES: [(&str, &str); 18] = [
     ("ground", include_str!("kernels/ground.wgsl")),
     ("inward", include_str!("kernels/inward.wgsl")),
     ("stem", include_str!("kernels/stem.wgsl")),
+    ("rod", include_str!("kernels/rod.wgsl")),
+    ("wind", include_str!("kernels/wind.wgsl")),
     ("outward", include_str!("kernels/outward.wgsl")),
     ("frame", include_str!("kernels/frame.wgsl")),
     ("events", include_str!("kernels/events.wgsl")),

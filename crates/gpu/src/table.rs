@@ -51,12 +51,11 @@ pub enum BaseError {
         /// Table of the spec.
         law: &'static str,
     },
-    /// The spec has what a graphics device leaves out ([`crate::left_out()`]).
-    #[error("{table}: a graphics device leaves this out (orchard_gpu::simplified)")]
-    LeftOut {
-        /// Table of the spec.
-        table: &'static str,
-    },
+    /// The spec has fruit on stems that bend, which a graphics device steps but does not draw.
+    #[error(
+        "fruit.stem: a graphics device does not draw stems; draw the worlds on the host and use GpuBatch::new"
+    )]
+    Stems,
     /// The tree cannot form a world.
     #[error(transparent)]
     World(#[from] TreeWorldError),
@@ -90,7 +89,7 @@ impl BaseTree {
     /// Creates a base from a tree with its fruit before any randomisation; `spec.randomisation` sets the draws of the worlds, and `seed` their random streams.
     ///
     /// # Errors
-    /// The mode of the spec gives every world a topology of its own, its wood scatters, or follows another law that the device does not
+    /// The mode of the spec gives every world a topology of its own, its fruit hang on stems that bend, a wind blows, its wood scatters, or follows another law that the device does not
     /// draw while some axis acts on wood, or the tree cannot form a world.
     pub fn new(
         spec: Arc<Spec>,
@@ -101,8 +100,8 @@ impl BaseTree {
         if spec.randomisation.mode == Mode::DistinctTopology {
             return Err(BaseError::Topology);
         }
-        if let Some(table) = crate::left_out(&spec).first() {
-            return Err(BaseError::LeftOut { table });
+        if spec.fruit.stem.is_some() {
+            return Err(BaseError::Stems);
         }
         let world = TreeWorld::new(spec.clone(), skeleton, fruit)?;
         let base = Self { spec, segments: skeleton.segments.clone(), seed, world };

@@ -422,7 +422,6 @@ pub fn scaling(backend: Backend) -> Scaling {
         wall_s: 30.0,
         peak_memory_mib: Some(500.0),
         left_out: Vec::new(),
-        simplified: Vec::new(),
         rows,
         omitted: omitted.into_iter().collect(),
         axes,

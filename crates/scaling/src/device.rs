@@ -5,9 +5,6 @@ mod built {
     use orchard_batch::{Stepper, StepperError, TreeWorld};
     use orchard_gpu::{Choice, GpuBatch, Options, Solver};
     pub use orchard_gpu::{Gpu, GpuError};
-    use orchard_spec::Spec;
-    use orchard_tasks::plan_file::Backend;
-    use std::sync::Arc;
 
     use crate::solver::SolverName;
 
@@ -36,16 +33,6 @@ mod built {
         GpuBatch::new(gpu, std::slice::from_ref(world)).map_err(StepperError::of)
     }
 
-    /// Tables of a spec that a backend leaves out.
-    pub fn left_out(backend: Backend, spec: &Spec) -> Vec<&'static str> {
-        if backend == Backend::Gpu { orchard_gpu::left_out(spec) } else { Vec::new() }
-    }
-
-    /// The spec without them.
-    pub fn simplified(backend: Backend, spec: &Arc<Spec>) -> Arc<Spec> {
-        if backend == Backend::Gpu { orchard_gpu::simplified(spec.clone()) } else { spec.clone() }
-    }
-
     /// True if the error means that the worlds exceed the memory of the device.
     pub fn is_too_large(e: &GpuError) -> bool {
         matches!(e, GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. })
@@ -55,9 +42,6 @@ mod built {
 #[cfg(not(feature = "gpu"))]
 mod built {
     use orchard_batch::{ReferenceBatch, Stepper, StepperError, TreeWorld};
-    use orchard_spec::Spec;
-    use orchard_tasks::plan_file::Backend;
-    use std::sync::Arc;
 
     use crate::solver::SolverName;
 
@@ -103,16 +87,6 @@ mod built {
         match *gpu {}
     }
 
-    /// Nothing: there is no device.
-    pub fn left_out(_: Backend, _: &Spec) -> Vec<&'static str> {
-        Vec::new()
-    }
-
-    /// The same spec: there is no device.
-    pub fn simplified(_: Backend, spec: &Arc<Spec>) -> Arc<Spec> {
-        spec.clone()
-    }
-
     /// False: there is no device.
     pub fn is_too_large(_: &GpuError) -> bool {
         false
@@ -122,6 +96,6 @@ mod built {
 #[cfg(not(feature = "gpu"))]
 pub use built::GpuInfo;
 pub use built::{Gpu, GpuError};
-pub(crate) use built::{batch, is_too_large, left_out, open, simplified, single};
+pub(crate) use built::{batch, is_too_large, open, single};
 #[cfg(feature = "gpu")]
 pub use orchard_gpu::GpuInfo;

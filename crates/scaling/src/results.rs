@@ -49,9 +49,6 @@ pub struct Scaling {
     pub peak_memory_mib: Option<f64>,
     /// Solvers of the backend that this build lacks.
     pub left_out: Vec<SolverName>,
-    /// Tables of the config that the backend leaves out: its worlds are simpler than the config says.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub simplified: Vec<String>,
     /// One row per cell.
     pub rows: Vec<Row>,
     /// Skipped cells.

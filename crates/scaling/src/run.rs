@@ -107,7 +107,6 @@ pub fn measure(
         wall_s: start.elapsed().as_secs_f64(),
         peak_memory_mib: peak_memory_mib(),
         left_out: SolverName::ALL.into_iter().filter(is_left_out).collect(),
-        simplified: device::left_out(plan.backend, &plan.spec).into_iter().map(str::to_owned).collect(),
         rows: run.rows,
         omitted: run.omitted,
         axes,

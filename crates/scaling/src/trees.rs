@@ -10,12 +10,11 @@ use orchard_spec::{Purpose, Spec, Stream};
 use orchard_world::Planting;
 use rayon::prelude::*;
 
-use crate::device;
 use crate::plan::ScalingPlan;
 
-/// Config of a mode with all fruit of every tree present, without what the plan's backend leaves out. (The paper hides fruit but keeps their bodies.)
+/// Config of a mode with all fruit of every tree present. (The paper hides fruit but keeps their bodies.)
 pub fn spec_of(plan: &ScalingPlan, mode: Mode) -> Spec {
-    let mut spec = Spec::clone(&device::simplified(plan.backend, &plan.spec));
+    let mut spec = Spec::clone(&plan.spec);
     spec.randomisation.mode = mode;
     switch_off(&mut spec, Axis::FruitVisible);
     spec

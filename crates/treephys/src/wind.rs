@@ -16,6 +16,9 @@ const INTERVALS: usize = 64;
 /// Halvings of the interval in which a share of energy is sought.
 const HALVINGS: usize = 50;
 
+/// Modes of one wave vector.
+const MODES_OF_A_WAVE: usize = 2;
+
 /// One Fourier mode of the gusts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Mode {
@@ -24,6 +27,17 @@ struct Mode {
     /// Amplitude [m/s] at the height of the canopy, across the wave vector.
     amplitude: Vec3,
     phase: f64,
+}
+
+/// A wave of the gusts, both modes of one wave vector together: `cosine cos t + sine sin t` with the phase `t = wave . (x - U t)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave {
+    /// Wave vector [rad/m].
+    pub wave: Vec3,
+    /// Amplitude of the cosine [m/s] at the height of the canopy.
+    pub cosine: Vec3,
+    /// Amplitude of the sine [m/s].
+    pub sine: Vec3,
 }
 
 /// Wind of one world: a function of place and time, without state.
@@ -91,6 +105,24 @@ impl Wind {
             sum + mode.amplitude * math::cos(mode.wave.dot(&carried) + mode.phase)
         });
         (self.mean + gust) * self.profile(p_world.z)
+    }
+
+    /// Mean velocity at the height of the canopy [m/s].
+    pub fn mean(&self) -> Vec3 {
+        self.mean
+    }
+
+    /// The gusts as waves: [`Self::velocity`] is the mean velocity and their sum, times the profile.
+    pub fn waves(&self) -> impl Iterator<Item = Wave> {
+        self.modes.chunks(MODES_OF_A_WAVE).map(|modes| {
+            let mut of_both = Wave { wave: modes[0].wave, cosine: Vec3::zeros(), sine: Vec3::zeros() };
+            for mode in modes {
+                let (sin, cos) = math::sin_cos(mode.phase);
+                of_both.cosine += mode.amplitude * cos;
+                of_both.sine -= mode.amplitude * sin;
+            }
+            of_both
+        })
     }
 
     /// Frequency \[Hz\] at which the mean wind carries each mode past a point, and its part of the variance of the component along the wind
@@ -180,6 +212,11 @@ impl Sail {
         }
     }
 
+    /// Half air density times drag coefficient times area, of a segment's wood across the wind and of its leaves [kg/m].
+    pub fn of(&self, segment: usize) -> [f64; 2] {
+        [self.wood[segment], self.leaves[segment]]
+    }
+
     /// Drag of a segment's wood in air across it of a speed [m/s] \[N\].
     pub fn on_wood(&self, segment: usize, speed: f64) -> f64 {
         self.wood[segment] * speed * speed
@@ -248,6 +285,16 @@ impl Weather {
         let air_density = spec.fruit.air_density.si();
         let sail = Sail::new(of_spec, skeleton, &spec.wood, air_density);
         Some(Self { wind, sail, drag_coefficient: spec.fruit.drag_coefficient.si(), air_density })
+    }
+
+    /// Velocity of the air.
+    pub fn wind(&self) -> &Wind {
+        &self.wind
+    }
+
+    /// What the wind takes hold of.
+    pub fn sail(&self) -> &Sail {
+        &self.sail
     }
 
     /// Sets the forces of the air on wood and on fruit on its stem for a frame that begins at a time \[s\]; `fruit` has the point body and radius \[m\] of each.

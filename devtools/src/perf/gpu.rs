@@ -1,6 +1,7 @@
 //! Suite `gpu`: batches of trees on the graphics device. Every world is kicked, with ruptures, detachments, drag and tests on.
 
 mod counters;
+mod stems;
 mod warp;
 
 use std::sync::Arc;
@@ -111,6 +112,10 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
         let row = Row::measured(&format!("gpu.topologies_{worlds}.share"), share, "1");
         rows.push(if is_real && worlds == MANY { row.at_least(TOPOLOGIES) } else { row });
     }
+    for &(worlds, _) in targets {
+        say(&bar, &format!("{worlds} worlds on stems and in wind"));
+        rows.extend(stems::rows(&gpu, typical, kinds, worlds, substeps, awake)?);
+    }
     bar.finish_and_clear();
     let info = gpu.info();
     rows.extend(peer.iter().flat_map(Peer::rows));
@@ -145,6 +150,14 @@ fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
         .collect()
 }
 
+/// Frames of a whole batch per second, over some frames.
+fn rate_of(batch: &mut GpuBatch, frames: u32) -> anyhow::Result<f64> {
+    let start = Instant::now();
+    batch.advance(frames);
+    batch.wait()?;
+    Ok(f64::from(frames) / start.elapsed().as_secs_f64())
+}
+
 /// One batch, timed.
 struct Cell {
     batch: GpuBatch,
@@ -176,10 +189,7 @@ impl Cell {
         batch.wait()?;
         let mut rates = Vec::with_capacity(ROUNDS);
         for _ in 0..ROUNDS {
-            let start = Instant::now();
-            batch.advance(FRAMES);
-            batch.wait()?;
-            rates.push(f64::from(FRAMES) / start.elapsed().as_secs_f64());
+            rates.push(rate_of(&mut batch, FRAMES)?);
         }
         Ok(Self { worlds, rates: Rounds::new(rates), bytes: batch.bytes() as f64, build, batch })
     }

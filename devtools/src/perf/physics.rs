@@ -7,6 +7,7 @@ mod limit;
 mod peer;
 mod pushed;
 mod scaling;
+mod stems;
 mod trees;
 
 use std::cell::RefCell;
@@ -106,6 +107,7 @@ pub fn measure(effort: Effort) -> anyhow::Result<Measured> {
     let mut rows = trees::rows(&bench, &forest)?;
     let untouched = rows[0].value;
     rows.push(contact::row(&bench, &forest, untouched)?);
+    rows.extend(stems::rows(&bench, &forest[forest.len() / 2])?);
     rows.extend(scaling::rows(&bench)?);
     bench.bar.finish_and_clear();
     Ok(Measured { rows, context, ..Measured::default() })

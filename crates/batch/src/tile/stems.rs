@@ -2,25 +2,11 @@
 
 use super::Tile;
 use crate::layout::{stem, stem_work};
+use crate::stem_motion::StemMotion;
 use crate::tree_world::Plant;
-use nalgebra::Quaternion;
-use orchard_fruit::StemLoad;
-use orchard_geometry::{Rotation, Vec3, math};
+use orchard_fruit::{StemLoad, least_load};
+use orchard_geometry::Vec3;
 use orchard_multibody::{Data, forward_kinematics};
-use orchard_spec::fruit::ReleaseSpec;
-
-/// Life \[s\] of a stem under the load from which its wear is counted. What is left out adds up to a life in twelve days.
-const LONGEST_LIFE: f64 = 1e6;
-
-/// Load over the strength that a stem bears for [`LONGEST_LIFE`].
-fn least_load(rule: &ReleaseSpec) -> f64 {
-    math::pow(rule.hold_time.si() / LONGEST_LIFE, 1.0 / rule.rate_exponent.si())
-}
-
-/// The rotation of a quaternion (x, y, z, w).
-fn turn_of(q: &[f64]) -> Rotation {
-    Rotation::new_normalize(Quaternion::new(q[3], q[0], q[1], q[2]))
-}
 
 /// Constants of the elimination of a fruit's stem, which change when the fruit comes off.
 fn inertias(plant: &Plant, data: &Data, fruit: usize) -> Vec<(usize, f64)> {
@@ -82,16 +68,11 @@ impl Tile {
         let (Some(id), Some(spec)) = (plant.fruit.stem(fruit), &plant.spec.fruit.stem) else { return };
         let (row, h) = (self.worlds[lane].fruit_row[fruit], plant.settings.h);
         let (body, grown) = (plant.model.body(id), &plant.fruit.fruit[fruit]);
+        let Some(motion) = StemMotion::of(plant, data, fruit) else { return };
         let point = plant.fruit.points[fruit];
         let Some(tether) = &plant.model.point(point).tether else { return };
-        let (dofs, qs) = (plant.model.dofs(id), plant.model.qs(id));
         let rule = &spec.release;
-        let frame = body.x_parent_joint.rotation;
-        let rest = frame * Vec3::z();
-        let own = turn_of(&data.q[qs]);
-        let (q, v) =
-            (frame * own * frame.inverse(), frame * (own * Vec3::from_column_slice(&data.v[dofs.clone()])));
-        let stiffness = &data.stiffness[dofs];
+        let stiffness = &data.stiffness[plant.model.dofs(id)];
         let mut numbers = vec![
             (stem::LENGTH, tether.p_body.z),
             (stem::H_INERTIA, h * body.inertia.i_com[(0, 0)]),
@@ -103,9 +84,9 @@ impl Tile {
             (stem::PER_TWIST, 1.0 / grown.twist_strength),
             (stem::PER_SPUR, 1.0 / grown.spur_strength),
         ];
-        numbers.extend((0..3).map(|k| (stem::REST + k, rest[k])));
-        numbers.extend((0..4).map(|k| (stem::Q + k, q.coords[k])));
-        numbers.extend((0..3).map(|k| (stem::V + k, v[k])));
+        numbers.extend((0..3).map(|k| (stem::REST + k, motion.rest[k])));
+        numbers.extend((0..4).map(|k| (stem::Q + k, motion.rotation[k])));
+        numbers.extend((0..3).map(|k| (stem::V + k, motion.rate[k])));
         if data.tethered[point.index()] {
             let least = least_load(rule);
             numbers.extend([(stem::STIFFNESS, tether.stiffness), (stem::LEAST_LOAD, least * least)]);
@@ -165,15 +146,12 @@ impl Tile {
     /// Writes rotation and rate of the stem of a lane's fruit.
     pub(super) fn store_stem(&self, lane: usize, fruit: usize, data: &mut Data) {
         let world = &self.worlds[lane];
-        let Some(id) = world.plant.fruit.stem(fruit) else { return };
-        let (row, model) = (world.fruit_row[fruit], &world.plant.model);
-        let number = |field: usize| f64::from(self.stem(row, field, lane));
-        let frame = model.body(id).x_parent_joint.rotation;
-        let q = turn_of(&[0, 1, 2, 3].map(|k| number(stem::Q + k)));
-        let own = frame.inverse() * q * frame;
-        let rate = Vec3::from_fn(|k, _| number(stem::V + k));
-        data.q[model.qs(id)].copy_from_slice(own.coords.as_slice());
-        data.v[model.dofs(id)].copy_from_slice((own.inverse() * (frame.inverse() * rate)).as_slice());
+        if world.plant.fruit.stem(fruit).is_some() {
+            let number = |field: usize| f64::from(self.stem(world.fruit_row[fruit], field, lane));
+            let rotation = std::array::from_fn(|k| number(stem::Q + k));
+            let rate = Vec3::from_fn(|k, _| number(stem::V + k));
+            StemMotion::store(&world.plant, data, fruit, rotation, rate);
+        }
     }
 
     /// A stem's number of a lane's world, quarantined or not.

@@ -12,6 +12,9 @@ use std::sync::Arc;
 const RADIUS: f64 = 0.0375;
 const MASS: f64 = 0.16;
 
+/// Largest error of an angle over the largest angle of the wood: that of lanes on stems in the suite `steppers`.
+const ANGLE: f64 = 6.3e-4;
+
 /// One apple on a thick stub two metres up, with given strengths: pull \[N\], twist [N m], spur \[N\].
 fn lone_apple([pull, twist, spur]: [f64; 3]) -> TreeWorld {
     let spec = Spec::preset(Preset::Calibrated);
@@ -41,7 +44,7 @@ fn lone_apple([pull, twist, spur]: [f64; 3]) -> TreeWorld {
     TreeWorld::new(Arc::new(spec), &skeleton, vec![apple]).unwrap()
 }
 
-/// Angles, rates, stems included, and tips of kicked trees over a second; nothing comes off. Tolerances are those of the suite `steppers`, but for rates: a unit in the
+/// Angles, rates, stems included, and tips of kicked trees over a second; nothing comes off. The tolerance of rates: a unit in the
 /// last place of a height of 2 m, 2e-5 m/s in a substep, turns a stem of 6 cm by 3.5e-4 rad/s, and adds up over the hundred substeps and less in which a swing decays.
 #[test]
 fn trees_with_stems_agree_with_f64() {
@@ -61,7 +64,7 @@ fn trees_with_stems_agree_with_f64() {
         }
         println!("{isa:?}: {worst:?}");
         assert!(
-            worst.angle < 1e-4 && worst.rate < 3e-3 && worst.tip < 5e-5 && worst.fruit < 5e-5,
+            worst.angle < ANGLE && worst.rate < 3e-3 && worst.tip < 5e-5 && worst.fruit < 5e-5,
             "{worst:?}"
         );
     }
@@ -89,7 +92,7 @@ fn trees_in_wind_agree_with_f64() {
         println!("{worst:?}, moved by {moved} m");
         assert!(moved > 1e-3, "{moved}");
         assert!(
-            worst.angle < 1e-4 && worst.rate < 3e-3 && worst.tip < 5e-5 && worst.fruit < 5e-5,
+            worst.angle < ANGLE && worst.rate < 3e-3 && worst.tip < 5e-5 && worst.fruit < 5e-5,
             "{worst:?}"
         );
         worlds.iter_mut().for_each(TreeWorld::reset);

@@ -5,7 +5,7 @@ use orchard_batch::{Stepper, TreeWorld};
 use orchard_fruit::place;
 use orchard_geometry::{Vec3, transform};
 use orchard_multibody::{Data, forward_kinematics};
-use orchard_spec::fruit::FruitSpec;
+use orchard_spec::fruit::{FruitSpec, StemSpec};
 use orchard_spec::wood::WoodSpec;
 use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_treegen::grow;
@@ -37,11 +37,19 @@ pub fn stemmed(count: u32) -> Vec<TreeWorld> {
 
 /// As [`stemmed`], in a wind of a speed [m/s].
 pub fn in_wind(count: u32, speed: f64) -> Vec<TreeWorld> {
+    on_in_wind(count, Spec::preset(Preset::Calibrated).fruit.stem, speed)
+}
+
+/// Grown trees of wood as measured with fruit on tethers, in a wind of a speed [m/s].
+pub fn on_tethers_in_wind(count: u32, speed: f64) -> Vec<TreeWorld> {
+    on_in_wind(count, None, speed)
+}
+
+fn on_in_wind(count: u32, stem: Option<StemSpec>, speed: f64) -> Vec<TreeWorld> {
     let mut spec = Spec::preset(Preset::MeasuredWood);
     let wind = spec.wind.as_mut().unwrap();
     wind.speed = wind.speed.with_value(speed).unwrap();
-    let measured = Spec::preset(Preset::Calibrated).fruit;
-    spec.fruit = FruitSpec { stem: measured.stem, ..spec.fruit };
+    spec.fruit = FruitSpec { stem, ..spec.fruit };
     let spec = Arc::new(spec);
     (0..count).map(|world| TreeWorld::grow(spec.clone(), 7, world).unwrap()).collect()
 }
@@ -117,9 +125,9 @@ pub fn tips(world: &TreeWorld, data: &Data) -> Vec<Vec3> {
 /// Largest errors of a world.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Errors {
-    /// Of a joint angle, over the largest one.
+    /// Of an angle of the wood's joints, over the largest one.
     pub angle: f64,
-    /// Of a joint rate \[rad/s\].
+    /// Of a joint rate, stems included \[rad/s\].
     pub rate: f64,
     /// Of a segment's tip \[m\].
     pub tip: f64,
@@ -143,9 +151,13 @@ impl Errors {
             data
         });
         let of = |a: &[f64], b: &[f64]| largest(&mut a.iter().zip(b).map(|(a, b)| a - b));
+        let plant = world.plant();
+        let angles = |data: &Data| -> Vec<f64> {
+            plant.tree.bodies.iter().flat_map(|&id| &data.q[plant.model.qs(id)]).copied().collect()
+        };
         let apart = |a: &[Vec3], b: &[Vec3]| largest(&mut a.iter().zip(b).map(|(a, b)| (a - b).norm()));
         Self {
-            angle: of(&data.q, &truth.q) / largest(&mut truth.q.iter().copied()),
+            angle: of(&angles(&data), &angles(&truth)) / largest(&mut angles(&truth).into_iter()),
             rate: of(&data.v, &truth.v),
             tip: apart(&tips(world, &data), &tips(world, &truth)),
             fruit: apart(&data.point_p_world, &truth.point_p_world),

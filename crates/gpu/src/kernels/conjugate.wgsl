@@ -20,10 +20,7 @@ var<workgroup> any_goes_on: u32;
 fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let warp = thread / LANES;
     enter(group.x, warp, thread % LANES);
-    krylov_at = dampers_at();
-    if MODAL {
-        krylov_at += header(TILE_STARTS + PARTS) * (DAMPER_FIELDS / QUAD * LANES);
-    }
+    krylov_at = behind_waves_at();
     let runs = is_there() && bitcast<u32>(world(WORLD_STOPPED)) == 0u;
     let is_stale = (bitcast<u32>(world(WORLD_NOTICE)) & NOTICE_STALE) != 0u;
     found_notice = 0u;
@@ -47,6 +44,14 @@ fn conjugate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
                 outward(part_at(level, warp), mode);
             }
             meet();
+        }
+        if BLOWS {
+            if step == 0u {
+                if runs {
+                    blow(warp);
+                }
+                meet();
+            }
         }
     }
     conclude(thread, runs);
@@ -272,7 +277,10 @@ fn sum_of(a: Pair, b: Pair) -> Pair {
 fn momentum(row: u32, third_word: u32, tip: Pair, d: vec3f, borne: Pair) -> Pair {
     let bits = states[operation_at(row)];
     let is_debris = (bits & STATE_DEBRIS) != 0u;
-    let drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
+    var drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
+    if BLOWS && !is_debris {
+        drag.x = link(air_at(airs_at(), row), AIR_IMPULSE).w;
+    }
     let own = read_link(link_at(row));
     let turning = 1.0 + rules.h * drag.y;
     let z = d * (1.0 / own.length);
@@ -289,10 +297,19 @@ fn momentum(row: u32, third_word: u32, tip: Pair, d: vec3f, borne: Pair) -> Pair
     let first_fruit = (third_word >> THIRD_FIRST_FRUIT) & 0xfffu;
     let last_fruit = first_fruit + ((third_word >> THIRD_FRUIT) & 0x3fu);
     for (var k = first_fruit; k < last_fruit; k++) {
-        let arm = fruit(fruit_at(k), FRUIT_ARM).xyz;
-        let force = (at_joint + cross(tip.angular, arm)) * fruit(fruit_at(k), FRUIT_REACTION).w;
-        sum.angular += cross(arm, force);
-        sum.linear += force;
+        if STEMS {
+            let borne_there = read_borne(fruit_at(k));
+            let v = at_joint + cross(tip.angular, borne_there.arm);
+            let force = v * borne_there.mass + along(borne_there.direction, v) * borne_there.mass_along;
+            let turning = tip.angular * borne_there.across + along(borne_there.direction, tip.angular) * borne_there.excess;
+            sum.angular += cross(borne_there.arm, force) + turning;
+            sum.linear += force;
+        } else {
+            let arm = fruit(fruit_at(k), FRUIT_ARM).xyz;
+            let force = (at_joint + cross(tip.angular, arm)) * fruit(fruit_at(k), FRUIT_REACTION).w;
+            sum.angular += cross(arm, force);
+            sum.linear += force;
+        }
     }
     return sum;
 }

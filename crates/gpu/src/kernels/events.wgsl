@@ -135,19 +135,24 @@ fn is_of_broken_limb(first_word: u32, fourth_word: u32) -> bool {
     return (states[operation_at(fourth_word >> FOURTH_PARENT_ROW)] & STATE_BREAKING) != 0u;
 }
 
-// Detaches the fruit whose stems were over a limit for enough frames.
+// Detaches the fruit whose stems were over a limit for enough frames, or have worn out.
 fn detach() {
     let count_of_fruit = bitcast<u32>(world(WORLD_FRUIT));
     for (var row = 0u; row < count_of_fruit; row++) {
         let at = fruit_at(row);
         let stem = read_stem(at);
         let frames = stem.frames_over;
-        let is_over = (frames & 0xffu) >= rules.tension_frames || (frames >> 8u) >= rules.pull_frames;
+        var is_over = (frames & 0xffu) >= rules.tension_frames || (frames >> 8u) >= rules.pull_frames;
+        if STEMS {
+            is_over = frames != 0u;
+        }
         if stem.stiffness == 0.0 || !is_over {
             continue;
         }
-        // From now on the angular velocity stands there.
-        set_fruit(at, FRUIT_ARM, vec4f(0.0));
+        // From now on the angular velocity stands there: that of a stem that bends does so already.
+        if !STEMS {
+            set_fruit(at, FRUIT_ARM, vec4f(0.0));
+        }
         set_fruit(at, FRUIT_P, vec4f(stem.p, bitcast<f32>(rules.frame)));
         count(WORLD_DETACHED);
     }

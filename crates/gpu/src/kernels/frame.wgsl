@@ -2,6 +2,8 @@
 
 // True for the settling steps of worlds that are reset: each substep starts at rest, and the other worlds are left alone.
 override SETTLES: bool = false;
+// True if the wind acts in these steps.
+override BLOWS: bool = false;
 
 var<workgroup> notices: array<u32, LANES * WARPS>;
 var<workgroup> peaks: array<f32, LANES * WARPS>;
@@ -33,6 +35,14 @@ fn frame(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
                 }
             }
             storageBarrier();
+        }
+        if BLOWS {
+            if step == 0u {
+                if runs {
+                    blow(warp);
+                }
+                storageBarrier();
+            }
         }
     }
     conclude(thread, runs);

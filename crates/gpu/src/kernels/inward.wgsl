@@ -44,6 +44,12 @@ fn inward(part: u32) {
     if MODAL {
         next_time = awaited(vec4f(damper_time(dampers, end - 1u))).x;
     }
+    var airs = 0u;
+    var next_air = vec4f(0.0);
+    if BLOWS {
+        airs = airs_at();
+        next_air = awaited(link(air_at(airs, end - 1u), AIR_IMPULSE));
+    }
     var tip = awaited_motion(leaf_at((next_operation.z >> THIRD_LEAF) & 0x3ffu), 0u);
     var next_tip: Packed;
     for (var row = end; row > start;) {
@@ -52,6 +58,7 @@ fn inward(part: u32) {
         let operation = next_operation;
         let bits = next_bits;
         let time = next_time;
+        let air = next_air;
         // The load in the slot first, then the loads of other parts. One loop: each copy of its code would have to be fetched.
         let taken = select(0u, 1u, (operation.y & SECOND_TAKES) != 0u);
         let loads = taken + ((operation.y >> SECOND_LOADS) & 0x3fu);
@@ -68,6 +75,9 @@ fn inward(part: u32) {
         if MODAL {
             next_time = damper_time(dampers, ahead);
         }
+        if BLOWS {
+            next_air = link(air_at(airs, ahead), AIR_IMPULSE);
+        }
         let is_active = (operation.x & FIRST_ACTIVE) != 0u;
         // Then the next row does not continue this one: its motion is read from the leaf before.
         let gives = !is_active
@@ -80,16 +90,36 @@ fn inward(part: u32) {
             continue;
         }
         let is_debris = (bits & STATE_DEBRIS) != 0u;
-        let drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
+        var drag = select(vec2f(rules.linear_drag, rules.angular_drag), vec2f(rules.broken_linear_drag, rules.broken_angular_drag), is_debris);
+        // Broken limbs feel still air.
+        let is_blown = select(false, !is_debris, BLOWS);
+        if is_blown {
+            drag.x = air.w;
+        }
         let body = body_inward(own, tip, drag);
         var torque = body.torque;
         var force = body.force;
+        if is_blown {
+            torque += cross(body.d * 0.5, air.xyz);
+            force += air.xyz;
+        }
         let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
         let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
         for (var k = first_fruit; k < last_fruit; k++) {
             let stem = fruit_at(k);
-            let arm = fruit(stem, FRUIT_ARM).xyz;
-            let last = fruit(stem, FRUIT_REACTION);
+            if STEMS {
+                let rod = read_borne(stem);
+                borne = plus_borne(borne, rod, body.d);
+                torque += rod.torque;
+                force += rod.force;
+                continue;
+            }
+            let from_joint = fruit(stem, FRUIT_ARM);
+            let arm = from_joint.xyz;
+            var last = fruit(stem, FRUIT_REACTION);
+            if BLOWS {
+                last = in_wind(stem, last, from_joint.w);
+            }
             let reaction = last.xyz;
             borne = plus_point_mass(borne, last.w, arm - body.d);
             torque += cross(arm, reaction);

@@ -73,6 +73,13 @@ fn e_to(x: f32) -> f32 {
     return (fma(p * r, r, r) + 1.0) * bitcast<f32>(u32(i32(power) + 127) << 23u);
 }
 
+// (atan(t) / t - 1) / t^2 by the square of t, up to that of the tangent of 22.5 degrees.
+fn angle_rest(z: f32) -> f32 {
+    var p = fma(8.05374449538e-2, z, -1.38776856032e-1);
+    p = fma(p, z, 1.99777106478e-1);
+    return fma(p, z, -3.33329491539e-1);
+}
+
 // Of the point (x, y) with y not below zero.
 fn angle_of(y: f32, x: f32) -> f32 {
     let a = abs(x);
@@ -86,9 +93,6 @@ fn angle_of(y: f32, x: f32) -> f32 {
         t = (y - a) / (y + a);
     }
     let z = t * t;
-    var p = fma(8.05374449538e-2, z, -1.38776856032e-1);
-    p = fma(p, z, 1.99777106478e-1);
-    p = fma(p, z, -3.33329491539e-1);
-    let angle = start + fma(p * z, t, t);
+    let angle = start + fma(angle_rest(z) * z, t, t);
     return select(angle, PI - angle, x < 0.0);
 }

@@ -59,7 +59,12 @@ fn energy_of(part: u32) -> f32 {
         let first_fruit = (operation.z >> THIRD_FIRST_FRUIT) & 0xfffu;
         let last_fruit = first_fruit + ((operation.z >> THIRD_FRUIT) & 0x3fu);
         for (var k = first_fruit; k < last_fruit; k++) {
-            energy += energy_of_fruit(read_stem(fruit_at(k)), at_joint.axes, p_joint, (bits & STATE_DEBRIS) != 0u);
+            let stem = read_stem(fruit_at(k));
+            if STEMS {
+                energy += energy_on_rod(stem, read_rod(fruit_at(k)), at_joint, p_joint);
+            } else {
+                energy += energy_of_fruit(stem, at_joint.axes, p_joint, (bits & STATE_DEBRIS) != 0u);
+            }
         }
         if (operation.x & FIRST_TO_SLOT) != 0u {
             set_fork(slot_at((operation.x >> FIRST_SLOT) & 0xffu), tip);
@@ -69,6 +74,21 @@ fn energy_of(part: u32) -> f32 {
         }
     }
     return energy;
+}
+
+// Of a fruit and its rod, which stays when the fruit has come off.
+fn energy_on_rod(stem: Stem, rod: Rod, own: Motion, p_joint: vec3f) -> f32 {
+    let inertia = BALL * stem.mass * stem.radius * stem.radius;
+    let direction = direction_of(rod.q, rod.rest);
+    let bent = deflection(rod, direction);
+    let bend = angle_of(sqrt(bent.square_sine), bent.cosine);
+    let w = own.w + in_world(own.axes, rod.rate);
+    let stretch = stem.p - (p_joint + in_world(own.axes, stem.anchor - direction * stem.drop));
+    let spin = select(stem.arm, vec3f(0.0), stem.stiffness > 0.0);
+    return stem.mass * (0.5 * dot(stem.v, stem.v) + rules.gravity * stem.p.z)
+        + 0.5 * inertia * (dot(w, w) + dot(spin, spin))
+        + 0.5 * (rules.stem_bending * bend * bend + rules.stem_twisting * bent.twist * bent.twist)
+        + 0.5 * stem.stiffness * dot(stretch, stretch);
 }
 
 fn energy_of_fruit(stem: Stem, axes: Axes, p_joint: vec3f, is_debris: bool) -> f32 {

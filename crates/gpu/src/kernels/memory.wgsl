@@ -29,6 +29,21 @@ struct Rules {
     spin_loss: f32,
     wood_stiffness: f32,
     wood_friction: f32,
+    stem_bending: f32,
+    stem_twisting: f32,
+    stem_bent: f32,
+    stem_wear: f32,
+    stem_exponent: f32,
+    stem_least_load: f32,
+    waves: u32,
+    wind_x: f32,
+    wind_y: f32,
+    canopy: f32,
+    attenuation: f32,
+    displacement: f32,
+    roughness: f32,
+    profile: f32,
+    folding_speed: f32,
 }
 
 @group(0) @binding(0) var<uniform> rules: Rules;
@@ -64,7 +79,7 @@ fn enter(tile: u32, warp: u32, lane_of_tile: u32) {
     lane = lane_of_tile;
     operations_at = header(TILE_ROWS) * LANES + lane;
     links_at = header(TILE_LINKS) + lane;
-    fruits_at = header(TILE_FRUIT) * (FRUIT_FIELDS / QUAD * LANES) + lane;
+    fruits_at = header(TILE_FRUIT) * quads_of_fruit() + lane;
     works_at = header(TILE_WORK) + lane;
     leaves_at = header(TILE_LEAVES) + lane;
     slots_at = header(TILE_SLOTS) + warp * header(TILE_SLOTS_EACH) * (FORK_FIELDS / QUAD * LANES) + lane;
@@ -102,8 +117,23 @@ fn set_link(at: u32, field: u32, value: vec4f) {
     links[at + field / QUAD * LANES] = value;
 }
 
+// True if fruit hang on stems that bend.
+override STEMS: bool = false;
+// True if a wind blows.
+override WIND: bool = false;
+
+// First field of the gust in a row of fruit.
+fn gust_field() -> u32 {
+    return select(FRUIT_FIELDS, ROD_FIELDS, STEMS);
+}
+
+// Quads of a row of fruit in all lanes.
+fn quads_of_fruit() -> u32 {
+    return (gust_field() + select(0u, GUST_FIELDS, WIND)) / QUAD * LANES;
+}
+
 fn fruit_at(row: u32) -> u32 {
-    return fruits_at + row * (FRUIT_FIELDS / QUAD * LANES);
+    return fruits_at + row * quads_of_fruit();
 }
 
 fn fruit(at: u32, field: u32) -> vec4f {
@@ -145,6 +175,26 @@ fn dampers_at() -> u32 {
 // Damping over stiffness of the joint of a row [s]; `at` is that of `dampers_at`.
 fn damper_time(at: u32, row: u32) -> f32 {
     return links[at + row * (DAMPER_FIELDS / QUAD * LANES)].x;
+}
+
+// First quad of the air at the links, behind the dampers; in worlds without wind nothing is there.
+fn airs_at() -> u32 {
+    return dampers_at() + header(TILE_STARTS + PARTS) * (select(0u, DAMPER_FIELDS, MODAL) / QUAD * LANES);
+}
+
+// First quad of the air at the link of a row; `at` is that of `airs_at`. It is read as the link is.
+fn air_at(at: u32, row: u32) -> u32 {
+    return at + row * (AIR_FIELDS / QUAD * LANES);
+}
+
+// First quad of the waves of the gusts, behind the air.
+fn waves_at() -> u32 {
+    return air_at(airs_at(), select(0u, header(TILE_STARTS + PARTS), WIND));
+}
+
+// First quad behind the waves.
+fn behind_waves_at() -> u32 {
+    return waves_at() + select(0u, rules.waves, WIND) * (WAVE_FIELDS / QUAD * LANES);
 }
 
 fn p_trunk() -> vec3f {

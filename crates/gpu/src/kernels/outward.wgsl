@@ -110,6 +110,16 @@ fn outward(part: u32, mode: u32) {
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             var stem = read_stem(at);
+            if STEMS {
+                var rod = read_rod(at);
+                if mode != LOOK {
+                    let ended = rod_end(at, stem, rod, tip.old, tip.turn, shift);
+                    stem = ended.stem;
+                    rod = ended.rod;
+                }
+                rod_start(at, stem, rod, at_joint, p_joint, mode);
+                continue;
+            }
             if mode != LOOK {
                 stem = stem_end(at, stem, tip.turn, shift);
             }
@@ -120,6 +130,11 @@ fn outward(part: u32, mode: u32) {
         }
         if mode == TEST {
             test_joint(row, bits, own, limit);
+        }
+        if BLOWS {
+            if mode != ADVANCE {
+                expose(row, at_joint.axes.z, p_joint + d * 0.5, at_joint.v + v_d * 0.5);
+            }
         }
         if is_debris {
             let lift = select(tip.shift.z, 0.0, mode == LOOK);
@@ -222,7 +237,11 @@ fn test_stem(at: u32, stem: Stem, stretch: f32) {
     if stem.stiffness > 0.0 {
         let longest = rules.tension_factor * stem.threshold / stem.stiffness;
         let tension = select(0u, min((stem.frames_over & 0xffu) + 1u, 0xffu), stretch > longest * longest);
-        let is_pulled = dot(stem.force, stem.force) > stem.threshold * stem.threshold;
+        var force = stem.force;
+        if BLOWS {
+            force += gust_on(at) * (stem.mass / rules.h);
+        }
+        let is_pulled = dot(force, force) > stem.threshold * stem.threshold;
         let pull = select(0u, min(((stem.frames_over >> 8u) & 0xffu) + 1u, 0xffu), is_pulled);
         set_fruit(at, FRUIT_FORCE, vec4f(stem.force, bitcast<f32>(tension | (pull << 8u))));
         if tension >= rules.tension_frames || pull >= rules.pull_frames {

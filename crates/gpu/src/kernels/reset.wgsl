@@ -15,6 +15,7 @@ fn reset(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     set_world(WORLD_SNAPPED, 0.0);
     set_world(WORLD_DETACHED, 0.0);
     set_world(WORLD_PEAK, 0.0);
+    set_world(WORLD_BEGAN, bitcast<f32>(rules.frame));
 }
 
 // Removes breaks, and sets all angles and rates to zero.
@@ -28,7 +29,7 @@ fn straighten() {
     }
 }
 
-// Removes forces on fruit, and puts fruit under their stems, on the links that `place_links` has placed.
+// Removes forces on fruit, straightens and mends stems, and puts fruit under them, on the links that `place_links` has placed.
 fn hang_fruit() {
     let rows = header(TILE_STARTS + PARTS);
     for (var row = 0u; row < rows; row++) {
@@ -43,11 +44,20 @@ fn hang_fruit() {
         for (var k = first_fruit; k < last_fruit; k++) {
             let at = fruit_at(k);
             set_fruit(at, FRUIT_FORCE, vec4f(0.0));
+            if STEMS {
+                set_fruit(at, ROD_Q, vec4f(0.0, 0.0, 0.0, 1.0));
+                set_fruit(at, ROD_RATE, vec4f(0.0));
+                set_fruit(at, ROD_REST, vec4f(fruit(at, ROD_REST).xyz, 0.0));
+            }
             if fruit(at, FRUIT_STIFFNESS).x > 0.0 {
                 let anchor = fruit(at, FRUIT_ANCHOR);
                 let arm = own.axes.x * anchor.x + own.axes.y * anchor.y + own.axes.z * anchor.z;
                 var p = p_joint + arm;
-                p.z += anchor.w;
+                if STEMS {
+                    p -= in_world(own.axes, fruit(at, ROD_REST).xyz) * anchor.w;
+                } else {
+                    p.z += anchor.w;
+                }
                 set_fruit(at, FRUIT_P, vec4f(p, 0.0));
                 set_fruit(at, FRUIT_V, vec4f(0.0));
             }

@@ -74,9 +74,10 @@ fn stem_start(at: u32, stem: Stem, own: Motion, p: vec3f, is_debris: bool) -> f3
     reaction.z += h * select(0.0, stem.bias, is_live);
     let size = length(reaction);
     let largest = h * select(UNBOUNDED, stem.cap, is_live);
-    let is_capped = size > largest;
+    // Wind comes on top of the reaction before it is capped (`in_wind`).
+    let is_capped = select(size > largest, false, BLOWS);
     set_fruit(at, FRUIT_V, vec4f(stem.v, inverse_mass));
-    set_fruit(at, FRUIT_ARM, vec4f(select(stem.arm, arm, hangs), 0.0));
+    set_fruit(at, FRUIT_ARM, vec4f(select(stem.arm, arm, hangs), select(0.0, largest, BLOWS)));
     set_fruit(
         at,
         FRUIT_REACTION,
@@ -94,18 +95,27 @@ fn stem_end(at: u32, from_stem: Stem, turn: vec3f, shift: vec3f) -> Stem {
     if stem.stiffness > 0.0 {
         let kappa = h * (stem.damping + h * stem.stiffness);
         impulse += (shift + cross(turn, stem.arm)) * kappa;
+        if BLOWS {
+            impulse += gust_on(at) * stem.mass;
+        }
     } else {
         let met = ground_impulse(stem);
         impulse += met.impulse;
         // `stem_start` writes it.
         stem.arm = met.spin;
     }
+    return moved(at, stem, impulse);
+}
+
+// The fruit after an impulse over a substep.
+fn moved(at: u32, from_stem: Stem, impulse: vec3f) -> Stem {
+    var stem = from_stem;
     stem.v += impulse * stem.inverse_mass;
-    stem.p += stem.v * h;
+    stem.p += stem.v * rules.h;
     if SETTLES {
         stem.v = vec3f(0.0);
     }
-    // `stem_start` writes the velocity.
+    // What starts the next substep writes the velocity.
     set_fruit(at, FRUIT_P, vec4f(stem.p, stem.came_off));
     return stem;
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Member, Memory, Place, fruit_rows};
 use crate::Solver;
-use crate::layout::{LANES, QUAD, damper, fork, fruit, krylov, leaf, link, load, push, tile, work, world};
+use crate::layout::{LANES, QUAD, fork, krylov, leaf, link, load, push, tile, wave, work, world};
 use crate::schedule::{PARTS, Schedule, WARPS};
 
 /// Number of lanes whose quads are 32 bytes together, the smallest unit that a graphics card reads: they belong to one tile.
@@ -86,7 +86,7 @@ impl Memory {
         let block = Block {
             rows: starting_at(self.operations.len() / LANES, rows),
             links: starting_at(self.links.len(), rows * link::FIELDS * LANES),
-            fruit_rows: starting_at(self.fruit.len() / (fruit::FIELDS * LANES), fruit_rows),
+            fruit_rows: starting_at(self.fruit.len() / (self.laws.fruit_fields() * LANES), fruit_rows),
         };
         header[tile::ROWS] = block.rows.start as u32;
         header[tile::FRUIT] = block.fruit_rows.start as u32;
@@ -109,15 +109,17 @@ impl Memory {
         self.work.resize(at * QUAD, 0.0);
         self.operations.resize(self.operations.len() + rows * LANES, [0; 4]);
         self.states.resize(self.operations.len(), 0);
-        let dampers = if self.laws.modal { damper::FIELDS } else { 0 };
+        let [dampers, airs] = self.laws.behind_links();
         let of_row = link::FIELDS
             + dampers
+            + airs
             + match self.solver {
                 Solver::Aba => 0,
                 Solver::ConjugateGradients => krylov::FIELDS,
             };
-        self.links.resize(self.links.len() + rows * of_row * LANES, 0.0);
-        self.fruit.resize(self.fruit.len() + fruit_rows * fruit::FIELDS * LANES, 0.0);
+        let waves = self.rules.waves as usize * wave::FIELDS;
+        self.links.resize(self.links.len() + (rows * of_row + waves) * LANES, 0.0);
+        self.fruit.resize(self.fruit.len() + fruit_rows * self.laws.fruit_fields() * LANES, 0.0);
         let mut lane = 0;
         for (members, rows) in tiles.iter().zip(of_tiles) {
             for (field, start) in header[tile::STARTS..].iter_mut().zip(rows.starts) {

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use orchard_batch::Plant;
+use orchard_batch::{Plant, StemMotion};
 use orchard_multibody::Data;
 
 use super::{Member, Memory, quad_at};
-use crate::layout::{LANES, UNBOUNDED, fruit};
+use crate::layout::{LANES, UNBOUNDED, fruit, rod};
 use crate::schedule::MOST_FRUIT_ROWS;
 
 /// Mass in a row without fruit, which keeps its inverse finite [kg].
@@ -37,7 +37,7 @@ impl Memory {
     /// Sets the mass of the rows of a block that have no fruit.
     pub(super) fn pad_fruit(&mut self, rows: Range<usize>) {
         for (row, lane) in rows.flat_map(|row| (0..LANES).map(move |lane| (row, lane))) {
-            let mass = quad_at(row * fruit::FIELDS + fruit::MASS, lane);
+            let mass = quad_at(row * self.laws.fruit_fields() + fruit::MASS, lane);
             if self.fruit[mass] == 0.0 {
                 self.fruit[mass] = PADDING_MASS;
             }
@@ -61,7 +61,18 @@ pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)>
         numbers.push((fruit::P + k, data.point_p_world[at][k]));
         numbers.push((fruit::V + k, data.point_v_world[at][k]));
     }
-    if let Some(tether) = point.tether.as_ref().filter(|_| data.tethered[at]) {
+    let hangs = data.tethered[at];
+    if !hangs {
+        numbers.extend((0..3).map(|k| (fruit::ARM + k, data.point_w_world[at][k])));
+    }
+    let Some(tether) = &point.tether else { return numbers };
+    if let Some(motion) = StemMotion::of(plant, data, i) {
+        numbers.push((fruit::DROP, -tether.p_body.z));
+        numbers.extend(on_rod(plant, i, motion));
+        if hangs {
+            numbers.extend([(fruit::STIFFNESS, tether.stiffness), (fruit::DAMPING, tether.damping)]);
+        }
+    } else if hangs {
         numbers.extend([
             (fruit::DROP, tether.offset_world.z),
             (fruit::CAP, data.reaction_cap[at].min(f64::from(UNBOUNDED))),
@@ -70,8 +81,26 @@ pub(super) fn numbers(plant: &Plant, data: &Data, i: usize) -> Vec<(usize, f64)>
             (fruit::DAMPING, tether.damping),
         ]);
         numbers.extend((0..3).map(|k| (fruit::ANCHOR + k, tether.p_body[k])));
-    } else {
-        numbers.extend((0..3).map(|k| (fruit::ARM + k, data.point_w_world[at][k])));
     }
+    numbers
+}
+
+/// Fields of a fruit's rod, which stays when the fruit has come off.
+fn on_rod(plant: &Plant, i: usize, motion: StemMotion) -> Vec<(usize, f64)> {
+    let (Some(id), grown) = (plant.fruit.stem(i), &plant.fruit.fruit[i]) else { return Vec::new() };
+    let [bending, twisting] = plant.fruit.stem_damping(i);
+    let mut numbers = vec![
+        (rod::BENDING_DAMPING, bending),
+        (rod::TWISTING_DAMPING, twisting),
+        (rod::PER_TWIST, 1.0 / grown.twist_strength),
+        (rod::PER_SPUR, 1.0 / grown.spur_strength),
+    ];
+    let anchor = plant.model.body(id).x_parent_joint.translation.vector;
+    for k in 0..3 {
+        numbers.push((fruit::ANCHOR + k, anchor[k]));
+        numbers.push((rod::RATE + k, motion.rate[k]));
+        numbers.push((rod::REST + k, motion.rest[k]));
+    }
+    numbers.extend((0..4).map(|k| (rod::Q + k, motion.rotation[k])));
     numbers
 }

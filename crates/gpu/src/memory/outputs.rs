@@ -1,11 +1,18 @@
 //! Results of a world on the host: status, losses and state.
 
-use orchard_batch::{Fault, Plant, Quarantine, Status};
+use orchard_batch::{Fault, Plant, Quarantine, Status, StemMotion};
+use orchard_fruit::Release;
 use orchard_geometry::Vec3;
 use orchard_multibody::Data;
 
 use super::{Memory, Place};
-use crate::layout::{fruit, link, state, world};
+use crate::layout::{fruit, link, rod, state, world};
+
+/// Way in which a stem gave way ([`rod::RELEASE`]); `None` while it holds.
+fn release_of(bits: u32) -> Option<Release> {
+    const WAYS: [Release; 4] = [Release::Pull, Release::Bend, Release::Twist, Release::Spur];
+    bits.checked_sub(1).and_then(|way| WAYS.get(way as usize).copied())
+}
 
 impl Memory {
     /// Status of a world.
@@ -21,9 +28,10 @@ impl Memory {
                 bad(self.links[self.link_at(place.tile, place.rows[segment], field, place.lane)])
             })
         });
+        let of_stem = if self.laws.stems { rod::Q..rod::ZONE_WEAR } else { 0..0 };
         let fruit = || {
             (0..place.fruit_rows.len()).find(|&i| {
-                (fruit::P..fruit::P + 6).any(|field| {
+                (fruit::P..fruit::P + 6).chain(of_stem.clone()).any(|field| {
                     bad(self.fruit[self.fruit_at(place.tile, place.fruit_rows[i], field, place.lane)])
                 })
             })
@@ -35,13 +43,15 @@ impl Memory {
         Status::Quarantined(Quarantine { frame, fault })
     }
 
-    /// Frames in which each joint of a world broke and in which each fruit came off; 0 if that has not happened.
-    pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<u32>) {
+    /// Frames in which each joint of a world broke, and in which each fruit came off, and how; frame 0 if that has not happened.
+    pub fn lost(&self, index: usize) -> (Vec<u32>, Vec<(u32, Option<Release>)>) {
         let Place { tile, lane, rows, fruit_rows, .. } = &self.places[index];
         let broke = rows.iter().map(|&row| self.states[self.operation_at(*tile, row, *lane)] >> state::BROKE);
-        let off = fruit_rows
-            .iter()
-            .map(|&row| self.fruit[self.fruit_at(*tile, row, fruit::CAME_OFF, *lane)].to_bits());
+        let off = fruit_rows.iter().map(|&row| {
+            let bits = |field: usize| self.fruit[self.fruit_at(*tile, row, field, *lane)].to_bits();
+            let release = if self.laws.stems { release_of(bits(rod::RELEASE)) } else { None };
+            (bits(fruit::CAME_OFF), release)
+        });
         (broke.collect(), off.collect())
     }
 
@@ -72,6 +82,10 @@ impl Memory {
             let vector = |field: usize| Vec3::from_fn(|k, _| number(field + k));
             data.point_p_world[point] = vector(fruit::P);
             data.point_v_world[point] = vector(fruit::V);
+            if self.laws.stems {
+                let rotation = [0, 1, 2, 3].map(|k| number(rod::Q + k));
+                StemMotion::store(plant, data, i, rotation, vector(rod::RATE));
+            }
             data.tethered[point] = number(fruit::STIFFNESS) != 0.0 && number(fruit::CAME_OFF) == 0.0;
             if !data.tethered[point] {
                 data.point_w_world[point] = vector(fruit::ARM);

@@ -77,10 +77,15 @@ pub(crate) fn e_to(x: f32) -> f32 {
     ((p * r).mul_add(r, r) + 1.0) * f32::from_bits(((power as i32 + 127) as u32) << 23)
 }
 
+/// (atan(t) / t - 1) / t^2 by the square of t, up to that of the tangent of 22.5 degrees (Cephes).
+fn angle_rest(z: f32) -> f32 {
+    const P: [f32; 4] = [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1];
+    polynomial(&P, z)
+}
+
 /// Angle of the point (x, y), y >= 0 (Cephes). A built-in function may err by 4096 units in the last place.
 pub(crate) fn angle_of(y: f32, x: f32) -> f32 {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    const P: [f32; 4] = [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1];
     let a = x.abs();
     let (start, t) = if y > TANGENTS[1] * a {
         (FRAC_PI_2, -a / y)
@@ -90,7 +95,7 @@ pub(crate) fn angle_of(y: f32, x: f32) -> f32 {
         (0.0, y / a.max(TINY))
     };
     let z = t * t;
-    let angle = start + (polynomial(&P, z) * z).mul_add(t, t);
+    let angle = start + (angle_rest(z) * z).mul_add(t, t);
     if x < 0.0 { PI - angle } else { angle }
 }
 

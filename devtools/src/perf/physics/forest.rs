@@ -7,7 +7,7 @@ use orchard_batch::TreeWorld;
 use orchard_exchange::mjcf;
 use orchard_fruit::{Fruit, place};
 use orchard_spec::tree::Grammar;
-use orchard_spec::{Purpose, Spec, Stream};
+use orchard_spec::{Preset, Purpose, Spec, Stream};
 use orchard_treegen::{Segment, Skeleton, grow};
 use rayon::prelude::*;
 
@@ -18,6 +18,10 @@ const KICK: f64 = 1.0;
 /// Largest relative difference between lengths and radii of siblings; their wood is the same.
 const SIBLING_LENGTH: f64 = 0.1;
 const SIBLING_RADIUS: f64 = 0.05;
+
+/// Strengths of stems that bend, beside the pull that a tether bears: medians of the preset `calibrated` [N m, N].
+const TWIST: f64 = 0.0961;
+const SPUR: f64 = 113.0;
 
 /// A tree with its fruit, not yet in a model.
 #[derive(Debug, Clone)]
@@ -91,6 +95,62 @@ impl Planting {
             segment.radius *= stream.uniform(1.0 - SIBLING_RADIUS, 1.0 + SIBLING_RADIUS);
         }
         sibling
+    }
+}
+
+/// Mean wind in the rows about wind, at the height of the canopy [m/s].
+const WIND: f64 = 5.0;
+
+/// Air and hold of the fruit of timed trees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// On tethers in still air, as in `paper`.
+    Tethers,
+    /// On stems that bend, in still air.
+    Stems,
+    /// On such stems in wind.
+    StemsInWind,
+}
+
+impl Hold {
+    /// All, those without the others' cost first.
+    pub const ALL: [Self; 3] = [Self::Tethers, Self::Stems, Self::StemsInWind];
+
+    /// Name in a row.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tethers => "tethers",
+            Self::Stems => "stems",
+            Self::StemsInWind => "stems_in_wind",
+        }
+    }
+
+    /// Worlds of one tree whose fruit are held so, with dimensions of their own and kicked: the same wood, fruit and kicks in each kind.
+    pub fn worlds(self, tree: &Planting, count: usize) -> anyhow::Result<Vec<TreeWorld>> {
+        let mut spec = Spec::clone(&tree.spec);
+        let measured = Spec::preset(Preset::Calibrated);
+        if self != Self::Tethers {
+            spec.fruit.stem = measured.fruit.stem;
+        }
+        if self == Self::StemsInWind {
+            let mut wind = measured.wind.context("the preset calibrated has no table [wind]")?;
+            wind.speed = wind.speed.with_value(WIND).map_err(anyhow::Error::msg)?;
+            spec.wind = Some(wind);
+        }
+        let spec = Arc::new(spec);
+        (0..count as u32)
+            .into_par_iter()
+            .map(|index| {
+                let Planting { skeleton, mut fruit, .. } = tree.sibling(index);
+                // Tethers have no other strengths.
+                for fruit in &mut fruit {
+                    (fruit.twist_strength, fruit.spur_strength) = (TWIST, SPUR);
+                }
+                let mut world = TreeWorld::drawn(spec.clone(), &skeleton, fruit, SEED, index)?;
+                kick(&mut world.data_mut().v, index);
+                Ok(world)
+            })
+            .collect()
     }
 }
 

@@ -169,9 +169,6 @@ fn report(scaling: &Scaling, rules: &ScalingRules) -> String {
     for solver in &scaling.left_out {
         text += &format!("\nthis build lacks the solver {}: {}\n", solver.name(), solver.needs());
     }
-    if !scaling.simplified.is_empty() {
-        text += &format!("\na graphics device leaves out {}\n", scaling.simplified.join(", "));
-    }
     let unfinite: u32 = scaling.rows.iter().map(|row| row.unfinite).sum();
     if unfinite > 0 {
         text += &format!("\nWRONG: {unfinite} worlds were not finite at the end of a course\n");

@@ -1,0 +1,62 @@
+//! Rows of trees whose fruit hang on stems that bend, in still air and in wind, beside the same trees with fruit on tethers.
+
+use orchard_batch::TreeWorld;
+use orchard_gpu::{Gpu, GpuBatch};
+use rayon::prelude::*;
+
+use super::super::physics::forest::{Hold, Planting, kick};
+use super::super::timing::{Rounds, Side, alternate};
+use super::{FRAMES, ROUNDS, WARM_UP, rate_of, wake};
+use orchard_program::rows::Row;
+
+/// Target: share of the rate on tethers.
+const SHARE: f64 = 0.8;
+
+/// Rates of `worlds` worlds that repeat `kinds` trees, measured alternately, their shares, and the memory of a batch.
+pub fn rows(
+    gpu: &Gpu,
+    typical: &Planting,
+    kinds: usize,
+    worlds: usize,
+    substeps: f64,
+    awake: f64,
+) -> anyhow::Result<Vec<Row>> {
+    let mut batches = Vec::new();
+    for hold in Hold::ALL {
+        let grown = hold.worlds(typical, kinds.min(worlds))?;
+        let all: Vec<TreeWorld> = (0..worlds)
+            .into_par_iter()
+            .map(|index| {
+                let mut world = grown[index % grown.len()].clone();
+                kick(&mut world.data_mut().v, index as u32);
+                world
+            })
+            .collect();
+        batches.push(GpuBatch::new(gpu, &all)?);
+        if hold == Hold::Tethers {
+            wake(gpu, &all[0], awake)?;
+        }
+    }
+    let bytes: Vec<f64> = batches.iter().map(|batch| batch.bytes() as f64).collect();
+    let mut sides: Vec<Side<'_>> = Vec::new();
+    for batch in &mut batches {
+        batch.advance(WARM_UP);
+        batch.wait()?;
+        sides.push(Box::new(move || Ok(rate_of(batch, FRAMES)? * worlds as f64 * substeps)));
+    }
+    let figures: Vec<Rounds> = alternate(ROUNDS, &mut sides)?;
+    let mut rows = Vec::new();
+    for ((hold, own), bytes) in Hold::ALL.into_iter().zip(&figures).zip(bytes) {
+        let name = format!("gpu.{}_{worlds}", hold.name());
+        let rate = Row::measured(&name, own.median(), "substeps/s");
+        rows.push(Row { spread: Some(own.spread()), ..rate });
+        rows.push(Row::measured(&format!("{name}.memory"), bytes, "bytes"));
+        if hold != Hold::Tethers {
+            let shares = own.over(&figures[0]);
+            let share = Row::measured(&format!("{name}.share"), shares.median(), "1");
+            let share = if gpu.info().is_software { share } else { share.at_least(SHARE) };
+            rows.push(Row { spread: Some(shares.spread()), ..share });
+        }
+    }
+    Ok(rows)
+}
