@@ -317,11 +317,14 @@ fn values<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<V
     Ok(values)
 }
 
-/// Lists of one length, with the length; `None` if they have several.
+/// Length of lists, and their values one after another.
+type Lists<T> = (usize, Vec<T>);
+
+/// Lists of one length; `None` if they have several.
 fn lists<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,
-) -> Result<Option<(usize, Vec<T::T>)>, ParquetError> {
+) -> Result<Option<Lists<T::T>>, ParquetError> {
     let (mut values, mut defined, mut repeated) = (Vec::new(), Vec::new(), Vec::new());
     reader.read_records(rows, Some(&mut defined), Some(&mut repeated), &mut values)?;
     let width = values.len() / rows.max(1);
