@@ -104,8 +104,8 @@ impl Seen {
         action[n - 4] = (drive * self.goal_base.x) as f32;
         action[n - 3] = (drive * self.goal_base.y) as f32;
         if away < 1.2 * reach {
-            for i in 0..3 {
-                action[i] = (0.5 * self.to_goal_base[i] / step).clamp(-0.5, 0.5) as f32;
+            for (number, way) in action.iter_mut().zip(self.to_goal_base.iter()) {
+                *number = (0.5 * way / step).clamp(-0.5, 0.5) as f32;
             }
         }
         action[n - 1] = gripper;

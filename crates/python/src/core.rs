@@ -130,9 +130,12 @@ impl Core {
     fn observe_into(&self, py: Python<'_>, arrays: &Bound<'_, PyDict>) -> PyResult<()> {
         self.check_process()?;
         let (env, pool) = (&self.env, &self.pool);
-        buffers::with_numbers(env, arrays, |numbers| match buffers::is_much(&numbers) {
-            true => detached(py, || pool.install(|| buffers::fill(env, numbers))),
-            false => Ok(buffers::fill(env, numbers)),
+        buffers::with_numbers(env, arrays, |numbers| {
+            if buffers::is_much(&numbers) {
+                return detached(py, || pool.install(|| buffers::fill(env, numbers)));
+            }
+            buffers::fill(env, numbers);
+            Ok(())
         })
     }
 
