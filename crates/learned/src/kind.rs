@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 
 use crate::error::PolicyError;
 use crate::pilot::Pilot;
+use crate::policy::Policy;
 use crate::spec::Spec;
 use crate::wiring::Wiring;
 
@@ -35,14 +36,6 @@ pub struct LearnedKind {
     files: [(&'static str, Arc<[u8]>); 2],
     configs: Vec<(String, String)>,
     notes: Vec<String>,
-}
-
-/// What all controllers of a policy share.
-pub(crate) struct Policy {
-    pub network: Network,
-    pub wiring: Wiring,
-    pub encoding: Encoding,
-    pub spec: Spec,
 }
 
 impl LearnedKind {

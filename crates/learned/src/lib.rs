@@ -7,6 +7,7 @@
 mod error;
 mod kind;
 mod pilot;
+mod policy;
 mod spec;
 mod wiring;
 

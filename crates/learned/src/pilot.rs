@@ -8,7 +8,7 @@ use orchard_picker::{Controller, Record};
 use orchard_policy::{DepthReading, Motion, Reading};
 use orchard_robot::{Command, JointValues, Observation};
 
-use crate::kind::Policy;
+use crate::policy::Policy;
 
 /// Reads the sensors, asks the network, and carries out its actions frame by frame. It declares no attempts.
 pub(crate) struct Pilot {

@@ -1,0 +1,15 @@
+//! A policy that is ready to act.
+
+use orchard_network::Network;
+use orchard_policy::Encoding;
+
+use crate::spec::Spec;
+use crate::wiring::Wiring;
+
+/// What all controllers of a policy share.
+pub(crate) struct Policy {
+    pub network: Network,
+    pub wiring: Wiring,
+    pub encoding: Encoding,
+    pub spec: Spec,
+}
