@@ -150,6 +150,16 @@ fn settled(plantings: &[Planting]) -> anyhow::Result<Vec<TreeWorld>> {
         .collect()
 }
 
+/// `count` worlds that repeat the given trees, each with its own kick.
+fn repeated(kinds: &[TreeWorld], count: usize) -> Vec<TreeWorld> {
+    let world = |index: usize| {
+        let mut world = kinds[index % kinds.len()].clone();
+        kick(&mut world.data_mut().v, index as u32);
+        world
+    };
+    (0..count).into_par_iter().map(world).collect()
+}
+
 /// Frames of a whole batch per second, over some frames.
 fn rate_of(batch: &mut GpuBatch, frames: u32) -> anyhow::Result<f64> {
     let start = Instant::now();
@@ -171,14 +181,7 @@ struct Cell {
 impl Cell {
     /// Makes `count` worlds that repeat the given trees, each with its own kick.
     fn measure(gpu: &Gpu, kinds: &[TreeWorld], worlds: usize, awake: f64) -> anyhow::Result<Self> {
-        let all: Vec<TreeWorld> = (0..worlds)
-            .into_par_iter()
-            .map(|index| {
-                let mut world = kinds[index % kinds.len()].clone();
-                kick(&mut world.data_mut().v, index as u32);
-                world
-            })
-            .collect();
+        let all = repeated(kinds, worlds);
         let start = Instant::now();
         let mut batch = GpuBatch::new(gpu, &all)?;
         batch.wait()?;

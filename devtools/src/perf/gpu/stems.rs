@@ -1,12 +1,10 @@
 //! Rows of trees whose fruit hang on stems that bend, in still air and in wind, beside the same trees with fruit on tethers.
 
-use orchard_batch::TreeWorld;
 use orchard_gpu::{Gpu, GpuBatch};
-use rayon::prelude::*;
 
-use super::super::physics::forest::{Hold, Planting, kick};
+use super::super::physics::forest::{Hold, Planting};
 use super::super::timing::{Rounds, Side, alternate};
-use super::{FRAMES, ROUNDS, WARM_UP, rate_of, wake};
+use super::{FRAMES, ROUNDS, WARM_UP, rate_of, repeated, wake};
 use orchard_program::rows::Row;
 
 /// Target: share of the rate on tethers.
@@ -23,15 +21,7 @@ pub fn rows(
 ) -> anyhow::Result<Vec<Row>> {
     let mut batches = Vec::new();
     for hold in Hold::ALL {
-        let grown = hold.worlds(typical, kinds.min(worlds))?;
-        let all: Vec<TreeWorld> = (0..worlds)
-            .into_par_iter()
-            .map(|index| {
-                let mut world = grown[index % grown.len()].clone();
-                kick(&mut world.data_mut().v, index as u32);
-                world
-            })
-            .collect();
+        let all = repeated(&hold.worlds(typical, kinds.min(worlds))?, worlds);
         batches.push(GpuBatch::new(gpu, &all)?);
         if hold == Hold::Tethers {
             wake(gpu, &all[0], awake)?;
