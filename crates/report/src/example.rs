@@ -335,6 +335,7 @@ fn compute() -> Compute {
         env_steps_per_s: Some(1136.0),
         world_seconds_per_s: Some(18.9),
         peak_memory_mib: Some(212.0),
+        records_per_core_hour: Some(25.0),
         records: vec![RecordCost { file: "episodes/a.json".to_owned(), wall_s: Some(3.0) }],
     };
     let tasks = [
