@@ -39,6 +39,16 @@ fn young_and_mature_trees_stand() {
     }
 }
 
+/// Trees whose weak twigs a long step of the statics makes overshoot come to rest as well.
+#[test]
+fn weak_twigs_come_to_rest() {
+    let robot = Arc::new(RobotModel::paper());
+    for index in [2, 32, 42, 56] {
+        let world = World::new(Arc::new(Spec::preset(Preset::Calibrated)), robot.clone(), 1, index);
+        assert!(world.is_ok(), "world {index}: {:?}", world.err());
+    }
+}
+
 /// At rest no two hanging fruit of a cluster preset overlap by more than fruit that grew against each other, and few had to be left out for that.
 #[test]
 fn fruit_hang_beside_each_other() {
