@@ -11,7 +11,7 @@ use crate::config::SplitRules;
 /// Key of an episode: all inputs that determine it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DemoKey {
-    /// Layout version, [`crate::plan::SCHEMA_VERSION`].
+    /// Layout version.
     pub schema_version: u32,
     /// [`orchard_bench::CODE_VERSION`].
     pub code_version: String,

@@ -53,7 +53,7 @@ pub enum TableError {
     /// A column whose rows are not those of the table.
     #[error("column {0} does not have as many values as the table has rows")]
     Rows(String),
-    /// More values than [`MOST_VALUES`].
+    /// More values than a table may have.
     #[error("column {0} has more than {MOST_VALUES} values")]
     TooLarge(String),
     /// A column is missing.

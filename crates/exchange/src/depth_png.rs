@@ -80,7 +80,7 @@ pub fn write(depth: &DepthImage, unit: f64) -> Result<Vec<u8>, png::EncodingErro
     Ok(bytes)
 }
 
-/// Number of pixels that are measured and whose depth [`write`] writes as 0, since it does not fit.
+/// Number of pixels that are measured and whose depth [`write()`] writes as 0, since it does not fit.
 pub fn unfit(depth: &DepthImage, unit: f64) -> u64 {
     let is_unfit = |z: &&f32| **z > 0.0 && value(**z, unit) == 0;
     depth.pixels().iter().filter(is_unfit).count() as u64

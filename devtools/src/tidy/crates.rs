@@ -137,8 +137,8 @@ mod tests {
 
     #[test]
     fn a_crate_that_nobody_cleared_counts_as_one_with_truth() {
-        let errors = check(&[package("policy", &["input"]), package("input", &[])]);
-        assert_eq!(errors, ["crate policy depends on input: it may only use sensor data"]);
+        let errors = check(&[package("policy", &["exchange"]), package("exchange", &[])]);
+        assert_eq!(errors, ["crate policy depends on exchange: it may only use sensor data"]);
     }
 
     fn workspace_with(picker_dependencies: &str) -> Vec<Package> {
