@@ -249,9 +249,16 @@ pub(super) fn advance<S: Instructions>(
 
     // The rate in the link's axes, and the turn by it. One step of Newton's for the inverse root keeps the length 1.
     let changed = [dot(axes[0], change), dot(axes[1], change), dot(axes[2], change)];
-    let v = add(load3(simd, &stem[stem::V..]), changed);
-    let half_turn = scale(Lane::splat(simd, 0.5 * step.h), v);
-    let square = dot(half_turn, half_turn);
+    let mut v = add(load3(simd, &stem[stem::V..]), changed);
+    let (half, one) = (Lane::splat(simd, 0.5 * step.h), Lane::splat(simd, 1.0));
+    let mut half_turn = scale(half, v);
+    let mut square = dot(half_turn, half_turn);
+    // Only a stem without its fruit, on a limb that falls, turns by more than 2 rad in a substep; the series hold no further.
+    if square.any_above(one) {
+        let share = square.if_above(one, one / square.sqrt(), one);
+        (v, half_turn) = (scale(share, v), scale(share, half_turn));
+        square = dot(half_turn, half_turn);
+    }
     let (sine, cosine) = (polynomial(simd, &SINE_OVER, square), polynomial(simd, &COSINE, square));
     let by = scale(sine, half_turn);
     let (q, w) = (load3(simd, &stem[stem::Q..]), number(stem::Q + 3));
