@@ -285,8 +285,7 @@ fn breaking(gpu: &Gpu, count: u32) -> anyhow::Result<Events> {
     Events::of(batch, &mut worlds, is_landing)
 }
 
-/// Fruit pulled off stems that bend. A world is compared until a limb breaks: broken limbs of measured wood whip faster than 18 rad/s, from where on f64 takes
-/// velocity products otherwise.
+/// Fruit pulled off stems that bend. A world is compared until a limb breaks or a twig whips ([`FASTEST`]).
 fn releasing(gpu: &Gpu, spec: Spec, count: u32) -> anyhow::Result<Events> {
     let mut worlds = grown(spec, count, MEASURED_KICK)?;
     let mut batch = GpuBatch::new(gpu, &worlds)?;
@@ -301,7 +300,8 @@ fn releasing(gpu: &Gpu, spec: Spec, count: u32) -> anyhow::Result<Events> {
             world.data_mut().point_force_world[plant.fruit.points[fruit].index()] = force;
         }
     }
-    Events::of(batch, &mut worlds, |world| !world.rupture().breaks().is_empty())
+    let whips = |world: &TreeWorld| fastest_link(world) > FASTEST;
+    Events::of(batch, &mut worlds, |world| !world.rupture().breaks().is_empty() || whips(world))
 }
 
 impl Events {
