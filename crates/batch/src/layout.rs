@@ -30,7 +30,7 @@ pub(crate) mod link {
     pub const ARMATURE: usize = 13;
     /// h k of the joint [N m s].
     pub const H_STIFFNESS: usize = 14;
-    /// What the joint's rate counts in its impulse [kg m^2]: `ARMATURE`, or h d alone where the springs lead
+    /// Factor of the joint's rate in its impulse [kg m^2]: `ARMATURE`, or h d alone where the springs lead
     /// (`orchard_treephys::TreeBody::lead_springs`).
     pub const H_DAMPING: usize = 15;
     /// Joint angles \[rad\] (2).
@@ -148,7 +148,7 @@ pub(crate) mod stem {
     pub const SHARE_EXCESS: usize = 21;
     /// mu L / (P + a_b): share of the anchor's motion across the stem [1/m].
     pub const SHARE_SHIFT: usize = 22;
-    /// What the link bears: a point mass \[kg\] at a distance along the stem \[m\], mass along the stem alone \[kg\], and what is left of the rotational inertia, across
+    /// Inertia that the stem adds to its link: a point mass \[kg\] at a distance along the stem \[m\], mass along the stem alone \[kg\], and what is left of the rotational inertia, across
     /// the stem and its excess [kg m^2].
     pub const MASS: usize = 23;
     pub const REACH: usize = 24;
@@ -161,7 +161,7 @@ pub(crate) mod stem {
     pub const LEAST_LOAD: usize = 29;
     /// Rotation from the rest, in the link's axes (4: vector, scalar).
     pub const Q: usize = 30;
-    /// Its rate, in the link's axes [rad/s] (3).
+    /// Rate of the stem, in the link's axes [rad/s] (3).
     pub const V: usize = 34;
     /// Fields.
     pub const FIELDS: usize = 37;
@@ -169,13 +169,13 @@ pub(crate) mod stem {
 
 /// Intermediate numbers of a stem between the passes.
 pub(crate) mod stem_work {
-    /// Its direction (3).
+    /// Direction of the stem, world (3).
     pub const DIRECTION: usize = 0;
     /// Change of its rate if the link's velocity stays unchanged [rad/s] (3).
     pub const Y: usize = 3;
     /// Square of the larger load over its strength, of zone and spur, less `stem::LEAST_LOAD`.
     pub const OVER: usize = 6;
-    /// Where that is positive in any world: tension, its parts along and across the zone's axis \[N\], and torque about the stem [N m].
+    /// Loads on the zone, valid where `OVER` is positive in any world: tension, its parts along and across the zone's axis \[N\], and torque about the stem [N m].
     pub const LOAD: usize = 7;
     /// Fields.
     pub const FIELDS: usize = 11;

@@ -50,7 +50,7 @@ pub struct Plant {
     pub fruit: FruitSet,
     /// Settings of a substep.
     pub settings: StepSettings,
-    /// Its wind; `None` in still air.
+    /// Wind of the world; `None` in still air.
     pub weather: Option<Weather>,
     /// Static equilibrium of the whole tree with all its fruit.
     rest: Rest,

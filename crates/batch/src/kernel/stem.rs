@@ -43,9 +43,9 @@ fn about<S: Instructions>(across: Lane<S>, excess: Lane<S>, e: Lane3<S>, v: Lane
     axpy(excess * dot(e, v), e, scale(across, v))
 }
 
-/// How far a rod is bent and twisted, as `orchard_multibody::Deflection`.
+/// Bend and twist of a rod, as `orchard_multibody::Deflection` has them.
 struct Deflection<S: Instructions> {
-    /// Its direction, and torque of its spring over the substep [N m s], in the link's axes.
+    /// Direction of the rod, and torque of its spring over the substep [N m s], in the link's axes.
     direction: Lane3<S>,
     torque: Lane3<S>,
     twist: Lane<S>,

@@ -173,7 +173,7 @@ fields! {
         PER_TWIST = 47,
         /// Rotation from the rest, in the link's axes (4: vector, scalar).
         Q = 48,
-        /// Its rate, in the link's axes [rad/s] (3).
+        /// Rate of the stem, in the link's axes [rad/s] (3).
         RATE = 52,
         /// Share of the zone's life that has passed.
         ZONE_WEAR = 55,
