@@ -65,7 +65,7 @@ pub struct Args {
     /// Pictures a second, a divisor of 60 [default: as many as actions]
     #[arg(long, value_name = "HZ")]
     pixels_hz: Option<u32>,
-    /// Meaning of the arm's actions: joint_delta, joint_absolute
+    /// Meaning of the arm's actions: joint_delta, joint_absolute, ee_delta
     #[arg(long, value_name = "NAME", default_value = "joint_delta")]
     control: String,
     /// Actions a second, a divisor of 60
