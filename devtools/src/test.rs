@@ -115,21 +115,8 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
     let skipped = skipped.to_owned();
     vec![
         ("format", Box::new(|| cargo(&["fmt", "--all", "--check"], &[]))),
-        (
-            "clippy",
-            Box::new(|| {
-                // The Python package has no targets that need Python to be compiled.
-                let all = ["clippy", "--workspace", "--exclude", FUZZ, "--all-targets", "--quiet"];
-                cargo(&[&all[..], &["--", "-D", "warnings"]].concat(), &[])
-            }),
-        ),
-        (
-            "docs",
-            Box::new(|| {
-                let all = ["doc", "--workspace", "--exclude", "devtools", "--no-deps", "--quiet"];
-                cargo(&[&all[..], &APART].concat(), &[("RUSTDOCFLAGS", "-D warnings".as_ref())])
-            }),
-        ),
+        ("clippy", Box::new(|| cargo(&[&CLIPPY[..], &["--", "-D", WARNINGS]].concat(), &[]))),
+        ("docs", Box::new(docs)),
         (
             "tests",
             Box::new(move || {
@@ -143,6 +130,26 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
         ("gpu", Box::new(validate::check_gpu)),
         ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),
     ]
+}
+
+/// The Python package is among them: it has no targets that need Python to be compiled.
+const CLIPPY: [&str; 6] = ["clippy", "--workspace", "--exclude", FUZZ, "--all-targets", "--quiet"];
+const WARNINGS: &str = "warnings";
+
+/// Documents all libraries. Clippy's compiler is named with the options that it had in the step before: then cargo takes the crates as clippy
+/// checked them, and compiles none again.
+fn docs() -> Result<Verdict, Failure> {
+    let all = ["doc", "--workspace", "--no-deps", "--quiet"];
+    let compiler =
+        workspace::sysroot()?.join("bin").join(format!("clippy-driver{}", std::env::consts::EXE_SUFFIX));
+    // As cargo-clippy hands options on to it.
+    let options = ["-D", WARNINGS].map(|option| format!("{option}__CLIPPY_HACKERY__")).concat();
+    let variables = [
+        ("RUSTDOCFLAGS", "-D warnings".as_ref()),
+        ("RUSTC_WORKSPACE_WRAPPER", compiler.as_os_str()),
+        ("CLIPPY_ARGS", options.as_ref()),
+    ];
+    cargo(&[&all[..], &APART].concat(), &variables)
 }
 
 fn quick_steps(skipped: &std::path::Path) -> Result<Vec<Step>, Failure> {

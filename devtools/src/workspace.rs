@@ -16,6 +16,13 @@ pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
+/// The folder of Rust's compilers.
+pub fn sysroot() -> anyhow::Result<PathBuf> {
+    let output = std::process::Command::new("rustc").args(["--print", "sysroot"]).output();
+    let output = output.context("cannot run rustc")?;
+    Ok(PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
+}
+
 /// These tools as a program to call. It is a second name of the file that runs: cargo replaces the first one when it builds the tools again. The first
 /// call makes it, so whoever builds calls this before.
 pub fn tools() -> anyhow::Result<PathBuf> {

@@ -89,7 +89,7 @@ def test_spaces_are_those_of_the_interface():
     env = vector(2, obs=("state", "depth"), robot="fr3-fixed")
     names = [channel["name"] for channel in env.interface["action"]]
     assert env.single_action_space.shape == (len(names),) and names[-1] == "gripper", names
-    assert list(env.single_observation_space) == ["agent_pos", "agent_vel", "depth", "depth_time", "depth_valid", "forces"]
+    assert list(env.single_observation_space) == ["agent_pos", "agent_vel", "depth", "depth_time", "depth_valid", "forces", "tool_pose"]
     assert env.single_observation_space["depth"].shape == (144, 192)
     observations, _ = env.reset(seed=SEED)
     assert observations in env.observation_space

@@ -86,6 +86,18 @@ fn episodes_are_read_back_and_come_out_with_the_same_bytes() {
     }
 }
 
+/// What the controller saw beside the policy is not part of the state.
+#[test]
+fn stored_actions_lead_to_the_stored_state_without_images_too() {
+    for (control, depth) in [(Control::JointAbsolute, false), (Control::EeDelta, true)] {
+        let folder = tempfile::tempdir().unwrap();
+        let settings = Settings::of(Task::Reach);
+        let settings = Settings { spaces: Spaces { depth, control, ..settings.spaces }, ..settings };
+        run(&Plan::new(scenario(), settings, Via::Actions, vec![1, 2], 2).unwrap(), folder.path(), 2);
+        assert_eq!(verified(folder.path()), Verdict { episodes: 2, problems: Vec::new() });
+    }
+}
+
 #[test]
 fn a_run_continues_and_grows_and_does_not_depend_on_threads() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];

@@ -191,7 +191,7 @@ fn what_does_not_fit_is_named() {
     fs::write(&good, network_file("harvest")).unwrap();
     says(
         &good,
-        "input `depth`: the policy's observations have no such array; they have agent_pos, agent_vel, forces, target",
+        "input `depth`: the policy's observations have no such array; they have agent_pos, agent_vel, forces, tool_pose, target",
     );
     says(&path(|_| "{}".into()), "the spec: missing field `robot`");
     says(

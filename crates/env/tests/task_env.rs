@@ -1,7 +1,7 @@
 //! Task environments: the same bits alone and among others, the benchmark's ends, saved states, bad input.
 
 use orchard_env::{EnvError, Settings, Task, TaskEnv};
-use orchard_policy::Spaces;
+use orchard_policy::{Spaces, Values};
 use orchard_scenario::Scenario;
 use std::ops::Range;
 
@@ -88,4 +88,29 @@ fn bad_input_changes_nothing() {
     let mut damaged = before.clone();
     damaged[1].truncate(100);
     assert!(env.restore(&damaged).unwrap_err().to_string().starts_with("state of environment 1: "));
+}
+
+#[test]
+fn the_tool_is_told_where_it_is() {
+    let robots = ["ridgeback-fr3", "fr3-fixed", "rail-xarm6-suction", "husky-ur5e-2f85"];
+    for robot in robots {
+        let scenario = Scenario::of(&[("robot", robot)]).unwrap();
+        let mut env = TaskEnv::new(&scenario, &Settings::of(Task::Harvest), 0..1).unwrap();
+        env.reset(&[Some(SEED)], &[true]).unwrap();
+        let size = env.interface().policy.action.len();
+        for number in 0..3 {
+            let at = env.interface().policy.observation.iter().position(|field| field.key == "tool_pose");
+            let Some(Values::F32(pose)) = at.map(|at| &env.observation(0)[at]) else { panic!("{robot}") };
+            let world = env.truth(0).unwrap();
+            let truth = world.handle().x_world_tcp(world.data());
+            let (p, q) = (truth.translation.vector, truth.rotation.coords);
+            let p_error = (0..3).map(|k| (f64::from(pose[k]) - p[k]).abs()).fold(0.0, f64::max);
+            let alike: f64 = (0..4).map(|k| f64::from(pose[3 + k]) * q[k]).sum();
+            assert!(
+                p_error < 1e-5 && alike.abs() > 1.0 - 1e-6 && pose[6] >= 0.0,
+                "{robot}: {pose:?} {truth}"
+            );
+            env.step(&actions(0..1, size, number), &[true]).unwrap();
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Observations: the robot's sensors as arrays.
 
-use orchard_geometry::DepthImage;
+use orchard_geometry::{DepthImage, Pose, Rotation, Vec3};
 use orchard_robot::{BaseJoint, Observation, RobotModel};
 
 use crate::interface::{Element, Field};
@@ -75,6 +75,7 @@ impl Sensors {
             sensors.add_numbers("agent_pos", "where joints, fingers and base are", positions(robot));
             sensors.add_numbers("agent_vel", "how fast joints and base move", velocities(robot));
             sensors.add_numbers("forces", "torques, forces and pressure that the robot feels", forces(robot));
+            sensors.add_tool_pose(robot);
             if let Some(target) = spaces.target {
                 let (last, meaning) = match target {
                     Target::Fruit => (
@@ -164,6 +165,26 @@ impl Sensors {
         let (elements, reads): (Vec<Element>, Vec<_>) = numbers.into_iter().unzip();
         self.add(Field::numbers(key, meaning, elements), move |reading| {
             Values::F32(reads.iter().map(|read| narrow(read(reading.sensed))).collect())
+        });
+    }
+
+    /// Where the tool is, by the measured joints and base.
+    fn add_tool_pose(&mut self, robot: &RobotModel) {
+        let arm = robot.kinematics().clone();
+        let place = ["x", "y", "z"].map(|name| Element::new(name, "m"));
+        let turn = ["qx", "qy", "qz", "qw"].map(|name| Element::new(name, "1"));
+        let meaning =
+            "place and rotation of the tool point in odom; the rotation is a unit quaternion with qw >= 0";
+        let field = Field::numbers("tool_pose", meaning, place.into_iter().chain(turn).collect());
+        self.add(field, move |reading| {
+            let o = reading.sensed;
+            let [x, y, yaw] = o.base_pose;
+            let turn = Rotation::from_axis_angle(&Vec3::z_axis(), yaw);
+            let x_odom_base = Pose::from_parts(Vec3::new(x, y, o.base_height).into(), turn);
+            let x_odom_tool = x_odom_base * arm.tcp(&o.arm_q.vector());
+            let (p, q) = (x_odom_tool.translation.vector, x_odom_tool.rotation.coords);
+            let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+            Values::F32([p.x, p.y, p.z, sign * q.x, sign * q.y, sign * q.z, sign * q.w].map(narrow).to_vec())
         });
     }
 

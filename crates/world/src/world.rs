@@ -197,14 +197,29 @@ impl World {
     }
 
     /// Returns the robot's observation, with a depth image on the frames in which the camera delivers one. It shows the moment
-    /// [`Observation::depth_time`], the camera's latency ago.
+    /// [`Observation::depth_time`], the camera's latency ago. The image is the latest one from now on ([`Self::camera_truth`]).
     pub fn observe(&mut self) -> Observation {
+        let delivered = self.delivered();
+        if let Some(truth) = &delivered {
+            self.keep_motion(truth.frame);
+        }
+        let observation = self.observation(delivered.as_ref());
+        if let Some(truth) = delivered {
+            self.state.image = Some(Arc::new(truth));
+        }
+        observation
+    }
+
+    /// Returns the observation of [`Self::observe`] and leaves the world as it is, its latest image too: for a controller beside a policy.
+    pub fn peek(&self) -> Observation {
+        self.observation(self.delivered().as_ref())
+    }
+
+    fn observation(&self, image: Option<&CameraTruth>) -> Observation {
         let sensed = self.sense();
-        let Some(truth) = self.delivered() else { return sensed };
-        let depth = Some(truth.capture.measured.clone());
+        let Some(truth) = image else { return sensed };
         let depth_time = f64::from(truth.frame) * self.spec.sim.frame();
-        self.state.image = Some(Arc::new(truth));
-        Observation { depth, depth_time, ..sensed }
+        Observation { depth: Some(truth.capture.measured.clone()), depth_time, ..sensed }
     }
 
     /// Returns the observation of [`Self::observe`] without the depth image, which is not drawn.
@@ -223,17 +238,26 @@ impl World {
     }
 
     /// The image that the camera delivers now, if any.
-    pub(crate) fn delivered(&mut self) -> Option<CameraTruth> {
-        let State { data, shot, flight, frame, .. } = &mut self.state;
+    pub(crate) fn delivered(&self) -> Option<CameraTruth> {
+        let State { data, flight, frame, .. } = &self.state;
         let taken = self.shutter.taken(*frame)?;
         if taken == *frame {
-            let shot = shot.get_or_insert_default();
+            Some(self.shoot(data, taken))
+        } else {
+            flight.taken_in(taken).map(|shot| self.redraw(shot))
+        }
+    }
+
+    /// Keeps the motion that the image of a frame shows, to draw it again after a restore.
+    fn keep_motion(&mut self, taken: u32) {
+        let State { data, shot, flight, frame, .. } = &mut self.state;
+        let shot = shot.get_or_insert_default();
+        if taken == *frame {
             shot.frame = taken;
             data.save_motion(&mut shot.motion);
-            return Some(self.shoot(&self.state.data, taken));
+        } else if let Some(in_flight) = flight.taken_in(taken) {
+            shot.clone_from(in_flight);
         }
-        *shot = Some(flight.taken_in(taken)?.clone());
-        self.state.shot.as_ref().map(|shot| self.redraw(shot))
     }
 
     /// Takes a depth image of a state.

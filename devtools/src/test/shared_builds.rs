@@ -19,13 +19,19 @@ fn builds(selection: &[&str], edges: &str) -> BTreeSet<String> {
     lines.filter(|line| !line.contains(" feature ")).collect()
 }
 
-/// What `cargo run --package devtools` compiles, `cargo test --workspace` compiles with the same features. A difference would compile a
-/// crate, and all that use it, twice.
+/// What `cargo run --package devtools` compiles, the tests, the Python package and the fuzz targets are compiled with in the same features. A
+/// difference would compile a crate, and all that use it, twice.
 #[test]
-fn the_tools_and_the_tests_share_each_compiled_crate() {
+fn all_builds_share_each_compiled_crate() {
     let tools = builds(&["--package", "devtools"], "features,no-dev");
-    let tests =
-        builds(&["--workspace", "--exclude", "orchard-fuzz", "--exclude", "orchard-python"], "features");
-    let other: Vec<&String> = tools.difference(&tests).collect();
-    assert!(tools.len() > 100 && other.is_empty(), "set these features in devtools/Cargo.toml: {other:?}");
+    let apart = ["--exclude", "orchard-fuzz", "--exclude", "orchard-python"];
+    for (name, others) in [
+        ("tests", builds(&[&["--workspace"], &apart[..]].concat(), "features")),
+        ("python", builds(&["--package", "devtools", "--package", "orchard-python"], "features,no-dev")),
+        ("fuzz", builds(&["--package", "devtools", "--package", "orchard-fuzz"], "features,no-dev")),
+    ] {
+        let other: Vec<&String> = tools.difference(&others).collect();
+        let fits = tools.len() > 100 && other.is_empty();
+        assert!(fits, "{name}: set the features that it has in devtools/Cargo.toml: {other:?}");
+    }
 }

@@ -30,7 +30,8 @@ impl Slot {
         let (mut wanted, mut commands): (Vec<Command>, Vec<Command>) = (Vec::new(), Vec::new());
         let mut motion = None;
         self.advance(shared, |frame, world| {
-            let command = controller.act(&world.observe());
+            // The world's latest image stays what a policy would have seen.
+            let command = controller.act(&world.peek());
             wanted.push(command);
             let told = match via {
                 Via::Commands => command,
@@ -48,6 +49,10 @@ impl Slot {
         };
         let action = encoding.action(known, &last);
         let motion = encoding.motion(&action, &last);
+        if let (Via::Actions, Some((_, episode))) = (via, &mut self.running) {
+            // As after the same action of a policy, whose last command is there but for rounding.
+            episode.set = motion.end();
+        }
         Driven { error: encoding.error(&motion, &wanted), action, commands }
     }
 }

@@ -2,14 +2,17 @@
 #![allow(dead_code)] // each user takes its part
 
 use orchard_camera::{Geometry, Item, Scene, blade};
-use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform};
+use orchard_geometry::{Intrinsics, Pose, Shape, Vec3, inverse_transform, transform};
+use parry3d_f64::bounding_volume::BoundingVolume;
 use parry3d_f64::math::Vector;
-use parry3d_f64::query::{Ray, RayCast};
+use parry3d_f64::query::Ray;
 use parry3d_f64::shape::{self, TriMesh};
 use parry3d_f64::utils::Array2;
 
 /// Largest range, in lengths of the ray's direction.
 const FAR: f64 = 1e3;
+/// What rounding may take from a sphere around an item \[m\].
+const MARGIN: f64 = 1e-6;
 
 /// The items of a scene as parry's shapes.
 pub struct RayCaster {
@@ -19,7 +22,10 @@ pub struct RayCaster {
 /// One item: the nearest of its shapes counts.
 struct Cast {
     x_world_item: Pose,
-    shapes: Vec<Box<dyn RayCast>>,
+    shapes: Vec<Box<dyn shape::Shape>>,
+    /// Sphere around all shapes, in world axes: most rays pass it by.
+    p_world_middle: Vec3,
+    radius: f64,
     /// True if parry's axes are turned, (x, y, z) for our (y, z, x): its y is up.
     is_turned: bool,
 }
@@ -58,10 +64,21 @@ impl RayCaster {
 impl Cast {
     fn new(item: &Item) -> Self {
         let is_turned = matches!(item.geometry, Geometry::Shape(Shape::HeightField(_)));
-        Self { x_world_item: item.x_world_item, shapes: shapes(&item.geometry), is_turned }
+        let shapes = shapes(&item.geometry);
+        let spheres = shapes.iter().map(|shape| shape.compute_local_bounding_sphere());
+        let around = spheres.reduce(|all, one| all.merged(&one)).expect("an item has a shape");
+        let Vector { x, y, z } = around.center;
+        let middle = if is_turned { Vec3::new(z, x, y) } else { Vec3::new(x, y, z) };
+        let p_world_middle = transform(&item.x_world_item, &middle);
+        Self { x_world_item: item.x_world_item, shapes, p_world_middle, radius: around.radius, is_turned }
     }
 
     fn nearest(&self, p_world: &Vec3, d_world: &Vec3) -> Option<f64> {
+        let to_middle = self.p_world_middle - p_world;
+        let from_line = to_middle - d_world * (to_middle.dot(d_world) / d_world.norm_squared());
+        if from_line.norm() > self.radius + MARGIN {
+            return None;
+        }
         let p = inverse_transform(&self.x_world_item, p_world);
         let d = self.x_world_item.rotation.inverse() * d_world;
         let ray = if self.is_turned {
@@ -75,8 +92,8 @@ impl Cast {
 }
 
 /// Hulls and blades triangle by triangle, terrain as a mesh: parry's own traversals of hulls and height fields miss hits.
-fn shapes(geometry: &Geometry) -> Vec<Box<dyn RayCast>> {
-    let one = |shape: Box<dyn RayCast>| vec![shape];
+fn shapes(geometry: &Geometry) -> Vec<Box<dyn shape::Shape>> {
+    let one = |shape: Box<dyn shape::Shape>| vec![shape];
     match geometry {
         &Geometry::Shape(Shape::Sphere { radius }) => one(Box::new(shape::Ball::new(radius))),
         &Geometry::Shape(Shape::Capsule { radius, length }) => {
@@ -103,9 +120,9 @@ fn shapes(geometry: &Geometry) -> Vec<Box<dyn RayCast>> {
     }
 }
 
-fn triangles(vertices: &[Vector], faces: impl Iterator<Item = [usize; 3]>) -> Vec<Box<dyn RayCast>> {
+fn triangles(vertices: &[Vector], faces: impl Iterator<Item = [usize; 3]>) -> Vec<Box<dyn shape::Shape>> {
     let triangle = |[a, b, c]: [usize; 3]| shape::Triangle::new(vertices[a], vertices[b], vertices[c]);
-    faces.map(|face| Box::new(triangle(face)) as Box<dyn RayCast>).collect()
+    faces.map(|face| Box::new(triangle(face)) as Box<dyn shape::Shape>).collect()
 }
 
 fn vector(v: &Vec3) -> Vector {
