@@ -122,6 +122,19 @@ fn packages(root: &Path, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failur
     Ok(packages)
 }
 
+/// A dependency of the tools as it is written outside this workspace, which gives it `shared`, or nothing if the tools have it to themselves.
+fn dependency(own: &toml::Value, shared: Option<&toml::Value>) -> toml::Value {
+    let mut table = match shared {
+        None => return own.clone(),
+        Some(toml::Value::Table(table)) => table.clone(),
+        Some(version) => toml::Table::from_iter([("version".to_owned(), version.clone())]),
+    };
+    if let Some(features) = own.get("features") {
+        table.insert("features".to_owned(), features.clone());
+    }
+    table.into()
+}
+
 /// Makes a workspace of the packages and of the example project, whose dependencies it points to the packages. Profiles of dependencies and
 /// versions are those of this workspace, so that one build of each serves both; the packages are compiled without optimisation.
 fn outside(root: &Path, folder: &Path, packages: &[(String, PathBuf)]) -> Result<PathBuf, Failure> {
@@ -154,23 +167,17 @@ fn outside(root: &Path, folder: &Path, packages: &[(String, PathBuf)]) -> Result
     manifest.insert("patch".to_owned(), toml::Table::from_iter(registry).into());
     let all = own.get("workspace").and_then(|workspace| workspace.get("dependencies"));
     let tools: toml::Table = parse("devtools/Cargo.toml")?;
-    let tools = tools.get("dependencies").and_then(toml::Value::as_table).into_iter().flatten();
-    let others = tools.filter(|(name, _)| !name.starts_with("orchard")).map(|(name, own)| {
-        let all = all.and_then(|all| all.get(name)).cloned();
-        let mut dependency = match all {
-            Some(toml::Value::Table(table)) => table,
-            other => toml::Table::from_iter([("version".to_owned(), other.unwrap_or_else(|| own.clone()))]),
-        };
-        if let Some(features) = own.get("features") {
-            dependency.insert("features".to_owned(), features.clone());
-        }
-        (name.clone(), toml::Value::from(dependency))
-    });
+    let others = |kind: &str| -> toml::Table {
+        let own = tools.get(kind).and_then(toml::Value::as_table).into_iter().flatten();
+        let own = own.filter(|(name, _)| !name.starts_with("orchard"));
+        own.map(|(name, own)| (name.clone(), dependency(own, all.and_then(|all| all.get(name))))).collect()
+    };
     let package = [("name", SHARED), ("version", "0.0.0"), ("edition", "2024")];
     let package = package.map(|(key, value)| (key.to_owned(), value.into()));
     let shared = toml::Table::from_iter([
         ("package".to_owned(), toml::Table::from_iter(package).into()),
-        ("dependencies".to_owned(), toml::Table::from_iter(others).into()),
+        ("dependencies".to_owned(), others("dependencies").into()),
+        ("build-dependencies".to_owned(), others("build-dependencies").into()),
     ]);
     if let Some(mut profile) = profile {
         let fields = profile.as_table_mut();
@@ -190,6 +197,7 @@ fn outside(root: &Path, folder: &Path, packages: &[(String, PathBuf)]) -> Result
         (outside.join(CONTROLLER).join("Cargo.toml"), project),
         (source.join("main.rs"), main),
         (shared_source.with_file_name("Cargo.toml"), shared.to_string()),
+        (shared_source.with_file_name("build.rs"), "fn main() {}\n".to_owned()),
         (shared_source.join("lib.rs"), String::new()),
     ] {
         fs::write(&path, text).map_err(|e| failed(&path, e))?;

@@ -13,14 +13,14 @@ use std::time::{Duration, Instant};
 use orchard_program::commands::validate;
 use orchard_program::{Failure, Verdict};
 
-use crate::{check_learning, check_network, check_python, fuzz, reuse, tidy, workspace};
+use crate::{check_learning, check_python, fuzz, reuse, tidy, workspace};
 
 /// Checks format, lints and order, then runs all tests.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, python (check-python), network (check-network), packages (cargo package of\n\
+    after_help = "Steps: cargo fmt --check, cargo clippy -D warnings, cargo doc -D warnings, cargo test --workspace, packages (cargo package of\n\
                   every crate, and a controller built outside the workspace on the packaged crates), validate gpu, fuzz. Beside them run tidy, combinations (every\n\
-                  preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report.\n\
+                  preset x camera x controller, a short episode each), judge, check-statistics, read-back, check-report, check-network, check-python.\n\
                   All steps run; the last lines list the results and times of the steps, and the number of tests skipped without a graphics\n\
                   adapter. A step whose tools are missing is skipped with a message; with CI=true in the environment it fails.\n\n\
                   With --learning: the adapters for Stable-Baselines3, rsl_rl, skrl, vla-eval and LeRobot, each at a tiny size with the real package.\n\
@@ -124,8 +124,6 @@ fn all_steps(skipped: &std::path::Path) -> Vec<Step> {
                 cargo(&[&all[..], &APART].concat(), &[(SKIPPED, skipped.as_ref())])
             }),
         ),
-        ("python", Box::new(check_python::check)),
-        ("network", Box::new(check_network::check)),
         ("packages", Box::new(reuse::check)),
         ("gpu", Box::new(validate::check_gpu)),
         ("fuzz", Box::new(|| fuzz::fuzz(fuzz::SECONDS))),

@@ -69,6 +69,8 @@ pub struct Backend {
     pub tolerance: Tolerance,
     /// Of a reset world against the same world of a new batch.
     pub reset: Tolerance,
+    /// True if it takes several times as long as each of the others: tests then take fewer kinds of worlds.
+    pub is_slow: bool,
     build: Box<Build>,
 }
 
@@ -79,7 +81,7 @@ impl Backend {
         build: impl Fn(&[TreeWorld]) -> S + 'static,
     ) -> Self {
         let build = Box::new(move |worlds: &[TreeWorld]| -> Box<dyn Stepper> { Box::new(build(worlds)) });
-        Self { name: name.into(), tolerance, reset: SAME_BITS, build }
+        Self { name: name.into(), tolerance, reset: SAME_BITS, is_slow: false, build }
     }
 
     /// A batch of these worlds.
@@ -112,7 +114,8 @@ pub fn backends() -> Vec<Backend> {
             let gpu = gpu.clone();
             // The device finds the equilibrium again, in f32.
             let new = Backend::new(name, tolerance, move |worlds| on_device(&gpu, worlds, solver));
-            Backend { reset: tolerance, ..new }
+            let is_slow = solver == orchard_gpu::Solver::ConjugateGradients;
+            Backend { reset: tolerance, is_slow, ..new }
         }));
     }
     all

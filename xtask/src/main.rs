@@ -6,8 +6,9 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 /// Commands of the developers' tools (`devtools`); every other command is one of the program's.
-const DEVELOPER: [&str; 11] = [
+const DEVELOPER: [&str; 12] = [
     "check-combinations",
+    "check-network",
     "check-python",
     "check-report",
     "check-reuse",

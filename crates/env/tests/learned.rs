@@ -208,7 +208,7 @@ fn what_does_not_fit_is_named() {
     );
     says(
         &path(|spec| spec.replace("\"depth\":false", "\"depth\":true")),
-        "4 entries of observation instead of 7",
+        "5 entries of observation instead of 8",
     );
     fs::remove_file(good.with_extension("json")).unwrap();
     says(&good, "its spec reach.json: No such file");

@@ -1,4 +1,4 @@
-//! Checks that compile nothing. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends.
+//! Checks that compile nothing but, at last, their own small programs. They run beside the builds, one after another, each as a process of its own whose output is shown when it ends.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -10,13 +10,15 @@ use super::Outcome;
 use crate::workspace;
 
 /// Name of each check, and its command.
-const CHECKS: [(&str, &str); 6] = [
+const CHECKS: [(&str, &str); 8] = [
     ("tidy", "tidy"),
     ("combinations", "check-combinations"),
     ("judge", "judge"),
     ("statistics", "check-statistics"),
     ("read-back", "read-back"),
     ("report", "check-report"),
+    ("network", "check-network"),
+    ("python", "check-python"),
 ];
 
 /// Begins the line by which a check says that it was skipped, and why.
